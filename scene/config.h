@@ -1,0 +1,90 @@
+#pragma once
+
+// CONFIG.toml (daylit-run) and SCENE.toml (daylit-simulate): one plain struct each, parsed once, validated as a
+// whole; unknown keys are errors with line and suggestion. Relative paths are relative to the file.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+#include "scene/sky_image.h"
+#include "scene/sky_model.h"
+
+namespace daylit {
+
+struct SkyConfig {              // [sky]
+  std::filesystem::path image;  ///< EXR or .hdr
+  std::string projection = "equirect";
+  std::filesystem::path lens;   ///< for projection = "fisheye"
+  double rotation = 0.0;        ///< radians in the struct, degrees in the file (rotation_deg)
+  GroundFill ground;            ///< ground = { albedo = 0.2 }
+};
+
+struct InteriorConfig {          // [interior]
+  std::filesystem::path image;   ///< linear EXR, or an LDR photograph (PNG, JPEG)
+  std::filesystem::path lens;    ///< camera YAML
+  std::string response = "linear"; ///< "linear", "srgb", or a response file
+  double scale = 1.0;            ///< photograph = scale * colour_matrix * radiance
+  bool scale_from_marker = false; ///< scale = "marker"
+  glm::dmat3 colour_matrix{1.0};
+};
+
+struct MarkerConfig {            // [marker]
+  std::string dictionary = "6X6_250";
+  std::vector<int> ids;
+  double size_m = 0.05;
+  double white_reflectance = 0.8; ///< of the paper around the marker, for scale = "marker"
+  glm::dmat4 world_from_board{1.0}; ///< board: x right, y up, z out of the board
+};
+
+struct ObjectConfig {            // [[object]]
+  std::filesystem::path model;
+  glm::dvec3 position{0.0};      ///< metres, world, of the object's origin
+  glm::dvec3 rotation_deg{0.0};  ///< about x, then y, then z
+  double scale = 1.0;
+  std::optional<Rgb> reflectance; ///< overrides the model's
+};
+
+struct OutputConfig {            // [output]
+  std::filesystem::path png, exr;
+  int width_px = 0, height_px = 0; ///< size = [w, h]; 0: the interior image's
+};
+
+struct RunConfig {
+  SkyConfig sky;
+  InteriorConfig interior;
+  std::optional<MarkerConfig> marker;
+  std::optional<glm::dmat4> world_from_camera; ///< [pose]: camera frame x right, y down, z forward
+  std::filesystem::path room_model, volume;    ///< [room]
+  std::vector<ObjectConfig> objects;
+  int light_samples = 64;                      ///< [light] samples
+  OutputConfig output;
+};
+
+/// What daylit-simulate adds to the same scene.
+struct SimulateConfig {
+  RunConfig run;              ///< object, room and output as above; sky and interior images are what is produced
+  SkyModel sky_model;         ///< [sky] model = "overcast" | "uniform" | "clear", zenith_radiance, sun_direction ...
+  int fisheye_width_px = 512, fisheye_height_px = 496;
+  double fisheye_fov = 3.3161255787892263; ///< 190 degrees
+  double interior_fov = 0.9;               ///< horizontal, radians
+  bool marker_board = true;                ///< a printed board stands in the scene
+  double sensor_noise = 0.0;               ///< relative standard deviation per pixel
+  int samples_per_pixel = 64;
+};
+
+Result<RunConfig> read_run_config(const std::filesystem::path& path);
+Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path);
+/// The file that daylit-run reads, as text.
+std::string to_toml(const RunConfig& config);
+
+/// world_from_object of an [[object]] entry.
+glm::dmat4 object_transform(const ObjectConfig& object);
+
+} // namespace daylit

@@ -1,0 +1,62 @@
+#pragma once
+
+// The sphere of directions cut into N regions. Every partition has the horizon as a border: bands of altitude,
+// each divided into equal azimuth cells; lower half = mirror image of the upper half.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+#include "scene/sky_image.h"
+
+namespace daylit {
+
+/// sin(altitude) in [sin_low, sin_high), `cells` equal azimuth cells, the first one centred on azimuth 0 (+x) when
+/// `centred`, else starting there. Regions are numbered first_region + cell, cells counter-clockwise.
+struct SkyBand {
+  double sin_low = 0, sin_high = 0;
+  int cells = 1;
+  int first_region = 0;
+  bool centred = false;
+};
+
+class SkyPartition {
+public:
+  /// N equal-solid-angle regions (N even, 2..100000), as square as bands allow.
+  static Result<SkyPartition> uniform(int regions);
+  /// Tregenza's 145 patches above the horizon and their mirror image below: 290 regions.
+  static SkyPartition tregenza();
+  /// Reinhart MF:K (K = 1 is Tregenza; 2 is 577 + 577) with the zenith cap undivided. 1 <= K <= 12.
+  static Result<SkyPartition> reinhart(int k);
+  /// "uniform:64", "tregenza", "reinhart:2".
+  static Result<SkyPartition> parse(const std::string& text);
+  /// Bands from a file: checked to cover the sphere once and to have the horizon as a border.
+  static Result<SkyPartition> from_bands(std::vector<SkyBand> bands, std::string name);
+
+  int size() const { return size_; }
+  const std::string& name() const { return name_; }          ///< as parse() reads it
+  const std::vector<SkyBand>& bands() const { return bands_; } ///< from nadir to zenith
+  int region_of(const glm::dvec3& unit_direction) const;
+  double solid_angle_sr(int region) const;
+  /// Unit vector to the middle of the region (mean direction).
+  glm::dvec3 centre(int region) const;
+  /// Direction at relative position (s, t) in [0,1)^2 of a region; uniform in solid angle.
+  glm::dvec3 sample(int region, double s, double t) const;
+
+private:
+  std::vector<SkyBand> bands_;
+  std::string name_;
+  int size_ = 0;
+  int band_of(double sin_altitude) const;
+  const SkyBand& band_of_region(int region) const;
+};
+
+/// Solid-angle mean radiance of every region, pixels split where a border crosses them; directions that the image
+/// does not cover take its ground fill. Double accumulation, result independent of thread count.
+std::vector<Rgb> region_radiance(const SkyImage& sky, const SkyPartition& partition);
+
+} // namespace daylit

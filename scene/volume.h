@@ -1,0 +1,82 @@
+#pragma once
+
+// The basis irradiance volume: for every sky region at radiance 1, the nine SH coefficients of the *indirect*
+// radiance at every probe. Combination is linear: L_lm(x) = sum_i L_i L_lm^(i)(x) (Grosch et al. 2007, eq. 4).
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+#include "scene/room.h"
+#include "scene/sky_partition.h"
+
+namespace daylit {
+
+/// Real orthonormal SH coefficients of radiance, index l*l+l+m, l <= 2.
+using Sh9Rgb = std::array<Rgb, 9>;
+
+/// Where the probes are. Either a regular grid (count.x * count.y * count.z probes, x fastest) or free points.
+struct ProbeSet {
+  std::vector<glm::vec3> positions; ///< metres, relative to `origin`
+  glm::dvec3 origin{0.0};           ///< world metres
+  bool is_grid = false;
+  glm::ivec3 count{0};           ///< grid only
+  glm::dvec3 spacing{0.0};       ///< grid only, metres
+  std::vector<std::uint8_t> valid; ///< 1 = inside the room and in the air; invalid probes hold zeros
+
+  std::size_t size() const { return positions.size(); }
+};
+
+struct VolumeProvenance {
+  std::string program_version, command_line, room_name, room_hash;
+  std::string report_json; ///< what the bake printed: times, skipped work, energy balance, error estimates
+};
+
+struct BasisVolume {
+  SkyPartition partition;
+  ProbeSet probes;
+  /// Row r holds the basis of region stored_region[r]; regions that no aperture sees are not stored (all zero).
+  std::vector<std::int32_t> stored_region;
+  /// [row][probe][coefficient 0..8][channel r, g, b], row-major; unit: sr of indirect radiance per region radiance.
+  std::vector<float> basis;
+  Room room;                       ///< world metres, windows included
+  std::vector<Aperture> apertures; ///< windows and holes
+  VolumeProvenance provenance;
+
+  std::size_t row_floats() const { return probes.size() * 27; }
+};
+
+/// Coefficients at the probes for one sky.
+struct LightField {
+  std::vector<Sh9Rgb> probe; ///< one per probe of the volume
+};
+
+/// L_lm per probe for the given region radiances (size = partition.size()).
+LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radiance);
+
+/// Interpolates between probes: trilinear over valid neighbours, weights renormalised; extrapolation up to the walls
+/// is clamped to the nearest cell. Empty when the point is outside the room or inside furniture.
+class LightFieldSampler {
+public:
+  static Result<LightFieldSampler> make(const BasisVolume& volume);
+  /// Probe indices and weights (sum 1) at a world point; returns the number used, 0 where there is no light field.
+  int weights(const glm::dvec3& world_point, std::span<std::uint32_t, 8> probe, std::span<float, 8> weight) const;
+  std::optional<Sh9Rgb> sample(const LightField& field, const glm::dvec3& world_point) const;
+
+private:
+  struct State;
+  std::shared_ptr<const State> state_;
+};
+
+/// E(n) = sum A_l L_lm Y_lm(n), A = pi, 2pi/3, pi/4 (Ramamoorthi & Hanrahan 2001). May be slightly negative: ringing.
+Rgb irradiance(const Sh9Rgb& radiance_coefficients, const glm::vec3& unit_normal);
+
+} // namespace daylit
