@@ -25,7 +25,7 @@ double point_to_polygon(const glm::dvec3& point, const glm::dvec3& normal, std::
 /// A_i F_ij in m^2 of two polygons that see each other's front entirely (clip first); symmetric by construction:
 /// (1/2pi) sum over edge pairs of (u_p . u_q) times the double integral of ln r (Sparrow 1963). The inner integral
 /// is closed; the outer one is closed for edges on one line and Gauss-Legendre with end-point clustering otherwise.
-/// Relative error below 1e-5 for triangles that touch along an edge at 5 degrees (tests/radiosity).
+/// Relative error below 2e-5, and 1e-4 for plates that touch along an edge at 5 degrees (tests/radiosity).
 double exchange_area_unoccluded(const SmallPolygon& a, const SmallPolygon& b);
 
 /// Clips both to each other's front first; 0 when they cannot see each other.

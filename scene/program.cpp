@@ -64,6 +64,7 @@ ProgressLine::~ProgressLine() {
 }
 
 bool ProgressLine::update(const std::string& stage, double fraction) {
+  const std::lock_guard lock(mutex_);
   using namespace std::chrono;
   const auto now = steady_clock::now();
   if (stage != stage_) {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <functional>
+#include <mutex>
 #include <string>
 
 #include "scene/result.h"
@@ -40,6 +41,7 @@ public:
   }
 
 private:
+  std::mutex mutex_; // workers report from several threads
   bool quiet_, terminal_, drawn_ = false;
   std::string stage_;
   std::chrono::steady_clock::time_point stage_start_, last_draw_;
