@@ -35,6 +35,8 @@ class ProgressLine {
 public:
   explicit ProgressLine(bool quiet);
   ~ProgressLine();
+  /// Takes the line off the terminal, before anything else is printed.
+  void clear();
   bool update(const std::string& stage, double fraction);
   Progress callback() {
     return [this](const std::string& stage, double fraction) { return update(stage, fraction); };
