@@ -27,7 +27,7 @@ glm::dvec3 on_spherical_triangle(const glm::dvec3& a, const glm::dvec3& b, const
   const double area = u.x * spherical_triangle_sr(a, b, c), cos_c = glm::dot(a, b);
   const double s = std::sin(area - alpha), t = std::cos(area - alpha), sin_alpha = std::sin(alpha);
   const double p = t - cos_alpha, q = s + sin_alpha * cos_c;
-  const double denominator = (s * p + t * q) * sin_alpha;
+  const double denominator = (q * s + p * t) * sin_alpha;
   const double numerator = (t * q - s * p) * cos_alpha - q;
   const double cos_b = std::abs(denominator) > 1e-300 ? std::clamp(numerator / denominator, -1.0, 1.0) : 1.0;
   const glm::dvec3 towards_c = c - glm::dot(c, a) * a;

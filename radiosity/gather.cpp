@@ -26,7 +26,7 @@ void trace_point(const glm::dvec3& point, std::uint64_t index, const ElementSet&
   // dw = 4 pi / rays, L = B / pi.
   const float share = 4.0f / static_cast<float>(rays);
   for (int k = 0; k < rays; ++k) {
-    const glm::vec3 d(sphere_direction(r2_point(static_cast<std::uint32_t>(k), shift)));
+    const glm::vec3 d(fibonacci_direction(static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(rays), shift));
     RayHit hit;
     if (!scene.closest(scene.to_local(point), d, 0.0f, std::numeric_limits<float>::infinity(), hit))
       continue;

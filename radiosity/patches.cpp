@@ -36,9 +36,11 @@ constexpr double kSnapTolerance = 1e-6;
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
+/// On or in the triangle. A point on the seam of two triangles must be in one of them whatever the rounding.
 bool inside(const std::array<glm::dvec2, 3>& t, const glm::dvec2& p) {
   const double s0 = cross(t[1] - t[0], p - t[0]), s1 = cross(t[2] - t[1], p - t[1]), s2 = cross(t[0] - t[2], p - t[2]);
-  return (s0 >= 0 && s1 >= 0 && s2 >= 0) || (s0 <= 0 && s1 <= 0 && s2 <= 0);
+  const double slack = 1e-9 * (std::abs(s0) + std::abs(s1) + std::abs(s2));
+  return (s0 >= -slack && s1 >= -slack && s2 >= -slack) || (s0 <= slack && s1 <= slack && s2 <= slack);
 }
 
 glm::dvec2 centroid(const Triangulation::Face_handle& f) {

@@ -100,6 +100,19 @@ Edge edge_of(const SmallPolygon& polygon, int k) {
   return {from, length > 0.0 ? d / length : glm::dvec3(0.0), length};
 }
 
+/// The polygon with its corners counter-clockwise about `normal`: the contour integral changes sign with the order.
+SmallPolygon oriented(std::span<const glm::dvec3> corners, const glm::dvec3& normal) {
+  SmallPolygon p;
+  glm::dvec3 area(0.0);
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    p.corner[p.size++] = corners[k];
+    area += glm::cross(corners[k] - corners[0], corners[(k + 1) % corners.size()] - corners[0]);
+  }
+  if (glm::dot(area, normal) < 0.0)
+    std::reverse(p.corner.begin(), p.corner.begin() + p.size);
+  return p;
+}
+
 } // namespace
 
 SmallPolygon clip_to_front(const SmallPolygon& polygon, const glm::dvec3& point, const glm::dvec3& normal) {
@@ -151,12 +164,8 @@ double exchange_area_unoccluded(const SmallPolygon& a, const SmallPolygon& b) {
 
 double exchange_area_unoccluded(std::span<const glm::dvec3> a, const glm::dvec3& normal_a,
                                 std::span<const glm::dvec3> b, const glm::dvec3& normal_b) {
-  SmallPolygon pa, pb;
-  for (const glm::dvec3& c : a)
-    pa.corner[pa.size++] = c;
-  for (const glm::dvec3& c : b)
-    pb.corner[pb.size++] = c;
-  const SmallPolygon front_a = clip_to_front(pa, b[0], normal_b), front_b = clip_to_front(pb, a[0], normal_a);
+  const SmallPolygon front_a = clip_to_front(oriented(a, normal_a), b[0], normal_b);
+  const SmallPolygon front_b = clip_to_front(oriented(b, normal_b), a[0], normal_a);
   if (front_a.size < 3 || front_b.size < 3)
     return 0.0;
   return exchange_area_unoccluded(front_a, front_b);

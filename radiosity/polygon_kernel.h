@@ -28,7 +28,8 @@ double point_to_polygon(const glm::dvec3& point, const glm::dvec3& normal, std::
 /// Relative error below 2e-5, and 1e-4 for plates that touch along an edge at 5 degrees (tests/radiosity).
 double exchange_area_unoccluded(const SmallPolygon& a, const SmallPolygon& b);
 
-/// Clips both to each other's front first; 0 when they cannot see each other.
+/// Clips both to each other's front first; 0 when they cannot see each other. Corners in either order around each
+/// outline, at most 10; the unit normals say which side emits.
 double exchange_area_unoccluded(std::span<const glm::dvec3> a, const glm::dvec3& normal_a,
                                 std::span<const glm::dvec3> b, const glm::dvec3& normal_b);
 

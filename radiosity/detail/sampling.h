@@ -62,6 +62,14 @@ inline glm::dvec3 sphere_direction(const glm::dvec2& u) {
   return {r * std::cos(phi), r * std::sin(phi), z};
 }
 
+/// k-th of n points of the spherical Fibonacci lattice (Swinbank & Purser 2006), turned by shift.y about z and moved
+/// by shift.x within its ring: uniform, and integrates low bands of spherical harmonics far better than random points.
+inline glm::dvec3 fibonacci_direction(std::uint32_t k, std::uint32_t n, const glm::dvec2& shift) {
+  const double z = 1.0 - 2.0 * (k + 0.25 + 0.5 * shift.x) / n, r = std::sqrt(std::max(0.0, 1.0 - z * z));
+  const double turn = k * 0.61803398874989484820 + shift.y, phi = 2.0 * std::numbers::pi * (turn - std::floor(turn));
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
 /// Solid angle of the spherical triangle of three unit vectors (Van Oosterom & Strackee 1983), sr, positive.
 inline double spherical_triangle_sr(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const double volume = std::abs(glm::dot(a, glm::cross(b, c)));

@@ -78,7 +78,8 @@ TEST(PolygonKernel, touching_squares_at_90_and_5_degrees_match_reference) {
     const double angle = degrees * kPi / 180;
     const Quad plate = hinged_square(angle);
     const glm::dvec3 normal(0, std::sin(angle), -std::cos(angle)); // towards the floor square
-    EXPECT_NEAR(exchange_area_unoccluded(floor, {0, 0, 1}, plate, normal) / hinge_reference(floor, {0, 0, 1}, plate), 1.0, degrees < 10 ? 2e-4 : 2e-5)
+    EXPECT_NEAR(exchange_area_unoccluded(floor, {0, 0, 1}, plate, normal) / hinge_reference(floor, {0, 0, 1}, plate),
+                1.0, degrees < 10 ? 2e-4 : 2e-5)
         << degrees;
   }
   // Howell C-14 for two unit squares with a common edge at 90 degrees: 0.2000437761...
