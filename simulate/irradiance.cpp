@@ -8,6 +8,7 @@
 
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
 #include "sh/sh9.h"
@@ -84,26 +85,77 @@ glm::vec3 uniform_direction(const glm::vec2& u) {
   return {r * std::cos(a), r * std::sin(a), z};
 }
 
+// Receivers at one point share their paths.
+constexpr std::size_t kLargestGroup = 8;
+struct ReceiverGroup {
+  std::size_t first = 0, count = 1;
+};
+
+std::vector<ReceiverGroup> group_receivers(std::span<const Receiver> receivers, bool share) {
+  std::vector<ReceiverGroup> groups;
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    ReceiverGroup* last = groups.empty() ? nullptr : &groups.back();
+    if (share && last && last->count < kLargestGroup && receivers[last->first].position == receivers[i].position)
+      ++last->count;
+    else
+      groups.push_back({i, 1});
+  }
+  return groups;
+}
+
+/// Every path of every receiver of the group counts for all of them: the density is the mean of their cosine lobes,
+/// sampled in equal shares (balance heuristic). A sun is found better from the receiver itself: there groups are
+/// single.
+void add_indirect(const TraceScene& scene, const PathTracer& tracer, std::span<const Receiver> group, std::uint32_t key,
+                  int count, std::span<glm::dvec3> sum) {
+  const glm::vec3 point = scene.to_local(group.front().position);
+  for (std::uint32_t lobe = 0; lobe < group.size(); ++lobe)
+    for (int i = 0; i < count; ++i) {
+      const SampleStream samples(combine_keys(key, lobe), static_cast<std::uint32_t>(i));
+      const glm::vec3 normal(group[lobe].normal);
+      if (group.size() == 1) {
+        sum[0] += glm::dvec3(tracer.indirect_irradiance(point, normal, samples, false).value);
+        continue;
+      }
+      const glm::vec3 direction = sample_cosine(normal, samples.point(0));
+      const glm::dvec3 radiance(tracer.indirect_radiance(point, direction, samples, false).value);
+      std::array<double, kLargestGroup> cosine{};
+      double lobes = 0.0;
+      for (std::size_t k = 0; k < group.size(); ++k)
+        lobes += cosine[k] = std::max(0.0, glm::dot(group[k].normal, glm::dvec3(direction)));
+      for (std::size_t k = 0; k < group.size() && lobes > 0.0; ++k)
+        sum[k] += radiance * (kPi * cosine[k] / lobes);
+    }
+}
+
+void add_direct(const TraceScene& scene, const PathTracer& tracer, std::span<const Receiver> group, std::uint32_t key,
+                int count, std::span<glm::dvec3> sum) {
+  const glm::vec3 point = scene.to_local(group.front().position);
+  for (std::uint32_t k = 0; k < group.size(); ++k)
+    for (int i = 0; i < count; ++i) {
+      const SampleStream samples(combine_keys(key, k), static_cast<std::uint32_t>(i));
+      sum[k] += glm::dvec3(tracer.direct_irradiance(point, glm::vec3(group[k].normal), samples, false).value);
+    }
+}
+
 } // namespace
 
 Result<std::vector<IrradianceEstimate>> trace_irradiance(const TraceScene& scene, std::span<const Receiver> receivers,
                                                          const IrradianceSettings& settings, const Progress& progress) {
   const PathTracer tracer(scene);
+  const std::vector<ReceiverGroup> groups = group_receivers(receivers, !scene.sky().sun());
   std::vector<BatchMeans<1>> sums(receivers.size());
-  const auto batch = [&](std::uint32_t r, std::uint32_t b, std::uint32_t key, int count) {
-    const glm::vec3 point = scene.to_local(receivers[r].position), normal(receivers[r].normal);
-    glm::dvec3 sum(0.0);
-    for (int i = 0; i < count; ++i) {
-      const auto index = static_cast<std::uint32_t>(i);
-      if (settings.indirect)
-        sum += glm::dvec3(tracer.indirect_irradiance(point, normal, SampleStream(key, index), false).value);
-      if (settings.direct)
-        sum += glm::dvec3(
-            tracer.direct_irradiance(point, normal, SampleStream(combine_keys(key, kDirectKey), index), false).value);
-    }
-    sums[r].batch[b][0] = sum / static_cast<double>(count);
+  const auto batch = [&](std::uint32_t g, std::uint32_t b, std::uint32_t key, int count) {
+    const std::span<const Receiver> group = receivers.subspan(groups[g].first, groups[g].count);
+    std::array<glm::dvec3, kLargestGroup> sum{};
+    if (settings.indirect)
+      add_indirect(scene, tracer, group, key, count, sum);
+    if (settings.direct)
+      add_direct(scene, tracer, group, combine_keys(key, kDirectKey), count, sum);
+    for (std::size_t k = 0; k < group.size(); ++k)
+      sums[groups[g].first + k].batch[b][0] = sum[k] / static_cast<double>(count);
   };
-  if (const auto done = for_each_batch(receivers.size(), settings, progress, batch); !done)
+  if (const auto done = for_each_batch(groups.size(), settings, progress, batch); !done)
     return done.error();
   std::vector<IrradianceEstimate> result;
   for (const auto& s : sums)
