@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "runtime/light/window_sampler.h"
 #include "scene/aperture.h"
@@ -30,6 +32,12 @@ struct Patch {
   glm::dvec3 twist;
 };
 
+int pyramid_level(std::span<const SkyMap> pyramid, const glm::dvec3& w, double solid_angle_sr) {
+  const int row = std::min(static_cast<int>(pyramid[0].position(w).y), pyramid[0].height - 1);
+  const double ratio = std::max(solid_angle_sr, 1e-12) / pyramid[0].solid_angle_sr(row);
+  return static_cast<int>(std::clamp(std::lround(0.5 * std::log2(ratio)), 0L, static_cast<long>(pyramid.size()) - 1));
+}
+
 /// A convex polygon as quadrilaterals (fan of two triangles at a time; a last triangle has a zero side).
 std::vector<Patch> quadrilaterals(const Aperture& a) {
   std::vector<Patch> patches;
@@ -50,7 +58,7 @@ void append_cells(const Patch& patch, const Aperture& aperture, int divisions, s
       const double area = glm::length(glm::cross(ds, dt)) / (divisions * divisions);
       if (area > 0.0)
         cells.push_back({patch.corner + s * patch.side_a + t * patch.side_b + s * t * patch.twist, aperture.inward,
-                         area, aperture.transmittance});
+                         area, 0, aperture.transmittance});
     }
 }
 
@@ -73,7 +81,8 @@ LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun,
   return lights;
 }
 
-std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere) {
+std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
+                                         std::span<const SkyMap> pyramid) {
   std::vector<ApertureCell> cells;
   std::size_t patches = 0;
   for (const Aperture& a : apertures)
@@ -97,6 +106,8 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
     const double distance = glm::length(to_cell);
     if (distance <= 0.0)
       continue;
+    const double seen_sr = std::fabs(glm::dot(cell.inward, to_cell)) / distance * cell.area_m2 / (distance * distance);
+    cell.level = pyramid_level(pyramid, to_cell / distance, seen_sr);
     const Rgb all = aperture_transmittance({apertures.begin(), apertures.end()}, sphere.centre, to_cell / distance,
                                            std::numeric_limits<double>::infinity(), &crossed);
     if (crossed > 1)
@@ -105,7 +116,7 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
   return cells;
 }
 
-Rgb open_sky_irradiance(const SkyMap& map, std::span<const ApertureCell> cells, const glm::dvec3& x,
+Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& x,
                         const glm::dvec3& n) {
   glm::dvec3 sum(0.0);
   for (const ApertureCell& cell : cells) {
@@ -114,9 +125,20 @@ Rgb open_sky_irradiance(const SkyMap& map, std::span<const ApertureCell> cells, 
     const double facing = -glm::dot(cell.inward, d), receiving = glm::dot(n, d);
     if (facing <= 0.0 || receiving <= 0.0)
       continue;
-    sum += facing * receiving * cell.area_m2 / (r2 * r2) * glm::dvec3(cell.transmittance * map.lookup(d / r));
+    sum += facing * receiving * cell.area_m2 / (r2 * r2) *
+           glm::dvec3(cell.transmittance * pyramid[cell.level].interpolate(d / r));
   }
   return Rgb(sum);
+}
+
+std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                                     std::span<const glm::dvec3> x, std::span<const glm::vec3> n) {
+  std::vector<Rgb> irradiance(x.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, x.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i)
+      irradiance[i] = open_sky_irradiance(pyramid, cells, x[i], glm::dvec3(n[i]));
+  });
+  return irradiance;
 }
 
 } // namespace daylit

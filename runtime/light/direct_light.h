@@ -41,15 +41,20 @@ struct ApertureCell {
   glm::dvec3 centre{0.0}; ///< world metres
   glm::dvec3 inward{0.0}; ///< unit
   double area_m2 = 0.0;
+  int level = 0;           ///< of the sky pyramid, whose texels are about as large as the cell seen from the object
   Rgb transmittance{1.0f}; ///< of all apertures that a ray from the object through this cell crosses, divided by
                            ///< their number: panes in series share the light instead of counting it twice
 };
 
 /// Cells no wider than about an eighth of the distance to the sphere, between 6 x 6 and 24 x 24 per quadrilateral.
-std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere);
+std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
+                                         std::span<const SkyMap> pyramid);
 
-/// Unshadowed irradiance from the sky through the apertures at x with unit normal n.
-Rgb open_sky_irradiance(const SkyMap& map, std::span<const ApertureCell> cells, const glm::dvec3& x,
+/// `pyramid`: sky_map_pyramid(). Unshadowed irradiance from the sky through the apertures at x with unit normal n.
+Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& x,
                         const glm::dvec3& n);
+/// The same for many points, in parallel.
+std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                                     std::span<const glm::dvec3> x, std::span<const glm::vec3> n);
 
 } // namespace daylit

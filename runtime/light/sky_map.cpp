@@ -39,6 +39,16 @@ Rgb SkyMap::lookup(const glm::dvec3& d) const {
   return at(std::min(static_cast<int>(p.x), width - 1), std::min(static_cast<int>(p.y), height - 1));
 }
 
+Rgb SkyMap::interpolate(const glm::dvec3& d) const {
+  const glm::dvec2 p = position(d) - 0.5;
+  const double fx = std::floor(p.x), fy = std::floor(p.y);
+  const float s = static_cast<float>(p.x - fx), t = static_cast<float>(p.y - fy);
+  const int x0 = (static_cast<int>(fx) + width) % width, x1 = (x0 + 1) % width;
+  const int y0 = std::clamp(static_cast<int>(fy), 0, height - 1),
+            y1 = std::clamp(static_cast<int>(fy) + 1, 0, height - 1);
+  return (1.0f - t) * ((1.0f - s) * at(x0, y0) + s * at(x1, y0)) + t * ((1.0f - s) * at(x0, y1) + s * at(x1, y1));
+}
+
 std::vector<SkyMap> sky_map_pyramid(const SkyMap& map) {
   std::vector<SkyMap> levels{map};
   while (levels.back().height > 4 && levels.back().height % 2 == 0) {

@@ -29,7 +29,8 @@ struct SkyMap {
   glm::dvec2 position(const glm::dvec3& unit_direction) const;
   double solid_angle_sr(int row) const;
   const Rgb& at(int column, int row) const { return radiance[static_cast<std::size_t>(row) * width + column]; }
-  Rgb lookup(const glm::dvec3& unit_direction) const;
+  Rgb lookup(const glm::dvec3& unit_direction) const;      ///< the texel it falls in
+  Rgb interpolate(const glm::dvec3& unit_direction) const; ///< bilinear between texel centres
 };
 
 /// Halved copies of a map, level 0 first, each texel the solid-angle mean of the four below.

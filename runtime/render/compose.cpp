@@ -16,7 +16,7 @@ constexpr float kLeastCoverage = 1.0f / 510.0f;
 
 /// The three drawn values at a photograph pixel.
 struct DrawnPixel {
-  glm::vec4 object{0.0f}, lost{0.0f}, received{0.0f};
+  glm::vec4 object{0.0f}, lost_sky{0.0f}, room{0.0f};
 };
 
 struct DrawnPicture {
@@ -25,7 +25,7 @@ struct DrawnPicture {
 
   DrawnPixel at(int x, int y) const {
     const std::size_t i = static_cast<std::size_t>(y) * frame.width_px + x;
-    return {frame.object[i], frame.lost[i], frame.received[i]};
+    return {frame.object[i], frame.lost_sky[i], frame.room[i]};
   }
 
   glm::vec2 position(int x, int y) const {
@@ -48,19 +48,22 @@ struct DrawnPicture {
     const auto mix = [&](const glm::vec4& pa, const glm::vec4& pb, const glm::vec4& pc, const glm::vec4& pd) {
       return (1.0f - t) * ((1.0f - s) * pa + s * pb) + t * ((1.0f - s) * pc + s * pd);
     };
-    return {mix(a.object, b.object, c.object, d.object), mix(a.lost, b.lost, c.lost, d.lost),
-            mix(a.received, b.received, c.received, d.received)};
+    return {mix(a.object, b.object, c.object, d.object), mix(a.lost_sky, b.lost_sky, c.lost_sky, d.lost_sky),
+            mix(a.room, b.room, c.room, d.room)};
   }
 };
 
 /// The photograph's pixel after the room at it has lost light.
 Rgb shadowed(const Rgb& photo, const DrawnPixel& drawn, const RoomPoint& point, const ComposeSettings& settings) {
-  const Rgb lost = Rgb(drawn.lost) / drawn.lost.w;
+  const Rgb lost_sky = Rgb(drawn.lost_sky) / drawn.lost_sky.w;
+  const glm::vec3 shares = glm::vec3(drawn.room) / drawn.lost_sky.w;
+  const Rgb lost = point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z;
   if (settings.mode == ShadowMode::difference) {
     const Rgb change = point.reflectance * lost * std::numbers::inv_pi_v<float>;
     return glm::max(photo - settings.photo.apply(change), Rgb(0.0f));
   }
-  const Rgb before = Rgb(drawn.received) / drawn.lost.w + point.indirect_irradiance;
+  const Rgb before =
+      point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance;
   Rgb ratio(1.0f);
   for (int c = 0; c < 3; ++c)
     if (before[c] > 0.0f)
@@ -88,7 +91,8 @@ Composite compose(const RgbImage& photo, const RenderedFrame& frame, const Rende
       for (int x = 0; x < photo.width; ++x) {
         const DrawnPixel pixel = drawn.photo_pixel(x, y);
         const float coverage = std::min(pixel.object.w, 1.0f);
-        const bool shadow = pixel.lost.w > 0.0f && std::max({pixel.lost.x, pixel.lost.y, pixel.lost.z}) > 0.0f;
+        const bool shadow = pixel.lost_sky.w > 0.0f &&
+                            std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
         if (coverage < kLeastCoverage && !shadow)
           continue;
         const Rgb before = photo.at(x, y);

@@ -53,10 +53,7 @@ namespace {
 #define DAYLIT_TEXT(x) DAYLIT_TEXT_(x)
 constexpr const char* kShaderLimits =
     "#define MAX_LIGHTS " DAYLIT_TEXT(DAYLIT_MAX_LIGHTS) "\n#define MAX_APERTURES " DAYLIT_TEXT(
-        DAYLIT_MAX_APERTURES) "\n#define MAX_APERTURE_EDGES " DAYLIT_TEXT(DAYLIT_MAX_APERTURE_EDGES) "\n#define "
-                                                                                                     "MAX_"
-                                                                                                     "CELLS"
-                                                                                                     " " DAYLIT_TEXT(DAYLIT_MAX_CELLS) "\n";
+        DAYLIT_MAX_APERTURES) "\n#define MAX_APERTURE_EDGES " DAYLIT_TEXT(DAYLIT_MAX_APERTURE_EDGES) "\n";
 
 Error shader_error(const std::string& name, const char* stage, std::string log) {
   return {ErrorCode::device, std::string(stage) + " failed: " + log, "shader " + name,

@@ -16,12 +16,11 @@
 #define DAYLIT_MAX_LIGHTS 1024
 #define DAYLIT_MAX_APERTURES 256
 #define DAYLIT_MAX_APERTURE_EDGES 2048
-#define DAYLIT_MAX_CELLS 1024
 
 namespace daylit {
 
 constexpr int kMaxLights = DAYLIT_MAX_LIGHTS, kMaxApertures = DAYLIT_MAX_APERTURES,
-              kMaxApertureEdges = DAYLIT_MAX_APERTURE_EDGES, kMaxCells = DAYLIT_MAX_CELLS;
+              kMaxApertureEdges = DAYLIT_MAX_APERTURE_EDGES;
 
 using Gl = std::shared_ptr<const GlFunctions>;
 

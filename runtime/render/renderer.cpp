@@ -11,7 +11,6 @@
 #include "runtime/render/render_targets.h"
 #include "runtime/render/shaders.h"
 #include "runtime/render/shadow_maps.h"
-#include "runtime/render/sky_texture.h"
 
 namespace daylit {
 
@@ -33,9 +32,6 @@ struct GpuLight {
 struct GpuAperture {
   glm::vec4 plane, transmittance;
   glm::ivec4 edge_range;
-};
-struct GpuCell {
-  glm::vec4 centre_area, inward_level, transmittance;
 };
 
 /// A block must be backed over its whole declared size.
@@ -84,15 +80,15 @@ struct Renderer::State {
   glm::dvec3 origin{0.0};
   double room_radius = 1.0;
   GlProgram depth_program, shadow_program, room_program, object_program;
-  GlBuffer room_vertices, occluder_vertices, object_vertices, object_indirect, object_indices;
+  GlBuffer room_vertices, occluder_vertices, object_vertices, object_light, object_indices;
   GlVertexArray room_array, occluder_array, object_array;
   int room_vertex_count = 0, occluder_vertex_count = 0, object_index_count = 0;
   std::size_t object_vertex_count = 0;
-  GlBuffer lights, apertures, aperture_edges, cells;
-  int sky_lights = 0, sun_lights = 0, aperture_count = 0, cell_count = 0;
+  GlBuffer lights, apertures, aperture_edges;
+  int sky_lights = 0, sun_lights = 0, aperture_count = 0;
   glm::vec4 sky_cone{0.0f}, sun_cone{0.0f};
   ShadowMaps object_sky, object_sun, room_sky, room_sun;
-  SkyTexture sky;
+  Rgb sun_normal_irradiance{0.0f};
   RenderTargets targets;
   RenderCamera camera;
   BoundingSphere sphere; ///< world
@@ -205,9 +201,7 @@ Result<void> Renderer::State::start(const Room& room, std::span<const Aperture> 
   if (const auto uploaded = upload_apertures(room_apertures); !uploaded)
     return uploaded;
   std::vector<GpuLight> no_lights;
-  std::vector<GpuCell> no_cells;
   lights = make_buffer(gl, padded(no_lights, kMaxLights));
-  cells = make_buffer(gl, padded(no_cells, kMaxCells));
   for (auto [maps, texels] : {std::pair{&object_sky, settings.sky_map_texels},
                               {&object_sun, settings.sun_map_texels},
                               {&room_sky, settings.sky_map_texels},
@@ -266,56 +260,51 @@ Result<void> Renderer::set_objects(const ObjectSurface& objects) {
   s.sphere = objects.bounds();
   s.object_vertices = make_buffer(s.gl, bytes_of(vertices));
   s.object_indices = make_buffer(s.gl, bytes_of(objects.triangles));
-  const std::vector<Rgb> dark(objects.positions.size(), Rgb(0.0f));
-  s.object_indirect = make_buffer(s.gl, bytes_of(dark));
-  s.object_array = make_vertex_array(s.gl, {{s.object_vertices.name(), {3, 3, 3}}, {s.object_indirect.name(), {3}}},
+  const std::vector<Rgb> dark(2 * objects.positions.size(), Rgb(0.0f));
+  s.object_light = make_buffer(s.gl, bytes_of(dark));
+  s.object_array = make_vertex_array(s.gl, {{s.object_vertices.name(), {3, 3, 3}}, {s.object_light.name(), {3, 3}}},
                                      s.object_indices.name());
   return check_gl(*s.gl, "uploading objects");
 }
 
-Result<void> Renderer::set_indirect_radiance(std::span<const Rgb> radiance) {
+Result<void> Renderer::set_vertex_light(std::span<const Rgb> indirect_radiance, std::span<const Rgb> open_sky) {
   State& s = *state_;
-  if (radiance.size() != s.object_vertex_count)
+  if (indirect_radiance.size() != s.object_vertex_count || open_sky.size() != s.object_vertex_count)
     return Error{ErrorCode::value_invalid,
-                 "indirect radiance for " + std::to_string(radiance.size()) + " vertices, the objects have " +
+                 "light for " + std::to_string(indirect_radiance.size()) + " vertices, the objects have " +
                      std::to_string(s.object_vertex_count),
                  "renderer", "set the objects first"};
-  refill_buffer(s.gl, s.object_indirect, std::as_bytes(radiance));
-  return check_gl(*s.gl, "uploading indirect light");
+  std::vector<Rgb> interleaved;
+  interleaved.reserve(2 * s.object_vertex_count);
+  for (std::size_t i = 0; i < s.object_vertex_count; ++i) {
+    interleaved.push_back(indirect_radiance[i]);
+    interleaved.push_back(open_sky[i]);
+  }
+  refill_buffer(s.gl, s.object_light, bytes_of(interleaved));
+  return check_gl(*s.gl, "uploading vertex light");
 }
 
-Result<void> Renderer::set_sky(const LightSet& lights, std::span<const ApertureCell> cells,
-                               std::span<const SkyMap> pyramid) {
+Result<void> Renderer::set_lights(const LightSet& lights) {
   State& s = *state_;
-  if (lights.size() > kMaxLights || cells.size() > kMaxCells)
-    return Error{ErrorCode::limit_exceeded,
-                 std::to_string(lights.size()) + " lights and " + std::to_string(cells.size()) + " aperture cells",
-                 "renderer", "at most 1024 of each"};
+  if (lights.size() > kMaxLights)
+    return Error{ErrorCode::limit_exceeded, std::to_string(lights.size()) + " light samples", "renderer",
+                 "at most " + std::to_string(kMaxLights)};
   std::vector<GpuLight> gpu_lights;
+  s.sun_normal_irradiance = Rgb(0.0f);
   for (const auto* group : {&lights.sky, &lights.sun})
     for (const DirectionalLight& l : *group) {
       const OrthonormalBasis basis(l.direction);
       gpu_lights.push_back({glm::vec4(glm::vec3(basis.u), 0.0f), glm::vec4(glm::vec3(basis.v), 0.0f),
                             glm::vec4(glm::vec3(l.direction), 0.0f), glm::vec4(l.irradiance, 0.0f)});
+      if (group == &lights.sun)
+        s.sun_normal_irradiance += l.irradiance;
     }
   s.sky_lights = static_cast<int>(lights.sky.size());
   s.sun_lights = static_cast<int>(lights.sun.size());
   s.sky_cone = bounding_cone(lights.sky);
   s.sun_cone = bounding_cone(lights.sun);
   refill_buffer(s.gl, s.lights, padded(gpu_lights, kMaxLights));
-
-  std::vector<GpuCell> gpu_cells;
-  for (const ApertureCell& c : cells) {
-    const glm::dvec3 d = c.centre - s.sphere.centre;
-    const double r2 = std::max(glm::dot(d, d), 1e-6);
-    const double seen_sr = std::fabs(glm::dot(c.inward, d)) / std::sqrt(r2) * c.area_m2 / r2;
-    gpu_cells.push_back({glm::vec4(glm::vec3(c.centre - s.origin), static_cast<float>(c.area_m2)),
-                         glm::vec4(glm::vec3(c.inward), sky_texture_level(pyramid, d / std::sqrt(r2), seen_sr)),
-                         glm::vec4(c.transmittance, 0.0f)});
-  }
-  s.cell_count = static_cast<int>(gpu_cells.size());
-  refill_buffer(s.gl, s.cells, padded(gpu_cells, kMaxCells));
-  return s.sky.upload(s.gl, pyramid);
+  return check_gl(*s.gl, "uploading lights");
 }
 
 Result<void> Renderer::State::draw_shadow_maps() {
@@ -359,7 +348,7 @@ void Renderer::State::set_uniforms(const GlProgram& program) {
   gl->ProgramUniform1i(p, at("sky_lights"), sky_lights);
   gl->ProgramUniform1i(p, at("sun_lights"), sun_lights);
   gl->ProgramUniform1i(p, at("aperture_count"), aperture_count);
-  gl->ProgramUniform1i(p, at("cell_count"), cell_count);
+  gl->ProgramUniform3fv(p, at("sun_normal_irradiance"), 1, &sun_normal_irradiance.x);
   gl->ProgramUniform1i(p, at("room_occludes"), occluder_vertex_count > 0 ? 1 : 0);
 }
 
@@ -368,9 +357,7 @@ void Renderer::State::draw_picture() {
   gl->BindBufferBase(GL_UNIFORM_BUFFER, 0, lights.name());
   gl->BindBufferBase(GL_UNIFORM_BUFFER, 1, apertures.name());
   gl->BindBufferBase(GL_UNIFORM_BUFFER, 2, aperture_edges.name());
-  gl->BindBufferBase(GL_UNIFORM_BUFFER, 3, cells.name());
-  const GLuint textures[] = {object_sky.texture(), object_sun.texture(), room_sky.texture(), room_sun.texture(),
-                             sky.texture()};
+  const GLuint textures[] = {object_sky.texture(), object_sun.texture(), room_sky.texture(), room_sun.texture()};
   for (GLuint unit = 0; unit < std::size(textures); ++unit)
     gl->BindTextureUnit(unit, textures[unit]);
   gl->Enable(GL_DEPTH_TEST);
@@ -425,7 +412,7 @@ Result<RenderedFrame> Renderer::draw() {
   s.times.picture_ms = milliseconds_since(start);
   start = std::chrono::steady_clock::now();
   RenderedFrame frame{s.targets.width_px(), s.targets.height_px(), {}, {}, {}};
-  for (auto [pixels, colour] : {std::pair{&frame.object, 0}, {&frame.lost, 1}, {&frame.received, 2}}) {
+  for (auto [pixels, colour] : {std::pair{&frame.object, 0}, {&frame.lost_sky, 1}, {&frame.room, 2}}) {
     auto read = s.targets.read(colour);
     if (!read)
       return read.error();

@@ -39,10 +39,11 @@ struct RenderSettings {
 /// One value per drawn pixel, row-major, top row first; averaged over the coverage samples of the pixel.
 struct RenderedFrame {
   int width_px = 0, height_px = 0;
-  std::vector<glm::vec4> object;   ///< reflected radiance x coverage; w = coverage by visible virtual objects
-  std::vector<glm::vec4> lost;     ///< direct irradiance that the objects take from the room x share; w = share of
-                                   ///< the pixel that shows the room
-  std::vector<glm::vec4> received; ///< direct irradiance without the objects x share; 0 where nothing is lost
+  std::vector<glm::vec4> object; ///< reflected radiance x coverage; w = coverage by visible virtual objects
+  /// Shares of the room's direct light, each times w of `lost_sky` = share of the pixel that shows the room.
+  std::vector<glm::vec4> lost_sky; ///< of the open sky irradiance, taken by the objects, per channel
+  std::vector<glm::vec4> room;     ///< x: of the open sky, received without the objects; y, z: irradiance received
+                                   ///< without the objects and taken by them, in normal irradiances of the sun
 };
 
 struct RenderTimes {
@@ -60,10 +61,9 @@ public:
 
   Result<void> set_camera(const RenderCamera& camera);
   Result<void> set_objects(const ObjectSurface& objects);
-  /// Reflected indirect radiance of each object vertex.
-  Result<void> set_indirect_radiance(std::span<const Rgb> radiance);
-  /// `pyramid`: sky_map_pyramid() of the map that the lights were sampled from.
-  Result<void> set_sky(const LightSet& lights, std::span<const ApertureCell> cells, std::span<const SkyMap> pyramid);
+  /// Per object vertex: reflected indirect radiance, and the unshadowed irradiance from the sky (open_sky_irradiance).
+  Result<void> set_vertex_light(std::span<const Rgb> indirect_radiance, std::span<const Rgb> open_sky);
+  Result<void> set_lights(const LightSet& lights);
   Result<RenderedFrame> draw();
 
   const RenderTimes& times() const;

@@ -23,7 +23,7 @@ public:
         apertures_(std::move(apertures)) {}
 
   /// The estimate of runtime/light/direct_light.h.
-  DirectIrradiance estimate(const LightSet& lights, const SkyMap& map, std::span<const ApertureCell> cells,
+  DirectIrradiance estimate(const LightSet& lights, std::span<const SkyMap> map, std::span<const ApertureCell> cells,
                             const glm::dvec3& x, const glm::dvec3& n) const {
     const Sums sky = sum(lights.sky, x, n), sun = sum(lights.sun, x, n);
     const Rgb open = open_sky_irradiance(map, cells, x, n);
@@ -37,7 +37,7 @@ public:
   }
 
   /// Without samples: every cell of a fine grid on the apertures is tested by a ray; the sun by its own lights.
-  DirectIrradiance exact(const SkyMap& map, std::span<const ApertureCell> fine_cells,
+  DirectIrradiance exact(std::span<const SkyMap> map, std::span<const ApertureCell> fine_cells,
                          const std::vector<DirectionalLight>& sun, const glm::dvec3& x, const glm::dvec3& n) const {
     const Sums s = sum(sun, x, n);
     DirectIrradiance e{s.past_room, s.past_both};

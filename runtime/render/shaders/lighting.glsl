@@ -11,24 +11,17 @@ struct Aperture {
   vec4 transmittance;
   ivec4 edge_range; // first edge, one past the last
 };
-struct Cell {
-  vec4 centre;      // w: area, m^2
-  vec4 inward;      // w: mip level of the sky map that resolves the cell from the object
-  vec4 transmittance;
-};
 // Uniform blocks, not storage buffers: software drivers read those lane by lane.
 layout(std140, binding = 0) uniform Lights { Light lights[MAX_LIGHTS]; };
 layout(std140, binding = 1) uniform Apertures { Aperture apertures[MAX_APERTURES]; };
 layout(std140, binding = 2) uniform ApertureEdges { vec4 aperture_edges[MAX_APERTURE_EDGES]; }; // inside positive
-layout(std140, binding = 3) uniform Cells { Cell cells[MAX_CELLS]; };
 
 layout(binding = 0) uniform sampler2DArrayShadow object_sky_maps;
 layout(binding = 1) uniform sampler2DArrayShadow object_sun_maps;
 layout(binding = 2) uniform sampler2DArrayShadow room_sky_maps;
 layout(binding = 3) uniform sampler2DArrayShadow room_sun_maps;
-layout(binding = 4) uniform sampler2D sky_map;
 
-uniform int sky_lights, sun_lights, aperture_count, cell_count;
+uniform int sky_lights, sun_lights, aperture_count;
 uniform int room_occludes; // 0: nothing of the room stands between the object and the apertures
 uniform vec3 sphere_centre;
 uniform float sphere_radius, room_extent;
@@ -116,26 +109,7 @@ DirectSums sum_lights(int first, int count, sampler2DArrayShadow object_maps, sa
 
 const float kPi = 3.14159265358979;
 
-vec3 sky_radiance(vec3 w, float level) {
-  float azimuth = atan(w.y, w.x);
-  return textureLod(sky_map, vec2(0.5 - azimuth / (2.0 * kPi), acos(clamp(w.z, -1.0, 1.0)) / kPi), level).rgb;
-}
-
-// Unshadowed irradiance from the sky through the apertures.
-vec3 open_sky_irradiance(vec3 x, vec3 n) {
-  vec3 sum = vec3(0.0);
-  for (int k = 0; k < cell_count; ++k) {
-    vec3 d = cells[k].centre.xyz - x;
-    float facing = -dot(cells[k].inward.xyz, d), receiving = dot(n, d);
-    if (facing <= 0.0 || receiving <= 0.0)
-      continue;
-    float r2 = dot(d, d);
-    sum += facing * receiving * cells[k].centre.w / (r2 * r2) * cells[k].transmittance.rgb *
-           sky_radiance(d * inversesqrt(r2), cells[k].inward.w);
-  }
-  return sum;
-}
-
+// Part of a whole, 1 where there is no whole.
 vec3 share(vec3 part, vec3 whole) {
   return vec3(whole.r > 0.0 ? part.r / whole.r : 1.0, whole.g > 0.0 ? part.g / whole.g : 1.0,
               whole.b > 0.0 ? part.b / whole.b : 1.0);
