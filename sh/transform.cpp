@@ -14,7 +14,8 @@ using detail::AlignedBuffer;
 using detail::Kernels;
 using detail::RingPair;
 
-constexpr int kBlockPairs = 128;
+/// Amplitudes held at a time: all of them up to degree 1023 or so.
+constexpr std::size_t kBlockBytes = 128u << 20;
 
 std::vector<RingPair> pair_rings(const RingGrid& grid) {
   std::vector<RingPair> pairs;
@@ -55,7 +56,7 @@ struct RingTransform::State {
   AlignedBuffer bins, work_a, work_b, weights;
 
   State(const RingGrid& g, int degree)
-      : grid(g), engine(pair_rings(g), degree, kBlockPairs, detail::kernels()), fft(g.longitudes) {
+      : grid(g), engine(pair_rings(g), degree, kBlockBytes, detail::kernels()), fft(g.longitudes) {
     const std::size_t vector = 2 * std::size_t(engine.lanes());
     bins.reserve(std::size_t(std::max(fft.bins(), degree + 1)) * vector);
     work_a.reserve(std::size_t(fft.complex_length()) * vector);
@@ -248,14 +249,15 @@ Expected<void> RingTransform::State::synthesise(std::span<const double> coeffici
   if (!std::isfinite(most))
     return not_finite("coefficients", where);
   const double scale = detail::safe_scale(most);
-  for (int block = 0; block < engine.blocks(); ++block)
-    for (int c = 0; c < channels;) {
-      const int group = channels - c >= 3 ? 3 : 1;
+  for (int c = 0, group = 0; c < channels; c += group) {
+    group = channels - c >= 3 ? 3 : 1;
+    engine.set_coefficients(coefficients.data() + c, channels, group, scale);
+    for (int block = 0; block < engine.blocks(); ++block) {
       const auto a = engine.amplitudes(block, group);
-      engine.synthesise(block, coefficients.data() + c, channels, scale, a);
+      engine.synthesise(block, a);
       store_block(block, a, image, c, 1.0 / scale);
-      c += group;
     }
+  }
   return {};
 }
 
@@ -270,15 +272,15 @@ Expected<void> RingTransform::State::analyse(const ImageView<const T>& image, st
   const auto scale = image_scale(image, where);
   if (!scale)
     return scale.error();
-  std::fill(coefficients.begin(), coefficients.end(), 0.0);
-  for (int block = 0; block < engine.blocks(); ++block)
-    for (int c = 0; c < channels;) {
-      const int group = channels - c >= 3 ? 3 : 1;
+  for (int c = 0, group = 0; c < channels; c += group) {
+    group = channels - c >= 3 ? 3 : 1;
+    for (int block = 0; block < engine.blocks(); ++block) {
       const auto a = engine.amplitudes(block, group);
       load_block(block, a, image, c, *scale, weighted);
-      engine.analyse(block, coefficients.data() + c, channels, 1.0 / *scale, a);
-      c += group;
+      engine.analyse(block, a);
     }
+    engine.get_coefficients(coefficients.data() + c, channels, group, 1.0 / *scale);
+  }
   return {};
 }
 

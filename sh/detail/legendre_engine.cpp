@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 namespace daylit::sh::detail {
 namespace {
@@ -65,11 +66,13 @@ double sectoral_factor(int m) {
   return m == 0 ? 0.5 / std::sqrt(std::numbers::pi) : std::sqrt((2.0 * m + 1.0) / (2.0 * m));
 }
 
-LegendreEngine::LegendreEngine(std::vector<RingPair> pairs, int degree, int block_pairs, const Kernels& kernels)
+LegendreEngine::LegendreEngine(std::vector<RingPair> pairs, int degree, std::size_t block_bytes,
+                               const Kernels& kernels)
     : pairs_(std::move(pairs)), degree_(degree), kernels_(&kernels) {
   const int lanes = kernels_->lanes;
   vectors_ = (int(pairs_.size()) + lanes - 1) / lanes;
-  vectors_per_block_ = std::max(1, std::min(vectors_, block_pairs / lanes));
+  const std::size_t vector_bytes = std::size_t(degree_ + 2) * 2 * 3 * 2 * lanes * sizeof(double);
+  vectors_per_block_ = int(std::max<std::size_t>(1, std::min<std::size_t>(vectors_, block_bytes / vector_bytes)));
   const std::size_t padded = std::size_t(vectors_) * lanes;
   x_.reserve(padded);
   sine_.reserve(padded);
@@ -159,48 +162,84 @@ void LegendreEngine::for_each_order(int block, PerOrder&& body) {
   }
 }
 
-void LegendreEngine::synthesise(int block, const double* coefficients, int stride, double scale,
-                                const Amplitudes& out) {
-  const std::size_t channels = std::size_t(out.channels);
+std::size_t LegendreEngine::order_offset(int m) const {
+  return std::size_t(m) * std::size_t(degree_ + 1) - std::size_t(m) * std::size_t(m - 1) / 2;
+}
+
+/// body(l, m, position of (l, m) in by_order_), in tiles that touch few pages at a time on either side.
+template <class Body>
+void LegendreEngine::for_each_index(Body&& body) const {
+  constexpr int kTile = 32;
+  for (int m0 = 0; m0 <= degree_; m0 += kTile)
+    for (int l = m0; l <= degree_; ++l)
+      for (int m = m0; m <= std::min(l, m0 + kTile - 1); ++m)
+        body(std::ptrdiff_t(l), std::ptrdiff_t(m), order_offset(m) + std::size_t(l - m));
+}
+
+void LegendreEngine::set_coefficients(const double* coefficients, int stride, int channels, double scale) {
+  double* table = by_order_.reserve(order_offset(degree_ + 1) * 6);
+  const auto copy = [&](auto count) {
+    constexpr int kChannels = decltype(count)::value;
+    for_each_index([&](std::ptrdiff_t l, std::ptrdiff_t m, std::size_t at) {
+      const double* plus = coefficients + (l * l + l + m) * stride;
+      const double* minus = plus - 2 * m * stride;
+      const double f = m == 0 ? scale : scale * std::numbers::sqrt2, g = m == 0 ? 0.0 : -f;
+      double* out = table + at * 2 * kChannels;
+      for (int c = 0; c < kChannels; ++c) {
+        out[2 * c] = f * plus[c];
+        out[2 * c + 1] = g * minus[c];
+      }
+    });
+  };
+  channels == 3 ? copy(std::integral_constant<int, 3>()) : copy(std::integral_constant<int, 1>());
+}
+
+void LegendreEngine::get_coefficients(double* coefficients, int stride, int channels, double scale) const {
+  const double* table = by_order_.data();
+  const auto copy = [&](auto count) {
+    constexpr int kChannels = decltype(count)::value;
+    for_each_index([&](std::ptrdiff_t l, std::ptrdiff_t m, std::size_t at) {
+      double* plus = coefficients + (l * l + l + m) * stride;
+      double* minus = plus - 2 * m * stride;
+      const double f = m == 0 ? scale : scale * std::numbers::sqrt2;
+      const double* in = table + at * 2 * kChannels;
+      for (int c = 0; c < kChannels; ++c) {
+        if (m > 0)
+          minus[c] = -f * in[2 * c + 1];
+        plus[c] = f * in[2 * c];
+      }
+    });
+  };
+  channels == 3 ? copy(std::integral_constant<int, 3>()) : copy(std::integral_constant<int, 1>());
+}
+
+void LegendreEngine::synthesise(int block, const Amplitudes& out) {
+  const std::size_t width = 2 * std::size_t(out.channels);
   double* values = order_values_.data();
   for_each_order(block, [&](const RingBlock& rings, const OrderTable& table, const double* gamma, int first, int m) {
-    const double norm = m == 0 ? scale : scale * std::numbers::sqrt2;
-    const int used = degree_ - m + 1;
-    for (int i = 0; i < used; ++i) {
-      const std::ptrdiff_t l = m + i, centre = l * l + l;
-      const double* plus = coefficients + (centre + m) * stride;
-      const double* minus = coefficients + (centre - m) * stride;
-      const double f = norm * gamma[i], g = m == 0 ? 0.0 : -f;
-      double* v = values + std::size_t(i) * 2 * channels;
-      for (std::size_t c = 0; c < channels; ++c) {
-        v[2 * c] = f * plus[c];
-        v[2 * c + 1] = g * minus[c];
-      }
-    }
-    std::fill(values + std::size_t(used) * 2 * channels, values + std::size_t(table.count) * 2 * channels, 0.0);
+    const std::size_t used = std::size_t(degree_ - m) + 1;
+    const double* in = by_order_.data() + order_offset(m) * width;
+    for (std::size_t i = 0; i < used; ++i)
+      for (std::size_t k = 0; k < width; ++k)
+        values[i * width + k] = in[i * width + k] * gamma[i];
+    std::fill(values + used * width, values + std::size_t(table.count) * width, 0.0);
     kernels_->synthesise_order(rings, table, first, m, values, accumulators_.data(), out);
   });
 }
 
-void LegendreEngine::analyse(int block, double* coefficients, int stride, double scale, const Amplitudes& in) {
-  const std::size_t channels = std::size_t(in.channels);
+void LegendreEngine::analyse(int block, const Amplitudes& in) {
+  const std::size_t width = 2 * std::size_t(in.channels);
+  double* sums = by_order_.reserve(order_offset(degree_ + 1) * 6);
+  if (block == 0)
+    std::fill(sums, sums + order_offset(degree_ + 1) * width, 0.0);
   double* values = order_values_.data();
   for_each_order(block, [&](const RingBlock& rings, const OrderTable& table, const double* gamma, int first, int m) {
-    std::fill(values, values + std::size_t(table.count) * 2 * channels, 0.0);
+    std::fill(values, values + std::size_t(table.count) * width, 0.0);
     kernels_->analyse_order(rings, table, first, m, values, accumulators_.data(), in);
-    const double norm = m == 0 ? scale : scale * std::numbers::sqrt2;
-    for (int i = 0; i <= degree_ - m; ++i) {
-      const std::ptrdiff_t l = m + i, centre = l * l + l;
-      double* plus = coefficients + (centre + m) * stride;
-      double* minus = coefficients + (centre - m) * stride;
-      const double f = norm * gamma[i];
-      const double* v = values + std::size_t(i) * 2 * channels;
-      for (std::size_t c = 0; c < channels; ++c) {
-        plus[c] += f * v[2 * c];
-        if (m > 0)
-          minus[c] -= f * v[2 * c + 1];
-      }
-    }
+    double* out = sums + order_offset(m) * width;
+    for (std::size_t i = 0; i < std::size_t(degree_ - m) + 1; ++i)
+      for (std::size_t k = 0; k < width; ++k)
+        out[i * width + k] += values[i * width + k] * gamma[i];
   });
 }
 

@@ -28,8 +28,8 @@ struct RingPair {
 
 class LegendreEngine {
 public:
-  /// `pairs` in order of falling x (pole first). `block_pairs`: ring pairs per block, rounded to whole vectors.
-  LegendreEngine(std::vector<RingPair> pairs, int degree, int block_pairs, const Kernels& kernels);
+  /// `pairs` in order of falling x (pole first). `block_bytes`: limit of the amplitudes of three channels.
+  LegendreEngine(std::vector<RingPair> pairs, int degree, std::size_t block_bytes, const Kernels& kernels);
 
   int degree() const { return degree_; }
   int lanes() const { return kernels_->lanes; }
@@ -48,22 +48,31 @@ public:
   /// Complex vectors of one ring vector, hemisphere and channel, orders 0 .. last_order.
   double* row(const Amplitudes& a, int vector_in_block, int south, int channel) const;
 
-  /// coefficients[index * stride + c], c < channels, times `scale` -> amplitudes of the block.
-  void synthesise(int block, const double* coefficients, int stride, double scale, const Amplitudes&);
-  /// coefficients += adjoint of synthesise applied to the amplitudes.
-  void analyse(int block, double* coefficients, int stride, double scale, const Amplitudes&);
+  /// Takes over coefficients[index * stride + c], c < channels, times `scale`, for synthesise().
+  void set_coefficients(const double* coefficients, int stride, int channels, double scale);
+  /// Amplitudes of the block from the coefficients.
+  void synthesise(int block, const Amplitudes&);
+  /// Adjoint of synthesise, summed over the calls for block 0, 1, ...
+  void analyse(int block, const Amplitudes&);
+  /// Hands out what analyse() has summed, times `scale`.
+  void get_coefficients(double* coefficients, int stride, int channels, double scale) const;
 
 private:
   RingBlock begin_block(int block);
   OrderTable order_table(int m, const double** gamma);
   template <class PerOrder>
   void for_each_order(int block, PerOrder&& body);
+  template <class Body>
+  void for_each_index(Body&& body) const;
 
   std::vector<RingPair> pairs_;
   int degree_, vectors_, vectors_per_block_;
   const Kernels* kernels_;
   std::vector<int> last_order_;
+  std::size_t order_offset(int m) const;
+
   AlignedBuffer x_, sine_, state_, accumulators_, amplitudes_, order_values_;
+  AlignedBuffer by_order_; ///< coefficients order by order: (degree, channel, re or im of c_{l,m} - i c_{l,-m})
   std::vector<unsigned char> live_;
   std::vector<double> alpha_, gamma_; ///< all orders when the degree is small, else the current one
   std::vector<std::size_t> offset_;
