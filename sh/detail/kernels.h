@@ -69,6 +69,38 @@ struct DirectionArrays {
   std::size_t count;
 };
 
+/// Directions of a batch: mu, sine, hemisphere, cos phi, sin phi, then the state that moves from order to order
+/// (sh/detail/difference_recurrence.h). Arrays are padded to kMaxBatchWidth.
+inline constexpr std::size_t kMaxBatchWidth = 16;
+template <class T>
+struct BatchState {
+  T* field[9];
+  std::size_t count;
+};
+
+/// Difference recurrence of one order, index i for degree order + i.
+template <class T>
+struct OrderRow {
+  const T *a, *b, *q;
+  int order, count;
+  T sectoral_factor;
+};
+
+/// One row n and one vector of columns m of the quarter-turn matrices of all degrees (sh/rotation.cpp).
+/// Two-dimensional arrays start at degree n and at the vector's first column; `stride` is that of a degree.
+struct RotationColumns {
+  int row, degree;
+  std::size_t stride;
+  const double *start, *start_exp;       ///< d^n_{n,m}
+  const double *first, *second;          ///< column factors of the recurrence, d_{l+1} = first row_first d_l - ...
+  const double *row_first, *row_second;  ///< row factors, from degree n
+  const double *row_sign, *column_sign;  ///< per lane
+  const double *row_cosine, *row_sine;   ///< input of row n, from degree n
+  const double* in[2];                   ///< even columns cosine and odd ones sine, and the other way round
+  double* out[2];
+  double* row_sums;                      ///< 2 vectors per degree, from degree n
+};
+
 struct Kernels {
   const char* name;
   int lanes;
@@ -106,6 +138,11 @@ struct Kernels {
   /// Closed form of bands 0..2, plane i of the output at out + i * plane_stride.
   void (*evaluate9_f32)(const DirectionArrays<float>&, float* out, std::size_t plane_stride);
   void (*evaluate9_f64)(const DirectionArrays<double>&, double* out, std::size_t plane_stride);
+  /// All degrees of one order of a batch; orders are to be called in turn, from 0.
+  void (*evaluate_order_f32)(BatchState<float>&, const OrderRow<float>&, float* out, std::size_t plane_stride);
+  void (*evaluate_order_f64)(BatchState<double>&, const OrderRow<double>&, double* out, std::size_t plane_stride);
+
+  void (*rotate_columns)(const RotationColumns&);
 };
 
 /// The widest set this processor runs; never changes during the life of the process.

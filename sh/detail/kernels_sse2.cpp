@@ -11,8 +11,12 @@ namespace {
 #include "sh/detail/vector.h"
 
 #include "sh/detail/basis9_kernel.h"
+
+#include "sh/detail/basis_kernel.h"
 #include "sh/detail/fft_kernel.h"
 #include "sh/detail/legendre_kernel.h"
+
+#include "sh/detail/rotation_kernel.h"
 } // namespace
 
 extern const Kernels kKernelsBaseline;
@@ -33,5 +37,8 @@ const Kernels kKernelsBaseline = {"baseline",
                     max_abs<double>,
                     max_abs<float>,
                     evaluate9<float>,
-                    evaluate9<double>};
+                    evaluate9<double>,
+                    evaluate_order_batch<float>,
+                    evaluate_order_batch<double>,
+                    rotate_columns};
 } // namespace daylit::sh::detail

@@ -12,9 +12,11 @@ typedef long long Mask __attribute__((vector_size(kLanes * 8)));
 inline Vec load(const double* p) { return *reinterpret_cast<const Vec*>(p); }
 inline void store(double* p, Vec v) { *reinterpret_cast<Vec*>(p) = v; }
 
-inline bool any(Mask m) {
+/// True when any lane of a comparison holds.
+template <class M>
+inline bool any(M m) {
   long long set = 0;
-  for (int i = 0; i < kLanes; ++i)
+  for (std::size_t i = 0; i < sizeof(M) / sizeof(m[0]); ++i)
     set |= m[i];
   return set != 0;
 }
