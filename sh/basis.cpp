@@ -128,8 +128,8 @@ Expected<void> evaluate_many(int degree, std::span<const T> x, std::span<const T
     }
     for (int m = 0; m <= degree; ++m) {
       table.build(m, degree - m + 1);
-      const detail::OrderRow<T> row{table.a.data(), table.b.data(), table.q.data(),
-                                    m,              degree - m + 1, T(detail::sectoral_factor(m))};
+      const detail::OrderRow<T> row{
+          table.a.data(), table.b.data(), table.q.data(), m, degree - m + 1, T(detail::sectoral_factor(m))};
       evaluate_order(state, row, out.data() + begin, x.size());
     }
   }
@@ -145,8 +145,9 @@ Expected<void> evaluate_nine(std::span<const T> x, std::span<const T> y, std::sp
   if (x.empty())
     return {};
   if (out.size() < 8 * plane_stride + x.size())
-    return Error{ErrorCode::wrong_count, "room for " + std::to_string(out.size()) + " values, nine planes need " +
-                                             std::to_string(8 * plane_stride + x.size()),
+    return Error{ErrorCode::wrong_count,
+                 "room for " + std::to_string(out.size()) + " values, nine planes need " +
+                     std::to_string(8 * plane_stride + x.size()),
                  where};
   kernel(detail::DirectionArrays<T>{x.data(), y.data(), z.data(), x.size()}, out.data(), plane_stride);
   return {};

@@ -64,7 +64,7 @@ constexpr std::array<T, 16> evaluate16(T x, T y, T z) {
 
 /// Order = number of bands, 1 to 4: the first Order * Order harmonics in closed form.
 template <int Order, class T>
-constexpr std::array<T, std::size_t(Order * Order)> evaluate_closed(T x, T y, T z) {
+constexpr std::array<T, std::size_t(Order* Order)> evaluate_closed(T x, T y, T z) {
   static_assert(Order >= 1 && Order <= 4, "closed forms exist for one to four bands");
   std::array<T, std::size_t(Order * Order)> out{};
   if constexpr (Order <= 3) {

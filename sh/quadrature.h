@@ -13,11 +13,11 @@ inline constexpr int kMaxDegree = 20000;
 
 /// Nodes of a rule for the integral over cos(theta) in -1..1, north to south. Symmetric to the last bit.
 struct LatitudeRule {
-  std::vector<double> theta;     ///< colatitude, radians, ascending
+  std::vector<double> theta; ///< colatitude, radians, ascending
   std::vector<double> cos_theta;
   std::vector<double> sin_theta;
-  std::vector<double> weight;    ///< sums to 2
-  int exact_degree = 0;          ///< polynomials in cos(theta) up to this degree are integrated exactly
+  std::vector<double> weight; ///< sums to 2
+  int exact_degree = 0;       ///< polynomials in cos(theta) up to this degree are integrated exactly
 };
 
 /// Gauss-Legendre: `count` nodes, exact to degree 2 count - 1. Newton iteration on P_n(cos theta) in theta, with the
@@ -36,9 +36,9 @@ struct RingGrid {
   std::vector<double> sin_theta;
   std::vector<double> weight_sr; ///< solid angle of one sample of the ring; all samples together: 4 pi
   int longitudes = 0;
-  double first_azimuth = 0.0;    ///< radians
-  int turn = 1;                  ///< +1: azimuth grows with the column, -1: it falls
-  int exact_degree = 0;          ///< spherical polynomials up to this degree are integrated exactly
+  double first_azimuth = 0.0; ///< radians
+  int turn = 1;               ///< +1: azimuth grows with the column, -1: it falls
+  int exact_degree = 0;       ///< spherical polynomials up to this degree are integrated exactly
 
   int rings() const { return int(cos_theta.size()); }
   std::size_t samples() const { return cos_theta.size() * std::size_t(longitudes); }

@@ -1,5 +1,6 @@
 #include "sh/rotation.h"
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -53,9 +54,8 @@ void rotate_z(double angle, int degree, int channels, std::span<double> c) {
 class QuarterTurn {
 public:
   explicit QuarterTurn(int degree)
-      : degree_(degree), lanes_(std::size_t(detail::kernels().lanes)),
-        stride_((std::size_t(degree) + lanes_) / lanes_ * lanes_) {
-    const std::size_t size = stride_ * std::size_t(degree_ + 1);
+      : degree_(degree), lanes_(std::size_t(detail::kernels().lanes)), degrees_(std::size_t(degree) + 1) {
+    const std::size_t size = (degrees_ + lanes_ - 1) / lanes_ * lanes_ * degrees_;
     for (AlignedBuffer* b : {&first_, &second_, &in_[0], &in_[1], &out_[0], &out_[1]})
       b->reserve(size);
     for (int l = 0; l < degree_; ++l)
@@ -64,30 +64,50 @@ public:
         first_[at(l, m)] = m / next;
         second_[at(l, m)] = v / next;
       }
-    row_values_.reserve(6 * std::size_t(degree_ + 1));
-    row_sums_.reserve(2 * lanes_ * std::size_t(degree_ + 1));
+    for (Row& row : rows_) {
+      row.values.reserve(4 * degrees_);
+      row.sums.reserve(2 * lanes_ * degrees_);
+    }
     lane_values_.reserve(4 * lanes_);
   }
 
   void apply(bool inverse, int channels, int channel, std::span<double> c) {
     read(channels, channel, c);
     central_ = 1.0;
-    for (int n = 0; n <= degree_; ++n) {
-      if (n > 0)
-        central_ *= std::sqrt((2.0 * n - 1.0) / (2.0 * n)); // |d^n_{n,0}| = 2^-n sqrt((2n)!) / n!
-      apply_row(n, inverse);
+    for (int n = 0; n <= degree_; n += kTile) {
+      const int end = std::min(degree_ + 1, n + kTile);
+      for (int i = n; i < end; ++i)
+        begin_row(i);
+      for (int m0 = 0; m0 < end; m0 += int(lanes_))
+        for (int i = std::max(n, m0); i < end; ++i)
+          apply_columns(i, m0, inverse);
+      for (int i = n; i < end; ++i)
+        finish_row(i);
     }
     write(channels, channel, c);
   }
 
 private:
-  std::size_t at(int l, int m) const { return std::size_t(l) * stride_ + std::size_t(m); }
+  /// Rows that share the columns while these are in the second-level cache.
+  static constexpr int kTile = 4;
+  struct Row {
+    AlignedBuffer values; ///< two factors of the recurrence, cosine and sine input, by degree from n
+    AlignedBuffer sums;
+    double mantissa = 0.0, exponent = 0.0; ///< d^n_{n,m} of the next column
+  };
+
+  /// A vector of columns is contiguous over the degrees.
+  std::size_t at(int l, int m) const {
+    const std::size_t column = std::size_t(m);
+    return (column / lanes_ * degrees_ + std::size_t(l)) * lanes_ + column % lanes_;
+  }
+  Row& row(int n) { return rows_[std::size_t(n % kTile)]; }
 
   void read(int channels, int channel, std::span<const double> c) {
-    for (int q = 0; q < 2; ++q)
-      std::fill(out_[q].data(), out_[q].data() + stride_ * std::size_t(degree_ + 1), 0.0);
-    for (int l = 0; l <= degree_; ++l)
-      for (int m = 0; m <= l; ++m) {
+    for (AlignedBuffer& out : out_)
+      std::fill(out.data(), out.data() + (degrees_ + lanes_ - 1) / lanes_ * lanes_ * degrees_, 0.0);
+    for (int m = 0; m <= degree_; ++m)
+      for (int l = m; l <= degree_; ++l) {
         const std::size_t centre = std::size_t(l) * std::size_t(l) + std::size_t(l);
         const std::size_t plus = (centre + std::size_t(m)) * std::size_t(channels) + std::size_t(channel);
         const std::size_t minus = (centre - std::size_t(m)) * std::size_t(channels) + std::size_t(channel);
@@ -97,8 +117,8 @@ private:
   }
 
   void write(int channels, int channel, std::span<double> c) const {
-    for (int l = 0; l <= degree_; ++l)
-      for (int m = 0; m <= l; ++m) {
+    for (int m = 0; m <= degree_; ++m)
+      for (int l = m; l <= degree_; ++l) {
         const double sign = l & 1 ? -2.0 : 2.0;
         const std::size_t centre = std::size_t(l) * std::size_t(l) + std::size_t(l);
         const std::size_t plus = (centre + std::size_t(m)) * std::size_t(channels) + std::size_t(channel);
@@ -110,68 +130,78 @@ private:
   }
 
   /// Row factors of d_{l+1} = -(2l+1) n m / (l u' v') d_l - (l+1) u v / (l u' v') d_{l-1}, u^2 = l^2 - n^2,
-  /// v^2 = l^2 - m^2, primes for l + 1; and the input of row n.
-  void prepare_row(int n) {
-    const std::size_t size = std::size_t(degree_ + 1);
+  /// v^2 = l^2 - m^2, primes for l + 1; the input of row n; the start |d^n_{n,0}| = 2^-n sqrt((2n)!) / n!.
+  void begin_row(int n) {
+    Row& r = row(n);
     for (int l = n; l <= degree_; ++l) {
       const std::size_t i = std::size_t(l - n);
-      const double u = std::sqrt(double(l - n) * (l + n)), next = std::sqrt(double(l + 1 - n) * (l + 1 + n));
-      row_values_[i] = l == 0 ? 0.0 : -(2.0 * l + 1.0) * n / (l * next);
-      row_values_[size + i] = l == 0 ? 0.0 : (l + 1.0) * u / (l * next);
-      row_values_[2 * size + i] = in_[n & 1][at(l, n)];
-      row_values_[3 * size + i] = in_[1 - (n & 1)][at(l, n)];
+      r.values[i] = l == 0 || l == degree_ ? 0.0 : -(2.0 * l + 1.0) / l * first_[at(l, n)];
+      r.values[degrees_ + i] = l == 0 || l == degree_ ? 0.0 : (l + 1.0) / l * second_[at(l, n)];
+      r.values[2 * degrees_ + i] = in_[n & 1][at(l, n)];
+      r.values[3 * degrees_ + i] = in_[1 - (n & 1)][at(l, n)];
     }
-    std::fill(row_sums_.data(), row_sums_.data() + 2 * lanes_ * std::size_t(degree_ - n + 1), 0.0);
+    std::fill(r.sums.data(), r.sums.data() + 2 * lanes_ * std::size_t(degree_ - n + 1), 0.0);
+    if (n > 0)
+      central_ *= std::sqrt((2.0 * n - 1.0) / (2.0 * n));
+    r.mantissa = n & 1 ? -central_ : central_;
+    r.exponent = 0.0;
   }
 
-  void apply_row(int n, bool inverse) {
-    prepare_row(n);
-    const std::size_t size = std::size_t(degree_ + 1);
-    double mantissa = n & 1 ? -central_ : central_, exponent = 0.0; // d^n_{n,0}
-    for (std::size_t m0 = 0; m0 <= std::size_t(n); m0 += lanes_) {
-      double *start = lane_values_.data(), *start_exp = start + lanes_, *sign = start + 2 * lanes_,
-             *other = start + 3 * lanes_;
-      for (std::size_t k = 0; k < lanes_; ++k) {
-        const int m = int(m0 + k);
-        start[k] = m <= n ? mantissa : 0.0;
-        start_exp[k] = m <= n ? exponent : 0.0;
-        const double parity = (n - m) & 1 ? -1.0 : 1.0;
-        sign[k] = inverse ? parity : 1.0;               // row n of J, or of its transpose
-        other[k] = m == n ? 0.0 : (inverse ? 1.0 : parity); // column n; the diagonal is already in row n
-        if (m < n)
-          mantissa *= -std::sqrt(double(n - m) / double(n + m + 1));
-        if (std::abs(mantissa) < detail::kSmall) {
-          mantissa *= detail::kScaleUp;
-          exponent -= 1.0;
-        }
+  void apply_columns(int n, int m0, bool inverse) {
+    Row& r = row(n);
+    double *start = lane_values_.data(), *start_exp = start + lanes_, *row_sign = start + 2 * lanes_,
+           *column_sign = start + 3 * lanes_;
+    for (std::size_t k = 0; k < lanes_; ++k) {
+      const int m = m0 + int(k);
+      start[k] = m <= n ? r.mantissa : 0.0;
+      start_exp[k] = m <= n ? r.exponent : 0.0;
+      const double parity = (n - m) & 1 ? -1.0 : 1.0;
+      row_sign[k] = inverse ? parity : 1.0;                     // row n of the turn, or of its transpose
+      column_sign[k] = m == n ? 0.0 : (inverse ? 1.0 : parity); // column n; the diagonal is part of row n
+      if (m < n)
+        r.mantissa *= -std::sqrt(double(n - m) / double(n + m + 1));
+      if (std::abs(r.mantissa) < detail::kSmall) {
+        r.mantissa *= detail::kScaleUp;
+        r.exponent -= 1.0;
       }
-      const std::size_t origin = at(n, int(m0));
-      detail::kernels().rotate_columns({n, degree_, stride_, start, start_exp, first_.data() + origin,
-                                        second_.data() + origin, row_values_.data(), row_values_.data() + size, sign,
-                                        other, row_values_.data() + 2 * size, row_values_.data() + 3 * size,
-                                        {in_[0].data() + origin, in_[1].data() + origin},
-                                        {out_[0].data() + origin, out_[1].data() + origin}, row_sums_.data()});
     }
-    finish_row(n);
+    const std::size_t origin = at(n, m0);
+    const double* values = r.values.data();
+    detail::kernels().rotate_columns({n,
+                                      degree_,
+                                      start,
+                                      start_exp,
+                                      first_.data() + origin,
+                                      second_.data() + origin,
+                                      values,
+                                      values + degrees_,
+                                      row_sign,
+                                      column_sign,
+                                      values + 2 * degrees_,
+                                      values + 3 * degrees_,
+                                      {in_[0].data() + origin, in_[1].data() + origin},
+                                      {out_[0].data() + origin, out_[1].data() + origin},
+                                      r.sums.data()});
   }
 
   /// Even and odd lanes of the row sums belong to cosine and sine harmonics, or the other way round.
   void finish_row(int n) {
+    const double* vectors = row(n).sums.data();
     for (int l = n; l <= degree_; ++l) {
       double sums[2][2] = {};
       for (std::size_t q = 0; q < 2; ++q)
         for (std::size_t k = 0; k < lanes_; ++k)
-          sums[q][k & 1] += row_sums_[(std::size_t(l - n) * 2 + q) * lanes_ + k];
-      const double cosine = sums[0][0] + sums[1][1], sine = sums[0][1] + sums[1][0];
-      out_[n & 1][at(l, n)] += cosine;
-      out_[1 - (n & 1)][at(l, n)] += sine;
+          sums[q][k & 1] += vectors[(std::size_t(l - n) * 2 + q) * lanes_ + k];
+      out_[n & 1][at(l, n)] += sums[0][0] + sums[1][1];
+      out_[1 - (n & 1)][at(l, n)] += sums[0][1] + sums[1][0];
     }
   }
 
   int degree_;
-  std::size_t lanes_, stride_;
+  std::size_t lanes_, degrees_;
   double central_ = 1.0;
-  AlignedBuffer first_, second_, in_[2], out_[2], row_values_, row_sums_, lane_values_;
+  AlignedBuffer first_, second_, in_[2], out_[2], lane_values_;
+  std::array<Row, kTile> rows_;
 };
 
 } // namespace

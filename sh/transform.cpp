@@ -64,8 +64,8 @@ struct RingTransform::State {
     weights.reserve(vector);
     if (grid.first_azimuth != 0.0 || grid.turn < 0)
       for (int m = 0; m <= degree; ++m) {
-        const long double angle = std::fmod(static_cast<long double>(grid.first_azimuth) * m,
-                                            2.0L * std::numbers::pi_v<long double>);
+        const long double angle =
+            std::fmod(static_cast<long double>(grid.first_azimuth) * m, 2.0L * std::numbers::pi_v<long double>);
         phase.push_back(double(std::cos(angle)));
         phase.push_back(double(std::sin(angle)));
       }
@@ -103,7 +103,8 @@ void RingTransform::State::orders_to_bins(const double* row, int last) {
   for (int m = direct + 1; m <= last; ++m) {
     const int k = m % width, bin = k < fft.bins() ? k : width - k;
     const bool conjugate = (k >= fft.bins()) != (grid.turn < 0);
-    const double c = phase.empty() ? 1.0 : phase[2 * std::size_t(m)], s = phase.empty() ? 0.0 : phase[2 * std::size_t(m) + 1];
+    const double c = phase.empty() ? 1.0 : phase[2 * std::size_t(m)],
+                 s = phase.empty() ? 0.0 : phase[2 * std::size_t(m) + 1];
     const double* z = row + std::size_t(m) * vector;
     double* g = bins.data() + std::size_t(bin) * vector;
     for (std::size_t i = 0; i < lanes; ++i) {
@@ -124,7 +125,8 @@ void RingTransform::State::bins_to_orders(double* row, int last) {
   for (int m = direct + 1; m <= last; ++m) {
     const int k = m % width, bin = k < fft.bins() ? k : width - k;
     const double sign = (k >= fft.bins()) != (grid.turn < 0) ? -1.0 : 1.0;
-    const double c = phase.empty() ? 1.0 : phase[2 * std::size_t(m)], s = phase.empty() ? 0.0 : phase[2 * std::size_t(m) + 1];
+    const double c = phase.empty() ? 1.0 : phase[2 * std::size_t(m)],
+                 s = phase.empty() ? 0.0 : phase[2 * std::size_t(m) + 1];
     const double* h = bins.data() + std::size_t(bin) * vector;
     double* z = row + std::size_t(m) * vector;
     for (std::size_t i = 0; i < lanes; ++i) {
@@ -198,8 +200,7 @@ void RingTransform::State::load_block(int block, const detail::Amplitudes& a, co
         for (int lane = 0; lane < engine.lanes(); ++lane) { // missing rings read any row, with weight 0
           const RingPair* p = engine.pair(vector, lane);
           const int row = p ? (south ? p->south : p->north) : -1;
-          weights[std::size_t(lane)] =
-              row < 0 ? 0.0 : (weighted ? (south ? p->south_weight : p->north_weight) : 1.0);
+          weights[std::size_t(lane)] = row < 0 ? 0.0 : (weighted ? (south ? p->south_weight : p->north_weight) : 1.0);
           rows.row[lane] = image.data + std::max(row, 0) * image.row_stride + (channel + c) * image.channel_stride;
         }
         load_rows(engine.kernels(), rows, grid.longitudes, scale, work_a.data());
@@ -241,8 +242,9 @@ template <class T>
 Expected<void> RingTransform::State::synthesise(std::span<const double> coefficients, const ImageView<T>& image) {
   constexpr const char* where = "RingTransform::synthesise";
   const int channels = image.channels;
-  const auto checked = detail::check_count(coefficients.size(), coefficient_count(engine.degree()) * std::size_t(std::max(channels, 0)),
-                                           "coefficients", where);
+  const auto checked =
+      detail::check_count(coefficients.size(), coefficient_count(engine.degree()) * std::size_t(std::max(channels, 0)),
+                          "coefficients", where);
   if (!checked || channels < 1)
     return checked ? Error{ErrorCode::parameter_out_of_range, "image without channels", where} : checked.error();
   const double most = engine.kernels().max_abs_f64(coefficients.data(), coefficients.size());
@@ -265,8 +267,9 @@ template <class T>
 Expected<void> RingTransform::State::analyse(const ImageView<const T>& image, std::span<double> coefficients,
                                              bool weighted, const char* where) {
   const int channels = image.channels;
-  const auto checked = detail::check_count(coefficients.size(), coefficient_count(engine.degree()) * std::size_t(std::max(channels, 0)),
-                                           "coefficients", where);
+  const auto checked =
+      detail::check_count(coefficients.size(), coefficient_count(engine.degree()) * std::size_t(std::max(channels, 0)),
+                          "coefficients", where);
   if (!checked || channels < 1)
     return checked ? Error{ErrorCode::parameter_out_of_range, "image without channels", where} : checked.error();
   const auto scale = image_scale(image, where);
@@ -323,8 +326,7 @@ Expected<void> RingTransform::analyse(const ImageView<const double>& image, std:
 Expected<void> RingTransform::analyse(const ImageView<const float>& image, std::span<double> coefficients) {
   return state_->analyse(image, coefficients, true, "RingTransform::analyse");
 }
-Expected<void> RingTransform::adjoint_synthesise(const ImageView<const double>& image,
-                                                 std::span<double> coefficients) {
+Expected<void> RingTransform::adjoint_synthesise(const ImageView<const double>& image, std::span<double> coefficients) {
   return state_->analyse(image, coefficients, false, "RingTransform::adjoint_synthesise");
 }
 

@@ -100,12 +100,23 @@ double* fft(const FftPasses& plan, double* a, double* b) {
   for (int i = 0; i < plan.count; ++i) {
     const std::size_t radix = plan.radix[i], groups = length / radix;
     switch (radix) {
-    case 2: pass<Forward, 2>(a, b, groups, stride, w, nullptr); break;
-    case 3: pass<Forward, 3>(a, b, groups, stride, w, plan.root + plan.root_offset[i]); break;
-    case 4: pass<Forward, 4>(a, b, groups, stride, w, nullptr); break;
-    case 5: pass<Forward, 5>(a, b, groups, stride, w, plan.root + plan.root_offset[i]); break;
-    case 8: pass<Forward, 8>(a, b, groups, stride, w, nullptr); break;
-    default: pass_any<Forward>(a, b, groups, stride, radix, w, plan.root + plan.root_offset[i]);
+    case 2:
+      pass<Forward, 2>(a, b, groups, stride, w, nullptr);
+      break;
+    case 3:
+      pass<Forward, 3>(a, b, groups, stride, w, plan.root + plan.root_offset[i]);
+      break;
+    case 4:
+      pass<Forward, 4>(a, b, groups, stride, w, nullptr);
+      break;
+    case 5:
+      pass<Forward, 5>(a, b, groups, stride, w, plan.root + plan.root_offset[i]);
+      break;
+    case 8:
+      pass<Forward, 8>(a, b, groups, stride, w, nullptr);
+      break;
+    default:
+      pass_any<Forward>(a, b, groups, stride, radix, w, plan.root + plan.root_offset[i]);
     }
     w += 2 * groups * (radix - 1);
     length = groups;

@@ -27,14 +27,14 @@ struct OrderTable {
 /// Rings at +-x side by side, with the state of the recurrence of the current order.
 struct RingBlock {
   int vectors;
-  const double* x;          ///< |cos theta|
-  const double* sine;       ///< sin theta
-  double* sectoral;         ///< mantissa of P_mm, advanced from order to order
-  double* sectoral_exp;     ///< its exponent e
-  double* p0;               ///< P of the last even step
-  double* p1;               ///< P of the last odd step
-  double* exponent;         ///< e of p0, p1
-  unsigned char* live;      ///< per vector: all lanes have e == 0
+  const double* x;      ///< |cos theta|
+  const double* sine;   ///< sin theta
+  double* sectoral;     ///< mantissa of P_mm, advanced from order to order
+  double* sectoral_exp; ///< its exponent e
+  double* p0;           ///< P of the last even step
+  double* p1;           ///< P of the last odd step
+  double* exponent;     ///< e of p0, p1
+  unsigned char* live;  ///< per vector: all lanes have e == 0
 };
 
 /// Fourier amplitudes of a block: complex vectors (re, im) at
@@ -50,10 +50,10 @@ struct FftPasses {
   int length;
   int count;
   const int* radix;
-  const double* twiddle;        ///< per pass (length / stride / radix) * (radix - 1) pairs, in the order of use
-  const double* real_twiddle;   ///< exp(-2 pi i k / (2 length)), k = 0..length; null for a complex transform
-  const double* root;           ///< radix-th roots of unity (pairs), used where radix is not 2, 4 or 8
-  const int* root_offset;       ///< per pass, where its roots start
+  const double* twiddle;      ///< per pass (length / stride / radix) * (radix - 1) pairs, in the order of use
+  const double* real_twiddle; ///< exp(-2 pi i k / (2 length)), k = 0..length; null for a complex transform
+  const double* root;         ///< radix-th roots of unity (pairs), used where radix is not 2, 4 or 8
+  const int* root_offset;     ///< per pass, where its roots start
 };
 
 template <class T>
@@ -87,18 +87,17 @@ struct OrderRow {
 };
 
 /// One row n and one vector of columns m of the quarter-turn matrices of all degrees (sh/rotation.cpp).
-/// Two-dimensional arrays start at degree n and at the vector's first column; `stride` is that of a degree.
+/// All arrays start at degree n; those of columns hold one vector per degree.
 struct RotationColumns {
   int row, degree;
-  std::size_t stride;
-  const double *start, *start_exp;       ///< d^n_{n,m}
-  const double *first, *second;          ///< column factors of the recurrence, d_{l+1} = first row_first d_l - ...
-  const double *row_first, *row_second;  ///< row factors, from degree n
-  const double *row_sign, *column_sign;  ///< per lane
-  const double *row_cosine, *row_sine;   ///< input of row n, from degree n
-  const double* in[2];                   ///< even columns cosine and odd ones sine, and the other way round
+  const double *start, *start_exp;      ///< d^n_{n,m}
+  const double *first, *second;         ///< column factors of the recurrence, d_{l+1} = first row_first d_l - ...
+  const double *row_first, *row_second; ///< row factors
+  const double *row_sign, *column_sign; ///< per lane
+  const double *row_cosine, *row_sine;  ///< input of row n
+  const double* in[2];                  ///< even columns cosine and odd ones sine, and the other way round
   double* out[2];
-  double* row_sums;                      ///< 2 vectors per degree, from degree n
+  double* row_sums; ///< 2 vectors per degree
 };
 
 struct Kernels {

@@ -66,8 +66,7 @@ double sectoral_factor(int m) {
   return m == 0 ? 0.5 / std::sqrt(std::numbers::pi) : std::sqrt((2.0 * m + 1.0) / (2.0 * m));
 }
 
-LegendreEngine::LegendreEngine(std::vector<RingPair> pairs, int degree, std::size_t block_bytes,
-                               const Kernels& kernels)
+LegendreEngine::LegendreEngine(std::vector<RingPair> pairs, int degree, std::size_t block_bytes, const Kernels& kernels)
     : pairs_(std::move(pairs)), degree_(degree), kernels_(&kernels) {
   const int lanes = kernels_->lanes;
   vectors_ = (int(pairs_.size()) + lanes - 1) / lanes;
@@ -133,8 +132,8 @@ RingBlock LegendreEngine::begin_block(int block) {
     s[i] = 1.0;
     s[size + i] = 0.0;
   }
-  return {block_vectors(block), x_.data() + at, sine_.data() + at, s, s + size, s + 2 * size, s + 3 * size,
-          s + 4 * size, live_.data()};
+  return {block_vectors(block), x_.data() + at, sine_.data() + at, s,           s + size,
+          s + 2 * size,         s + 3 * size,   s + 4 * size,      live_.data()};
 }
 
 OrderTable LegendreEngine::order_table(int m, const double** gamma) {

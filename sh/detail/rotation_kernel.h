@@ -10,20 +10,18 @@ void rotate_columns(const RotationColumns& r) {
   Vec p = load(r.start), before{}, exponent = load(r.start_exp), weight;
   rescale(p, before, exponent, weight);
   bool live = !any(exponent < 0.0);
-  for (int l = r.row; l <= r.degree; ++l) {
-    const std::size_t at = std::size_t(l - r.row) * r.stride;
+  double* sums = r.row_sums;
+  for (int l = r.row; l <= r.degree; ++l, sums += 2 * kLanes) {
+    const std::size_t i = std::size_t(l - r.row), at = i * kLanes;
     const int q = (l + r.row) & 1;
     if (live || any(weight > 0.0)) {
       const Vec d = p * weight;
-      store(r.row_sums + at / r.stride * kLanes * 2 + q * kLanes,
-            load(r.row_sums + at / r.stride * kLanes * 2 + q * kLanes) + d * row_sign * load(r.in[q] + at));
-      const Vec c = Vec{} + r.row_cosine[l - r.row], s = Vec{} + r.row_sine[l - r.row];
+      store(sums + q * kLanes, load(sums + q * kLanes) + d * row_sign * load(r.in[q] + at));
+      const Vec c = Vec{} + r.row_cosine[i], s = Vec{} + r.row_sine[i];
       const Vec spread = q == 0 ? (even_lane ? c : s) : (even_lane ? s : c);
       store(r.out[q] + at, load(r.out[q] + at) + d * column_sign * spread);
     }
-    if (l == r.degree)
-      return;
-    const Vec next = p * load(r.first + at) * r.row_first[l - r.row] - before * load(r.second + at) * r.row_second[l - r.row];
+    const Vec next = p * load(r.first + at) * r.row_first[i] - before * load(r.second + at) * r.row_second[i];
     before = p;
     p = next;
     if (!live) {
