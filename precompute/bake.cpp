@@ -146,8 +146,8 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.regions_stored = static_cast<int>(light->columns());
   clock.finish("first bounce");
 
-  const auto exchange = radiosity::exchange_areas(elements, problem->patch_rays, {.partial_rays = options.partial_rays},
-                                                  progress, &report.exchange);
+  const auto exchange = radiosity::exchange_areas(elements, problem->mesh, problem->room_scene,
+                                                  {.partial_rays = options.partial_rays}, progress, &report.exchange);
   if (!exchange)
     return exchange.error();
   clock.finish("form factors");

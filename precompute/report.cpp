@@ -35,6 +35,7 @@ std::string to_json(const BakeReport& r) {
   j["probes"] = {{"count", r.probes}, {"valid", r.probes_valid}};
   j["form_factors"] = {{"facing_pairs", r.exchange.facing_pairs},
                        {"near_pairs", r.exchange.near_pairs},
+                       {"clear_pairs", r.exchange.clear_pairs},
                        {"partly_hidden_pairs", r.exchange.partial_pairs},
                        {"rays", r.exchange.rays}};
   j["solve"] = {{"iterations", r.solve.iterations}, {"worst_residual", r.solve.worst_residual}};
@@ -66,8 +67,8 @@ std::string to_text(const BakeReport& r) {
   text += format("regions    %d of %d stored, %d skipped: no opening sees them (bound 0)\n", r.regions_stored,
                  r.regions, r.regions - r.regions_stored);
   text += format("probes     %zu of %zu in the air\n", r.probes_valid, r.probes);
-  text += format("pairs      %.2f M facing, %.0f k partly hidden, %.0f k near\n",
-                 static_cast<double>(r.exchange.facing_pairs) / 1e6,
+  text += format("pairs      %.2f M facing, %.2f M clear without a ray (bound 0), %.0f k partly hidden, %.0f k near\n",
+                 static_cast<double>(r.exchange.facing_pairs) / 1e6, static_cast<double>(r.exchange.clear_pairs) / 1e6,
                  static_cast<double>(r.exchange.partial_pairs) / 1e3, static_cast<double>(r.exchange.near_pairs) / 1e3);
   text += format("solve      %d iterations, residual %.1e\n", r.solve.iterations, r.solve.worst_residual);
   text += format(

@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <numbers>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "radiosity/detail/block_visibility.h"
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
 
@@ -22,7 +21,7 @@ constexpr int kPoints = 64; // sample points kept per element; the first 16 are 
 constexpr int kFirst = 16;  // one ray packet
 constexpr float kFarRatio2 =
     30.0f; // squared distance over squared sum of radii from which 3 x 3 points do (error 2e-4)
-constexpr std::size_t kBlock = 32;
+constexpr std::size_t kBlock = 16;
 
 /// What the inner loop reads of an element, in float and local coordinates.
 struct Cached {
@@ -34,14 +33,15 @@ struct Cached {
 };
 
 struct Counters {
-  std::atomic<std::uint64_t> facing{0}, near{0}, partial{0}, rays{0};
+  std::atomic<std::uint64_t> facing{0}, near{0}, clear{0}, partial{0}, rays{0};
 };
 
-Cached cache(const Element& e, std::uint32_t index) {
+/// `origin_shift` carries mesh coordinates to those of the ray scene.
+Cached cache(const Element& e, std::uint32_t index, const glm::dvec3& origin_shift) {
   Cached c;
   const glm::dvec2 shift = random_shift(index);
   for (int k = 0; k < kPoints; ++k) {
-    const glm::vec3 p(on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(k), shift)));
+    const glm::vec3 p(on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(k), shift)) + origin_shift);
     c.x[k] = p.x;
     c.y[k] = p.y;
     c.z[k] = p.z;
@@ -128,8 +128,19 @@ double visible_share(const Cached& a, const Cached& b, const RayScene& scene, in
   return total > 0 ? seen / total : 0.0;
 }
 
-double pair_exchange(const ElementSet& set, const std::vector<Cached>& cached, std::size_t i, std::size_t j,
-                     const RayScene& scene, const ExchangeOptions& options, Counters& counters) {
+/// What every pair of one run shares.
+struct Problem {
+  const ElementSet& set;
+  const RayScene& scene;
+  const ExchangeOptions& options;
+  std::vector<Cached> cached;
+  BlockVisibility blocks;
+  Counters counters;
+};
+
+double pair_exchange(Problem& problem, std::size_t i, std::size_t j, bool clear) {
+  const std::vector<Cached>& cached = problem.cached;
+  Counters& counters = problem.counters;
   const Cached &a = cached[i], &b = cached[j];
   const int ab = in_front(a, b), ba = in_front(b, a);
   if (ab < 0 || ba < 0)
@@ -143,18 +154,35 @@ double pair_exchange(const ElementSet& set, const std::vector<Cached>& cached, s
     g = far_exchange(a, b);
   } else {
     counters.near.fetch_add(1, std::memory_order_relaxed);
-    const Element &ea = set.elements[i], &eb = set.elements[j];
+    const Element &ea = problem.set.elements[i], &eb = problem.set.elements[j];
     g = exchange_area_unoccluded(ea.corner, ea.normal, eb.corner, eb.normal);
   }
   if (g <= 0.0)
     return 0.0;
-  return g * visible_share(a, b, scene, static_cast<int>(mix_bits(i * 0x100000001ull + j) & 15), options, counters);
+  if (clear) {
+    counters.clear.fetch_add(1, std::memory_order_relaxed);
+    return g;
+  }
+  const auto twist = static_cast<int>(mix_bits(i * 0x100000001ull + j) & 15);
+  return g * visible_share(a, b, problem.scene, twist, problem.options, counters);
+}
+
+/// One square block of the matrix, and its mirror image.
+void fill_block(Problem& problem, std::size_t row, std::size_t column, ExchangeMatrix& m) {
+  const bool clear = problem.blocks.clear(row, column);
+  for (std::size_t i = row * kBlock; i < std::min(m.size, (row + 1) * kBlock); ++i)
+    for (std::size_t j = column * kBlock; j < std::min(i, (column + 1) * kBlock); ++j) {
+      const auto g = static_cast<float>(pair_exchange(problem, j, i, clear));
+      m.g[i * m.size + j] = g;
+      m.g[j * m.size + i] = g;
+    }
 }
 
 } // namespace
 
-Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const RayScene& occluders, const ExchangeOptions& options,
-                                      const Progress& progress, ExchangeReport* report) {
+Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& mesh, const RayScene& occluders,
+                                      const ExchangeOptions& options, const Progress& progress,
+                                      ExchangeReport* report) {
   const auto start = std::chrono::steady_clock::now();
   ExchangeMatrix m;
   m.size = set.elements.size();
@@ -163,38 +191,29 @@ Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const RayScene& occ
                  std::to_string(m.size) + " patches need more memory for their form factors than allowed",
                  "form factors", "use a larger --patch-size"};
   m.g.assign(m.size * m.size, 0.0f);
-  std::vector<Cached> cached(m.size);
+  Problem problem{set, occluders, options, {}, BlockVisibility(set, mesh, kBlock), {}};
+  const glm::dvec3 shift = mesh.origin - occluders.origin();
   for (std::size_t i = 0; i < m.size; ++i)
-    cached[i] = cache(set.elements[i], static_cast<std::uint32_t>(i));
+    problem.cached.push_back(cache(set.elements[i], static_cast<std::uint32_t>(i), shift));
 
-  Counters counters;
-  const std::size_t blocks = (m.size + kBlock - 1) / kBlock, tasks = blocks * (blocks + 1) / 2;
+  const std::size_t blocks = (m.size + kBlock - 1) / kBlock;
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tasks, 1), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t task = range.begin(); task != range.end() && !stop; ++task) {
-      // Task number -> block row and column of the upper triangle.
-      auto row = static_cast<std::size_t>((std::sqrt(8.0 * static_cast<double>(task) + 1.0) - 1.0) / 2.0);
-      while (row * (row + 1) / 2 > task)
-        --row;
-      while ((row + 1) * (row + 2) / 2 <= task)
-        ++row;
-      const std::size_t column = task - row * (row + 1) / 2;
-      for (std::size_t i = row * kBlock; i < std::min(m.size, (row + 1) * kBlock); ++i)
-        for (std::size_t j = column * kBlock; j < std::min(i, (column + 1) * kBlock); ++j) {
-          const auto g = static_cast<float>(pair_exchange(set, cached, j, i, occluders, options, counters));
-          m.g[i * m.size + j] = g;
-          m.g[j * m.size + i] = g;
-        }
-      if (++done % 256 == 0 && !progress("form factors", static_cast<double>(done) / static_cast<double>(tasks)))
-        stop = true;
-    }
+  // Long rows first, so that the last tasks are short.
+  tbb::parallel_for(std::size_t{0}, blocks, [&](std::size_t task) {
+    const std::size_t row = blocks - 1 - task;
+    for (std::size_t column = 0; column <= row && !stop; ++column)
+      fill_block(problem, row, column, m);
+    const std::size_t finished = done += row + 1;
+    if (!progress("form factors", static_cast<double>(finished) / static_cast<double>(blocks * (blocks + 1) / 2)))
+      stop = true;
   });
   if (stop)
     return interrupted_error("form factors");
+  const Counters& c = problem.counters;
   if (report)
-    *report = {counters.facing, counters.near, counters.partial, counters.rays,
-               std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+    *report = {c.facing,  c.near, c.clear,
+               c.partial, c.rays, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
   return m;
 }
 

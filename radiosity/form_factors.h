@@ -16,7 +16,11 @@ struct ExchangeMatrix {
 };
 
 struct ExchangeReport {
-  std::uint64_t facing_pairs = 0, near_pairs = 0, partial_pairs = 0, rays = 0;
+  std::uint64_t facing_pairs = 0;
+  std::uint64_t near_pairs = 0;    ///< by contour integral
+  std::uint64_t clear_pairs = 0;   ///< nothing can stand between their blocks: no ray (bound 0)
+  std::uint64_t partial_pairs = 0; ///< some of the first rays blocked
+  std::uint64_t rays = 0;
   double seconds = 0;
 };
 
@@ -27,8 +31,11 @@ struct ExchangeOptions {
 
 /// Unoccluded part: contour integral for pairs closer than a few diameters or cut by each other's plane, 3 x 3 Gauss
 /// points beyond. Visible share: stratified rays between the two triangles weighted by the same kernel.
+/// Blocks of elements with nothing between them need no ray. `occluders` holds the same surfaces as the mesh, in world
+/// coordinates (fewer and larger triangles trace faster).
 /// Errors: limit_exceeded (dense storage), interrupted.
-Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const RayScene& occluders, const ExchangeOptions& options,
-                                      const Progress& progress, ExchangeReport* report = nullptr);
+Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& mesh, const RayScene& occluders,
+                                      const ExchangeOptions& options, const Progress& progress,
+                                      ExchangeReport* report = nullptr);
 
 } // namespace daylit::radiosity

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
@@ -123,6 +124,27 @@ std::vector<Patch> mesh_groups(const std::vector<PlaneGroup>& groups,
   return patches;
 }
 
+/// Interleaves the low ten bits of three numbers.
+std::uint32_t morton_code(const glm::dvec3& unit) {
+  std::uint32_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cell = static_cast<std::uint32_t>(std::clamp(unit[axis], 0.0, 1.0) * 1023.0);
+    for (int bit = 0; bit < 10; ++bit)
+      code |= (cell >> bit & 1u) << (3 * bit + axis);
+  }
+  return code;
+}
+
+/// Neighbours in space become neighbours in number: blocks of patches are compact, which visibility tests use.
+void sort_by_place(std::vector<Patch>& patches, const glm::dvec3& half_size) {
+  const double extent = 2.0 * std::max({half_size.x, half_size.y, half_size.z});
+  const auto key = [&](const Patch& p) {
+    const glm::dvec3 middle = (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0;
+    return std::pair(p.plane, morton_code(middle / extent + 0.5));
+  };
+  std::ranges::stable_sort(patches, {}, key);
+}
+
 double total_area(const std::vector<PlaneGroup>& groups) {
   double sum = 0;
   for (const PlaneGroup& g : groups)
@@ -159,6 +181,7 @@ Result<PatchMesh> mesh_patches(const Room& room, const PatchOptions& options) {
       break;
     mesh.edge_m *= std::pow(ratio, ratio > 1.0 ? 0.6 : 0.45);
   }
+  sort_by_place(mesh.patches, 0.5 * size);
   return mesh;
 }
 

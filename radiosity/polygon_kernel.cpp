@@ -61,14 +61,21 @@ double outer_clustered(const Edge& p, const Edge& q, double a, double b) {
   return sum * (b - a);
 }
 
-/// Three-point Gauss: enough when the edges are at least two lengths apart.
-double outer_far(const Edge& p, const Edge& q) {
-  constexpr double shift = 0.3872983346207417;
-  const double mid = inner(q, p.from + 0.5 * p.length * p.unit);
-  const double low = inner(q, p.from + (0.5 - shift) * p.length * p.unit);
-  const double high = inner(q, p.from + (0.5 + shift) * p.length * p.unit);
-  return p.length * (8.0 * mid + 5.0 * (low + high)) / 18.0;
+/// Plain Gauss-Legendre, for edges that keep a distance.
+template <std::size_t N>
+double outer_gauss(const Edge& p, const Edge& q, const std::array<double, N>& node,
+                   const std::array<double, N>& weight) {
+  double sum = 0;
+  for (std::size_t k = 0; k < N; ++k)
+    sum += weight[k] * inner(q, p.from + node[k] * p.length * p.unit);
+  return sum * p.length;
 }
+constexpr std::array<double, 3> kNode3 = {0.1127016653792583, 0.5, 0.8872983346207417};
+constexpr std::array<double, 3> kWeight3 = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+constexpr std::array<double, 5> kNode5 = {0.0469100770306680, 0.2307653449471585, 0.5, 0.7692346550528415,
+                                          0.9530899229693320};
+constexpr std::array<double, 5> kWeight5 = {0.1184634425280945, 0.2393143352496832, 0.2844444444444444,
+                                            0.2393143352496832, 0.1184634425280945};
 
 /// Gap between the bounding spheres of the edges, in units of the longer one.
 double relative_gap(const Edge& p, const Edge& q) {
@@ -77,8 +84,11 @@ double relative_gap(const Edge& p, const Edge& q) {
 }
 
 double log_double_integral(const Edge& p, const Edge& q) {
-  if (relative_gap(p, q) > 2.0)
-    return outer_far(p, q);
+  const double gap = relative_gap(p, q);
+  if (gap > 1.5)
+    return outer_gauss(p, q, kNode3, kWeight3);
+  if (gap > 0.3)
+    return outer_gauss(p, q, kNode5, kWeight5);
   const glm::dvec3 d0 = q.from - p.from, d1 = d0 + q.length * q.unit;
   const double c = glm::dot(d0, p.unit), d = glm::dot(d1, p.unit);
   const double tolerance = 1e-9 * (p.length + q.length);

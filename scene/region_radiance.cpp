@@ -46,16 +46,21 @@ void split_columns(double begin, double end, int width, const Add& add) {
 }
 
 /// Shares of one pixel of a lens image among the regions. A square whose corners and centre lie in one region belongs
-/// to it; any other is quartered, down to 1/16 pixel. Sub-squares outside the field do not count.
+/// to it; any other is quartered, down to 1/16 pixel, and the last squares go by their centre. Squares outside the
+/// field do not count.
 class PixelSplitter {
 public:
+  using Shares = std::vector<std::pair<std::uint32_t, double>>;
+
   PixelSplitter(const SkyGeometry& geometry, const SkyPartition& partition)
       : geometry_(geometry), partition_(partition) {}
 
   /// (region, share), shares sum to 1; empty when nothing of the pixel is in the field.
-  const std::vector<std::pair<std::uint32_t, double>>& split(double x, double y) {
+  const Shares& split(double x, double y) {
+    const Corners corners{region_at(x - 0.5, y - 0.5), region_at(x + 0.5, y - 0.5), region_at(x - 0.5, y + 0.5),
+                          region_at(x + 0.5, y + 0.5)};
     shares_.clear();
-    add_square(x, y, 0.5, kSplitLevels);
+    add_square(x, y, 0.5, corners, kSplitLevels);
     double total = 0;
     for (const auto& share : shares_)
       total += share.second;
@@ -65,19 +70,29 @@ public:
   }
 
 private:
+  using Corners = std::array<std::int32_t, 4>; ///< regions at top left, top right, bottom left, bottom right
+
   std::int32_t region_at(double x, double y) const {
     const std::optional<glm::dvec3> d = geometry_.direction({x, y});
     return d ? partition_.region_of(*d) : kOutside;
   }
 
-  void add_square(double x, double y, double half, int levels) {
+  void add_square(double x, double y, double half, const Corners& c, int levels) {
     const std::int32_t middle = region_at(x, y);
-    const bool whole = region_at(x - half, y - half) == middle && region_at(x + half, y - half) == middle &&
-                       region_at(x - half, y + half) == middle && region_at(x + half, y + half) == middle;
-    if (whole || levels == 0)
+    if (c[0] == middle && c[1] == middle && c[2] == middle && c[3] == middle)
       return add_share(middle, 4 * half * half);
-    for (int k = 0; k < 4; ++k)
-      add_square(x + (k % 2 ? 0.5 : -0.5) * half, y + (k / 2 ? 0.5 : -0.5) * half, 0.5 * half, levels - 1);
+    const double q = 0.5 * half;
+    if (levels == 1) {
+      for (int k = 0; k < 4; ++k)
+        add_share(region_at(x + (k % 2 ? q : -q), y + (k / 2 ? q : -q)), half * half);
+      return;
+    }
+    const std::int32_t top = region_at(x, y - half), left = region_at(x - half, y), right = region_at(x + half, y),
+                       bottom = region_at(x, y + half);
+    add_square(x - q, y - q, q, {c[0], top, left, middle}, levels - 1);
+    add_square(x + q, y - q, q, {top, c[1], middle, right}, levels - 1);
+    add_square(x - q, y + q, q, {left, middle, c[2], bottom}, levels - 1);
+    add_square(x + q, y + q, q, {middle, right, bottom, c[3]}, levels - 1);
   }
 
   void add_share(std::int32_t region, double area) {
@@ -93,7 +108,7 @@ private:
 
   const SkyGeometry& geometry_;
   const SkyPartition& partition_;
-  std::vector<std::pair<std::uint32_t, double>> shares_;
+  Shares shares_;
 };
 
 } // namespace

@@ -148,7 +148,7 @@ bool read_materials(TensorReader& reader, const std::string& names_json, std::ve
       materials[next++].name = value.get<std::string>();
     else if (event == Event::value || event == Event::object_start || depth > 1)
       good = false;
-    return false; // keeps nothing
+    return depth == 0 && event != Event::value; // keeps the list itself, nothing in it
   };
   [[maybe_unused]] const nlohmann::json nothing = nlohmann::json::parse(names_json, take, false);
   return good && next == materials.size();

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "radiosity/detail/block_visibility.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/gather.h"
@@ -46,7 +47,7 @@ Solved prepare(const Room& room, int patches, const std::vector<Aperture>& seeds
     s.apertures = found->list;
   }
   s.set = find_elements(room, s.mesh, s.scene, s.apertures);
-  s.exchange = *exchange_areas(s.set, s.scene, {}, kSilent);
+  s.exchange = *exchange_areas(s.set, s.mesh, *RayScene::build(room), {}, kSilent);
   return s;
 }
 
@@ -107,6 +108,28 @@ TEST(FormFactors, matrix_is_exactly_symmetric_and_thread_count_changes_no_bit) {
   for (std::size_t i = 0; i < one.exchange.size; ++i)
     for (std::size_t j = 0; j < i; ++j)
       ASSERT_EQ(one.exchange.row(i)[j], one.exchange.row(j)[i]);
+}
+
+TEST(FormFactors, blocks_decided_without_rays_agree_with_rays) {
+  // Twin: with blocks of one element every pair is decided by itself; rays must never find an obstacle in a clear one.
+  Room room = room_with_window_hole(0.5f);
+  add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
+  const Solved s = prepare(room, 400);
+  const BlockVisibility blocks(s.set, s.mesh, 8);
+  std::size_t clear_pairs = 0;
+  for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!blocks.clear(i / 8, j / 8))
+        continue;
+      ++clear_pairs;
+      const auto &a = s.set.elements[i], &b = s.set.elements[j];
+      const glm::dvec3 p = (a.corner[0] + a.corner[1] + a.corner[2]) / 3.0,
+                       q = (b.corner[0] + b.corner[1] + b.corner[2]) / 3.0;
+      if (glm::dot(q - p, a.normal) > 1e-6 && glm::dot(p - q, b.normal) > 1e-6) {
+        ASSERT_FALSE(s.scene.occluded(s.scene.to_local(p), glm::vec3(q - p), 1e-4f, 1.0f - 1e-4f)) << i << ' ' << j;
+      }
+    }
+  EXPECT_GT(clear_pairs, s.set.elements.size() * s.set.elements.size() / 8); // and it does decide many
 }
 
 TEST(Elements, both_sides_of_a_free_standing_panel_and_no_outside_of_a_wall_are_unknowns) {
