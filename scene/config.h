@@ -1,7 +1,23 @@
 #pragma once
 
 // CONFIG.toml (daylit-run) and SCENE.toml (daylit-simulate): one plain struct each, parsed once, validated as a
-// whole; unknown keys are errors with line and suggestion. Relative paths are relative to the file.
+// whole; unknown keys are errors with line and suggestion. All problems of a file are reported together. Relative
+// paths are relative to the file. Matrices are row-major in the file, flat or one array per row.
+//
+//   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
+//              ground = "none" | { albedo = 0.2 }
+//   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix
+//   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
+//   [pose]     world_from_camera, or position and look_at
+//   [room]     model, volume
+//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
+//   [light]    samples
+//   [output]   png, exr, size = [width, height]
+// SCENE.toml has no images, lenses or volume; it adds
+//   [sky]      model = "uniform" | "overcast" | "clear", zenith_radiance, ground_albedo or ground_radiance,
+//              sun = { azimuth, elevation (degrees) or direction, diameter (degrees), normal_irradiance }
+//   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
+//   [simulate] samples, sensor_noise, marker_board
 
 #include <filesystem>
 #include <optional>
@@ -18,40 +34,40 @@
 
 namespace daylit {
 
-struct SkyConfig {              // [sky]
-  std::filesystem::path image;  ///< EXR or .hdr
+struct SkyConfig {             // [sky]
+  std::filesystem::path image; ///< EXR or .hdr
   std::string projection = "equirect";
-  std::filesystem::path lens;   ///< for projection = "fisheye"
-  double rotation = 0.0;        ///< radians in the struct, degrees in the file (rotation_deg)
-  GroundFill ground;            ///< ground = { albedo = 0.2 }
+  std::filesystem::path lens; ///< for projection = "fisheye"
+  double rotation = 0.0;      ///< radians in the struct, degrees in the file
+  GroundFill ground;          ///< ground = { albedo = 0.2 }
 };
 
-struct InteriorConfig {          // [interior]
-  std::filesystem::path image;   ///< linear EXR, or an LDR photograph (PNG, JPEG)
-  std::filesystem::path lens;    ///< camera YAML
+struct InteriorConfig {            // [interior]
+  std::filesystem::path image;     ///< linear EXR, or an LDR photograph (PNG, JPEG)
+  std::filesystem::path lens;      ///< camera YAML
   std::string response = "linear"; ///< "linear", "srgb", or a response file
-  double scale = 1.0;            ///< photograph = scale * colour_matrix * radiance
-  bool scale_from_marker = false; ///< scale = "marker"
+  double scale = 1.0;              ///< photograph = scale * colour_matrix * radiance
+  bool scale_from_marker = false;  ///< scale = "marker"
   glm::dmat3 colour_matrix{1.0};
 };
 
-struct MarkerConfig {            // [marker]
+struct MarkerConfig { // [marker]
   std::string dictionary = "6X6_250";
   std::vector<int> ids;
   double size_m = 0.05;
-  double white_reflectance = 0.8; ///< of the paper around the marker, for scale = "marker"
+  double white_reflectance = 0.8;   ///< of the paper around the marker, for scale = "marker"
   glm::dmat4 world_from_board{1.0}; ///< board: x right, y up, z out of the board
 };
 
-struct ObjectConfig {            // [[object]]
+struct ObjectConfig { // [[object]]
   std::filesystem::path model;
-  glm::dvec3 position{0.0};      ///< metres, world, of the object's origin
-  glm::dvec3 rotation_deg{0.0};  ///< about x, then y, then z
+  glm::dvec3 position{0.0};     ///< metres, world, of the object's origin
+  glm::dvec3 rotation_deg{0.0}; ///< about x, then y, then z
   double scale = 1.0;
   std::optional<Rgb> reflectance; ///< overrides the model's
 };
 
-struct OutputConfig {            // [output]
+struct OutputConfig { // [output]
   std::filesystem::path png, exr;
   int width_px = 0, height_px = 0; ///< size = [w, h]; 0: the interior image's
 };
@@ -60,17 +76,17 @@ struct RunConfig {
   SkyConfig sky;
   InteriorConfig interior;
   std::optional<MarkerConfig> marker;
-  std::optional<glm::dmat4> world_from_camera; ///< [pose]: camera frame x right, y down, z forward
+  std::optional<glm::dmat4> world_from_camera; ///< [pose] (else [marker] is there): camera x right, y down, z forward
   std::filesystem::path room_model, volume;    ///< [room]
   std::vector<ObjectConfig> objects;
-  int light_samples = 64;                      ///< [light] samples
+  int light_samples = 64; ///< [light] samples
   OutputConfig output;
 };
 
 /// What daylit-simulate adds to the same scene.
 struct SimulateConfig {
-  RunConfig run;              ///< object, room and output as above; sky and interior images are what is produced
-  SkyModel sky_model;         ///< [sky] model = "overcast" | "uniform" | "clear", zenith_radiance, sun_direction ...
+  RunConfig run;      ///< object, room and output as above; sky and interior images are what is produced
+  SkyModel sky_model; ///< [sky] model = "overcast" | "uniform" | "clear", zenith_radiance, sun_direction ...
   int fisheye_width_px = 512, fisheye_height_px = 496;
   double fisheye_fov = 3.3161255787892263; ///< 190 degrees
   double interior_fov = 0.9;               ///< horizontal, radians
@@ -79,10 +95,17 @@ struct SimulateConfig {
   int samples_per_pixel = 64;
 };
 
+/// Error: missing, not TOML, or every unknown key, wrong type, value out of range and missing part, each with its line.
+/// That a named file exists is checked by whoever reads it.
 Result<RunConfig> read_run_config(const std::filesystem::path& path);
 Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path);
-/// The file that daylit-run reads, as text.
+/// The file that daylit-run reads, as text; paths as they are in the struct. Reading it back gives the same struct (angles to 1e-15).
 std::string to_toml(const RunConfig& config);
+std::string to_toml(const SimulateConfig& config);
+
+/// Camera pose (x right, y down, z forward) at `position` with the optical axis through `target`, image upright.
+/// The view must not be vertical.
+glm::dmat4 look_at(const glm::dvec3& position, const glm::dvec3& target);
 
 /// world_from_object of an [[object]] entry.
 glm::dmat4 object_transform(const ObjectConfig& object);

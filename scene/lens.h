@@ -36,15 +36,24 @@ struct LensModel {
   std::optional<glm::dvec2> project(const glm::dvec3& camera_direction) const;
   /// Unit camera-frame direction through a pixel; empty outside the calibrated field. Newton inverse, 1e-12.
   std::optional<glm::dvec3> unproject(const glm::dvec2& pixel) const;
+  /// Whether unproject() gives a direction there.
+  bool covers(const glm::dvec2& pixel) const;
+  /// Steradians per square pixel at a pixel position (analytic Jacobian of unproject); 0 outside the field.
+  double solid_angle_density(const glm::dvec2& pixel) const;
 };
+
+/// Largest angle up to `limit` over which the distortion curve rises; beyond it a lens polynomial folds back.
+double monotone_field(LensKind kind, const std::array<double, 8>& distortion, double limit);
 
 /// Ideal equidistant fish-eye of `field_of_view` radians whose circle touches the shorter image side.
 LensModel ideal_fisheye(int width_px, int height_px, double field_of_view);
 /// Ideal pinhole of horizontal field of view, radians, principal point in the middle.
 LensModel ideal_pinhole(int width_px, int height_px, double horizontal_fov);
 
-/// ROS camera_info / Kalibr / OpenCV FileStorage YAML: camera_matrix, distortion_model, distortion_coefficients,
-/// image_width, image_height and, for sky cameras, `world_from_camera` (9 numbers, row-major).
+/// ROS camera_info / Kalibr camera chain (cam0) / OpenCV FileStorage YAML: camera_matrix, distortion_model (absent:
+/// told from the number of coefficients, as OpenCV writes it), distortion_coefficients, image_width and image_height
+/// (both absent: 0, "as the image"), and two keys of our own: `world_from_camera` (rotation, 9 numbers, row-major) and
+/// `max_theta_deg` (angle from the axis that the calibration covers; 90 when absent, less where the curve folds back).
 /// Error: file, key, what is expected there.
 Result<LensModel> read_lens(const std::filesystem::path& path);
 Result<LensModel> parse_lens(const std::string& yaml_text, const std::string& name);

@@ -58,12 +58,17 @@ ProgressLine::ProgressLine(bool quiet)
     : quiet_(quiet), terminal_(::isatty(2) == 1), stage_start_(std::chrono::steady_clock::now()),
       last_draw_(stage_start_) {}
 
-ProgressLine::~ProgressLine() {
+ProgressLine::~ProgressLine() { clear(); }
+
+void ProgressLine::clear() {
+  const std::lock_guard lock(mutex_);
   if (drawn_)
     std::fprintf(stderr, "\r\033[K");
+  drawn_ = false;
 }
 
 bool ProgressLine::update(const std::string& stage, double fraction) {
+  const std::lock_guard lock(mutex_);
   using namespace std::chrono;
   const auto now = steady_clock::now();
   if (stage != stage_) {

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <functional>
+#include <mutex>
 #include <string>
 
 #include "scene/result.h"
@@ -34,12 +35,15 @@ class ProgressLine {
 public:
   explicit ProgressLine(bool quiet);
   ~ProgressLine();
+  /// Takes the line off the terminal, before anything else is printed.
+  void clear();
   bool update(const std::string& stage, double fraction);
   Progress callback() {
     return [this](const std::string& stage, double fraction) { return update(stage, fraction); };
   }
 
 private:
+  std::mutex mutex_; // workers report from several threads
   bool quiet_, terminal_, drawn_ = false;
   std::string stage_;
   std::chrono::steady_clock::time_point stage_start_, last_draw_;

@@ -1,7 +1,14 @@
 #pragma once
 
+// Room models on disk. Wavefront OBJ + MTL: `Kd` is the linear Lambertian reflectance, `Tf r g b` of a window
+// material its transmittance at normal incidence (1 when absent; `d` and `Tr` are not used, exporters disagree on
+// their meaning), everything else about appearance is ignored. Read strictly: a line that is not understood is an
+// error with its number, never skipped.
+
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/result.h"
@@ -12,9 +19,9 @@ namespace daylit {
 enum class UpAxis { z, y };
 
 struct RoomReport {
-  std::size_t faces_read = 0;
+  std::size_t faces_read = 0;      ///< polygons in the file
   std::size_t zero_area_faces = 0; ///< dropped, counted
-  std::size_t duplicate_faces = 0; ///< dropped, counted
+  std::size_t duplicate_faces = 0; ///< dropped, counted: same outline as an earlier face, whatever the winding
   std::vector<std::string> notes;  ///< one line per thing a user should know
 };
 
@@ -25,7 +32,16 @@ struct RoomFile {
 };
 
 /// Reads an OBJ (+ MTL) room. Coordinates are metres; `up` y turns (x, y, z) -> (x, -z, y).
-/// Errors: file missing, unparsable, non-finite vertex, index out of range, reflectance outside 0..1, no face left.
+/// Errors: file missing (also a named MTL), unparsable, non-finite vertex, index out of range, unknown material,
+/// reflectance outside 0..1, face whose outline crosses itself, no face left.
 Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up = UpAxis::z);
+
+/// The same from memory. `read_library` returns the text of an MTL file named in the OBJ.
+using ReadLibrary = std::function<Result<std::string>(const std::string& file_name)>;
+Result<RoomFile> parse_obj_room(std::string_view text, const std::string& name, const ReadLibrary& read_library,
+                                UpAxis up = UpAxis::z);
+
+/// FNV-1a over vertices, triangles and materials: equal rooms have equal hashes whatever file they came from.
+std::string content_hash(const Room& room);
 
 } // namespace daylit

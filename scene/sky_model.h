@@ -1,6 +1,7 @@
 #pragma once
 
-// Analytic skies: what daylit-simulate lights its rooms with.
+// Analytic skies: what daylit-simulate lights its rooms with. Directions are unit vectors in the world frame (z up)
+// that point to where the light comes from; radiances are linear Rec. 709 RGB.
 
 #include <optional>
 
@@ -11,20 +12,24 @@
 
 namespace daylit {
 
-/// A distant disc of uniform radiance.
+/// A distant disc of uniform radiance. Its whole disc stands above or below the horizon where irradiances are asked.
 struct SunDisc {
-  glm::dvec3 direction{0.0, 0.0, 1.0};   ///< unit, towards the sun
-  double angular_radius = 0.00465;       ///< radians (0.533 degrees across)
-  Rgb normal_irradiance{0.0f};           ///< on a plane facing the sun, radiance unit x sr
+  glm::dvec3 direction{0.0, 0.0, 1.0}; ///< unit, towards the sun
+  double angular_radius = 0.00465;     ///< radians (0.533 degrees across), 0 < angular_radius < pi/2
+  Rgb normal_irradiance{0.0f};         ///< on a plane facing the sun, radiance unit x sr
   double solid_angle_sr() const;
+  /// normal_irradiance / (pi sin^2 angular_radius): exact for a uniform disc.
   Rgb radiance() const;
+  bool contains(const glm::dvec3& unit_direction) const;
 };
 
+/// Parameters of a sky. The member functions prepare an AnalyticSky each time; whoever asks more than once keeps one.
 struct SkyModel {
   enum class Kind { uniform, overcast, clear } kind = Kind::overcast;
-  Rgb zenith_radiance{1.0f};  ///< uniform: everywhere above the horizon
-  Rgb ground_radiance{0.0f};  ///< below the horizon, unless ground_albedo >= 0
-  float ground_albedo = 0.2f; ///< ground radiance = albedo * horizontal irradiance (sky + sun) / pi; < 0: use ground_radiance
+  Rgb zenith_radiance{1.0f}; ///< uniform: everywhere above the horizon
+  Rgb ground_radiance{0.0f}; ///< below the horizon, unless ground_albedo >= 0
+  float ground_albedo =
+      0.2f; ///< ground radiance = albedo * horizontal irradiance (sky + sun) / pi; < 0: use ground_radiance
   std::optional<SunDisc> sun; ///< clear: shapes the sky around it (CIE S 011 type 12), and is the disc itself
 
   /// Sky or ground radiance without the sun disc.
@@ -33,6 +38,32 @@ struct SkyModel {
   Rgb radiance(const glm::dvec3& unit_direction) const;
   /// Horizontal irradiance of the upper hemisphere, sun included.
   Rgb horizontal_irradiance() const;
+};
+
+/// A SkyModel with its normalisation and its ground evaluated once: a few flops per query, safe to share by threads.
+/// uniform:  L = Lz
+/// overcast: L = Lz (1 + 2 sin g) / 3, g = altitude (CIE S 011 type 16, Moon & Spencer 1942)
+/// clear:    L = Lz f(chi) phi(Z) / (f(Zs) phi(0)), CIE S 011 / ISO 15469 type 12 (a -1, b -0.32, c 10, d -3, e 0.45);
+///           without a sun f is 1: gradation only.
+class AnalyticSky {
+public:
+  explicit AnalyticSky(const SkyModel& model);
+
+  const SkyModel& model() const { return model_; }
+  Rgb sky_radiance(const glm::dvec3& unit_direction) const;
+  Rgb radiance(const glm::dvec3& unit_direction) const;
+  Rgb ground_radiance() const { return ground_; }
+  /// Of the sky alone, without the sun.
+  Rgb diffuse_horizontal_irradiance() const { return diffuse_horizontal_; }
+  Rgb horizontal_irradiance() const;
+
+private:
+  SkyModel model_;
+  double inverse_zenith_ = 1.0; ///< 1 / (f(Zs) phi(0))
+  Rgb ground_{0.0f}, diffuse_horizontal_{0.0f};
+
+  /// L / Lz above the horizon.
+  double relative_radiance(const glm::dvec3& unit_direction) const;
 };
 
 } // namespace daylit

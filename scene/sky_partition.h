@@ -4,6 +4,7 @@
 // each divided into equal azimuth cells; lower half = mirror image of the upper half.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -38,7 +39,7 @@ public:
   static Result<SkyPartition> from_bands(std::vector<SkyBand> bands, std::string name);
 
   int size() const { return size_; }
-  const std::string& name() const { return name_; }          ///< as parse() reads it
+  const std::string& name() const { return name_; }            ///< as parse() reads it
   const std::vector<SkyBand>& bands() const { return bands_; } ///< from nadir to zenith
   int region_of(const glm::dvec3& unit_direction) const;
   double solid_angle_sr(int region) const;
@@ -53,6 +54,38 @@ private:
   int size_ = 0;
   int band_of(double sin_altitude) const;
   const SkyBand& band_of_region(int region) const;
+};
+
+/// Which pixels make up which region, worked out once for a geometry and a partition; the runtime reduces every frame
+/// of a sky camera with the same one.
+class RegionSums {
+public:
+  static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition);
+  /// Mean radiance per region. `sky` must have the geometry given to make(), or one of equal size and projection.
+  std::vector<Rgb> reduce(const SkyImage& sky) const;
+  /// Share of each region's solid angle that the camera sees; the rest takes the fill.
+  double covered_share(int region) const;
+
+private:
+  /// `count` texels from `first` on, each with its solid angle times `weight`.
+  struct Run {
+    std::uint32_t first, count;
+    double weight;
+  };
+  struct RegionRun {
+    std::uint32_t region;
+    Run run;
+  };
+  std::shared_ptr<const SkyGeometry> geometry_;
+  std::vector<Run> runs_;             ///< sorted by region, then by texel
+  std::vector<std::uint32_t> begin_;  ///< size regions + 1
+  std::vector<double> covered_, gap_; ///< steradians
+  std::vector<glm::dvec3> centre_;
+
+  static std::vector<RegionRun> equirect_runs(const SkyGeometry& geometry, const SkyPartition& partition);
+  static std::vector<RegionRun> lens_runs(const SkyGeometry& geometry, const SkyPartition& partition);
+  void sort_runs(const std::vector<RegionRun>& runs, int regions);
+  void measure_coverage(const SkyPartition& partition);
 };
 
 /// Solid-angle mean radiance of every region, pixels split where a border crosses them; directions that the image

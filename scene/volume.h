@@ -28,8 +28,8 @@ struct ProbeSet {
   std::vector<glm::vec3> positions; ///< metres, relative to `origin`
   glm::dvec3 origin{0.0};           ///< world metres
   bool is_grid = false;
-  glm::ivec3 count{0};           ///< grid only
-  glm::dvec3 spacing{0.0};       ///< grid only, metres
+  glm::ivec3 count{0};             ///< grid only
+  glm::dvec3 spacing{0.0};         ///< grid only, metres
   std::vector<std::uint8_t> valid; ///< 1 = inside the room and in the air; invalid probes hold zeros
 
   std::size_t size() const { return positions.size(); }
@@ -59,15 +59,22 @@ struct LightField {
   std::vector<Sh9Rgb> probe; ///< one per probe of the volume
 };
 
-/// L_lm per probe for the given region radiances (size = partition.size()).
+/// L_lm per probe for the given region radiances (size = partition.size()). Every stored row of a region that is not
+/// black is read once, in parallel over probes; the result does not depend on the thread count.
 LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radiance);
 
-/// Interpolates between probes: trilinear over valid neighbours, weights renormalised; extrapolation up to the walls
-/// is clamped to the nearest cell. Empty when the point is outside the room or inside furniture.
+/// Interpolates between probes without light leaks. A point has a light field exactly when it sees a valid probe of
+/// its grid cell, or of the ring of probes around that cell, along a segment that crosses neither a surface nor an
+/// aperture. Weights are trilinear over the valid corners in sight, renormalised; between the outer probes and the
+/// walls the point is moved to the border of the grid. Surfaces do not block points within 0.1 mm of them, on either
+/// side. Volumes with free points answer at those points only (within 0.1 mm).
+/// Copies what it needs from the volume; thread-safe.
 class LightFieldSampler {
 public:
+  /// Error: the probes are no grid of the stated counts and spacing.
   static Result<LightFieldSampler> make(const BasisVolume& volume);
-  /// Probe indices and weights (sum 1) at a world point; returns the number used, 0 where there is no light field.
+  /// Probe indices and weights (sum 1) at a world point; returns the number used, 0 where there is no light field:
+  /// outside the room, or inside furniture.
   int weights(const glm::dvec3& world_point, std::span<std::uint32_t, 8> probe, std::span<float, 8> weight) const;
   std::optional<Sh9Rgb> sample(const LightField& field, const glm::dvec3& world_point) const;
 

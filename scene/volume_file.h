@@ -1,6 +1,11 @@
 #pragma once
 
+// The `.volume` file: safetensors, documented in docs/volume-format.md.
+
+#include <cstdint>
 #include <filesystem>
+#include <span>
+#include <string>
 
 #include "scene/result.h"
 #include "scene/volume.h"
@@ -10,10 +15,18 @@ namespace daylit {
 /// Version of the layout described in docs/volume-format.md. A reader refuses any other.
 constexpr int kVolumeFormatVersion = 1;
 
-/// safetensors file: 8-byte header length, JSON header, little-endian tensors aligned to 64 bytes; checksummed.
+/// Writes the file whole or not at all. Error: the volume breaks a rule of check_volume(), or the disk does.
 Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume);
-/// Hostile input: every size is checked against the file before anything is allocated.
+
+/// Files are hostile input: every size is checked against the file before anything is allocated, no allocation is
+/// larger than twice the file, and the result satisfies check_volume(). Errors: file_missing; file_version names both
+/// versions; file_malformed for a wrong checksum or anything inconsistent.
 Result<BasisVolume> read_volume(const std::filesystem::path& path);
+/// The same from memory; `name` only appears in errors.
 Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std::string& name);
+
+/// What every volume satisfies, on disk and off: sizes agree, indices are in range, numbers are finite, probes are
+/// where the grid says, reflectances and transmittances are in 0..1.
+Result<void> check_volume(const BasisVolume& volume);
 
 } // namespace daylit

@@ -1,0 +1,10 @@
+# cmake -DHEADER=out.h -DFILES="a.glsl;b.glsl" -P embed_shaders.cmake : each file becomes a string constant named after it.
+set(text "#pragma once\n\nnamespace daylit::shaders {\n")
+foreach(file IN LISTS FILES)
+  get_filename_component(name "${file}" NAME_WE)
+  file(READ "${file}" source)
+  string(APPEND text "inline constexpr const char* ${name} = R\"glsl(${source})glsl\";\n")
+endforeach()
+string(APPEND text "} // namespace daylit::shaders\n")
+file(WRITE "${HEADER}.new" "${text}")
+file(COPY_FILE "${HEADER}.new" "${HEADER}" ONLY_IF_DIFFERENT)

@@ -1,0 +1,65 @@
+#pragma once
+
+// One room in, one basis irradiance volume out.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "radiosity/first_bounce.h"
+#include "radiosity/form_factors.h"
+#include "radiosity/solve.h"
+#include "scene/aperture.h"
+#include "scene/program.h"
+#include "scene/result.h"
+#include "scene/room_formats.h"
+#include "scene/sky_partition.h"
+#include "scene/volume.h"
+
+namespace daylit::precompute {
+
+struct BakeOptions {
+  double patch_edge_m = 0; ///< 0: chosen for target_patches
+  int target_patches = 2000;
+  int partial_rays = 64;   ///< visibility rays of a partly hidden pair
+  int gather_rays = 1024;  ///< per probe
+  double tolerance = 1e-5; ///< residual of the solver
+  glm::ivec3 grid{0};      ///< probes per axis; 0: spacing_m decides
+  double spacing_m = 0.3;
+  std::vector<glm::dvec3> points; ///< world metres; not empty: probes exactly here, no grid
+};
+
+/// "draft", "normal", "high".
+Result<BakeOptions> quality_options(const std::string& name);
+
+struct StageTime {
+  std::string name;
+  double seconds = 0;
+};
+
+struct BakeReport {
+  RoomReport room;
+  ApertureReport apertures;
+  std::size_t patches = 0, elements = 0, sides_skipped = 0;
+  double patch_edge_m = 0;
+  int regions = 0, regions_stored = 0;
+  std::size_t probes = 0, probes_valid = 0;
+  radiosity::ExchangeReport exchange;
+  radiosity::FirstBounceReport first_bounce;
+  radiosity::SolveReport solve;
+  radiosity::EnergyBalance energy;
+  std::vector<StageTime> stages;
+  double total_seconds = 0;
+};
+
+/// The volume of `room` for every region of `partition`. Errors of the stages are passed on.
+Result<BasisVolume> bake(const RoomFile& room, const SkyPartition& partition, const BakeOptions& options,
+                         const Progress& progress, BakeReport& report);
+
+/// The report as JSON (one object) and as the lines a person reads.
+std::string to_json(const BakeReport& report);
+std::string to_text(const BakeReport& report);
+
+} // namespace daylit::precompute

@@ -1,0 +1,116 @@
+// daylit-precompute: room in, basis irradiance volume out.
+
+#include <cstdio>
+#include <filesystem>
+
+#include <CLI/CLI.hpp>
+
+#include "precompute/bake.h"
+#include "precompute/probes.h"
+#include "scene/volume_file.h"
+
+namespace {
+
+using namespace daylit;
+
+struct Arguments {
+  std::filesystem::path room, output, points;
+  std::string regions = "uniform:64", grid, quality = "normal", up = "z";
+  double spacing_m = 0, patch_size_m = 0;
+  int threads = 0;
+  bool quiet = false, json = false;
+  std::string command_line;
+};
+
+Result<glm::ivec3> parse_grid(const std::string& text) {
+  glm::ivec3 n(0);
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%d,%d,%d%c", &n.x, &n.y, &n.z, &rest) != 3 || n.x < 2 || n.y < 2 || n.z < 2)
+    return Error{ErrorCode::usage, "'" + text + "' is not a grid", "--grid", "three numbers of at least 2, as 8,8,8"};
+  return n;
+}
+
+Result<precompute::BakeOptions> to_options(const Arguments& a) {
+  Result<precompute::BakeOptions> options = precompute::quality_options(a.quality);
+  if (!options)
+    return options;
+  if (!a.grid.empty()) {
+    const Result<glm::ivec3> grid = parse_grid(a.grid);
+    if (!grid)
+      return grid.error();
+    options->grid = *grid;
+  }
+  if (a.spacing_m > 0)
+    options->spacing_m = a.spacing_m;
+  options->patch_edge_m = a.patch_size_m;
+  if (!a.points.empty()) {
+    Result<std::vector<glm::dvec3>> points = precompute::read_points(a.points);
+    if (!points)
+      return points.error();
+    options->points = std::move(*points);
+  }
+  return options;
+}
+
+Result<void> run(const Arguments& a) {
+  set_thread_count(a.threads);
+  const Result<precompute::BakeOptions> options = to_options(a);
+  if (!options)
+    return options.error();
+  const Result<SkyPartition> partition = SkyPartition::parse(a.regions);
+  if (!partition)
+    return partition.error();
+  const Result<RoomFile> room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
+  if (!room)
+    return room.error();
+  precompute::BakeReport report;
+  ProgressLine progress(a.quiet);
+  Result<BasisVolume> volume = precompute::bake(*room, *partition, *options, progress.callback(), report);
+  if (!volume)
+    return volume.error();
+  volume->provenance = {DAYLIT_VERSION, a.command_line, a.room.filename().string(), room->content_hash,
+                        precompute::to_json(report)};
+  if (const Result<void> written = write_volume(a.output, *volume); !written)
+    return written.error();
+  progress.clear();
+  if (a.json)
+    std::printf("%s\n", precompute::to_json(report).c_str());
+  else if (!a.quiet)
+    std::fprintf(stderr, "%s%s: %.2f MB\n", precompute::to_text(report).c_str(), a.output.c_str(),
+                 static_cast<double>(std::filesystem::file_size(a.output)) / 1e6);
+  return {};
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  Arguments a;
+  for (int i = 0; i < argc; ++i)
+    a.command_line += (i ? " " : "") + std::string(argv[i]);
+  CLI::App app{"Computes the basis irradiance volume of a room.\n"
+               "Example: daylit-precompute room.obj -o room.volume --regions uniform:64"};
+  app.set_version_flag("--version", DAYLIT_VERSION);
+  app.add_option("ROOM", a.room, "room model: OBJ, z up, metres")->required();
+  app.add_option("-o,--output", a.output, "the .volume file to write")->required();
+  app.add_option("--regions", a.regions, "uniform:N, tregenza or reinhart:K")->capture_default_str();
+  auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
+  auto* spacing =
+      app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
+  auto* points = app.add_option("--points", a.points, "file of probe positions, x y z per line: no grid");
+  grid->excludes(spacing)->excludes(points);
+  spacing->excludes(points);
+  app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: about 2,000 patches)")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--quality", a.quality, "draft, normal or high")->capture_default_str();
+  app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
+  app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  app.add_flag("--quiet", a.quiet, "no progress, no summary");
+  app.add_flag("--json", a.json, "the report as JSON on stdout");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitDone : kExitUsage;
+  }
+  watch_for_interrupt();
+  return run_program("daylit-precompute", a.json, [&] { return run(a); });
+}

@@ -1,0 +1,183 @@
+#include "precompute/probes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace daylit::precompute {
+
+namespace {
+
+// The outer probes: close enough to the walls that little is extrapolated, far enough to stand in the air.
+constexpr double kWallMargin = 0.04; // metres, at most a tenth of the spacing
+constexpr std::size_t kMaxProbes = 4'000'000;
+constexpr double kAuxiliarySpacing = 0.3; // metres, of the grid that decides about free points
+
+glm::dvec3 world(const ProbeSet& probes, std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); }
+
+/// No surface and no aperture between two points of the room.
+bool open_between(const glm::dvec3& a, const glm::dvec3& b, const RayScene& scene,
+                  const std::vector<Aperture>& apertures) {
+  const glm::dvec3 d = b - a;
+  const double distance = glm::length(d);
+  if (distance <= 0.0)
+    return true;
+  const glm::dvec3 u = d / distance;
+  int crossed = 0;
+  if (scene.occluded(scene.to_local(a), glm::vec3(u), 0.0f, static_cast<float>(distance)))
+    return false;
+  (void)aperture_transmittance(apertures, a, u, distance, &crossed);
+  return crossed == 0;
+}
+
+/// Points a hand's breadth inside every aperture.
+std::vector<glm::dvec3> air_seeds(const std::vector<Aperture>& apertures, double step_m) {
+  std::vector<glm::dvec3> seeds;
+  for (const Aperture& a : apertures) {
+    glm::dvec3 middle(0.0);
+    for (const glm::dvec3& c : a.corners)
+      middle += c / static_cast<double>(a.corners.size());
+    for (const double in : {0.05, 0.3, 1.0})
+      seeds.push_back(middle + in * step_m * a.inward);
+    for (const glm::dvec3& c : a.corners)
+      seeds.push_back(glm::mix(middle, c, 0.6) + 0.3 * step_m * a.inward);
+  }
+  return seeds;
+}
+
+class GridIndex {
+public:
+  explicit GridIndex(const ProbeSet& grid) : grid_(grid) {}
+  std::size_t index(const glm::ivec3& c) const {
+    return (static_cast<std::size_t>(c.z) * grid_.count.y + c.y) * grid_.count.x + c.x;
+  }
+  glm::ivec3 cell(std::size_t i) const {
+    const auto n = static_cast<int>(i);
+    return {n % grid_.count.x, n / grid_.count.x % grid_.count.y, n / (grid_.count.x * grid_.count.y)};
+  }
+  bool contains(const glm::ivec3& c) const {
+    return c.x >= 0 && c.y >= 0 && c.z >= 0 && c.x < grid_.count.x && c.y < grid_.count.y && c.z < grid_.count.z;
+  }
+  /// Calls visit(probe) for the probes within `ring` steps of a world point.
+  template <class Visit>
+  void near(const glm::dvec3& world_point, int ring, const Visit& visit) const {
+    const glm::dvec3 g = (world_point - grid_.origin - glm::dvec3(grid_.positions[0])) / grid_.spacing;
+    const glm::ivec3 base(glm::floor(g));
+    for (int z = base.z - ring + 1; z <= base.z + ring; ++z)
+      for (int y = base.y - ring + 1; y <= base.y + ring; ++y)
+        for (int x = base.x - ring + 1; x <= base.x + ring; ++x)
+          if (contains({x, y, z}))
+            visit(index({x, y, z}));
+  }
+
+private:
+  const ProbeSet& grid_;
+};
+
+int axis_count(double length_m, double spacing_m) {
+  return std::max(2, static_cast<int>(std::ceil(length_m / spacing_m - 1e-9)) + 1);
+}
+
+} // namespace
+
+Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m) {
+  const glm::dvec3 size = room.size();
+  ProbeSet grid;
+  grid.is_grid = true;
+  grid.origin = room.centre();
+  glm::dvec3 low;
+  for (int k = 0; k < 3; ++k) {
+    const double margin = std::min(kWallMargin, 0.1 * std::min(spacing_m, 0.5 * size[k]));
+    const double span = size[k] - 2.0 * margin;
+    grid.count[k] = count[k] > 0 ? count[k] : axis_count(span, spacing_m);
+    grid.spacing[k] = grid.count[k] > 1 ? span / (grid.count[k] - 1) : span;
+    low[k] = -0.5 * span;
+  }
+  const double total = static_cast<double>(grid.count.x) * grid.count.y * grid.count.z;
+  if (!(total <= static_cast<double>(kMaxProbes)))
+    return Error{ErrorCode::limit_exceeded, "the grid would have more than 4 million probes", "probe grid",
+                 "use a larger --spacing; is the room really in metres?"};
+  for (int z = 0; z < grid.count.z; ++z)
+    for (int y = 0; y < grid.count.y; ++y)
+      for (int x = 0; x < grid.count.x; ++x)
+        grid.positions.emplace_back(low + glm::dvec3(x, y, z) * grid.spacing);
+  grid.valid.assign(grid.positions.size(), 0);
+  return grid;
+}
+
+void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures) {
+  const GridIndex cells(grid);
+  std::vector<std::size_t> queue;
+  const auto reach = [&](std::size_t i, const glm::dvec3& from) {
+    if (grid.valid[i] || !open_between(from, world(grid, i), scene, apertures))
+      return;
+    grid.valid[i] = 1;
+    queue.push_back(i);
+  };
+  const double step_m = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+  for (const glm::dvec3& seed : air_seeds(apertures, step_m))
+    cells.near(seed, 2, [&](std::size_t i) { reach(i, seed); });
+  while (!queue.empty()) {
+    const std::size_t i = queue.back();
+    queue.pop_back();
+    const glm::ivec3 c = cells.cell(i);
+    for (int n = 0; n < 27; ++n) {
+      const glm::ivec3 next = c + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      if (cells.contains(next))
+        reach(cells.index(next), world(grid, i));
+    }
+  }
+}
+
+Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const Bounds& room, const RayScene& scene,
+                             const std::vector<Aperture>& apertures) {
+  const glm::dvec3 size = room.size();
+  Result<ProbeSet> grid =
+      make_grid(room, glm::ivec3(0), std::max(kAuxiliarySpacing, std::max({size.x, size.y, size.z}) / 150));
+  if (!grid)
+    return grid.error();
+  mark_air(*grid, scene, apertures);
+  const GridIndex cells(*grid);
+  ProbeSet points;
+  points.origin = room.centre();
+  for (const glm::dvec3& p : world_points) {
+    bool in_air = false;
+    for (int ring = 1; ring <= 3 && !in_air; ++ring)
+      cells.near(p, ring, [&](std::size_t i) {
+        in_air = in_air || (grid->valid[i] && open_between(p, world(*grid, i), scene, apertures));
+      });
+    points.positions.emplace_back(p - points.origin);
+    points.valid.push_back(in_air ? 1 : 0);
+  }
+  return points;
+}
+
+Result<std::vector<glm::dvec3>> read_points(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  if (!file)
+    return Error{ErrorCode::file_missing, "cannot open the list of points", path.string(), "check the path"};
+  std::vector<glm::dvec3> points;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    line.resize(std::min(line.find('#'), line.size()));
+    if (line.find_first_not_of(" \t\r") == std::string::npos)
+      continue;
+    std::istringstream words(line);
+    glm::dvec3 p;
+    std::string rest;
+    if (!(words >> p.x >> p.y >> p.z) || (words >> rest) || !std::isfinite(p.x + p.y + p.z))
+      return Error{ErrorCode::file_malformed, "expected three numbers x y z in metres",
+                   path.string() + ", line " + std::to_string(number), ""};
+    points.push_back(p);
+  }
+  if (points.empty())
+    return Error{ErrorCode::file_malformed, "the list of points is empty", path.string(), "one x y z per line"};
+  return points;
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/aperture.h"
+#include "scene/ray_scene.h"
+#include "scene/result.h"
+#include "scene/room.h"
+#include "scene/volume.h"
+
+namespace daylit::precompute {
+
+/// Regular grid over the room's bounds whose outer probes stand a small margin off the walls.
+/// `count` per axis >= 2, or zero on all axes: the spacing decides (metres, at most `spacing_m` apart).
+Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m);
+
+/// Marks the probes that stand in the air of the room: those that light can reach from the apertures, found by
+/// walking from probe to neighbouring probe along unobstructed segments that cross no aperture. Inside of furniture,
+/// behind walls and outdoors stay invalid whatever the orientation of the faces.
+void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures);
+
+/// Free points (world metres): valid when a walk over an auxiliary grid reaches a probe that sees them.
+Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const Bounds& room, const RayScene& scene,
+                             const std::vector<Aperture>& apertures);
+
+/// "x y z" per line, '#' starts a comment. Error: file, line, what is wrong.
+Result<std::vector<glm::dvec3>> read_points(const std::filesystem::path& path);
+
+} // namespace daylit::precompute

@@ -1,0 +1,85 @@
+#include <cstdarg>
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+#include "precompute/bake.h"
+
+namespace daylit::precompute {
+
+namespace {
+
+__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
+  char text[512];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof(text), pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+} // namespace
+
+std::string to_json(const BakeReport& r) {
+  nlohmann::ordered_json j;
+  j["patches"] = {{"count", r.patches},
+                  {"longest_edge_m", r.patch_edge_m},
+                  {"elements", r.elements},
+                  {"sides_skipped", r.sides_skipped}};
+  j["openings"] = {{"windows", r.apertures.window_polygons},
+                   {"holes", r.apertures.hole_polygons},
+                   {"window_area_m2", r.apertures.window_area_m2},
+                   {"hole_area_m2", r.apertures.hole_area_m2},
+                   {"unexplained_escape", r.apertures.unexplained_escape}};
+  j["regions"] = {{"count", r.regions}, {"stored", r.regions_stored}, {"skipped", r.regions - r.regions_stored}};
+  j["probes"] = {{"count", r.probes}, {"valid", r.probes_valid}};
+  j["form_factors"] = {{"facing_pairs", r.exchange.facing_pairs},
+                       {"near_pairs", r.exchange.near_pairs},
+                       {"clear_pairs", r.exchange.clear_pairs},
+                       {"partly_hidden_pairs", r.exchange.partial_pairs},
+                       {"rays", r.exchange.rays}};
+  j["solve"] = {{"iterations", r.solve.iterations}, {"worst_residual", r.solve.worst_residual}};
+  j["energy"] = {{"entering", r.energy.entering},
+                 {"absorbed", r.energy.absorbed},
+                 {"leaving", r.energy.leaving},
+                 {"relative_imbalance", r.energy.imbalance},
+                 {"worst_closure", r.energy.worst_closure},
+                 {"mean_closure", r.energy.mean_closure}};
+  j["room"] = {{"faces", r.room.faces_read},
+               {"zero_area_faces", r.room.zero_area_faces},
+               {"duplicate_faces", r.room.duplicate_faces},
+               {"notes", r.room.notes}};
+  for (const StageTime& s : r.stages)
+    j["seconds"][s.name] = s.seconds;
+  j["seconds"]["total"] = r.total_seconds;
+  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string to_text(const BakeReport& r) {
+  std::string text;
+  text += format("openings   %d windows (%.2f m2), %d holes (%.2f m2)\n", r.apertures.window_polygons,
+                 r.apertures.window_area_m2, r.apertures.hole_polygons, r.apertures.hole_area_m2);
+  if (r.apertures.unexplained_escape > 0)
+    text += format("           %.2f %% of the test rays leave through gaps without an outline\n",
+                   100 * r.apertures.unexplained_escape);
+  text += format("patches    %zu (edge up to %.3f m), %zu sides in the air, %zu sides skipped: no light reaches them\n",
+                 r.patches, r.patch_edge_m, r.elements, r.sides_skipped);
+  text += format("regions    %d of %d stored, %d skipped: no opening sees them (bound 0)\n", r.regions_stored,
+                 r.regions, r.regions - r.regions_stored);
+  text += format("probes     %zu of %zu in the air\n", r.probes_valid, r.probes);
+  text += format("pairs      %.2f M facing, %.2f M clear without a ray (bound 0), %.0f k partly hidden, %.0f k near\n",
+                 static_cast<double>(r.exchange.facing_pairs) / 1e6, static_cast<double>(r.exchange.clear_pairs) / 1e6,
+                 static_cast<double>(r.exchange.partial_pairs) / 1e3, static_cast<double>(r.exchange.near_pairs) / 1e3);
+  text += format("solve      %d iterations, residual %.1e\n", r.solve.iterations, r.solve.worst_residual);
+  text += format(
+      "energy     in 1, absorbed %.5f, out again %.5f, imbalance %.1e; closure of the form factors %.1e worst, "
+      "%.1e mean\n",
+      r.energy.absorbed / std::max(r.energy.entering, 1e-300), r.energy.leaving / std::max(r.energy.entering, 1e-300),
+      r.energy.imbalance, r.energy.worst_closure, r.energy.mean_closure);
+  text += "seconds    ";
+  for (const StageTime& s : r.stages)
+    text += format("%s %.2f, ", s.name.c_str(), s.seconds);
+  return text + format("total %.2f\n", r.total_seconds);
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,79 @@
+#pragma once
+
+// Low-discrepancy points and the maps that carry them to triangles, hemispheres and spherical triangles.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace daylit::radiosity {
+
+/// 64-bit mix (Stafford variant 13): decorrelates counters, so that every value is a function of (seed, index) only.
+inline std::uint64_t mix_bits(std::uint64_t x) {
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+  return x ^ (x >> 31);
+}
+inline double unit_interval(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-53; }
+
+/// k-th point of the R2 sequence (Roberts 2018), shifted by `shift`; both coordinates in [0, 1).
+inline glm::dvec2 r2_point(std::uint32_t k, const glm::dvec2& shift) {
+  const double x = shift.x + 0.75487766624669276005 * (k + 1), y = shift.y + 0.56984029099805326591 * (k + 1);
+  return {x - std::floor(x), y - std::floor(y)};
+}
+inline glm::dvec2 random_shift(std::uint64_t seed) {
+  return {unit_interval(mix_bits(seed)), unit_interval(mix_bits(seed + 0x9E3779B97F4A7C15ull))};
+}
+
+/// Uniform on a triangle, low distortion (Heitz 2019).
+inline glm::dvec3 on_triangle(const std::array<glm::dvec3, 3>& t, glm::dvec2 u) {
+  if (u.y > u.x) {
+    u.x *= 0.5;
+    u.y -= u.x;
+  } else {
+    u.y *= 0.5;
+    u.x -= u.y;
+  }
+  return t[0] + u.x * (t[1] - t[0]) + u.y * (t[2] - t[0]);
+}
+
+/// Branch-free orthonormal basis (Duff et al. 2017).
+inline std::array<glm::dvec3, 2> tangents(const glm::dvec3& n) {
+  const double sign = std::copysign(1.0, n.z), a = -1.0 / (sign + n.z), b = n.x * n.y * a;
+  return {glm::dvec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), glm::dvec3(b, sign + n.y * n.y * a, -n.y)};
+}
+
+/// Density cos / pi about n.
+inline glm::dvec3 cosine_direction(const glm::dvec3& n, const glm::dvec2& u) {
+  const double r = std::sqrt(u.x), phi = 2.0 * std::numbers::pi * u.y;
+  const auto [t, b] = tangents(n);
+  return r * std::cos(phi) * t + r * std::sin(phi) * b + std::sqrt(std::max(0.0, 1.0 - u.x)) * n;
+}
+
+/// Uniform on the sphere.
+inline glm::dvec3 sphere_direction(const glm::dvec2& u) {
+  const double z = 1.0 - 2.0 * u.x, r = std::sqrt(std::max(0.0, 1.0 - z * z)), phi = 2.0 * std::numbers::pi * u.y;
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+/// k-th of n points of the spherical Fibonacci lattice (Swinbank & Purser 2006), turned by shift.y about z and moved
+/// by shift.x within its ring: uniform, and integrates low bands of spherical harmonics far better than random points.
+inline glm::dvec3 fibonacci_direction(std::uint32_t k, std::uint32_t n, const glm::dvec2& shift) {
+  const double z = 1.0 - 2.0 * (k + 0.25 + 0.5 * shift.x) / n, r = std::sqrt(std::max(0.0, 1.0 - z * z));
+  const double turn = k * 0.61803398874989484820 + shift.y, phi = 2.0 * std::numbers::pi * (turn - std::floor(turn));
+  return {r * std::cos(phi), r * std::sin(phi), z};
+}
+
+/// Solid angle of the spherical triangle of three unit vectors (Van Oosterom & Strackee 1983), sr, positive.
+inline double spherical_triangle_sr(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+  const double volume = std::abs(glm::dot(a, glm::cross(b, c)));
+  return 2.0 * std::atan2(volume, 1.0 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
+}
+
+} // namespace daylit::radiosity

@@ -1,0 +1,46 @@
+#pragma once
+
+// The unknowns of the transport problem: patch sides that can exchange light with the air of the room.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "radiosity/patches.h"
+#include "scene/aperture.h"
+#include "scene/ray_scene.h"
+#include "scene/result.h"
+#include "scene/room.h"
+
+namespace daylit::radiosity {
+
+/// One side of a patch. Corners counter-clockwise about the normal, metres relative to PatchMesh::origin.
+struct Element {
+  std::array<glm::dvec3, 3> corner;
+  glm::dvec3 normal{0.0};
+  double area_m2 = 0;
+  Rgb reflectance{0.0f};
+  std::uint32_t patch = 0;
+};
+
+struct ElementSet {
+  std::vector<Element> elements;
+  /// Index into elements of the front and the back of every patch, -1 where that side never meets the room's air.
+  std::vector<std::array<std::int32_t, 2>> of_patch;
+  std::size_t sides_skipped = 0;
+
+  /// Element met by a ray in `direction` that hit `patch`; -1: a side outside the problem, black.
+  std::int32_t hit(const PatchMesh& mesh, std::uint32_t patch, const glm::vec3& direction) const;
+};
+
+/// Ray scene over the patches themselves; hits report patch numbers. Coordinates as in the mesh.
+Result<RayScene> patch_scene(const PatchMesh& mesh);
+
+/// Follows light from just inside the apertures: a side is kept when rays from the air, or from a kept side, meet its
+/// plane from that side. Whole planes are kept or dropped, so a small patch that no test ray met is not lost.
+ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
+                         const std::vector<Aperture>& apertures);
+
+} // namespace daylit::radiosity

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "radiosity/elements.h"
+#include "radiosity/solve.h"
+#include "scene/program.h"
+
+namespace daylit::radiosity {
+
+struct GatherOptions {
+  int rays = 1024; ///< per point, over the whole sphere
+};
+
+/// Nine SH coefficients of the indirect radiance at points in the air: L_lm = integral L(x, w) Y_lm(w) dw with
+/// L = B / pi of the surface met by the ray (Grosch et al. 2007, eq. 2).
+/// `points`: metres, relative to the mesh origin. Result: [point][coefficient][column], columns as in Radiosity.
+/// Errors: interrupted.
+Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
+                                               const PatchMesh& mesh, const RayScene& patches,
+                                               const Radiosity& radiosity, const GatherOptions& options,
+                                               const Progress& progress);
+
+} // namespace daylit::radiosity

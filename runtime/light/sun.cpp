@@ -1,0 +1,93 @@
+#include "runtime/light/sun.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/light/orthonormal.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr double kRingWidth = 0.06; // radians: wide enough for a mean, narrow enough to be the sky beside the sun
+
+struct Cluster {
+  glm::dvec3 excess{0.0}, centroid{0.0};
+  Rgb surround{0.0f};
+};
+
+/// Ring mean, then excess over it inside `radius` of `axis`.
+Cluster measure_cluster(const SkyImage& sky, const std::vector<glm::vec3>& directions, const glm::dvec3& axis,
+                        double radius) {
+  const float inner = static_cast<float>(std::cos(radius)), outer = static_cast<float>(std::cos(radius + kRingWidth));
+  const glm::vec3 towards(axis);
+  std::vector<std::size_t> inside;
+  glm::dvec3 ring(0.0);
+  double ring_sr = 0.0;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const float c = glm::dot(directions[i], towards);
+    if (c < outer)
+      continue;
+    if (c >= inner)
+      inside.push_back(i);
+    else {
+      ring += static_cast<double>(sky.solid_angle_sr()[i]) * glm::dvec3(sky.image().texels[i]);
+      ring_sr += static_cast<double>(sky.solid_angle_sr()[i]);
+    }
+  }
+  Cluster cluster;
+  cluster.surround = ring_sr > 0.0 ? Rgb(ring / ring_sr) : Rgb(0.0f);
+  for (const std::size_t i : inside) {
+    const double sr = static_cast<double>(sky.solid_angle_sr()[i]);
+    const glm::dvec3 excess = sr * glm::dvec3(sky.image().texels[i] - cluster.surround);
+    cluster.excess += excess;
+    cluster.centroid += static_cast<double>(std::max(luminance(Rgb(excess)), 0.0f)) * glm::dvec3(directions[i]);
+  }
+  return cluster;
+}
+
+} // namespace
+
+std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::vec3>& directions) {
+  const std::vector<Rgb>& texels = sky.image().texels;
+  std::size_t peak = texels.size();
+  float brightest = 0.0f;
+  for (std::size_t i = 0; i < texels.size(); ++i)
+    if (const float l = luminance(texels[i]); l > brightest && directions[i] != glm::vec3(0.0f)) {
+      brightest = l;
+      peak = i;
+    }
+  if (peak == texels.size())
+    return std::nullopt;
+
+  // The disc may straddle pixels: its energy lies within its radius plus one pixel diagonal of the centroid.
+  const double pixel_diagonal = std::sqrt(2.0 * static_cast<double>(sky.solid_angle_sr()[peak]));
+  const double radius = kSunAngularRadius + 1.25 * pixel_diagonal;
+  Cluster cluster = measure_cluster(sky, directions, glm::normalize(glm::dvec3(directions[peak])), radius);
+  if (brightest < kSunContrast * luminance(cluster.surround) || glm::length(cluster.centroid) <= 0.0)
+    return std::nullopt;
+  const glm::dvec3 first_centroid = glm::normalize(cluster.centroid);
+  cluster = measure_cluster(sky, directions, first_centroid, radius);
+  if (glm::length(cluster.centroid) <= 0.0 || luminance(Rgb(cluster.excess)) <= 0.0f)
+    return std::nullopt;
+
+  DetectedSun sun;
+  sun.direction = first_centroid; // the pixels replaced are exactly those that the excess was summed over
+  sun.cluster_radius = radius;
+  sun.surround = cluster.surround;
+  sun.normal_irradiance = glm::max(Rgb(cluster.excess), Rgb(0.0f));
+  return sun;
+}
+
+glm::dvec3 sun_disc_direction(const glm::dvec3& centre, int k, int count) {
+  constexpr double kGoldenAngle = std::numbers::pi * 0.76393202250021030359; // pi (3 - sqrt 5)
+  const double radius = std::tan(kSunAngularRadius) * std::sqrt((k + 0.5) / count);
+  const OrthonormalBasis basis(centre);
+  const double angle = kGoldenAngle * k;
+  return glm::normalize(centre + radius * (std::cos(angle) * basis.u + std::sin(angle) * basis.v));
+}
+
+} // namespace daylit

@@ -1,0 +1,101 @@
+#include "runtime/object/transfer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "runtime/light/orthonormal.h"
+#include "scene/ray_scene.h"
+#include "sh/sh9.h"
+
+namespace daylit {
+
+namespace {
+
+// A direction this close to the tangent plane of the smooth normal may dip below a coarse mesh's own facets and leave
+// through its far side: a hit on the back of a face is then no occluder.
+constexpr float kGrazingCosine = 0.4f;
+
+double radical_inverse_2(std::uint32_t i) {
+  i = (i << 16) | (i >> 16);
+  i = ((i & 0x00FF00FFu) << 8) | ((i & 0xFF00FF00u) >> 8);
+  i = ((i & 0x0F0F0F0Fu) << 4) | ((i & 0xF0F0F0F0u) >> 4);
+  i = ((i & 0x33333333u) << 2) | ((i & 0xCCCCCCCCu) >> 2);
+  i = ((i & 0x55555555u) << 1) | ((i & 0xAAAAAAAAu) >> 1);
+  return i * 0x1p-32;
+}
+
+/// Cosine-weighted directions around +z, pdf = cos / pi (Malley: a uniform disc, lifted).
+std::vector<glm::dvec3> cosine_directions(int count) {
+  std::vector<glm::dvec3> directions;
+  for (int k = 0; k < count; ++k) {
+    const double u = (k + 0.5) / count, angle = 2.0 * std::numbers::pi * radical_inverse_2(static_cast<unsigned>(k));
+    directions.emplace_back(std::sqrt(u) * std::cos(angle), std::sqrt(u) * std::sin(angle), std::sqrt(1.0 - u));
+  }
+  return directions;
+}
+
+struct Occluder {
+  const ObjectMesh* mesh;
+  RayScene scene;
+
+  bool blocks(const glm::vec3& origin, const glm::vec3& w, float cosine) const {
+    RayHit hit;
+    const float offset = scene.surface_offset();
+    if (!scene.closest(origin, w, offset, std::numeric_limits<float>::infinity(), hit))
+      return false;
+    if (cosine > kGrazingCosine)
+      return true;
+    const auto& t = mesh->triangles[hit.triangle];
+    const glm::vec3 a = mesh->positions[t[0]];
+    const glm::vec3 face = glm::cross(mesh->positions[t[1]] - a, mesh->positions[t[2]] - a);
+    return glm::dot(face, w) < 0.0f;
+  }
+};
+
+TransferVector vertex_transfer(const Occluder& occluder, const glm::dvec3& position, const glm::dvec3& normal,
+                               const std::vector<glm::dvec3>& directions) {
+  const OrthonormalBasis basis(normal);
+  std::array<double, 9> sum = sh::evaluate9(normal);
+  for (int i = 0; i < 9; ++i)
+    sum[i] *= sh::kClampedCosine9<double>[i];
+  const double weight = std::numbers::pi / static_cast<double>(directions.size());
+  const glm::vec3 origin = occluder.scene.to_local(position) + occluder.scene.surface_offset() * glm::vec3(normal);
+  for (const glm::dvec3& d : directions) {
+    const glm::dvec3 w = d.x * basis.u + d.y * basis.v + d.z * normal;
+    if (!occluder.blocks(origin, glm::vec3(w), static_cast<float>(d.z)))
+      continue;
+    const std::array<double, 9> y = sh::evaluate9(w);
+    for (int i = 0; i < 9; ++i)
+      sum[i] -= weight * y[i];
+  }
+  TransferVector transfer;
+  for (int i = 0; i < 9; ++i)
+    transfer[i] = static_cast<float>(sum[i]);
+  return transfer;
+}
+
+} // namespace
+
+Result<std::vector<TransferVector>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings) {
+  std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
+  Result<RayScene> scene = RayScene::build(positions, mesh.triangles);
+  if (!scene)
+    return scene.error();
+  const Occluder occluder{&mesh, std::move(*scene)};
+  const std::vector<glm::dvec3> directions = cosine_directions(std::max(settings.rays_per_vertex, 1));
+  std::vector<TransferVector> transfer(mesh.positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i)
+      transfer[i] = vertex_transfer(occluder, positions[i], glm::dvec3(mesh.normals[i]), directions);
+  });
+  return transfer;
+}
+
+} // namespace daylit

@@ -1,0 +1,47 @@
+#pragma once
+
+// Self-shadowed transfer vectors: what part of the light arriving at an object a vertex turns into reflected radiance
+// (Sloan et al. 2002; equation 5 of Grosch et al. 2007).
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/object_mesh.h"
+#include "scene/result.h"
+
+namespace daylit {
+
+/// C_lm = integral V(w) max(0, n.w) Y_lm(w) dw, l <= 2, without A_l, reflectance or 1/pi. Object frame.
+using TransferVector = std::array<float, 9>;
+
+struct TransferSettings {
+  int rays_per_vertex = 256;
+};
+
+/// One vector per vertex. The blocked part is integrated with cosine-weighted Hammersley directions and subtracted from
+/// the closed form A_l Y_lm(n), so a convex object has the exact unshadowed vector. Error: no ray scene.
+Result<std::vector<TransferVector>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings = {});
+
+/// FNV-1a over positions, normals, triangles and settings, 16 hex digits: what a cached result belongs to.
+std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings = {});
+
+/// Reads the vectors that belong to `key`; Error file_missing, file_malformed (size, checksum, non-finite or
+/// impossibly large values) or file_version; never trusts a size in the file.
+Result<std::vector<TransferVector>> read_transfer(const std::filesystem::path& path, const std::string& key,
+                                                  std::size_t vertices);
+Result<void> write_transfer(const std::filesystem::path& path, const std::string& key,
+                            const std::vector<TransferVector>& transfer);
+
+struct CachedTransfer {
+  std::vector<TransferVector> transfer;
+  bool from_cache = false;
+  std::string note; ///< why the cache was not used or not written; empty when all went well
+};
+
+/// From "<folder>/<model stem>-<key>.transfer" when it is there and sound, computed and stored there otherwise.
+Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesystem::path& folder,
+                                       const std::string& model_stem, const TransferSettings& settings = {});
+
+} // namespace daylit

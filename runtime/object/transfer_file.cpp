@@ -1,0 +1,126 @@
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <span>
+
+#include "runtime/object/transfer.h"
+#include "scene/atomic_file.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr std::uint32_t kTransferVersion = 1;
+// |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
+constexpr float kLargestCoefficient = 3.1416f;
+
+/// Little-endian file: this header, then vertices x 9 floats.
+struct Header {
+  char magic[8] = {'d', 'a', 'y', 'l', 'i', 't', 'T', 'V'};
+  std::uint32_t version = kTransferVersion;
+  std::uint32_t coefficients = 9;
+  std::uint64_t vertices = 0;
+  char key[16] = {};
+  std::uint64_t checksum = 0; ///< FNV-1a of the floats
+};
+static_assert(sizeof(Header) == 48);
+
+class Fnv1a {
+public:
+  void add(std::span<const std::byte> bytes) {
+    for (const std::byte b : bytes)
+      hash_ = (hash_ ^ static_cast<std::uint64_t>(b)) * 1099511628211ull;
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    add(std::as_bytes(std::span<const T>(values)));
+  }
+  std::uint64_t value() const { return hash_; }
+
+private:
+  std::uint64_t hash_ = 14695981039346656037ull;
+};
+
+Error malformed(const std::filesystem::path& path, const std::string& what) {
+  return {ErrorCode::file_malformed, what, path.string(), "delete the file, it is computed again"};
+}
+
+} // namespace
+
+std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings) {
+  Fnv1a hash;
+  hash.add(mesh.positions);
+  hash.add(mesh.normals);
+  hash.add(mesh.triangles);
+  hash.add(std::as_bytes(std::span(&settings.rays_per_vertex, 1)));
+  char text[17];
+  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash.value()));
+  return text;
+}
+
+Result<std::vector<TransferVector>> read_transfer(const std::filesystem::path& path, const std::string& key,
+                                                  std::size_t vertices) {
+  const std::size_t expected = sizeof(Header) + vertices * sizeof(TransferVector);
+  const auto bytes = read_whole_file(path, expected);
+  if (!bytes)
+    return bytes.error();
+  if (bytes->size() != expected)
+    return malformed(path, "the size does not fit the object");
+  Header header, reference;
+  std::memcpy(&header, bytes->data(), sizeof(header));
+  if (std::memcmp(header.magic, reference.magic, sizeof(header.magic)) != 0)
+    return malformed(path, "not a transfer file");
+  if (header.version != kTransferVersion)
+    return Error{ErrorCode::file_version, "transfer file of another version", path.string(), "delete the file"};
+  if (header.coefficients != 9 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
+    return malformed(path, "belongs to another object");
+  std::vector<TransferVector> transfer(vertices);
+  std::memcpy(transfer.data(), bytes->data() + sizeof(header), vertices * sizeof(TransferVector));
+  Fnv1a hash;
+  hash.add(transfer);
+  if (hash.value() != header.checksum)
+    return malformed(path, "wrong checksum");
+  for (const TransferVector& t : transfer)
+    for (const float c : t)
+      if (!(std::fabs(c) <= kLargestCoefficient))
+        return malformed(path, "a coefficient is out of range");
+  return transfer;
+}
+
+Result<void> write_transfer(const std::filesystem::path& path, const std::string& key,
+                            const std::vector<TransferVector>& transfer) {
+  Header header;
+  header.vertices = transfer.size();
+  std::memcpy(header.key, key.data(), std::min(key.size(), sizeof(header.key)));
+  Fnv1a hash;
+  hash.add(transfer);
+  header.checksum = hash.value();
+  const std::span<const std::byte> parts[] = {std::as_bytes(std::span(&header, 1)),
+                                              std::as_bytes(std::span<const TransferVector>(transfer))};
+  return write_file_atomically(path, parts);
+}
+
+Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesystem::path& folder,
+                                       const std::string& model_stem, const TransferSettings& settings) {
+  const std::string key = transfer_key(mesh, settings);
+  const std::filesystem::path path = folder / (model_stem + "-" + key + ".transfer");
+  CachedTransfer result;
+  auto stored = read_transfer(path, key, mesh.positions.size());
+  if (stored) {
+    result.transfer = std::move(*stored);
+    result.from_cache = true;
+    return result;
+  }
+  if (stored.error().code != ErrorCode::file_missing)
+    result.note = stored.error().message();
+  auto computed = compute_transfer(mesh, settings);
+  if (!computed)
+    return computed.error();
+  result.transfer = std::move(*computed);
+  if (const auto written = write_transfer(path, key, result.transfer); !written)
+    result.note = "transfer vectors not cached: " + written.error().message();
+  return result;
+}
+
+} // namespace daylit

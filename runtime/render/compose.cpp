@@ -1,0 +1,119 @@
+#include "runtime/render/compose.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <glm/common.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace daylit {
+
+namespace {
+
+constexpr float kLeastCoverage = 1.0f / 510.0f;
+
+/// The three drawn values at a photograph pixel.
+struct DrawnPixel {
+  glm::vec4 object{0.0f}, lost_sky{0.0f}, room{0.0f};
+};
+
+struct DrawnPicture {
+  const RenderedFrame& frame;
+  const RenderCamera& camera;
+
+  DrawnPixel at(int x, int y) const {
+    const std::size_t i = static_cast<std::size_t>(y) * frame.width_px + x;
+    return {frame.object[i], frame.lost_sky[i], frame.room[i]};
+  }
+
+  glm::vec2 position(int x, int y) const {
+    return camera.drawn_position.empty()
+               ? glm::vec2(x, y)
+               : camera.drawn_position[static_cast<std::size_t>(y) * camera.photo_width_px + x];
+  }
+
+  /// The drawn pixel itself, or the bilinear mean of four where the photograph is distorted.
+  DrawnPixel photo_pixel(int x, int y) const {
+    if (camera.drawn_position.empty())
+      return at(x, y);
+    const glm::vec2 p = position(x, y);
+    if (p.x < 0.0f || p.y < 0.0f)
+      return {};
+    const int x0 = std::min(static_cast<int>(p.x), frame.width_px - 1), x1 = std::min(x0 + 1, frame.width_px - 1);
+    const int y0 = std::min(static_cast<int>(p.y), frame.height_px - 1), y1 = std::min(y0 + 1, frame.height_px - 1);
+    const float s = p.x - static_cast<float>(x0), t = p.y - static_cast<float>(y0);
+    const DrawnPixel a = at(x0, y0), b = at(x1, y0), c = at(x0, y1), d = at(x1, y1);
+    const auto mix = [&](const glm::vec4& pa, const glm::vec4& pb, const glm::vec4& pc, const glm::vec4& pd) {
+      return (1.0f - t) * ((1.0f - s) * pa + s * pb) + t * ((1.0f - s) * pc + s * pd);
+    };
+    return {mix(a.object, b.object, c.object, d.object), mix(a.lost_sky, b.lost_sky, c.lost_sky, d.lost_sky),
+            mix(a.room, b.room, c.room, d.room)};
+  }
+};
+
+/// The photograph's pixel after the room at it has lost light.
+Rgb shadowed(const Rgb& photo, const DrawnPixel& drawn, const RoomPoint& point, const ComposeSettings& settings) {
+  const Rgb lost_sky = Rgb(drawn.lost_sky) / drawn.lost_sky.w;
+  const glm::vec3 shares = glm::vec3(drawn.room) / drawn.lost_sky.w;
+  const Rgb lost = point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z;
+  if (settings.mode == ShadowMode::difference) {
+    const Rgb change = point.reflectance * lost * std::numbers::inv_pi_v<float>;
+    return glm::max(photo - settings.photo.apply(change), Rgb(0.0f));
+  }
+  const Rgb before =
+      point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance;
+  Rgb ratio(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (before[c] > 0.0f)
+      ratio[c] = std::clamp(1.0f - lost[c] / before[c], 0.0f, 1.0f);
+  return photo * ratio;
+}
+
+bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
+  for (int c = 0; c < 3; ++c)
+    if (std::fabs(after[c] - before[c]) > threshold * std::max(std::fabs(before[c]), std::fabs(after[c])))
+      return true;
+  return false;
+}
+
+} // namespace
+
+Rgb PhotoScale::apply(const Rgb& radiance) const { return Rgb(scale * (colour_matrix * glm::dvec3(radiance))); }
+
+Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+                  const ComposeSettings& settings) {
+  Composite result{photo, std::vector<std::uint8_t>(photo.texels.size(), 0), 0, 0};
+  const DrawnPicture drawn{frame, camera};
+  tbb::parallel_for(tbb::blocked_range<int>(0, photo.height), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y != rows.end(); ++y)
+      for (int x = 0; x < photo.width; ++x) {
+        const DrawnPixel pixel = drawn.photo_pixel(x, y);
+        const float coverage = std::min(pixel.object.w, 1.0f);
+        const bool shadow = pixel.lost_sky.w > 0.0f &&
+                            std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
+        if (coverage < kLeastCoverage && !shadow)
+          continue;
+        const Rgb before = photo.at(x, y);
+        Rgb background = before;
+        if (shadow && coverage < 1.0f)
+          if (const auto point = room(camera.direction(glm::dvec2(drawn.position(x, y)))))
+            background = shadowed(before, pixel, *point, settings);
+        const Rgb after = coverage < kLeastCoverage
+                              ? background
+                              : (1.0f - coverage) * background + settings.photo.apply(Rgb(pixel.object));
+        if (!exceeds(before, after, settings.threshold))
+          continue;
+        result.picture.at(x, y) = after;
+        result.touched[static_cast<std::size_t>(y) * photo.width + x] = coverage < kLeastCoverage ? 1 : 2;
+      }
+  });
+  for (const std::uint8_t t : result.touched) {
+    result.shadow_pixels += t == 1;
+    result.object_pixels += t == 2;
+  }
+  return result;
+}
+
+} // namespace daylit

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <glm/vec4.hpp>
+
+#include "runtime/render/gl_objects.h"
+
+namespace daylit {
+
+/// Three float colour targets and depth, several samples per pixel, and their single-sample averages.
+class RenderTargets {
+public:
+  static constexpr int kColours = 3;
+  static Result<RenderTargets> make(const Gl& gl, int width_px, int height_px, int samples);
+
+  void bind_and_clear() const;
+  /// Averages the samples and reads one target back, row 0 first.
+  Result<std::vector<glm::vec4>> read(int colour) const;
+  void resolve() const;
+  int width_px() const { return width_; }
+  int height_px() const { return height_; }
+
+private:
+  Gl gl_;
+  GlFramebuffer multi_, single_;
+  GlTexture multi_colour_[kColours], multi_depth_, single_colour_[kColours];
+  int width_ = 0, height_ = 0;
+};
+
+} // namespace daylit

@@ -1,0 +1,44 @@
+#pragma once
+
+// What the OBJ and PLY readers hand over; scene/object_mesh.cpp makes shared vertices with normals of it.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+
+namespace daylit::detail {
+
+struct SoupCorner {
+  std::uint32_t position = 0;
+  std::int32_t normal = -1; ///< -1: the file gives none
+};
+struct SoupTriangle {
+  std::array<SoupCorner, 3> corner;
+  Rgb reflectance{0.5f};
+};
+
+/// Invariant (of the readers): every index is in range, every number is finite.
+struct TriangleSoup {
+  std::vector<glm::vec3> positions; ///< metres
+  std::vector<glm::vec3> normals;   ///< any length above zero
+  std::vector<Rgb> vertex_colour;   ///< 0..1, empty or one per position; overrides the triangle's reflectance
+  std::vector<SoupTriangle> triangles;
+};
+
+/// Splits a polygon into triangles (a quadrilateral along its shorter diagonal, others as a fan around the corner that
+/// keeps all triangles on one side; concave outlines without such a corner are refused: false).
+bool append_polygon(const std::vector<SoupCorner>& corners, Rgb reflectance, TriangleSoup& soup);
+
+Result<TriangleSoup> parse_obj_soup(std::span<const std::uint8_t> bytes, const std::filesystem::path& path,
+                                    Rgb fallback);
+Result<TriangleSoup> parse_ply_soup(std::span<const std::uint8_t> bytes, const std::string& name, Rgb fallback);
+
+} // namespace daylit::detail

@@ -1,0 +1,248 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <tbb/parallel_for.h>
+
+#include "scene/sky_partition.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kSplitLevels = 4;  ///< a pixel that a border crosses is halved this many times, towards the border
+constexpr int kRegionProbes = 8; ///< per side, to see whether a region reaches out of the field
+constexpr std::int32_t kOutside = -1;
+
+/// Whole columns and partial ones that an azimuth cell of an equirect image covers, positions in columns.
+/// Calls add(first_column, count, fraction_of_each).
+template <class Add>
+void split_columns(double begin, double end, int width, const Add& add) {
+  const auto emit = [&](long long first, long long count, double fraction) {
+    while (count > 0) { // a cell may lie across the seam of the image
+      const long long column = ((first % width) + width) % width;
+      const long long run = std::min<long long>(count, width - column);
+      add(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(run), fraction);
+      first += run;
+      count -= run;
+    }
+  };
+  // Borders that are meant to fall between columns do so only up to rounding.
+  const auto snapped = [](double x) { return std::abs(x - std::round(x)) < 1e-9 ? std::round(x) : x; };
+  begin = snapped(begin);
+  end = snapped(end);
+  const double first_whole = std::ceil(begin), last_whole = std::floor(end);
+  if (first_whole > last_whole) {
+    emit(static_cast<long long>(last_whole), 1, end - begin);
+    return;
+  }
+  if (begin < first_whole)
+    emit(static_cast<long long>(first_whole) - 1, 1, first_whole - begin);
+  emit(static_cast<long long>(first_whole), static_cast<long long>(last_whole - first_whole), 1.0);
+  if (end > last_whole)
+    emit(static_cast<long long>(last_whole), 1, end - last_whole);
+}
+
+/// Shares of one pixel of a lens image among the regions. A square whose corners and centre lie in one region belongs
+/// to it; any other is quartered, down to 1/16 pixel, and the last squares go by their centre. Squares outside the
+/// field do not count.
+class PixelSplitter {
+public:
+  using Shares = std::vector<std::pair<std::uint32_t, double>>;
+
+  PixelSplitter(const SkyGeometry& geometry, const SkyPartition& partition)
+      : geometry_(geometry), partition_(partition) {}
+
+  /// (region, share), shares sum to 1; empty when nothing of the pixel is in the field.
+  const Shares& split(double x, double y) {
+    const Corners corners{region_at(x - 0.5, y - 0.5), region_at(x + 0.5, y - 0.5), region_at(x - 0.5, y + 0.5),
+                          region_at(x + 0.5, y + 0.5)};
+    shares_.clear();
+    add_square(x, y, 0.5, corners, kSplitLevels);
+    double total = 0;
+    for (const auto& share : shares_)
+      total += share.second;
+    for (auto& share : shares_)
+      share.second /= total;
+    return shares_;
+  }
+
+private:
+  using Corners = std::array<std::int32_t, 4>; ///< regions at top left, top right, bottom left, bottom right
+
+  std::int32_t region_at(double x, double y) const {
+    const std::optional<glm::dvec3> d = geometry_.direction({x, y});
+    return d ? partition_.region_of(*d) : kOutside;
+  }
+
+  void add_square(double x, double y, double half, const Corners& c, int levels) {
+    const std::int32_t middle = region_at(x, y);
+    if (c[0] == middle && c[1] == middle && c[2] == middle && c[3] == middle)
+      return add_share(middle, 4 * half * half);
+    const double q = 0.5 * half;
+    if (levels == 1) {
+      for (int k = 0; k < 4; ++k)
+        add_share(region_at(x + (k % 2 ? q : -q), y + (k / 2 ? q : -q)), half * half);
+      return;
+    }
+    const std::int32_t top = region_at(x, y - half), left = region_at(x - half, y), right = region_at(x + half, y),
+                       bottom = region_at(x, y + half);
+    add_square(x - q, y - q, q, {c[0], top, left, middle}, levels - 1);
+    add_square(x + q, y - q, q, {top, c[1], middle, right}, levels - 1);
+    add_square(x - q, y + q, q, {left, middle, c[2], bottom}, levels - 1);
+    add_square(x + q, y + q, q, {middle, right, bottom, c[3]}, levels - 1);
+  }
+
+  void add_share(std::int32_t region, double area) {
+    if (region == kOutside)
+      return;
+    for (auto& share : shares_)
+      if (share.first == static_cast<std::uint32_t>(region)) {
+        share.second += area;
+        return;
+      }
+    shares_.emplace_back(static_cast<std::uint32_t>(region), area);
+  }
+
+  const SkyGeometry& geometry_;
+  const SkyPartition& partition_;
+  Shares shares_;
+};
+
+} // namespace
+
+/// Pixels and cells are both rectangles in (azimuth, sin(altitude)), where area is solid angle: overlaps are exact.
+std::vector<RegionSums::RegionRun> RegionSums::equirect_runs(const SkyGeometry& geometry,
+                                                             const SkyPartition& partition) {
+  const int width = geometry.width(), height = geometry.height();
+  const double rotation = std::get<EquirectProjection>(geometry.projection()).rotation;
+  std::vector<RegionRun> runs;
+  for (int y = 0; y < height; ++y) {
+    const double top = std::cos(kPi * y / height), bottom = std::cos(kPi * (y + 1) / height);
+    for (const SkyBand& band : partition.bands()) {
+      double overlap = (std::min(top, band.sin_high) - std::max(bottom, band.sin_low)) / (top - bottom);
+      if (overlap < 1e-12)
+        continue;
+      for (int cell = 0; cell < band.cells; ++cell) {
+        // Column of an azimuth: (1/2 - (azimuth - rotation) / 2 pi) width; it falls as the azimuth grows.
+        const double turn = (cell + (band.centred ? -0.5 : 0.0)) / band.cells;
+        const double end = (0.5 - turn + rotation / (2 * kPi)) * width, begin = end - double(width) / band.cells;
+        split_columns(begin, end, width, [&](std::uint32_t column, std::uint32_t count, double fraction) {
+          runs.push_back({static_cast<std::uint32_t>(band.first_region + cell),
+                          {static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(width) + column, count,
+                           overlap * fraction}});
+        });
+      }
+    }
+  }
+  return runs;
+}
+
+std::vector<RegionSums::RegionRun> RegionSums::lens_runs(const SkyGeometry& geometry, const SkyPartition& partition) {
+  const std::size_t width = static_cast<std::size_t>(geometry.width());
+  std::vector<std::vector<RegionRun>> rows(static_cast<std::size_t>(geometry.height()));
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
+    PixelSplitter splitter(geometry, partition);
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t texel = y * width + x;
+      if (geometry.solid_angle_sr()[texel] == 0)
+        continue;
+      for (const auto& [region, share] : splitter.split(double(x), double(y))) {
+        RegionRun* last = rows[y].empty() ? nullptr : &rows[y].back();
+        if (share == 1.0 && last && last->region == region && last->run.weight == 1.0 &&
+            last->run.first + last->run.count == texel)
+          ++last->run.count;
+        else
+          rows[y].push_back({region, {static_cast<std::uint32_t>(texel), 1, share}});
+      }
+    }
+  });
+  std::vector<RegionRun> runs;
+  for (const auto& row : rows)
+    runs.insert(runs.end(), row.begin(), row.end());
+  return runs;
+}
+
+void RegionSums::sort_runs(const std::vector<RegionRun>& runs, int regions) {
+  begin_.assign(static_cast<std::size_t>(regions) + 1, 0);
+  for (const RegionRun& r : runs)
+    ++begin_[r.region + 1];
+  for (std::size_t i = 1; i < begin_.size(); ++i)
+    begin_[i] += begin_[i - 1];
+  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
+  runs_.resize(runs.size());
+  for (const RegionRun& r : runs)
+    runs_[next[r.region]++] = r.run;
+}
+
+void RegionSums::measure_coverage(const SkyPartition& partition) {
+  const std::vector<float>& solid_angle = geometry_->solid_angle_sr();
+  const std::size_t regions = begin_.size() - 1;
+  covered_.assign(regions, 0.0);
+  gap_.assign(regions, 0.0);
+  centre_.resize(regions);
+  tbb::parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
+    for (std::uint32_t i = begin_[region]; i < begin_[region + 1]; ++i) {
+      double sum = 0;
+      for (std::uint32_t k = 0; k < runs_[i].count; ++k)
+        sum += double(solid_angle[runs_[i].first + k]);
+      covered_[region] += runs_[i].weight * sum;
+    }
+    centre_[region] = partition.centre(static_cast<int>(region));
+    if (geometry_->covers_sphere())
+      return;
+    // Only a region that really reaches out of the field has a gap; in the others the difference is the rounding of
+    // the split pixels, and the fill must not leak in.
+    bool open = false;
+    for (int k = 0; k < kRegionProbes * kRegionProbes && !open; ++k)
+      open = !geometry_->pixel(partition.sample(static_cast<int>(region), (k % kRegionProbes + 0.5) / kRegionProbes,
+                                                (k / kRegionProbes + 0.5) / kRegionProbes));
+    if (open)
+      gap_[region] = std::max(0.0, partition.solid_angle_sr(static_cast<int>(region)) - covered_[region]);
+  });
+}
+
+RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition) {
+  RegionSums sums;
+  sums.geometry_ = std::move(geometry);
+  sums.sort_runs(sums.geometry_->is_equirect() ? equirect_runs(*sums.geometry_, partition)
+                                               : lens_runs(*sums.geometry_, partition),
+                 partition.size());
+  sums.measure_coverage(partition);
+  return sums;
+}
+
+std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
+  const std::vector<float>& solid_angle = geometry_->solid_angle_sr();
+  const std::vector<Rgb>& texels = sky.image().texels;
+  std::vector<Rgb> mean(covered_.size());
+  tbb::parallel_for(std::size_t{0}, mean.size(), [&](std::size_t region) {
+    glm::dvec3 sum{0.0};
+    for (std::uint32_t i = begin_[region]; i < begin_[region + 1]; ++i) {
+      const Run& run = runs_[i];
+      glm::dvec3 part{0.0};
+      for (std::uint32_t k = run.first; k < run.first + run.count; ++k)
+        part += double(solid_angle[k]) * glm::dvec3(texels[k]);
+      sum += run.weight * part;
+    }
+    const double total = covered_[region] + gap_[region];
+    // A region smaller than a sub-pixel may have met no sample at all.
+    mean[region] = total > 0 ? Rgb((sum + gap_[region] * glm::dvec3(sky.fill_radiance(centre_[region]))) / total)
+                             : sky.radiance(centre_[region]);
+  });
+  return mean;
+}
+
+double RegionSums::covered_share(int region) const {
+  const std::size_t r = static_cast<std::size_t>(region);
+  const double total = covered_[r] + gap_[r];
+  return total > 0 ? covered_[r] / total : 1.0;
+}
+
+std::vector<Rgb> region_radiance(const SkyImage& sky, const SkyPartition& partition) {
+  return RegionSums::make(sky.geometry(), partition).reduce(sky);
+}
+
+} // namespace daylit

@@ -1,0 +1,305 @@
+#include "scene/room_formats.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "scene/atomic_file.h"
+#include "scene/detail/obj_text.h"
+#include "scene/detail/polygon.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr std::size_t kLargestFile_bytes = std::size_t{1} << 30;
+constexpr float kDefaultReflectance = 0.5f;
+// A face lower than this share of its longest side, or than the rounding of its coordinates, has no area.
+constexpr double kFlatShare = 1e-9, kFlatUlps = 8.0 * 2.220446049250313e-16;
+constexpr double kWarpShare = 1e-3; // corners further than this from the face's plane are reported
+
+using MaterialFile = std::map<std::string, detail::MtlMaterial>;
+
+bool in_unit_range(const Rgb& c) {
+  return c.r >= 0.0f && c.r <= 1.0f && c.g >= 0.0f && c.g <= 1.0f && c.b >= 0.0f && c.b <= 1.0f;
+}
+
+Error range_error(const std::string& quantity, const Rgb& c, const std::string& material) {
+  return {ErrorCode::value_invalid, fmt::format("{} {:g} {:g} {:g} is outside 0..1", quantity, c.r, c.g, c.b),
+          "material \"" + material + "\"", "set it to the share of light, 0 to 1, in the MTL file"};
+}
+
+Result<MaterialFile> read_libraries(const detail::ObjText& obj, const ReadLibrary& read_library, RoomReport& report) {
+  MaterialFile all;
+  for (const std::string& library : obj.libraries) {
+    const Result<std::string> text = read_library(library);
+    if (!text)
+      return text.error();
+    Result<std::vector<detail::MtlMaterial>> materials = detail::parse_mtl_text(*text, library);
+    if (!materials)
+      return materials.error();
+    for (detail::MtlMaterial& m : *materials) {
+      const std::string name = m.name;
+      if (!all.try_emplace(name, std::move(m)).second)
+        report.notes.push_back(fmt::format("material \"{}\" is defined more than once: the first one counts", name));
+    }
+  }
+  return all;
+}
+
+Result<Material> make_material(const std::string& name, const MaterialFile& file, RoomReport& report) {
+  Material material{.name = name, .reflectance = Rgb(kDefaultReflectance), .is_window = is_window_name(name)};
+  const auto entry = file.find(name);
+  if (entry == file.end()) {
+    if (name.empty())
+      report.notes.push_back("faces without a material: reflectance 0.5 assumed");
+    else if (!material.is_window)
+      return Error{ErrorCode::value_invalid, "the material is used but not defined", "material \"" + name + "\"",
+                   "add it to the MTL file: newmtl " + name + " and Kd r g b"};
+    return material;
+  }
+  const detail::MtlMaterial& mtl = entry->second;
+  if (material.is_window) {
+    material.reflectance = Rgb(0.0f);
+    material.transmittance = mtl.transmittance.value_or(Rgb(1.0f));
+    if (!in_unit_range(material.transmittance))
+      return range_error("transmittance", material.transmittance, name);
+    if (mtl.has_dissolve && !mtl.transmittance)
+      report.notes.push_back(
+          fmt::format("window material \"{}\": d/Tr is not used, Tf is missing: transmittance 1", name));
+    return material;
+  }
+  if (mtl.reflectance && !in_unit_range(*mtl.reflectance))
+    return range_error("reflectance", *mtl.reflectance, name);
+  if (!mtl.reflectance)
+    report.notes.push_back(fmt::format("material \"{}\" has no Kd: reflectance 0.5 assumed", name));
+  if (mtl.has_texture)
+    report.notes.push_back(fmt::format("material \"{}\": the texture is not read, Kd counts", name));
+  if (mtl.emits)
+    report.notes.push_back(
+        fmt::format("material \"{}\" emits light, which is ignored: light comes from the sky", name));
+  material.reflectance = mtl.reflectance.value_or(material.reflectance);
+  return material;
+}
+
+/// Height of the flattest box around the outline that still counts as a surface, metres.
+double flat_tolerance(std::span<const glm::dvec3> corners) {
+  double largest = 0.0;
+  for (const glm::dvec3& p : corners)
+    largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  return kFlatShare * detail::extent(corners) + kFlatUlps * largest;
+}
+
+struct LessByCoordinates {
+  bool operator()(const glm::dvec3& a, const glm::dvec3& b) const {
+    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+  }
+};
+
+/// Turns the polygons of a file into the triangles of a room: drops what has no area or is there twice.
+class FaceCollector {
+public:
+  FaceCollector(const detail::ObjText& obj, const std::string& name, Room& room, RoomReport& report)
+      : obj_(obj), name_(name), room_(room), report_(report) {
+    std::map<glm::dvec3, std::uint32_t, LessByCoordinates> first;
+    same_place_.reserve(room.vertices.size());
+    for (const glm::dvec3& v : room.vertices)
+      same_place_.push_back(first.try_emplace(v, static_cast<std::uint32_t>(same_place_.size())).first->second);
+  }
+
+  Result<void> run() {
+    for (const detail::ObjFace& face : obj_.faces)
+      if (const Result<void> done = add(face); !done)
+        return done;
+    if (warped_ > 0)
+      report_.notes.push_back(
+          fmt::format("{} faces are not flat: triangulated as seen along their mean normal", warped_));
+    return {};
+  }
+
+private:
+  Result<void> add(const detail::ObjFace& face) {
+    const std::vector<std::uint32_t> outline = distinct_corners(face);
+    std::vector<glm::dvec3> corners;
+    corners.reserve(outline.size());
+    for (const std::uint32_t v : outline)
+      corners.push_back(room_.vertices[v]);
+    if (outline.size() < 3 || !has_area(corners)) {
+      ++report_.zero_area_faces;
+      return {};
+    }
+    if (!seen_.insert(canonical(outline)).second) {
+      ++report_.duplicate_faces;
+      return {};
+    }
+    const std::optional<detail::TriangleList> triangles = detail::triangulate(corners);
+    if (!triangles)
+      return Error{ErrorCode::geometry_invalid, "the outline of this face crosses itself",
+                   name_ + ", line " + std::to_string(face.line), "triangulate faces on export"};
+    count_warp(corners);
+    for (const auto& t : *triangles)
+      add_triangle({outline[t[0]], outline[t[1]], outline[t[2]]}, face.material, triangles->size() > 1);
+    return {};
+  }
+
+  void add_triangle(const std::array<std::uint32_t, 3>& vertex, std::uint32_t material, bool part_of_polygon) {
+    if (part_of_polygon && !seen_.insert(canonical({vertex.begin(), vertex.end()})).second) {
+      ++report_.duplicate_faces;
+      return;
+    }
+    room_.triangles.push_back({vertex, material});
+  }
+
+  std::vector<std::uint32_t> distinct_corners(const detail::ObjFace& face) const {
+    std::vector<std::uint32_t> outline;
+    for (std::uint32_t k = 0; k < face.corner_count; ++k) {
+      const std::uint32_t v = obj_.corners[face.first_corner + k];
+      if (outline.empty() || same_place_[outline.back()] != same_place_[v])
+        outline.push_back(v);
+    }
+    while (outline.size() > 1 && same_place_[outline.front()] == same_place_[outline.back()])
+      outline.pop_back();
+    return outline;
+  }
+
+  static bool has_area(std::span<const glm::dvec3> corners) {
+    const double length = detail::extent(corners);
+    return length > 0.0 && glm::length(detail::newell_normal(corners)) / length > flat_tolerance(corners);
+  }
+
+  /// The outline as places, starting at the smallest, in the direction of the smaller neighbour.
+  std::vector<std::uint32_t> canonical(std::vector<std::uint32_t> outline) const {
+    for (std::uint32_t& v : outline)
+      v = same_place_[v];
+    std::rotate(outline.begin(), std::min_element(outline.begin(), outline.end()), outline.end());
+    if (outline[1] > outline.back())
+      std::reverse(outline.begin() + 1, outline.end());
+    return outline;
+  }
+
+  void count_warp(std::span<const glm::dvec3> corners) {
+    const auto frame = detail::PlaneFrame::make(corners[0], glm::normalize(detail::newell_normal(corners)));
+    double warp = 0.0;
+    for (const glm::dvec3& p : corners)
+      warp = std::max(warp, std::abs(frame.height(p)));
+    warped_ += warp > kWarpShare * detail::extent(corners) ? 1 : 0;
+  }
+
+  const detail::ObjText& obj_;
+  const std::string& name_;
+  Room& room_;
+  RoomReport& report_;
+  std::vector<std::uint32_t> same_place_; // smallest vertex at exactly the same coordinates
+  std::set<std::vector<std::uint32_t>> seen_;
+  std::size_t warped_ = 0;
+};
+
+class Fnv1a {
+public:
+  void add_byte(std::uint8_t byte) { hash_ = (hash_ ^ byte) * 0x100000001b3ull; }
+  void add(std::uint64_t word) {
+    for (int k = 0; k < 8; ++k)
+      add_byte(static_cast<std::uint8_t>(word >> (8 * k)));
+  }
+  void add(const Rgb& c) {
+    for (int k = 0; k < 3; ++k)
+      add(std::uint64_t{std::bit_cast<std::uint32_t>(c[k])});
+  }
+  std::string hex() const { return fmt::format("{:016x}", hash_); }
+
+private:
+  std::uint64_t hash_ = 0xcbf29ce484222325ull;
+};
+
+void add_summary(RoomReport& report, const detail::ObjText& obj) {
+  if (report.zero_area_faces > 0)
+    report.notes.push_back(fmt::format("{} faces without area dropped", report.zero_area_faces));
+  if (report.duplicate_faces > 0)
+    report.notes.push_back(fmt::format("{} duplicate faces dropped (faces are two-sided)", report.duplicate_faces));
+  if (!obj.ends_with_line_break)
+    report.notes.push_back("the file does not end with a line break: check that it is complete");
+}
+
+} // namespace
+
+std::string content_hash(const Room& room) {
+  Fnv1a hash;
+  for (const glm::dvec3& v : room.vertices)
+    for (int k = 0; k < 3; ++k)
+      hash.add(std::bit_cast<std::uint64_t>(v[k]));
+  for (const RoomTriangle& t : room.triangles) {
+    for (const std::uint32_t v : t.vertex)
+      hash.add(v);
+    hash.add(t.material);
+  }
+  for (const Material& m : room.materials) {
+    for (const char c : m.name)
+      hash.add_byte(static_cast<std::uint8_t>(c));
+    hash.add(m.reflectance);
+    hash.add(m.transmittance);
+    hash.add(m.is_window ? 1u : 0u);
+  }
+  return hash.hex();
+}
+
+Result<RoomFile> parse_obj_room(std::string_view text, const std::string& name, const ReadLibrary& read_library,
+                                UpAxis up) {
+  Result<detail::ObjText> obj = detail::parse_obj_text(text, name);
+  if (!obj)
+    return obj.error();
+  RoomFile file;
+  file.report.faces_read = obj->faces.size();
+  file.room.vertices = std::move(obj->vertices);
+  if (up == UpAxis::y)
+    for (glm::dvec3& v : file.room.vertices)
+      v = glm::dvec3(v.x, -v.z, v.y);
+  const Result<MaterialFile> libraries = read_libraries(*obj, read_library, file.report);
+  if (!libraries)
+    return libraries.error();
+  for (const std::string& material_name : obj->material_names) {
+    Result<Material> material = make_material(material_name, *libraries, file.report);
+    if (!material) {
+      Error error = material.error();
+      error.where = name + ", " + error.where;
+      return error;
+    }
+    file.room.materials.push_back(std::move(*material));
+  }
+  if (const Result<void> done = FaceCollector(*obj, name, file.room, file.report).run(); !done)
+    return done.error();
+  if (file.room.triangles.empty())
+    return Error{ErrorCode::geometry_invalid, fmt::format("no face with an area (of {} read)", file.report.faces_read),
+                 name, "check that the export contains the room as polygons"};
+  add_summary(file.report, *obj);
+  file.content_hash = content_hash(file.room);
+  return file;
+}
+
+Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
+  const std::string extension = path.extension().string();
+  if (extension == ".gltf" || extension == ".glb")
+    return Error{ErrorCode::file_malformed, "glTF rooms are not read by this version", path.string(),
+                 "export the room as OBJ"};
+  const Result<std::vector<std::uint8_t>> bytes = read_whole_file(path, kLargestFile_bytes);
+  if (!bytes)
+    return bytes.error();
+  const auto read_library = [&path](const std::string& library) -> Result<std::string> {
+    const std::filesystem::path beside = path.parent_path() / library;
+    const Result<std::vector<std::uint8_t>> text = read_whole_file(beside, kLargestFile_bytes);
+    if (text)
+      return std::string(text->begin(), text->end());
+    Error error = text.error();
+    error.hint = "put the material file named by mtllib beside the OBJ";
+    return error;
+  };
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  return parse_obj_room(text, path.string(), read_library, up);
+}
+
+} // namespace daylit

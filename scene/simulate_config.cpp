@@ -1,0 +1,147 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "scene/config.h"
+#include "scene/detail/config_sections.h"
+
+namespace daylit {
+
+namespace {
+
+using detail::ConfigFile;
+using detail::TomlSection;
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr double kMaxRadiance = 1e12;
+
+void read_sun(TomlSection section, std::optional<SunDisc>& sun) {
+  if (!section)
+    return;
+  SunDisc disc;
+  double azimuth = 0.0, elevation = 45.0, diameter = disc.angular_radius * 2.0 / kRadians;
+  glm::dvec3 direction(0.0);
+  const bool angles = section.read("azimuth", azimuth, {-720.0, 720.0});
+  const bool high = section.read("elevation", elevation, {0.0, 90.0});
+  if (section.read("direction", direction, {-1e9, 1e9})) {
+    if (angles || high)
+      section.problem("direction", "given together with azimuth or elevation; keep one");
+    if (!(glm::length(direction) > 1e-6))
+      section.problem("direction", "has no length");
+    else
+      disc.direction = glm::normalize(direction);
+  } else {
+    const double a = azimuth * kRadians, e = elevation * kRadians;
+    disc.direction = {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
+  }
+  if (section.read("diameter", diameter, {0.01, 30.0}))
+    disc.angular_radius = 0.5 * diameter * kRadians;
+  if (std::asin(std::clamp(disc.direction.z, -1.0, 1.0)) < disc.angular_radius)
+    section.problem("", "the sun touches the horizon; raise its elevation");
+  if (!section.read_rgb("normal_irradiance", disc.normal_irradiance, {0.0, kMaxRadiance}) &&
+      !section.has("normal_irradiance"))
+    section.problem("", "needs normal_irradiance");
+  section.finish();
+  sun = disc;
+}
+
+void read_sky_model(TomlSection sky, SkyModel& model) {
+  std::string kind = "overcast";
+  sky.read_word("model", kind, {"uniform", "overcast", "clear"});
+  model.kind = kind == "uniform" ? SkyModel::Kind::uniform
+               : kind == "clear" ? SkyModel::Kind::clear
+                                 : SkyModel::Kind::overcast;
+  sky.read_rgb("zenith_radiance", model.zenith_radiance, {0.0, kMaxRadiance});
+  const bool albedo = sky.read("ground_albedo", model.ground_albedo, {0.0, 1.0});
+  if (sky.read_rgb("ground_radiance", model.ground_radiance, {0.0, kMaxRadiance})) {
+    if (albedo)
+      sky.problem("ground_radiance", "given together with ground_albedo; keep one");
+    model.ground_albedo = -1.0f;
+  }
+  read_sun(sky.section("sun"), model.sun);
+  if (model.kind == SkyModel::Kind::clear && !model.sun)
+    sky.problem("model", "a clear sky needs sun = { azimuth, elevation, normal_irradiance }");
+  sky.finish();
+}
+
+void read_cameras(TomlSection& root, SimulateConfig& config) {
+  double degrees = 0.0;
+  if (TomlSection fisheye = root.section("fisheye")) {
+    fisheye.read_size("size", config.fisheye_width_px, config.fisheye_height_px);
+    if (fisheye.read("fov", degrees, {10.0, 350.0}))
+      config.fisheye_fov = degrees * kRadians;
+    fisheye.finish();
+  }
+  if (TomlSection interior = root.section("interior")) {
+    if (interior.read("fov", degrees, {1.0, 170.0}))
+      config.interior_fov = degrees * kRadians;
+    interior.finish();
+  }
+  if (TomlSection simulate = root.section("simulate")) {
+    simulate.read("samples", config.samples_per_pixel, {1, 1048576});
+    simulate.read("sensor_noise", config.sensor_noise, {0.0, 1.0});
+    simulate.read("marker_board", config.marker_board);
+    simulate.finish();
+  }
+}
+
+} // namespace
+
+Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path) {
+  auto file = detail::parse_config_file(path);
+  if (!file)
+    return file.error();
+  SimulateConfig config;
+  TomlSection root(*file, &file->root, "");
+  for (const char* required : {"sky", "room", "pose"})
+    if (!root.has(required))
+      file->report(1, fmt::format("section [{}] is missing", required));
+  if (TomlSection sky = root.section("sky"))
+    read_sky_model(sky, config.sky_model);
+  read_cameras(root, config);
+  if (TomlSection room = root.section("room")) {
+    if (!room.read("model", config.run.room_model) && !room.has("model"))
+      room.problem("", "needs model, an OBJ file");
+    room.finish();
+  }
+  detail::read_marker(root.section("marker"), config.run.marker);
+  detail::read_pose(root.section("pose"), config.run.world_from_camera);
+  detail::read_objects(root, config.run.objects);
+  detail::read_light(root.section("light"), config.run);
+  detail::read_output(root.section("output"), config.run.output);
+  root.finish();
+  if (config.run.objects.empty() && !root.has("object"))
+    file->report(1, "no [[object]]: the truth would show nothing");
+  config.marker_board = config.marker_board && config.run.marker.has_value();
+  if (auto error = file->error())
+    return *error;
+  return config;
+}
+
+std::string to_toml(const SimulateConfig& c) {
+  static constexpr const char* kKind[] = {"uniform", "overcast", "clear"};
+  const SkyModel& sky = c.sky_model;
+  std::string out = fmt::format("[sky]\nmodel = \"{}\"\nzenith_radiance = {}\n", kKind[static_cast<int>(sky.kind)],
+                                detail::text(sky.zenith_radiance));
+  out += sky.ground_albedo >= 0.0f ? fmt::format("ground_albedo = {}\n", sky.ground_albedo)
+                                   : fmt::format("ground_radiance = {}\n", detail::text(sky.ground_radiance));
+  if (sky.sun)
+    out += fmt::format("sun = {{ direction = {}, diameter = {}, normal_irradiance = {} }}\n",
+                       detail::text(sky.sun->direction), detail::text(sky.sun->angular_radius * 2.0 / kRadians),
+                       detail::text(sky.sun->normal_irradiance));
+  out +=
+      fmt::format("\n[fisheye]\nsize = [{}, {}]\nfov = {}\n\n[interior]\nfov = {}\n", c.fisheye_width_px,
+                  c.fisheye_height_px, detail::text(c.fisheye_fov / kRadians), detail::text(c.interior_fov / kRadians));
+  out += fmt::format("\n[simulate]\nsamples = {}\nsensor_noise = {}\nmarker_board = {}\n", c.samples_per_pixel,
+                     detail::text(c.sensor_noise), c.marker_board);
+  out += detail::marker_toml(c.run.marker) + detail::pose_toml(c.run.world_from_camera);
+  out += fmt::format("\n[room]\nmodel = {}\n", detail::quoted(c.run.room_model.string()));
+  out += detail::objects_toml(c.run.objects);
+  out += fmt::format("\n[light]\nsamples = {}\n", c.run.light_samples);
+  return out + detail::output_toml(c.run.output);
+}
+
+} // namespace daylit

@@ -1,0 +1,190 @@
+#include "scene/sky_partition.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+
+namespace daylit {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi, kTwoPi = 2 * kPi;
+constexpr int kMaxRegions = 100000;
+constexpr std::array<int, 7> kTregenzaCells{30, 30, 24, 24, 18, 12, 6};
+
+/// One band above the horizon, before mirroring.
+struct UpperBand {
+  double sin_low, sin_high;
+  int cells;
+};
+
+/// Bands from nadir to zenith: the mirror image, then the upper half. Numbering follows.
+std::vector<SkyBand> mirrored(const std::vector<UpperBand>& upper, bool centred) {
+  std::vector<SkyBand> bands;
+  for (auto b = upper.rbegin(); b != upper.rend(); ++b)
+    bands.push_back({-b->sin_high, -b->sin_low, b->cells, 0, centred});
+  for (const UpperBand& b : upper)
+    bands.push_back({b.sin_low, b.sin_high, b.cells, 0, centred});
+  int next = 0;
+  for (SkyBand& band : bands) {
+    band.first_region = next;
+    next += band.cells;
+  }
+  return bands;
+}
+
+/// Reinhart & Walkenhorst 2001, as Radiance's MF:k subdivision: rows of 90/(7k + 1/2) degrees, k times the cells of
+/// Tregenza's row, and an undivided cap of half a row.
+std::vector<SkyBand> reinhart_bands(int k) {
+  const double row = 0.5 * kPi / (7 * k + 0.5);
+  std::vector<UpperBand> upper;
+  for (int i = 0; i < 7 * k; ++i)
+    upper.push_back({std::sin(row * i), std::sin(row * (i + 1)), k * kTregenzaCells[static_cast<std::size_t>(i / k)]});
+  upper.push_back({upper.back().sin_high, 1.0, 1});
+  return mirrored(upper, true);
+}
+
+/// n equal cells above the horizon: a cap of one cell, then collars of about equal height whose borders are moved so
+/// that each holds a whole number of cells (the recursive zonal construction of Leopardi 2006, on a hemisphere).
+std::vector<UpperBand> equal_area_hemisphere(int n) {
+  if (n < 4)
+    return {{0.0, 1.0, n}};
+  const double side = std::sqrt(kTwoPi / n), cap = std::acos(1 - 1.0 / n);
+  const int collars = std::max(1, static_cast<int>(std::lround((0.5 * kPi - cap) / side)));
+  std::vector<UpperBand> from_zenith{{1 - 1.0 / n, 1.0, 1}};
+  int placed = 1;
+  for (int i = 1; i <= collars; ++i) {
+    const double colatitude = cap + (0.5 * kPi - cap) * i / collars;
+    int until = i == collars ? n : static_cast<int>(std::lround(n * (1 - std::cos(colatitude))));
+    until = std::clamp(until, placed + 1, n - (collars - i));
+    from_zenith.push_back({i == collars ? 0.0 : 1 - double(until) / n, 1 - double(placed) / n, until - placed});
+    placed = until;
+  }
+  std::reverse(from_zenith.begin(), from_zenith.end());
+  return from_zenith;
+}
+
+std::optional<int> parse_int(std::string_view text) {
+  int value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return code == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
+
+Error partition_error(const std::string& what, const std::string& where) {
+  return {ErrorCode::usage, what, where, "use uniform:N (N even), tregenza or reinhart:K"};
+}
+
+double start_azimuth(const SkyBand& band) { return band.centred ? -kPi / band.cells : 0.0; }
+
+} // namespace
+
+Result<SkyPartition> SkyPartition::uniform(int regions) {
+  const std::string text = "uniform:" + std::to_string(regions);
+  if (regions < 2 || regions > kMaxRegions || regions % 2 != 0)
+    return partition_error("the number of regions must be even and in 2..100000, the horizon is a border", text);
+  return from_bands(mirrored(equal_area_hemisphere(regions / 2), false), text);
+}
+
+SkyPartition SkyPartition::tregenza() { return *from_bands(reinhart_bands(1), "tregenza"); }
+
+Result<SkyPartition> SkyPartition::reinhart(int k) {
+  const std::string text = "reinhart:" + std::to_string(k);
+  if (k < 1 || k > 12)
+    return partition_error("K must be in 1..12", text);
+  return from_bands(reinhart_bands(k), text);
+}
+
+Result<SkyPartition> SkyPartition::parse(const std::string& text) {
+  if (text == "tregenza")
+    return tregenza();
+  const std::size_t colon = text.find(':');
+  const std::string kind = text.substr(0, colon);
+  const auto number = colon == std::string::npos ? std::nullopt : parse_int(std::string_view(text).substr(colon + 1));
+  if (number && kind == "uniform")
+    return uniform(*number);
+  if (number && kind == "reinhart")
+    return reinhart(*number);
+  return partition_error("not a partition of the sky", text.substr(0, 60));
+}
+
+Result<SkyPartition> SkyPartition::from_bands(std::vector<SkyBand> bands, std::string name) {
+  auto bad = [&](const std::string& what) {
+    return Error{ErrorCode::value_invalid, what, "sky partition " + name, "the bands must cover the sphere once"};
+  };
+  if (bands.empty() || bands.front().sin_low != -1 || bands.back().sin_high != 1)
+    return bad("the bands do not reach from nadir to zenith");
+  bool horizon = false;
+  int next = 0;
+  for (std::size_t i = 0; i < bands.size(); ++i) {
+    const SkyBand& band = bands[i];
+    if (!(band.sin_low < band.sin_high) || (i > 0 && band.sin_low != bands[i - 1].sin_high))
+      return bad("band " + std::to_string(i) + " does not begin where the one below ends");
+    if (band.cells < 1 || band.cells > 2 * kMaxRegions || band.first_region != next || next > 2 * kMaxRegions)
+      return bad("band " + std::to_string(i) + " has a wrong number of cells or a wrong first region");
+    horizon = horizon || band.sin_low == 0;
+    next += band.cells;
+  }
+  if (!horizon)
+    return bad("the horizon is not a border");
+  SkyPartition out;
+  out.bands_ = std::move(bands);
+  out.name_ = std::move(name);
+  out.size_ = next;
+  return out;
+}
+
+int SkyPartition::band_of(double sin_altitude) const {
+  const auto above = std::upper_bound(bands_.begin(), bands_.end(), sin_altitude,
+                                      [](double s, const SkyBand& band) { return s < band.sin_low; });
+  return std::max(0, static_cast<int>(above - bands_.begin()) - 1);
+}
+
+const SkyBand& SkyPartition::band_of_region(int region) const {
+  const auto above = std::upper_bound(bands_.begin(), bands_.end(), region,
+                                      [](int r, const SkyBand& band) { return r < band.first_region; });
+  return *(above - 1);
+}
+
+int SkyPartition::region_of(const glm::dvec3& d) const {
+  const SkyBand& band = bands_[static_cast<std::size_t>(band_of(d.z))];
+  if (band.cells == 1)
+    return band.first_region;
+  double turns = (std::atan2(d.y, d.x) - start_azimuth(band)) / kTwoPi;
+  turns -= std::floor(turns);
+  return band.first_region + std::min(static_cast<int>(turns * band.cells), band.cells - 1);
+}
+
+double SkyPartition::solid_angle_sr(int region) const {
+  const SkyBand& band = band_of_region(region);
+  return kTwoPi * (band.sin_high - band.sin_low) / band.cells;
+}
+
+glm::dvec3 SkyPartition::centre(int region) const {
+  const SkyBand& band = band_of_region(region);
+  const double z = 0.5 * (band.sin_low + band.sin_high);
+  if (band.cells == 1)
+    return {0.0, 0.0, z < 0 ? -1.0 : 1.0};
+  // Mean of cos(altitude) over the band, times the mean of the azimuth's cosine over the cell (a sinc).
+  auto integral = [](double s) { return 0.5 * (s * std::sqrt(std::max(0.0, 1 - s * s)) + std::asin(s)); };
+  const double half = kPi / band.cells;
+  const double across =
+      (integral(band.sin_high) - integral(band.sin_low)) / (band.sin_high - band.sin_low) * std::sin(half) / half;
+  const double azimuth = start_azimuth(band) + kTwoPi * (region - band.first_region + 0.5) / band.cells;
+  return glm::normalize(glm::dvec3(across * std::cos(azimuth), across * std::sin(azimuth), z));
+}
+
+glm::dvec3 SkyPartition::sample(int region, double s, double t) const {
+  // A hair inside the borders, so that rounding never moves a sample into the neighbour.
+  constexpr double kInside = 1e-9;
+  const SkyBand& band = band_of_region(region);
+  const double u = std::clamp(s, kInside, 1 - kInside), v = std::clamp(t, kInside, 1 - kInside);
+  const double azimuth = start_azimuth(band) + kTwoPi * (region - band.first_region + u) / band.cells;
+  const double z = band.sin_low + v * (band.sin_high - band.sin_low), across = std::sqrt(std::max(0.0, 1 - z * z));
+  return {across * std::cos(azimuth), across * std::sin(azimuth), z};
+}
+
+} // namespace daylit

@@ -1,0 +1,286 @@
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <memory>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "scene/detail/safetensors.h"
+#include "scene/detail/volume_identity.h"
+#include "scene/volume_file.h"
+
+namespace daylit {
+
+namespace {
+
+/// Copies tensors out of a file whose sizes are already known to be consistent.
+class TensorReader {
+public:
+  TensorReader(std::span<const std::uint8_t> file, const detail::SafetensorsHeader& header)
+      : data_(file.subspan(header.data_offset)), header_(header) {}
+
+  /// Empty problem: all tensors asked for were there, with the right type and shape.
+  const std::string& problem() const { return problem_; }
+
+  /// `tail`: the fixed last dimensions. Returns the leading dimension.
+  template <class T>
+  std::uint64_t read(const std::string& name, const char* dtype, const std::vector<std::uint64_t>& tail,
+                     std::vector<T>& list) {
+    const detail::TensorEntry* entry = find(name, dtype, tail);
+    if (!entry)
+      return 0;
+    list.resize((entry->end - entry->begin) / sizeof(T));
+    if (!list.empty())
+      std::memcpy(list.data(), data_.data() + entry->begin, entry->end - entry->begin);
+    return entry->shape[0];
+  }
+
+  template <class Vec>
+  void read3(const std::string& name, const char* dtype, Vec& v) {
+    const auto entry = header_.tensors.find(name);
+    if (entry == header_.tensors.end() || entry->second.dtype != dtype ||
+        entry->second.shape != std::vector<std::uint64_t>{3})
+      return fail(name);
+    std::memcpy(&v.x, data_.data() + entry->second.begin, sizeof(v));
+  }
+
+  bool has(const std::string& name, const char* dtype) const {
+    const auto entry = header_.tensors.find(name);
+    return entry != header_.tensors.end() && entry->second.dtype == dtype;
+  }
+
+private:
+  const detail::TensorEntry* find(const std::string& name, const char* dtype, const std::vector<std::uint64_t>& tail) {
+    const auto entry = header_.tensors.find(name);
+    const bool good = entry != header_.tensors.end() && entry->second.dtype == dtype &&
+                      entry->second.shape.size() == tail.size() + 1 &&
+                      std::equal(tail.begin(), tail.end(), entry->second.shape.begin() + 1);
+    if (good)
+      return &entry->second;
+    fail(name);
+    return nullptr;
+  }
+
+  void fail(const std::string& name) {
+    if (problem_.empty())
+      problem_ = "tensor \"" + name + "\" is missing or has another type or shape";
+  }
+
+  std::span<const std::uint8_t> data_;
+  const detail::SafetensorsHeader& header_;
+  std::string problem_;
+};
+
+/// IEEE 754 binary16 to binary32; exact.
+float from_half(std::uint16_t half) {
+  const std::uint32_t sign = std::uint32_t{half & 0x8000u} << 16, magnitude = half & 0x7fffu;
+  if (magnitude >= 0x7c00u)
+    return std::bit_cast<float>(sign | 0x7f800000u | (magnitude & 0x3ffu) << 13);
+  // A half moved into place is off by the difference of the exponent biases, 2^112; this also settles subnormals.
+  return std::bit_cast<float>(sign | std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude << 13) * 0x1p112f));
+}
+
+void read_basis(TensorReader& reader, BasisVolume& volume) {
+  const std::vector<std::uint64_t> row{volume.probes.size(), 9, 3};
+  if (!reader.has("basis", "F16")) {
+    reader.read("basis", "F32", row, volume.basis);
+    return;
+  }
+  std::vector<std::uint16_t> halves;
+  std::vector<float> scale;
+  const std::uint64_t rows = reader.read("basis", "F16", row, halves);
+  if (reader.read("basis.scale", "F32", {}, scale) != rows || !reader.problem().empty())
+    return; // the sizes disagree: check_volume() refuses the empty basis
+  volume.basis.resize(halves.size());
+  for (std::size_t r = 0; r < scale.size(); ++r)
+    for (std::size_t k = r * volume.row_floats(); k < (r + 1) * volume.row_floats(); ++k)
+      volume.basis[k] = scale[r] * from_half(halves[k]);
+}
+
+Result<SkyPartition> read_partition(TensorReader& reader, const std::string& name) {
+  std::vector<double> limits;
+  std::vector<std::int32_t> cells;
+  const std::uint64_t count = reader.read("sky.band", "F64", {2}, limits);
+  if (reader.read("sky.band_cells", "I32", {2}, cells) != count)
+    return Error{ErrorCode::file_malformed, "the sky bands disagree in number", "sky partition", "bake it again"};
+  std::vector<SkyBand> bands;
+  std::int64_t first = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int32_t n = cells[2 * i];
+    if (n < 1 || first + n > 1000000)
+      return Error{ErrorCode::file_malformed, "a sky band has too few or too many cells", "sky partition", ""};
+    bands.push_back({limits[2 * i], limits[2 * i + 1], n, static_cast<int>(first), cells[2 * i + 1] != 0});
+    first += n;
+  }
+  return SkyPartition::from_bands(std::move(bands), name);
+}
+
+void read_probes(TensorReader& reader, bool is_grid, ProbeSet& probes) {
+  reader.read("probe.position", "F32", {3}, probes.positions);
+  reader.read("probe.valid", "U8", {}, probes.valid);
+  reader.read3("probe.origin", "F64", probes.origin);
+  reader.read3("probe.grid_count", "I32", probes.count);
+  reader.read3("probe.grid_spacing", "F64", probes.spacing);
+  probes.is_grid = is_grid;
+}
+
+bool read_materials(TensorReader& reader, const std::string& names_json, std::vector<Material>& materials) {
+  std::vector<Rgb> reflectance, transmittance;
+  std::vector<std::uint8_t> is_window;
+  const std::uint64_t count = reader.read("material.reflectance", "F32", {3}, reflectance);
+  if (reader.read("material.transmittance", "F32", {3}, transmittance) != count ||
+      reader.read("material.is_window", "U8", {}, is_window) != count)
+    return false;
+  materials.resize(count);
+  for (std::size_t i = 0; i < count; ++i)
+    materials[i] = {"", reflectance[i], transmittance[i], is_window[i] != 0};
+  // Strings in the order of the list; anything else in it is refused.
+  std::size_t next = 0;
+  bool good = true;
+  const auto take = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json& value) {
+    using Event = nlohmann::json::parse_event_t;
+    if (event == Event::value && depth == 1 && value.is_string() && next < materials.size())
+      materials[next++].name = value.get<std::string>();
+    else if (event == Event::value || event == Event::object_start || depth > 1)
+      good = false;
+    return depth == 0 && event != Event::value; // keeps the list itself, nothing in it
+  };
+  [[maybe_unused]] const nlohmann::json nothing = nlohmann::json::parse(names_json, take, false);
+  return good && next == materials.size();
+}
+
+bool read_room(TensorReader& reader, const std::string& names_json, Room& room) {
+  std::vector<std::array<std::uint32_t, 3>> corners;
+  std::vector<std::uint32_t> material;
+  reader.read("room.vertex", "F64", {3}, room.vertices);
+  const std::uint64_t count = reader.read("room.triangle", "U32", {3}, corners);
+  if (reader.read("room.triangle_material", "U32", {}, material) != count)
+    return false;
+  room.triangles.resize(count);
+  for (std::size_t i = 0; i < count; ++i)
+    room.triangles[i] = {corners[i], material[i]};
+  return read_materials(reader, names_json, room.materials);
+}
+
+bool read_apertures(TensorReader& reader, std::vector<Aperture>& apertures) {
+  std::vector<glm::dvec3> corners, inward;
+  std::vector<std::int32_t> corner_count;
+  std::vector<Rgb> transmittance;
+  reader.read("aperture.corner", "F64", {3}, corners);
+  const std::uint64_t count = reader.read("aperture.corner_count", "I32", {}, corner_count);
+  if (reader.read("aperture.inward", "F64", {3}, inward) != count ||
+      reader.read("aperture.transmittance", "F32", {3}, transmittance) != count)
+    return false;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::int32_t n = corner_count[i];
+    if (n < 3 || static_cast<std::size_t>(n) > corners.size() - next)
+      return false;
+    const auto begin = corners.begin() + static_cast<std::ptrdiff_t>(next);
+    apertures.push_back({{begin, begin + n}, inward[i], transmittance[i]});
+    next += static_cast<std::size_t>(n);
+  }
+  return next == corners.size();
+}
+
+std::string text_of(const detail::SafetensorsHeader& header, const std::string& key) {
+  const auto entry = header.metadata.find(key);
+  return entry == header.metadata.end() ? std::string() : entry->second;
+}
+
+/// Format, version and checksum, in this order.
+Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::SafetensorsHeader& header,
+                            const std::string& name) {
+  if (text_of(header, "format") != detail::kVolumeFormat)
+    return Error{ErrorCode::file_malformed, "this is a safetensors file, but no volume", name, ""};
+  const std::string version = text_of(header, "format_version").substr(0, 20);
+  if (version != std::to_string(kVolumeFormatVersion))
+    return Error{ErrorCode::file_version,
+                 fmt::format("volume format version {}; this program reads version {}", version, kVolumeFormatVersion),
+                 name, "bake it again with the daylit-precompute of this version"};
+  const std::span<const std::byte> file = std::as_bytes(bytes), head = file.first(header.data_offset);
+  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  const std::size_t key = text.find(detail::kChecksumKey), digits = key + detail::kChecksumKey.size();
+  const std::span<const std::byte> data = file.subspan(header.data_offset);
+  if (key == std::string_view::npos || digits + detail::kNoChecksum.size() > text.size() ||
+      text.substr(digits, detail::kNoChecksum.size()) != detail::volume_checksum(head, digits, std::span(&data, 1)))
+    return Error{ErrorCode::file_malformed, "the checksum does not match: the file is damaged", name,
+                 "copy it again, or bake it again with daylit-precompute"};
+  return {};
+}
+
+Error malformed(const std::string& what, const std::string& name) {
+  return {ErrorCode::file_malformed, what, name, "bake it again with daylit-precompute"};
+}
+
+} // namespace
+
+Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std::string& name) {
+  const Result<detail::SafetensorsHeader> header = detail::parse_safetensors(bytes, name);
+  if (!header)
+    return header.error();
+  if (const Result<void> good = check_identity(bytes, *header, name); !good)
+    return good.error();
+  TensorReader reader(bytes, *header);
+  BasisVolume volume;
+  Result<SkyPartition> partition = read_partition(reader, text_of(*header, "partition"));
+  if (!partition)
+    return malformed(partition.error().what, name);
+  volume.partition = std::move(*partition);
+  read_probes(reader, text_of(*header, "probe_layout") == "grid", volume.probes);
+  reader.read("region.stored", "I32", {}, volume.stored_region);
+  read_basis(reader, volume);
+  if (!read_room(reader, text_of(*header, "material_names"), volume.room))
+    return malformed(reader.problem().empty() ? "the tensors of the room disagree in number" : reader.problem(), name);
+  if (!read_apertures(reader, volume.apertures) || !reader.problem().empty())
+    return malformed(reader.problem().empty() ? "the tensors of the apertures disagree" : reader.problem(), name);
+  volume.provenance = {text_of(*header, "program_version"), text_of(*header, "command_line"),
+                       text_of(*header, "room_name"), text_of(*header, "room_hash"), text_of(*header, "report")};
+  if (const Result<void> good = check_volume(volume); !good)
+    return malformed(good.error().what, name);
+  return volume;
+}
+
+namespace {
+
+std::size_t read_up_to(int fd, std::span<std::uint8_t> bytes) {
+  std::size_t got = 0;
+  while (got < bytes.size()) {
+    const ssize_t n = ::read(fd, bytes.data() + got, bytes.size() - got);
+    if (n < 0 && errno == EINTR)
+      continue;
+    if (n <= 0)
+      break;
+    got += static_cast<std::size_t>(n);
+  }
+  return got;
+}
+
+} // namespace
+
+Result<BasisVolume> read_volume(const std::filesystem::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  struct stat status = {};
+  if (fd < 0 || ::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+    const Error error{ErrorCode::file_missing,
+                      fd < 0 ? std::string("cannot open the volume: ") + std::strerror(errno)
+                             : "this is no regular file",
+                      path.string(), "make it with daylit-precompute"};
+    if (fd >= 0)
+      ::close(fd);
+    return error;
+  }
+  // Memory that is not cleared first, and no mapping: a mapped file that shrinks meanwhile would end the process.
+  const auto size = static_cast<std::size_t>(status.st_size);
+  const std::unique_ptr<std::uint8_t[]> bytes(new std::uint8_t[size]);
+  const std::size_t got = read_up_to(fd, {bytes.get(), size});
+  ::close(fd);
+  return parse_volume({bytes.get(), got}, path.string());
+}
+
+} // namespace daylit

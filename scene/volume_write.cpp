@@ -1,0 +1,126 @@
+#include <map>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "scene/atomic_file.h"
+#include "scene/detail/safetensors.h"
+#include "scene/detail/volume_identity.h"
+#include "scene/volume_file.h"
+
+namespace daylit {
+
+namespace {
+
+/// Tensors of a volume as flat arrays; those that BasisVolume keeps otherwise are copied here while writing.
+struct FlatVolume {
+  std::vector<double> bands, apertures, inward;
+  std::vector<std::int32_t> band_cells, aperture_corners;
+  std::vector<std::uint32_t> triangles, triangle_material;
+  std::vector<float> reflectance, transmittance, aperture_transmittance;
+  std::vector<std::uint8_t> is_window;
+};
+
+template <class T, class Vec>
+void append3(std::vector<T>& list, const Vec& v) {
+  list.insert(list.end(), {v.x, v.y, v.z});
+}
+
+FlatVolume flatten(const BasisVolume& volume) {
+  FlatVolume flat;
+  for (const SkyBand& band : volume.partition.bands()) {
+    flat.bands.insert(flat.bands.end(), {band.sin_low, band.sin_high});
+    flat.band_cells.insert(flat.band_cells.end(), {band.cells, band.centred ? 1 : 0});
+  }
+  for (const RoomTriangle& t : volume.room.triangles) {
+    flat.triangles.insert(flat.triangles.end(), t.vertex.begin(), t.vertex.end());
+    flat.triangle_material.push_back(t.material);
+  }
+  for (const Material& m : volume.room.materials) {
+    append3(flat.reflectance, m.reflectance);
+    append3(flat.transmittance, m.transmittance);
+    flat.is_window.push_back(m.is_window ? 1 : 0);
+  }
+  for (const Aperture& a : volume.apertures) {
+    for (const glm::dvec3& corner : a.corners)
+      append3(flat.apertures, corner);
+    flat.aperture_corners.push_back(static_cast<std::int32_t>(a.corners.size()));
+    append3(flat.inward, a.inward);
+    append3(flat.aperture_transmittance, a.transmittance);
+  }
+  return flat;
+}
+
+template <class T>
+std::span<const std::byte> bytes_of(const std::vector<T>& list) {
+  return std::as_bytes(std::span(list));
+}
+std::span<const std::byte> bytes_of(const glm::dvec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
+std::span<const std::byte> bytes_of(const glm::ivec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
+
+std::vector<detail::TensorToWrite> tensors_of(const BasisVolume& volume, const FlatVolume& flat) {
+  const std::uint64_t probes = volume.probes.size(), apertures = volume.apertures.size(),
+                      triangles = volume.room.triangles.size(), materials = volume.room.materials.size();
+  return {
+      {"basis", "F32", {volume.stored_region.size(), probes, 9, 3}, bytes_of(volume.basis)},
+      {"probe.position", "F32", {probes, 3}, bytes_of(volume.probes.positions)},
+      {"probe.valid", "U8", {probes}, bytes_of(volume.probes.valid)},
+      {"probe.origin", "F64", {3}, bytes_of(volume.probes.origin)},
+      {"probe.grid_count", "I32", {3}, bytes_of(volume.probes.count)},
+      {"probe.grid_spacing", "F64", {3}, bytes_of(volume.probes.spacing)},
+      {"region.stored", "I32", {volume.stored_region.size()}, bytes_of(volume.stored_region)},
+      {"sky.band", "F64", {flat.band_cells.size() / 2, 2}, bytes_of(flat.bands)},
+      {"sky.band_cells", "I32", {flat.band_cells.size() / 2, 2}, bytes_of(flat.band_cells)},
+      {"room.vertex", "F64", {volume.room.vertices.size(), 3}, bytes_of(volume.room.vertices)},
+      {"room.triangle", "U32", {triangles, 3}, bytes_of(flat.triangles)},
+      {"room.triangle_material", "U32", {triangles}, bytes_of(flat.triangle_material)},
+      {"material.reflectance", "F32", {materials, 3}, bytes_of(flat.reflectance)},
+      {"material.transmittance", "F32", {materials, 3}, bytes_of(flat.transmittance)},
+      {"material.is_window", "U8", {materials}, bytes_of(flat.is_window)},
+      {"aperture.corner", "F64", {flat.apertures.size() / 3, 3}, bytes_of(flat.apertures)},
+      {"aperture.corner_count", "I32", {apertures}, bytes_of(flat.aperture_corners)},
+      {"aperture.inward", "F64", {apertures, 3}, bytes_of(flat.inward)},
+      {"aperture.transmittance", "F32", {apertures, 3}, bytes_of(flat.aperture_transmittance)},
+  };
+}
+
+std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
+  nlohmann::json names = nlohmann::json::array();
+  for (const Material& m : volume.room.materials)
+    names.push_back(m.name);
+  const VolumeProvenance& p = volume.provenance;
+  return {{"format", detail::kVolumeFormat},
+          {"format_version", std::to_string(kVolumeFormatVersion)},
+          {"checksum", detail::kNoChecksum},
+          {"frame", "right-handed, z up; directions point to where the light comes from"},
+          {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
+          {"spherical_harmonics", "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
+          {"probe_layout", volume.probes.is_grid ? "grid" : "points"},
+          {"partition", volume.partition.name()},
+          {"material_names", names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
+          {"program_version", p.program_version},
+          {"command_line", p.command_line},
+          {"room_name", p.room_name},
+          {"room_hash", p.room_hash},
+          {"report", p.report_json}};
+}
+
+} // namespace
+
+Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume) {
+  if (Result<void> good = check_volume(volume); !good) {
+    Error error = good.error();
+    error.where = path.string();
+    return error;
+  }
+  const FlatVolume flat = flatten(volume);
+  detail::SafetensorsImage image = detail::layout_safetensors(tensors_of(volume, flat), metadata_of(volume));
+  const std::size_t digits = image.header.find(detail::kChecksumKey) + detail::kChecksumKey.size();
+  const std::string checksum = detail::volume_checksum(std::as_bytes(std::span(image.header)), digits, image.parts);
+  image.header.replace(digits, checksum.size(), checksum);
+  std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(image.header))};
+  parts.insert(parts.end(), image.parts.begin(), image.parts.end());
+  return write_file_atomically(path, parts);
+}
+
+} // namespace daylit

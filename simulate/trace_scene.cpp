@@ -1,0 +1,171 @@
+#include "simulate/trace_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+namespace daylit {
+
+namespace {
+
+constexpr float kFar = std::numeric_limits<float>::max();
+
+struct TriangleList {
+  std::vector<glm::dvec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  glm::vec3 unit_normal(std::size_t t) const {
+    const glm::dvec3 a = vertices[triangles[t][0]];
+    return glm::vec3(glm::normalize(glm::cross(vertices[triangles[t][1]] - a, vertices[triangles[t][2]] - a)));
+  }
+};
+
+glm::vec3 facing(const glm::vec3& normal, const glm::vec3& direction) {
+  return glm::dot(normal, direction) > 0.0f ? -normal : normal;
+}
+
+} // namespace
+
+Result<TraceScene> TraceScene::make(const Room& room, const std::vector<Aperture>& apertures, const SkyLight& sky,
+                                    const ObjectMesh* object, const glm::dmat4& world_from_object,
+                                    const std::optional<MarkerBoard>& board) {
+  TriangleList surfaces;
+  std::vector<RoomSurface> room_surface;
+  surfaces.vertices = room.vertices;
+  for (const RoomTriangle& t : room.triangles) {
+    if (room.is_window(t))
+      continue;
+    surfaces.triangles.push_back(t.vertex);
+    room_surface.push_back({surfaces.unit_normal(surfaces.triangles.size() - 1), room.material(t).reflectance, false});
+  }
+  if (board) {
+    const auto first = static_cast<std::uint32_t>(surfaces.vertices.size());
+    for (const glm::dvec3& corner : board->corners())
+      surfaces.vertices.push_back(corner);
+    for (const std::array<std::uint32_t, 3> t : {std::array<std::uint32_t, 3>{0, 1, 2}, {0, 2, 3}}) {
+      surfaces.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      room_surface.push_back({surfaces.unit_normal(surfaces.triangles.size() - 1), Rgb(0.0f), true});
+    }
+  }
+  TriangleList object_list;
+  if (object) {
+    if (object->triangles.empty())
+      return Error{ErrorCode::geometry_invalid, "the object has no triangle", "object", ""};
+    // Both ray scenes get all vertices, so that they share one origin and one set of rounded coordinates.
+    const auto first = static_cast<std::uint32_t>(surfaces.vertices.size());
+    for (const glm::vec3& p : object->positions)
+      surfaces.vertices.emplace_back(world_from_object * glm::dvec4(glm::dvec3(p), 1.0));
+    object_list.vertices = surfaces.vertices;
+    for (const auto& t : object->triangles)
+      object_list.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+
+  auto room_rays = RayScene::build(surfaces.vertices, surfaces.triangles);
+  if (!room_rays)
+    return room_rays.error();
+  TraceScene scene(apertures, room_rays->origin(), sky);
+  scene.room_ = *room_rays;
+  scene.room_surface_ = std::move(room_surface);
+  scene.board_ = board;
+  if (!object)
+    return scene;
+
+  auto object_rays = RayScene::build(object_list.vertices, object_list.triangles);
+  if (!object_rays)
+    return object_rays.error();
+  scene.object_ = *object_rays;
+  scene.object_reflectance_ = object->reflectance;
+  const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(world_from_object)));
+  for (const glm::vec3& n : object->normals)
+    scene.object_normal_.push_back(glm::vec3(glm::normalize(normal_matrix * glm::dvec3(n))));
+  Bounds box;
+  for (std::size_t t = 0; t < object_list.triangles.size(); ++t) {
+    scene.object_surface_.push_back({object_list.unit_normal(t), object->triangles[t]});
+    for (const std::uint32_t v : object_list.triangles[t])
+      box.include(object_list.vertices[v]);
+  }
+  const glm::vec3 margin(4.0f * scene.surface_offset());
+  scene.object_min_ = scene.to_local(box.min) - margin;
+  scene.object_max_ = scene.to_local(box.max) + margin;
+  return scene;
+}
+
+bool TraceScene::may_hit_object(const glm::vec3& origin, const glm::vec3& direction, float distance) const {
+  float enter = 0.0f, leave = distance;
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(direction[k]) < 1e-12f) {
+      if (origin[k] < object_min_[k] || origin[k] > object_max_[k])
+        return false;
+      continue;
+    }
+    const float inverse = 1.0f / direction[k];
+    const float a = (object_min_[k] - origin[k]) * inverse, b = (object_max_[k] - origin[k]) * inverse;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave;
+}
+
+std::optional<SurfacePoint> TraceScene::closest(const glm::vec3& origin, const glm::vec3& direction, bool with_object,
+                                                bool& touched) const {
+  RayHit hit;
+  const bool hit_room = room_.closest(origin, direction, 0.0f, kFar, hit);
+  const float limit = hit_room ? hit.distance : kFar;
+  if (with_object && object_ && may_hit_object(origin, direction, limit)) {
+    RayHit object_hit;
+    if (object_->closest(origin, direction, 0.0f, limit, object_hit)) {
+      touched = true;
+      return object_point(origin, direction, object_hit);
+    }
+  }
+  if (!hit_room)
+    return std::nullopt;
+  return room_point(origin, direction, hit);
+}
+
+bool TraceScene::occluded(const glm::vec3& origin, const glm::vec3& direction, float distance, bool with_object,
+                          bool& touched) const {
+  if (room_.occluded(origin, direction, 0.0f, distance))
+    return true;
+  if (!with_object || !object_ || !may_hit_object(origin, direction, distance) ||
+      !object_->occluded(origin, direction, 0.0f, distance))
+    return false;
+  touched = true;
+  return true;
+}
+
+SurfacePoint TraceScene::room_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const {
+  const RoomSurface& s = room_surface_[hit.triangle];
+  SurfacePoint point;
+  point.position = origin + hit.distance * direction;
+  point.geometric_normal = point.normal = facing(s.normal, direction);
+  point.reflectance = s.is_board ? board_->reflectance(origin_ + glm::dvec3(point.position)) : s.reflectance;
+  point.distance = hit.distance;
+  return point;
+}
+
+SurfacePoint TraceScene::object_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const {
+  const ObjectSurface& s = object_surface_[hit.triangle];
+  const float w = 1.0f - hit.u - hit.v;
+  SurfacePoint point;
+  point.position = origin + hit.distance * direction;
+  point.geometric_normal = facing(s.normal, direction);
+  const glm::vec3 smooth =
+      w * object_normal_[s.vertex[0]] + hit.u * object_normal_[s.vertex[1]] + hit.v * object_normal_[s.vertex[2]];
+  const float length = glm::length(smooth);
+  point.normal = length > 1e-6f ? smooth / length : point.geometric_normal;
+  if (glm::dot(point.normal, point.geometric_normal) < 0.0f)
+    point.normal = -point.normal;
+  point.reflectance = w * object_reflectance_[s.vertex[0]] + hit.u * object_reflectance_[s.vertex[1]] +
+                      hit.v * object_reflectance_[s.vertex[2]];
+  point.distance = hit.distance;
+  point.on_object = true;
+  return point;
+}
+
+} // namespace daylit

@@ -1,0 +1,81 @@
+#pragma once
+
+// What paths are traced through: the reflecting surfaces of a room (and a printed marker board in it), an object that
+// may or may not stand there, the openings, and the light outside. Local coordinates are RayScene's: room.origin().
+
+#include <optional>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/object_mesh.h"
+#include "scene/ray_scene.h"
+#include "scene/result.h"
+#include "scene/room.h"
+#include "simulate/aperture_sampler.h"
+#include "simulate/marker_board.h"
+#include "simulate/sky_light.h"
+
+namespace daylit {
+
+struct SurfacePoint {
+  glm::vec3 position{0.0f};         ///< local
+  glm::vec3 geometric_normal{0.0f}; ///< unit, towards the side the ray came from
+  glm::vec3 normal{0.0f};           ///< unit shading normal, same side
+  Rgb reflectance{0.0f};
+  float distance = 0.0f;
+  bool on_object = false;
+};
+
+class TraceScene {
+public:
+  /// `object` null: there is none. `board` empty: none. Error: geometry_invalid for an object without triangles.
+  static Result<TraceScene> make(const Room& room, const std::vector<Aperture>& apertures, const SkyLight& sky,
+                                 const ObjectMesh* object = nullptr,
+                                 const glm::dmat4& world_from_object = glm::dmat4(1.0),
+                                 const std::optional<MarkerBoard>& board = std::nullopt);
+
+  const ApertureSampler& apertures() const { return apertures_; }
+  const SkyLight& sky() const { return sky_; }
+  bool has_object() const { return object_.has_value(); }
+  glm::vec3 to_local(const glm::dvec3& world) const { return room_.to_local(world); }
+  float surface_offset() const { return room_.surface_offset(); }
+
+  /// First surface along a unit direction. `touched` is set when the answer with and without the object differs.
+  std::optional<SurfacePoint> closest(const glm::vec3& origin, const glm::vec3& direction, bool with_object,
+                                      bool& touched) const;
+  /// Is [0, distance] blocked? `touched` as above.
+  bool occluded(const glm::vec3& origin, const glm::vec3& direction, float distance, bool with_object,
+                bool& touched) const;
+
+private:
+  struct RoomSurface {
+    glm::vec3 normal{0.0f}; ///< unit
+    Rgb reflectance{0.0f};
+    bool is_board = false;
+  };
+  struct ObjectSurface {
+    glm::vec3 normal{0.0f}; ///< unit, of the flat triangle
+    std::array<std::uint32_t, 3> vertex{};
+  };
+  RayScene room_;
+  std::optional<RayScene> object_;
+  std::vector<RoomSurface> room_surface_;
+  std::vector<ObjectSurface> object_surface_;
+  std::vector<glm::vec3> object_normal_; ///< per vertex, world
+  std::vector<Rgb> object_reflectance_;
+  glm::vec3 object_min_{0.0f}, object_max_{0.0f}; ///< local box
+  std::optional<MarkerBoard> board_;
+  glm::dvec3 origin_{0.0};
+  ApertureSampler apertures_;
+  SkyLight sky_;
+
+  TraceScene(const std::vector<Aperture>& apertures, const glm::dvec3& origin, const SkyLight& sky)
+      : origin_(origin), apertures_(apertures, origin), sky_(sky) {}
+  bool may_hit_object(const glm::vec3& origin, const glm::vec3& direction, float distance) const;
+  SurfacePoint room_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
+  SurfacePoint object_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
+};
+
+} // namespace daylit

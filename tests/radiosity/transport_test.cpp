@@ -1,0 +1,233 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "radiosity/detail/block_visibility.h"
+#include "radiosity/first_bounce.h"
+#include "radiosity/form_factors.h"
+#include "radiosity/gather.h"
+#include "radiosity/patches.h"
+#include "radiosity/polygon_kernel.h"
+#include "radiosity/solve.h"
+#include "scene/sky_partition.h"
+#include "tests/radiosity/rooms.h"
+
+namespace daylit::radiosity {
+namespace {
+
+using testing::add_box;
+using testing::grey_room;
+using testing::room_with_window_hole;
+constexpr double kPi = std::numbers::pi;
+const Progress kSilent = [](const std::string&, double) { return true; };
+
+/// Everything up to the exchange matrix.
+struct Solved {
+  Room room;
+  PatchMesh mesh;
+  RayScene scene;
+  std::vector<Aperture> apertures;
+  ElementSet set;
+  ExchangeMatrix exchange;
+};
+
+Solved prepare(const Room& room, int patches, const std::vector<Aperture>& seeds = {}) {
+  Solved s;
+  s.room = room;
+  s.mesh = *mesh_patches(room, {.target_patches = patches});
+  s.scene = *patch_scene(s.mesh);
+  s.apertures = seeds;
+  if (seeds.empty()) {
+    const auto found = find_apertures(room, *RayScene::build(room));
+    EXPECT_TRUE(found) << found.error().message();
+    s.apertures = found->list;
+  }
+  s.set = find_elements(room, s.mesh, s.scene, s.apertures);
+  s.exchange = *exchange_areas(s.set, s.mesh, *RayScene::build(room), {}, kSilent);
+  return s;
+}
+
+/// A point in the middle of a closed room, where the search for lit sides starts.
+std::vector<Aperture> seed_at(const glm::dvec3& p) {
+  return {{.corners = {p, p + glm::dvec3(1e-3, 0, 0), p + glm::dvec3(0, 1e-3, 0)}, .inward = {0, 0, 1}}};
+}
+
+FirstBounce emission(const Solved& s, float value) {
+  FirstBounce f;
+  f.elements = s.set.elements.size();
+  f.region = {0};
+  f.irradiance.assign(f.elements * 3, value);
+  f.opening.assign(f.elements, 0.0f);
+  return f;
+}
+
+double row_sum(const Solved& s, std::size_t i) {
+  return std::accumulate(s.exchange.row(i), s.exchange.row(i) + s.exchange.size, 0.0) / s.set.elements[i].area_m2;
+}
+
+TEST(FormFactors, rows_of_a_closed_convex_room_sum_to_one) {
+  Room room = grey_room(0.5f);
+  add_box(room, {0, 0, 0}, {4, 3, 2.5}, 0b111111u, true);
+  const Solved s = prepare(room, 800, seed_at({2, 1.5, 1}));
+  double worst = 0;
+  for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+    worst = std::max(worst, std::abs(row_sum(s, i) - 1.0));
+  EXPECT_LT(worst, 1e-3);
+  RecordProperty("worst_closure", std::to_string(worst));
+}
+
+TEST(FormFactors, rows_of_a_furnished_room_with_a_hole_close_with_the_opening) {
+  Room room = room_with_window_hole(0.5f);
+  add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false); // a box without bottom on the floor
+  const Solved s = prepare(room, 1500);
+  const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
+  ASSERT_TRUE(light);
+  double squares = 0, area = 0;
+  for (std::size_t i = 0; i < s.set.elements.size(); ++i) {
+    const double a = s.set.elements[i].area_m2, c = row_sum(s, i) + static_cast<double>(light->opening[i]) - 1.0;
+    const glm::dvec3 m = s.set.elements[i].corner[0] + s.mesh.origin;
+    if (m.z < 1e-9 && m.x > 1 - 1e-9 && m.x < 2 + 1e-9 && m.y > 1 - 1e-9 && m.y < 2 + 1e-9)
+      continue; // floor under the box sees the box's inner sides, which are no unknowns
+    squares += a * c * c;
+    area += a;
+  }
+  EXPECT_LT(std::sqrt(squares / area), 4e-3); // 64 rays per partly hidden pair
+}
+
+TEST(FormFactors, matrix_is_exactly_symmetric_and_thread_count_changes_no_bit) {
+  set_thread_count(1);
+  const Solved one = prepare(room_with_window_hole(0.5f), 500);
+  set_thread_count(2);
+  const Solved two = prepare(room_with_window_hole(0.5f), 500);
+  set_thread_count(0);
+  EXPECT_EQ(one.exchange.g, two.exchange.g);
+  for (std::size_t i = 0; i < one.exchange.size; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      ASSERT_EQ(one.exchange.row(i)[j], one.exchange.row(j)[i]);
+}
+
+TEST(FormFactors, blocks_decided_without_rays_agree_with_rays) {
+  // Twin: with blocks of one element every pair is decided by itself; rays must never find an obstacle in a clear one.
+  Room room = room_with_window_hole(0.5f);
+  add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
+  const Solved s = prepare(room, 400);
+  const BlockVisibility blocks(s.set, s.mesh, 8);
+  std::size_t clear_pairs = 0;
+  for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      if (!blocks.clear(i / 8, j / 8))
+        continue;
+      ++clear_pairs;
+      const auto &a = s.set.elements[i], &b = s.set.elements[j];
+      const glm::dvec3 p = (a.corner[0] + a.corner[1] + a.corner[2]) / 3.0,
+                       q = (b.corner[0] + b.corner[1] + b.corner[2]) / 3.0;
+      if (glm::dot(q - p, a.normal) > 1e-6 && glm::dot(p - q, b.normal) > 1e-6) {
+        ASSERT_FALSE(s.scene.occluded(s.scene.to_local(p), glm::vec3(q - p), 1e-4f, 1.0f - 1e-4f)) << i << ' ' << j;
+      }
+    }
+  EXPECT_GT(clear_pairs, s.set.elements.size() * s.set.elements.size() / 8); // and it does decide many
+}
+
+TEST(Elements, both_sides_of_a_free_standing_panel_and_no_outside_of_a_wall_are_unknowns) {
+  Room room = room_with_window_hole(0.5f);
+  testing::add_quad(room, {1, 3, 0}, {3, 3, 0}, {3, 3, 1.5}, {1, 3, 1.5});
+  const Solved s = prepare(room, 600);
+  double panel = 0, walls = 0;
+  for (const Element& e : s.set.elements) {
+    const glm::dvec3 m = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0 + s.mesh.origin;
+    (std::abs(m.y - 3) < 1e-9 && m.x > 1 && m.x < 3 && m.z < 1.5 ? panel : walls) += e.area_m2;
+  }
+  EXPECT_NEAR(panel, 2 * 3.0, 1e-6);
+  EXPECT_NEAR(walls, 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2, 1e-6);
+}
+
+TEST(Solve, furnace_reads_one_over_one_minus_reflectance_everywhere) {
+  // Every surface receives irradiance 1 of its own: E = 1 + rho E, so E = 1 / (1 - rho), B = rho / (1 - rho).
+  for (const float rho : {0.2f, 0.8f, 0.95f}) {
+    Room room = grey_room(rho);
+    add_box(room, {0, 0, 0}, {2, 3, 2.5}, 0b111111u, true);
+    const Solved s = prepare(room, 600, seed_at({1, 1.5, 1}));
+    const auto b = solve_radiosity(s.set, s.exchange, emission(s, 1.0f), {}, kSilent);
+    ASSERT_TRUE(b) << b.error().message();
+    const double expected = static_cast<double>(rho / (1.0f - rho));
+    double worst = 0;
+    for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+      worst = std::max(worst, std::abs(static_cast<double>(b->row(i)[0]) / expected - 1.0));
+    EXPECT_LT(worst, 1e-3 / static_cast<double>(1.0f - rho)) << rho; // closure of 1e-3 amplified by the bounces
+  }
+}
+
+TEST(Solve, mean_illuminance_of_a_closed_cube_is_flux_over_area_times_one_minus_reflectance) {
+  // CIE 171:2006, 5.8: any closed room of uniform reflectance, any distribution of the first light.
+  Room room = grey_room(0.7f);
+  add_box(room, {0, 0, 0}, {4, 4, 4}, 0b111111u, true);
+  const Solved s = prepare(room, 900, seed_at({2, 2, 2}));
+  FirstBounce light = emission(s, 0.0f);
+  light.irradiance[3 * 5] = light.irradiance[3 * 5 + 1] = light.irradiance[3 * 5 + 2] =
+      static_cast<float>(10000.0 / s.set.elements[5].area_m2); // 10,000 lm on one patch
+  const auto b = solve_radiosity(s.set, s.exchange, light, {}, kSilent);
+  ASSERT_TRUE(b);
+  double flux = 0;
+  for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+    flux += s.set.elements[i].area_m2 * static_cast<double>(b->row(i)[0]) / 0.7;
+  EXPECT_NEAR(flux / 96.0 / (10000.0 / (96.0 * 0.3)), 1.0, 2e-3); // 347.222 lx in total
+}
+
+TEST(FirstBounce, uniform_sky_through_a_hole_is_pi_times_the_form_factor) {
+  const Solved s = prepare(room_with_window_hole(0.5f), 500);
+  const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
+  ASSERT_TRUE(light);
+  const std::array<glm::dvec3, 4> hole = {glm::dvec3(1.2, 0, 0.9), {1.2, 0, 2.1}, {2.8, 0, 2.1}, {2.8, 0, 0.9}};
+  for (std::size_t i = 0; i < s.set.elements.size(); i += 7) {
+    const Element& e = s.set.elements[i];
+    std::array<glm::dvec3, 3> world = e.corner;
+    for (glm::dvec3& c : world)
+      c += s.mesh.origin;
+    const double expected = kPi * exchange_area_unoccluded(world, e.normal, hole, {0, 1, 0}) / e.area_m2;
+    double sum = 0;
+    for (std::size_t k = 0; k < light->columns(); ++k)
+      sum += static_cast<double>(light->row(i, 0)[k]);
+    EXPECT_NEAR(sum, expected, 1e-4 * std::max(expected, 0.01)) << i;
+  }
+}
+
+TEST(FirstBounce, only_regions_that_the_opening_shows_have_a_column) {
+  const Solved s = prepare(room_with_window_hole(0.5f), 300);
+  const SkyPartition partition = *SkyPartition::uniform(64);
+  const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, partition, kSilent);
+  ASSERT_TRUE(light);
+  EXPECT_LT(light->columns(), 64u);
+  for (const std::int32_t region : light->region) // the hole looks south: light travels north, w has y < 0 somewhere
+    EXPECT_LT(partition.centre(region).y, 0.35) << region;
+}
+
+TEST(Solve, energy_that_enters_is_absorbed_or_leaves) {
+  const Solved s = prepare(room_with_window_hole(0.8f), 1200);
+  const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
+  SolveReport report;
+  const auto b = solve_radiosity(s.set, s.exchange, *light, {}, kSilent, &report);
+  ASSERT_TRUE(b);
+  EXPECT_LT(report.worst_residual, 2e-5);
+  EXPECT_LT(audit_energy(s.set, s.exchange, *light, *b).imbalance, 2e-3);
+}
+
+TEST(Gather, constant_radiance_has_only_the_zeroth_coefficient) {
+  Room room = grey_room(0.5f);
+  add_box(room, {0, 0, 0}, {4, 3, 2.5}, 0b111111u, true);
+  const Solved s = prepare(room, 300, seed_at({2, 1.5, 1}));
+  Radiosity b{s.set.elements.size(), 3,
+              std::vector<float>(s.set.elements.size() * 3, static_cast<float>(kPi))}; // L = 1
+  const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0), glm::dvec3(1.2, -0.7, 0.4)};
+  const auto c = gather_coefficients(points, s.set, s.mesh, s.scene, b, {}, kSilent);
+  ASSERT_TRUE(c);
+  for (std::size_t p = 0; p < 2; ++p)
+    for (std::size_t l = 0; l < 9; ++l)
+      EXPECT_NEAR((*c)[(p * 9 + l) * 3], l == 0 ? std::sqrt(4 * kPi) : 0.0, 5e-3) << l;
+}
+
+} // namespace
+} // namespace daylit::radiosity

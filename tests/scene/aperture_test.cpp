@@ -1,0 +1,217 @@
+#include "scene/aperture.h"
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "scene/room_formats.h"
+#include "tests/scene/test_rooms.h"
+
+namespace daylit {
+namespace {
+
+using test::room_with_hole;
+using test::RoomBuilder;
+
+Result<Apertures> find(const Room& room) {
+  Result<RayScene> scene = RayScene::build(room);
+  if (!scene)
+    return scene.error();
+  return find_apertures(room, *scene);
+}
+
+void expect_one(const Room& room, std::size_t corners, const glm::dvec3& inward, double area) {
+  const Result<Apertures> found = find(room);
+  ASSERT_TRUE(found) << found.error().message();
+  ASSERT_EQ(found->list.size(), 1u);
+  EXPECT_EQ(found->list[0].corners.size(), corners);
+  EXPECT_LT(glm::distance(found->list[0].inward, inward), 1e-6);
+  EXPECT_NEAR(found->report.hole_area_m2 + found->report.window_area_m2, area, 1e-6);
+  EXPECT_EQ(found->report.unexplained_escape, 0.0);
+}
+
+TEST(Aperture, hole_between_t_junctions_is_one_quad_facing_in) { expect_one(room_with_hole().room, 4, {0, 1, 0}, 2.0); }
+
+TEST(Aperture, hole_far_from_the_origin_is_found) {
+  expect_one(room_with_hole({1e6, -2e6, 300}).room, 4, {0, 1, 0}, 2.0);
+}
+
+TEST(Aperture, missing_face_of_a_box_is_a_hole) {
+  RoomBuilder b;
+  b.box({0, 0, 0}, {1, 1, 1}, b.material("grey"), 63 & ~2u);
+  expect_one(b.room, 4, {-1, 0, 0}, 1.0);
+}
+
+TEST(Aperture, box_without_bottom_on_the_floor_is_no_hole) {
+  RoomBuilder b = room_with_hole();
+  b.box({1, 2, 0}, {2, 3, 1}, 0, 63 & ~16u);
+  b.box({3, 4, 0}, {4, 5, 1}, 0, 63 & ~16u);   // in a corner: two of its bottom edges lie on room edges
+  b.box({1, 0, 0}, {2, 0.5, 1}, 0, 63 & ~16u); // under the hole: its top edge lies on the sill
+  expect_one(b.room, 4, {0, 1, 0}, 2.0);
+}
+
+TEST(Aperture, sheet_in_the_room_is_no_hole) {
+  RoomBuilder b = room_with_hole();
+  b.quad({1, 2, 1}, {2, 2, 1}, {2, 3, 1}, {1, 3, 1}, 0);         // table top
+  b.quad({0, 2.5, 0}, {2, 2.5, 0}, {2, 2.5, 3}, {0, 2.5, 3}, 0); // partition
+  b.wall_with_hole(3.5, 0, 4, 0, 3, 1.5, 2.5, 0.5, 2.5, 0);      // inner wall with a door
+  expect_one(b.room, 4, {0, 1, 0}, 2.0);
+}
+
+TEST(Aperture, pane_of_two_triangles_is_one_quad) {
+  RoomBuilder b = room_with_hole();
+  const auto glass = b.material("window", Rgb(0), Rgb(0.7f, 0.8f, 0.9f));
+  b.quad({1, 0, 1}, {3, 0, 1}, {3, 0, 2}, {1, 0, 2}, glass);
+  expect_one(b.room, 4, {0, 1, 0}, 2.0);
+  const auto found = find(b.room);
+  EXPECT_EQ(found->report.window_polygons, 1);
+  EXPECT_EQ(found->report.hole_polygons, 0);
+  EXPECT_EQ(found->list[0].transmittance, Rgb(0.7f, 0.8f, 0.9f));
+}
+
+TEST(Aperture, pane_set_back_in_the_opening_replaces_the_hole) {
+  for (const double y : {-0.1, 0.1}) {
+    RoomBuilder b = room_with_hole();
+    b.quad({0.95, y, 0.95}, {3.05, y, 0.95}, {3.05, y, 2.05}, {0.95, y, 2.05}, b.material("window_1"));
+    const auto found = find(b.room);
+    ASSERT_TRUE(found) << found.error().message();
+    EXPECT_EQ(found->report.window_polygons, 1) << y;
+    EXPECT_EQ(found->report.hole_polygons, 0) << y;
+  }
+}
+
+TEST(Aperture, grid_of_panes_becomes_one_polygon_per_material) {
+  RoomBuilder b = room_with_hole();
+  const auto left = b.material("window_left"), right = b.material("window_right");
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < 2; ++j)
+      b.quad({1 + 0.5 * i, 0, 1 + 0.5 * j}, {1.5 + 0.5 * i, 0, 1 + 0.5 * j}, {1.5 + 0.5 * i, 0, 1.5 + 0.5 * j},
+             {1 + 0.5 * i, 0, 1.5 + 0.5 * j}, i < 2 ? left : right);
+  const auto found = find(b.room);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(found->list.size(), 2u);
+  for (const Aperture& a : found->list)
+    EXPECT_EQ(a.corners.size(), 4u);
+  EXPECT_NEAR(found->report.window_area_m2, 2.0, 1e-12);
+}
+
+TEST(Aperture, concave_hole_is_cut_in_convex_pieces_of_equal_area) {
+  // Wall y = 0 of the unit cube missing an L: only the square x > 1/2, z > 1/2 is there.
+  RoomBuilder b;
+  const auto grey = b.material("grey");
+  b.box({0, 0, 0}, {1, 1, 1}, grey, 63 & ~4u);
+  b.quad({0.5, 0, 0.5}, {1, 0, 0.5}, {1, 0, 1}, {0.5, 0, 1}, grey);
+  const auto found = find(b.room);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(found->list.size(), 2u);
+  EXPECT_NEAR(found->report.hole_area_m2, 0.75, 1e-9);
+  EXPECT_EQ(found->report.unexplained_escape, 0.0);
+}
+
+TEST(Aperture, reveal_without_outer_skin_opens_at_its_outer_end) {
+  RoomBuilder b = room_with_hole();
+  b.box({1, -0.4, 1}, {3, 0, 2}, 0, 63 & ~12u);
+  expect_one(b.room, 4, {0, 1, 0}, 2.0);
+  EXPECT_DOUBLE_EQ(find(b.room)->list[0].corners[0].y, -0.4);
+}
+
+TEST(Aperture, opening_through_a_wall_with_thickness_is_found_at_its_rim) {
+  // Closed surface: inner shell, outer shell, and the tunnel that joins them; no open edge anywhere.
+  RoomBuilder b = room_with_hole();
+  b.box({1, -0.4, 1}, {3, 0, 2}, 0, 63 & ~12u);
+  b.box({-0.4, -0.4, -0.4}, {4.4, 5.4, 3.4}, 0, 63 & ~4u);
+  b.wall_with_hole(-0.4, -0.4, 4.4, -0.4, 3.4, 1, 3, 1, 2, 0);
+  expect_one(b.room, 4, {0, 1, 0}, 2.0);
+}
+
+TEST(Aperture, round_hole_is_one_convex_polygon) {
+  RoomBuilder b;
+  const auto grey = b.material("grey");
+  b.box({0, 0, 0}, {4, 4, 3}, grey, 63 & ~32u);
+  const int n = 24;
+  const double pi = std::numbers::pi;
+  const auto ring = [&](int k, double r) {
+    return glm::dvec3(2 + r * std::cos(2 * pi * k / n), 2 + r * std::sin(2 * pi * k / n), 3);
+  };
+  const auto edge = [&](int k) { // the same direction, on the border of the square ceiling
+    const glm::dvec3 d = ring(k, 1.0) - glm::dvec3(2, 2, 3);
+    return glm::dvec3(2, 2, 3) + d * (2.0 / std::max(std::abs(d.x), std::abs(d.y)));
+  };
+  for (int k = 0; k < n; ++k)
+    b.quad(ring(k, 1), edge(k), edge((k + 1) % n), ring((k + 1) % n, 1), grey);
+  expect_one(b.room, n, {0, 0, -1}, 0.5 * n * std::sin(2 * pi / n));
+}
+
+TEST(Aperture, closed_room_is_refused_with_advice) {
+  RoomBuilder b;
+  b.box({0, 0, 0}, {4, 5, 3}, b.material("grey"));
+  const auto found = find(b.room);
+  ASSERT_FALSE(found);
+  EXPECT_EQ(found.error().code, ErrorCode::geometry_invalid);
+  EXPECT_NE(found.error().message().find("window"), std::string::npos);
+}
+
+TEST(Aperture, pane_painted_on_a_wall_is_named_in_the_error) {
+  RoomBuilder b;
+  b.box({0, 0, 0}, {4, 5, 3}, b.material("grey"));
+  b.quad({1, 0, 1}, {3, 0, 1}, {3, 0, 2}, {1, 0, 2}, b.material("window.front"));
+  const auto found = find(b.room);
+  ASSERT_FALSE(found);
+  EXPECT_NE(found.error().message().find("window.front"), std::string::npos) << found.error().message();
+}
+
+TEST(Aperture, hole_that_is_not_flat_shows_as_unexplained_escape) {
+  RoomBuilder b; // two neighbouring walls missing: the outline is folded; the ceiling is a pane
+  b.box({0, 0, 0}, {1, 1, 1}, b.material("grey"), 63 & ~(2u | 8u | 32u));
+  b.quad({0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, b.material("window"));
+  const auto found = find(b.room);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(found->report.window_polygons, 1);
+  EXPECT_EQ(found->report.hole_polygons, 0);
+  EXPECT_GT(found->report.unexplained_escape, 0.1);
+  EXPECT_FALSE(found->report.notes.empty());
+}
+
+TEST(Aperture, transmittances_multiply_along_a_segment) {
+  const glm::dvec3 n(0, 1, 0);
+  const auto pane = [&](double y, float t) {
+    return Aperture{{{0, y, 0}, {1, y, 0}, {1, y, 1}, {0, y, 1}}, n, Rgb(t)};
+  };
+  const std::vector<Aperture> panes{pane(0.0, 0.5f), pane(-0.1, 0.4f)};
+  int crossed = -1;
+  EXPECT_FLOAT_EQ(
+      aperture_transmittance(panes, {0.5, 1, 0.5}, {0, -1, 0}, std::numeric_limits<double>::infinity(), &crossed).r,
+      0.2f);
+  EXPECT_EQ(crossed, 2);
+  EXPECT_FLOAT_EQ(aperture_transmittance(panes, {0.5, 1, 0.5}, {0, -1, 0}, 1.05, &crossed).r, 0.5f);
+  EXPECT_EQ(crossed, 1);
+  EXPECT_FLOAT_EQ(aperture_transmittance(panes, {1.5, 1, 0.5}, {0, -1, 0}, 9.0, &crossed).r, 1.0f);
+  EXPECT_EQ(crossed, 0);
+  EXPECT_FLOAT_EQ(aperture_transmittance(panes, {0.5, 1, 0.5}, {0, 1, 0}, 9.0).r, 1.0f);
+}
+
+TEST(Aperture, reference_rooms_have_the_openings_they_state) {
+  const std::filesystem::path folder = DAYLIT_SOURCE_DIR "/../shared/truth/scenes";
+  if (!std::filesystem::exists(folder))
+    GTEST_SKIP() << "reference scenes not present";
+  for (const auto& [name, area] : {std::pair{"s1_daylit_cornell.obj", 1.6 * 1.2}, std::pair{"s3_furnace.obj", 0.0}}) {
+    const auto file = read_room(folder / name);
+    ASSERT_TRUE(file) << file.error().message();
+    const auto found = find(file->room);
+    ASSERT_TRUE(found) << found.error().message();
+    ASSERT_EQ(found->list.size(), 1u) << name;
+    EXPECT_EQ(found->list[0].corners.size(), 4u) << name;
+    EXPECT_EQ(found->report.unexplained_escape, 0.0) << name;
+    if (area > 0.0) {
+      EXPECT_NEAR(found->report.hole_area_m2, area, 1e-9);
+      EXPECT_EQ(found->list[0].inward, glm::dvec3(0, 1, 0));
+    }
+  }
+}
+
+} // namespace
+} // namespace daylit

@@ -1,0 +1,215 @@
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <gtest/gtest.h>
+
+#include "scene/config.h"
+
+namespace daylit {
+namespace {
+
+const char kRun[] = R"([sky]
+image = "sky.exr"
+projection = "fisheye"
+lens = "sky.yaml"
+rotation = 90
+ground = { albedo = 0.3 }
+
+[interior]
+image = "photo.png"
+lens = "camera.yaml"
+response = "srgb"
+scale = "marker"
+colour_matrix = [[1, 0.1, 0], [0, 1, 0], [0, 0, 1.2]]
+
+[marker]
+ids = [23, 40]
+size_m = 0.05
+world_from_board = [1,0,0,2, 0,1,0,3, 0,0,1,0.5, 0,0,0,1]
+
+[room]
+model = "room.obj"
+volume = "/absolute/room.volume"
+
+[[object]]
+model = "teapot.obj"
+position = [1.5, 2.5, 0.75]
+rotation = [0, 0, 90]
+scale = 2.0
+reflectance = 0.4
+
+[light]
+samples = 128
+
+[output]
+png = "out/frame.png"
+size = [512, 496]
+)";
+
+class ConfigTest : public testing::Test {
+protected:
+  std::filesystem::path folder_, file_;
+  void SetUp() override {
+    folder_ = std::filesystem::path(testing::TempDir()) /
+              (std::string("daylit_config_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+    file_ = folder_ / "CONFIG.toml";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  Result<RunConfig> run(const std::string& text) {
+    std::ofstream(file_) << text;
+    return read_run_config(file_);
+  }
+  Result<SimulateConfig> simulate(const std::string& text) {
+    std::ofstream(file_) << text;
+    return read_simulate_config(file_);
+  }
+  static std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    EXPECT_NE(at, std::string::npos);
+    return text.replace(at, from.size(), to);
+  }
+};
+
+TEST_F(ConfigTest, reads_every_section) {
+  const auto c = run(kRun);
+  ASSERT_TRUE(c) << c.error().message();
+  EXPECT_EQ(c->sky.image, folder_ / "sky.exr");
+  EXPECT_NEAR(c->sky.rotation, 1.5707963267948966, 1e-15);
+  EXPECT_EQ(c->sky.ground.kind, GroundFill::Kind::albedo);
+  EXPECT_FLOAT_EQ(c->sky.ground.albedo, 0.3f);
+  EXPECT_TRUE(c->interior.scale_from_marker);
+  EXPECT_EQ(c->interior.response, "srgb");
+  EXPECT_DOUBLE_EQ(c->interior.colour_matrix[1][0], 0.1); // row 0, column 1
+  ASSERT_TRUE(c->marker);
+  EXPECT_EQ(c->marker->ids, (std::vector<int>{23, 40}));
+  EXPECT_EQ(c->marker->world_from_board[3], glm::dvec4(2, 3, 0.5, 1)); // the fourth column is the translation
+  EXPECT_EQ(c->volume, "/absolute/room.volume");
+  ASSERT_EQ(c->objects.size(), 1u);
+  EXPECT_FLOAT_EQ(c->objects[0].reflectance->g, 0.4f);
+  EXPECT_EQ(c->light_samples, 128);
+  EXPECT_EQ(c->output.width_px, 512);
+}
+
+TEST_F(ConfigTest, written_text_reads_back_the_same) {
+  const auto first = run(kRun);
+  ASSERT_TRUE(first);
+  const auto second = run(to_toml(*first));
+  ASSERT_TRUE(second) << second.error().message();
+  EXPECT_EQ(to_toml(*first), to_toml(*second));
+  EXPECT_EQ(second->interior.colour_matrix, first->interior.colour_matrix);
+  EXPECT_EQ(second->marker->world_from_board, first->marker->world_from_board);
+}
+
+TEST_F(ConfigTest, unknown_key_names_line_and_suggestion) {
+  const auto c = run(replaced(kRun, "rotation = 90", "rotaton = 90"));
+  ASSERT_FALSE(c);
+  EXPECT_NE(c.error().where.find("line 5"), std::string::npos) << c.error().message();
+  EXPECT_NE(c.error().what.find("did you mean 'rotation'"), std::string::npos) << c.error().message();
+}
+
+TEST_F(ConfigTest, unknown_section_names_line_and_suggestion) {
+  const auto c = run(replaced(kRun, "[light]", "[lights]"));
+  ASSERT_FALSE(c);
+  EXPECT_NE(c.error().message().find("did you mean 'light'"), std::string::npos) << c.error().message();
+}
+
+TEST_F(ConfigTest, all_problems_are_reported_together) {
+  auto text = replaced(kRun, "samples = 128", "samples = -3");
+  text = replaced(text, "scale = 2.0", "scale = nan");
+  text = replaced(text, "albedo = 0.3", "albedo = 3");
+  text = replaced(text, "model = \"room.obj\"", "modell = \"room.obj\"");
+  const auto c = run(text);
+  ASSERT_FALSE(c);
+  for (const char* part : {"samples", "scale", "albedo", "needs model", "unknown key '[room] modell'"})
+    EXPECT_NE(c.error().message().find(part), std::string::npos) << part << " in " << c.error().message();
+}
+
+TEST_F(ConfigTest, wrong_types_and_inconsistent_parts_are_refused) {
+  const std::pair<const char*, const char*> changes[] = {
+      {"image = \"sky.exr\"", "image = 3"},
+      {"projection = \"fisheye\"", "projection = \"fisheyes\""},
+      {"lens = \"sky.yaml\"", ""},
+      {"ground = { albedo = 0.3 }", ""},
+      {"scale = \"marker\"", "scale = \"markers\""},
+      {"ids = [23, 40]", "ids = [1.5]"},
+      {"ids = [23, 40]", "ids = \"23\""},
+      {"0,0,0,1]", "0,0,0,2]"},
+      {"[1,0,0,2,", "[-1,0,0,2,"},
+      {"[1,0,0,2,", "[1,0,0,"},
+      {"[[object]]", "[object]"},
+      {"reflectance = 0.4", "reflectance = [0.4, 0.4]"},
+      {"reflectance = 0.4", "reflectance = 1.4"},
+      {"size = [512, 496]", "size = [512]"},
+      {"size = [512, 496]", "size = [512, 0]"},
+      {"samples = 128", "samples = 1e400"},
+      {"colour_matrix = [[1, 0.1, 0], [0, 1, 0], [0, 0, 1.2]]", "colour_matrix = [0,0,0,0,0,0,0,0,0]"},
+  };
+  for (const auto& [from, to] : changes) {
+    const auto c = run(replaced(kRun, from, to));
+    ASSERT_FALSE(c) << from << " -> " << to;
+    EXPECT_NE(c.error().where.find("CONFIG.toml"), std::string::npos) << c.error().message();
+  }
+}
+
+TEST_F(ConfigTest, damaged_text_is_an_error_with_its_place) {
+  const auto c = run("[sky\nimage=");
+  ASSERT_FALSE(c);
+  EXPECT_EQ(c.error().code, ErrorCode::file_malformed);
+  EXPECT_NE(c.error().where.find("line 1"), std::string::npos);
+  EXPECT_EQ(read_run_config(folder_ / "absent.toml").error().code, ErrorCode::file_missing);
+}
+
+TEST_F(ConfigTest, pose_may_be_position_and_target) {
+  auto text = std::string(kRun);
+  text += "[pose]\nposition = [0, 0, 1.5]\nlook_at = [3, 0, 1.5]\n";
+  const auto c = run(text);
+  ASSERT_TRUE(c) << c.error().message();
+  const glm::dmat4 m = *c->world_from_camera;
+  EXPECT_NEAR(glm::distance(glm::dvec3(m[2]), glm::dvec3(1, 0, 0)), 0.0, 1e-15);  // forward
+  EXPECT_NEAR(glm::distance(glm::dvec3(m[0]), glm::dvec3(0, -1, 0)), 0.0, 1e-15); // right of +x, seen from above
+  EXPECT_NEAR(glm::distance(glm::dvec3(m[1]), glm::dvec3(0, 0, -1)), 0.0, 1e-15); // down
+  EXPECT_NEAR(glm::determinant(glm::dmat3(m)), 1.0, 1e-12);
+}
+
+TEST_F(ConfigTest, object_turns_about_x_then_y_then_z) {
+  ObjectConfig object;
+  object.position = {10, 20, 30};
+  object.rotation_deg = {90, 0, 90};
+  object.scale = 2.0;
+  // (0,1,0): about x -> (0,0,1); about z unchanged; times 2; plus the position.
+  const glm::dvec3 p(object_transform(object) * glm::dvec4(0, 1, 0, 1));
+  EXPECT_NEAR(glm::distance(p, glm::dvec3(10, 20, 32)), 0.0, 1e-12);
+}
+
+TEST_F(ConfigTest, scene_file_reads_the_sky_model_and_round_trips) {
+  const auto c = simulate("[sky]\nmodel = \"clear\"\nzenith_radiance = [1, 2, 3]\nground_albedo = 0.1\n"
+                          "sun = { azimuth = 90, elevation = 30, normal_irradiance = 500 }\n"
+                          "[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = \"r.obj\"\n"
+                          "[[object]]\nmodel = \"o.obj\"\n[simulate]\nsamples = 7\n[output]\nsize = [64, 62]\n");
+  ASSERT_TRUE(c) << c.error().message();
+  EXPECT_EQ(c->sky_model.kind, SkyModel::Kind::clear);
+  ASSERT_TRUE(c->sky_model.sun);
+  EXPECT_NEAR(c->sky_model.sun->direction.y, std::sqrt(0.75), 1e-12);
+  EXPECT_NEAR(c->sky_model.sun->direction.z, 0.5, 1e-12);
+  EXPECT_FALSE(c->marker_board);
+  const auto again = simulate(to_toml(*c));
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(to_toml(*again), to_toml(*c));
+}
+
+TEST_F(ConfigTest, clear_sky_needs_a_sun_above_the_horizon) {
+  const std::string rest = "[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = \"r.obj\"\n"
+                           "[[object]]\nmodel = \"o.obj\"\n";
+  EXPECT_FALSE(simulate("[sky]\nmodel = \"clear\"\n" + rest));
+  EXPECT_FALSE(simulate("[sky]\nsun = { azimuth = 0, elevation = 0, normal_irradiance = 1 }\n" + rest));
+  EXPECT_TRUE(simulate("[sky]\nmodel = \"overcast\"\n" + rest));
+}
+
+} // namespace
+} // namespace daylit

@@ -1,0 +1,179 @@
+#include "scene/object_mesh.h"
+
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <random>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+namespace daylit {
+namespace {
+
+class ObjectMeshFile : public testing::Test {
+protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "daylit-mesh-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path write(const std::string& name, const std::string& text) {
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    return folder_ / name;
+  }
+  std::filesystem::path folder_;
+};
+
+const char* const kCube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+                          "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+TEST_F(ObjectMeshFile, sharp_edges_split_vertices) {
+  const auto mesh = read_object_mesh(write("cube.obj", kCube), Rgb(0.3f));
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_EQ(mesh->triangles.size(), 12u);
+  EXPECT_EQ(mesh->positions.size(), 24u); // three normals at each of the eight corners
+  for (const glm::vec3& n : mesh->normals)
+    EXPECT_NEAR(std::max({std::abs(n.x), std::abs(n.y), std::abs(n.z)}), 1.0f, 1e-6f);
+  for (const Rgb& r : mesh->reflectance)
+    EXPECT_EQ(r, Rgb(0.3f));
+}
+
+TEST_F(ObjectMeshFile, a_tessellated_sphere_gets_radial_normals_and_shared_vertices) {
+  std::string obj;
+  const int rings = 12, sectors = 24;
+  for (int i = 0; i <= rings; ++i)
+    for (int j = 0; j < sectors; ++j) {
+      const double t = 3.14159265358979 * i / rings, p = 6.28318530717959 * j / sectors;
+      const double across = i == 0 || i == rings ? 0.0 : std::sin(t);
+      obj += "v " + std::to_string(across * std::cos(p)) + " " + std::to_string(across * std::sin(p)) + " " +
+             std::to_string(std::cos(t)) + "\n";
+    }
+  for (int i = 0; i < rings; ++i)
+    for (int j = 0; j < sectors; ++j) {
+      const int a = i * sectors + j + 1, b = i * sectors + (j + 1) % sectors + 1;
+      obj += "f " + std::to_string(a) + " " + std::to_string(a + sectors) + " " + std::to_string(b + sectors) + " " +
+             std::to_string(b) + "\n";
+    }
+  const auto mesh = read_object_mesh(write("sphere.obj", obj));
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_EQ(mesh->positions.size(), std::size_t((rings - 1) * sectors + 2)); // the poles are welded
+  for (std::size_t i = 0; i < mesh->positions.size(); ++i)
+    EXPECT_GT(glm::dot(mesh->normals[i], glm::normalize(mesh->positions[i])), 0.995f);
+}
+
+TEST_F(ObjectMeshFile, material_and_file_normals_are_used) {
+  write("m.mtl", "newmtl red\nKd 0.6 0.1 0.1\n");
+  const auto mesh = read_object_mesh(
+      write("t.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0.6 0.8\nusemtl red\nf 1//1 2//1 3//1\n"));
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_NEAR(mesh->normals[0].y, 0.6f, 1e-6f);
+  EXPECT_NEAR(mesh->reflectance[0].r, 0.6f, 1e-6f);
+  write("m.mtl", "newmtl red\nKd 1.6 0.1 0.1\n");
+  const auto bright = read_object_mesh(folder_ / "t.obj");
+  ASSERT_FALSE(bright);
+  EXPECT_NE(bright.error().message().find("red"), std::string::npos);
+}
+
+std::string binary_ply(bool big) {
+  std::string out = std::string("ply\nformat binary_") + (big ? "big" : "little") +
+                    "_endian 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n"
+                    "property double z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+                    "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  const auto put = [&](auto value) {
+    auto bytes = std::bit_cast<std::array<char, sizeof(value)>>(value);
+    if (big)
+      std::reverse(bytes.begin(), bytes.end());
+    out.append(bytes.begin(), bytes.end());
+  };
+  const float xy[4][2] = {{0, 0}, {2, 0}, {2, 1}, {0, 1}};
+  for (const auto& p : xy) {
+    put(p[0]), put(p[1]), put(3.0);
+    out += "\x33\x66\xff";
+  }
+  out += '\x04';
+  for (std::int32_t i = 0; i < 4; ++i)
+    put(i);
+  return out;
+}
+
+TEST_F(ObjectMeshFile, ply_ascii_and_both_binary_orders_agree) {
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
+      "property list uchar int vertex_index\nend_header\n0 0 3 51 102 255\n2 0 3 51 102 255\n"
+      "2 1 3 51 102 255\n0 1 3 51 102 255\n4 0 1 2 3\n";
+  for (const auto& path : {write("a.ply", text), write("l.ply", binary_ply(false)), write("b.ply", binary_ply(true))}) {
+    const auto mesh = read_object_mesh(path);
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    ASSERT_EQ(mesh->positions.size(), 4u);
+    EXPECT_EQ(mesh->triangles.size(), 2u);
+    EXPECT_EQ(mesh->positions[2], glm::vec3(2, 1, 3));
+    EXPECT_EQ(mesh->normals[0], glm::vec3(0, 0, 1));
+    EXPECT_NEAR(mesh->reflectance[0].g, 0.4f, 1e-6f);
+  }
+}
+
+TEST_F(ObjectMeshFile, bad_files_are_errors) {
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_index\nend_header\n";
+  const std::string cases[] = {
+      "",
+      "v 0 0 0\n",
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n",
+      "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+      "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n",
+      "f 1 2 3\n",
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -9\n",
+      "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 0.1 0\nv 0.9 0.1 0\nv 0 2 0\nv 0.1 1 0\nv 1.9 1 0\nf 1 2 3 8 7 6\n",
+      ply,
+      ply + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n",
+      ply + "0 0 0\n1 0 0\n0 1 0\n3 0 1\n",
+      ply + "0 0 0\n1 0 0\n0 nan 0\n3 0 1 2\n",
+      "ply\nformat ascii 1.0\nelement vertex 99999999999\nend_header\n",
+      "ply\nformat ascii 1.0\nelement vertex 200000000\nproperty float x\nproperty float y\nproperty float "
+      "z\nend_header\n",
+      "ply\nformat binary_little_endian 1.0\nelement face 250000000\nend_header\n",
+      "ply\nformat ebcdic 1.0\nend_header\n"};
+  int i = 0;
+  for (const std::string& text : cases) {
+    const auto mesh = read_object_mesh(write("bad" + std::to_string(i), text));
+    EXPECT_FALSE(mesh) << "case " << i << ": " << text;
+    if (!mesh) {
+      EXPECT_FALSE(mesh.error().where.empty());
+    }
+    ++i;
+  }
+  EXPECT_EQ(read_object_mesh(folder_ / "missing.obj").error().code, ErrorCode::file_missing);
+}
+
+TEST_F(ObjectMeshFile, damaged_files_never_crash) {
+  std::mt19937 random(6);
+  for (const std::string& good : {std::string(kCube), binary_ply(false), binary_ply(true)})
+    for (int i = 0; i < 300; ++i) {
+      std::string bad = good.substr(0, i % 3 ? good.size() : random() % good.size());
+      for (int k = 0; k < 1 + i % 4 && !bad.empty(); ++k)
+        bad[random() % bad.size()] = static_cast<char>(random());
+      (void)read_object_mesh(write("bad", bad));
+    }
+}
+
+TEST(ObjectMesh, the_shared_objects_are_read) {
+  const std::filesystem::path data = std::filesystem::path(DAYLIT_SOURCE_DIR) / "../shared/data/objects";
+  if (!std::filesystem::exists(data))
+    GTEST_SKIP() << "the shared objects are not here";
+  const auto bunny = read_object_mesh(data / "bun_zipper_res2.ply");
+  ASSERT_TRUE(bunny) << bunny.error().message();
+  EXPECT_EQ(bunny->triangles.size(), 16301u);
+  const auto teapot = read_object_mesh(data / "teapot.obj");
+  ASSERT_TRUE(teapot) << teapot.error().message();
+  EXPECT_GT(teapot->triangles.size(), 6000u);
+  for (const glm::vec3& n : teapot->normals)
+    ASSERT_NEAR(glm::length(n), 1.0f, 1e-5f);
+}
+
+} // namespace
+} // namespace daylit

@@ -1,0 +1,199 @@
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "scene/sky_partition.h"
+
+namespace daylit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+FisheyeProjection tilted_fisheye(int width, int height, double field_of_view) {
+  FisheyeProjection p;
+  p.lens = ideal_fisheye(width, height, field_of_view);
+  const glm::dvec3 z = glm::normalize(glm::dvec3(0.3, 0.2, 0.8)), x = glm::normalize(glm::cross(z, {0, 1, 0}));
+  p.lens.world_from_camera = glm::dmat3(x, glm::cross(z, x), z);
+  return p;
+}
+
+SkyImage make_sky(const RgbImage& image, const SkyProjection& projection, float albedo = 0.2f) {
+  auto sky = SkyImage::make(image, projection, {GroundFill::Kind::albedo, albedo});
+  EXPECT_TRUE(sky) << sky.error().message();
+  return *sky;
+}
+
+RgbImage noise(int width, int height) {
+  RgbImage image(width, height);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> unit(0, 1);
+  for (Rgb& t : image.texels)
+    t = Rgb(unit(random), unit(random), unit(random));
+  return image;
+}
+
+/// Sum of L times solid angle over regions, and over pixels.
+std::pair<glm::dvec3, glm::dvec3> energies(const SkyImage& sky, const SkyPartition& partition) {
+  const std::vector<Rgb> mean = region_radiance(sky, partition);
+  glm::dvec3 regions{0.0}, pixels{0.0};
+  for (int r = 0; r < partition.size(); ++r)
+    regions += partition.solid_angle_sr(r) * glm::dvec3(mean[static_cast<std::size_t>(r)]);
+  for (std::size_t i = 0; i < sky.image().texels.size(); ++i)
+    pixels += double(sky.solid_angle_sr()[i]) * glm::dvec3(sky.image().texels[i]);
+  return {regions, pixels};
+}
+
+TEST(RegionRadiance, constant_sky_gives_that_constant_for_every_projection) {
+  const SkyProjection projections[] = {EquirectProjection{}, EquirectProjection{0.123}, AngularProjection{},
+                                       AngularProjection{{0.3, 1, 0.2}, {0, 0, 1}, 1.0}, tilted_fisheye(97, 97, 3.3)};
+  for (const SkyProjection& projection : projections) {
+    const SkyImage sky = make_sky(RgbImage(97, 97, Rgb(0.25f, 3.0f, 700.0f)), projection, 1.0f);
+    for (const char* text : {"uniform:2", "uniform:64", "uniform:1024", "tregenza", "reinhart:4"})
+      for (const Rgb& mean : region_radiance(sky, *SkyPartition::parse(text))) {
+        ASSERT_NEAR(mean.r / 0.25f, 1.0f, 1e-6f) << text << " projection " << projection.index();
+        ASSERT_NEAR(mean.g / 3.0f, 1.0f, 1e-6f);
+        ASSERT_NEAR(mean.b / 700.0f, 1.0f, 1e-6f);
+      }
+  }
+}
+
+TEST(RegionRadiance, equirect_keeps_the_energy_of_every_image) {
+  for (const double rotation : {0.0, 0.2, -3.0})
+    for (const char* text : {"uniform:2", "uniform:64", "uniform:1024", "tregenza", "reinhart:2", "reinhart:12"}) {
+      const SkyImage sky = make_sky(noise(150, 75), EquirectProjection{rotation});
+      const auto [regions, pixels] = energies(sky, *SkyPartition::parse(text));
+      for (int c = 0; c < 3; ++c)
+        EXPECT_NEAR(regions[c] / pixels[c], 1.0, 1e-6) << text << " rotation " << rotation;
+    }
+}
+
+TEST(RegionRadiance, angular_map_keeps_the_energy) {
+  const SkyImage sky = make_sky(noise(256, 256), AngularProjection{});
+  for (const char* text : {"uniform:64", "uniform:1024", "tregenza"}) {
+    const auto [regions, pixels] = energies(sky, *SkyPartition::parse(text));
+    EXPECT_NEAR(regions.g / pixels.g, 1.0, 2e-4) << text; // pixels on borders are split, not clipped
+  }
+}
+
+TEST(RegionRadiance, equirect_agrees_with_brute_force_sampling) {
+  const SkyImage sky = make_sky(noise(30, 15), EquirectProjection{0.4});
+  const SkyPartition partition = SkyPartition::tregenza();
+  const std::vector<Rgb> mean = region_radiance(sky, partition);
+  constexpr int kSide = 200;
+  for (int r = 0; r < partition.size(); r += 13) {
+    double sum = 0;
+    for (int i = 0; i < kSide; ++i)
+      for (int j = 0; j < kSide; ++j)
+        sum += double(sky.radiance(partition.sample(r, (i + 0.5) / kSide, (j + 0.5) / kSide)).g);
+    EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 1e-2)
+        << r; // noise of the sampling at pixel edges
+  }
+}
+
+TEST(RegionRadiance, fisheye_agrees_with_equirect_of_the_same_sky) {
+  const auto overcast = [](const glm::dvec3& d) { return Rgb(float(d.z > 0 ? (1 + 2 * d.z) / 3 : 0.1 + 0.05 * d.x)); };
+  const auto render = [&](int width, int height, const SkyProjection& projection) {
+    RgbImage image(width, height);
+    const auto g = *SkyGeometry::make(width, height, projection);
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x)
+        if (const auto d = g->direction({double(x), double(y)}))
+          image.at(x, y) = overcast(*d);
+    return make_sky(image, projection);
+  };
+  const SkyImage reference = render(512, 256, EquirectProjection{});
+  const SkyPartition partition = *SkyPartition::uniform(64);
+  const std::vector<Rgb> expected = region_radiance(reference, partition);
+  const SkyImage angular = render(400, 400, AngularProjection{{1, 0.5, 0}, {0, 0, 1}, 0.0});
+  const std::vector<Rgb> from_angular = region_radiance(angular, partition);
+  const SkyImage fisheye = render(400, 400, tilted_fisheye(400, 400, kPi * 190 / 180));
+  const RegionSums sums = RegionSums::make(fisheye.geometry(), partition);
+  const std::vector<Rgb> from_fisheye = sums.reduce(fisheye);
+  for (std::size_t r = 0; r < expected.size(); ++r) {
+    EXPECT_NEAR(from_angular[r].g, expected[r].g, 1e-3f) << r;
+    if (sums.covered_share(static_cast<int>(r)) == 1.0) {
+      EXPECT_NEAR(from_fisheye[r].g, expected[r].g, 1e-3f) << r;
+    }
+  }
+}
+
+TEST(RegionRadiance, uncovered_part_of_a_region_takes_the_fill) {
+  // A fish-eye of 180 degrees that looks up: nothing below the horizon is seen.
+  FisheyeProjection up;
+  up.lens = ideal_fisheye(200, 200, kPi);
+  up.lens.world_from_camera = glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, 1);
+  const SkyImage sky = make_sky(RgbImage(200, 200, Rgb(5.0f)), up, 0.2f);
+  const SkyPartition partition = SkyPartition::tregenza();
+  const std::vector<Rgb> mean = region_radiance(sky, partition);
+  for (int r = 0; r < partition.size(); ++r)
+    EXPECT_NEAR(mean[static_cast<std::size_t>(r)].g, partition.centre(r).z > 0 ? 5.0f : 1.0f, 1e-4f) << r;
+}
+
+/// Draws a disc as area coverage: each pixel takes its share of the disc, so that the energy is that of the disc.
+void splat_sun(RgbImage& image, const SkyGeometry& geometry, double x, double y, double radius_px, double energy) {
+  constexpr int kSplit = 64;
+  std::vector<double> share(image.texels.size());
+  double total = 0;
+  for (int py = 0; py < image.height; ++py)
+    for (int px = 0; px < image.width; ++px) {
+      if (std::hypot(px - x, py - y) > radius_px + 1)
+        continue;
+      int inside = 0;
+      for (int k = 0; k < kSplit * kSplit; ++k)
+        inside += std::hypot(px - 0.5 + (k % kSplit + 0.5) / kSplit - x, py - 0.5 + (k / kSplit + 0.5) / kSplit - y) <
+                          radius_px
+                      ? 1
+                      : 0;
+      const std::size_t i = static_cast<std::size_t>(py * image.width + px);
+      share[i] = inside * double(geometry.solid_angle_sr()[i]);
+      total += share[i];
+    }
+  for (std::size_t i = 0; i < share.size(); ++i)
+    if (share[i] > 0)
+      image.texels[i] += Rgb(float(energy * share[i] / total / double(geometry.solid_angle_sr()[i])));
+}
+
+TEST(RegionRadiance, a_sun_of_1_5_pixels_keeps_its_energy_at_every_sub_pixel_position) {
+  const SkyPartition partition = *SkyPartition::uniform(1024);
+  const SkyProjection projections[] = {EquirectProjection{}, tilted_fisheye(128, 128, kPi * 190 / 180)};
+  for (const SkyProjection& projection : projections) {
+    const auto geometry = *SkyGeometry::make(128, 128, projection);
+    const RegionSums sums = RegionSums::make(geometry, partition);
+    for (int k = 0; k < 64; ++k) {
+      RgbImage image(128, 128);
+      splat_sun(image, *geometry, 70 + (k % 8) / 8.0, 40 + (k / 8) / 8.0, 0.75, 100.0);
+      const SkyImage sky = *SkyImage::make(image, geometry, {GroundFill::Kind::albedo, 0.0f});
+      const std::vector<Rgb> mean = sums.reduce(sky);
+      const double fill = double(sky.sky_fill_radiance().r);
+      double energy = 0;
+      for (int r = 0; r < partition.size(); ++r) {
+        const double seen = sums.covered_share(r), l = double(mean[static_cast<std::size_t>(r)].r);
+        const double fill_here = partition.centre(r).z > 0 ? fill : 0.0;
+        energy += partition.solid_angle_sr(r) * (l - (1 - seen) * fill_here);
+      }
+      EXPECT_NEAR(energy / 100.0, 1.0, 1e-3) << "position " << k << " projection " << projection.index();
+    }
+  }
+}
+
+TEST(RegionRadiance, reducing_a_megapixel_takes_milliseconds) {
+  const SkyImage sky = make_sky(noise(1448, 724), EquirectProjection{});
+  const RegionSums sums = RegionSums::make(sky.geometry(), *SkyPartition::uniform(1024));
+  double best_ms = 1e9;
+  for (int i = 0; i < 5; ++i) {
+    const auto start = std::chrono::steady_clock::now();
+    const auto mean = sums.reduce(sky);
+    best_ms =
+        std::min(best_ms, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    ASSERT_EQ(mean.size(), 1024u);
+  }
+  RecordProperty("reduce_ms", std::to_string(best_ms));
+  EXPECT_LT(best_ms, 100.0); // a few milliseconds unloaded; the bound only catches a wrong complexity
+}
+
+} // namespace
+} // namespace daylit

@@ -1,0 +1,138 @@
+#include "scene/sky_partition.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+namespace daylit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+std::vector<SkyPartition> partitions() {
+  std::vector<SkyPartition> out;
+  for (const char* text : {"uniform:2", "uniform:4", "uniform:6", "uniform:8", "uniform:64", "uniform:1024",
+                           "uniform:5000", "tregenza", "reinhart:1", "reinhart:2", "reinhart:4", "reinhart:12"})
+    out.push_back(*SkyPartition::parse(text));
+  return out;
+}
+
+TEST(SkyPartition, solid_angles_sum_to_four_pi) {
+  for (const SkyPartition& p : partitions()) {
+    double sum = 0;
+    for (int r = 0; r < p.size(); ++r)
+      sum += p.solid_angle_sr(r);
+    EXPECT_NEAR(sum, 4 * kPi, 1e-9) << p.name();
+  }
+}
+
+TEST(SkyPartition, uniform_regions_are_equal) {
+  for (int n : {2, 6, 64, 256, 1024, 99998}) {
+    const SkyPartition p = *SkyPartition::uniform(n);
+    ASSERT_EQ(p.size(), n);
+    for (int r = 0; r < n; ++r)
+      ASSERT_NEAR(p.solid_angle_sr(r) * n / (4 * kPi), 1.0, 1e-9) << n << " region " << r;
+  }
+}
+
+TEST(SkyPartition, region_of_a_sample_is_the_region) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (const SkyPartition& p : partitions())
+    for (int r = 0; r < p.size(); ++r) {
+      ASSERT_EQ(p.region_of(p.sample(r, unit(random), unit(random))), r) << p.name();
+      ASSERT_EQ(p.region_of(p.sample(r, 0.0, 0.0)), r) << p.name();
+      ASSERT_EQ(p.region_of(p.sample(r, 1.0, 1.0)), r) << p.name();
+    }
+}
+
+TEST(SkyPartition, centre_is_the_mean_direction) {
+  for (const char* text : {"uniform:64", "tregenza", "reinhart:2"}) {
+    const SkyPartition p = *SkyPartition::parse(text);
+    for (int r = 0; r < p.size(); ++r) {
+      glm::dvec3 sum{0.0};
+      for (int i = 0; i < 64; ++i)
+        for (int j = 0; j < 64; ++j)
+          sum += p.sample(r, (i + 0.5) / 64, (j + 0.5) / 64);
+      ASSERT_GT(glm::dot(glm::normalize(sum), p.centre(r)), 1 - 1e-6) << text << " region " << r;
+    }
+  }
+}
+
+TEST(SkyPartition, every_direction_has_a_region_whose_share_is_its_solid_angle) {
+  const SkyPartition p = *SkyPartition::uniform(64);
+  std::vector<int> hits(64);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  constexpr int kDirections = 640000;
+  for (int i = 0; i < kDirections; ++i)
+    ++hits[static_cast<std::size_t>(
+        p.region_of(glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)))))];
+  for (int h : hits)
+    EXPECT_NEAR(h, 10000, 600); // six standard deviations
+}
+
+TEST(SkyPartition, no_region_crosses_the_horizon) {
+  for (const SkyPartition& p : partitions())
+    for (const SkyBand& band : p.bands())
+      EXPECT_TRUE(band.sin_high <= 0 || band.sin_low >= 0) << p.name();
+}
+
+TEST(SkyPartition, lower_half_mirrors_the_upper_half) {
+  for (const SkyPartition& p : partitions()) {
+    const auto& bands = p.bands();
+    for (std::size_t i = 0; i < bands.size(); ++i) {
+      const SkyBand& mirror = bands[bands.size() - 1 - i];
+      EXPECT_EQ(bands[i].sin_low, -mirror.sin_high);
+      EXPECT_EQ(bands[i].cells, mirror.cells);
+    }
+  }
+}
+
+TEST(SkyPartition, tregenza_has_the_published_bands) {
+  const SkyPartition p = SkyPartition::tregenza();
+  ASSERT_EQ(p.size(), 290);
+  const int cells[] = {30, 30, 24, 24, 18, 12, 6, 1};
+  int above = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const SkyBand& band = p.bands()[8 + i];
+    EXPECT_EQ(band.cells, cells[i]);
+    EXPECT_NEAR(std::asin(band.sin_low) * 180 / kPi, 12.0 * static_cast<double>(i), 1e-9);
+    above += band.cells;
+  }
+  EXPECT_EQ(above, 145);
+  // The first patch of a band is centred on azimuth 0.
+  EXPECT_NEAR(p.centre(p.bands()[8].first_region).y, 0.0, 1e-12);
+}
+
+TEST(SkyPartition, reinhart_2_has_577_patches_above_the_horizon) {
+  const SkyPartition p = *SkyPartition::reinhart(2);
+  EXPECT_EQ(p.size(), 2 * 577);
+  EXPECT_EQ(p.bands().back().cells, 1);
+  EXPECT_EQ(SkyPartition::reinhart(1)->size(), 290);
+  EXPECT_EQ(SkyPartition::reinhart(4)->size(), 2 * (144 * 16 + 1));
+}
+
+TEST(SkyPartition, bad_requests_are_errors) {
+  for (const char* text :
+       {"", "uniform", "uniform:", "uniform:7", "uniform:0", "uniform:-2", "uniform:100002", "uniform:64x",
+        "reinhart:0", "reinhart:13", "tregenza:2", "klems", "uniform:99999999999999999999"})
+    EXPECT_FALSE(SkyPartition::parse(text)) << text;
+  EXPECT_FALSE(SkyPartition::from_bands({{-1, 1, 4, 0, false}}, "no horizon"));
+  EXPECT_FALSE(SkyPartition::from_bands({{-1, 0, 2, 0, false}, {0.1, 1, 2, 2, false}}, "gap"));
+  EXPECT_FALSE(SkyPartition::from_bands({{-1, 0, 2, 0, false}, {0, 1, 2, 3, false}}, "numbering"));
+  EXPECT_FALSE(SkyPartition::from_bands({}, "empty"));
+}
+
+TEST(SkyPartition, from_bands_restores_a_partition) {
+  const SkyPartition p = *SkyPartition::uniform(64);
+  const SkyPartition q = *SkyPartition::from_bands(p.bands(), p.name());
+  for (int r = 0; r < p.size(); ++r)
+    EXPECT_EQ(q.region_of(p.centre(r)), r);
+}
+
+} // namespace
+} // namespace daylit

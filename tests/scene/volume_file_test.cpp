@@ -1,0 +1,271 @@
+#include "scene/volume_file.h"
+
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <new>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "scene/atomic_file.h"
+#include "scene/detail/volume_identity.h"
+#include "scene/detail/xxh64.h"
+#include "tests/scene/test_volumes.h"
+
+namespace daylit {
+namespace {
+
+std::filesystem::path scratch(const std::string& name) { return std::filesystem::path(testing::TempDir()) / name; }
+
+BasisVolume sample_volume() {
+  BasisVolume volume = test::grid_volume(test::room_with_hole({1e6, 0, 0}).room, {2, 3, 2}, 5);
+  volume.room.materials.push_back({"window_\"süd\"", Rgb(0), Rgb(0.7f, 0.8f, 0.9f), true});
+  volume.stored_region = {0, 3, 4, 17, 63};
+  volume.probes.valid[2] = 0;
+  volume.apertures = {{{{1, 0, 1}, {3, 0, 1}, {3, 0, 2}, {1, 0, 2}}, {0, 1, 0}, Rgb(1)},
+                      {{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {0, -1, 0}, Rgb(0.5f)}};
+  volume.provenance = {"0.1", "daylit-precompute room.obj -o \"a b\"", "room.obj", "0123456789abcdef",
+                       "{\"t\": [1, 2]}"};
+  return volume;
+}
+
+std::vector<std::uint8_t> file_of(const BasisVolume& volume, const std::string& name) {
+  const std::filesystem::path path = scratch(name);
+  const Result<void> written = write_volume(path, volume);
+  EXPECT_TRUE(written) << written.error().message();
+  return *read_whole_file(path);
+}
+
+/// Puts the right checksum into a header that a test has changed: what somebody with intent would do.
+void sign(std::vector<std::uint8_t>& file) {
+  std::uint64_t length = 0;
+  std::memcpy(&length, file.data(), sizeof(length));
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(file)), head = bytes.first(8 + length);
+  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  const std::size_t digits = text.find(detail::kChecksumKey) + detail::kChecksumKey.size();
+  const std::span<const std::byte> data = bytes.subspan(8 + length);
+  const std::string sum = detail::volume_checksum(head, digits, std::span(&data, 1));
+  std::copy(sum.begin(), sum.end(), file.begin() + static_cast<std::ptrdiff_t>(digits));
+}
+
+void replace_text(std::vector<std::uint8_t>& file, const std::string& from, const std::string& to) {
+  ASSERT_EQ(from.size(), to.size());
+  const auto at = std::search(file.begin(), file.end(), from.begin(), from.end());
+  ASSERT_NE(at, file.end()) << from;
+  std::copy(to.begin(), to.end(), at);
+  sign(file);
+}
+
+std::uint64_t xxh64(const std::string& text) {
+  detail::Xxh64 hash;
+  for (const char c : text) // byte by byte: the hardest way to feed a hash of 32-byte stripes
+    hash.add(std::as_bytes(std::span(&c, 1)));
+  return hash.digest();
+}
+
+TEST(VolumeFile, checksum_is_xxh64) {
+  EXPECT_EQ(xxh64(""), 0xef46db3751d8e999u);
+  EXPECT_EQ(xxh64("abc"), 0x44bc2cf5ad770999u);
+  const std::string text = "Nobody inspects the spammish repetition";
+  EXPECT_EQ(xxh64(text), 0xfbcea83c8a378bf1u);
+  detail::Xxh64 at_once;
+  at_once.add(std::as_bytes(std::span(text)));
+  EXPECT_EQ(at_once.digest(), xxh64(text));
+}
+
+TEST(VolumeFile, round_trip_is_bit_identical) {
+  const BasisVolume volume = sample_volume();
+  const std::vector<std::uint8_t> file = file_of(volume, "round.volume");
+  const Result<BasisVolume> read = read_volume(scratch("round.volume"));
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(std::memcmp(read->basis.data(), volume.basis.data(), volume.basis.size() * sizeof(float)), 0);
+  EXPECT_EQ(read->stored_region, volume.stored_region);
+  EXPECT_EQ(read->probes.positions, volume.probes.positions);
+  EXPECT_EQ(read->probes.valid, volume.probes.valid);
+  EXPECT_EQ(read->partition.name(), "uniform:64");
+  EXPECT_EQ(read->partition.size(), 64);
+  EXPECT_EQ(read->room.vertices, volume.room.vertices);
+  EXPECT_EQ(read->room.materials[1].name, volume.room.materials[1].name);
+  EXPECT_TRUE(read->room.materials[1].is_window);
+  EXPECT_EQ(read->apertures[1].corners, volume.apertures[1].corners);
+  EXPECT_EQ(read->provenance.command_line, volume.provenance.command_line);
+  EXPECT_EQ(file_of(*read, "again.volume"), file);
+}
+
+TEST(VolumeFile, tensors_are_aligned_to_64_bytes_and_leave_no_hole) {
+  const std::vector<std::uint8_t> file = file_of(sample_volume(), "aligned.volume");
+  std::uint64_t length = 0;
+  std::memcpy(&length, file.data(), sizeof(length));
+  EXPECT_EQ((8 + length) % 64, 0u);
+  EXPECT_EQ(file.size() % 64, 0u); // the reader itself refuses holes
+}
+
+TEST(VolumeFile, volume_with_free_points_and_no_light_round_trips) {
+  BasisVolume volume = sample_volume();
+  volume.probes.is_grid = false;
+  volume.stored_region.clear();
+  volume.basis.clear();
+  volume.apertures.clear();
+  const std::vector<std::uint8_t> file = file_of(volume, "points.volume");
+  const Result<BasisVolume> read = parse_volume(file, "points");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_FALSE(read->probes.is_grid);
+  EXPECT_TRUE(read->stored_region.empty());
+}
+
+TEST(VolumeFile, version_mismatch_names_both_versions) {
+  std::vector<std::uint8_t> file = file_of(sample_volume(), "version.volume");
+  replace_text(file, "\"format_version\":\"1\"", "\"format_version\":\"7\"");
+  const Result<BasisVolume> read = parse_volume(file, "other.volume");
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.error().code, ErrorCode::file_version);
+  EXPECT_NE(read.error().message().find("version 7"), std::string::npos) << read.error().message();
+  EXPECT_NE(read.error().message().find("version 1"), std::string::npos) << read.error().message();
+}
+
+TEST(VolumeFile, every_flipped_bit_is_refused) {
+  const std::vector<std::uint8_t> file = file_of(sample_volume(), "flip.volume");
+  std::mt19937 random(1);
+  for (int i = 0; i < 3000; ++i) {
+    std::vector<std::uint8_t> damaged = file;
+    // Half of the flips hit the header, where they can do most harm.
+    const std::size_t at = random() % (i % 2 ? damaged.size() : 3000);
+    damaged[at] ^= static_cast<std::uint8_t>(1u << random() % 8);
+    EXPECT_FALSE(parse_volume(damaged, "damaged")) << at;
+  }
+}
+
+TEST(VolumeFile, every_truncation_and_extension_is_refused) {
+  const std::vector<std::uint8_t> file = file_of(sample_volume(), "cut.volume");
+  for (std::size_t size = 0; size < file.size(); size += size < 4096 ? 1 : 61)
+    EXPECT_FALSE(parse_volume(std::span(file).first(size), "cut")) << size;
+  std::vector<std::uint8_t> longer = file;
+  longer.push_back(0);
+  EXPECT_FALSE(parse_volume(longer, "longer"));
+}
+
+TEST(VolumeFile, signed_hostile_headers_are_refused) {
+  const std::vector<std::uint8_t> file = file_of(sample_volume(), "hostile.volume");
+  const std::pair<const char*, const char*> changes[] = {
+      {"\"shape\":[5,12,9,3]", "\"shape\":[5,12,3,9]"},
+      {"\"shape\":[12,3]", "\"shape\":[3,12]"},
+      {"\"dtype\":\"F32\"", "\"dtype\":\"I32\""},
+      {"\"dtype\":\"F32\"", "\"dtype\":\"F99\""},
+      {"\"dtype\":\"F32\"", "\"dtype\":[100]"},
+      {"\"probe.valid\"", "\"probe.other\""},
+      {"\"basis\"", "\"ba\\ug\""},
+      {"\"format\":\"daylit.volume\"", "\"format\":\"daylit.volumf\""},
+      {"\"shape\":[12,3]", "\"shape\":[-2,3]"},
+      {"\"shape\":[12,3]", "\"shape\":[1e,3]"},
+      {"\"data_offsets\":[0,", "\"data_offsets\":[1,"},
+      {"\"data_offsets\":[0,", "\"data_offsets\":[9,"},
+      {"\"__metadata__\":{", "\"__metadata__\":["},
+      {"\"probe_layout\":\"grid\"", "\"probe_layout\":{\"id\":"},
+      {"[\\\"grey\\\",", "[[[[[[[[[["},
+      {"\"sky.band\"", "\"sky.bend\""}};
+  for (const auto& [from, to] : changes) {
+    std::vector<std::uint8_t> damaged = file;
+    replace_text(damaged, from, to);
+    const Result<BasisVolume> read = parse_volume(damaged, "hostile");
+    ASSERT_FALSE(read) << to;
+    EXPECT_EQ(read.error().message().find("checksum"), std::string::npos) << to << ": " << read.error().message();
+  }
+}
+
+TEST(VolumeFile, signed_hostile_data_is_refused_or_satisfies_the_rules) {
+  const std::vector<std::uint8_t> file = file_of(sample_volume(), "data.volume");
+  std::uint64_t length = 0;
+  std::memcpy(&length, file.data(), sizeof(length));
+  std::mt19937 random(2);
+  int accepted = 0;
+  for (int i = 0; i < 3000; ++i) {
+    std::vector<std::uint8_t> damaged = file;
+    // Words of extreme value, most of them in the small tensors behind the basis.
+    const std::size_t data = damaged.size() - 8 - length, last = data / 4;
+    const std::size_t word = i % 4 == 0 ? random() % last : last - 1 - random() % (last / 4);
+    const std::uint32_t values[] = {0xffffffffu, 0x7f800000u, 0x7fc00000u, 0u, 0x80000000u, 0x7fffffffu, 2u, 1u << 20};
+    std::memcpy(damaged.data() + 8 + length + 4 * word, &values[random() % 8], 4);
+    sign(damaged);
+    const Result<BasisVolume> read = parse_volume(damaged, "damaged");
+    if (!read)
+      continue;
+    ++accepted;
+    ASSERT_TRUE(check_volume(*read));
+    const auto sampler = LightFieldSampler::make(*read);
+    if (sampler)
+      (void)sampler->sample(combine(*read, std::vector<Rgb>(64, Rgb(1))), {1, 2, 1});
+  }
+  EXPECT_GT(accepted, 0);
+}
+
+TEST(VolumeFile, half_precision_rows_are_scaled_back) {
+  // A minimal F16 file, written here by hand: the large file's basis replaced by halves and scales.
+  const BasisVolume volume = sample_volume();
+  std::vector<std::uint8_t> file = file_of(volume, "f32.volume");
+  std::uint64_t length = 0;
+  std::memcpy(&length, file.data(), sizeof(length));
+  const std::size_t floats = volume.basis.size(), old_bytes = (floats * 4 + 63) / 64 * 64;
+  std::string header(file.begin() + 8, file.begin() + 8 + static_cast<std::ptrdiff_t>(length));
+  std::vector<std::uint16_t> halves(old_bytes / 2 - 10, 0x3c00); // 1.0
+  halves[0] = 0x0001;                                            // 2^-24, subnormal
+  halves[1] = 0xc000;                                            // -2
+  halves[2] = 0x7bff;                                            // 65504, the largest
+  const std::vector<float> scale{2.0f, 3.0f, 4.0f, 5.0f, 0.5f};
+  // The halves take half of the old place, the scales follow, padding keeps every other offset.
+  halves.resize(floats);
+  const std::size_t half_bytes = 2 * floats, rest = old_bytes - half_bytes - 20;
+  const std::string from =
+      "\"basis\":{\"dtype\":\"F32\",\"shape\":[5,12,9,3],\"data_offsets\":[0," + std::to_string(4 * floats) + "]}";
+  const std::size_t at = header.find(from);
+  ASSERT_NE(at, std::string::npos);
+  std::string to = "\"basis\":{\"dtype\":\"F16\",\"shape\":[5,12,9,3],\"data_offsets\":[0," +
+                   std::to_string(half_bytes) +
+                   "]},\"basis.scale\":{\"dtype\":\"F32\",\"shape\":[5],\"data_offsets\":[" +
+                   std::to_string(half_bytes) + "," + std::to_string(half_bytes + 20) +
+                   "]},\"_padding_x\":{\"dtype\":\"U8\",\"shape\":[" + std::to_string(4 * floats - half_bytes - 20) +
+                   "],\"data_offsets\":[" + std::to_string(half_bytes + 20) + "," + std::to_string(4 * floats) + "]}";
+  header.replace(at, from.size(), to);
+  std::vector<std::uint8_t> made(8 + header.size());
+  const std::uint64_t new_length = header.size();
+  std::memcpy(made.data(), &new_length, 8);
+  std::copy(header.begin(), header.end(), made.begin() + 8);
+  made.insert(made.end(), file.begin() + 8 + static_cast<std::ptrdiff_t>(length), file.end());
+  std::memcpy(made.data() + 8 + new_length, halves.data(), half_bytes);
+  std::memcpy(made.data() + 8 + new_length + half_bytes, scale.data(), 20);
+  ASSERT_GT(rest, 0u);
+  sign(made);
+  const Result<BasisVolume> read = parse_volume(made, "half");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->basis[0], 2.0f * 0x1p-24f);
+  EXPECT_EQ(read->basis[1], -4.0f);
+  EXPECT_EQ(read->basis[2], 2.0f * 65504.0f);
+  EXPECT_EQ(read->basis[3], 2.0f);
+  EXPECT_EQ(read->basis[read->row_floats() * 4], 0.5f);
+}
+
+TEST(VolumeFile, volume_that_breaks_a_rule_is_not_written) {
+  BasisVolume volume = sample_volume();
+  volume.basis[100] = std::numeric_limits<float>::quiet_NaN();
+  const std::filesystem::path path = scratch("never.volume");
+  EXPECT_FALSE(write_volume(path, volume));
+  EXPECT_FALSE(std::filesystem::exists(path));
+  volume = sample_volume();
+  volume.stored_region[1] = 64;
+  EXPECT_FALSE(write_volume(path, volume));
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(VolumeFile, missing_file_and_folder_are_named) {
+  for (const std::filesystem::path& path : {scratch("gone.volume"), std::filesystem::path(testing::TempDir())}) {
+    const Result<BasisVolume> read = read_volume(path);
+    ASSERT_FALSE(read);
+    EXPECT_EQ(read.error().code, ErrorCode::file_missing);
+    EXPECT_NE(read.error().message().find(path.string()), std::string::npos);
+  }
+}
+
+} // namespace
+} // namespace daylit
