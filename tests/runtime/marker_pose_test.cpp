@@ -146,8 +146,8 @@ TEST(MarkerPose, bad_requests_are_errors) {
   EXPECT_FALSE(marker_pose(grey, interior_lens(), BoardLayout::single("6X6_251", 1, 0.1), glm::dmat4(1.0)));
   EXPECT_FALSE(
       marker_pose(grey, ideal_pinhole(320, 240, 1.0), BoardLayout::single("6X6_250", 1, 0.1), glm::dmat4(1.0)));
-  EXPECT_FALSE(marker_pose({}, interior_lens(), BoardLayout::single("6X6_250", 1, -0.1), glm::dmat4(1.0)));
-  EXPECT_FALSE(marker_pose({}, interior_lens(), {"6X6_250", {}}, glm::dmat4(1.0)));
+  EXPECT_FALSE(marker_pose(Rgb8Image{}, interior_lens(), BoardLayout::single("6X6_250", 1, -0.1), glm::dmat4(1.0)));
+  EXPECT_FALSE(marker_pose(grey, interior_lens(), BoardLayout{"6X6_250", {}}, glm::dmat4(1.0)));
   EXPECT_FALSE(BoardLayout::grid("6X6_250", {1, 2, 3}, 2, 0.1, 0.01));
 }
 

@@ -1,0 +1,44 @@
+#pragma once
+
+// What cameras record: the interior picture with and without the object, and the fish-eye picture of the sky.
+
+#include <glm/mat4x4.hpp>
+
+#include "scene/lens.h"
+#include "scene/program.h"
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+#include "scene/sky_model.h"
+#include "simulate/trace_scene.h"
+
+namespace daylit {
+
+struct PictureSettings {
+  int samples = 512;     ///< paths per pixel where the object or its effect can be seen
+  int base_samples = 64; ///< elsewhere
+  std::uint32_t seed = 0;
+};
+
+/// All of one size, linear radiance. A pixel is the mean over its area (box filter).
+struct InteriorPictures {
+  RgbImage room;                 ///< without the object
+  RgbImage truth;                ///< the object really there; equal bit for bit where no path met it
+  RgbImage truth_standard_error; ///< of every pixel of `truth`
+  RgbImage coverage;             ///< share of the pixel that the object covers
+  double full_sample_share = 0.0; ///< share of pixels with `samples` paths
+};
+
+/// Both pictures from the same random numbers: a path is traced twice only when some ray of it met the object.
+/// Same settings, same bits for any thread count. Error: interrupted, no object in the scene, samples < 16.
+Result<InteriorPictures> render_interior(const TraceScene& scene, const LensModel& lens,
+                                         const glm::dmat4& world_from_camera, const PictureSettings& settings,
+                                         const Progress& progress = {});
+
+/// The radiance that a fish-eye records: pixel means of the sky over the part of the pixel inside the field. The sun is
+/// splatted by equal-area points of its disc, so that the sum of radiance x solid angle holds its energy exactly.
+Result<RgbImage> render_sky_frame(const AnalyticSky& sky, const LensModel& lens);
+
+/// Multiplies every pixel by 1 + relative_deviation x a normal deviate, clipped at zero.
+void add_sensor_noise(RgbImage& image, double relative_deviation, std::uint32_t seed);
+
+} // namespace daylit

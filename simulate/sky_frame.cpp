@@ -1,0 +1,94 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <tbb/parallel_for.h>
+
+#include "scene/sky_image.h"
+#include "simulate/low_discrepancy.h"
+#include "simulate/picture.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr int kSubpixels = 6;       // per axis: the sky varies little over a pixel, the horizon crosses some
+constexpr int kDiscPoints = 100000; // of equal area on the sun
+
+Rgb pixel_mean(const AnalyticSky& sky, const LensModel& lens, int x, int y) {
+  glm::dvec3 sum(0.0);
+  double weight = 0.0;
+  for (int j = 0; j < kSubpixels; ++j)
+    for (int i = 0; i < kSubpixels; ++i) {
+      const glm::dvec2 at(x - 0.5 + (i + 0.5) / kSubpixels, y - 0.5 + (j + 0.5) / kSubpixels);
+      const auto ray = lens.unproject(at);
+      if (!ray)
+        continue;
+      const double w = lens.solid_angle_density(at);
+      sum += w * glm::dvec3(sky.sky_radiance(glm::normalize(lens.world_from_camera * *ray)));
+      weight += w;
+    }
+  return weight > 0.0 ? Rgb(sum / weight) : Rgb(0.0f);
+}
+
+/// Spiral of equal areas over the disc (Vogel 1979).
+glm::dvec3 disc_point(const SunDisc& sun, int k) {
+  const double radius = 2.0 * std::sin(0.5 * sun.angular_radius) * std::sqrt((k + 0.5) / kDiscPoints);
+  const double angle = k * std::numbers::pi * (3.0 - std::sqrt(5.0));
+  const glm::dvec3 helper = std::abs(sun.direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
+  const glm::dvec3 t = glm::normalize(glm::cross(helper, sun.direction)), b = glm::cross(sun.direction, t);
+  // The chord to a point of the cap: equal chord^2 is equal area.
+  const double sine = radius * std::sqrt(1.0 - 0.25 * radius * radius);
+  return (1.0 - 0.5 * radius * radius) * sun.direction + sine * (std::cos(angle) * t + std::sin(angle) * b);
+}
+
+void splat_sun(const SunDisc& sun, const SkyGeometry& geometry, RgbImage& image) {
+  std::vector<std::pair<std::size_t, int>> hits; // texel, points; a sun covers few texels
+  for (int k = 0; k < kDiscPoints; ++k) {
+    const auto texel = geometry.texel(disc_point(sun, k));
+    if (!texel)
+      continue;
+    auto at = std::find_if(hits.begin(), hits.end(), [&](const auto& h) { return h.first == *texel; });
+    if (at == hits.end())
+      hits.emplace_back(*texel, 1);
+    else
+      ++at->second;
+  }
+  for (const auto& [texel, points] : hits)
+    if (const float omega = geometry.solid_angle_sr()[texel]; omega > 0.0f)
+      image.texels[texel] += sun.radiance() * static_cast<float>(sun.solid_angle_sr() * points / kDiscPoints) / omega;
+}
+
+} // namespace
+
+Result<RgbImage> render_sky_frame(const AnalyticSky& sky, const LensModel& lens) {
+  const auto geometry = SkyGeometry::make(lens.width_px, lens.height_px, FisheyeProjection{lens, 0.0}, "sky camera");
+  if (!geometry)
+    return geometry.error();
+  RgbImage image(lens.width_px, lens.height_px);
+  tbb::parallel_for(0, image.height, [&](int y) {
+    for (int x = 0; x < image.width; ++x)
+      image.at(x, y) = pixel_mean(sky, lens, x, y);
+  });
+  if (sky.model().sun)
+    splat_sun(*sky.model().sun, **geometry, image);
+  return image;
+}
+
+void add_sensor_noise(RgbImage& image, double relative_deviation, std::uint32_t seed) {
+  if (relative_deviation <= 0.0)
+    return;
+  for (std::size_t i = 0; i < image.texels.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      // Box & Muller 1958.
+      const std::uint32_t key = combine_keys(seed, static_cast<std::uint32_t>(3 * i + static_cast<std::size_t>(c)));
+      const double u = (mix_bits(key) + 0.5) * 0x1p-32, v = mix_bits(key ^ 0x5EEDu) * 0x1p-32;
+      const double normal = std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
+      image.texels[i][c] = std::max(0.0f, image.texels[i][c] * static_cast<float>(1.0 + relative_deviation * normal));
+    }
+}
+
+} // namespace daylit
