@@ -24,7 +24,7 @@ struct Members {
 struct Grouping {
   std::vector<std::size_t> order; ///< direction at each sorted position
   std::vector<RingPair> pairs;
-  std::vector<Members> members;   ///< north and south of each pair
+  std::vector<Members> members; ///< north and south of each pair
 };
 
 Grouping group_by_latitude(std::span<const double> x, std::span<const double> y, std::span<const double> z) {
@@ -142,8 +142,10 @@ void DirectionTransform::State::analyse(std::span<const double> values, std::spa
     group = channels - c >= 3 ? 3 : 1;
     for (int block = 0; block < engine.blocks(); ++block) {
       const auto a = engine.amplitudes(block, group);
-      std::fill_n(a.data, std::size_t(engine.block_vectors(block)) * 2 * std::size_t(group) *
-                              std::size_t(a.order_stride) * 2 * lanes, 0.0);
+      std::fill_n(a.data,
+                  std::size_t(engine.block_vectors(block)) * 2 * std::size_t(group) * std::size_t(a.order_stride) * 2 *
+                      lanes,
+                  0.0);
       for_each_round(block, [&](int v, int south, const std::ptrdiff_t* position) {
         for (std::size_t k = 0; k < lanes; ++k) {
           const std::size_t at = position[k] < 0 ? 0 : groups.order[std::size_t(position[k])];
@@ -188,7 +190,9 @@ Expected<void> DirectionTransform::synthesise(std::span<const double> coefficien
   if (channels < 1)
     return Error{ErrorCode::parameter_out_of_range, "channels must be at least 1", where};
   const std::size_t per_channel = std::size_t(degree() + 1) * std::size_t(degree() + 1);
-  if (const auto ok = detail::check_count(coefficients.size(), per_channel * std::size_t(channels), "coefficients", where); !ok)
+  if (const auto ok =
+          detail::check_count(coefficients.size(), per_channel * std::size_t(channels), "coefficients", where);
+      !ok)
     return ok;
   if (const auto ok = detail::check_count(values.size(), directions() * std::size_t(channels), "values", where); !ok)
     return ok;
@@ -205,7 +209,9 @@ Expected<void> DirectionTransform::analyse(std::span<const double> values, std::
   if (channels < 1)
     return Error{ErrorCode::parameter_out_of_range, "channels must be at least 1", where};
   const std::size_t per_channel = std::size_t(degree() + 1) * std::size_t(degree() + 1);
-  if (const auto ok = detail::check_count(coefficients.size(), per_channel * std::size_t(channels), "coefficients", where); !ok)
+  if (const auto ok =
+          detail::check_count(coefficients.size(), per_channel * std::size_t(channels), "coefficients", where);
+      !ok)
     return ok;
   if (const auto ok = detail::check_count(values.size(), directions() * std::size_t(channels), "values", where); !ok)
     return ok;

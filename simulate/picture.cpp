@@ -38,8 +38,7 @@ struct Camera {
 PixelEstimate estimate_pixel(const PathTracer& tracer, const Camera& camera, int x, int y, int samples,
                              std::uint32_t seed) {
   const int per_batch = std::max(1, samples / kPictureBatches);
-  const std::uint32_t pixel_key =
-      combine_keys(seed, static_cast<std::uint32_t>(y * camera.lens.width_px + x));
+  const std::uint32_t pixel_key = combine_keys(seed, static_cast<std::uint32_t>(y * camera.lens.width_px + x));
   std::array<glm::dvec3, kPictureBatches> truth{};
   glm::dvec3 room_sum(0.0), truth_sum(0.0);
   int covered = 0;

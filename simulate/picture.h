@@ -21,10 +21,10 @@ struct PictureSettings {
 
 /// All of one size, linear radiance. A pixel is the mean over its area (box filter).
 struct InteriorPictures {
-  RgbImage room;                 ///< without the object
-  RgbImage truth;                ///< the object really there; equal bit for bit where no path met it
-  RgbImage truth_standard_error; ///< of every pixel of `truth`
-  RgbImage coverage;             ///< share of the pixel that the object covers
+  RgbImage room;                  ///< without the object
+  RgbImage truth;                 ///< the object really there; equal bit for bit where no path met it
+  RgbImage truth_standard_error;  ///< of every pixel of `truth`
+  RgbImage coverage;              ///< share of the pixel that the object covers
   double full_sample_share = 0.0; ///< share of pixels with `samples` paths
 };
 

@@ -36,7 +36,7 @@ void add_band_values(BatchState<double>& state, const OrderRow<double>& row, con
     using V = Wide<double>::Type;
     Directions<V> d{};
     V* const fields[9] = {&d.mu,       &d.sine,         &d.hemisphere, &d.cosine1, &d.sine1,
-                            &d.sectoral, &d.sectoral_exp, &d.cosine_m,   &d.sine_m};
+                          &d.sectoral, &d.sectoral_exp, &d.cosine_m,   &d.sine_m};
     for (int k = 0; k < 9; ++k)
       __builtin_memcpy(fields[k], state.field[k] + start, sizeof(V));
     advance_order<double>(d, row.order, row.sectoral_factor);
