@@ -1,5 +1,8 @@
 #include "radiosity/elements.h"
 
+#include <limits>
+#include <optional>
+
 #include <glm/geometric.hpp>
 
 #include "radiosity/detail/sampling.h"
@@ -8,57 +11,87 @@ namespace daylit::radiosity {
 
 namespace {
 
-constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16;
-using PlaneSide = std::array<bool, 2>;
+constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16, kSecondLookRays = 64;
 
 glm::dvec3 centroid(const Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
 
-/// Marks the plane sides that rays from `from` meet, and queues those met for the first time.
+/// Spreads over the patch sides that light from the openings can reach. Front = 0, back = 1.
 class SideSearch {
 public:
   SideSearch(const PatchMesh& mesh, const RayScene& scene)
-      : mesh_(mesh), scene_(scene), reached_(mesh.planes, {false, false}), patches_(mesh.planes) {
-    for (std::uint32_t i = 0; i < mesh.patches.size(); ++i)
-      patches_[mesh.patches[i].plane].push_back(i);
-  }
+      : mesh_(mesh), scene_(scene), reached_(mesh.patches.size(), {false, false}) {}
 
+  /// Marks the side that a ray meets.
   void shoot(const glm::dvec3& from, const glm::dvec3& direction) {
-    RayHit hit;
-    const glm::vec3 d(direction);
-    if (!scene_.closest(scene_.to_local(from), d, scene_.surface_offset(), std::numeric_limits<float>::infinity(), hit))
-      return;
-    const Patch& p = mesh_.patches[hit.triangle];
-    const int side = glm::dot(glm::dvec3(d), p.normal) < 0.0 ? 0 : 1;
-    if (reached_[p.plane][side])
-      return;
-    reached_[p.plane][side] = true;
-    queue_.push_back({p.plane, side});
+    if (const auto met = meets(from, direction))
+      mark(met->patch, met->side);
   }
 
   void follow() {
-    while (!queue_.empty()) {
-      const auto [plane, side] = queue_.back();
-      queue_.pop_back();
-      for (const std::uint32_t i : patches_[plane])
-        for (std::uint32_t k = 0; k < kSideRays; ++k) {
-          const Patch& p = mesh_.patches[i];
-          shoot(centroid(p), cosine_direction(side == 0 ? p.normal : -p.normal, r2_point(k, random_shift(i))));
-        }
-    }
+    do {
+      while (!queue_.empty()) {
+        const Side s = queue_.back();
+        queue_.pop_back();
+        for (std::uint32_t k = 0; k < kSideRays; ++k)
+          shoot(centroid(mesh_.patches[s.patch]), away(s, k));
+      }
+      second_look();
+    } while (!queue_.empty());
   }
 
-  const std::vector<PlaneSide>& reached() const { return reached_; }
+  bool reached(std::uint32_t patch, int side) const { return reached_[patch][side]; }
 
 private:
-  struct Item {
-    std::uint32_t plane;
+  struct Side {
+    std::uint32_t patch;
     int side;
   };
+
+  glm::dvec3 away(const Side& s, std::uint32_t k) const {
+    const glm::dvec3& n = mesh_.patches[s.patch].normal;
+    return cosine_direction(s.side == 0 ? n : -n, r2_point(k, random_shift(s.patch)));
+  }
+
+  std::optional<Side> meets(const glm::dvec3& from, const glm::dvec3& direction) const {
+    RayHit hit;
+    const glm::vec3 d(direction);
+    if (!scene_.closest(scene_.to_local(from), d, scene_.surface_offset(), std::numeric_limits<float>::infinity(), hit))
+      return std::nullopt;
+    return Side{hit.triangle, glm::dot(glm::dvec3(d), mesh_.patches[hit.triangle].normal) < 0.0 ? 0 : 1};
+  }
+
+  void mark(std::uint32_t patch, int side) {
+    if (reached_[patch][side])
+      return;
+    reached_[patch][side] = true;
+    queue_.push_back({patch, side});
+  }
+
+  /// Few rays find small patches; those on planes that were met look for a reached side, or the sky, themselves.
+  void second_look() {
+    std::vector<std::array<bool, 2>> plane_met(mesh_.planes, {false, false});
+    for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
+      for (int side = 0; side < 2; ++side)
+        plane_met[mesh_.patches[i].plane][side] = plane_met[mesh_.patches[i].plane][side] || reached_[i][side];
+    for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
+      for (int side = 0; side < 2; ++side)
+        if (plane_met[mesh_.patches[i].plane][side] && !reached_[i][side] && sees_light({i, side}))
+          mark(i, side);
+  }
+
+  bool sees_light(const Side& s) const {
+    for (std::uint32_t k = 0; k < kSecondLookRays; ++k) {
+      const auto met = meets(centroid(mesh_.patches[s.patch]), away(s, k));
+      if (!met || reached_[met->patch][met->side])
+        return true;
+    }
+    return false;
+  }
+
   const PatchMesh& mesh_;
   const RayScene& scene_;
-  std::vector<PlaneSide> reached_;
-  std::vector<std::vector<std::uint32_t>> patches_;
-  std::vector<Item> queue_;
+  std::vector<std::array<bool, 2>> reached_;
+  std::vector<Side> queue_;
 };
 
 glm::dvec3 mean_corner(const Aperture& a) {
@@ -106,7 +139,7 @@ ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene
   for (std::uint32_t i = 0; i < mesh.patches.size(); ++i) {
     const Patch& p = mesh.patches[i];
     for (int side = 0; side < 2; ++side) {
-      if (!search.reached()[p.plane][side]) {
+      if (!search.reached(i, side)) {
         ++set.sides_skipped;
         continue;
       }

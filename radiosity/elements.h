@@ -38,8 +38,9 @@ struct ElementSet {
 /// Ray scene over the patches themselves; hits report patch numbers. Coordinates as in the mesh.
 Result<RayScene> patch_scene(const PatchMesh& mesh);
 
-/// Follows light from just inside the apertures: a side is kept when rays from the air, or from a kept side, meet its
-/// plane from that side. Whole planes are kept or dropped, so a small patch that no test ray met is not lost.
+/// Follows light from just inside the apertures: a patch side is kept when rays from the air or from a kept side meet
+/// it. A side of a plane of which some other patch was met looks back with more rays before it is given up, so that a
+/// small patch is not lost; what lies under furniture or outdoors is.
 ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
                          const std::vector<Aperture>& apertures);
 

@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <exception>
+#include <limits>
 #include <mutex>
 
 #include <Iex.h>
@@ -19,6 +20,8 @@
 namespace daylit::detail {
 
 namespace {
+
+constexpr std::size_t kMaxChannels = 256; ///< the library buffers whole scan-line blocks of all channels
 
 class MemoryInput : public Imf::IStream {
 public:
@@ -65,31 +68,113 @@ std::uint32_t little_endian_32(const std::uint8_t* p) {
   return std::uint32_t{p[0]} | std::uint32_t{p[1]} << 8 | std::uint32_t{p[2]} << 16 | std::uint32_t{p[3]} << 24;
 }
 
-/// Position after a zero-terminated string of at most 255 characters, or 0.
-std::size_t skip_name(Bytes bytes, std::size_t position) {
-  for (std::size_t i = position; i < bytes.size() && i - position < 256; ++i)
-    if (bytes[i] == 0)
-      return i + 1;
-  return 0;
-}
+/// Reads a header without the library. What it refuses, the library would answer by allocating sizes from the file
+/// unchecked, or by running out of step with the attribute sizes (its fixed-size types ignore them).
+class HeaderWalk {
+public:
+  explicit HeaderWalk(Bytes bytes) : bytes_(bytes) {}
 
-/// Walks the attributes (name, type, size, value) of a single-part header. The library allocates an attribute of the
-/// stated size before it reads it, so a size beyond the end of the file must be refused first.
-bool attribute_sizes_fit(Bytes bytes) {
-  std::size_t position = 8;
-  while (position < bytes.size() && bytes[position] != 0) {
-    position = skip_name(bytes, position);
-    position = position ? skip_name(bytes, position) : 0;
-    if (!position || bytes.size() - position < 4)
-      return false;
-    const std::uint32_t size = little_endian_32(&bytes[position]);
-    position += 4;
-    if (size > bytes.size() - position)
-      return false;
-    position += size;
+  /// True when every attribute (name, type, size, value) of the single-part header has the size that its type says.
+  bool consistent() {
+    position_ = 8;
+    std::string name, type;
+    while (position_ < bytes_.size() && bytes_[position_] != 0) {
+      std::uint32_t size = 0;
+      if (!text(name) || !text(type) || !word(size) || size > bytes_.size() - position_)
+        return false;
+      if (!value_fits(type, bytes_.subspan(position_, size)))
+        return false;
+      position_ += size;
+    }
+    return position_ < bytes_.size();
   }
-  return position < bytes.size();
-}
+
+private:
+  bool text(std::string& out) {
+    const std::size_t begin = position_;
+    while (position_ < bytes_.size() && position_ - begin < 256)
+      if (bytes_[position_++] == 0) {
+        out.assign(bytes_.begin() + static_cast<std::ptrdiff_t>(begin),
+                   bytes_.begin() + static_cast<std::ptrdiff_t>(position_ - 1));
+        return true;
+      }
+    return false;
+  }
+
+  bool word(std::uint32_t& out) {
+    if (bytes_.size() - position_ < 4)
+      return false;
+    out = little_endian_32(&bytes_[position_]);
+    position_ += 4;
+    return true;
+  }
+
+  static bool value_fits(const std::string& type, Bytes value) {
+    static const std::pair<const char*, std::size_t> kFixed[] = {{"box2f", 16},
+                                                                 {"box2i", 16},
+                                                                 {"chromaticities", 32},
+                                                                 {"compression", 1},
+                                                                 {"deepImageState", 1},
+                                                                 {"double", 8},
+                                                                 {"envmap", 1},
+                                                                 {"float", 4},
+                                                                 {"int", 4},
+                                                                 {"keycode", 28},
+                                                                 {"m33d", 72},
+                                                                 {"m33f", 36},
+                                                                 {"m44d", 128},
+                                                                 {"m44f", 64},
+                                                                 {"lineOrder", 1},
+                                                                 {"rational", 8},
+                                                                 {"tiledesc", 9},
+                                                                 {"timecode", 8},
+                                                                 {"v2d", 16},
+                                                                 {"v2f", 8},
+                                                                 {"v2i", 8},
+                                                                 {"v3d", 24},
+                                                                 {"v3f", 12},
+                                                                 {"v3i", 12}};
+    for (const auto& [known, size] : kFixed)
+      if (type == known)
+        return value.size() == size;
+    if (type == "chlist")
+      return channels_fit(value);
+    if (type == "preview")
+      return value.size() >= 8 &&
+             std::uint64_t{little_endian_32(&value[0])} * little_endian_32(&value[4]) == (value.size() - 8) / 4;
+    if (type == "stringvector")
+      return strings_fit(value);
+    return type != "idmanifest"; // deep data only; it unpacks to a size of its own choice
+  }
+
+  /// (name, 16 bytes) entries and an empty name that ends exactly here.
+  static bool channels_fit(Bytes value) {
+    std::size_t position = 0;
+    while (position < value.size() && value[position] != 0) {
+      while (position < value.size() && value[position] != 0)
+        ++position;
+      position += 17;
+    }
+    return position + 1 == value.size();
+  }
+
+  static bool strings_fit(Bytes value) {
+    std::size_t position = 0;
+    while (position < value.size()) {
+      if (value.size() - position < 4)
+        return false;
+      const std::uint32_t length = little_endian_32(&value[position]);
+      position += 4;
+      if (length > value.size() - position)
+        return false;
+      position += length;
+    }
+    return true;
+  }
+
+  Bytes bytes_;
+  std::size_t position_ = 0;
+};
 
 /// Chunks (tiles, or scan lines at worst one by one) that the offset table must list, 8 bytes each.
 std::size_t minimum_chunks(const Imf::Header& header, std::size_t width, std::size_t height) {
@@ -104,9 +189,11 @@ std::size_t minimum_chunks(const Imf::Header& header, std::size_t width, std::si
 std::optional<Error> check_header(const Imf::Header& header, std::size_t file_bytes, const std::string& name) {
   const Imath::Box2i data = header.dataWindow();
   const long long width = 1ll + data.max.x - data.min.x, height = 1ll + data.max.y - data.min.y;
-  std::size_t bytes_per_texel = 0;
-  for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+  std::size_t bytes_per_texel = 0, channels = 0;
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c, ++channels)
     bytes_per_texel += c.channel().type == Imf::HALF ? 2 : 4;
+  if (channels > kMaxChannels)
+    return Error{ErrorCode::limit_exceeded, "more than 256 channels", name, "export the image with RGB channels only"};
   const bool lossy_dct = header.compression() == Imf::DWAA_COMPRESSION || header.compression() == Imf::DWAB_COMPRESSION;
   if (auto error = check_image_size(width, height, lossy_dct ? 1 : bytes_per_texel, file_bytes, name))
     return error;
@@ -187,7 +274,7 @@ void bound_library_allocations() {
   static std::once_flag once;
   std::call_once(once, [] {
     Imf::Header::setMaxImageSize(kMaxImageSide, kMaxImageSide);
-    Imf::Header::setMaxTileSize(8192, 8192);
+    Imf::Header::setMaxTileSize(4096, 4096);
   });
 }
 
@@ -205,7 +292,7 @@ Result<HdrFile> decode_exr(Bytes bytes, const std::string& name) {
   if (flags & 0x1800u)
     return Error{ErrorCode::file_malformed, "a deep or multi-part EXR file", name,
                  "export a flat single-part image with channels R, G, B"};
-  if (!attribute_sizes_fit(bytes))
+  if (!HeaderWalk(bytes).consistent())
     return damaged_file(name, "the EXR header is damaged");
   bound_library_allocations();
   try {

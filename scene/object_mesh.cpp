@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numbers>
 #include <numeric>
 
@@ -26,7 +27,7 @@ glm::dvec3 twice_area(const TriangleSoup& soup, std::uint32_t a, std::uint32_t b
 double worst_fan_area(const std::vector<SoupCorner>& corners, std::size_t start, const glm::dvec3& normal,
                       const TriangleSoup& soup) {
   const std::size_t n = corners.size();
-  double worst = INFINITY;
+  double worst = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i + 1 < n; ++i)
     worst =
         std::min(worst, glm::dot(normal, twice_area(soup, corners[start].position, corners[(start + i) % n].position,
@@ -46,7 +47,7 @@ bool append_polygon(const std::vector<SoupCorner>& corners, Rgb reflectance, Tri
     for (std::size_t i = 1; i + 1 < n; ++i)
       normal += twice_area(soup, corners[0].position, corners[i].position, corners[i + 1].position);
     const std::size_t candidates = std::min<std::size_t>(n, 256);
-    double best = -INFINITY;
+    double best = -std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < candidates; ++i) {
       const double worst = worst_fan_area(corners, i, normal, soup);
       if (worst > best)

@@ -5,61 +5,16 @@
 #include <vector>
 
 #include "sh/detail/check.h"
+#include "sh/detail/difference_table.h"
 #include "sh/detail/kernels.h"
 #include "sh/detail/legendre_engine.h"
 
 namespace daylit::sh {
 namespace {
 
-inline bool any(bool b) { return b; }
-#include "sh/detail/difference_recurrence.h"
-
-/// a, b, q of one order, each count + 1 long, index i for degree m + i; index 0 is unused.
-template <class T>
-struct DifferenceTable {
-  std::vector<T> a, b, q;
-
-  void build(int m, int count) {
-    for (auto* v : {&a, &b, &q})
-      v->assign(std::size_t(count) + 1, T(0));
-    const double m2 = 4.0 * double(m) * m - 1.0;
-    double before = 0.0, d_before = 0.0;
-    for (int i = 1; i < count; ++i) {
-      const double d = double(i) * (2.0 * m + i), now = std::sqrt(4.0 + m2 / d);
-      const std::size_t k = std::size_t(i);
-      a[k] = T(now);
-      if (i == 1) {
-        q[k] = T(now - 1.0);
-      } else {
-        const double b_less_1 = -m2 * (2.0 * (m + i) - 1.0) / (d * d_before) / (before * (now + before));
-        b[k] = T(1.0 + b_less_1);
-        q[k] = T(m2 / d / (now + 2.0) - b_less_1);
-      }
-      before = now;
-      d_before = d;
-    }
-  }
-};
-
-template <class T>
-constexpr double unit_tolerance() {
-  return sizeof(T) == sizeof(float) ? double(kUnitToleranceFloat) : kUnitTolerance;
-}
-
-/// Polar coordinates without cancellation at the poles; false when the direction is not of unit length.
-template <class T>
-bool polar(double x, double y, double z, Directions<T>& out) {
-  const double length = std::sqrt(x * x + y * y + z * z);
-  if (!(std::abs(length - 1.0) <= unit_tolerance<T>()))
-    return false;
-  const double s = std::hypot(x, y) / length, h = std::abs(z) / length;
-  out.mu = T(s * s / (1.0 + h));
-  out.sine = T(s);
-  out.hemisphere = z < 0.0 ? T(-1) : T(1);
-  out.cosine1 = s > 0.0 ? T(x / (s * length)) : T(1);
-  out.sine1 = s > 0.0 ? T(y / (s * length)) : T(0);
-  return true;
-}
+using detail::DifferenceTable;
+using detail::Directions;
+using detail::polar;
 
 Error not_unit(std::size_t index, double x, double y, double z, const char* where) {
   return {ErrorCode::not_a_unit_direction,
@@ -82,12 +37,13 @@ Expected<void> evaluate_one(int degree, const glm::vec<3, T>& v, std::span<T> ou
   DifferenceTable<T> table;
   for (int m = 0; m <= degree; ++m) {
     table.build(m, degree - m + 1);
-    advance_order<T>(d, m, T(detail::sectoral_factor(m)));
-    evaluate_order<T, T>(d, m, table.a.data(), table.b.data(), table.q.data(), degree - m + 1, [&](int i, T c, T s) {
-      const std::ptrdiff_t l = m + i, centre = l * l + l;
-      out[std::size_t(centre - m)] = s;
-      out[std::size_t(centre + m)] = c;
-    });
+    detail::advance_order<T>(d, m, T(detail::sectoral_factor(m)));
+    detail::evaluate_order<T, T>(d, m, table.a.data(), table.b.data(), table.q.data(), degree - m + 1,
+                                 [&](int i, T c, T s) {
+                                   const std::ptrdiff_t l = m + i, centre = l * l + l;
+                                   out[std::size_t(centre - m)] = s;
+                                   out[std::size_t(centre + m)] = c;
+                                 });
   }
   return {};
 }
@@ -161,6 +117,33 @@ Expected<void> evaluate(int degree, const glm::dvec3& direction, std::span<doubl
 Expected<void> evaluate(int degree, const glm::vec3& direction, std::span<float> out) {
   return evaluate_one<float>(degree, direction, out);
 }
+Expected<void> evaluate_order(int order, int degree, const glm::dvec3& direction, std::span<double> cosine_part,
+                              std::span<double> sine_part) {
+  constexpr const char* where = "evaluate_order";
+  if (const auto ok = detail::check_degree(degree, where); !ok)
+    return ok;
+  if (order < 0 || order > degree)
+    return Error{ErrorCode::parameter_out_of_range,
+                 "order is " + std::to_string(order) + ", must be 0 to " + std::to_string(degree), where};
+  const int count = degree - order + 1;
+  for (const auto part : {cosine_part, sine_part})
+    if (const auto ok = detail::check_count(part.size(), std::size_t(count), "values", where); !ok)
+      return ok;
+  Directions<double> d{};
+  if (!polar<double>(direction.x, direction.y, direction.z, d))
+    return not_unit(0, direction.x, direction.y, direction.z, where);
+  for (int m = 0; m <= order; ++m)
+    detail::advance_order<double>(d, m, detail::sectoral_factor(m));
+  DifferenceTable<double> table;
+  table.build(order, count);
+  detail::evaluate_order<double, double>(d, order, table.a.data(), table.b.data(), table.q.data(), count,
+                                         [&](int i, double c, double s) {
+                                           cosine_part[std::size_t(i)] = c;
+                                           sine_part[std::size_t(i)] = s;
+                                         });
+  return {};
+}
+
 Expected<void> evaluate_batch(int degree, std::span<const double> x, std::span<const double> y,
                               std::span<const double> z, std::span<double> out) {
   return evaluate_many<double>(degree, x, y, z, out);

@@ -28,7 +28,12 @@ inline constexpr float kUnitToleranceFloat = 1e-4f;
 Expected<void> evaluate(int degree, const glm::dvec3& direction, std::span<double> out);
 Expected<void> evaluate(int degree, const glm::vec3& direction, std::span<float> out);
 
-/// The same for many directions given as arrays: index i of direction k goes to out[i * x.size() + k].
+/// One order m >= 0, degrees m .. degree: cosine_part[i] = Y_{m+i,m}, sine_part[i] = Y_{m+i,-m} (for m = 0 the sine
+/// part is 0). Memory O(degree), where all harmonics of a high degree would not fit.
+Expected<void> evaluate_order(int order, int degree, const glm::dvec3& direction, std::span<double> cosine_part,
+                              std::span<double> sine_part);
+
+/// evaluate() for many directions given as arrays: index i of direction k goes to out[i * x.size() + k].
 Expected<void> evaluate_batch(int degree, std::span<const double> x, std::span<const double> y,
                               std::span<const double> z, std::span<double> out);
 Expected<void> evaluate_batch(int degree, std::span<const float> x, std::span<const float> y, std::span<const float> z,

@@ -1,7 +1,6 @@
 #include "runtime/light/relight.h"
 
 #include <algorithm>
-#include <atomic>
 #include <numbers>
 
 #include <glm/common.hpp>
@@ -26,22 +25,28 @@ Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, cons
   return glm::max(reflectance * sum * std::numbers::inv_pi_v<float>, Rgb(0.0f));
 }
 
-IndirectLight relight_vertices(const LightFieldSampler& sampler, const LightField& field,
-                               std::span<const glm::dvec3> positions, std::span<const TransferVector> world_transfer,
-                               std::span<const Rgb> reflectance) {
-  IndirectLight light{std::vector<Rgb>(positions.size(), Rgb(0.0f)), 0};
-  std::atomic<std::size_t> outside{0};
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 256), [&](const auto& range) {
+std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions) {
+  std::vector<VertexProbes> probes(positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i)
+      probes[i].count = sampler.weights(positions[i], probes[i].probe, probes[i].weight);
+  });
+  return probes;
+}
+
+std::vector<Rgb> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
+                                  std::span<const TransferVector> world_transfer, std::span<const Rgb> reflectance) {
+  std::vector<Rgb> radiance(probes.size(), Rgb(0.0f));
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, probes.size(), 256), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const auto coefficients = sampler.sample(field, positions[i]);
-      if (coefficients)
-        light.radiance[i] = reflected_radiance(*coefficients, world_transfer[i], reflectance[i]);
-      else
-        outside.fetch_add(1, std::memory_order_relaxed);
+      Sh9Rgb light{};
+      for (int k = 0; k < probes[i].count; ++k)
+        for (int c = 0; c < 9; ++c)
+          light[c] += probes[i].weight[k] * field.probe[probes[i].probe[k]][c];
+      radiance[i] = reflected_radiance(light, world_transfer[i], reflectance[i]);
     }
   });
-  light.outside = outside.load();
-  return light;
+  return radiance;
 }
 
 } // namespace daylit

@@ -2,6 +2,8 @@
 
 // Indirect light: region radiances to probes, probes to object vertices (Grosch et al. 2007, sections 6.2 and 6.3).
 
+#include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -19,14 +21,17 @@ std::vector<TransferVector> rotate_transfer(std::span<const TransferVector> tran
 /// rho/pi sum_lm L_lm C_lm, never below zero: nine coefficients can ring negative, radiance cannot.
 Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& world_transfer, const Rgb& reflectance);
 
-struct IndirectLight {
-  std::vector<Rgb> radiance; ///< reflected, per vertex
-  std::size_t outside = 0;   ///< vertices with no light field (outside the room, inside furniture): they are dark
+/// Which probes light each vertex: found once per placement of the object, because it costs visibility rays.
+struct VertexProbes {
+  std::array<std::uint32_t, 8> probe{};
+  std::array<float, 8> weight{};
+  int count = 0; ///< 0: no light field there (outside the room, inside furniture): the vertex gets no indirect light
 };
+/// Positions in world metres.
+std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions);
 
-/// All spans have one entry per vertex; positions in world metres.
-IndirectLight relight_vertices(const LightFieldSampler& sampler, const LightField& field,
-                               std::span<const glm::dvec3> positions, std::span<const TransferVector> world_transfer,
-                               std::span<const Rgb> reflectance);
+/// Reflected indirect radiance per vertex; all spans have one entry per vertex.
+std::vector<Rgb> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
+                                  std::span<const TransferVector> world_transfer, std::span<const Rgb> reflectance);
 
 } // namespace daylit

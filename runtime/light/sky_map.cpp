@@ -145,7 +145,8 @@ void SkyResampler::resample(const SkyImage& sky, const DetectedSun* sun, SkyMap&
       for (std::uint32_t k = first_pixel_[t]; k != first_pixel_[t + 1]; ++k) {
         const std::uint32_t pixel = covering_pixel_[k];
         const float w = pixel == kFill ? 1.0f : std::max(sky.solid_angle_sr()[pixel], 1e-12f);
-        sum += w * (pixel == kFill ? sky.fill_radiance() : radiance(pixel));
+        sum += w * (pixel == kFill ? (2 * t < map.radiance.size() ? sky.sky_fill_radiance() : sky.fill_radiance())
+                                   : radiance(pixel));
         weight += w;
       }
       map.radiance[t] = sum / weight;

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <numbers>
+#include <numeric>
 
 #include <glm/geometric.hpp>
 #include <tbb/blocked_range.h>
@@ -17,10 +19,6 @@
 namespace daylit {
 
 namespace {
-
-// A direction this close to the tangent plane of the smooth normal may dip below a coarse mesh's own facets and leave
-// through its far side: a hit on the back of a face is then no occluder.
-constexpr float kGrazingCosine = 0.4f;
 
 double radical_inverse_2(std::uint32_t i) {
   i = (i << 16) | (i >> 16);
@@ -41,26 +39,66 @@ std::vector<glm::dvec3> cosine_directions(int count) {
   return directions;
 }
 
+/// Unit normals of the faces around each vertex position, turned to the vertex's side. Vertices that share a position
+/// (at seams) share their faces.
+class IncidentFaces {
+public:
+  explicit IncidentFaces(const ObjectMesh& mesh) : group_(mesh.positions.size()) {
+    std::vector<std::uint32_t> order(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0u);
+    const auto key = [&](std::uint32_t v) {
+      const glm::vec3& p = mesh.positions[v];
+      return std::array{p.x, p.y, p.z};
+    };
+    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    std::uint32_t groups = 0;
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      groups += k > 0 && key(order[k]) != key(order[k - 1]);
+      group_[order[k]] = groups;
+    }
+    faces_.resize(order.empty() ? 0 : groups + 1);
+    for (const auto& t : mesh.triangles) {
+      const glm::vec3 n =
+          glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
+      if (const float length = glm::length(n); length > 0.0f)
+        for (const std::uint32_t v : t)
+          faces_[group_[v]].push_back(n / length);
+    }
+  }
+
+  /// The direction dips below a face that meets at this vertex.
+  bool dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const {
+    const auto& faces = faces_[group_[vertex]];
+    return std::any_of(faces.begin(), faces.end(),
+                       [&](const glm::vec3& n) { return glm::dot(n, w) * glm::dot(n, normal) < 0.0f; });
+  }
+
+private:
+  std::vector<std::uint32_t> group_;
+  std::vector<std::vector<glm::vec3>> faces_;
+};
+
 struct Occluder {
   const ObjectMesh* mesh;
   RayScene scene;
+  IncidentFaces incident;
 
-  bool blocks(const glm::vec3& origin, const glm::vec3& w, float cosine) const {
+  /// A direction above the smooth normal's tangent plane may dip below a coarse mesh's own facets and leave through its
+  /// far side: that hit, on the back of a face, is no occluder.
+  bool blocks(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w) const {
     RayHit hit;
-    const float offset = scene.surface_offset();
-    if (!scene.closest(origin, w, offset, std::numeric_limits<float>::infinity(), hit))
+    if (!scene.closest(origin, w, scene.surface_offset(), std::numeric_limits<float>::infinity(), hit))
       return false;
-    if (cosine > kGrazingCosine)
-      return true;
     const auto& t = mesh->triangles[hit.triangle];
     const glm::vec3 a = mesh->positions[t[0]];
     const glm::vec3 face = glm::cross(mesh->positions[t[1]] - a, mesh->positions[t[2]] - a);
-    return glm::dot(face, w) < 0.0f;
+    return glm::dot(face, w) < 0.0f || !incident.dips_below(vertex, normal, w);
   }
 };
 
-TransferVector vertex_transfer(const Occluder& occluder, const glm::dvec3& position, const glm::dvec3& normal,
+TransferVector vertex_transfer(const Occluder& occluder, std::uint32_t vertex,
                                const std::vector<glm::dvec3>& directions) {
+  const glm::dvec3 position(occluder.mesh->positions[vertex]), normal(occluder.mesh->normals[vertex]);
   const OrthonormalBasis basis(normal);
   std::array<double, 9> sum = sh::evaluate9(normal);
   for (int i = 0; i < 9; ++i)
@@ -69,7 +107,7 @@ TransferVector vertex_transfer(const Occluder& occluder, const glm::dvec3& posit
   const glm::vec3 origin = occluder.scene.to_local(position) + occluder.scene.surface_offset() * glm::vec3(normal);
   for (const glm::dvec3& d : directions) {
     const glm::dvec3 w = d.x * basis.u + d.y * basis.v + d.z * normal;
-    if (!occluder.blocks(origin, glm::vec3(w), static_cast<float>(d.z)))
+    if (!occluder.blocks(vertex, origin, glm::vec3(normal), glm::vec3(w)))
       continue;
     const std::array<double, 9> y = sh::evaluate9(w);
     for (int i = 0; i < 9; ++i)
@@ -88,12 +126,12 @@ Result<std::vector<TransferVector>> compute_transfer(const ObjectMesh& mesh, con
   Result<RayScene> scene = RayScene::build(positions, mesh.triangles);
   if (!scene)
     return scene.error();
-  const Occluder occluder{&mesh, std::move(*scene)};
+  const Occluder occluder{&mesh, std::move(*scene), IncidentFaces(mesh)};
   const std::vector<glm::dvec3> directions = cosine_directions(std::max(settings.rays_per_vertex, 1));
   std::vector<TransferVector> transfer(mesh.positions.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i)
-      transfer[i] = vertex_transfer(occluder, positions[i], glm::dvec3(mesh.normals[i]), directions);
+      transfer[i] = vertex_transfer(occluder, static_cast<std::uint32_t>(i), directions);
   });
   return transfer;
 }

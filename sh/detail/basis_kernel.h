@@ -26,3 +26,29 @@ void evaluate_order_batch(BatchState<T>& state, const OrderRow<T>& row, T* out, 
     });
   }
 }
+
+/// Adds one order of coefficients to the band values of every direction: values[vector][degree][channel][lane] +=
+/// c_{l,m} Y_lm + c_{l,-m} Y_l,-m. `pairs`: (c_{l,m}, c_{l,-m}) per degree from m and channel.
+void add_band_values(BatchState<double>& state, const OrderRow<double>& row, const double* pairs, int channels,
+                     double* values) {
+  const std::size_t degrees = std::size_t(row.order + row.count), c_count = std::size_t(channels);
+  for (std::size_t start = 0; start < state.count; start += kLanes) {
+    using V = Wide<double>::Type;
+    Directions<V> d{};
+    V* const fields[9] = {&d.mu,       &d.sine,         &d.hemisphere, &d.cosine1, &d.sine1,
+                          &d.sectoral, &d.sectoral_exp, &d.cosine_m,   &d.sine_m};
+    for (int k = 0; k < 9; ++k)
+      __builtin_memcpy(fields[k], state.field[k] + start, sizeof(V));
+    advance_order<double>(d, row.order, row.sectoral_factor);
+    for (int k = 5; k < 9; ++k)
+      __builtin_memcpy(state.field[k] + start, fields[k], sizeof(V));
+    double* out = values + (start * degrees + std::size_t(row.order) * kLanes) * c_count;
+    evaluate_order<double, V>(d, row.order, row.a, row.b, row.q, row.count, [&](int i, V c, V s) {
+      for (std::size_t k = 0; k < c_count; ++k) {
+        const double* pair = pairs + (std::size_t(i) * c_count + k) * 2;
+        double* to = out + (std::size_t(i) * c_count + k) * kLanes;
+        store(to, load(to) + c * pair[0] + s * pair[1]);
+      }
+    });
+  }
+}

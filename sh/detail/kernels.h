@@ -141,7 +141,18 @@ struct Kernels {
   void (*evaluate_order_f32)(BatchState<float>&, const OrderRow<float>&, float* out, std::size_t plane_stride);
   void (*evaluate_order_f64)(BatchState<double>&, const OrderRow<double>&, double* out, std::size_t plane_stride);
 
+  /// Band values of a batch, one order at a time: values[vector][degree][channel][lane] += c Y (basis_kernel.h).
+  void (*add_band_values)(BatchState<double>&, const OrderRow<double>&, const double* pairs, int channels,
+                          double* values);
+
   void (*rotate_columns)(const RotationColumns&);
+
+  /// One direction per lane: values[channel] = Re sum_m amplitude_m exp(i m phi), and its adjoint, which adds.
+  /// `row_stride` doubles lie between channels; cosine and sine are those of phi.
+  void (*sum_orders)(const double* row, std::size_t row_stride, int channels, int count, const double* cosine,
+                     const double* sine, double* values);
+  void (*add_orders)(double* row, std::size_t row_stride, int channels, int count, const double* cosine,
+                     const double* sine, const double* values);
 };
 
 /// The widest set this processor runs; never changes during the life of the process.

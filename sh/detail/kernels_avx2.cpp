@@ -10,6 +10,7 @@ namespace daylit::sh::detail {
 namespace {
 #include "sh/detail/vector.h"
 
+#include "sh/detail/azimuth_kernel.h"
 #include "sh/detail/basis9_kernel.h"
 
 #include "sh/detail/basis_kernel.h"
@@ -40,5 +41,8 @@ const Kernels kKernelsAvx2 = {"avx2",
                               evaluate9<double>,
                               evaluate_order_batch<float>,
                               evaluate_order_batch<double>,
-                              rotate_columns};
+                              add_band_values,
+                              rotate_columns,
+                              sum_orders,
+                              add_orders};
 } // namespace daylit::sh::detail

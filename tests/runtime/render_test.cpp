@@ -52,7 +52,8 @@ TEST(Renderer, explore) {
   ASSERT_TRUE(renderer->set_lights(lights));
   auto t0 = std::chrono::steady_clock::now();
   const auto open = open_sky_irradiance(pyramid, cells, object.positions, object.normals);
-  std::printf("open %.2f ms for %zu\n", 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - t0).count(), open.size());
+  std::printf("open %.2f ms for %zu\n",
+              1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - t0).count(), open.size());
   ASSERT_TRUE(renderer->set_vertex_light(std::vector<Rgb>(open.size(), Rgb(0)), open));
   for (int k = 0; k < 3; ++k) {
     auto f = renderer->draw();
@@ -74,7 +75,8 @@ TEST(Renderer, explore) {
   std::vector<ApertureCell> fine;
   for (int i = 0; i < 64; ++i)
     for (int j = 0; j < 48; ++j)
-      fine.push_back({{1.2 + 1.6 * (i + .5) / 64, 5, 0.9 + 1.2 * (j + .5) / 48}, {0, -1, 0}, 1.6 * 1.2 / 64 / 48, 1, Rgb(1)});
+      fine.push_back(
+          {{1.2 + 1.6 * (i + .5) / 64, 5, 0.9 + 1.2 * (j + .5) / 48}, {0, -1, 0}, 1.6 * 1.2 / 64 / 48, 1, Rgb(1)});
   double gt2 = 0, gx2 = 0, tx2 = 0, mx = 0, n = 0, ob = 0, lt2 = 0, lx2 = 0, lm = 0, lref = 0;
   std::vector<glm::vec4> err(frame->object.size(), glm::vec4(0)), ltruth = err;
   for (int y = 0; y < 496; y += 5)
@@ -86,7 +88,8 @@ TEST(Renderer, explore) {
           object_rays.closest(object_rays.to_local(camera.eye()), glm::vec3(d), 0, 100, hit)) {
         const auto& t = object.triangles[hit.triangle];
         const glm::dvec3 p = camera.eye() + d * double(hit.distance);
-        const glm::dvec3 nn = glm::normalize(glm::dvec3(object.normals[t[0]] * (1 - hit.u - hit.v) + object.normals[t[1]] * hit.u + object.normals[t[2]] * hit.v));
+        const glm::dvec3 nn = glm::normalize(glm::dvec3(object.normals[t[0]] * (1 - hit.u - hit.v) +
+                                                        object.normals[t[1]] * hit.u + object.normals[t[2]] * hit.v));
         const Rgb e = reference.estimate(lights, pyramid, cells, p, nn).with;
         const Rgb exact = reference.exact(pyramid, fine, lights.sun, p, nn).with;
         const double g = frame->object[i].y / 0.5 * 3.14159265, ee = e.y, x2 = exact.y;
@@ -105,7 +108,9 @@ TEST(Renderer, explore) {
           nn = -nn;
         const auto e = reference.estimate(lights, pyramid, cells, p, nn);
         const auto exact = reference.exact(pyramid, fine, lights.sun, p, nn);
-        const double g = frame->lost_sky[i].y * open_sky_irradiance(pyramid, cells, p, nn).y + (sun ? frame->room[i].z * sun->normal_irradiance.y : 0), ee = e.without.y - e.with.y, x2 = exact.without.y - exact.with.y;
+        const double g = frame->lost_sky[i].y * open_sky_irradiance(pyramid, cells, p, nn).y +
+                         (sun ? frame->room[i].z * sun->normal_irradiance.y : 0),
+                     ee = e.without.y - e.with.y, x2 = exact.without.y - exact.with.y;
         ltruth[i] = glm::vec4(g, ee, x2, 0);
         if (x2 > 0.02 * exact.without.y) {
           lt2 += (g - ee) * (g - ee);
@@ -117,7 +122,8 @@ TEST(Renderer, explore) {
     }
   mx /= n;
   std::printf("object: mean %.4f  GL-twin %.2f%%  GL-exact %.2f%%  twin-exact %.2f%%  bias %.2f%% n=%g\n", mx,
-              100 * std::sqrt(gt2 / n) / mx, 100 * std::sqrt(gx2 / n) / mx, 100 * std::sqrt(tx2 / n) / mx, 100 * ob / n / mx, n);
+              100 * std::sqrt(gt2 / n) / mx, 100 * std::sqrt(gx2 / n) / mx, 100 * std::sqrt(tx2 / n) / mx,
+              100 * ob / n / mx, n);
   std::printf("shadow: GL-twin %.2f%%  GL-exact %.2f%% of without n=%g\n", 100 * std::sqrt(lt2 / lm) / (lref / lm),
               100 * std::sqrt(lx2 / lm) / (lref / lm), lm);
   write_pfm(DAYLIT_BINARY_DIR "/err.pfm", 512, 496, err);

@@ -26,9 +26,7 @@ inline void add_quad(Room& room, const glm::dvec3& a, const glm::dvec3& b, const
 }
 
 inline void add_block(Room& room, const glm::dvec3& lo, const glm::dvec3& hi, std::uint32_t material) {
-  const auto p = [&](int x, int y, int z) {
-    return glm::dvec3(x ? hi.x : lo.x, y ? hi.y : lo.y, z ? hi.z : lo.z);
-  };
+  const auto p = [&](int x, int y, int z) { return glm::dvec3(x ? hi.x : lo.x, y ? hi.y : lo.y, z ? hi.z : lo.z); };
   add_quad(room, p(0, 0, 0), p(1, 0, 0), p(1, 0, 1), p(0, 0, 1), material);
   add_quad(room, p(1, 0, 0), p(1, 1, 0), p(1, 1, 1), p(1, 0, 1), material);
   add_quad(room, p(1, 1, 0), p(0, 1, 0), p(0, 1, 1), p(1, 1, 1), material);

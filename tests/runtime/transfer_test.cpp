@@ -1,1 +1,111 @@
+#include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "runtime/object/transfer.h"
+#include "scene/atomic_file.h"
+#include "sh/sh9.h"
+#include "test_scene.h"
+
+namespace daylit {
+namespace {
+
+std::filesystem::path scratch_folder() {
+  const auto folder = std::filesystem::path(DAYLIT_BINARY_DIR) / "scratch" /
+                      ::testing::UnitTest::GetInstance()->current_test_info()->name();
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+TEST(Transfer, a_convex_object_has_the_unshadowed_vector) {
+  // C_lm = A_l Y_lm(n): no ray may be blocked, although the facets lie below the smooth normals' tangent planes.
+  const ObjectMesh sphere = test::torus(0.0f, 0.2f, 16, 8);
+  const auto transfer = compute_transfer(sphere);
+  ASSERT_TRUE(transfer);
+  for (std::size_t i = 0; i < sphere.positions.size(); ++i) {
+    const auto y = sh::evaluate9<double>(glm::dvec3(sphere.normals[i]));
+    for (int c = 0; c < 9; ++c)
+      EXPECT_NEAR((*transfer)[i][c], sh::kClampedCosine9<double>[c] * y[c], 1e-6) << "vertex " << i;
+  }
+}
+
+// The wall's front faces away from the vertex: shells block from both sides.
+TEST(Transfer, a_wall_beside_a_vertex_takes_half_of_its_light) {
+  // A floor vertex at the foot of an infinite wall sees the half space x < 0: with Y_00 constant, half of pi Y_00 is
+  // left; Y_11 ~ x keeps the integral over x < 0 of its odd part, - c1 integral over a quarter sphere cos x = - c1 2/3.
+  ObjectMesh mesh;
+  mesh.positions = {{0, 0, 0}, {0.001f, -20, -1}, {0.001f, 20, -1}, {0.001f, 0, 40}};
+  mesh.normals = {{0, 0, 1}, {-1, 0, 0}, {-1, 0, 0}, {-1, 0, 0}};
+  mesh.reflectance.assign(4, Rgb(0.5f));
+  mesh.triangles = {{1, 3, 2}};
+  const auto transfer = compute_transfer(mesh, {4096});
+  ASSERT_TRUE(transfer);
+  EXPECT_NEAR((*transfer)[0][0], 0.5 * std::numbers::pi * 0.28209479, 0.01);
+  EXPECT_NEAR((*transfer)[0][3], -0.48860251 * 2.0 / 3.0, 0.01);
+}
+
+TEST(Transfer, a_torus_shadows_its_own_inside) {
+  const ObjectMesh mesh = test::torus(0.15f, 0.06f);
+  const auto transfer = compute_transfer(mesh);
+  ASSERT_TRUE(transfer);
+  const float open = std::numbers::pi_v<float> * 0.28209479f;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const float c = (*transfer)[i][0];
+    EXPECT_LE(c, open * 1.0001f);
+    const glm::vec2 outward = glm::normalize(glm::vec2(mesh.positions[i]));
+    const float faces_out = glm::dot(outward, glm::vec2(mesh.normals[i]));
+    if (faces_out > 0.99f) {
+      EXPECT_NEAR(c, open, 1e-4f);
+    }
+    if (faces_out < -0.99f) {
+      EXPECT_LT(c, 0.8f * open);
+    }
+  }
+}
+
+TEST(TransferFile, a_second_run_reads_what_the_first_computed) {
+  const auto folder = scratch_folder();
+  const ObjectMesh mesh = test::torus(0.15f, 0.06f, 12, 8);
+  const auto first = cached_transfer(mesh, folder, "torus"), second = cached_transfer(mesh, folder, "torus");
+  ASSERT_TRUE(first && second);
+  EXPECT_FALSE(first->from_cache);
+  EXPECT_TRUE(second->from_cache);
+  EXPECT_EQ(first->transfer, second->transfer);
+}
+
+TEST(TransferFile, a_changed_mesh_has_another_key) {
+  ObjectMesh mesh = test::torus(0.15f, 0.06f, 12, 8);
+  const std::string key = transfer_key(mesh);
+  mesh.positions[5].x += 1e-6f;
+  EXPECT_NE(transfer_key(mesh), key);
+}
+
+TEST(TransferFile, damage_is_refused_and_computed_again) {
+  const auto folder = scratch_folder();
+  const ObjectMesh mesh = test::torus(0.15f, 0.06f, 12, 8);
+  const std::string key = transfer_key(mesh);
+  const auto path = folder / ("torus-" + key + ".transfer");
+  ASSERT_TRUE(cached_transfer(mesh, folder, "torus"));
+  const auto good = *read_whole_file(path);
+  const auto damaged = [&](std::vector<std::uint8_t> bytes) {
+    const std::span<const std::byte> part = std::as_bytes(std::span<const std::uint8_t>(bytes));
+    EXPECT_TRUE(write_file_atomically(path, std::span(&part, 1)));
+    return read_transfer(path, key, mesh.positions.size());
+  };
+  for (const std::size_t at : {std::size_t{0}, std::size_t{8}, std::size_t{12}, std::size_t{16}, std::size_t{24},
+                               std::size_t{40}, std::size_t{60}, good.size() - 1}) {
+    auto bytes = good;
+    bytes[at] ^= 0x40;
+    EXPECT_FALSE(damaged(bytes)) << "byte " << at;
+  }
+  EXPECT_FALSE(damaged({good.begin(), good.end() - 3}));
+  EXPECT_FALSE(damaged({}));
+  const auto again = cached_transfer(mesh, folder, "torus");
+  ASSERT_TRUE(again);
+  EXPECT_FALSE(again->from_cache);
+  EXPECT_FALSE(again->note.empty());
+}
+
+} // namespace
+} // namespace daylit

@@ -47,7 +47,7 @@ TEST(DirectSky, uniform_sky_through_a_hole_is_pi_times_the_view_factor) {
   for (const double distance : {0.05, 0.5, 2.0, 4.9}) {
     // Facing the hole from its middle axis: four corner factors of 1 x 0.5.
     const double expected = 2.0 * kPi * 4.0 * corner_factor(1.0, 0.5, distance);
-    EXPECT_NEAR(direct.irradiance({2, distance, 1.5}, {0, -1, 0}).g / expected, 1.0, 1e-3) << distance;
+    EXPECT_NEAR(glm::dvec3(direct.irradiance({2, distance, 1.5}, {0, -1, 0})).g / expected, 1.0, 1e-3) << distance;
   }
   EXPECT_EQ(direct.irradiance({2, 2, 1.5}, {0, 1, 0}), Rgb(0.0f)) << "facing away";
 }
@@ -58,7 +58,8 @@ TEST(DirectSky, furniture_hides_its_share) {
   const Case c(b.room);
   const SkyImage sky = equirect(64, [](const glm::dvec3&) { return Rgb(1.0f); });
   const DirectSky direct(c.openings, c.scene, sky);
-  EXPECT_NEAR(direct.irradiance({2, 2, 1.5}, {0, -1, 0}).g / (kPi * 2.0 * corner_factor(1.0, 0.5, 2.0)), 1.0, 5e-3);
+  EXPECT_NEAR(glm::dvec3(direct.irradiance({2, 2, 1.5}, {0, -1, 0})).g / (kPi * 2.0 * corner_factor(1.0, 0.5, 2.0)),
+              1.0, 5e-3);
 }
 
 TEST(DirectSky, panes_multiply_and_light_is_counted_once) {
@@ -69,7 +70,7 @@ TEST(DirectSky, panes_multiply_and_light_is_counted_once) {
   const Case c(b.room);
   ASSERT_EQ(c.openings.size(), 2u);
   const SkyImage sky = equirect(64, [](const glm::dvec3&) { return Rgb(1.0f); });
-  const Rgb e = DirectSky(c.openings, c.scene, sky).irradiance({2, 4, 1.5}, {0, -1, 0});
+  const glm::dvec3 e(DirectSky(c.openings, c.scene, sky).irradiance({2, 4, 1.5}, {0, -1, 0}));
   const double open = kPi * 4.0 * corner_factor(1.0, 0.5, 4.0);
   EXPECT_NEAR(e.r / open, 0.25, 0.25 * 0.02); // rays that miss the second pane at its rim pass one only
   EXPECT_NEAR(e.b / open, 0.49, 0.49 * 0.02);
@@ -84,8 +85,8 @@ TEST(DirectSky, sun_of_one_texel_keeps_its_energy) {
   image.texels[texel] = Rgb(1e5f);
   const SkyImage sky = *SkyImage::make(image, EquirectProjection{});
   const glm::dvec3 p(2, 2, 1.5), n(0, -1, 0);
-  const double before = DirectSky(c.openings, c.scene, plain).irradiance(p, n).g;
-  const double after = DirectSky(c.openings, c.scene, sky).irradiance(p, n).g;
+  const double before = glm::dvec3(DirectSky(c.openings, c.scene, plain).irradiance(p, n)).g;
+  const double after = glm::dvec3(DirectSky(c.openings, c.scene, sky).irradiance(p, n)).g;
   const glm::dvec3 centre = *sky.direction({static_cast<double>(texel % 512), static_cast<double>(texel / 512)});
   const double expected = 1e5 * static_cast<double>(sky.solid_angle_sr()[texel]) * glm::dot(centre, n);
   EXPECT_NEAR((after - before) / expected, 1.0, 2e-3);

@@ -1,0 +1,162 @@
+// daylit-probe: light at points of a room, from its volume and a sky. Needs neither CGAL nor the radiosity solver.
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <numbers>
+#include <optional>
+
+#include <CLI/CLI.hpp>
+#include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
+
+#include "precompute/probe_text.h"
+#include "scene/direct_sky.h"
+#include "scene/program.h"
+#include "scene/sky_image.h"
+#include "scene/sky_partition.h"
+#include "scene/volume_file.h"
+
+namespace {
+
+using namespace daylit;
+using namespace daylit::precompute;
+
+constexpr std::size_t kBlock_lines = 4096;
+
+struct Arguments {
+  std::filesystem::path volume, sky;
+  std::string projection = "equirect";
+  double sky_rotation_deg = 0;
+  std::vector<double> forward{1, 0, 0}, sky_up{0, 0, 1};
+  double ground_albedo = -1;
+  bool coefficients = false, total = false, info = false, quiet = false, json = false;
+  int threads = 0;
+};
+
+Result<SkyImage> read_sky(const Arguments& a) {
+  const glm::dvec3 forward(a.forward[0], a.forward[1], a.forward[2]), up(a.sky_up[0], a.sky_up[1], a.sky_up[2]);
+  const Result<SkyProjection> projection =
+      parse_projection(a.projection, a.sky_rotation_deg * std::numbers::pi / 180.0, forward, up);
+  if (!projection)
+    return projection.error();
+  GroundFill ground;
+  if (a.ground_albedo >= 0)
+    ground = {GroundFill::Kind::albedo, static_cast<float>(a.ground_albedo)};
+  return daylit::read_sky(a.sky, *projection, ground);
+}
+
+/// Everything that one point needs; queries are thread-safe.
+struct Probe {
+  LightField field;
+  LightFieldSampler sampler;
+  std::optional<DirectSky> direct;
+
+  std::optional<Rgb> irradiance_at(const ProbePoint& at) const {
+    const std::optional<Sh9Rgb> sh = sampler.sample(field, at.position);
+    if (!sh)
+      return std::nullopt;
+    const Rgb indirect = irradiance(*sh, glm::vec3(at.normal));
+    return direct ? indirect + direct->irradiance(at.position, at.normal) : indirect;
+  }
+};
+
+/// Answers the lines of stdin in order, in blocks; a block ends early when no more input is waiting, so that a program
+/// at the other end of the pipe gets its answer to every line.
+Result<void> answer_lines(const Arguments& a, const Probe& probe) {
+  std::ios::sync_with_stdio(false);
+  std::vector<ProbePoint> points;
+  std::vector<std::string> answers;
+  std::size_t line_number = 0, outside = 0;
+  std::string line;
+  const auto flush = [&] {
+    answers.assign(points.size(), {});
+    tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+      if (a.coefficients)
+        answers[i] = coefficients_text(probe.sampler.sample(probe.field, points[i].position), a.json);
+      else
+        answers[i] = irradiance_text(probe.irradiance_at(points[i]), a.json);
+    });
+    for (const std::string& answer : answers) {
+      outside += is_outside(answer, a.json) ? 1 : 0;
+      std::fputs(answer.c_str(), stdout);
+    }
+    std::fflush(stdout);
+    points.clear();
+  };
+  while (!interrupted() && std::getline(std::cin, line)) {
+    const Result<ProbePoint> point = parse_probe_point(line, ++line_number, !a.coefficients);
+    if (!point) {
+      flush();
+      return point.error();
+    }
+    points.push_back(*point);
+    if (points.size() >= kBlock_lines || std::cin.rdbuf()->in_avail() <= 0)
+      flush();
+  }
+  flush();
+  if (interrupted())
+    return interrupted_error("stdin");
+  if (outside > 0 && !a.quiet)
+    std::fprintf(stderr, "daylit-probe: %zu of %zu points are outside the room or inside furniture\n", outside,
+                 line_number);
+  return {};
+}
+
+Result<void> run(const Arguments& a) {
+  set_thread_count(a.threads);
+  const Result<BasisVolume> volume = read_volume(a.volume);
+  if (!volume)
+    return volume.error();
+  if (a.info) {
+    std::printf("%s\n", volume_info(*volume).c_str());
+    return {};
+  }
+  const Result<SkyImage> sky = read_sky(a);
+  if (!sky)
+    return sky.error();
+  Result<LightFieldSampler> sampler = LightFieldSampler::make(*volume);
+  if (!sampler)
+    return sampler.error();
+  const Result<RayScene> scene = RayScene::build(volume->room);
+  if (!scene)
+    return scene.error();
+  Probe probe{combine(*volume, region_radiance(*sky, volume->partition)), *sampler, {}};
+  if (a.total)
+    probe.direct.emplace(volume->apertures, *scene, *sky);
+  return answer_lines(a, probe);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  Arguments a;
+  CLI::App app{"Light at points of a room under a sky. Reads `x y z nx ny nz` per line (metres, z up) and prints the\n"
+               "indirect irradiance `r g b`; `nan nan nan` outside the room and inside furniture.\n"
+               "Example: echo 2 3 0.8  0 0 1 | daylit-probe room.volume --sky sky.exr"};
+  app.set_version_flag("--version", DAYLIT_VERSION);
+  app.add_option("VOLUME", a.volume, "made by daylit-precompute")->required();
+  auto* sky = app.add_option("--sky", a.sky, "sky image: EXR or Radiance .hdr");
+  app.add_option("--projection", a.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
+  app.add_option("--sky-rotation", a.sky_rotation_deg, "turns the sky counter-clockwise about z, degrees");
+  app.add_option("--forward", a.forward, "angular maps: direction of the centre, x,y,z")->delimiter(',')->expected(3);
+  app.add_option("--sky-up", a.sky_up, "angular maps: direction up in the image, x,y,z")->delimiter(',')->expected(3);
+  app.add_option("--ground-albedo", a.ground_albedo, "fills what the sky image does not cover")
+      ->check(CLI::Range(0.0, 1.0));
+  auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 numbers");
+  app.add_flag("--total", a.total, "adds the light that comes straight through the windows")->excludes(sh);
+  auto* info = app.add_flag("--info", a.info, "prints what the volume holds, as JSON, and ends");
+  app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  app.add_flag("--quiet", a.quiet, "does not count points outside on stderr");
+  app.add_flag("--json", a.json, "one JSON object per line");
+  try {
+    app.parse(argc, argv);
+    if (info->count() == 0 && sky->count() == 0)
+      throw CLI::RequiredError("--sky");
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitDone : kExitUsage;
+  }
+  watch_for_interrupt();
+  return run_program("daylit-probe", a.json, [&] { return run(a); });
+}

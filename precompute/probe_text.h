@@ -1,0 +1,34 @@
+#pragma once
+
+// What daylit-probe reads and prints, line by line.
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include <glm/vec3.hpp>
+
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+#include "scene/volume.h"
+
+namespace daylit::precompute {
+
+struct ProbePoint {
+  glm::dvec3 position{0.0};         ///< world metres
+  glm::dvec3 normal{0.0, 0.0, 1.0}; ///< unit
+};
+
+/// `x y z nx ny nz`, or `x y z` without a normal. Numbers are finite, the normal (any length) is not zero.
+Result<ProbePoint> parse_probe_point(const std::string& line, std::size_t line_number, bool with_normal);
+
+/// One line with its end; empty optional: outside the room.
+std::string irradiance_text(const std::optional<Rgb>& irradiance, bool json);
+/// 27 numbers, coefficient-major: L00.r L00.g L00.b L1-1.r ...
+std::string coefficients_text(const std::optional<Sh9Rgb>& coefficients, bool json);
+bool is_outside(const std::string& answer, bool json);
+
+/// What the file holds, as one JSON object.
+std::string volume_info(const BasisVolume& volume);
+
+} // namespace daylit::precompute

@@ -1,0 +1,136 @@
+// daylit-run: draws the virtual objects of a CONFIG.toml into its camera picture with the daylight of its sky image.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "runtime/service/session.h"
+#include "scene/config.h"
+#include "scene/image_formats.h"
+#include "scene/program.h"
+
+namespace daylit {
+namespace {
+
+struct Options {
+  std::string config;
+  int frames = 1, threads = 0;
+  bool replay = false, quiet = false, json = false;
+};
+
+nlohmann::json to_json(const FrameReport& report, int frame) {
+  nlohmann::ordered_json stages;
+  for (const auto& [name, ms] : report.stage_ms)
+    stages[name] = ms;
+  stages["total"] = report.total_ms;
+  return {{"frame", frame},
+          {"stage_ms", stages},
+          {"sky_lights", report.sky_lights},
+          {"sun_lights", report.sun_lights},
+          {"object_pixels", report.object_pixels},
+          {"shadow_pixels", report.shadow_pixels},
+          {"skipped", report.skipped}};
+}
+
+void print_report(const FrameReport& report, int frame) {
+  std::printf("frame %d:", frame);
+  for (const auto& [name, ms] : report.stage_ms)
+    std::printf(" %s %.1f", name.c_str(), ms);
+  std::printf(" | total %.1f ms; %zu + %zu lights, %zu object and %zu shadow pixels\n", report.total_ms,
+              report.sky_lights, report.sun_lights, report.object_pixels, report.shadow_pixels);
+}
+
+/// Exposure of the preview: the brightest hundredth of the photograph becomes white.
+float preview_exposure(const RgbImage& photo) {
+  std::vector<float> values;
+  values.reserve(photo.texels.size());
+  for (const Rgb& c : photo.texels)
+    values.push_back(std::max({c.r, c.g, c.b}));
+  if (values.empty())
+    return 1.0f;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at > 0.0f ? 1.0f / *at : 1.0f;
+}
+
+Result<void> write_outputs(const RunConfig& config, const Composite& composite, float exposure) {
+  if (!config.output.exr.empty())
+    if (const auto r = write_exr(config.output.exr, composite.picture); !r)
+      return r;
+  if (!config.output.png.empty())
+    if (const auto r = write_png(config.output.png, to_srgb8(composite.picture, exposure)); !r)
+      return r;
+  return {};
+}
+
+Result<SkyImage> read_sky_of(const SkyConfig& sky) {
+  const std::string projection = sky.projection == "fisheye" ? "fisheye:" + sky.lens.string() : sky.projection;
+  const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
+  if (!parsed)
+    return parsed.error();
+  return read_sky(sky.image, *parsed, sky.ground);
+}
+
+Result<void> run(const Options& options) {
+  set_thread_count(options.threads);
+  if (options.threads > 0)
+    setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1); // software OpenGL counts its own threads
+  const auto config = read_run_config(options.config);
+  if (!config)
+    return config.error();
+  auto photo = read_hdr_image(config->interior.image);
+  if (!photo)
+    return photo.error();
+  auto sky = read_sky_of(config->sky);
+  if (!sky)
+    return sky.error();
+  ProgressLine progress(options.quiet || options.json);
+  auto session = Session::open(*config, photo->radiance.width, photo->radiance.height, progress.callback());
+  if (!session)
+    return session.error();
+  progress.clear();
+  for (const std::string& note : session->notes())
+    std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
+  const float exposure = preview_exposure(photo->radiance);
+  for (int k = 0; k < options.frames; ++k) {
+    if (interrupted())
+      return interrupted_error("frame " + std::to_string(k));
+    const auto frame = session->render(*sky, photo->radiance);
+    if (!frame)
+      return frame.error();
+    if (options.json)
+      std::printf("%s\n", to_json(frame->report, k).dump().c_str());
+    else if (!options.quiet)
+      print_report(frame->report, k);
+    if (k + 1 == options.frames)
+      if (const auto written = write_outputs(*config, frame->composite, exposure); !written)
+        return written;
+  }
+  return {};
+}
+
+} // namespace
+} // namespace daylit
+
+int main(int argc, char** argv) {
+  daylit::Options options;
+  CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside"};
+  app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
+  app.add_flag("--replay", options.replay, "run the recorded inputs named in the file (the default without cameras)");
+  app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));
+  app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::Range(0, 1024));
+  app.add_flag("--quiet", options.quiet, "print errors only");
+  app.add_flag("--json", options.json, "one JSON object per frame on stdout");
+  app.set_version_flag("--version", std::string("daylit-run ") + DAYLIT_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? daylit::kExitDone : daylit::kExitUsage;
+  }
+  daylit::watch_for_interrupt();
+  return daylit::run_program("daylit-run", options.json, [&] { return daylit::run(options); });
+}

@@ -1,0 +1,91 @@
+// The whole program at default settings, as a user runs it: error against the reference rooms and cost of the run.
+
+#include <cstdio>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "scene/volume_file.h"
+#include "tests/simulate/truth_cases.h"
+
+namespace daylit {
+namespace {
+
+struct Run {
+  BasisVolume volume;
+  double cpu_seconds = 0;
+};
+
+/// Bakes one of the reference rooms with the installed program; empty grid: defaults.
+Result<Run> bake_with_program(const std::string& scene, const std::string& grid) {
+  const std::string room = (test::kTruthFolder / (scene == "S1" ? "s1_daylit_cornell.obj" : "s3_furnace.obj")).string();
+  const std::string output =
+      ::testing::TempDir() + "acceptance_" + scene + grid + std::to_string(::getpid()) + ".volume";
+  rusage before{}, after{};
+  ::getrusage(RUSAGE_CHILDREN, &before);
+  std::string command = DAYLIT_BINARY_DIR "/bin/daylit-precompute '" + room + "' -o '" + output + "' --quiet";
+  if (!grid.empty())
+    command += " --grid " + grid;
+  if (std::system(command.c_str()) != 0)
+    return Error{ErrorCode::io, "daylit-precompute failed", scene, ""};
+  ::getrusage(RUSAGE_CHILDREN, &after);
+  auto volume = read_volume(output);
+  std::filesystem::remove(output);
+  if (!volume)
+    return volume.error();
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return Run{std::move(*volume),
+             seconds(after.ru_utime) + seconds(after.ru_stime) - seconds(before.ru_utime) - seconds(before.ru_stime)};
+}
+
+/// nrms of the indirect irradiance at the 33 reference points; NaN where a point has no light field.
+double irradiance_error(const BasisVolume& volume, const std::string& scene, const std::string& sky_name) {
+  const auto sky = test::truth_sky(sky_name);
+  const auto sampler = LightFieldSampler::make(volume);
+  if (!sky || !sampler)
+    return std::nan("");
+  const LightField field = combine(volume, region_radiance(*sky, volume.partition));
+  const auto rows = test::truth_rows(scene, sky_name, "indirect");
+  EXPECT_EQ(rows.size(), 198u);
+  const auto ours = [&](std::size_t i) {
+    const auto coefficients = sampler->sample(field, rows[i].receiver.position);
+    EXPECT_TRUE(coefficients) << "no light field at reference point " << i / 6;
+    return coefficients ? irradiance(*coefficients, glm::vec3(rows[i].receiver.normal)) : Rgb(std::nanf(""));
+  };
+  return test::nrms(rows.size(), ours, [&](std::size_t i) { return rows[i].value; });
+}
+
+TEST(Acceptance, default_bake_is_within_three_percent_and_five_seconds_of_processor_time) {
+  const auto s1 = bake_with_program("S1", "");
+  ASSERT_TRUE(s1) << s1.error().message();
+  const double e1 = irradiance_error(s1->volume, "S1", "E1"), e2 = irradiance_error(s1->volume, "S1", "E2");
+  const auto s3 = bake_with_program("S3", "");
+  ASSERT_TRUE(s3) << s3.error().message();
+  const double e3 = irradiance_error(s3->volume, "S3", "E1");
+  std::printf("indirect irradiance, default settings: S1/E1 %.3f %%, S1/E2 %.3f %%, S3/E1 %.3f %% nrms\n", 100 * e1,
+              100 * e2, 100 * e3);
+  std::printf("processor time of the whole run: S1 %.2f s, S3 %.2f s\n", s1->cpu_seconds, s3->cpu_seconds);
+  EXPECT_LE(e1, 0.03);
+  EXPECT_LE(e2, 0.03);
+  EXPECT_LE(e3, 0.03);
+  // Both cores' time together: an upper bound on the wall time of an idle machine, whatever else runs meanwhile.
+  EXPECT_LE(s1->cpu_seconds, 5.0);
+}
+
+TEST(Acceptance, setting_of_the_paper_is_timed_and_its_error_printed) {
+  // 64 regions, about 2,000 patches, 8^3 probes; five minutes in Grosch et al. 2007.
+  const auto s1 = bake_with_program("S1", "8,8,8");
+  ASSERT_TRUE(s1) << s1.error().message();
+  EXPECT_EQ(s1->volume.probes.size(), 512u);
+  std::printf("64 regions, 8^3 probes: S1/E1 %.3f %%, S1/E2 %.3f %% nrms, %.2f s of processor time\n",
+              100 * irradiance_error(s1->volume, "S1", "E1"), 100 * irradiance_error(s1->volume, "S1", "E2"),
+              s1->cpu_seconds);
+}
+
+} // namespace
+} // namespace daylit

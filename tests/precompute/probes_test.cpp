@@ -1,0 +1,105 @@
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "precompute/probes.h"
+#include "tests/radiosity/rooms.h"
+
+namespace daylit::precompute {
+namespace {
+
+using testing::add_box;
+using testing::room_with_window_hole;
+
+struct Setting {
+  RayScene scene;
+  std::vector<Aperture> apertures;
+};
+
+Setting setting_of(const Room& room) {
+  Setting s{*RayScene::build(room), {}};
+  const auto found = find_apertures(room, s.scene);
+  EXPECT_TRUE(found);
+  s.apertures = found->list;
+  return s;
+}
+
+bool valid_at(const ProbeSet& grid, const glm::dvec3& p) {
+  std::size_t best = 0;
+  double distance = 1e300;
+  for (std::size_t i = 0; i < grid.size(); ++i)
+    if (const double d = glm::distance(grid.origin + glm::dvec3(grid.positions[i]), p); d < distance) {
+      distance = d;
+      best = i;
+    }
+  return grid.valid[best] != 0;
+}
+
+TEST(ProbeGrid, default_spacing_is_an_upper_bound_on_every_axis) {
+  const Room room = room_with_window_hole(0.5f);
+  const auto grid = make_grid(room.bounds(), glm::ivec3(0), 0.3);
+  ASSERT_TRUE(grid);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_LE(grid->spacing[k], 0.3 + 1e-12);
+  EXPECT_EQ(grid->size(), static_cast<std::size_t>(grid->count.x * grid->count.y * grid->count.z));
+}
+
+TEST(ProbeGrid, requested_counts_are_kept) {
+  const auto grid = make_grid(room_with_window_hole(0.5f).bounds(), {8, 8, 8}, 0.3);
+  ASSERT_TRUE(grid);
+  EXPECT_EQ(grid->size(), 512u);
+}
+
+TEST(ProbeGrid, kilometres_are_refused_instead_of_filling_memory) {
+  Bounds huge;
+  huge.include({0, 0, 0});
+  huge.include({4000, 5000, 2800});
+  const auto grid = make_grid(huge, glm::ivec3(0), 0.3);
+  ASSERT_FALSE(grid);
+  EXPECT_EQ(grid.error().code, ErrorCode::limit_exceeded);
+}
+
+TEST(MarkAir, inside_of_furniture_and_a_windowless_closet_stay_invalid_whatever_the_face_orientation) {
+  for (const bool flipped : {false, true}) {
+    Room room = room_with_window_hole(0.5f);
+    add_box(room, {1, 1, 0}, {2, 2, 1.2}, 0b111110u, flipped);   // furniture standing on the floor
+    add_box(room, {2.5, 3, 0}, {4, 5, 2.8}, 0b010100u, flipped); // closet in the corner: its west and south walls
+    const Setting s = setting_of(room);
+    auto grid = *make_grid(room.bounds(), glm::ivec3(0), 0.3);
+    mark_air(grid, s.scene, s.apertures);
+    EXPECT_TRUE(valid_at(grid, {2, 2.5, 1.4}));
+    EXPECT_TRUE(valid_at(grid, {0.1, 4.9, 2.7}));
+    EXPECT_FALSE(valid_at(grid, {1.5, 1.5, 0.6}));
+    EXPECT_FALSE(valid_at(grid, {3.3, 4, 1.4}));
+  }
+}
+
+TEST(MarkAir, outdoors_is_not_the_air_of_an_l_shaped_room) {
+  Room room = testing::grey_room(0.5f);
+  // L: 4 x 2 m plus 2 x 2 m; window pane in the south wall.
+  room.materials.push_back({"window", Rgb(0.0f), Rgb(1.0f), true});
+  const auto wall = [&](double x0, double y0, double x1, double y1, std::uint32_t material = 0) {
+    testing::add_quad(room, {x0, y0, 0}, {x1, y1, 0}, {x1, y1, 2.5}, {x0, y0, 2.5}, material);
+  };
+  wall(0, 0, 4, 0, 1);
+  wall(4, 0, 4, 2);
+  wall(4, 2, 2, 2);
+  wall(2, 2, 2, 4);
+  wall(2, 4, 0, 4);
+  wall(0, 4, 0, 0);
+  for (const double z : {0.0, 2.5}) {
+    testing::add_quad(room, {0, 0, z}, {4, 0, z}, {4, 2, z}, {0, 2, z});
+    testing::add_quad(room, {0, 2, z}, {2, 2, z}, {2, 4, z}, {0, 4, z});
+  }
+  const Setting s = setting_of(room);
+  auto grid = *make_grid(room.bounds(), glm::ivec3(0), 0.3);
+  mark_air(grid, s.scene, s.apertures);
+  EXPECT_TRUE(valid_at(grid, {3.5, 1, 1}));
+  EXPECT_TRUE(valid_at(grid, {1, 3.5, 1}));
+  EXPECT_FALSE(valid_at(grid, {3.3, 3.3, 1}));
+  const auto points = make_points({{1, 3.5, 1}, {3.3, 3.3, 1}, {2, -1, 1}}, room.bounds(), s.scene, s.apertures);
+  ASSERT_TRUE(points);
+  EXPECT_EQ(points->valid, (std::vector<std::uint8_t>{1, 0, 0}));
+}
+
+} // namespace
+} // namespace daylit::precompute
