@@ -34,9 +34,11 @@ std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, s
 struct TwoSided {
   Rgb front{0.0f}, back{0.0f};
 };
-/// Reflected indirect radiance per vertex; all spans have one entry per vertex.
+/// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the
+/// object straight from sky and sun; only what one part of the object reflects to another is taken from it here, the
+/// rest is drawn with shadows.
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                       std::span<const VertexTransfer> world_transfer,
+                                       std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
                                        std::span<const Rgb> reflectance);
 
 } // namespace daylit

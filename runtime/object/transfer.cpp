@@ -86,8 +86,8 @@ struct Occluder {
   enum class Sight { clear, front, back };
   /// What a ray from a vertex meets. A direction above the smooth normal's tangent plane may dip below a coarse mesh's
   /// own facets and leave through its far side: that hit, on the back of a face, is no occluder.
-  Sight look(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w) const {
-    RayHit hit;
+  Sight look(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w,
+             RayHit& hit) const {
     if (!scene.closest(origin, w, scene.surface_offset(), std::numeric_limits<float>::infinity(), hit))
       return Sight::clear;
     const auto& t = mesh->triangles[hit.triangle];
@@ -99,8 +99,15 @@ struct Occluder {
   }
 };
 
+/// A blocked direction: where on the mesh it ends, and on which side.
+struct Blocker {
+  RayHit hit;
+  bool on_back;
+};
+
 struct Side {
   TransferVector transfer;
+  std::vector<Blocker> blockers;
   double back_share; ///< of the rays, that meet the back of a face
 };
 
@@ -113,21 +120,40 @@ Side side_transfer(const Occluder& occluder, std::uint32_t vertex, const glm::dv
   const double weight = std::numbers::pi / static_cast<double>(directions.size());
   const glm::vec3 origin = occluder.scene.to_local(glm::dvec3(occluder.mesh->positions[vertex])) +
                            occluder.scene.surface_offset() * glm::vec3(normal);
+  Side side{{}, {}, 0.0};
   std::size_t backs = 0;
   for (const glm::dvec3& d : directions) {
+    RayHit hit;
     const glm::dvec3 w = d.x * basis.u + d.y * basis.v + d.z * normal;
-    const Occluder::Sight sight = occluder.look(vertex, origin, glm::vec3(normal), glm::vec3(w));
+    const Occluder::Sight sight = occluder.look(vertex, origin, glm::vec3(normal), glm::vec3(w), hit);
     if (sight == Occluder::Sight::clear)
       continue;
     backs += sight == Occluder::Sight::back;
+    side.blockers.push_back({hit, sight == Occluder::Sight::back});
     const std::array<double, 9> y = sh::evaluate9(w);
     for (int i = 0; i < 9; ++i)
       sum[i] -= weight * y[i];
   }
-  Side side{{}, static_cast<double>(backs) / static_cast<double>(directions.size())};
+  side.back_share = static_cast<double>(backs) / static_cast<double>(directions.size());
   for (int i = 0; i < 9; ++i)
     side.transfer[i] = static_cast<float>(sum[i]);
   return side;
+}
+
+/// Mean over all rays of the transfer where the blocked ones end.
+TransferVector bounce_transfer(const ObjectMesh& mesh, const std::vector<VertexTransfer>& transfer,
+                               const std::vector<Blocker>& blockers, std::size_t rays) {
+  TransferVector bounce{};
+  for (const Blocker& b : blockers) {
+    const auto& t = mesh.triangles[b.hit.triangle];
+    const float weight[3] = {1.0f - b.hit.u - b.hit.v, b.hit.u, b.hit.v};
+    for (int k = 0; k < 3; ++k) {
+      const TransferVector& there = b.on_back ? transfer[t[k]].back : transfer[t[k]].front;
+      for (int i = 0; i < 9; ++i)
+        bounce[i] += weight[k] / static_cast<float>(rays) * there[i];
+    }
+  }
+  return bounce;
 }
 
 /// Every edge has exactly one twin of opposite direction.
@@ -144,7 +170,8 @@ bool is_closed(const ObjectMesh& mesh) {
 }
 
 /// Buried vertices take the mean of their neighbours that are not, ring by ring.
-void fill_buried(const ObjectMesh& mesh, std::vector<bool> buried, std::vector<VertexTransfer>& transfer) {
+void fill_buried(const ObjectMesh& mesh, std::vector<bool> buried, TransferVector VertexTransfer::*side,
+                 std::vector<VertexTransfer>& transfer) {
   for (bool changed = true; changed;) {
     changed = false;
     std::vector<TransferVector> sum(transfer.size(), TransferVector{});
@@ -154,13 +181,13 @@ void fill_buried(const ObjectMesh& mesh, std::vector<bool> buried, std::vector<V
         for (const std::uint32_t other : {t[(k + 1) % 3], t[(k + 2) % 3]})
           if (buried[t[k]] && !buried[other]) {
             for (int i = 0; i < 9; ++i)
-              sum[t[k]][i] += transfer[other].front[i];
+              sum[t[k]][i] += (transfer[other].*side)[i];
             ++neighbours[t[k]];
           }
     for (std::size_t v = 0; v < transfer.size(); ++v)
       if (neighbours[v] > 0) {
         for (int i = 0; i < 9; ++i)
-          transfer[v].front[i] = sum[v][i] / static_cast<float>(neighbours[v]);
+          (transfer[v].*side)[i] = sum[v][i] / static_cast<float>(neighbours[v]);
         buried[v] = false;
         changed = true;
       }
@@ -179,20 +206,30 @@ Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, con
   const Occluder occluder{&mesh, std::move(*scene), IncidentFaces(mesh)};
   const std::vector<glm::dvec3> directions = cosine_directions(std::max(settings.rays_per_vertex, 1));
   const bool closed = is_closed(mesh);
-  std::vector<VertexTransfer> transfer(mesh.positions.size());
-  std::vector<std::uint8_t> is_buried(mesh.positions.size(), 0);
-  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(transfer.size()), 64),
-                    [&](const auto& range) {
-                      for (std::uint32_t v = range.begin(); v != range.end(); ++v) {
-                        const glm::dvec3 n(mesh.normals[v]);
-                        const Side front = side_transfer(occluder, v, n, directions);
-                        transfer[v].front = front.transfer;
-                        is_buried[v] = front.back_share > kBuriedShare;
-                        if (!closed)
-                          transfer[v].back = side_transfer(occluder, v, -n, directions).transfer;
-                      }
-                    });
-  fill_buried(mesh, {is_buried.begin(), is_buried.end()}, transfer);
+  const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
+  std::vector<VertexTransfer> transfer(vertices);
+  std::vector<std::vector<Blocker>> blockers(vertices);
+  std::vector<std::uint8_t> is_buried(vertices, 0);
+  const auto for_each_vertex = [&](const auto& work) {
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, vertices, 64), [&](const auto& range) {
+      for (std::uint32_t v = range.begin(); v != range.end(); ++v)
+        work(v);
+    });
+  };
+  for_each_vertex([&](std::uint32_t v) {
+    const glm::dvec3 n(mesh.normals[v]);
+    Side front = side_transfer(occluder, v, n, directions);
+    transfer[v].front = front.transfer;
+    blockers[v] = std::move(front.blockers);
+    is_buried[v] = front.back_share > kBuriedShare;
+    if (!closed)
+      transfer[v].back = side_transfer(occluder, v, -n, directions).transfer;
+  });
+  const std::vector<bool> buried(is_buried.begin(), is_buried.end());
+  fill_buried(mesh, buried, &VertexTransfer::front, transfer);
+  for_each_vertex(
+      [&](std::uint32_t v) { transfer[v].bounce = bounce_transfer(mesh, transfer, blockers[v], directions.size()); });
+  fill_buried(mesh, buried, &VertexTransfer::bounce, transfer);
   return transfer;
 }
 

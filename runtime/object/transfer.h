@@ -20,6 +20,10 @@ using TransferVector = std::array<float, 9>;
 /// zero where the mesh is closed.
 struct VertexTransfer {
   TransferVector front{}, back{};
+  /// What the object itself sends to the front: the mean, over the cosine-weighted blocked directions, of the transfer
+  /// vector at the point they meet. Light that is reflected once on its way is reflectance x bounce (Sloan et al. 2002,
+  /// section 5: interreflections).
+  TransferVector bounce{};
   bool operator==(const VertexTransfer&) const = default;
 };
 

@@ -11,15 +11,15 @@ namespace daylit {
 
 namespace {
 
-constexpr std::uint32_t kTransferVersion = 2;
+constexpr std::uint32_t kTransferVersion = 3;
 // |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
 constexpr float kLargestCoefficient = 3.1416f;
 
-/// Little-endian file: this header, then vertices x 18 floats.
+/// Little-endian file: this header, then vertices x 27 floats.
 struct Header {
   char magic[8] = {'d', 'a', 'y', 'l', 'i', 't', 'T', 'V'};
   std::uint32_t version = kTransferVersion;
-  std::uint32_t coefficients = 18; ///< nine of the front, nine of the back
+  std::uint32_t coefficients = 27; ///< nine each of front, back and bounce
   std::uint64_t vertices = 0;
   char key[16] = {};
   std::uint64_t checksum = 0; ///< FNV-1a of the floats
@@ -73,7 +73,7 @@ Result<std::vector<VertexTransfer>> read_transfer(const std::filesystem::path& p
     return malformed(path, "not a transfer file");
   if (header.version != kTransferVersion)
     return Error{ErrorCode::file_version, "transfer file of another version", path.string(), "delete the file"};
-  if (header.coefficients != 18 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
+  if (header.coefficients != 27 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
     return malformed(path, "belongs to another object");
   std::vector<VertexTransfer> transfer(vertices);
   std::memcpy(transfer.data(), bytes->data() + sizeof(header), vertices * sizeof(VertexTransfer));
@@ -82,7 +82,7 @@ Result<std::vector<VertexTransfer>> read_transfer(const std::filesystem::path& p
   if (hash.value() != header.checksum)
     return malformed(path, "wrong checksum");
   for (const VertexTransfer& t : transfer)
-    for (const TransferVector* side : {&t.front, &t.back})
+    for (const TransferVector* side : {&t.front, &t.back, &t.bounce})
       for (const float c : *side)
         if (!(std::fabs(c) <= kLargestCoefficient))
           return malformed(path, "a coefficient is out of range");

@@ -37,7 +37,7 @@ struct VertexLight {
 };
 
 struct RenderSettings {
-  int sky_map_texels = 64;  ///< shadow map side for sky samples
+  int sky_map_texels = 128; ///< shadow map side for sky samples
   int sun_map_texels = 256; ///< for samples of the sun, which carries most of the light in few samples
   int coverage_samples = 4; ///< per pixel, for object edges
 };

@@ -178,13 +178,14 @@ Result<Frame> Session::render(const SkyImage& sky, const RgbImage& photo) {
   clock.end("regions");
   const LightField field = combine(s.volume, regions);
   clock.end("combine");
-  const std::vector<TwoSided> indirect =
-      relight_vertices(field, s.vertex_probes, s.objects.transfer, s.objects.surface.reflectance);
-  clock.end("indirect");
   const LightSet lights = sample_lights(map, sun, s.volume.apertures, s.sphere, s.config.light_samples);
   const std::vector<ApertureCell> cells = aperture_cells(s.volume.apertures, s.sphere, pyramid);
-  const std::vector<VertexLight> vertex_light = s.vertex_light(indirect, cells, pyramid);
   clock.end("samples");
+  const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, s.volume.apertures, s.sphere.centre);
+  const std::vector<TwoSided> indirect =
+      relight_vertices(field, s.vertex_probes, s.objects.transfer, direct, s.objects.surface.reflectance);
+  const std::vector<VertexLight> vertex_light = s.vertex_light(indirect, cells, pyramid);
+  clock.end("object_light");
 
   if (const auto r = s.renderer->set_lights(lights); !r)
     return r.error();
