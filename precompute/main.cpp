@@ -3,10 +3,12 @@
 #include <cstdio>
 #include <filesystem>
 #include <string_view>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
 #include "precompute/bake.h"
+#include "precompute/check_command.h"
 #include "precompute/check_command.h"
 #include "precompute/probes.h"
 #include "scene/volume_file.h"

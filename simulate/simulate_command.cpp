@@ -25,7 +25,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kBaseSamples = 64;
+constexpr int kBaseSamples = 32;
 constexpr std::uint32_t kSensorSeed = 0x53454E53u;
 
 using Clock = std::chrono::steady_clock;
@@ -165,16 +165,15 @@ void report(const InteriorPictures& p, double seconds, bool json) {
     full += c.r >= 1.0f ? 3 : 0;
   const double n = static_cast<double>(p.coverage.texels.size()), m = std::max<double>(1.0, static_cast<double>(full));
   const double error = level > 0.0 ? 100.0 * std::sqrt(square / m) / (level / m) : 0.0;
-  const double cover_percent = 100.0 * cover / n, sampled_percent = 100.0 * p.full_sample_share;
+  const double cover_percent = 100.0 * cover / n, sampled_percent = 100.0 * p.influenced_share;
   if (json)
-    std::printf("{\"seconds\":%.2f,\"object_percent\":%.2f,\"full_samples_percent\":%.2f,\"truth_se_percent\":%.3f}\n",
+    std::printf("{\"seconds\":%.2f,\"object_percent\":%.2f,\"influenced_percent\":%.2f,\"truth_se_percent\":%.3f}\n",
                 seconds, cover_percent, sampled_percent, error);
   else
-    std::fprintf(
-        stderr,
-        "simulated in %.1f s: the object covers %.1f %%, full samples on %.1f %% of the picture, standard error "
-        "of the truth on the object %.2f %%\n",
-        seconds, cover_percent, sampled_percent, error);
+    std::fprintf(stderr,
+                 "simulated in %.1f s: the object covers %.1f %%, it shows on %.1f %% of the picture, standard error "
+                 "of the truth on the object %.2f %%\n",
+                 seconds, cover_percent, sampled_percent, error);
 }
 
 } // namespace

@@ -15,7 +15,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kSubpixels = 6;       // per axis: the sky varies little over a pixel, the horizon crosses some
+constexpr int kSubpixels = 4;       // per axis: the sky varies little over a pixel, the horizon crosses some
 constexpr int kDiscPoints = 100000; // of equal area on the sun
 
 Rgb pixel_mean(const AnalyticSky& sky, const LensModel& lens, int x, int y) {
