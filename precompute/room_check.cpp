@@ -17,7 +17,7 @@ namespace {
 constexpr int kDefaultRegions = 64;
 
 /// Seconds per exchange pair, per gathered ray and for the rest, measured on two cores of a 2020 server.
-constexpr double kSecondsPerPair = 3.0e-7, kSecondsPerGatherRay = 1.6e-6, kSecondsFixed = 0.3;
+constexpr double kSecondsPerPair = 1.3e-7, kSecondsPerGatherRay = 1.9e-7, kSecondsFixed = 0.3;
 
 std::vector<CheckedMaterial> list_materials(const Room& room) {
   std::vector<CheckedMaterial> out;

@@ -35,7 +35,7 @@ std::string opening_lines(const RoomCheck& check) {
              check.apertures.window_area_m2, check.apertures.hole_polygons, check.apertures.hole_area_m2);
   for (const CheckedOpening& o : check.openings)
     text += format("  %.2f m2 around (%.2f, %.2f, %.2f), light comes in towards (%.2f, %.2f, %.2f)\n", o.area_m2,
-                   o.centre_m.x, o.centre_m.y, o.centre_m.z, o.inward.x, o.inward.y, o.inward.z);
+                   o.centre_m.x, o.centre_m.y, o.centre_m.z, o.inward.x + 0.0, o.inward.y + 0.0, o.inward.z + 0.0);
   if (check.apertures.unexplained_escape > 0)
     text += format("  %.2f %% of the test rays leave through gaps without an outline\n",
                    100 * check.apertures.unexplained_escape);

@@ -4,21 +4,35 @@
 #include <cstdio>
 #include <numbers>
 
+#include "scene/direct_sky.h"
+#include "scene/sky_partition.h"
+#include "scene/volume_file.h"
+
 namespace daylit {
 
 namespace {
 
+/// The paper lies on a surface of the model, give or take the tape measure: light is looked up a little above it.
+constexpr double kOffPaper_m = 0.02;
+
+/// The lens for the size of the picture: scaled when the calibration was made at another resolution of the same view.
 Result<LensModel> lens_for(const InteriorConfig& interior, const Photograph& photo) {
   auto lens = read_lens(interior.lens);
   if (!lens)
     return lens.error();
   const int width = photo.linear.width, height = photo.linear.height;
-  if ((lens->width_px && lens->width_px != width) || (lens->height_px && lens->height_px != height))
+  const double sx = lens->width_px > 0 ? static_cast<double>(width) / lens->width_px : 1.0;
+  const double sy = lens->height_px > 0 ? static_cast<double>(height) / lens->height_px : 1.0;
+  if (std::abs(sx / sy - 1) > 0.01)
     return Error{ErrorCode::value_invalid,
                  "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
                      " but the lens file is for " + std::to_string(lens->width_px) + " x " +
                      std::to_string(lens->height_px),
-                 interior.image.string(), "use the lens file of this camera mode"};
+                 interior.image.string(), "use the lens file of this camera mode; do not crop the picture"};
+  lens->fx *= sx;
+  lens->fy *= sy;
+  lens->cx = (lens->cx + 0.5) * sx - 0.5;
+  lens->cy = (lens->cy + 0.5) * sy - 0.5;
   lens->width_px = width;
   lens->height_px = height;
   return lens;
@@ -106,6 +120,30 @@ Result<PhotoScale> scale_from_marker(const Rgb& marker_white, const Rgb& irradia
     for (int c = 0; c < 3; ++c)
       out.colour_matrix[c][c] = photo[c] / simulated[c] / out.scale;
   return out;
+}
+
+Result<PhotoScale> scale_from_marker(const RunConfig& config, const InteriorInput& input, const SkyImage& sky) {
+  const auto volume = read_volume(config.volume);
+  if (!volume)
+    return volume.error();
+  const auto sampler = LightFieldSampler::make(*volume);
+  if (!sampler)
+    return sampler.error();
+  const auto rays = RayScene::build(volume->room);
+  if (!rays)
+    return rays.error();
+  const glm::dvec3 normal(config.marker->world_from_board[2]);
+  const glm::dvec3 place = glm::dvec3(config.marker->world_from_board[3]) + kOffPaper_m * normal;
+  const LightField field = combine(*volume, region_radiance(sky, volume->partition));
+  const std::optional<Sh9Rgb> around = sampler->sample(field, place);
+  if (!around)
+    return Error{ErrorCode::geometry_invalid, "the marker lies outside the room or inside furniture",
+                 "[marker] world_from_board",
+                 "measure the place of the marker's centre in the room's frame, in metres"};
+  const Rgb irradiance_here =
+      irradiance(*around, glm::vec3(normal)) + DirectSky(volume->apertures, *rays, sky).irradiance(place, normal);
+  return scale_from_marker(*input.marker_white, irradiance_here, config.marker->white_reflectance,
+                           config.interior.colour_matrix);
 }
 
 } // namespace daylit

@@ -36,4 +36,8 @@ Result<InteriorInput> read_interior(const RunConfig& config);
 Result<PhotoScale> scale_from_marker(const Rgb& marker_white, const Rgb& irradiance, double white_reflectance,
                                      const glm::dmat3& colour_matrix);
 
+/// The same with the irradiance worked out: indirect light of the room's volume and the direct sky at the marker.
+/// config.marker and input.marker_white must be there. Errors: the volume cannot be read, the marker is outside it.
+Result<PhotoScale> scale_from_marker(const RunConfig& config, const InteriorInput& input, const SkyImage& sky);
+
 } // namespace daylit

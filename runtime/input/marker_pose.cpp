@@ -11,6 +11,8 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "runtime/input/detail/edge_corners.h"
+
 namespace daylit {
 
 namespace {
@@ -56,6 +58,14 @@ std::optional<cv::Ptr<cv::aruco::Dictionary>> dictionary_named(const std::string
     if (plain == d.name)
       return cv::aruco::getPredefinedDictionary(d.value);
   return std::nullopt;
+}
+
+/// The sum of the code values: a camera's curve is smooth enough not to shift the steepest place of an edge.
+detail::GreyImage grey_image(const Rgb8Image& picture) {
+  detail::GreyImage image{picture.width, picture.height, std::vector<float>(picture.bytes.size() / 3)};
+  for (std::size_t i = 0; i < image.value.size(); ++i)
+    image.value[i] = static_cast<float>(picture.bytes[3 * i] + picture.bytes[3 * i + 1] + picture.bytes[3 * i + 2]);
+  return image;
 }
 
 Error unknown_dictionary(const std::string& name) {
@@ -217,6 +227,9 @@ Result<std::vector<SeenMarker>> find_markers(const Rgb8Image& picture, const std
       for (std::size_t k = 0; k < 4; ++k)
         seen[i].corner_px[k] = {static_cast<double>(corners[i][k].x), static_cast<double>(corners[i][k].y)};
     }
+    const detail::GreyImage image = grey_image(picture);
+    for (SeenMarker& marker : seen)
+      detail::fit_square_edges(image, marker.corner_px);
     std::sort(seen.begin(), seen.end(), [](const SeenMarker& a, const SeenMarker& b) { return a.id < b.id; });
     return seen;
   } catch (const cv::Exception& error) {

@@ -101,6 +101,24 @@ TEST(MarkerPose, opencv_corner_order_meets_our_board_frame) {
   EXPECT_LT(glm::length(corners[3] - glm::dvec2(0.9, 1.9)), 1e-12);
 }
 
+TEST(MarkerPose, corners_are_found_to_a_few_hundredths_of_a_pixel) {
+  const BoardLayout board = BoardLayout::single("6X6_250", 23, 0.12);
+  const LensModel lens = interior_lens();
+  const glm::dmat4 pose = look_at({3.2, 2.4, 1.5}, {4, 2, 1.2}, {0, 0, 1});
+  const auto seen = find_markers(photograph_of(board, lens, board_on_wall(), pose), "6X6_250");
+  ASSERT_TRUE(seen);
+  ASSERT_EQ(seen->size(), 1u);
+  const auto on_board = board_corners(board.markers[0]);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const glm::dvec4 world = board_on_wall() * glm::dvec4(on_board[k], 0.0, 1.0);
+    const auto expected = lens.project(glm::dvec3(glm::inverse(pose) * world));
+    ASSERT_TRUE(expected);
+    const double error = glm::length((*seen)[0].corner_px[k] - *expected);
+    EXPECT_LT(error, 0.06) << k;
+    RecordProperty("corner_error_px_" + std::to_string(k), std::to_string(error));
+  }
+}
+
 TEST(MarkerPose, single_marker_gives_the_true_camera) {
   const BoardLayout board = BoardLayout::single("DICT_6X6_250", 23, 0.12);
   const glm::dmat4 true_pose = look_at({3.2, 2.4, 1.5}, {4, 2, 1.2}, {0, 0, 1});
@@ -112,6 +130,9 @@ TEST(MarkerPose, single_marker_gives_the_true_camera) {
   EXPECT_LT(pose->reprojection_rms_px, 0.3);
   EXPECT_GT(pose->second_rms_px, 2 * pose->reprojection_rms_px); // an oblique view decides between the two solutions
   EXPECT_EQ(pose->ids_used, std::vector<int>{23});
+  RecordProperty("rotation_error_deg", std::to_string(rotation_error_deg(pose->world_from_camera, true_pose)));
+  RecordProperty("position_error_m",
+                 std::to_string(glm::length(glm::dvec3(pose->world_from_camera[3] - true_pose[3]))));
 }
 
 TEST(MarkerPose, a_grid_is_solved_as_one_and_is_better_than_one_marker) {
@@ -122,6 +143,9 @@ TEST(MarkerPose, a_grid_is_solved_as_one_and_is_better_than_one_marker) {
   const auto pose = marker_pose(photo, interior_lens(), board, board_on_wall());
   ASSERT_TRUE(pose) << pose.error().message();
   EXPECT_EQ(pose->ids_used.size(), 6u);
+  RecordProperty("rotation_error_deg", std::to_string(rotation_error_deg(pose->world_from_camera, true_pose)));
+  RecordProperty("position_error_m",
+                 std::to_string(glm::length(glm::dvec3(pose->world_from_camera[3] - true_pose[3]))));
   EXPECT_LT(rotation_error_deg(pose->world_from_camera, true_pose), 0.15);
   EXPECT_LT(glm::length(glm::dvec3(pose->world_from_camera[3] - true_pose[3])), 0.003);
 }
