@@ -185,7 +185,7 @@ Result<void> run_simulate(const SimulateArguments& a) {
     return Error{ErrorCode::io, "cannot create the folder: " + ec.message(), a.folder.string(), ""};
   std::filesystem::path scene_file = a.scene;
   if (!a.demo.empty()) {
-    auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1], a.samples > 0 ? a.samples : 512);
+    auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1]);
     if (!written)
       return written.error();
     scene_file = *written;
