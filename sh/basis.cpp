@@ -111,6 +111,8 @@ Expected<void> evaluate_nine(std::span<const T> x, std::span<const T> y, std::sp
 
 } // namespace
 
+const char* instruction_set() { return detail::kernels().name; }
+
 Expected<void> evaluate(int degree, const glm::dvec3& direction, std::span<double> out) {
   return evaluate_one<double>(degree, direction, out);
 }

@@ -20,6 +20,9 @@
 
 namespace daylit::sh {
 
+/// Name of the vector instructions in use ("baseline", "avx2", "avx512"), chosen by what the processor has.
+const char* instruction_set();
+
 /// How far from 1 the length of a "unit" direction may be; within, the direction is normalised.
 inline constexpr double kUnitTolerance = 1e-6;
 inline constexpr float kUnitToleranceFloat = 1e-4f;

@@ -1,5 +1,7 @@
 #include "runtime/input/photograph.h"
 
+#include "runtime/input/interior_input.h"
+
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -142,6 +144,24 @@ TEST(MarkerWhite, refuses_what_is_no_white_paper) {
   for (auto& p : outside)
     p += glm::dvec2(200, 0);
   EXPECT_FALSE(marker_white(marker_sheet(0.6f, 0.02f), outside));
+}
+
+TEST(MarkerScale, paper_in_the_photograph_over_paper_in_the_simulation) {
+  // Irradiance pi on paper of reflectance 0.8 gives radiance 0.8 in every channel.
+  const auto matched = scale_from_marker(Rgb(0.4f, 0.2f, 0.1f), Rgb(3.14159265f), 0.8, glm::dmat3(1.0));
+  ASSERT_TRUE(matched);
+  const Rgb white = matched->apply(Rgb(0.8f));
+  EXPECT_NEAR(white.r, 0.4f, 1e-6f);
+  EXPECT_NEAR(white.g, 0.2f, 1e-6f);
+  EXPECT_NEAR(white.b, 0.1f, 1e-6f);
+  // A colour matrix of the user's stays as it is; only the luminance is matched.
+  glm::dmat3 warm(1.0);
+  warm[0][0] = 1.2;
+  const auto kept = scale_from_marker(Rgb(0.4f, 0.2f, 0.1f), Rgb(3.14159265f), 0.8, warm);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->colour_matrix, warm);
+  EXPECT_NEAR(luminance(kept->apply(Rgb(0.8f))), luminance(Rgb(0.4f, 0.2f, 0.1f)), 1e-6f);
+  EXPECT_FALSE(scale_from_marker(Rgb(0.4f), Rgb(0.0f), 0.8, glm::dmat3(1.0)));
 }
 
 } // namespace

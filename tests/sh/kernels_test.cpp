@@ -34,6 +34,15 @@ std::vector<double> flat(LegendreEngine& engine, const Amplitudes& a, int channe
   return out;
 }
 
+/// The padding of the last vector holds copies of the last ring; callers give it weight 0.
+void clear_padding(LegendreEngine& engine, const Amplitudes& a, int channels) {
+  for (int v = 0; v < engine.block_vectors(0); ++v)
+    for (int lane = 0; lane < engine.lanes(); ++lane)
+      for (int row = 0; row < 2 * channels && !engine.pair(v, lane); ++row)
+        for (int k = 0; k <= 2 * engine.last_order(v) + 1; ++k)
+          engine.row(a, v, row / channels, row % channels)[k * engine.lanes() + lane] = 0.0;
+}
+
 TEST(Kernels, all_instruction_sets_agree_on_legendre_sums) {
   int sets = 0;
   const Kernels* const* all = all_kernels(&sets);
@@ -47,6 +56,7 @@ TEST(Kernels, all_instruction_sets_agree_on_legendre_sums) {
       const auto a = engine.amplitudes(0, channels);
       engine.synthesise(0, a);
       const auto values = flat(engine, a, channels);
+      clear_padding(engine, a, channels);
       engine.analyse(0, a);
       std::vector<double> sums(c.size());
       engine.get_coefficients(sums.data(), channels, channels, 1.0);

@@ -52,7 +52,7 @@ TEST(Window, exact_minimum_of_nine_coefficients_is_below_every_sample_and_attain
 }
 
 TEST(Window, smallest_nonnegative_window_touches_zero_and_says_its_price) {
-  for (const int degree : {2, 4, 8}) {
+  for (const int degree : {2, 3, 6}) {
     std::vector<double> c(std::size_t(degree + 1) * std::size_t(degree + 1), 0.0);
     for (int l = 0; l <= degree; ++l)
       c[std::size_t(l * l + l)] = row_maximum(l); // a delta from +z: rings hard

@@ -1,0 +1,44 @@
+#pragma once
+
+// A sub-command of daylit-bench: one function per command, listed in the table of main.cpp. A command adds its options
+// to the program's parser and returns what to run when it is chosen.
+
+#include <functional>
+#include <string>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "scene/program.h"
+#include "scene/result.h"
+
+namespace CLI {
+class App;
+}
+
+namespace daylit::bench {
+
+/// Options that every sub-command shares, filled in before the command runs.
+struct CommonOptions {
+  int threads = 0;
+  bool quiet = false;
+  bool json = false;
+  std::string output; ///< JSON file, empty: none
+};
+
+struct Command {
+  CLI::App* parser = nullptr;
+  /// Runs, prints its table to stdout (or its JSON when options.json) and writes options.output.
+  std::function<Result<void>(const CommonOptions&)> run;
+};
+
+using AddCommand = Command (*)(CLI::App& program);
+
+Command add_sh(CLI::App& program);
+
+/// Writes `document` as options ask: to the file, and to stdout when --json.
+Result<void> deliver(const nlohmann::json& document, const CommonOptions& options);
+
+/// Processor, compiler, vector instructions and version: the head of every report.
+nlohmann::json machine();
+
+} // namespace daylit::bench

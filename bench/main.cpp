@@ -1,0 +1,45 @@
+// daylit-bench: run time against error, as tables, JSON and (scripts/plot_*.py) plots.
+
+#include <deque>
+
+#include <CLI/CLI.hpp>
+
+#include "bench/command.h"
+
+namespace {
+
+using namespace daylit;
+
+constexpr bench::AddCommand kCommands[] = {
+    bench::add_sh,
+};
+
+} // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"Run time against error, measured in one run.\nExample: daylit-bench sh -o sh.json"};
+  app.set_version_flag("--version", DAYLIT_VERSION);
+  app.fallthrough();
+  app.require_subcommand(1);
+  bench::CommonOptions options;
+  app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  app.add_flag("--quiet", options.quiet, "no progress");
+  app.add_flag("--json", options.json, "the report as one JSON object on stdout");
+  app.add_option("-o,--output", options.output, "the report as a JSON file");
+  std::deque<bench::Command> commands;
+  for (const bench::AddCommand add : kCommands)
+    commands.push_back(add(app));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitDone : kExitUsage;
+  }
+  watch_for_interrupt();
+  set_thread_count(options.threads);
+  return run_program("daylit-bench", options.json, [&]() -> Result<void> {
+    for (const bench::Command& command : commands)
+      if (*command.parser)
+        return command.run(options);
+    return Error{ErrorCode::usage, "no sub-command", "daylit-bench", "see daylit-bench --help"};
+  });
+}

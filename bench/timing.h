@@ -1,0 +1,37 @@
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include <time.h>
+
+namespace daylit::bench {
+
+/// CPU time of this thread in seconds: other load on the machine does not count.
+inline double thread_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+/// Seconds of one call.
+template <class Body>
+double time_once(Body&& body) {
+  const double start = thread_seconds();
+  body();
+  return thread_seconds() - start;
+}
+
+/// Minimum over repetitions of each body, the bodies taking turns so that drift of the machine meets all alike.
+template <class... Bodies>
+std::vector<double> alternate(int repetitions, Bodies&&... bodies) {
+  std::vector<double> best(sizeof...(bodies), std::numeric_limits<double>::infinity());
+  for (int r = 0; r < repetitions; ++r) {
+    std::size_t k = 0;
+    ((best[k] = std::min(best[k], time_once(bodies)), ++k), ...);
+  }
+  return best;
+}
+
+} // namespace daylit::bench
