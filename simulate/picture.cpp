@@ -20,7 +20,9 @@ namespace {
 constexpr int kPictureBatches = 8;
 constexpr std::uint32_t kPixelPair = 0; // paths of a camera ray start at depth 1
 
-// A pixel is rendered with all samples when, averaged over its neighbourhood, the object changes it by more than this.
+// Both pictures share their noise there, so that a shadow, their ratio, needs fewer samples than the object.
+constexpr int kShadowShare = 4;
+// A pixel counts as changed when, averaged over its neighbourhood, the object changes it by more than this.
 constexpr float kVisibleChange = 0.01f;
 constexpr int kNeighbourhood = 4, kMaskMargin = 2; // pixels
 
@@ -145,8 +147,8 @@ Result<InteriorPictures> render_interior(const TraceScene& scene, const LensMode
   const int base = std::min(settings.samples, settings.base_samples);
   render("room", base, std::vector<std::uint8_t>(p.room.texels.size()), 0);
   const std::vector<std::uint8_t> influenced = influence(p);
-  if (settings.samples / 2 > base && !stop.load())
-    render("shadow", settings.samples / 2, influenced, 1);
+  if (const int shadow = settings.samples / kShadowShare; shadow > base && !stop.load())
+    render("shadow", shadow, influenced, 1);
   if (settings.samples > base && !stop.load())
     render("object", settings.samples, influenced, 2);
   if (stop.load())

@@ -14,7 +14,7 @@
 namespace daylit {
 
 struct PictureSettings {
-  int samples = 512;     ///< paths per pixel where the object is; half of them where its shadow or reflection is
+  int samples = 512;     ///< paths per pixel where the object is; a quarter where its effect can be seen
   int base_samples = 32; ///< elsewhere
   std::uint32_t seed = 0;
 };

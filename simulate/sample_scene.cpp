@@ -131,6 +131,8 @@ Result<SimulateConfig> sample_scene(const std::string& name, int width_px, int h
   SimulateConfig scene;
   scene.sky_model = *sky;
   scene.interior_fov = 0.44;
+  // For a standard error of the truth of about 1.5 % on the object; where direct sun dominates, fewer do.
+  scene.samples_per_pixel = name == "sun" ? 160 : 512;
   scene.run.room_model = "room.obj";
   ObjectConfig teapot;
   teapot.model = "teapot.obj";
@@ -154,11 +156,10 @@ Result<SimulateConfig> sample_scene(const std::string& name, int width_px, int h
 }
 
 Result<std::filesystem::path> write_sample_scene(const std::string& name, const std::filesystem::path& folder,
-                                                 int width_px, int height_px, int samples) {
+                                                 int width_px, int height_px) {
   auto scene = sample_scene(name, width_px, height_px);
   if (!scene)
     return scene.error();
-  scene->samples_per_pixel = samples;
   const ObjectMesh teapot = tessellate_teapot(8, kTeapotWidth_m, kPorcelain);
   const std::pair<const char*, std::string> files[] = {{"room.obj", sample_room_obj("room.mtl")},
                                                        {"room.mtl", sample_room_mtl()},

@@ -27,6 +27,6 @@ Result<SimulateConfig> sample_scene(const std::string& name, int width_px, int h
 
 /// Writes room.obj, room.mtl, teapot.obj, teapot.mtl and scene.toml into a folder; returns the path of scene.toml.
 Result<std::filesystem::path> write_sample_scene(const std::string& name, const std::filesystem::path& folder,
-                                                 int width_px, int height_px, int samples);
+                                                 int width_px, int height_px);
 
 } // namespace daylit

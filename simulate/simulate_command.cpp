@@ -178,45 +178,52 @@ void report(const InteriorPictures& p, double seconds, bool json) {
 
 } // namespace
 
-Result<void> run_simulate(const SimulateArguments& a) {
+namespace {
+
+/// The scene file, written first for a --demo.
+Result<SimulateConfig> read_scene_config(const SimulateArguments& a) {
   std::error_code ec;
   std::filesystem::create_directories(a.folder, ec);
   if (ec)
     return Error{ErrorCode::io, "cannot create the folder: " + ec.message(), a.folder.string(), ""};
-  std::filesystem::path scene_file = a.scene;
-  if (!a.demo.empty()) {
-    auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1], a.samples > 0 ? a.samples : 512);
-    if (!written)
-      return written.error();
-    scene_file = *written;
-  }
-  auto config = read_simulate_config(scene_file);
+  if (a.demo.empty())
+    return read_simulate_config(a.scene);
+  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1]);
+  if (!written)
+    return written.error();
+  return read_simulate_config(*written);
+}
+
+} // namespace
+
+Result<void> run_simulate(const SimulateArguments& a) {
+  const auto config = read_scene_config(a);
   if (!config)
     return config.error();
   const auto scene = build_scene(*config);
   if (!scene)
     return scene.error();
-  const int width = config->run.output.width_px > 0 ? config->run.output.width_px : 512;
-  const int height = config->run.output.height_px > 0 ? config->run.output.height_px : 496;
+  const OutputConfig& output = config->run.output;
+  const int width = output.width_px > 0 ? output.width_px : 512, height = output.height_px > 0 ? output.height_px : 496;
   const LensModel interior_lens = ideal_pinhole(width, height, config->interior_fov);
   const LensModel sky_lens =
       ideal_fisheye(config->fisheye_width_px, config->fisheye_height_px, config->fisheye_fov); // looks up: identity
 
   ProgressLine line(a.quiet);
   const auto start = Clock::now();
-  auto sky = render_sky_frame(AnalyticSky(config->sky_model), sky_lens);
+  const auto sky = render_sky_frame(AnalyticSky(config->sky_model), sky_lens);
   if (!sky)
     return sky.error();
   const PictureSettings settings{a.samples > 0 ? a.samples : config->samples_per_pixel, kBaseSamples, a.seed};
-  auto pictures = render_interior(*scene, interior_lens, *config->run.world_from_camera, settings, line.callback());
+  const auto pictures =
+      render_interior(*scene, interior_lens, *config->run.world_from_camera, settings, line.callback());
   if (!pictures)
     return pictures.error();
   for (int frame = 0; frame < a.frames; ++frame) {
     Frame noisy{*sky, *pictures};
-    add_sensor_noise(noisy.sky, config->sensor_noise,
-                     combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(2 * frame)));
-    add_sensor_noise(noisy.interior.room, config->sensor_noise,
-                     combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(2 * frame + 1)));
+    const auto key = [&](int k) { return combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(k)); };
+    add_sensor_noise(noisy.sky, config->sensor_noise, key(2 * frame));
+    add_sensor_noise(noisy.interior.room, config->sensor_noise, key(2 * frame + 1));
     if (const auto done = write_frame(noisy, a.folder, frame); !done)
       return done;
   }

@@ -118,8 +118,8 @@ TEST(Oracle, analytic_sun_and_sun_in_an_image_light_a_room_alike) {
       TraceScene::make(open_cube(0.7f), kOpenFace, SkyLight(std::make_shared<const SkyImage>(*std::move(sky))));
   ASSERT_TRUE(a && b);
   const Receiver points[] = {{{0.2, 0.2, 0.3}, {0, 0, 1}}, {{0.6, 0.5, 0.7}, {0, -1, 0}}, {{0.5, 0.9, 0.2}, {1, 0, 0}}};
-  const auto ea = trace_irradiance(*a, points, {.samples = 16384}),
-             eb = trace_irradiance(*b, points, {.samples = 16384, .seed = 1});
+  const auto ea = trace_irradiance(*a, points, {.samples = 8192}),
+             eb = trace_irradiance(*b, points, {.samples = 8192, .seed = 1});
   ASSERT_TRUE(ea && eb);
   for (std::size_t i = 0; i < 3; ++i) {
     const double va = static_cast<double>((*ea)[i].value.g), vb = static_cast<double>((*eb)[i].value.g);
