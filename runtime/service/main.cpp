@@ -57,14 +57,18 @@ float preview_exposure(const RgbImage& photo) {
   return *at > 0.0f ? 1.0f / *at : 1.0f;
 }
 
-Result<void> write_outputs(const RunConfig& config, const Composite& composite, float exposure) {
-  if (!config.output.exr.empty())
-    if (const auto r = write_exr(config.output.exr, composite.picture); !r)
+Result<void> write_outputs(const OutputConfig& output, const Photograph& photo, const Composite& composite) {
+  if (!output.exr.empty())
+    if (const auto r = write_exr(output.exr, composite.picture); !r)
       return r;
-  if (!config.output.png.empty())
-    if (const auto r = write_png(config.output.png, to_srgb8(composite.picture, exposure)); !r)
-      return r;
-  return {};
+  if (output.png.empty())
+    return {};
+  if (photo.is_hdr())
+    return write_png(output.png, to_srgb8(composite.picture, preview_exposure(photo.linear)));
+  const auto encoded = encode_photograph(photo, composite.picture, composite.touched);
+  if (!encoded)
+    return encoded.error();
+  return write_png(output.png, *encoded);
 }
 
 Result<SkyImage> read_sky_of(const SkyConfig& sky) {
@@ -82,24 +86,34 @@ Result<void> run(const Options& options) {
   const auto config = read_run_config(options.config);
   if (!config)
     return config.error();
-  auto photo = read_hdr_image(config->interior.image);
-  if (!photo)
-    return photo.error();
-  auto sky = read_sky_of(config->sky);
+  const auto interior = read_interior(*config);
+  if (!interior)
+    return interior.error();
+  const auto sky = read_sky_of(config->sky);
   if (!sky)
     return sky.error();
   ProgressLine progress(options.quiet || options.json);
-  auto session = Session::open(*config, photo->radiance.width, photo->radiance.height, progress.callback());
+  auto session = Session::open(*config, *interior, progress.callback());
+  progress.clear();
   if (!session)
     return session.error();
-  progress.clear();
-  for (const std::string& note : session->notes())
-    std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
-  const float exposure = preview_exposure(photo->radiance);
+  if (config->interior.scale_from_marker) {
+    if (!interior->marker_white)
+      return Error{ErrorCode::not_found, "scale = \"marker\", but no marker was found", config->interior.image.string(),
+                   "give the scale as a number, or a picture that shows the marker"};
+    const auto scale = session->scale_from_marker(*sky, *interior->marker_white);
+    if (!scale)
+      return scale.error();
+    session->set_photo_scale(*scale);
+  }
+  if (!options.quiet)
+    for (const auto* notes : {&interior->notes, &session->notes()})
+      for (const std::string& note : *notes)
+        std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
   for (int k = 0; k < options.frames; ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));
-    const auto frame = session->render(*sky, photo->radiance);
+    const auto frame = session->render(*sky, interior->photo.linear);
     if (!frame)
       return frame.error();
     if (options.json)
@@ -107,7 +121,7 @@ Result<void> run(const Options& options) {
     else if (!options.quiet)
       print_report(frame->report, k);
     if (k + 1 == options.frames)
-      if (const auto written = write_outputs(*config, frame->composite, exposure); !written)
+      if (const auto written = write_outputs(config->output, interior->photo, frame->composite); !written)
         return written;
   }
   return {};

@@ -4,10 +4,13 @@
 #include <filesystem>
 #include <optional>
 
+#include <glm/geometric.hpp>
+
 #include "runtime/light/relight.h"
 #include "runtime/light/room_light.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/render/renderer.h"
+#include "scene/direct_sky.h"
 #include "scene/volume_file.h"
 
 namespace daylit {
@@ -44,6 +47,7 @@ struct Session::State {
   VirtualObjects objects;
   BoundingSphere sphere;
   RenderCamera camera;
+  PhotoScale photo_scale;
   std::optional<LightFieldSampler> sampler;
   std::optional<RayScene> room_rays;
   std::optional<Renderer> renderer;
@@ -51,8 +55,8 @@ struct Session::State {
   std::vector<VertexProbes> vertex_probes;
   std::vector<std::string> notes, skipped;
 
-  Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
-  Result<void> load_camera(int width, int height);
+  Result<void> load(const RunConfig& from, const InteriorInput& interior, const Progress& progress);
+  Result<void> load_camera(const InteriorInput& interior);
   Result<void> start_renderer();
   void note_what_is_left_out();
   std::vector<VertexLight> vertex_light(const std::vector<TwoSided>& indirect, std::span<const ApertureCell> cells,
@@ -74,14 +78,9 @@ std::vector<VertexLight> Session::State::vertex_light(const std::vector<TwoSided
   return light;
 }
 
-Result<void> Session::State::load_camera(int width, int height) {
-  auto lens = read_lens(config.interior.lens);
-  if (!lens)
-    return lens.error();
-  if (!config.world_from_camera)
-    return Error{ErrorCode::not_found, "the camera's pose is unknown", "[pose]",
-                 "give world_from_camera, or position and look_at"};
-  auto made = make_render_camera(*lens, *config.world_from_camera, width, height);
+Result<void> Session::State::load_camera(const InteriorInput& interior) {
+  const RgbImage& photo = interior.photo.linear;
+  auto made = make_render_camera(interior.lens, interior.world_from_camera, photo.width, photo.height);
   if (!made)
     return made.error();
   camera = std::move(*made);
@@ -116,8 +115,9 @@ void Session::State::note_what_is_left_out() {
                       " sky regions: no window sees them (exact)");
 }
 
-Result<void> Session::State::load(const RunConfig& from, int width, int height, const Progress& progress) {
+Result<void> Session::State::load(const RunConfig& from, const InteriorInput& interior, const Progress& progress) {
   config = from;
+  photo_scale = {config.interior.scale, config.interior.colour_matrix};
   if (!progress("volume", 0.0))
     return interrupted_error("loading");
   auto read = read_volume(config.volume);
@@ -132,7 +132,7 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
   if (!rays)
     return rays.error();
   room_rays.emplace(std::move(*rays));
-  if (const auto r = load_camera(width, height); !r)
+  if (const auto r = load_camera(interior); !r)
     return r;
   auto loaded = load_virtual_objects(config.objects, folder_of(config.volume), progress);
   if (!loaded)
@@ -147,9 +147,9 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
   return {};
 }
 
-Result<Session> Session::open(const RunConfig& config, int width, int height, const Progress& progress) {
+Result<Session> Session::open(const RunConfig& config, const InteriorInput& interior, const Progress& progress) {
   auto state = std::make_unique<State>();
-  if (const auto loaded = state->load(config, width, height, progress); !loaded)
+  if (const auto loaded = state->load(config, interior, progress); !loaded)
     return loaded.error();
   return Session(std::move(state));
 }
@@ -202,7 +202,7 @@ Result<Frame> Session::render(const SkyImage& sky, const RgbImage& photo) {
 
   RoomLight room_light(s.volume.room, s.volume.apertures, *s.room_rays, *s.sampler);
   room_light.set_frame(field, pyramid, cells, lights);
-  const ComposeSettings settings{{s.config.interior.scale, s.config.interior.colour_matrix}, ShadowMode::ratio};
+  const ComposeSettings settings{s.photo_scale, ShadowMode::ratio};
   frame.composite = compose(
       photo, *drawn, s.camera, [&](const glm::dvec3& d) { return room_light.at(s.camera.eye(), d); }, settings);
   clock.end("composite");
@@ -219,6 +219,26 @@ Result<Frame> Session::render(const SkyImage& sky, const RgbImage& photo) {
   return frame;
 }
 
+Result<PhotoScale> Session::scale_from_marker(const SkyImage& sky, const Rgb& marker_white) const {
+  const State& s = *state_;
+  if (!s.config.marker)
+    return Error{ErrorCode::value_invalid, "scale = \"marker\" needs the marker's place", "[marker]",
+                 "state world_from_board"};
+  const glm::dvec3 centre(s.config.marker->world_from_board[3]);
+  const glm::dvec3 normal = glm::normalize(glm::dvec3(s.config.marker->world_from_board[2]));
+  constexpr double kAir = 1e-3; // metres in front of the board: its own surface may lie in the wall
+  const LightField field = combine(s.volume, region_radiance(sky, s.volume.partition));
+  const auto indirect = s.sampler->sample(field, centre + kAir * normal);
+  if (!indirect)
+    return Error{ErrorCode::not_found, "the marker is outside the room or inside furniture",
+                 "[marker] world_from_board", "give the board's pose in the room's frame, metres"};
+  const DirectSky direct(s.volume.apertures, *s.room_rays, sky);
+  const Rgb total = irradiance(*indirect, glm::vec3(normal)) + direct.irradiance(centre + kAir * normal, normal);
+  return daylit::scale_from_marker(marker_white, total, s.config.marker->white_reflectance,
+                                   s.config.interior.colour_matrix);
+}
+
+void Session::set_photo_scale(const PhotoScale& scale) { state_->photo_scale = scale; }
 const std::vector<std::string>& Session::notes() const { return state_->notes; }
 std::string Session::renderer_description() const { return state_->renderer->description(); }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/input/interior_input.h"
 #include "runtime/render/compose.h"
 #include "scene/config.h"
 #include "scene/program.h"
@@ -31,13 +32,16 @@ struct Frame {
 
 class Session {
 public:
-  /// Loads volume, objects and lens, and starts the renderer. `photo_width_px` x `photo_height_px`: of the pictures
-  /// that render() will be given. Errors: any file, no pose, no OpenGL.
-  static Result<Session> open(const RunConfig& config, int photo_width_px, int photo_height_px,
-                              const Progress& progress);
+  /// Loads volume and objects, and starts the renderer. `interior`: the camera's lens, place and the size of the
+  /// pictures that render() will be given. Errors: any file, no OpenGL.
+  static Result<Session> open(const RunConfig& config, const InteriorInput& interior, const Progress& progress);
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
   ~Session();
+
+  /// scale = "marker": photograph per radiance, from the white of the board and the light simulated there under `sky`.
+  Result<PhotoScale> scale_from_marker(const SkyImage& sky, const Rgb& marker_white) const;
+  void set_photo_scale(const PhotoScale& scale);
 
   /// `photo`: linear. Error: the picture has another size than announced; graphics failed.
   Result<Frame> render(const SkyImage& sky, const RgbImage& photo);
