@@ -15,12 +15,12 @@ def decades(low, high):
     return range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
 
 
-def panel(x0, y0, title, x_label, y_label, series, y_floor=1e-17, y_ceiling=1e3):
+def panel(x0, y0, title, x_label, y_label, series, y_floor=1e-17, y_ceiling=1e5):
     """series: list of (name, [(x, y), ...]); both axes logarithmic."""
     points = [(x, min(max(y, y_floor), y_ceiling)) for _, p in series for x, y in p if x > 0]
     xs, ys = decades(min(p[0] for p in points), max(p[0] for p in points)), decades(
         min(p[1] for p in points), max(p[1] for p in points))
-    left, right, top, bottom = x0 + MARGIN, x0 + WIDTH - 14, y0 + 34, y0 + HEIGHT - 46
+    left, right, top, bottom = x0 + MARGIN, x0 + WIDTH - 26, y0 + 34, y0 + HEIGHT - 46
 
     def sx(x):
         return left + (math.log10(x) - xs[0]) / max(1, xs[-1] - xs[0]) * (right - left)
