@@ -93,7 +93,7 @@ def markdown(d):
         out += (f'Phong lobe maps of a 512 x 512 angular map ({maps["pixels"]} pixels), errors against direct summation in '
                 f'{maps["compared_pixels"]} of them. Analysis to degree {maps["analysis_degree"]}: '
                 f'{maps["analysis_ms"]:.0f} ms, choice of all degrees: {maps["degree_choice_ms"]:.0f} ms, direct summation '
-                f'(vectors, fifteen exponents sharing the cosines): about {maps["direct_summation_ms_per_map_estimated"]:.0f} '
+                f'in double, not tuned, fifteen exponents sharing the cosines: about {maps["direct_summation_ms_per_map_estimated"]:.0f} '
                 'ms per map.\n\n')
         out += table(["exponent", "degree", "needed", "mean error", "largest", "map ms", "order 35, exact",
                       "order 35, float factorials", "order 50, float factorials"],
