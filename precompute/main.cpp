@@ -2,10 +2,14 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <string_view>
+#include <string_view>
 
 #include <CLI/CLI.hpp>
 
 #include "precompute/bake.h"
+#include "precompute/check_command.h"
+#include "precompute/check_command.h"
 #include "precompute/probes.h"
 #include "scene/volume_file.h"
 
@@ -84,11 +88,14 @@ Result<void> run(const Arguments& a) {
 } // namespace
 
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "check")
+    return precompute::check_command(argc - 1, argv + 1);
   Arguments a;
   for (int i = 0; i < argc; ++i)
     a.command_line += (i ? " " : "") + std::string(argv[i]);
   CLI::App app{"Computes the basis irradiance volume of a room.\n"
-               "Example: daylit-precompute room.obj -o room.volume --regions uniform:64"};
+               "Example: daylit-precompute room.obj -o room.volume --regions uniform:64\n"
+               "`daylit-precompute check ROOM` says what a bake would find, without baking."};
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.add_option("ROOM", a.room, "room model: OBJ, z up, metres")->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();

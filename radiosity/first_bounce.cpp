@@ -67,9 +67,17 @@ struct Accumulator {
   double total = 0, visible = 0;
 };
 
+/// A ray that crosses several apertures one behind the other (double glazing) counts at the first.
+bool meets_first(const Task& task, const Aperture& aperture, const glm::dvec3& world, const glm::dvec3& d) {
+  const double distance = glm::dot(aperture.corners[0] - world, aperture.inward) / glm::dot(d, aperture.inward);
+  int nearer = 0;
+  (void)aperture_transmittance(task.apertures, world, d, distance * (1.0 - 1e-6), &nearer);
+  return nearer == 0;
+}
+
 /// Samples the fan of triangles that makes up the aperture, as seen from one point of the element.
-void sample_aperture(Task& task, const Element& e, const SmallPolygon& polygon, const glm::dvec3& from, int count,
-                     std::uint64_t seed, Accumulator& acc) {
+void sample_aperture(Task& task, const Element& e, const Aperture& aperture, const SmallPolygon& polygon,
+                     const glm::dvec3& from, int count, std::uint64_t seed, Accumulator& acc) {
   std::array<glm::dvec3, 12> corner;
   std::array<double, 12> solid_angle{};
   double total_sr = 0;
@@ -90,9 +98,10 @@ void sample_aperture(Task& task, const Element& e, const SmallPolygon& polygon, 
     const glm::dvec3 d = on_spherical_triangle(corner[0], corner[k], corner[k + 1], u);
     const double weight = total_sr * std::max(0.0, glm::dot(d, e.normal));
     acc.total += weight;
-    if (weight <= 0.0 || !task.leaves(from, d))
+    const glm::dvec3 world = from + task.mesh.origin;
+    if (weight <= 0.0 || !task.leaves(from, d) || (task.apertures.size() > 1 && !meets_first(task, aperture, world, d)))
       continue;
-    const glm::dvec3 tau(aperture_transmittance(task.apertures, from + task.mesh.origin, d, kInfinity));
+    const glm::dvec3 tau(aperture_transmittance(task.apertures, world, d, kInfinity));
     acc.visible += weight;
     acc.seen.emplace_back(task.partition.region_of(d), weight * tau);
   }
@@ -119,7 +128,7 @@ void receive_through(Task& task, std::size_t index, const Aperture& aperture, st
   Accumulator acc;
   const glm::dvec2 shift = random_shift(seed ^ 0xA5A5A5A5ull);
   for (int p = 0; p < points; ++p)
-    sample_aperture(task, e, polygon, on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(p), shift)),
+    sample_aperture(task, e, aperture, polygon, on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(p), shift)),
                     kDirectionsPerPoint, mix_bits(seed) + static_cast<std::uint64_t>(p), acc);
   task.rays.fetch_add(static_cast<std::uint64_t>(points) * kDirectionsPerPoint, std::memory_order_relaxed);
   if (acc.total <= 0.0)

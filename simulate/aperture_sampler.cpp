@@ -1,6 +1,7 @@
 #include "simulate/aperture_sampler.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -12,20 +13,36 @@ namespace {
 
 constexpr double kSmallestSolidAngle = 1e-12; // sr; a window this edge on gives no light that matters
 
-/// Splits u over entries of given weights; returns the index and stretches u back to [0, 1).
-template <class Weight>
-std::size_t choose(std::size_t count, double total, float& u, Weight weight) {
-  double target = static_cast<double>(u) * total;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double w = weight(i);
-    if (target < w || i + 1 == count) {
-      u = w > 0.0 ? static_cast<float>(std::clamp(target / w, 0.0, 1.0 - 0x1p-24)) : 0.0f;
-      return i;
-    }
-    target -= w;
+/// Weights of the parts of all openings; on the stack in any ordinary room.
+class PartWeights {
+public:
+  explicit PartWeights(std::size_t count) : count_(count) {
+    if (count > fixed_.size())
+      large_.resize(count);
   }
-  return 0;
-}
+  double& operator[](std::size_t i) { return large_.empty() ? fixed_[i] : large_[i]; }
+  /// Picks an entry with u, stretches u back to [0, 1).
+  std::size_t choose(double total, float& u) {
+    double target = static_cast<double>(u) * total;
+    std::size_t last = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double w = (*this)[i];
+      if (w <= 0.0)
+        continue;
+      last = i;
+      if (target < w)
+        break;
+      target -= w;
+    }
+    u = static_cast<float>(std::clamp(target / (*this)[last], 0.0, 1.0 - 0x1p-24));
+    return last;
+  }
+
+private:
+  std::size_t count_;
+  std::array<double, 32> fixed_{};
+  std::vector<double> large_;
+};
 
 double triangle_area(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   return 0.5 * glm::length(glm::cross(b - a, c - a));
@@ -69,13 +86,17 @@ glm::dvec3 sample_triangle_direction(const glm::dvec3& corner_a, const glm::dvec
 
 ApertureSampler::ApertureSampler(std::span<const Aperture> apertures, const glm::dvec3& origin) {
   for (const Aperture& a : apertures) {
-    Pane pane{{}, a.inward, 0.0, a.transmittance};
+    Pane pane{{}, a.inward, a.transmittance};
     for (const glm::dvec3& corner : a.corners)
       pane.corners.push_back(corner - origin);
-    for (std::size_t i = 2; i < pane.corners.size(); ++i)
-      pane.area_m2 += triangle_area(pane.corners[0], pane.corners[i - 1], pane.corners[i]);
-    if (pane.area_m2 > 0.0)
-      panes_.push_back(std::move(pane));
+    const auto index = static_cast<std::uint32_t>(panes_.size());
+    for (std::size_t i = 2; i < pane.corners.size(); ++i) {
+      const Part part{index, pane.corners[0], pane.corners[i - 1], pane.corners[i],
+                      triangle_area(pane.corners[0], pane.corners[i - 1], pane.corners[i])};
+      if (part.area_m2 > 0.0)
+        parts_.push_back(part);
+    }
+    panes_.push_back(std::move(pane));
   }
 }
 
@@ -100,41 +121,34 @@ bool ApertureSampler::crosses(const Pane& pane, const glm::dvec3& point, const g
   return !(left && right);
 }
 
-double ApertureSampler::seen_solid_angle(const Pane& pane, const glm::dvec3& point) const {
-  if (glm::dot(point - pane.corners[0], pane.inward) <= 0.0)
-    return 0.0;
-  double sum = 0.0;
-  for (std::size_t i = 2; i < pane.corners.size(); ++i)
-    sum += triangle_solid_angle(pane.corners[0] - point, pane.corners[i - 1] - point, pane.corners[i] - point);
-  return sum;
+bool ApertureSampler::faces(const Pane& pane, const glm::dvec3& point) const {
+  return glm::dot(point - pane.corners[0], pane.inward) > 0.0;
+}
+
+double ApertureSampler::seen_solid_angle(const Part& part, const glm::dvec3& point) const {
+  return faces(panes_[part.pane], point) ? triangle_solid_angle(part.a - point, part.b - point, part.c - point) : 0.0;
 }
 
 std::optional<ApertureSample> ApertureSampler::sample(const glm::vec3& local_point, const glm::vec2& u_in) const {
   const glm::dvec3 p(local_point);
+  PartWeights weight(parts_.size());
   double total = 0.0;
-  for (const Pane& pane : panes_)
-    total += seen_solid_angle(pane, p);
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    total += weight[i] = seen_solid_angle(parts_[i], p);
   if (total < kSmallestSolidAngle)
     return std::nullopt;
   glm::vec2 u = u_in;
-  const Pane& pane =
-      panes_[choose(panes_.size(), total, u.x, [&](std::size_t i) { return seen_solid_angle(panes_[i], p); })];
-  const auto part = [&](std::size_t i) {
-    return triangle_solid_angle(pane.corners[0] - p, pane.corners[i + 1] - p, pane.corners[i + 2] - p);
-  };
-  const std::size_t k = choose(pane.corners.size() - 2, seen_solid_angle(pane, p), u.x, part);
-  const glm::dvec3 d =
-      sample_triangle_direction(pane.corners[0] - p, pane.corners[k + 1] - p, pane.corners[k + 2] - p, u);
-  // Openings are chosen by solid angle: the mixture is 1 / total, once per opening that the direction crosses.
-  int crossed = 0;
-  Rgb transmittance(1.0f);
-  for (const Pane& other : panes_) {
+  const Part& part = parts_[weight.choose(total, u.x)];
+  const glm::dvec3 d = sample_triangle_direction(part.a - p, part.b - p, part.c - p, u);
+  // Parts are chosen by solid angle: the density is 1 / total, once per opening that the direction crosses.
+  int crossed = 1;
+  Rgb transmittance = panes_[part.pane].transmittance;
+  for (std::size_t i = 0; i < panes_.size(); ++i) {
     double distance = 0.0;
-    const bool chosen = &other == &pane;
-    if (!chosen && !crosses(other, p, d, distance))
+    if (i == part.pane || !crosses(panes_[i], p, d, distance))
       continue;
-    transmittance *= other.transmittance;
-    crossed += chosen || glm::dot(p - other.corners[0], other.inward) > 0.0 ? 1 : 0;
+    transmittance *= panes_[i].transmittance;
+    crossed += faces(panes_[i], p) ? 1 : 0;
   }
   return ApertureSample{glm::vec3(d), static_cast<float>(crossed / total), transmittance};
 }
@@ -144,13 +158,13 @@ float ApertureSampler::density(const glm::vec3& local_point, const glm::vec3& di
   int crossed = 0;
   for (const Pane& pane : panes_) {
     double distance = 0.0;
-    crossed += glm::dot(p - pane.corners[0], pane.inward) > 0.0 && crosses(pane, p, d, distance) ? 1 : 0;
+    crossed += faces(pane, p) && crosses(pane, p, d, distance) ? 1 : 0;
   }
   if (crossed == 0)
     return 0.0f;
   double total = 0.0;
-  for (const Pane& pane : panes_)
-    total += seen_solid_angle(pane, p);
+  for (const Part& part : parts_)
+    total += seen_solid_angle(part, p);
   return total < kSmallestSolidAngle ? 0.0f : static_cast<float>(crossed / total);
 }
 
@@ -164,29 +178,22 @@ Rgb ApertureSampler::transmittance(const glm::vec3& local_point, const glm::vec3
   return product;
 }
 
-double ApertureSampler::total_cross_section(const glm::dvec3& to_sun) const {
-  double total = 0.0;
-  for (const Pane& pane : panes_)
-    total += pane.area_m2 * std::max(0.0, -glm::dot(pane.inward, to_sun));
-  return total;
+double ApertureSampler::cross_section(const Part& part, const glm::dvec3& to_sun) const {
+  return part.area_m2 * std::max(0.0, -glm::dot(panes_[part.pane].inward, to_sun));
 }
 
 std::optional<glm::vec3> ApertureSampler::sample_beam(const glm::vec3& to_sun, const glm::vec2& u_in) const {
   const glm::dvec3 s(to_sun);
-  const double total = total_cross_section(s);
+  PartWeights weight(parts_.size());
+  double total = 0.0;
+  for (std::size_t i = 0; i < parts_.size(); ++i)
+    total += weight[i] = cross_section(parts_[i], s);
   if (!(total > 0.0))
     return std::nullopt;
   glm::vec2 u = u_in;
-  const auto cross_section = [&](std::size_t i) {
-    return panes_[i].area_m2 * std::max(0.0, -glm::dot(panes_[i].inward, s));
-  };
-  const Pane& pane = panes_[choose(panes_.size(), total, u.x, cross_section)];
-  const auto part = [&](std::size_t i) {
-    return triangle_area(pane.corners[0], pane.corners[i + 1], pane.corners[i + 2]);
-  };
-  const std::size_t k = choose(pane.corners.size() - 2, pane.area_m2, u.x, part);
+  const Part& part = parts_[weight.choose(total, u.x)];
   const double root = std::sqrt(static_cast<double>(u.x)), v = static_cast<double>(u.y);
-  return glm::vec3((1.0 - root) * pane.corners[0] + root * ((1.0 - v) * pane.corners[k + 1] + v * pane.corners[k + 2]));
+  return glm::vec3((1.0 - root) * part.a + root * ((1.0 - v) * part.b + v * part.c));
 }
 
 float ApertureSampler::beam_density(const glm::vec3& local_point, const glm::vec3& to_sun) const {
@@ -196,7 +203,12 @@ float ApertureSampler::beam_density(const glm::vec3& local_point, const glm::vec
     double distance = 0.0;
     crossed += glm::dot(pane.inward, s) < 0.0 && crosses(pane, p, s, distance) ? 1 : 0;
   }
-  return crossed == 0 ? 0.0f : static_cast<float>(crossed / total_cross_section(s));
+  if (crossed == 0)
+    return 0.0f;
+  double total = 0.0;
+  for (const Part& part : parts_)
+    total += cross_section(part, s);
+  return static_cast<float>(crossed / total);
 }
 
 } // namespace daylit

@@ -3,6 +3,7 @@
 // Directions from a point through the openings of a room, uniform in solid angle within an opening. Sample, density
 // and the crossings come together.
 
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -49,14 +50,22 @@ private:
   struct Pane {
     std::vector<glm::dvec3> corners; ///< local
     glm::dvec3 inward{0.0};
-    double area_m2 = 0.0;
     Rgb transmittance{1.0f};
   };
+  /// Fans of triangles that cover the panes; panes own runs of them.
+  struct Part {
+    std::uint32_t pane = 0;
+    glm::dvec3 a{0.0}, b{0.0}, c{0.0}; ///< local
+    double area_m2 = 0.0;
+  };
   std::vector<Pane> panes_;
+  std::vector<Part> parts_;
 
   static bool crosses(const Pane& pane, const glm::dvec3& point, const glm::dvec3& direction, double& distance);
-  double seen_solid_angle(const Pane& pane, const glm::dvec3& point) const;
-  double total_cross_section(const glm::dvec3& to_sun) const;
+  bool faces(const Pane& pane, const glm::dvec3& point) const;
+  /// Solid angle of a part, 0 from behind.
+  double seen_solid_angle(const Part& part, const glm::dvec3& point) const;
+  double cross_section(const Part& part, const glm::dvec3& to_sun) const;
 };
 
 } // namespace daylit

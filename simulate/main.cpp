@@ -3,7 +3,9 @@
 #include <CLI/CLI.hpp>
 
 #include "scene/program.h"
+#include "simulate/compare_command.h"
 #include "simulate/irradiance_command.h"
+#include "simulate/simulate_command.h"
 
 namespace {
 
@@ -37,22 +39,62 @@ CLI::App* add_irradiance(CLI::App& app, IrradianceArguments& a) {
   return command;
 }
 
+void add_simulate(CLI::App& app, SimulateArguments& a) {
+  CLI::Option* scene = app.add_option("SCENE", a.scene, "SCENE.toml: sky model, room, objects, camera");
+  app.add_option("--demo", a.demo, "a built-in scene instead: overcast, sun or shade")
+      ->check(CLI::IsMember({"overcast", "sun", "shade"}))
+      ->excludes(scene);
+  app.add_option("-o,--output", a.folder, "folder to write to");
+  app.add_option("--size", a.size, "W,H of the interior picture of a --demo")
+      ->expected(2)
+      ->delimiter(',')
+      ->check(CLI::Range(16, 8192));
+  app.add_option("--frames", a.frames, "frames, each with its own sensor noise")->check(CLI::Range(1, 9999));
+  app.add_option("--spp", a.samples, "paths per pixel where the object can be seen (default: as the scene says)")
+      ->check(CLI::Range(16, 1 << 20));
+}
+
+CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
+  CLI::App* command = app.add_subcommand("compare", "picture error of a result against the truth in a folder");
+  command->add_option("DIR", a.folder, "folder that daylit-simulate wrote")->required();
+  command->add_option("--result", a.result, "linear EXR under test (default: DIR/result.exr)");
+  command->add_option("--result-mask", a.result_mask, "EXR, 1 where the result shows the object");
+  command->add_option("-o,--output", a.output, "PNG: result, truth, four times their difference");
+  return command;
+}
+
+Result<void> run(const CLI::App& irradiance, const CLI::App& compare, const IrradianceArguments& i,
+                 const CompareArguments& c, const SimulateArguments& s) {
+  if (irradiance)
+    return run_irradiance(i);
+  if (compare)
+    return run_compare(c);
+  if (s.folder.empty() || (s.scene.empty() && s.demo.empty()))
+    return Error{ErrorCode::usage, "needs SCENE.toml or --demo NAME, and -o DIR", "command line",
+                 "see daylit-simulate --help"};
+  return run_simulate(s);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Simulates rooms under daylight by path tracing.\n"
-               "Example: echo 2 2 1 0 0 1 | daylit-simulate irradiance room.obj --sky sky.exr"};
+  CLI::App app{
+      "Simulates rooms under daylight by path tracing: the pictures that cameras would record, and the truth.\n"
+      "Example: daylit-simulate --demo overcast -o out"};
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.fallthrough();
   IrradianceArguments irradiance;
+  CompareArguments compare;
+  SimulateArguments simulate;
   int threads = 0;
-  bool quiet = false, json = false;
-  std::uint32_t seed = 0;
+  add_simulate(app, simulate);
   app.add_option("--threads", threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
-  app.add_option("--seed", seed, "of the random numbers: same seed, same bits");
-  app.add_flag("--quiet", quiet, "no progress");
-  app.add_flag("--json", json, "one JSON object per line on stdout");
+  app.add_option("--seed", simulate.seed, "of the random numbers: same seed, same bits");
+  app.add_flag("--quiet", simulate.quiet, "no progress, no summary");
+  app.add_flag("--json", simulate.json, "the report as JSON on stdout, one object per line");
   CLI::App* irradiance_command = add_irradiance(app, irradiance);
+  CLI::App* compare_command = add_compare(app, compare);
+  app.require_subcommand(0, 1);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -60,12 +102,9 @@ int main(int argc, char** argv) {
   }
   watch_for_interrupt();
   set_thread_count(threads);
-  irradiance.seed = seed;
-  irradiance.quiet = quiet;
-  irradiance.json = json;
-  return run_program("daylit-simulate", json, [&]() -> Result<void> {
-    if (*irradiance_command)
-      return run_irradiance(irradiance);
-    return Error{ErrorCode::usage, "nothing to do", "daylit-simulate", "see daylit-simulate --help"};
-  });
+  irradiance.seed = simulate.seed;
+  irradiance.quiet = simulate.quiet;
+  irradiance.json = compare.json = simulate.json;
+  return run_program("daylit-simulate", simulate.json,
+                     [&] { return run(*irradiance_command, *compare_command, irradiance, compare, simulate); });
 }

@@ -14,8 +14,8 @@ namespace {
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kInfinity = std::numeric_limits<float>::max();
 
-// Vertices 0 and 1 of a path look for sunlit surfaces; beyond, their light is a small smooth part of the sum.
-constexpr std::uint32_t kBeamDepth = 2;
+// The first vertices of a path look for sunlit surfaces; beyond, their light is a small smooth part of the sum.
+constexpr std::uint32_t kBeamDepth = 4;
 // Every path ends: from here on it survives with at most kMaxSurvival, also in a closed room of albedo 1. Ending paths
 // as soon as their weight falls costs more variance than it saves time; twice the weight was best in furnished rooms.
 constexpr std::uint32_t kRouletteDepth = 4;

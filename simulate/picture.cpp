@@ -20,9 +20,11 @@ namespace {
 constexpr int kPictureBatches = 8;
 constexpr std::uint32_t kPixelPair = 0; // paths of a camera ray start at depth 1
 
-// A pixel is rendered with all samples when, averaged over its neighbourhood, the object changes it by more than this.
-constexpr float kVisibleChange = 0.004f;
-constexpr int kNeighbourhood = 4, kMaskMargin = 4; // pixels
+// Both pictures share their noise there, so that a shadow, their ratio, needs fewer samples than the object.
+constexpr int kShadowShare = 4;
+// A pixel counts as changed when, averaged over its neighbourhood, the object changes it by more than this.
+constexpr float kVisibleChange = 0.01f;
+constexpr int kNeighbourhood = 4, kMaskMargin = 2; // pixels
 
 struct PixelEstimate {
   Rgb room{0.0f}, truth{0.0f}, standard_error{0.0f};
@@ -38,8 +40,7 @@ struct Camera {
 PixelEstimate estimate_pixel(const PathTracer& tracer, const Camera& camera, int x, int y, int samples,
                              std::uint32_t seed) {
   const int per_batch = std::max(1, samples / kPictureBatches);
-  const std::uint32_t pixel_key =
-      combine_keys(seed, static_cast<std::uint32_t>(y * camera.lens.width_px + x));
+  const std::uint32_t pixel_key = combine_keys(seed, static_cast<std::uint32_t>(y * camera.lens.width_px + x));
   std::array<glm::dvec3, kPictureBatches> truth{};
   glm::dvec3 room_sum(0.0), truth_sum(0.0);
   int covered = 0;
@@ -90,7 +91,8 @@ std::vector<float> box_sum(const std::vector<float>& in, int width, int height, 
   return out;
 }
 
-std::vector<std::uint8_t> influenced_pixels(const InteriorPictures& p) {
+/// 2 where the object is, 1 where its effect can be seen, else 0.
+std::vector<std::uint8_t> influence(const InteriorPictures& p) {
   const std::size_t n = p.room.texels.size();
   std::vector<float> change(n), level(n), cover(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -103,7 +105,7 @@ std::vector<std::uint8_t> influenced_pixels(const InteriorPictures& p) {
   cover = box_sum(cover, p.room.width, p.room.height, kMaskMargin);
   std::vector<std::uint8_t> influenced(n);
   for (std::size_t i = 0; i < n; ++i)
-    influenced[i] = cover[i] > 0.0f || std::abs(change[i]) > kVisibleChange * level[i] ? 1 : 0;
+    influenced[i] = cover[i] > 0.0f ? 2 : std::abs(change[i]) > kVisibleChange * level[i] ? 1 : 0;
   return influenced;
 }
 
@@ -130,26 +132,29 @@ Result<InteriorPictures> render_interior(const TraceScene& scene, const LensMode
   for (RgbImage* image : {&p.room, &p.truth, &p.truth_standard_error, &p.coverage})
     *image = RgbImage(width, height);
   std::atomic<bool> stop{false};
-  const auto render = [&](const char* stage, int samples, const std::vector<std::uint8_t>& where) {
+  const auto render = [&](const char* stage, int samples, const std::vector<std::uint8_t>& where, std::uint8_t wanted) {
     std::atomic<int> rows{0};
     tbb::parallel_for(0, height, [&](int y) {
       for (int x = 0; x < width && !stop.load(std::memory_order_relaxed); ++x) {
         const std::size_t i = static_cast<std::size_t>(y) * width + x;
-        if (where.empty() || where[i])
+        if (where[i] == wanted)
           store(p, i, estimate_pixel(tracer, camera, x, y, samples, settings.seed));
       }
       if (progress && !progress(stage, static_cast<double>(++rows) / height))
         stop.store(true);
     });
   };
-  render("room", std::min(settings.samples, settings.base_samples), {});
-  const std::vector<std::uint8_t> influenced = influenced_pixels(p);
-  if (settings.samples > settings.base_samples && !stop.load())
-    render("object", settings.samples, influenced);
+  const int base = std::min(settings.samples, settings.base_samples);
+  render("room", base, std::vector<std::uint8_t>(p.room.texels.size()), 0);
+  const std::vector<std::uint8_t> influenced = influence(p);
+  if (const int shadow = settings.samples / kShadowShare; shadow > base && !stop.load())
+    render("shadow", shadow, influenced, 1);
+  if (settings.samples > base && !stop.load())
+    render("object", settings.samples, influenced, 2);
   if (stop.load())
     return interrupted_error("rendering");
-  p.full_sample_share =
-      static_cast<double>(std::count(influenced.begin(), influenced.end(), 1)) / static_cast<double>(influenced.size());
+  const auto quiet = std::count(influenced.begin(), influenced.end(), 0);
+  p.influenced_share = 1.0 - static_cast<double>(quiet) / static_cast<double>(influenced.size());
   return p;
 }
 

@@ -14,8 +14,8 @@
 namespace daylit {
 
 struct PictureSettings {
-  int samples = 512;     ///< paths per pixel where the object or its effect can be seen
-  int base_samples = 64; ///< elsewhere
+  int samples = 512;     ///< paths per pixel where the object is; a quarter where its effect can be seen
+  int base_samples = 32; ///< elsewhere
   std::uint32_t seed = 0;
 };
 
@@ -25,7 +25,7 @@ struct InteriorPictures {
   RgbImage truth;                ///< the object really there; equal bit for bit where no path met it
   RgbImage truth_standard_error; ///< of every pixel of `truth`
   RgbImage coverage;             ///< share of the pixel that the object covers
-  double full_sample_share = 0.0; ///< share of pixels with `samples` paths
+  double influenced_share = 0.0; ///< share of pixels that show the object or its effect
 };
 
 /// Both pictures from the same random numbers: a path is traced twice only when some ray of it met the object.

@@ -15,7 +15,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kSubpixels = 6;       // per axis: the sky varies little over a pixel, the horizon crosses some
+constexpr int kSubpixels = 4;       // per axis: the sky varies little over a pixel, the horizon crosses some
 constexpr int kDiscPoints = 100000; // of equal area on the sun
 
 Rgb pixel_mean(const AnalyticSky& sky, const LensModel& lens, int x, int y) {
@@ -38,8 +38,8 @@ Rgb pixel_mean(const AnalyticSky& sky, const LensModel& lens, int x, int y) {
 glm::dvec3 disc_point(const SunDisc& sun, int k) {
   const double radius = 2.0 * std::sin(0.5 * sun.angular_radius) * std::sqrt((k + 0.5) / kDiscPoints);
   const double angle = k * std::numbers::pi * (3.0 - std::sqrt(5.0));
-  const glm::dvec3 helper = std::abs(sun.direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
-  const glm::dvec3 t = glm::normalize(glm::cross(helper, sun.direction)), b = glm::cross(sun.direction, t);
+  const glm::dvec3 other_axis = std::abs(sun.direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
+  const glm::dvec3 t = glm::normalize(glm::cross(other_axis, sun.direction)), b = glm::cross(sun.direction, t);
   // The chord to a point of the cap: equal chord^2 is equal area.
   const double sine = radius * std::sqrt(1.0 - 0.25 * radius * radius);
   return (1.0 - 0.5 * radius * radius) * sun.direction + sine * (std::cos(angle) * t + std::sin(angle) * b);

@@ -119,7 +119,9 @@ std::vector<BezierPatch> teapot_patches() {
   return patches;
 }
 
-glm::dvec3 evaluate(const BezierPatch& patch, double u, double v) { return weighted(patch, bernstein(u), bernstein(v)); }
+glm::dvec3 evaluate(const BezierPatch& patch, double u, double v) {
+  return weighted(patch, bernstein(u), bernstein(v));
+}
 
 glm::dvec3 outward_normal(const BezierPatch& patch, double u, double v) {
   // A pole has no tangent along its collapsed row: the limit from just inside is the normal.
@@ -152,7 +154,8 @@ ObjectMesh tessellate_teapot(int steps, double width_m, Rgb reflectance) {
       for (std::uint32_t k = 0; k + 1 < side; ++k) {
         const std::uint32_t a = first + i * side + k, b = a + 1, c = a + side, d = c + 1;
         for (const std::array<std::uint32_t, 3> t : {std::array<std::uint32_t, 3>{a, b, c}, {b, d, c}}) {
-          const glm::vec3 e = mesh.positions[t[1]] - mesh.positions[t[0]], f = mesh.positions[t[2]] - mesh.positions[t[0]];
+          const glm::vec3 e = mesh.positions[t[1]] - mesh.positions[t[0]],
+                          f = mesh.positions[t[2]] - mesh.positions[t[0]];
           if (glm::length(glm::cross(e, f)) > 1e-7f)
             mesh.triangles.push_back(t);
         }

@@ -34,65 +34,68 @@ glm::vec3 facing(const glm::vec3& normal, const glm::vec3& direction) {
 Result<TraceScene> TraceScene::make(const Room& room, const std::vector<Aperture>& apertures, const SkyLight& sky,
                                     const ObjectMesh* object, const glm::dmat4& world_from_object,
                                     const std::optional<MarkerBoard>& board) {
-  TriangleList surfaces;
+  if (object && object->triangles.empty())
+    return Error{ErrorCode::geometry_invalid, "the object has no triangle", "object", ""};
+  TriangleList list;
   std::vector<RoomSurface> room_surface;
-  surfaces.vertices = room.vertices;
+  list.vertices = room.vertices;
   for (const RoomTriangle& t : room.triangles) {
     if (room.is_window(t))
       continue;
-    surfaces.triangles.push_back(t.vertex);
-    room_surface.push_back({surfaces.unit_normal(surfaces.triangles.size() - 1), room.material(t).reflectance, false});
+    list.triangles.push_back(t.vertex);
+    room_surface.push_back({list.unit_normal(list.triangles.size() - 1), room.material(t).reflectance, false});
   }
   if (board) {
-    const auto first = static_cast<std::uint32_t>(surfaces.vertices.size());
+    const auto first = static_cast<std::uint32_t>(list.vertices.size());
     for (const glm::dvec3& corner : board->corners())
-      surfaces.vertices.push_back(corner);
+      list.vertices.push_back(corner);
     for (const std::array<std::uint32_t, 3> t : {std::array<std::uint32_t, 3>{0, 1, 2}, {0, 2, 3}}) {
-      surfaces.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-      room_surface.push_back({surfaces.unit_normal(surfaces.triangles.size() - 1), Rgb(0.0f), true});
+      list.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+      room_surface.push_back({list.unit_normal(list.triangles.size() - 1), Rgb(0.0f), true});
     }
   }
-  TriangleList object_list;
-  if (object) {
-    if (object->triangles.empty())
-      return Error{ErrorCode::geometry_invalid, "the object has no triangle", "object", ""};
-    // Both ray scenes get all vertices, so that they share one origin and one set of rounded coordinates.
-    const auto first = static_cast<std::uint32_t>(surfaces.vertices.size());
+  // Both ray scenes get all vertices, so that they share one origin and one set of rounded coordinates.
+  const auto first_object_vertex = static_cast<std::uint32_t>(list.vertices.size());
+  if (object)
     for (const glm::vec3& p : object->positions)
-      surfaces.vertices.emplace_back(world_from_object * glm::dvec4(glm::dvec3(p), 1.0));
-    object_list.vertices = surfaces.vertices;
-    for (const auto& t : object->triangles)
-      object_list.triangles.push_back({first + t[0], first + t[1], first + t[2]});
-  }
+      list.vertices.emplace_back(world_from_object * glm::dvec4(glm::dvec3(p), 1.0));
 
-  auto room_rays = RayScene::build(surfaces.vertices, surfaces.triangles);
-  if (!room_rays)
-    return room_rays.error();
-  TraceScene scene(apertures, room_rays->origin(), sky);
-  scene.room_ = *room_rays;
+  auto rays = RayScene::build(list.vertices, list.triangles);
+  if (!rays)
+    return rays.error();
+  TraceScene scene(apertures, rays->origin(), sky);
+  scene.room_ = *std::move(rays);
   scene.room_surface_ = std::move(room_surface);
   scene.board_ = board;
-  if (!object)
-    return scene;
-
-  auto object_rays = RayScene::build(object_list.vertices, object_list.triangles);
-  if (!object_rays)
-    return object_rays.error();
-  scene.object_ = *object_rays;
-  scene.object_reflectance_ = object->reflectance;
-  const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(world_from_object)));
-  for (const glm::vec3& n : object->normals)
-    scene.object_normal_.push_back(glm::vec3(glm::normalize(normal_matrix * glm::dvec3(n))));
-  Bounds box;
-  for (std::size_t t = 0; t < object_list.triangles.size(); ++t) {
-    scene.object_surface_.push_back({object_list.unit_normal(t), object->triangles[t]});
-    for (const std::uint32_t v : object_list.triangles[t])
-      box.include(object_list.vertices[v]);
-  }
-  const glm::vec3 margin(4.0f * scene.surface_offset());
-  scene.object_min_ = scene.to_local(box.min) - margin;
-  scene.object_max_ = scene.to_local(box.max) + margin;
+  if (object)
+    if (const auto placed = scene.place_object(*object, world_from_object, list.vertices, first_object_vertex); !placed)
+      return placed.error();
   return scene;
+}
+
+Result<void> TraceScene::place_object(const ObjectMesh& object, const glm::dmat4& world_from_object,
+                                      const std::vector<glm::dvec3>& vertices, std::uint32_t first_vertex) {
+  TriangleList list{vertices, {}};
+  for (const auto& t : object.triangles)
+    list.triangles.push_back({first_vertex + t[0], first_vertex + t[1], first_vertex + t[2]});
+  auto rays = RayScene::build(list.vertices, list.triangles);
+  if (!rays)
+    return rays.error();
+  object_ = *std::move(rays);
+  object_reflectance_ = object.reflectance;
+  const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(world_from_object)));
+  for (const glm::vec3& n : object.normals)
+    object_normal_.push_back(glm::vec3(glm::normalize(normal_matrix * glm::dvec3(n))));
+  Bounds box;
+  for (std::size_t t = 0; t < list.triangles.size(); ++t) {
+    object_surface_.push_back({list.unit_normal(t), object.triangles[t]});
+    for (const std::uint32_t v : list.triangles[t])
+      box.include(list.vertices[v]);
+  }
+  const glm::vec3 margin(4.0f * surface_offset());
+  object_min_ = to_local(box.min) - margin;
+  object_max_ = to_local(box.max) + margin;
+  return {};
 }
 
 bool TraceScene::may_hit_object(const glm::vec3& origin, const glm::vec3& direction, float distance) const {

@@ -73,6 +73,8 @@ private:
 
   TraceScene(const std::vector<Aperture>& apertures, const glm::dvec3& origin, const SkyLight& sky)
       : origin_(origin), apertures_(apertures, origin), sky_(sky) {}
+  Result<void> place_object(const ObjectMesh& object, const glm::dmat4& world_from_object,
+                            const std::vector<glm::dvec3>& vertices, std::uint32_t first_vertex);
   bool may_hit_object(const glm::vec3& origin, const glm::vec3& direction, float distance) const;
   SurfacePoint room_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
   SurfacePoint object_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;

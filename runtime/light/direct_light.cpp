@@ -9,6 +9,7 @@
 
 #include "runtime/light/window_sampler.h"
 #include "scene/aperture.h"
+#include "sh/sh9.h"
 
 namespace daylit {
 
@@ -139,6 +140,32 @@ std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<
       irradiance[i] = open_sky_irradiance(pyramid, cells, x[i], glm::dvec3(n[i]));
   });
   return irradiance;
+}
+
+Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                           std::span<const DirectionalLight> sun, std::span<const Aperture> apertures,
+                           const glm::dvec3& x) {
+  Sh9Rgb sum{};
+  const auto add = [&](const glm::dvec3& w, const Rgb& flux) {
+    const std::array<float, 9> y = sh::evaluate9(glm::vec3(w));
+    for (int i = 0; i < 9; ++i)
+      sum[i] += y[i] * flux;
+  };
+  for (const ApertureCell& cell : cells) {
+    const glm::dvec3 d = cell.centre - x;
+    const double r = glm::length(d), facing = -glm::dot(cell.inward, d);
+    if (facing > 0.0)
+      add(d / r, static_cast<float>(facing * cell.area_m2 / (r * r * r)) * cell.transmittance *
+                     pyramid[cell.level].interpolate(d / r));
+  }
+  const std::vector<Aperture> list(apertures.begin(), apertures.end());
+  for (const DirectionalLight& l : sun) {
+    int crossed = 0;
+    const Rgb pane = aperture_transmittance(list, x, l.direction, std::numeric_limits<double>::infinity(), &crossed);
+    if (crossed > 0)
+      add(l.direction, pane * l.irradiance);
+  }
+  return sum;
 }
 
 } // namespace daylit

@@ -17,6 +17,7 @@
 #include "runtime/light/sky_map.h"
 #include "runtime/light/sun.h"
 #include "runtime/light/window_cone.h"
+#include "scene/volume.h"
 
 namespace daylit {
 
@@ -56,5 +57,10 @@ Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const Apertur
 /// The same for many points, in parallel.
 std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                                      std::span<const glm::dvec3> x, std::span<const glm::vec3> n);
+
+/// Nine coefficients of the unshadowed radiance that arrives at x from sky and sun through the apertures.
+Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                           std::span<const DirectionalLight> sun, std::span<const Aperture> apertures,
+                           const glm::dvec3& x);
 
 } // namespace daylit

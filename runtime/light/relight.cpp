@@ -11,10 +11,11 @@
 
 namespace daylit {
 
-std::vector<TransferVector> rotate_transfer(std::span<const TransferVector> transfer, const glm::mat3& r) {
-  std::vector<TransferVector> turned(transfer.size());
-  std::transform(transfer.begin(), transfer.end(), turned.begin(),
-                 [&](const TransferVector& t) { return rotate9<float>(r, t); });
+std::vector<VertexTransfer> rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r) {
+  std::vector<VertexTransfer> turned(transfer.size());
+  std::transform(transfer.begin(), transfer.end(), turned.begin(), [&](const VertexTransfer& t) {
+    return VertexTransfer{rotate9<float>(r, t.front), rotate9<float>(r, t.back), rotate9<float>(r, t.bounce)};
+  });
   return turned;
 }
 
@@ -34,16 +35,23 @@ std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, s
   return probes;
 }
 
-std::vector<Rgb> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                  std::span<const TransferVector> world_transfer, std::span<const Rgb> reflectance) {
-  std::vector<Rgb> radiance(probes.size(), Rgb(0.0f));
+std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
+                                       std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
+                                       std::span<const Rgb> reflectance) {
+  std::vector<TwoSided> radiance(probes.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, probes.size(), 256), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       Sh9Rgb light{};
       for (int k = 0; k < probes[i].count; ++k)
         for (int c = 0; c < 9; ++c)
           light[c] += probes[i].weight[k] * field.probe[probes[i].probe[k]][c];
-      radiance[i] = reflected_radiance(light, world_transfer[i], reflectance[i]);
+      Sh9Rgb arriving = light;
+      for (int c = 0; c < 9; ++c)
+        arriving[c] += direct[c];
+      const VertexTransfer& t = world_transfer[i];
+      const Rgb rho = reflectance[i];
+      radiance[i] = {reflected_radiance(light, t.front, rho) + rho * reflected_radiance(arriving, t.bounce, rho),
+                     reflected_radiance(light, t.back, rho)};
     }
   });
   return radiance;

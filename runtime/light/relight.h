@@ -15,7 +15,7 @@
 namespace daylit {
 
 /// Transfer vectors turned from the object's frame into the world; `world_from_object` must be a rotation.
-std::vector<TransferVector> rotate_transfer(std::span<const TransferVector> transfer,
+std::vector<VertexTransfer> rotate_transfer(std::span<const VertexTransfer> transfer,
                                             const glm::mat3& world_from_object);
 
 /// rho/pi sum_lm L_lm C_lm, never below zero: nine coefficients can ring negative, radiance cannot.
@@ -30,8 +30,15 @@ struct VertexProbes {
 /// Positions in world metres.
 std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions);
 
-/// Reflected indirect radiance per vertex; all spans have one entry per vertex.
-std::vector<Rgb> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                  std::span<const TransferVector> world_transfer, std::span<const Rgb> reflectance);
+/// Reflected radiance on both sides of the surface.
+struct TwoSided {
+  Rgb front{0.0f}, back{0.0f};
+};
+/// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the
+/// object straight from sky and sun; only what one part of the object reflects to another is taken from it here, the
+/// rest is drawn with shadows.
+std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
+                                       std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
+                                       std::span<const Rgb> reflectance);
 
 } // namespace daylit

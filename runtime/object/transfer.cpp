@@ -83,56 +83,153 @@ struct Occluder {
   RayScene scene;
   IncidentFaces incident;
 
-  /// A direction above the smooth normal's tangent plane may dip below a coarse mesh's own facets and leave through its
-  /// far side: that hit, on the back of a face, is no occluder.
-  bool blocks(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w) const {
-    RayHit hit;
+  enum class Sight { clear, front, back };
+  /// What a ray from a vertex meets. A direction above the smooth normal's tangent plane may dip below a coarse mesh's
+  /// own facets and leave through its far side: that hit, on the back of a face, is no occluder.
+  Sight look(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w,
+             RayHit& hit) const {
     if (!scene.closest(origin, w, scene.surface_offset(), std::numeric_limits<float>::infinity(), hit))
-      return false;
+      return Sight::clear;
     const auto& t = mesh->triangles[hit.triangle];
     const glm::vec3 a = mesh->positions[t[0]];
     const glm::vec3 face = glm::cross(mesh->positions[t[1]] - a, mesh->positions[t[2]] - a);
-    return glm::dot(face, w) < 0.0f || !incident.dips_below(vertex, normal, w);
+    if (glm::dot(face, w) < 0.0f)
+      return Sight::front;
+    return incident.dips_below(vertex, normal, w) ? Sight::clear : Sight::back;
   }
 };
 
-TransferVector vertex_transfer(const Occluder& occluder, std::uint32_t vertex,
-                               const std::vector<glm::dvec3>& directions) {
-  const glm::dvec3 position(occluder.mesh->positions[vertex]), normal(occluder.mesh->normals[vertex]);
+/// A blocked direction: where on the mesh it ends, and on which side.
+struct Blocker {
+  RayHit hit;
+  bool on_back;
+};
+
+struct Side {
+  TransferVector transfer;
+  std::vector<Blocker> blockers;
+  double back_share; ///< of the rays, that meet the back of a face
+};
+
+Side side_transfer(const Occluder& occluder, std::uint32_t vertex, const glm::dvec3& normal,
+                   const std::vector<glm::dvec3>& directions) {
   const OrthonormalBasis basis(normal);
   std::array<double, 9> sum = sh::evaluate9(normal);
   for (int i = 0; i < 9; ++i)
     sum[i] *= sh::kClampedCosine9<double>[i];
   const double weight = std::numbers::pi / static_cast<double>(directions.size());
-  const glm::vec3 origin = occluder.scene.to_local(position) + occluder.scene.surface_offset() * glm::vec3(normal);
+  const glm::vec3 origin = occluder.scene.to_local(glm::dvec3(occluder.mesh->positions[vertex])) +
+                           occluder.scene.surface_offset() * glm::vec3(normal);
+  Side side{{}, {}, 0.0};
+  std::size_t backs = 0;
   for (const glm::dvec3& d : directions) {
+    RayHit hit;
     const glm::dvec3 w = d.x * basis.u + d.y * basis.v + d.z * normal;
-    if (!occluder.blocks(vertex, origin, glm::vec3(normal), glm::vec3(w)))
+    const Occluder::Sight sight = occluder.look(vertex, origin, glm::vec3(normal), glm::vec3(w), hit);
+    if (sight == Occluder::Sight::clear)
       continue;
+    backs += sight == Occluder::Sight::back;
+    side.blockers.push_back({hit, sight == Occluder::Sight::back});
     const std::array<double, 9> y = sh::evaluate9(w);
     for (int i = 0; i < 9; ++i)
       sum[i] -= weight * y[i];
   }
-  TransferVector transfer;
+  side.back_share = static_cast<double>(backs) / static_cast<double>(directions.size());
   for (int i = 0; i < 9; ++i)
-    transfer[i] = static_cast<float>(sum[i]);
-  return transfer;
+    side.transfer[i] = static_cast<float>(sum[i]);
+  return side;
 }
+
+/// Mean over all rays of the transfer where the blocked ones end.
+TransferVector bounce_transfer(const ObjectMesh& mesh, const std::vector<VertexTransfer>& transfer,
+                               const std::vector<Blocker>& blockers, std::size_t rays) {
+  TransferVector bounce{};
+  for (const Blocker& b : blockers) {
+    const auto& t = mesh.triangles[b.hit.triangle];
+    const float weight[3] = {1.0f - b.hit.u - b.hit.v, b.hit.u, b.hit.v};
+    for (int k = 0; k < 3; ++k) {
+      const TransferVector& there = b.on_back ? transfer[t[k]].back : transfer[t[k]].front;
+      for (int i = 0; i < 9; ++i)
+        bounce[i] += weight[k] / static_cast<float>(rays) * there[i];
+    }
+  }
+  return bounce;
+}
+
+/// Every edge has exactly one twin of opposite direction.
+bool is_closed(const ObjectMesh& mesh) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, twins;
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k) {
+      edges.emplace_back(t[k], t[(k + 1) % 3]);
+      twins.emplace_back(t[(k + 1) % 3], t[k]);
+    }
+  std::sort(edges.begin(), edges.end());
+  std::sort(twins.begin(), twins.end());
+  return edges == twins;
+}
+
+/// Buried vertices take the mean of their neighbours that are not, ring by ring.
+void fill_buried(const ObjectMesh& mesh, std::vector<bool> buried, TransferVector VertexTransfer::*side,
+                 std::vector<VertexTransfer>& transfer) {
+  for (bool changed = true; changed;) {
+    changed = false;
+    std::vector<TransferVector> sum(transfer.size(), TransferVector{});
+    std::vector<int> neighbours(transfer.size(), 0);
+    for (const auto& t : mesh.triangles)
+      for (int k = 0; k < 3; ++k)
+        for (const std::uint32_t other : {t[(k + 1) % 3], t[(k + 2) % 3]})
+          if (buried[t[k]] && !buried[other]) {
+            for (int i = 0; i < 9; ++i)
+              sum[t[k]][i] += (transfer[other].*side)[i];
+            ++neighbours[t[k]];
+          }
+    for (std::size_t v = 0; v < transfer.size(); ++v)
+      if (neighbours[v] > 0) {
+        for (int i = 0; i < 9; ++i)
+          (transfer[v].*side)[i] = sum[v][i] / static_cast<float>(neighbours[v]);
+        buried[v] = false;
+        changed = true;
+      }
+  }
+}
+
+constexpr double kBuriedShare = 0.5;
 
 } // namespace
 
-Result<std::vector<TransferVector>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings) {
+Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings) {
   std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
   Result<RayScene> scene = RayScene::build(positions, mesh.triangles);
   if (!scene)
     return scene.error();
   const Occluder occluder{&mesh, std::move(*scene), IncidentFaces(mesh)};
   const std::vector<glm::dvec3> directions = cosine_directions(std::max(settings.rays_per_vertex, 1));
-  std::vector<TransferVector> transfer(mesh.positions.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 64), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i)
-      transfer[i] = vertex_transfer(occluder, static_cast<std::uint32_t>(i), directions);
+  const bool closed = is_closed(mesh);
+  const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
+  std::vector<VertexTransfer> transfer(vertices);
+  std::vector<std::vector<Blocker>> blockers(vertices);
+  std::vector<std::uint8_t> is_buried(vertices, 0);
+  const auto for_each_vertex = [&](const auto& work) {
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, vertices, 64), [&](const auto& range) {
+      for (std::uint32_t v = range.begin(); v != range.end(); ++v)
+        work(v);
+    });
+  };
+  for_each_vertex([&](std::uint32_t v) {
+    const glm::dvec3 n(mesh.normals[v]);
+    Side front = side_transfer(occluder, v, n, directions);
+    transfer[v].front = front.transfer;
+    blockers[v] = std::move(front.blockers);
+    is_buried[v] = front.back_share > kBuriedShare;
+    if (!closed)
+      transfer[v].back = side_transfer(occluder, v, -n, directions).transfer;
   });
+  const std::vector<bool> buried(is_buried.begin(), is_buried.end());
+  fill_buried(mesh, buried, &VertexTransfer::front, transfer);
+  for_each_vertex(
+      [&](std::uint32_t v) { transfer[v].bounce = bounce_transfer(mesh, transfer, blockers[v], directions.size()); });
+  fill_buried(mesh, buried, &VertexTransfer::bounce, transfer);
   return transfer;
 }
 

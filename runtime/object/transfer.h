@@ -16,26 +16,39 @@ namespace daylit {
 /// C_lm = integral V(w) max(0, n.w) Y_lm(w) dw, l <= 2, without A_l, reflectance or 1/pi. Object frame.
 using TransferVector = std::array<float, 9>;
 
+/// Both sides of the surface at a vertex. The back is what a camera sees through the opening of a thin shell; it is
+/// zero where the mesh is closed.
+struct VertexTransfer {
+  TransferVector front{}, back{};
+  /// What the object itself sends to the front: the mean, over the cosine-weighted blocked directions, of the transfer
+  /// vector at the point they meet. Light that is reflected once on its way is reflectance x bounce (Sloan et al. 2002,
+  /// section 5: interreflections).
+  TransferVector bounce{};
+  bool operator==(const VertexTransfer&) const = default;
+};
+
 struct TransferSettings {
   int rays_per_vertex = 256;
 };
 
-/// One vector per vertex. The blocked part is integrated with cosine-weighted Hammersley directions and subtracted from
-/// the closed form A_l Y_lm(n), so a convex object has the exact unshadowed vector. Error: no ray scene.
-Result<std::vector<TransferVector>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings = {});
+/// One entry per vertex. The blocked part is integrated with cosine-weighted Hammersley directions and subtracted from
+/// the closed form A_l Y_lm(n), so a convex object has the exact unshadowed vector. A vertex buried in another
+/// part of the object (most of its rays meet back faces) is seen by nobody but is interpolated into visible triangles:
+/// it takes the mean of its neighbours. Error: no ray scene.
+Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings = {});
 
 /// FNV-1a over positions, normals, triangles and settings, 16 hex digits: what a cached result belongs to.
 std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings = {});
 
 /// Reads the vectors that belong to `key`; Error file_missing, file_malformed (size, checksum, non-finite or
 /// impossibly large values) or file_version; never trusts a size in the file.
-Result<std::vector<TransferVector>> read_transfer(const std::filesystem::path& path, const std::string& key,
+Result<std::vector<VertexTransfer>> read_transfer(const std::filesystem::path& path, const std::string& key,
                                                   std::size_t vertices);
 Result<void> write_transfer(const std::filesystem::path& path, const std::string& key,
-                            const std::vector<TransferVector>& transfer);
+                            const std::vector<VertexTransfer>& transfer);
 
 struct CachedTransfer {
-  std::vector<TransferVector> transfer;
+  std::vector<VertexTransfer> transfer;
   bool from_cache = false;
   std::string note; ///< why the cache was not used or not written; empty when all went well
 };

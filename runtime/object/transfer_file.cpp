@@ -11,15 +11,15 @@ namespace daylit {
 
 namespace {
 
-constexpr std::uint32_t kTransferVersion = 1;
+constexpr std::uint32_t kTransferVersion = 3;
 // |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
 constexpr float kLargestCoefficient = 3.1416f;
 
-/// Little-endian file: this header, then vertices x 9 floats.
+/// Little-endian file: this header, then vertices x 27 floats.
 struct Header {
   char magic[8] = {'d', 'a', 'y', 'l', 'i', 't', 'T', 'V'};
   std::uint32_t version = kTransferVersion;
-  std::uint32_t coefficients = 9;
+  std::uint32_t coefficients = 27; ///< nine each of front, back and bounce
   std::uint64_t vertices = 0;
   char key[16] = {};
   std::uint64_t checksum = 0; ///< FNV-1a of the floats
@@ -59,9 +59,9 @@ std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& setting
   return text;
 }
 
-Result<std::vector<TransferVector>> read_transfer(const std::filesystem::path& path, const std::string& key,
+Result<std::vector<VertexTransfer>> read_transfer(const std::filesystem::path& path, const std::string& key,
                                                   std::size_t vertices) {
-  const std::size_t expected = sizeof(Header) + vertices * sizeof(TransferVector);
+  const std::size_t expected = sizeof(Header) + vertices * sizeof(VertexTransfer);
   const auto bytes = read_whole_file(path, expected);
   if (!bytes)
     return bytes.error();
@@ -73,23 +73,24 @@ Result<std::vector<TransferVector>> read_transfer(const std::filesystem::path& p
     return malformed(path, "not a transfer file");
   if (header.version != kTransferVersion)
     return Error{ErrorCode::file_version, "transfer file of another version", path.string(), "delete the file"};
-  if (header.coefficients != 9 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
+  if (header.coefficients != 27 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
     return malformed(path, "belongs to another object");
-  std::vector<TransferVector> transfer(vertices);
-  std::memcpy(transfer.data(), bytes->data() + sizeof(header), vertices * sizeof(TransferVector));
+  std::vector<VertexTransfer> transfer(vertices);
+  std::memcpy(transfer.data(), bytes->data() + sizeof(header), vertices * sizeof(VertexTransfer));
   Fnv1a hash;
   hash.add(transfer);
   if (hash.value() != header.checksum)
     return malformed(path, "wrong checksum");
-  for (const TransferVector& t : transfer)
-    for (const float c : t)
-      if (!(std::fabs(c) <= kLargestCoefficient))
-        return malformed(path, "a coefficient is out of range");
+  for (const VertexTransfer& t : transfer)
+    for (const TransferVector* side : {&t.front, &t.back, &t.bounce})
+      for (const float c : *side)
+        if (!(std::fabs(c) <= kLargestCoefficient))
+          return malformed(path, "a coefficient is out of range");
   return transfer;
 }
 
 Result<void> write_transfer(const std::filesystem::path& path, const std::string& key,
-                            const std::vector<TransferVector>& transfer) {
+                            const std::vector<VertexTransfer>& transfer) {
   Header header;
   header.vertices = transfer.size();
   std::memcpy(header.key, key.data(), std::min(key.size(), sizeof(header.key)));
@@ -97,7 +98,7 @@ Result<void> write_transfer(const std::filesystem::path& path, const std::string
   hash.add(transfer);
   header.checksum = hash.value();
   const std::span<const std::byte> parts[] = {std::as_bytes(std::span(&header, 1)),
-                                              std::as_bytes(std::span<const TransferVector>(transfer))};
+                                              std::as_bytes(std::span<const VertexTransfer>(transfer))};
   return write_file_atomically(path, parts);
 }
 

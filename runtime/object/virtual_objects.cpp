@@ -11,7 +11,7 @@ namespace daylit {
 
 namespace {
 
-void append(VirtualObjects& all, const ObjectMesh& mesh, const std::vector<TransferVector>& transfer,
+void append(VirtualObjects& all, const ObjectMesh& mesh, const std::vector<VertexTransfer>& transfer,
             const ObjectConfig& config) {
   const glm::dmat4 world_from_object = object_transform(config);
   const glm::dmat3 linear(world_from_object);

@@ -14,7 +14,7 @@ namespace daylit {
 /// All virtual objects of a scene, placed in the world.
 struct VirtualObjects {
   ObjectSurface surface;
-  std::vector<TransferVector> transfer; ///< per vertex, world frame
+  std::vector<VertexTransfer> transfer; ///< per vertex, world frame
   std::vector<std::string> notes;       ///< one line per thing a user should know
   std::size_t transfers_cached = 0, transfers_computed = 0;
 };

@@ -73,10 +73,11 @@ Result<RenderCamera> make_render_camera(const LensModel& lens, const glm::dmat4&
   if (!is_rigid(world_from_camera))
     return Error{ErrorCode::value_invalid, "the camera pose is not a rotation and a translation", "world_from_camera",
                  "give a 4 x 4 matrix with orthonormal axes and determinant 1"};
-  if (lens.width_px <= 0 || lens.height_px <= 0 || width_px <= 0 || height_px <= 0 || !(lens.fx > 0.0) ||
-      !(lens.fy > 0.0))
+  if (width_px <= 0 || height_px <= 0 || !(lens.fx > 0.0) || !(lens.fy > 0.0))
     return Error{ErrorCode::value_invalid, "the interior camera has no size or focal length", "interior lens", ""};
-  const double sx = static_cast<double>(width_px) / lens.width_px, sy = static_cast<double>(height_px) / lens.height_px;
+  // A lens file may leave the size out: it is for the photograph as it is.
+  const double sx = lens.width_px > 0 ? static_cast<double>(width_px) / lens.width_px : 1.0;
+  const double sy = lens.height_px > 0 ? static_cast<double>(height_px) / lens.height_px : 1.0;
   if (std::fabs(sx / sy - 1.0) > 0.01)
     return Error{ErrorCode::value_invalid,
                  "the photograph is " + std::to_string(width_px) + " x " + std::to_string(height_px) +

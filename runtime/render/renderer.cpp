@@ -260,27 +260,21 @@ Result<void> Renderer::set_objects(const ObjectSurface& objects) {
   s.sphere = objects.bounds();
   s.object_vertices = make_buffer(s.gl, bytes_of(vertices));
   s.object_indices = make_buffer(s.gl, bytes_of(objects.triangles));
-  const std::vector<Rgb> dark(2 * objects.positions.size(), Rgb(0.0f));
+  const std::vector<VertexLight> dark(objects.positions.size());
   s.object_light = make_buffer(s.gl, bytes_of(dark));
-  s.object_array = make_vertex_array(s.gl, {{s.object_vertices.name(), {3, 3, 3}}, {s.object_light.name(), {3, 3}}},
-                                     s.object_indices.name());
+  s.object_array = make_vertex_array(
+      s.gl, {{s.object_vertices.name(), {3, 3, 3}}, {s.object_light.name(), {3, 3, 3, 3}}}, s.object_indices.name());
   return check_gl(*s.gl, "uploading objects");
 }
 
-Result<void> Renderer::set_vertex_light(std::span<const Rgb> indirect_radiance, std::span<const Rgb> open_sky) {
+Result<void> Renderer::set_vertex_light(std::span<const VertexLight> light) {
   State& s = *state_;
-  if (indirect_radiance.size() != s.object_vertex_count || open_sky.size() != s.object_vertex_count)
+  if (light.size() != s.object_vertex_count)
     return Error{ErrorCode::value_invalid,
-                 "light for " + std::to_string(indirect_radiance.size()) + " vertices, the objects have " +
+                 "light for " + std::to_string(light.size()) + " vertices, the objects have " +
                      std::to_string(s.object_vertex_count),
                  "renderer", "set the objects first"};
-  std::vector<Rgb> interleaved;
-  interleaved.reserve(2 * s.object_vertex_count);
-  for (std::size_t i = 0; i < s.object_vertex_count; ++i) {
-    interleaved.push_back(indirect_radiance[i]);
-    interleaved.push_back(open_sky[i]);
-  }
-  refill_buffer(s.gl, s.object_light, bytes_of(interleaved));
+  refill_buffer(s.gl, s.object_light, std::as_bytes(light));
   return check_gl(*s.gl, "uploading vertex light");
 }
 

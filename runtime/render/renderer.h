@@ -30,8 +30,14 @@ struct ObjectSurface {
   BoundingSphere bounds() const; ///< of the vertices that triangles use; radius 0 when there are none
 };
 
+/// Of one object vertex, on the side of its normal (front) and on the other (the inside of a thin shell).
+struct VertexLight {
+  Rgb indirect_front{0.0f}, open_sky_front{0.0f}; ///< reflected indirect radiance; open_sky_irradiance()
+  Rgb indirect_back{0.0f}, open_sky_back{0.0f};
+};
+
 struct RenderSettings {
-  int sky_map_texels = 64;  ///< shadow map side for sky samples
+  int sky_map_texels = 128; ///< shadow map side for sky samples
   int sun_map_texels = 256; ///< for samples of the sun, which carries most of the light in few samples
   int coverage_samples = 4; ///< per pixel, for object edges
 };
@@ -61,8 +67,7 @@ public:
 
   Result<void> set_camera(const RenderCamera& camera);
   Result<void> set_objects(const ObjectSurface& objects);
-  /// Per object vertex: reflected indirect radiance, and the unshadowed irradiance from the sky (open_sky_irradiance).
-  Result<void> set_vertex_light(std::span<const Rgb> indirect_radiance, std::span<const Rgb> open_sky);
+  Result<void> set_vertex_light(std::span<const VertexLight> light);
   Result<void> set_lights(const LightSet& lights);
   Result<RenderedFrame> draw();
 

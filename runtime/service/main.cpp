@@ -8,6 +8,7 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "runtime/input/interior_input.h"
 #include "runtime/service/session.h"
 #include "scene/config.h"
 #include "scene/image_formats.h"
@@ -57,14 +58,35 @@ float preview_exposure(const RgbImage& photo) {
   return *at > 0.0f ? 1.0f / *at : 1.0f;
 }
 
-Result<void> write_outputs(const RunConfig& config, const Composite& composite, float exposure) {
+/// The PNG holds the photograph's own bytes where nothing changed; of a linear picture it is a preview.
+Result<Rgb8Image> png_of(const Photograph& photo, const Composite& composite) {
+  if (photo.is_hdr())
+    return to_srgb8(composite.picture, preview_exposure(photo.linear));
+  return encode_photograph(photo, composite.picture, composite.touched);
+}
+
+Result<void> write_outputs(const RunConfig& config, const Photograph& photo, const Composite& composite) {
   if (!config.output.exr.empty())
     if (const auto r = write_exr(config.output.exr, composite.picture); !r)
       return r;
-  if (!config.output.png.empty())
-    if (const auto r = write_png(config.output.png, to_srgb8(composite.picture, exposure)); !r)
-      return r;
-  return {};
+  if (config.output.png.empty())
+    return {};
+  const auto png = png_of(photo, composite);
+  return png ? write_png(config.output.png, *png) : Result<void>(png.error());
+}
+
+/// The configuration with what only the picture says: the camera's place, and the scale of its values.
+Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, const SkyImage& sky) {
+  RunConfig config = given;
+  config.world_from_camera = input.world_from_camera;
+  if (!config.interior.scale_from_marker)
+    return config;
+  const auto scale = scale_from_marker(config, input, sky);
+  if (!scale)
+    return scale.error();
+  config.interior.scale = scale->scale;
+  config.interior.colour_matrix = scale->colour_matrix;
+  return config;
 }
 
 Result<SkyImage> read_sky_of(const SkyConfig& sky) {
@@ -79,27 +101,31 @@ Result<void> run(const Options& options) {
   set_thread_count(options.threads);
   if (options.threads > 0)
     setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1); // software OpenGL counts its own threads
-  const auto config = read_run_config(options.config);
-  if (!config)
-    return config.error();
-  auto photo = read_hdr_image(config->interior.image);
-  if (!photo)
-    return photo.error();
-  auto sky = read_sky_of(config->sky);
+  const auto given = read_run_config(options.config);
+  if (!given)
+    return given.error();
+  const auto input = read_interior(*given);
+  if (!input)
+    return input.error();
+  auto sky = read_sky_of(given->sky);
   if (!sky)
     return sky.error();
+  const auto config = resolve(*given, *input, *sky);
+  if (!config)
+    return config.error();
+  const RgbImage& photo = input->photo.linear;
   ProgressLine progress(options.quiet || options.json);
-  auto session = Session::open(*config, photo->radiance.width, photo->radiance.height, progress.callback());
+  auto session = Session::open(*config, photo.width, photo.height, progress.callback());
   if (!session)
     return session.error();
   progress.clear();
-  for (const std::string& note : session->notes())
-    std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
-  const float exposure = preview_exposure(photo->radiance);
+  for (const auto* notes : {&input->notes, &session->notes()})
+    for (const std::string& note : *notes)
+      std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
   for (int k = 0; k < options.frames; ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));
-    const auto frame = session->render(*sky, photo->radiance);
+    const auto frame = session->render(*sky, photo);
     if (!frame)
       return frame.error();
     if (options.json)
@@ -107,7 +133,7 @@ Result<void> run(const Options& options) {
     else if (!options.quiet)
       print_report(frame->report, k);
     if (k + 1 == options.frames)
-      if (const auto written = write_outputs(*config, frame->composite, exposure); !written)
+      if (const auto written = write_outputs(*config, input->photo, frame->composite); !written)
         return written;
   }
   return {};

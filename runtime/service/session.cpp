@@ -55,7 +55,24 @@ struct Session::State {
   Result<void> load_camera(int width, int height);
   Result<void> start_renderer();
   void note_what_is_left_out();
+  std::vector<VertexLight> vertex_light(const std::vector<TwoSided>& indirect, std::span<const ApertureCell> cells,
+                                        std::span<const SkyMap> pyramid) const;
 };
+
+std::vector<VertexLight> Session::State::vertex_light(const std::vector<TwoSided>& indirect,
+                                                      std::span<const ApertureCell> cells,
+                                                      std::span<const SkyMap> pyramid) const {
+  const ObjectSurface& surface = objects.surface;
+  std::vector<glm::vec3> backwards;
+  for (const glm::vec3& n : surface.normals)
+    backwards.push_back(-n);
+  const std::vector<Rgb> front = open_sky_irradiance(pyramid, cells, surface.positions, surface.normals);
+  const std::vector<Rgb> back = open_sky_irradiance(pyramid, cells, surface.positions, backwards);
+  std::vector<VertexLight> light;
+  for (std::size_t i = 0; i < indirect.size(); ++i)
+    light.push_back({indirect[i].front, front[i], indirect[i].back, back[i]});
+  return light;
+}
 
 Result<void> Session::State::load_camera(int width, int height) {
   auto lens = read_lens(config.interior.lens);
@@ -161,18 +178,18 @@ Result<Frame> Session::render(const SkyImage& sky, const RgbImage& photo) {
   clock.end("regions");
   const LightField field = combine(s.volume, regions);
   clock.end("combine");
-  const std::vector<Rgb> indirect =
-      relight_vertices(field, s.vertex_probes, s.objects.transfer, s.objects.surface.reflectance);
-  clock.end("indirect");
   const LightSet lights = sample_lights(map, sun, s.volume.apertures, s.sphere, s.config.light_samples);
   const std::vector<ApertureCell> cells = aperture_cells(s.volume.apertures, s.sphere, pyramid);
-  const std::vector<Rgb> open_sky =
-      open_sky_irradiance(pyramid, cells, s.objects.surface.positions, s.objects.surface.normals);
   clock.end("samples");
+  const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, s.volume.apertures, s.sphere.centre);
+  const std::vector<TwoSided> indirect =
+      relight_vertices(field, s.vertex_probes, s.objects.transfer, direct, s.objects.surface.reflectance);
+  const std::vector<VertexLight> vertex_light = s.vertex_light(indirect, cells, pyramid);
+  clock.end("object_light");
 
   if (const auto r = s.renderer->set_lights(lights); !r)
     return r.error();
-  if (const auto r = s.renderer->set_vertex_light(indirect, open_sky); !r)
+  if (const auto r = s.renderer->set_vertex_light(vertex_light); !r)
     return r.error();
   auto drawn = s.renderer->draw();
   if (!drawn)

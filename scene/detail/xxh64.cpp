@@ -23,9 +23,13 @@ std::uint64_t round(std::uint64_t lane, std::uint64_t word) { return std::rotl(l
 
 } // namespace
 
-void Xxh64::stripe(const std::byte* p) {
-  for (std::size_t k = 0; k < 4; ++k)
-    lane_[k] = round(lane_[k], load<std::uint64_t>(p + 8 * k));
+void Xxh64::stripes(const std::byte* p, std::size_t count) {
+  // Local: bytes may alias the members, and the four chains must stay in registers.
+  std::array<std::uint64_t, 4> lane = lane_;
+  for (; count > 0; --count, p += 32)
+    for (std::size_t k = 0; k < 4; ++k)
+      lane[k] = round(lane[k], load<std::uint64_t>(p + 8 * k));
+  lane_ = lane;
 }
 
 void Xxh64::add(std::span<const std::byte> bytes) {
@@ -37,14 +41,12 @@ void Xxh64::add(std::span<const std::byte> bytes) {
     bytes = bytes.subspan(taken);
     if (buffered_ < buffer_.size())
       return;
-    stripe(buffer_.data());
+    stripes(buffer_.data(), 1);
     buffered_ = 0;
   }
-  const std::byte* p = bytes.data();
-  for (std::size_t left = bytes.size() / 32; left > 0; --left, p += 32)
-    stripe(p);
+  stripes(bytes.data(), bytes.size() / 32);
   buffered_ = bytes.size() % 32;
-  std::copy_n(p, buffered_, buffer_.begin());
+  std::copy_n(bytes.end() - static_cast<std::ptrdiff_t>(buffered_), buffered_, buffer_.begin());
 }
 
 std::uint64_t Xxh64::digest() const {

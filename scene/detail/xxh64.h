@@ -15,7 +15,7 @@ public:
   std::uint64_t digest() const;
 
 private:
-  void stripe(const std::byte* p);
+  void stripes(const std::byte* p, std::size_t count);
 
   std::array<std::uint64_t, 4> lane_{0x60EA27EEADC0B5D6u, 0xC2B2AE3D27D4EB4Fu, 0u, 0x61C8864E7A143579u};
   std::array<std::byte, 32> buffer_{};

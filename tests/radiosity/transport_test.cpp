@@ -203,6 +203,31 @@ TEST(FirstBounce, uniform_sky_through_a_hole_is_pi_times_the_form_factor) {
   }
 }
 
+TEST(FirstBounce, double_glazing_multiplies_transmittances_and_counts_light_once) {
+  Room single = room_with_window_hole(0.5f);
+  single.materials.push_back({"window", Rgb(0.0f), Rgb(0.5f), true});
+  testing::add_quad(single, {1.2, 0, 0.9}, {2.8, 0, 0.9}, {2.8, 0, 2.1}, {1.2, 0, 2.1}, 1);
+  Room both = single;
+  testing::add_quad(both, {1.2, -0.02, 0.9}, {2.8, -0.02, 0.9}, {2.8, -0.02, 2.1}, {1.2, -0.02, 2.1}, 1);
+  const auto total = [](const Room& room, double* panes_found = nullptr) {
+    const Solved s = prepare(room, 200);
+    const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
+    double sum = 0;
+    for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+      for (std::size_t k = 0; k < light->columns(); ++k)
+        sum += s.set.elements[i].area_m2 * static_cast<double>(light->row(i, 0)[k]);
+    if (panes_found)
+      *panes_found = static_cast<double>(s.apertures.size());
+    return sum;
+  };
+  const double open = total(room_with_window_hole(0.5f));
+  EXPECT_NEAR(total(single) / open, 0.5, 1e-3);
+  double panes = 0;
+  const double ratio = total(both, &panes) / open;
+  EXPECT_EQ(panes, 2.0);
+  EXPECT_NEAR(ratio, 0.25, 0.01); // rays through the 2 cm gap between the panes cross one only
+}
+
 TEST(FirstBounce, only_regions_that_the_opening_shows_have_a_column) {
   const Solved s = prepare(room_with_window_hole(0.5f), 300);
   const SkyPartition partition = *SkyPartition::uniform(64);

@@ -1,8 +1,6 @@
-#pragma GCC diagnostic ignored "-Wdouble-promotion"
-#include <chrono>
-#include <cstdio>
-#include <fstream>
 #include <gtest/gtest.h>
+
+#include <cstring>
 
 #include "direct_reference.h"
 #include "runtime/render/compose.h"
@@ -11,122 +9,195 @@
 namespace daylit {
 namespace {
 
-void write_pfm(const std::string& path, int w, int h, const std::vector<glm::vec4>& px) {
-  std::ofstream f(path, std::ios::binary);
-  f << "PF\n" << w << " " << h << "\n-1\n";
-  for (int y = h - 1; y >= 0; --y)
-    for (int x = 0; x < w; ++x)
-      f.write(reinterpret_cast<const char*>(&px[y * w + x]), 12);
+constexpr int kWidth = 128, kHeight = 124;
+
+/// A torus on the floor of the box room, its lights, and the picture of it.
+struct Scene {
+  Room room = test::box_room();
+  std::vector<Aperture> windows = test::box_window();
+  ObjectSurface object = test::place(test::torus(0.15f, 0.07f), {2.0, 3.4, 0.23}, 1.2);
+  SkyMap sky = test::overcast_sky();
+  std::optional<DetectedSun> sun;
+  RenderCamera camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, kWidth, kHeight, 0.6);
+  int samples = 64;
+
+  std::vector<SkyMap> pyramid;
+  LightSet lights;
+  std::vector<ApertureCell> cells;
+
+  Result<RenderedFrame> render() {
+    auto context = create_gl_context();
+    if (!context)
+      return context.error();
+    auto renderer = Renderer::make(std::move(*context), room, windows);
+    if (!renderer)
+      return renderer.error();
+    pyramid = sky_map_pyramid(sky);
+    const BoundingSphere sphere = object.bounds();
+    lights = sample_lights(sky, sun, windows, sphere, samples);
+    cells = aperture_cells(windows, sphere, pyramid);
+    const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, object.positions, object.normals);
+    std::vector<VertexLight> light(open.size());
+    for (std::size_t i = 0; i < open.size(); ++i)
+      light[i].open_sky_front = open[i];
+    if (const auto r = renderer->set_camera(camera); !r)
+      return r.error();
+    if (const auto r = renderer->set_objects(object); !r)
+      return r.error();
+    if (const auto r = renderer->set_lights(lights); !r)
+      return r.error();
+    if (const auto r = renderer->set_vertex_light(light); !r)
+      return r.error();
+    return renderer->draw();
+  }
+};
+
+DetectedSun sun_through_the_window() {
+  DetectedSun sun;
+  sun.direction = glm::normalize(glm::dvec3(0.1, 1.6, 1.3));
+  sun.normal_irradiance = Rgb(5.0f);
+  return sun;
 }
 
-TEST(Renderer, explore) {
-  const Room room = test::box_room();
-  const auto window = test::box_window();
-  const ObjectSurface object = test::place(test::torus(0.15f, 0.07f), {2.0, 2.6, 0.23}, 1.2);
-  const BoundingSphere sphere = object.bounds();
-  const SkyMap sky = test::overcast_sky();
-  std::optional<DetectedSun> sun;
-  if (getenv("SUN")) {
-    sun.emplace();
-    sun->direction = glm::normalize(glm::dvec3(0.1, 1.6, 1.0));
-    sun->normal_irradiance = Rgb(10.0f);
-  }
-  const int M = getenv("M") ? atoi(getenv("M")) : 64;
-  const LightSet lights = sample_lights(sky, sun, window, sphere, M);
-  const auto pyramid = sky_map_pyramid(sky);
-  const auto cells = aperture_cells(window, sphere, pyramid);
-  std::printf("lights %zu + %zu cells %zu\n", lights.sky.size(), lights.sun.size(), cells.size());
-  RenderSettings settings;
-  if (getenv("MAP"))
-    settings.sky_map_texels = atoi(getenv("MAP"));
-  if (getenv("COV"))
-    settings.coverage_samples = atoi(getenv("COV"));
-  auto context = create_gl_context();
-  ASSERT_TRUE(context) << context.error().message();
-  auto renderer = Renderer::make(std::move(*context), room, window, settings);
-  ASSERT_TRUE(renderer) << renderer.error().message();
-  std::printf("%s occluders %zu\n", renderer->description().c_str(), renderer->room_occluders());
-  const RenderCamera camera = test::look_at({3.2, 1.2, 1.1}, {2.0, 2.6, 0.2}, 512, 496, 0.6);
-  ASSERT_TRUE(renderer->set_camera(camera));
-  ASSERT_TRUE(renderer->set_objects(object));
-  ASSERT_TRUE(renderer->set_lights(lights));
-  auto t0 = std::chrono::steady_clock::now();
-  const auto open = open_sky_irradiance(pyramid, cells, object.positions, object.normals);
-  std::printf("open %.2f ms for %zu\n",
-              1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - t0).count(), open.size());
-  ASSERT_TRUE(renderer->set_vertex_light(std::vector<Rgb>(open.size(), Rgb(0)), open));
-  for (int k = 0; k < 3; ++k) {
-    auto f = renderer->draw();
-    ASSERT_TRUE(f) << f.error().message();
-    const auto& t = renderer->times();
-    std::printf("shadow %.1f picture %.1f read %.1f ms\n", t.shadow_maps_ms, t.picture_ms, t.read_back_ms);
-  }
-  if (getenv("QUICK"))
-    return;
-  const auto frame = renderer->draw();
-  write_pfm(DAYLIT_BINARY_DIR "/object.pfm", 512, 496, frame->object);
-  write_pfm(DAYLIT_BINARY_DIR "/lost.pfm", 512, 496, frame->lost_sky);
+struct Deviation {
+  double object = 0, shadow = 0; ///< RMS of GL minus ray traced, over the mean of what is received without the object
+  int object_pixels = 0, shadow_pixels = 0;
+};
 
-  // twin
-  const test::DirectReference reference(room, window, object);
-  const RayScene object_rays = *RayScene::build(object.positions, object.triangles);
-  const RayScene room_rays = *RayScene::build(room);
-  std::vector<Aperture> w2 = window;
-  std::vector<ApertureCell> fine;
-  for (int i = 0; i < 64; ++i)
-    for (int j = 0; j < 48; ++j)
-      fine.push_back(
-          {{1.2 + 1.6 * (i + .5) / 64, 5, 0.9 + 1.2 * (j + .5) / 48}, {0, -1, 0}, 1.6 * 1.2 / 64 / 48, 1, Rgb(1)});
-  double gt2 = 0, gx2 = 0, tx2 = 0, mx = 0, n = 0, ob = 0, lt2 = 0, lx2 = 0, lm = 0, lref = 0;
-  std::vector<glm::vec4> err(frame->object.size(), glm::vec4(0)), ltruth = err;
-  for (int y = 0; y < 496; y += 5)
-    for (int x = 0; x < 512; x += 5) {
-      const std::size_t i = y * 512 + x;
-      const glm::dvec3 d = camera.direction({x, y});
+/// Every second pixel of the picture against the slow twin.
+Deviation compare_with_rays(Scene& scene, const RenderedFrame& frame) {
+  const test::DirectReference reference(scene.room, scene.windows, scene.object);
+  const RayScene object = *RayScene::build(scene.object.positions, scene.object.triangles);
+  const RayScene room = *RayScene::build(scene.room);
+  const glm::dvec3 eye = scene.camera.eye();
+  Deviation d;
+  double object_mean = 0, room_mean = 0;
+  for (int y = 0; y < kHeight; y += 2)
+    for (int x = 0; x < kWidth; x += 2) {
+      const std::size_t i = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
+      const glm::dvec3 w = scene.camera.direction({x, y});
       RayHit hit;
-      if (frame->object[i].w > 0.999f &&
-          object_rays.closest(object_rays.to_local(camera.eye()), glm::vec3(d), 0, 100, hit)) {
-        const auto& t = object.triangles[hit.triangle];
-        const glm::dvec3 p = camera.eye() + d * double(hit.distance);
-        const glm::dvec3 nn = glm::normalize(glm::dvec3(object.normals[t[0]] * (1 - hit.u - hit.v) +
-                                                        object.normals[t[1]] * hit.u + object.normals[t[2]] * hit.v));
-        const Rgb e = reference.estimate(lights, pyramid, cells, p, nn).with;
-        const Rgb exact = reference.exact(pyramid, fine, lights.sun, p, nn).with;
-        const double g = frame->object[i].y / 0.5 * 3.14159265, ee = e.y, x2 = exact.y;
-        gt2 += (g - ee) * (g - ee);
-        gx2 += (g - x2) * (g - x2);
-        tx2 += (ee - x2) * (ee - x2);
-        mx += x2;
-        ob += g - x2;
-        n++;
-        err[i] = glm::vec4(g - x2, x2, ee, 0);
-      } else if (frame->lost_sky[i].w > 0.999f &&
-                 room_rays.closest(room_rays.to_local(camera.eye()), glm::vec3(d), 0, 100, hit)) {
-        const glm::dvec3 p = camera.eye() + d * double(hit.distance);
-        glm::dvec3 nn = glm::normalize(area_normal(room, room.triangles[hit.triangle]));
-        if (glm::dot(nn, d) > 0)
-          nn = -nn;
-        const auto e = reference.estimate(lights, pyramid, cells, p, nn);
-        const auto exact = reference.exact(pyramid, fine, lights.sun, p, nn);
-        const double g = frame->lost_sky[i].y * open_sky_irradiance(pyramid, cells, p, nn).y +
-                         (sun ? frame->room[i].z * sun->normal_irradiance.y : 0),
-                     ee = e.without.y - e.with.y, x2 = exact.without.y - exact.with.y;
-        ltruth[i] = glm::vec4(g, ee, x2, 0);
-        if (x2 > 0.02 * exact.without.y) {
-          lt2 += (g - ee) * (g - ee);
-          lx2 += (g - x2) * (g - x2);
-          lref += exact.without.y;
-          lm++;
-        }
+      if (frame.object[i].w > 0.999f && object.closest(object.to_local(eye), glm::vec3(w), 0, 100, hit)) {
+        const auto& t = scene.object.triangles[hit.triangle];
+        const auto& normals = scene.object.normals;
+        const glm::dvec3 n(
+            glm::normalize(normals[t[0]] * (1 - hit.u - hit.v) + normals[t[1]] * hit.u + normals[t[2]] * hit.v));
+        const glm::dvec3 p = eye + w * static_cast<double>(hit.distance);
+        const double exact =
+            static_cast<double>(reference.estimate(scene.lights, scene.pyramid, scene.cells, p, n).with.g);
+        const double drawn = static_cast<double>(frame.object[i].y) / 0.5 * std::numbers::pi;
+        d.object += (drawn - exact) * (drawn - exact);
+        object_mean += exact;
+        ++d.object_pixels;
+      } else if (frame.lost_sky[i].w > 0.999f && room.closest(room.to_local(eye), glm::vec3(w), 0, 100, hit)) {
+        glm::dvec3 n = glm::normalize(area_normal(scene.room, scene.room.triangles[hit.triangle]));
+        n = glm::dot(n, w) > 0 ? -n : n;
+        const glm::dvec3 p = eye + w * static_cast<double>(hit.distance);
+        const auto e = reference.estimate(scene.lights, scene.pyramid, scene.cells, p, n);
+        const double lost = static_cast<double>(e.without.g - e.with.g);
+        const double sun = scene.sun ? static_cast<double>(scene.sun->normal_irradiance.g) : 0.0;
+        const double open = static_cast<double>(open_sky_irradiance(scene.pyramid, scene.cells, p, n).g);
+        const double drawn =
+            static_cast<double>(frame.lost_sky[i].y) * open + static_cast<double>(frame.room[i].z) * sun;
+        if (lost <= 0.02 * static_cast<double>(e.without.g) && drawn <= 0.0)
+          continue;
+        d.shadow += (drawn - lost) * (drawn - lost);
+        room_mean += static_cast<double>(e.without.g);
+        ++d.shadow_pixels;
       }
     }
-  mx /= n;
-  std::printf("object: mean %.4f  GL-twin %.2f%%  GL-exact %.2f%%  twin-exact %.2f%%  bias %.2f%% n=%g\n", mx,
-              100 * std::sqrt(gt2 / n) / mx, 100 * std::sqrt(gx2 / n) / mx, 100 * std::sqrt(tx2 / n) / mx,
-              100 * ob / n / mx, n);
-  std::printf("shadow: GL-twin %.2f%%  GL-exact %.2f%% of without n=%g\n", 100 * std::sqrt(lt2 / lm) / (lref / lm),
-              100 * std::sqrt(lx2 / lm) / (lref / lm), lm);
-  write_pfm(DAYLIT_BINARY_DIR "/err.pfm", 512, 496, err);
+  d.object = std::sqrt(d.object / d.object_pixels) / (object_mean / d.object_pixels);
+  d.shadow = std::sqrt(d.shadow / d.shadow_pixels) / (room_mean / d.shadow_pixels);
+  return d;
+}
+
+TEST(Renderer, direct_light_under_overcast_agrees_with_rays) {
+  Scene scene;
+  const auto frame = scene.render();
+  ASSERT_TRUE(frame) << frame.error().message();
+  const Deviation d = compare_with_rays(scene, *frame);
+  EXPECT_GT(d.object_pixels, 200);
+  EXPECT_GT(d.shadow_pixels, 100);
+  EXPECT_LT(d.object, 0.04); // the shadow maps' texels and bias: what is left against exact visibility
+  EXPECT_LT(d.shadow, 0.02);
+}
+
+TEST(Renderer, direct_light_with_sun_agrees_with_rays) {
+  Scene scene;
+  scene.sun = sun_through_the_window();
+  const auto frame = scene.render();
+  ASSERT_TRUE(frame) << frame.error().message();
+  ASSERT_EQ(scene.lights.sun.size(), 8u);
+  const Deviation d = compare_with_rays(scene, *frame);
+  EXPECT_LT(d.object, 0.08); // hard shadow edges fall between texels
+  EXPECT_LT(d.shadow, 0.08);
+}
+
+TEST(Renderer, furniture_shadows_take_no_light_twice) {
+  // A screen between window and object: the floor behind it is in the shade already, the object adds nothing there.
+  Scene scene;
+  test::add_block(scene.room, {0.3, 4.2, 0.0}, {3.7, 4.25, 2.6}, 0);
+  const auto frame = scene.render();
+  ASSERT_TRUE(frame) << frame.error().message();
+  EXPECT_GT(occluding_triangles(scene.room, scene.windows).size(), 0u);
+  const Deviation d = compare_with_rays(scene, *frame);
+  EXPECT_LT(d.shadow_pixels == 0 ? 0.0 : d.shadow, 0.05);
+}
+
+TEST(Renderer, an_object_behind_a_real_wall_changes_nothing_but_its_shadow) {
+  Scene scene;
+  scene.camera = test::look_at({2.0, 1.0, 1.4}, {2.0, 0.0, 1.4}, kWidth, kHeight, 0.6); // looks at the rear wall
+  scene.object = test::place(test::torus(0.15f, 0.07f), {2.0, -0.5, 1.4});
+  const auto frame = scene.render();
+  ASSERT_TRUE(frame) << frame.error().message();
+  const RgbImage photo(kWidth, kHeight, Rgb(0.25f));
+  const Composite composite =
+      compose(photo, *frame, scene.camera, [](const glm::dvec3&) { return std::optional(RoomPoint{}); }, {});
+  EXPECT_EQ(composite.object_pixels, 0u);
+  EXPECT_EQ(composite.shadow_pixels, 0u);
+  EXPECT_EQ(0, std::memcmp(composite.picture.texels.data(), photo.texels.data(), photo.texels.size() * sizeof(Rgb)));
+}
+
+TEST(Renderer, a_black_sky_and_no_object_are_defined) {
+  Scene black;
+  std::fill(black.sky.radiance.begin(), black.sky.radiance.end(), Rgb(0.0f));
+  Scene empty;
+  empty.object = {};
+  for (Scene* scene : {&black, &empty}) {
+    const auto frame = scene->render();
+    ASSERT_TRUE(frame) << frame.error().message();
+    for (const auto* pixels : {&frame->object, &frame->lost_sky, &frame->room})
+      for (const glm::vec4& p : *pixels)
+        ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.w));
+    for (const glm::vec4& p : frame->lost_sky)
+      ASSERT_EQ(glm::vec3(p), glm::vec3(0.0f));
+  }
+}
+
+TEST(Renderer, object_edges_are_covered_in_part) {
+  Scene scene;
+  const auto frame = scene.render();
+  ASSERT_TRUE(frame) << frame.error().message();
+  std::size_t partly = 0;
+  for (std::size_t i = 0; i < frame->object.size(); ++i) {
+    partly += frame->object[i].w > 0.1f && frame->object[i].w < 0.9f;
+    ASSERT_NEAR(frame->object[i].w + frame->lost_sky[i].w, 1.0f, 1e-6f) << "every sample shows object or room";
+  }
+  EXPECT_GT(partly, 50u);
+}
+
+TEST(RoomOccluders, a_convex_empty_room_has_none) {
+  const Room room = test::box_room();
+  EXPECT_TRUE(occluding_triangles(room, test::box_window()).empty());
+}
+
+TEST(RoomOccluders, furniture_counts_and_so_does_everything_when_a_window_is_recessed) {
+  Room room = test::box_room();
+  test::add_block(room, {1, 1, 0}, {2, 2, 1}, 0);
+  const auto furniture = occluding_triangles(room, test::box_window());
+  EXPECT_EQ(furniture.size(), 10u) << "all faces of the block but the one on the floor";
+  test::add_block(room, {0, 6, 0}, {4, 6.1, 3}, 0); // a wall opposite the window
+  EXPECT_EQ(occluding_triangles(room, test::box_window()).size(), room.triangles.size());
 }
 
 } // namespace

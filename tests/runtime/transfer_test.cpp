@@ -26,7 +26,7 @@ TEST(Transfer, a_convex_object_has_the_unshadowed_vector) {
   for (std::size_t i = 0; i < sphere.positions.size(); ++i) {
     const auto y = sh::evaluate9<double>(glm::dvec3(sphere.normals[i]));
     for (int c = 0; c < 9; ++c)
-      EXPECT_NEAR((*transfer)[i][c], sh::kClampedCosine9<double>[c] * y[c], 1e-6) << "vertex " << i;
+      EXPECT_NEAR((*transfer)[i].front[c], sh::kClampedCosine9<double>[c] * y[c], 1e-6) << "vertex " << i;
   }
 }
 
@@ -41,8 +41,8 @@ TEST(Transfer, a_wall_beside_a_vertex_takes_half_of_its_light) {
   mesh.triangles = {{1, 3, 2}};
   const auto transfer = compute_transfer(mesh, {4096});
   ASSERT_TRUE(transfer);
-  EXPECT_NEAR((*transfer)[0][0], 0.5 * std::numbers::pi * 0.28209479, 0.01);
-  EXPECT_NEAR((*transfer)[0][3], -0.48860251 * 2.0 / 3.0, 0.01);
+  EXPECT_NEAR((*transfer)[0].front[0], 0.5 * std::numbers::pi * 0.28209479, 0.01);
+  EXPECT_NEAR((*transfer)[0].front[3], -0.48860251 * 2.0 / 3.0, 0.01);
 }
 
 TEST(Transfer, a_torus_shadows_its_own_inside) {
@@ -51,7 +51,7 @@ TEST(Transfer, a_torus_shadows_its_own_inside) {
   ASSERT_TRUE(transfer);
   const float open = std::numbers::pi_v<float> * 0.28209479f;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    const float c = (*transfer)[i][0];
+    const float c = (*transfer)[i].front[0];
     EXPECT_LE(c, open * 1.0001f);
     const glm::vec2 outward = glm::normalize(glm::vec2(mesh.positions[i]));
     const float faces_out = glm::dot(outward, glm::vec2(mesh.normals[i]));

@@ -1,11 +1,10 @@
 #include "scene/volume_file.h"
 
+#include <algorithm>
 #include <bit>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <limits>
-#include <new>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -13,6 +12,7 @@
 #include "scene/atomic_file.h"
 #include "scene/detail/volume_identity.h"
 #include "scene/detail/xxh64.h"
+#include "tests/scene/allocations.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit {
@@ -165,11 +165,15 @@ TEST(VolumeFile, signed_hostile_headers_are_refused) {
       {"\"__metadata__\":{", "\"__metadata__\":["},
       {"\"probe_layout\":\"grid\"", "\"probe_layout\":{\"id\":"},
       {"[\\\"grey\\\",", "[[[[[[[[[["},
+      {"\"shape\":[12,3]", "\"shape\":[9e99]"},
+      {"\"shape\":[5,12,9,3]", "\"shape\":[99999999]"},
       {"\"sky.band\"", "\"sky.bend\""}};
   for (const auto& [from, to] : changes) {
     std::vector<std::uint8_t> damaged = file;
     replace_text(damaged, from, to);
+    test::reset_largest_allocation();
     const Result<BasisVolume> read = parse_volume(damaged, "hostile");
+    EXPECT_LE(test::largest_allocation(), 2 * damaged.size()) << to;
     ASSERT_FALSE(read) << to;
     EXPECT_EQ(read.error().message().find("checksum"), std::string::npos) << to << ": " << read.error().message();
   }
@@ -189,7 +193,9 @@ TEST(VolumeFile, signed_hostile_data_is_refused_or_satisfies_the_rules) {
     const std::uint32_t values[] = {0xffffffffu, 0x7f800000u, 0x7fc00000u, 0u, 0x80000000u, 0x7fffffffu, 2u, 1u << 20};
     std::memcpy(damaged.data() + 8 + length + 4 * word, &values[random() % 8], 4);
     sign(damaged);
+    test::reset_largest_allocation();
     const Result<BasisVolume> read = parse_volume(damaged, "damaged");
+    EXPECT_LE(test::largest_allocation(), 2 * damaged.size());
     if (!read)
       continue;
     ++accepted;

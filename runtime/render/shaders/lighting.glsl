@@ -75,6 +75,19 @@ bool may_be_shadowed(Light light, vec3 q) {
   return max(abs(s.x), abs(s.y)) < sphere_radius && dot(light.toward.xyz, q) < sphere_radius;
 }
 
+// Some light of the group that faces n is taken from x by the object, whether or not the room lets it through. Far
+// cheaper than the sums, which only the pixels that pass this test need.
+bool object_shadows(int first, int count, sampler2DArrayShadow object_maps, vec3 x, vec3 n) {
+  vec3 q = x - sphere_centre;
+  for (int k = 0; k < count; ++k) {
+    Light light = lights[first + k];
+    if (dot(n, light.toward.xyz) > 0.0 && may_be_shadowed(light, q) &&
+        map_visibility(object_maps, k, light, q, sphere_radius, 0.0) < 1.0)
+      return true;
+  }
+  return false;
+}
+
 // Lights [first, first + count) with the maps of their group. own_shadow: the point lies on the object itself.
 DirectSums sum_lights(int first, int count, sampler2DArrayShadow object_maps, sampler2DArrayShadow room_maps, vec3 x,
                       vec3 n, bool own_shadow) {

@@ -13,8 +13,9 @@ void main() {
   object_radiance = vec4(0.0);
   lost_sky_share = vec4(0.0, 0.0, 0.0, 1.0);
   room_shares = vec4(1.0, 0.0, 0.0, 0.0);
-  bool in_sky_cone = group_may_be_shadowed(sky_cone, x), in_sun_cone = group_may_be_shadowed(sun_cone, x);
-  if (!in_sky_cone && !in_sun_cone)
+  bool sky_lost = group_may_be_shadowed(sky_cone, x) && object_shadows(0, sky_lights, object_sky_maps, x, n);
+  bool sun_lost = group_may_be_shadowed(sun_cone, x) && object_shadows(sky_lights, sun_lights, object_sun_maps, x, n);
+  if (!sky_lost && !sun_lost)
     return;
   DirectSums sky = sum_lights(0, sky_lights, object_sky_maps, room_sky_maps, x, n, false);
   DirectSums sun = sum_lights(sky_lights, sun_lights, object_sun_maps, room_sun_maps, x, n, false);

@@ -1,0 +1,55 @@
+#pragma once
+
+// What a bake would find in a room, without baking it: `daylit-precompute check ROOM`.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/aperture.h"
+#include "scene/result.h"
+#include "scene/room_formats.h"
+
+namespace daylit::precompute {
+
+struct CheckedMaterial {
+  std::string name;
+  Rgb reflectance{0.0f}, transmittance{1.0f};
+  bool is_window = false;
+  std::size_t triangles = 0;
+  double area_m2 = 0;
+};
+
+struct CheckedOpening {
+  double area_m2 = 0;
+  glm::dvec3 centre_m{0.0}, inward{0.0};
+  Rgb transmittance{1.0f};
+};
+
+/// What a bake at default settings would take.
+struct BakeEstimate {
+  std::size_t patches = 0, elements = 0, probes = 0, probes_in_air = 0;
+  double seconds = 0;   ///< two cores of 2020; halves with twice the cores
+  double memory_gb = 0; ///< the matrix of form factors and the basis
+};
+
+struct RoomCheck {
+  std::string file;
+  RoomReport faces;
+  Bounds bounds;
+  std::vector<CheckedMaterial> materials;
+  std::vector<CheckedOpening> openings;
+  ApertureReport apertures;
+  BakeEstimate estimate;
+  std::vector<std::string> questions; ///< things that are allowed but often a mistake
+  std::optional<Error> problem;       ///< why the room cannot be baked
+};
+
+/// Error: the file cannot be read as a room. A room that reads but cannot be baked is a RoomCheck with a problem.
+Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up = UpAxis::z);
+
+std::string to_text(const RoomCheck& check);
+std::string to_json(const RoomCheck& check); ///< one object, one line
+
+} // namespace daylit::precompute

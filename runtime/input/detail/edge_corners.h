@@ -1,0 +1,25 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+namespace daylit::detail {
+
+/// Brightness of a picture, row-major, sum of the three code values.
+struct GreyImage {
+  int width = 0, height = 0;
+  std::vector<float> value;
+  /// Bilinear; positions outside are clamped to the border.
+  double at(const glm::dvec2& p) const;
+};
+
+/// Corners of a dark square on light ground (in order around it, to about a pixel) moved to the crossings of its four
+/// sides, each a line fitted to the places where the brightness changes most. Unlike a corner detector's window, the
+/// sides use only the outer edge of the square: the pattern inside does not pull. Precision: a few hundredths of a
+/// pixel on a clean picture. Corners whose sides cannot be fitted stay where they were.
+void fit_square_edges(const GreyImage& image, std::array<glm::dvec2, 4>& corner_px);
+
+} // namespace daylit::detail

@@ -1,0 +1,149 @@
+#include "runtime/input/interior_input.h"
+
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "scene/direct_sky.h"
+#include "scene/sky_partition.h"
+#include "scene/volume_file.h"
+
+namespace daylit {
+
+namespace {
+
+/// The paper lies on a surface of the model, give or take the tape measure: light is looked up a little above it.
+constexpr double kOffPaper_m = 0.02;
+
+/// The lens for the size of the picture: scaled when the calibration was made at another resolution of the same view.
+Result<LensModel> lens_for(const InteriorConfig& interior, const Photograph& photo) {
+  auto lens = read_lens(interior.lens);
+  if (!lens)
+    return lens.error();
+  const int width = photo.linear.width, height = photo.linear.height;
+  const double sx = lens->width_px > 0 ? static_cast<double>(width) / lens->width_px : 1.0;
+  const double sy = lens->height_px > 0 ? static_cast<double>(height) / lens->height_px : 1.0;
+  if (std::abs(sx / sy - 1) > 0.01)
+    return Error{ErrorCode::value_invalid,
+                 "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
+                     " but the lens file is for " + std::to_string(lens->width_px) + " x " +
+                     std::to_string(lens->height_px),
+                 interior.image.string(), "use the lens file of this camera mode; do not crop the picture"};
+  lens->fx *= sx;
+  lens->fy *= sy;
+  lens->cx = (lens->cx + 0.5) * sx - 0.5;
+  lens->cy = (lens->cy + 0.5) * sy - 0.5;
+  lens->width_px = width;
+  lens->height_px = height;
+  return lens;
+}
+
+std::string pose_note(const MarkerPose& pose) {
+  char text[160];
+  std::snprintf(text, sizeof(text), "marker %d found, corners off by %.2f px rms (second solution %.2f px)%s",
+                pose.ids_used.front(), pose.reprojection_rms_px, pose.second_rms_px,
+                pose.second_rms_px < 2 * pose.reprojection_rms_px
+                    ? ": the tilt of the board is uncertain, look at it more from the side"
+                    : "");
+  return text;
+}
+
+Result<Rgb> white_of(const Photograph& photo, const std::vector<SeenMarker>& seen, int id) {
+  for (const SeenMarker& marker : seen)
+    if (marker.id == id)
+      return marker_white(photo, marker.corner_px);
+  return Error{ErrorCode::not_found, "marker " + std::to_string(id) + " is not in the picture", "",
+               "check [marker] ids"};
+}
+
+Result<void> use_marker(const RunConfig& config, const MarkerConfig& marker, InteriorInput& input) {
+  if (marker.ids.size() != 1)
+    return Error{ErrorCode::value_invalid, "one marker id is needed, its centre is the board's origin", "[marker] ids",
+                 "for example ids = [23]"};
+  const BoardLayout board = BoardLayout::single(marker.dictionary, marker.ids.front(), marker.size_m);
+  auto pose = marker_pose(marker_search_image(input.photo), input.lens, board, marker.world_from_board,
+                          config.interior.image.string());
+  if (!pose)
+    return pose.error();
+  if (config.interior.scale_from_marker) {
+    auto white = white_of(input.photo, pose->seen, marker.ids.front());
+    if (!white)
+      return white.error();
+    input.marker_white = *white;
+  }
+  if (!config.world_from_camera) {
+    input.world_from_camera = pose->world_from_camera;
+    input.notes.push_back(pose_note(*pose));
+  }
+  input.pose = std::move(*pose);
+  return {};
+}
+
+} // namespace
+
+Result<InteriorInput> read_interior(const RunConfig& config) {
+  auto photo = read_photograph(config.interior.image, config.interior.response);
+  if (!photo)
+    return photo.error();
+  auto lens = lens_for(config.interior, *photo);
+  if (!lens)
+    return lens.error();
+  InteriorInput input{std::move(*photo), *lens, glm::dmat4(1.0), {}, {}, {}};
+  if (input.photo.saturated_pixels * 100 > input.photo.linear.texels.size())
+    input.notes.push_back(std::to_string(input.photo.saturated_pixels * 100 / input.photo.linear.texels.size()) +
+                          " % of the picture is saturated: shadows there start from an unknown brightness");
+  if (config.world_from_camera)
+    input.world_from_camera = *config.world_from_camera;
+  if (!config.world_from_camera && !config.marker)
+    return Error{ErrorCode::not_found, "the camera's place is unknown", "[pose]", "give [pose] or [marker]"};
+  if (!config.world_from_camera || config.interior.scale_from_marker)
+    if (const auto used = use_marker(config, *config.marker, input); !used)
+      return used.error();
+  return input;
+}
+
+Result<PhotoScale> scale_from_marker(const Rgb& marker_white, const Rgb& irradiance, double white_reflectance,
+                                     const glm::dmat3& colour_matrix) {
+  const glm::dvec3 photo(marker_white);
+  const glm::dvec3 simulated = colour_matrix * (white_reflectance / std::numbers::pi * glm::dvec3(irradiance));
+  for (int c = 0; c < 3; ++c)
+    if (!(simulated[c] > 0 && std::isfinite(simulated[c]) && photo[c] > 0 && std::isfinite(photo[c])))
+      return Error{ErrorCode::value_invalid,
+                   "the marker's white cannot be compared: photograph (" + std::to_string(photo.r) + ", " +
+                       std::to_string(photo.g) + ", " + std::to_string(photo.b) + "), simulated (" +
+                       std::to_string(simulated.r) + ", " + std::to_string(simulated.g) + ", " +
+                       std::to_string(simulated.b) + ")",
+                   "[interior] scale = \"marker\"",
+                   "check that world_from_board puts the marker inside the room, or give scale as a number"};
+  PhotoScale out{double(luminance(Rgb(photo))) / double(luminance(Rgb(simulated))), colour_matrix};
+  if (colour_matrix == glm::dmat3(1.0))
+    for (int c = 0; c < 3; ++c)
+      out.colour_matrix[c][c] = photo[c] / simulated[c] / out.scale;
+  return out;
+}
+
+Result<PhotoScale> scale_from_marker(const RunConfig& config, const InteriorInput& input, const SkyImage& sky) {
+  const auto volume = read_volume(config.volume);
+  if (!volume)
+    return volume.error();
+  const auto sampler = LightFieldSampler::make(*volume);
+  if (!sampler)
+    return sampler.error();
+  const auto rays = RayScene::build(volume->room);
+  if (!rays)
+    return rays.error();
+  const glm::dvec3 normal(config.marker->world_from_board[2]);
+  const glm::dvec3 place = glm::dvec3(config.marker->world_from_board[3]) + kOffPaper_m * normal;
+  const LightField field = combine(*volume, region_radiance(sky, volume->partition));
+  const std::optional<Sh9Rgb> around = sampler->sample(field, place);
+  if (!around)
+    return Error{ErrorCode::geometry_invalid, "the marker lies outside the room or inside furniture",
+                 "[marker] world_from_board",
+                 "measure the place of the marker's centre in the room's frame, in metres"};
+  const Rgb irradiance_here =
+      irradiance(*around, glm::vec3(normal)) + DirectSky(volume->apertures, *rays, sky).irradiance(place, normal);
+  return scale_from_marker(*input.marker_white, irradiance_here, config.marker->white_reflectance,
+                           config.interior.colour_matrix);
+}
+
+} // namespace daylit

@@ -1,0 +1,66 @@
+#pragma once
+
+// The interior picture as linear radiance (in the camera's own scale), and back to the bytes it came from.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "scene/image_formats.h"
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+
+namespace daylit {
+
+/// 8-bit code values and the linear exposure they stand for, per channel; code 255 stands for 1. Rises strictly
+/// between the first and the last code that differ from black and white.
+class CameraResponse {
+public:
+  static CameraResponse linear();
+  static CameraResponse srgb();
+  /// Text: 256 lines, code 0 first, each with one number (all channels) or three (R G B): the linear exposure of that
+  /// code in any unit, never falling. '#' starts a comment. Scaled so that code 255 is 1.
+  static Result<CameraResponse> parse(const std::string& text, const std::string& name);
+  /// "linear", "srgb", or the path of such a file.
+  static Result<CameraResponse> named(const std::string& name);
+
+  float decode(std::uint8_t code, int channel) const { return exposure_[static_cast<std::size_t>(channel)][code]; }
+  Rgb decode(const std::uint8_t* rgb) const { return {decode(rgb[0], 0), decode(rgb[1], 1), decode(rgb[2], 2)}; }
+  /// Code whose place on the curve is nearest: the curve between two codes is taken as straight, the border halfway.
+  std::uint8_t encode(float linear, int channel) const;
+
+private:
+  std::array<std::array<float, 256>, 3> exposure_{};
+};
+
+struct Photograph {
+  RgbImage linear;    ///< through the response backwards; an EXR as it is
+  Rgb8Image original; ///< bytes as stored; empty for an EXR
+  CameraResponse response;
+  /// Per pixel, bit c set: channel c is at the top of its range, its radiance is only known from below. Empty for EXR.
+  std::vector<std::uint8_t> saturated;
+  std::size_t saturated_pixels = 0;
+
+  bool is_hdr() const { return original.bytes.empty(); }
+};
+
+/// EXR or Radiance .hdr (response must be "linear"), PNG or JPEG. NaN or infinite pixels of an EXR are an Error.
+Result<Photograph> read_photograph(const std::filesystem::path& path, const std::string& response);
+
+/// The changed picture in the photograph's own 8-bit code values. Pixels with touched == 0 keep their bytes. For a
+/// photograph without bytes (EXR) all pixels go through the response.
+Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& changed,
+                                    const std::vector<std::uint8_t>& touched);
+
+/// The picture for finding markers in: the original bytes, or an EXR exposed so that its 95th percentile is white.
+Rgb8Image marker_search_image(const Photograph& photo);
+
+/// Median linear RGB of the paper just around a marker: a ring outside its black square (corners as in SeenMarker).
+/// Errors (value_invalid): saturated, outside the picture, or not brighter than the black of the square.
+Result<Rgb> marker_white(const Photograph& photo, const std::array<glm::dvec2, 4>& corner_px);
+
+} // namespace daylit

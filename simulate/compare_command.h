@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+
+#include "scene/result.h"
+
+namespace daylit {
+
+/// daylit-simulate compare DIR: a result against truth.exr, interior.exr, mask.exr and se.exr of the folder.
+struct CompareArguments {
+  std::filesystem::path folder, result, result_mask, output;
+  bool json = false;
+};
+
+/// Prints the table (or JSON) on stdout; with `output` also writes result, truth and difference side by side as PNG.
+Result<void> run_compare(const CompareArguments& arguments);
+
+} // namespace daylit

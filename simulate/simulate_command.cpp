@@ -1,0 +1,238 @@
+#include "simulate/simulate_command.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "scene/aperture.h"
+#include "scene/atomic_file.h"
+#include "scene/config.h"
+#include "scene/image_formats.h"
+#include "scene/room_formats.h"
+#include "simulate/low_discrepancy.h"
+#include "simulate/picture.h"
+#include "simulate/picture_error.h"
+#include "simulate/sample_scene.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr int kBaseSamples = 32;
+constexpr std::uint32_t kSensorSeed = 0x53454E53u;
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// All objects of the scene in world coordinates, as one mesh.
+Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects) {
+  ObjectMesh all;
+  for (const ObjectConfig& config : objects) {
+    auto mesh = read_object_mesh(config.model, config.reflectance.value_or(Rgb(0.7f)));
+    if (!mesh)
+      return mesh.error();
+    const glm::dmat4 transform = object_transform(config);
+    const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(transform)));
+    const auto first = static_cast<std::uint32_t>(all.positions.size());
+    for (std::size_t i = 0; i < mesh->positions.size(); ++i) {
+      all.positions.emplace_back(transform * glm::dvec4(glm::dvec3(mesh->positions[i]), 1.0));
+      all.normals.emplace_back(glm::normalize(normal_matrix * glm::dvec3(mesh->normals[i])));
+      all.reflectance.push_back(config.reflectance.value_or(mesh->reflectance[i]));
+    }
+    for (const auto& t : mesh->triangles)
+      all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+  return all;
+}
+
+Result<MarkerBoard> board_of(const MarkerConfig& marker) {
+  if (marker.dictionary != "6X6_250" || marker.ids != std::vector<int>{23})
+    return Error{ErrorCode::value_invalid, "only marker 23 of 6X6_250 can be printed", "[marker]",
+                 "use ids = [23], or marker_board = false"};
+  MarkerBoard board;
+  board.world_from_board = marker.world_from_board;
+  board.marker_size_m = marker.size_m;
+  board.margin_m = 0.25 * marker.size_m;
+  board.white_reflectance = static_cast<float>(marker.white_reflectance);
+  return board;
+}
+
+Result<TraceScene> build_scene(const SimulateConfig& config) {
+  const auto room = read_room(config.run.room_model);
+  if (!room)
+    return room.error();
+  const auto rays = RayScene::build(room->room);
+  if (!rays)
+    return rays.error();
+  const auto apertures = find_apertures(room->room, *rays);
+  if (!apertures)
+    return apertures.error();
+  const auto object = read_objects(config.run.objects);
+  if (!object)
+    return object.error();
+  std::optional<MarkerBoard> board;
+  if (config.marker_board) {
+    const auto made = board_of(*config.run.marker);
+    if (!made)
+      return made.error();
+    board = *made;
+  }
+  return TraceScene::make(room->room, apertures->list, SkyLight(config.sky_model), &*object, glm::dmat4(1.0), board);
+}
+
+std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
+  std::error_code ec;
+  const auto relative = std::filesystem::relative(file, folder, ec);
+  return ec || relative.empty() ? std::filesystem::absolute(file) : relative;
+}
+
+RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& folder) {
+  RunConfig run = config.run;
+  run.sky.image = "sky.exr";
+  run.sky.projection = "fisheye";
+  run.sky.lens = "sky.yaml";
+  run.sky.ground = {GroundFill::Kind::albedo, std::max(0.0f, config.sky_model.ground_albedo)};
+  run.interior.image = "interior.exr";
+  run.interior.lens = "interior.yaml";
+  run.room_model = seen_from(folder, run.room_model);
+  run.volume = "room.volume";
+  for (ObjectConfig& object : run.objects)
+    object.model = seen_from(folder, object.model);
+  run.output.png = "result.png";
+  run.output.exr = "result.exr";
+  return run;
+}
+
+struct Frame {
+  RgbImage sky;
+  InteriorPictures interior;
+};
+
+Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder, int number) {
+  const std::string suffix = number == 0 ? "" : fmt::format("_{:04}", number);
+  const auto& p = frame.interior;
+  const float exposure = preview_exposure(p.room);
+  Rgb8Image mask{p.coverage.width, p.coverage.height, {}};
+  for (const Rgb& c : p.coverage.texels)
+    mask.bytes.insert(mask.bytes.end(), 3, static_cast<std::uint8_t>(std::lround(255.0f * c.r)));
+  const std::pair<const char*, const RgbImage*> exr[] = {{"sky", &frame.sky},
+                                                         {"interior", &p.room},
+                                                         {"truth", &p.truth},
+                                                         {"se", &p.truth_standard_error},
+                                                         {"mask", &p.coverage}};
+  for (const auto& [name, image] : exr)
+    if (const auto done = write_exr(folder / (name + suffix + ".exr"), *image); !done)
+      return done;
+  const std::pair<const char*, Rgb8Image> png[] = {{"sky", to_srgb8(frame.sky, preview_exposure(frame.sky))},
+                                                   {"interior", to_srgb8(p.room, exposure)},
+                                                   {"truth", to_srgb8(p.truth, exposure)},
+                                                   {"mask", std::move(mask)}};
+  for (const auto& [name, image] : png)
+    if (const auto done = write_png(folder / (name + suffix + ".png"), image); !done)
+      return done;
+  return {};
+}
+
+Result<void> write_cameras(const SimulateConfig& config, const LensModel& sky, const LensModel& interior,
+                           const std::filesystem::path& folder) {
+  if (const auto done = write_lens(folder / "sky.yaml", sky); !done)
+    return done;
+  if (const auto done = write_lens(folder / "interior.yaml", interior); !done)
+    return done;
+  return write_file_atomically(folder / "CONFIG.toml", to_toml(run_config(config, folder)));
+}
+
+void report(const InteriorPictures& p, double seconds, bool json) {
+  double cover = 0.0, square = 0.0, level = 0.0;
+  for (std::size_t i = 0; i < p.coverage.texels.size(); ++i) {
+    cover += static_cast<double>(p.coverage.texels[i].r);
+    if (p.coverage.texels[i].r < 1.0f)
+      continue;
+    for (int c = 0; c < 3; ++c) {
+      square += std::pow(static_cast<double>(p.truth_standard_error.texels[i][c]), 2);
+      level += static_cast<double>(p.truth.texels[i][c]);
+    }
+  }
+  std::size_t full = 0;
+  for (const Rgb& c : p.coverage.texels)
+    full += c.r >= 1.0f ? 3 : 0;
+  const double n = static_cast<double>(p.coverage.texels.size()), m = std::max<double>(1.0, static_cast<double>(full));
+  const double error = level > 0.0 ? 100.0 * std::sqrt(square / m) / (level / m) : 0.0;
+  const double cover_percent = 100.0 * cover / n, sampled_percent = 100.0 * p.influenced_share;
+  if (json)
+    std::printf("{\"seconds\":%.2f,\"object_percent\":%.2f,\"influenced_percent\":%.2f,\"truth_se_percent\":%.3f}\n",
+                seconds, cover_percent, sampled_percent, error);
+  else
+    std::fprintf(stderr,
+                 "simulated in %.1f s: the object covers %.1f %%, it shows on %.1f %% of the picture, standard error "
+                 "of the truth on the object %.2f %%\n",
+                 seconds, cover_percent, sampled_percent, error);
+}
+
+} // namespace
+
+namespace {
+
+/// The scene file, written first for a --demo.
+Result<SimulateConfig> read_scene_config(const SimulateArguments& a) {
+  std::error_code ec;
+  std::filesystem::create_directories(a.folder, ec);
+  if (ec)
+    return Error{ErrorCode::io, "cannot create the folder: " + ec.message(), a.folder.string(), ""};
+  if (a.demo.empty())
+    return read_simulate_config(a.scene);
+  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1]);
+  if (!written)
+    return written.error();
+  return read_simulate_config(*written);
+}
+
+} // namespace
+
+Result<void> run_simulate(const SimulateArguments& a) {
+  const auto config = read_scene_config(a);
+  if (!config)
+    return config.error();
+  const auto scene = build_scene(*config);
+  if (!scene)
+    return scene.error();
+  const OutputConfig& output = config->run.output;
+  const int width = output.width_px > 0 ? output.width_px : 512, height = output.height_px > 0 ? output.height_px : 496;
+  const LensModel interior_lens = ideal_pinhole(width, height, config->interior_fov);
+  const LensModel sky_lens =
+      ideal_fisheye(config->fisheye_width_px, config->fisheye_height_px, config->fisheye_fov); // looks up: identity
+
+  ProgressLine line(a.quiet);
+  const auto start = Clock::now();
+  const auto sky = render_sky_frame(AnalyticSky(config->sky_model), sky_lens);
+  if (!sky)
+    return sky.error();
+  const PictureSettings settings{a.samples > 0 ? a.samples : config->samples_per_pixel, kBaseSamples, a.seed};
+  const auto pictures =
+      render_interior(*scene, interior_lens, *config->run.world_from_camera, settings, line.callback());
+  if (!pictures)
+    return pictures.error();
+  for (int frame = 0; frame < a.frames; ++frame) {
+    Frame noisy{*sky, *pictures};
+    const auto key = [&](int k) { return combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(k)); };
+    add_sensor_noise(noisy.sky, config->sensor_noise, key(2 * frame));
+    add_sensor_noise(noisy.interior.room, config->sensor_noise, key(2 * frame + 1));
+    if (const auto done = write_frame(noisy, a.folder, frame); !done)
+      return done;
+  }
+  if (const auto done = write_cameras(*config, sky_lens, interior_lens, a.folder); !done)
+    return done;
+  line.clear();
+  if (!a.quiet || a.json)
+    report(*pictures, seconds_since(start), a.json);
+  return {};
+}
+
+} // namespace daylit

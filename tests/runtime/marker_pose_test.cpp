@@ -1,0 +1,213 @@
+#include "runtime/input/marker_pose.h"
+
+#include <cmath>
+#include <filesystem>
+
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/vec4.hpp>
+#include <gtest/gtest.h>
+#include <opencv2/aruco.hpp>
+
+#include "runtime/input/photograph.h"
+
+namespace daylit {
+namespace {
+
+/// The print of a marker, 8 x 8 cells with its black border; row 0 on top.
+cv::Mat print_of(int id) {
+  cv::Mat cells;
+  cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_6X6_250), id, 8, cells, 1);
+  return cells;
+}
+
+/// Grey value of the board at (x right, y up): white paper up to a fifth of the side around each marker, else `wall`.
+class PrintedBoard {
+public:
+  explicit PrintedBoard(const BoardLayout& board) : board_(board) {
+    for (const PlacedMarker& m : board.markers)
+      cells_.push_back(print_of(m.id));
+  }
+  double at(double x, double y, double wall) const {
+    double grey = wall;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      const PlacedMarker& m = board_.markers[i];
+      const double u = (x - m.centre_m.x) / m.side_m + 0.5, v = 0.5 - (y - m.centre_m.y) / m.side_m;
+      if (u >= 0 && u < 1 && v >= 0 && v < 1)
+        return cells_[i].at<std::uint8_t>(static_cast<int>(v * 8), static_cast<int>(u * 8)) ? 220 : 25;
+      if (u > -0.2 && u < 1.2 && v > -0.2 && v < 1.2)
+        grey = 220;
+    }
+    return grey;
+  }
+
+private:
+  const BoardLayout& board_;
+  std::vector<cv::Mat> cells_;
+};
+
+Rgb8Image photograph_of(const BoardLayout& board, const LensModel& lens, const glm::dmat4& world_from_board,
+                        const glm::dmat4& world_from_camera) {
+  const PrintedBoard print(board);
+  const glm::dmat4 board_from_camera = glm::inverse(world_from_board) * world_from_camera;
+  const glm::dvec3 eye(board_from_camera[3]);
+  Rgb8Image image{lens.width_px, lens.height_px, {}};
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      double sum = 0;
+      for (int k = 0; k < 9; ++k) {
+        const auto ray = lens.unproject({x - 1.0 / 3 + (k % 3) / 3.0, y - 1.0 / 3 + (k / 3) / 3.0});
+        double grey = 120;
+        if (ray) {
+          const glm::dvec3 d(board_from_camera * glm::dvec4(*ray, 0.0));
+          if (d.z < 0) // the board is only printed on its front
+            grey = print.at(eye.x - eye.z / d.z * d.x, eye.y - eye.z / d.z * d.y, 120);
+        }
+        sum += grey;
+      }
+      image.bytes.insert(image.bytes.end(), 3, static_cast<std::uint8_t>(std::lround(sum / 9)));
+    }
+  return image;
+}
+
+glm::dmat4 look_at(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up) {
+  const glm::dvec3 z = glm::normalize(target - eye), x = glm::normalize(glm::cross(z, up)), y = glm::cross(z, x);
+  return glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(z, 0), glm::dvec4(eye, 1));
+}
+
+double rotation_error_deg(const glm::dmat4& a, const glm::dmat4& b) {
+  const glm::dmat3 r = glm::transpose(glm::dmat3(a)) * glm::dmat3(b);
+  return std::acos(std::min(1.0, 0.5 * (r[0][0] + r[1][1] + r[2][2] - 1))) * 180 / 3.14159265358979;
+}
+
+LensModel interior_lens() {
+  LensModel lens = ideal_pinhole(480, 360, 0.95);
+  lens.distortion = {0.0995, -0.2064, 0.0075, 0.0034, 0, 0, 0, 0};
+  return lens;
+}
+
+/// A board on the wall x = 4 of a room: it faces -x, its right is +y ... seen from inside, up is +z.
+glm::dmat4 board_on_wall() {
+  return glm::dmat4(glm::dvec4(0, -1, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(-1, 0, 0, 0), glm::dvec4(4, 2, 1.2, 1));
+}
+
+TEST(MarkerPose, opencv_corner_order_meets_our_board_frame) {
+  // Print: top left first, clockwise. Board frame: x right, y up.
+  const auto corners = board_corners({7, 0.2, {1.0, 2.0}});
+  EXPECT_LT(glm::length(corners[0] - glm::dvec2(0.9, 2.1)), 1e-12);
+  EXPECT_LT(glm::length(corners[1] - glm::dvec2(1.1, 2.1)), 1e-12);
+  EXPECT_LT(glm::length(corners[2] - glm::dvec2(1.1, 1.9)), 1e-12);
+  EXPECT_LT(glm::length(corners[3] - glm::dvec2(0.9, 1.9)), 1e-12);
+}
+
+TEST(MarkerPose, corners_are_found_to_a_few_hundredths_of_a_pixel) {
+  const BoardLayout board = BoardLayout::single("6X6_250", 23, 0.12);
+  const LensModel lens = interior_lens();
+  const glm::dmat4 pose = look_at({3.2, 2.4, 1.5}, {4, 2, 1.2}, {0, 0, 1});
+  const auto seen = find_markers(photograph_of(board, lens, board_on_wall(), pose), "6X6_250");
+  ASSERT_TRUE(seen);
+  ASSERT_EQ(seen->size(), 1u);
+  const auto on_board = board_corners(board.markers[0]);
+  for (std::size_t k = 0; k < 4; ++k) {
+    const glm::dvec4 world = board_on_wall() * glm::dvec4(on_board[k], 0.0, 1.0);
+    const auto expected = lens.project(glm::dvec3(glm::inverse(pose) * world));
+    ASSERT_TRUE(expected);
+    const double error = glm::length((*seen)[0].corner_px[k] - *expected);
+    EXPECT_LT(error, 0.06) << k;
+    RecordProperty("corner_error_px_" + std::to_string(k), std::to_string(error));
+  }
+}
+
+TEST(MarkerPose, single_marker_gives_the_true_camera) {
+  const BoardLayout board = BoardLayout::single("DICT_6X6_250", 23, 0.12);
+  const glm::dmat4 true_pose = look_at({3.2, 2.4, 1.5}, {4, 2, 1.2}, {0, 0, 1});
+  const auto photo = photograph_of(board, interior_lens(), board_on_wall(), true_pose);
+  const auto pose = marker_pose(photo, interior_lens(), board, board_on_wall());
+  ASSERT_TRUE(pose) << pose.error().message();
+  EXPECT_LT(rotation_error_deg(pose->world_from_camera, true_pose), 0.5);
+  EXPECT_LT(glm::length(glm::dvec3(pose->world_from_camera[3] - true_pose[3])), 0.006); // 0.9 m away
+  EXPECT_LT(pose->reprojection_rms_px, 0.3);
+  EXPECT_GT(pose->second_rms_px, 2 * pose->reprojection_rms_px); // an oblique view decides between the two solutions
+  EXPECT_EQ(pose->ids_used, std::vector<int>{23});
+  RecordProperty("rotation_error_deg", std::to_string(rotation_error_deg(pose->world_from_camera, true_pose)));
+  RecordProperty("position_error_m",
+                 std::to_string(glm::length(glm::dvec3(pose->world_from_camera[3] - true_pose[3]))));
+}
+
+TEST(MarkerPose, a_grid_is_solved_as_one_and_is_better_than_one_marker) {
+  const BoardLayout board = *BoardLayout::grid("6X6_250", {0, 1, 2, 3, 4, 5}, 3, 0.08, 0.04);
+  EXPECT_LT(glm::length(board.markers[0].centre_m - glm::dvec2(-0.12, 0.06)), 1e-12);
+  const glm::dmat4 true_pose = look_at({3.1, 2.2, 1.4}, {4, 2, 1.2}, {0, 0, 1});
+  const auto photo = photograph_of(board, interior_lens(), board_on_wall(), true_pose);
+  const auto pose = marker_pose(photo, interior_lens(), board, board_on_wall());
+  ASSERT_TRUE(pose) << pose.error().message();
+  EXPECT_EQ(pose->ids_used.size(), 6u);
+  RecordProperty("rotation_error_deg", std::to_string(rotation_error_deg(pose->world_from_camera, true_pose)));
+  RecordProperty("position_error_m",
+                 std::to_string(glm::length(glm::dvec3(pose->world_from_camera[3] - true_pose[3]))));
+  EXPECT_LT(rotation_error_deg(pose->world_from_camera, true_pose), 0.15);
+  EXPECT_LT(glm::length(glm::dvec3(pose->world_from_camera[3] - true_pose[3])), 0.003);
+}
+
+TEST(MarkerPose, no_marker_says_what_was_looked_for_and_what_was_seen) {
+  const BoardLayout drawn = BoardLayout::single("6X6_250", 40, 0.12);
+  const auto photo =
+      photograph_of(drawn, interior_lens(), board_on_wall(), look_at({3.2, 2.4, 1.5}, {4, 2, 1.2}, {0, 0, 1}));
+  const auto pose =
+      marker_pose(photo, interior_lens(), BoardLayout::single("6X6_250", 23, 0.12), board_on_wall(), "a.png");
+  ASSERT_FALSE(pose);
+  EXPECT_EQ(pose.error().code, ErrorCode::not_found);
+  EXPECT_NE(pose.error().message().find("6X6_250 ids 23, seen 40"), std::string::npos) << pose.error().message();
+  EXPECT_EQ(pose.error().where, "a.png");
+  Rgb8Image grey{480, 360, std::vector<std::uint8_t>(480 * 360 * 3, 120)};
+  EXPECT_NE(marker_pose(grey, interior_lens(), drawn, board_on_wall()).error().message().find("seen none"),
+            std::string::npos);
+}
+
+TEST(MarkerPose, bad_requests_are_errors) {
+  const Rgb8Image grey{480, 360, std::vector<std::uint8_t>(480 * 360 * 3, 120)};
+  EXPECT_FALSE(marker_pose(grey, interior_lens(), BoardLayout::single("6X6_251", 1, 0.1), glm::dmat4(1.0)));
+  EXPECT_FALSE(
+      marker_pose(grey, ideal_pinhole(320, 240, 1.0), BoardLayout::single("6X6_250", 1, 0.1), glm::dmat4(1.0)));
+  EXPECT_FALSE(marker_pose(Rgb8Image{}, interior_lens(), BoardLayout::single("6X6_250", 1, -0.1), glm::dmat4(1.0)));
+  EXPECT_FALSE(marker_pose(grey, interior_lens(), BoardLayout{"6X6_250", {}}, glm::dmat4(1.0)));
+  EXPECT_FALSE(BoardLayout::grid("6X6_250", {1, 2, 3}, 2, 0.1, 0.01));
+}
+
+TEST(MarkerPose, shared_photograph_shows_six_markers_on_one_table) {
+  const std::filesystem::path data = std::filesystem::path(DAYLIT_SOURCE_DIR) / "../shared/data/markers";
+  if (!std::filesystem::exists(data))
+    GTEST_SKIP() << "the shared photograph is not here";
+  const auto photo = read_photograph(data / "singlemarkersoriginal.jpg", "srgb");
+  ASSERT_TRUE(photo) << photo.error().message();
+  const auto lens = read_lens(data / "tutorial_camera_params.yml");
+  ASSERT_TRUE(lens) << lens.error().message();
+  const auto seen = find_markers(photo->original, "6X6_250");
+  ASSERT_TRUE(seen);
+  std::vector<int> ids;
+  for (const SeenMarker& m : *seen)
+    ids.push_back(m.id);
+  EXPECT_EQ(ids, (std::vector<int>{23, 40, 62, 98, 124, 203}));
+  // With a 5 cm side the markers lie 0.68 to 0.88 m away; on each board the camera is in front (z > 0).
+  for (const int id : ids) {
+    const auto pose = marker_pose(*seen, *lens, BoardLayout::single("6X6_250", id, 0.05), glm::dmat4(1.0));
+    ASSERT_TRUE(pose) << pose.error().message();
+    const glm::dvec3 eye(pose->world_from_camera[3]);
+    EXPECT_GT(glm::length(eye), 0.66) << id;
+    EXPECT_LT(glm::length(eye), 0.93) << id; // 0.88 without sub-pixel corners
+    EXPECT_GT(eye.z, 0.2) << id;
+    EXPECT_LT(pose->reprojection_rms_px, 1.0) << id;
+    for (const SeenMarker& m : *seen)
+      if (m.id == id) {
+        const auto white = marker_white(*photo, m.corner_px);
+        ASSERT_TRUE(white) << id << ": " << white.error().message();
+        EXPECT_GT(white->g, 0.2f) << id;
+        EXPECT_LT(white->g, 1.0f) << id;
+        RecordProperty("white_" + std::to_string(id), std::to_string(white->g));
+      }
+  }
+}
+
+} // namespace
+} // namespace daylit

@@ -1,0 +1,168 @@
+#include "runtime/input/photograph.h"
+
+#include "runtime/input/interior_input.h"
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace daylit {
+namespace {
+
+class PhotographFile : public testing::Test {
+protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "daylit-photo-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path folder_;
+};
+
+std::string gamma_file(double gamma) {
+  std::string text = "# code -> exposure\n";
+  for (int i = 0; i < 256; ++i)
+    text += std::to_string(100 * std::pow(i / 255.0, gamma)) + (i % 2 ? "\n" : " # comment\n");
+  return text;
+}
+
+TEST(CameraResponse, every_code_round_trips) {
+  for (const CameraResponse& r :
+       {CameraResponse::linear(), CameraResponse::srgb(), *CameraResponse::parse(gamma_file(2.2), "g")})
+    for (int code = 0; code < 256; ++code) {
+      const float linear = r.decode(static_cast<std::uint8_t>(code), 1);
+      if (code == 1 && linear == r.decode(0, 1))
+        continue; // six decimals in the file do not tell the darkest two codes apart
+      EXPECT_EQ(r.encode(linear, 1), code);
+    }
+  EXPECT_EQ(CameraResponse::srgb().encode(7.0f, 0), 255);
+  EXPECT_EQ(CameraResponse::srgb().encode(-1.0f, 0), 0);
+  EXPECT_EQ(CameraResponse::srgb().encode(std::numeric_limits<float>::quiet_NaN(), 0), 0);
+  EXPECT_NEAR(CameraResponse::srgb().decode(118, 0), 0.18f, 0.002f);
+}
+
+TEST(CameraResponse, bad_files_say_the_line) {
+  EXPECT_FALSE(CameraResponse::parse("", "r.txt"));
+  EXPECT_FALSE(CameraResponse::parse(gamma_file(2.2) + "101\n", "r.txt"));
+  std::string falling;
+  for (int i = 0; i < 256; ++i)
+    falling += std::to_string(i == 99 ? 0 : i) + "\n";
+  const auto r = CameraResponse::parse(falling, "r.txt");
+  ASSERT_FALSE(r);
+  EXPECT_EQ(r.error().where, "r.txt, line 100");
+  EXPECT_FALSE(CameraResponse::parse("1 2\n", "r.txt"));
+  EXPECT_FALSE(CameraResponse::parse("nan\n", "r.txt"));
+  std::string flat;
+  for (int i = 0; i < 256; ++i)
+    flat += "3\n";
+  EXPECT_FALSE(CameraResponse::parse(flat, "r.txt"));
+  EXPECT_FALSE(CameraResponse::named("/no/such/file"));
+}
+
+TEST_F(PhotographFile, untouched_pixels_keep_their_bytes) {
+  Rgb8Image image{40, 30, std::vector<std::uint8_t>(3 * 40 * 30)};
+  std::mt19937 random(8);
+  for (auto& b : image.bytes)
+    b = static_cast<std::uint8_t>(random());
+  image.bytes[0] = image.bytes[4] = 255;
+  ASSERT_TRUE(write_png(folder_ / "a.png", image));
+  const auto photo = read_photograph(folder_ / "a.png", "srgb");
+  ASSERT_TRUE(photo) << photo.error().message();
+  EXPECT_EQ(photo->saturated[0] & 1, 1);
+  EXPECT_EQ(photo->saturated[1] & 2, 2);
+  RgbImage changed = photo->linear;
+  std::vector<std::uint8_t> touched(changed.texels.size());
+  for (std::size_t i = 0; i < touched.size(); ++i) {
+    changed.texels[i] *= 0.5f; // must not matter where touched is 0
+    touched[i] = i % 3 == 0;
+  }
+  const auto out = encode_photograph(*photo, changed, touched);
+  ASSERT_TRUE(out);
+  for (std::size_t i = 0; i < touched.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint8_t before = image.bytes[3 * i + c], after = out->bytes[3 * i + c];
+      if (!touched[i]) {
+        ASSERT_EQ(after, before);
+      } else {
+        ASSERT_NEAR(srgb_decode(float(after) / 255), 0.5f * srgb_decode(float(before) / 255), 0.005f);
+      }
+    }
+  // A touched pixel whose value did not change keeps its code too.
+  EXPECT_EQ(encode_photograph(*photo, photo->linear, std::vector<std::uint8_t>(touched.size(), 1))->bytes, image.bytes);
+  EXPECT_FALSE(encode_photograph(*photo, RgbImage(3, 3), touched));
+}
+
+TEST_F(PhotographFile, exr_is_taken_as_it_is) {
+  RgbImage image(8, 6, Rgb(0.25f, 4.0f, 1e5f));
+  ASSERT_TRUE(write_exr(folder_ / "a.exr", image));
+  const auto photo = read_photograph(folder_ / "a.exr", "linear");
+  ASSERT_TRUE(photo) << photo.error().message();
+  EXPECT_TRUE(photo->is_hdr());
+  EXPECT_EQ(photo->linear.texels, image.texels);
+  EXPECT_FALSE(read_photograph(folder_ / "a.exr", "srgb"));
+  image.at(3, 2).g = std::numeric_limits<float>::quiet_NaN();
+  ASSERT_TRUE(write_exr(folder_ / "b.exr", image));
+  const auto bad = read_photograph(folder_ / "b.exr", "linear");
+  ASSERT_FALSE(bad);
+  EXPECT_NE(bad.error().where.find("(3, 2)"), std::string::npos);
+  EXPECT_FALSE(read_photograph(folder_ / "missing.png", "srgb"));
+}
+
+/// A marker-like square with corners at (30, 30) .. (70, 70): black frame, grey inside, paper of `paper` around.
+Photograph marker_sheet(float paper, float frame) {
+  Photograph photo{RgbImage(100, 100, Rgb(paper, 0.9f * paper, 0.8f * paper)), {}, CameraResponse::linear(), {}, 0};
+  for (int y = 30; y < 70; ++y)
+    for (int x = 30; x < 70; ++x)
+      photo.linear.at(x, y) = Rgb(frame);
+  return photo;
+}
+constexpr std::array<glm::dvec2, 4> kSquare{glm::dvec2(29.5, 29.5), glm::dvec2(69.5, 29.5), glm::dvec2(69.5, 69.5),
+                                            glm::dvec2(29.5, 69.5)};
+
+TEST(MarkerWhite, is_the_median_of_the_paper) {
+  Photograph photo = marker_sheet(0.6f, 0.02f);
+  for (int x = 20; x < 90; x += 7) // dirt on the paper
+    photo.linear.at(x, 27) = Rgb(0.0f);
+  const auto white = marker_white(photo, kSquare);
+  ASSERT_TRUE(white) << white.error().message();
+  EXPECT_EQ(*white, Rgb(0.6f, 0.9f * 0.6f, 0.8f * 0.6f));
+}
+
+TEST(MarkerWhite, refuses_what_is_no_white_paper) {
+  EXPECT_FALSE(marker_white(marker_sheet(0.03f, 0.02f), kSquare));
+  Photograph saturated = marker_sheet(1.0f, 0.02f);
+  saturated.saturated.assign(10000, 1);
+  const auto r = marker_white(saturated, kSquare);
+  ASSERT_FALSE(r);
+  EXPECT_NE(r.error().what.find("saturated"), std::string::npos);
+  auto outside = kSquare;
+  for (auto& p : outside)
+    p += glm::dvec2(200, 0);
+  EXPECT_FALSE(marker_white(marker_sheet(0.6f, 0.02f), outside));
+}
+
+TEST(MarkerScale, paper_in_the_photograph_over_paper_in_the_simulation) {
+  // Irradiance pi on paper of reflectance 0.8 gives radiance 0.8 in every channel.
+  const auto matched = scale_from_marker(Rgb(0.4f, 0.2f, 0.1f), Rgb(3.14159265f), 0.8, glm::dmat3(1.0));
+  ASSERT_TRUE(matched);
+  const Rgb white = matched->apply(Rgb(0.8f));
+  EXPECT_NEAR(white.r, 0.4f, 1e-6f);
+  EXPECT_NEAR(white.g, 0.2f, 1e-6f);
+  EXPECT_NEAR(white.b, 0.1f, 1e-6f);
+  // A colour matrix of the user's stays as it is; only the luminance is matched.
+  glm::dmat3 warm(1.0);
+  warm[0][0] = 1.2;
+  const auto kept = scale_from_marker(Rgb(0.4f, 0.2f, 0.1f), Rgb(3.14159265f), 0.8, warm);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->colour_matrix, warm);
+  EXPECT_NEAR(luminance(kept->apply(Rgb(0.8f))), luminance(Rgb(0.4f, 0.2f, 0.1f)), 1e-6f);
+  EXPECT_FALSE(scale_from_marker(Rgb(0.4f), Rgb(0.0f), 0.8, glm::dmat3(1.0)));
+}
+
+} // namespace
+} // namespace daylit

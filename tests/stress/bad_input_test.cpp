@@ -1,0 +1,338 @@
+// Runs the real programs with bad input. Every case must end with exit code 1, say on stderr what is wrong, where and
+// what to do, and leave no file behind, neither under the final nor under a temporary name.
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include "scene/image_formats.h"
+
+namespace daylit {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code = -1;
+  std::string out, err;
+};
+
+std::string slurp(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+void spill(const fs::path& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+
+bool has_program(const std::string& name) { return fs::exists(fs::path(DAYLIT_PROGRAM_FOLDER) / name); }
+
+/// Runs "daylit-probe arguments" in `folder`; a crash or a hang is no exit code of ours.
+Outcome run_in(const fs::path& folder, const std::string& command) {
+  const std::string line = "cd " + folder.string() + " && timeout 60 " DAYLIT_PROGRAM_FOLDER "/" + command +
+                           " > ../stdout.txt 2> ../stderr.txt";
+  const int status = std::system(line.c_str());
+  Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(folder / "../stdout.txt"),
+                  slurp(folder / "../stderr.txt")};
+  return outcome;
+}
+
+/// A box of 2 x 2 x 2 m with a window in the wall y = 0.
+const std::string kRoom = "mtllib room.mtl\n"
+                          "v 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n"
+                          "usemtl wall\nf 1 2 3 4\nf 5 8 7 6\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"
+                          "usemtl window\nf 1 5 6 2\n";
+const std::string kMaterials = "newmtl wall\nKd 0.5 0.5 0.5\nnewmtl window\nKd 0 0 0\n";
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
+
+/// One good set of files, made once; each case works on a copy.
+class BadInput : public testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    std::string pattern = (fs::temp_directory_path() / "daylit-bad-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    root_ = pattern;
+    const fs::path good = root_ / "good";
+    fs::create_directory(good);
+    spill(good / "room.obj", kRoom);
+    spill(good / "room.mtl", kMaterials);
+    ASSERT_TRUE(write_exr(good / "sky.exr", RgbImage(32, 16, Rgb(1.0f))));
+    ASSERT_TRUE(write_exr(good / "photo.exr", RgbImage(64, 48, Rgb(0.3f))));
+    spill(good / "sky.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n" + std::string(32, '\x80'));
+    spill(good / "lens.yaml", "image_width: 64\nimage_height: 48\ncamera_matrix: [60, 0, 31.5, 0, 60, 23.5, 0, 0, 1]\n"
+                              "distortion_model: plumb_bob\n");
+    spill(good / "points.txt", "1 1 1 0 0 1\n");
+    spill(good / "config.toml",
+          "[sky]\nimage = \"sky.exr\"\n[interior]\nimage = \"photo.exr\"\nlens = \"lens.yaml\"\n"
+          "[pose]\nposition = [1.0, 1.8, 1.0]\nlook_at = [1.0, 0.5, 0.2]\n"
+          "[room]\nmodel = \"room.obj\"\nvolume = \"room.volume\"\n[[object]]\nmodel = \"cube.obj\"\n"
+          "position = [1.0, 0.8, 0.0]\n[output]\npng = \"out.png\"\nexr = \"out.exr\"\n");
+    spill(good / "cube.obj", "v 0 0 0\nv 0.2 0 0\nv 0 0.2 0\nv 0 0 0.2\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    const Outcome baked = run_in(good, "daylit-precompute room.obj -o room.volume --regions uniform:2 --grid 2,2,2 "
+                                       "--patch-size 1 --quality draft --quiet");
+    ASSERT_EQ(baked.exit_code, 0) << baked.err;
+  }
+  static void TearDownTestSuite() { fs::remove_all(root_); }
+
+  static fs::path root_;
+};
+fs::path BadInput::root_;
+
+struct Case {
+  const char* name;
+  const char* program;
+  std::string arguments;
+  std::function<void(const fs::path& folder)> spoil;
+  std::vector<std::string> said; ///< each must occur on stderr
+};
+
+const std::string kBake = "room.obj -o out.volume --regions uniform:2 --quality draft";
+const std::string kProbe = "room.volume --sky sky.exr < points.txt";
+
+void truncate(const fs::path& path, double share) {
+  fs::resize_file(path, static_cast<std::uintmax_t>(share * static_cast<double>(fs::file_size(path))));
+}
+
+void write_sky(const fs::path& folder, float value) {
+  RgbImage sky(32, 16, Rgb(1.0f));
+  sky.at(12, 5).g = value;
+  ASSERT_TRUE(write_exr(folder / "sky.exr", sky));
+}
+
+void edit(const fs::path& path, const std::string& from, const std::string& to) {
+  const std::string text = slurp(path);
+  ASSERT_NE(text.find(from), std::string::npos) << path << " has no " << from;
+  spill(path, replaced(text, from, to));
+}
+
+const auto kNothing = [](const fs::path&) {};
+
+std::vector<Case> room_cases() {
+  const char* const program = "daylit-precompute";
+  return {
+      {"missing_room", program, "no.obj -o out.volume", kNothing, {"no.obj"}},
+      {"truncated_room", program, kBake, [](auto& f) { truncate(f / "room.obj", 0.97); }, {"room.obj"}},
+      {"room_cut_in_half", program, kBake, [](auto& f) { truncate(f / "room.obj", 0.5); }, {"room.obj"}},
+      {"missing_materials", program, kBake, [](auto& f) { fs::remove(f / "room.mtl"); }, {"room.mtl"}},
+      {"no_window_and_no_hole",
+       program,
+       kBake,
+       [](auto& f) { edit(f / "room.obj", "usemtl window", "usemtl wall"); },
+       {"window"}},
+      {"only_faces_without_area",
+       program,
+       kBake,
+       [](auto& f) { spill(f / "room.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"); },
+       {"room.obj"}},
+      {"reflectance_above_one",
+       program,
+       kBake,
+       [](auto& f) { edit(f / "room.mtl", "0.5 0.5 0.5", "0.5 1.5 0.5"); },
+       {"reflectance", "wall"}},
+      {"reflectance_below_zero",
+       program,
+       kBake,
+       [](auto& f) { edit(f / "room.mtl", "0.5 0.5 0.5", "0.5 -0.5 0.5"); },
+       {"reflectance", "wall"}},
+      {"vertex_is_nan", program, kBake, [](auto& f) { edit(f / "room.obj", "v 2 2 2", "v 2 nan 2"); }, {"room.obj"}},
+      {"vertex_does_not_exist",
+       program,
+       kBake,
+       [](auto& f) { edit(f / "room.obj", "f 1 5 6 2", "f 1 5 6 99"); },
+       {"room.obj"}},
+      {"output_folder_missing",
+       program,
+       "room.obj -o no/out.volume --regions uniform:2 --quality draft",
+       kNothing,
+       {"no/out.volume"}},
+      {"bad_points_file",
+       program,
+       "room.obj -o out.volume --points points.txt",
+       [](auto& f) { spill(f / "points.txt", "1 1 1\n1 one 1\n"); },
+       {"points.txt", "2"}},
+      {"check_closed_room",
+       program,
+       "check room.obj",
+       [](auto& f) { edit(f / "room.obj", "usemtl window", "usemtl wall"); },
+       {"window"}},
+      {"check_missing_room", program, "check no.obj", kNothing, {"no.obj"}},
+  };
+}
+
+std::vector<Case> sky_and_volume_cases() {
+  const char* const program = "daylit-probe";
+  return {
+      {"missing_volume", program, "no.volume --sky sky.exr < points.txt", kNothing, {"no.volume"}},
+      {"truncated_volume", program, kProbe, [](auto& f) { truncate(f / "room.volume", 0.7); }, {"room.volume"}},
+      {"damaged_volume",
+       program,
+       kProbe,
+       [](auto& f) {
+         std::string bytes = slurp(f / "room.volume");
+         bytes[bytes.size() - 9] = static_cast<char>(bytes[bytes.size() - 9] ^ 0x10);
+         spill(f / "room.volume", bytes);
+       },
+       {"room.volume", "checksum"}},
+      {"volume_of_another_version",
+       program,
+       kProbe,
+       [](auto& f) { edit(f / "room.volume", "\"format_version\":\"1\"", "\"format_version\":\"7\""); },
+       {"room.volume", "version 7"}},
+      {"missing_sky", program, "room.volume --sky no.exr < points.txt", kNothing, {"no.exr"}},
+      {"truncated_sky", program, kProbe, [](auto& f) { truncate(f / "sky.exr", 0.8); }, {"sky.exr"}},
+      {"truncated_hdr_sky",
+       program,
+       "room.volume --sky sky.hdr < points.txt",
+       [](auto& f) { truncate(f / "sky.hdr", 0.9); },
+       {"sky.hdr"}},
+      {"nan_in_the_sky",
+       program,
+       kProbe,
+       [](auto& f) { write_sky(f, std::numeric_limits<float>::quiet_NaN()); },
+       {"sky.exr", "(12, 5)", "1 pixel"}},
+      {"infinity_in_the_sky",
+       program,
+       kProbe,
+       [](auto& f) { write_sky(f, std::numeric_limits<float>::infinity()); },
+       {"sky.exr", "(12, 5)"}},
+      {"negative_radiance_in_the_sky",
+       program,
+       kProbe,
+       [](auto& f) { write_sky(f, -0.5f); },
+       {"sky.exr", "(12, 5)", "negative"}},
+      {"fisheye_without_lens_file",
+       program,
+       "room.volume --sky sky.exr --projection fisheye:no.yaml < points.txt",
+       kNothing,
+       {"no.yaml"}},
+      {"angular_map_that_is_not_square",
+       program,
+       "room.volume --sky sky.exr --projection angular < points.txt",
+       kNothing,
+       {"sky.exr", "square"}},
+      {"point_that_is_no_number", program, kProbe, [](auto& f) { spill(f / "points.txt", "1 1 x 0 0 1\n"); }, {"1"}},
+  };
+}
+
+std::vector<Case> run_cases() {
+  const char* const program = "daylit-run";
+  return {
+      {"missing_config", program, "no.toml", kNothing, {"no.toml"}},
+      {"unknown_config_key",
+       program,
+       "config.toml",
+       [](auto& f) { edit(f / "config.toml", "[sky]\n", "[sky]\nimge = 1\n"); },
+       {"config.toml", "imge", "image", "2"}},
+      {"config_is_no_toml",
+       program,
+       "config.toml",
+       [](auto& f) { spill(f / "config.toml", "[sky\n"); },
+       {"config.toml"}},
+      {"missing_photograph", program, "config.toml", [](auto& f) { fs::remove(f / "photo.exr"); }, {"photo.exr"}},
+      {"missing_object", program, "config.toml", [](auto& f) { fs::remove(f / "cube.obj"); }, {"cube.obj"}},
+      {"lens_of_another_size",
+       program,
+       "config.toml",
+       [](auto& f) { edit(f / "lens.yaml", "image_width: 64", "image_width: 65"); },
+       {"65"}},
+      {"no_marker_in_the_picture",
+       program,
+       "config.toml",
+       [](auto& f) {
+         edit(f / "config.toml", "[pose]\nposition = [1.0, 1.8, 1.0]\nlook_at = [1.0, 0.5, 0.2]\n",
+              "[marker]\nids = [23]\nsize_m = 0.05\n");
+       },
+       {"no marker", "6X6_250", "23", "photo.exr"}},
+  };
+}
+
+void check(const fs::path& root, const Case& c) {
+  SCOPED_TRACE(c.name);
+  const fs::path folder = root / c.name;
+  fs::copy(root / "good", folder, fs::copy_options::recursive);
+  c.spoil(folder);
+  std::vector<std::string> before, after;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    before.push_back(entry.path().filename().string());
+  const Outcome outcome = run_in(folder, std::string(c.program) + " " + c.arguments);
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  for (const std::string& part : c.said)
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << "no \"" << part << "\" in: " << outcome.err;
+  EXPECT_EQ(outcome.err.find("internal"), std::string::npos) << outcome.err;
+  const bool hint = outcome.err.find("; ") != std::string::npos ||
+                    outcome.err.find("did you mean") != std::string::npos ||
+                    outcome.err.find("expected") != std::string::npos;
+  EXPECT_TRUE(hint) << "no hint in: " << outcome.err;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    after.push_back(entry.path().filename().string());
+  EXPECT_EQ(after.size(), before.size()) << "a file was left behind";
+  fs::remove_all(folder);
+}
+
+TEST_F(BadInput, good_input_succeeds) {
+  // Otherwise the cases below would prove nothing.
+  EXPECT_EQ(run_in(root_ / "good", "daylit-probe room.volume --sky sky.exr < points.txt").exit_code, 0);
+  EXPECT_EQ(run_in(root_ / "good", "daylit-precompute check room.obj").exit_code, 0);
+  if (has_program("daylit-run")) {
+    const Outcome outcome = run_in(root_ / "good", "daylit-run config.toml --quiet");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    fs::remove(root_ / "good/out.png");
+    fs::remove(root_ / "good/out.exr");
+  }
+}
+
+TEST_F(BadInput, rooms_are_refused_with_what_where_and_hint) {
+  for (const Case& c : room_cases())
+    check(root_, c);
+}
+
+TEST_F(BadInput, skies_and_volumes_are_refused_with_what_where_and_hint) {
+  for (const Case& c : sky_and_volume_cases())
+    check(root_, c);
+}
+
+TEST_F(BadInput, run_configurations_are_refused_with_what_where_and_hint) {
+  if (!has_program("daylit-run"))
+    GTEST_SKIP() << "this build has no daylit-run";
+  for (const Case& c : run_cases())
+    check(root_, c);
+}
+
+TEST_F(BadInput, faces_without_area_and_duplicates_are_counted_and_reported) {
+  const fs::path folder = root_ / "faces";
+  fs::copy(root_ / "good", folder, fs::copy_options::recursive);
+  edit(folder / "room.obj", "usemtl window", "f 1 2 2\nf 1 2 3 4\nf 4 3 2 1\nusemtl window");
+  const Outcome outcome = run_in(folder, "daylit-precompute check room.obj");
+  EXPECT_NE(outcome.out.find("1 without area, 2 duplicate"), std::string::npos) << outcome.out << outcome.err;
+}
+
+TEST_F(BadInput, json_reports_the_error_on_stdout_too) {
+  const Outcome outcome = run_in(root_ / "good", "daylit-precompute no.obj -o out.volume --json");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_EQ(outcome.out.rfind("{\"error\":", 0), 0u) << outcome.out;
+}
+
+TEST_F(BadInput, wrong_arguments_are_usage_errors) {
+  EXPECT_EQ(run_in(root_ / "good", "daylit-precompute").exit_code, 2);
+  EXPECT_EQ(run_in(root_ / "good", "daylit-precompute room.obj -o out.volume --regions uniform:7").exit_code, 2);
+  EXPECT_EQ(run_in(root_ / "good", "daylit-precompute room.obj -o out.volume --quality best").exit_code, 2);
+  EXPECT_EQ(run_in(root_ / "good", "daylit-probe room.volume --sky sky.exr --projection cube < points.txt").exit_code,
+            2);
+  EXPECT_FALSE(fs::exists(root_ / "good/out.volume"));
+}
+
+} // namespace
+} // namespace daylit
