@@ -8,12 +8,14 @@
 #include "bench/command.h"
 #include "bench/sh_sections.h"
 #include "scene/image_formats.h"
+#include "sh/basis.h"
+#include "sh/detail/kernels.h"
 
 namespace daylit::bench {
 namespace {
 
 struct Arguments {
-  std::string peer, probe;
+  std::string peer, probe, vectors;
   bool high = false;
 };
 
@@ -56,6 +58,18 @@ void print(const nlohmann::json& d) {
   std::cout << "eight maps 512 x 1024: " << d["eight_maps"].dump() << "\n";
 }
 
+Result<void> choose_vectors(const std::string& name) {
+  int count = 0;
+  const sh::detail::Kernels* const* sets = sh::detail::all_kernels(&count);
+  for (int i = 0; i < count; ++i)
+    if (sets[i]->name == name)
+      sh::detail::select_kernels(*sets[i]);
+  if (name.empty() || name == sh::instruction_set())
+    return {};
+  return Error{ErrorCode::usage, "this processor has no such vectors", "--vectors " + name,
+               "give baseline, avx2 or avx512"};
+}
+
 Result<void> run(const Arguments& a, const CommonOptions& options) {
   std::optional<ShPeer> peer;
   if (!a.peer.empty()) {
@@ -64,6 +78,8 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
       return loaded.error();
     peer = std::move(*loaded);
   }
+  if (const auto chosen = choose_vectors(a.vectors); !chosen)
+    return chosen.error();
   std::optional<HdrFile> probe;
   if (!a.probe.empty()) {
     auto file = read_hdr_image(a.probe);
@@ -109,6 +125,7 @@ Command add_sh(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("sh", "spherical harmonics: error and time by degree");
   parser->add_option("--peer", arguments->peer, "shared object of another transform library, see docs/sh.md");
   parser->add_option("--probe", arguments->probe, "light probe as a vertical cross (.hdr, .exr) for the lobe maps");
+  parser->add_option("--vectors", arguments->vectors, "narrower instructions than the processor has: baseline, avx2");
   parser->add_flag("--high", arguments->high, "degrees 2047 and 4095 too (some seconds, 3 GB)");
   return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};
 }

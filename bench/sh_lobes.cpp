@@ -1,5 +1,5 @@
 #include <cmath>
-#include <numbers>
+#include <numeric>
 #include <random>
 
 #include "bench/lobe_reference.h"
@@ -123,20 +123,67 @@ Result<sh::BandProbe> probe_of(const Analysis& a) {
   return std::move(*probe);
 }
 
-/// Smallest degree with a mean error below the tolerance, against direct summation, by bisection below `chosen`.
-Result<int> needed_degree(const Analysis& a, const std::vector<double>& truth, std::size_t lobe, int chosen,
+/// What every exponent is compared with. [output][exponent][3]
+struct References {
+  std::vector<double> truth, float35, float50;
+  double direct_seconds = 0.0;
+};
+
+References references(const AngularMap& map, std::span<const std::size_t> outputs) {
+  References r;
+  r.direct_seconds = time_once([&] { r.truth = direct_lobes(map, outputs); });
+  r.float35 = factorial_lobes(map, outputs, 35);
+  r.float50 = factorial_lobes(map, outputs, 50);
+  return r;
+}
+
+Result<MapError> error_at(const Analysis& a, const References& r, std::size_t lobe, int degree,
                           std::span<const std::size_t> outputs) {
-  int low = 0, high = chosen; // error(high) is below, error(low) above
-  std::vector<double> values(truth.size());
-  for (low = int(chosen * 0.8) - 1; low + 1 < high;) {
+  const auto values = lobe_values(a, kExponents[lobe], degree, outputs);
+  if (!values)
+    return values.error();
+  std::vector<double> all(r.truth.size());
+  scatter(all, *values, lobe);
+  return map_error(r.truth, all, lobe);
+}
+
+/// Smallest degree with a mean error below the tolerance, against direct summation, by bisection. When the chosen
+/// degree misses the tolerance the search goes on above it.
+Result<int> needed_degree(const Analysis& a, const References& r, std::size_t lobe, int chosen,
+                          std::span<const std::size_t> outputs) {
+  int low = int(chosen * 0.8) - 1, high = int(chosen * 1.1) + 1; // error(low) is above, error(high) below
+  while (low + 1 < high) {
     const int middle = (low + high) / 2;
-    const auto v = lobe_values(a, kExponents[lobe], middle, outputs);
-    if (!v)
-      return v.error();
-    scatter(values, *v, lobe);
-    (map_error(truth, values, lobe).mean < kTolerance ? high : low) = middle;
+    const auto e = error_at(a, r, lobe, middle, outputs);
+    if (!e)
+      return e.error();
+    (e->mean < kTolerance ? high : low) = middle;
   }
   return high;
+}
+
+/// One row of the table: the order chosen from the coefficients alone, its error, and the smallest that would do.
+Result<nlohmann::json> measure_lobe(const Analysis& a, const sh::BandProbe& probe, const References& r,
+                                    std::size_t lobe, std::span<const std::size_t> outputs) {
+  const auto bands = *sh::phong_mean_bands(kExponents[lobe], a.degree);
+  const int degree = probe.needed_degree(bands, true, kMargin * kTolerance);
+  const auto ours = error_at(a, r, lobe, degree, outputs), at_34 = error_at(a, r, lobe, 34, outputs);
+  const auto needed = needed_degree(a, r, lobe, degree, outputs);
+  if (!ours || !at_34 || !needed)
+    return !ours ? ours.error() : !at_34 ? at_34.error() : needed.error();
+  std::vector<std::size_t> all(a.map.x.size());
+  std::iota(all.begin(), all.end(), std::size_t(0));
+  const double seconds = time_once([&] { (void)lobe_values(a, kExponents[lobe], degree, all); });
+  return nlohmann::json{{"exponent", kExponents[lobe]},
+                        {"degree", degree},
+                        {"needed_degree", *needed},
+                        {"degree_over_needed", double(degree) / double(std::max(1, *needed))},
+                        {"mean_error", ours->mean},
+                        {"max_error", ours->max},
+                        {"ms", 1e3 * seconds},
+                        {"order_35_exact_mean_error", at_34->mean},
+                        {"order_35_float_factorials_mean_error", map_error(r.truth, r.float35, lobe).mean},
+                        {"order_50_float_factorials_mean_error", map_error(r.truth, r.float50, lobe).mean}};
 }
 
 } // namespace
@@ -144,126 +191,36 @@ Result<int> needed_degree(const Analysis& a, const std::vector<double>& truth, s
 Result<nlohmann::json> measure_lobe_maps(const RgbImage& cross, const Step& step) {
   if (!step("probe: analysis", 0.0))
     return interrupted_error("daylit-bench sh");
-  auto a = analyse(cross);
+  const auto a = analyse(cross);
   if (!a)
     return a.error();
-  const auto outputs = one_per_cell(a->map, 8, 12);
   if (!step("probe: direct summation", 0.05))
     return interrupted_error("daylit-bench sh");
-  std::vector<double> truth, ours;
-  const double direct_seconds = time_once([&] { truth = direct_lobes(a->map, outputs); });
-  ours.resize(truth.size());
-  std::vector<double> exact35(truth.size());
-  const auto float35 = factorial_lobes(a->map, outputs, 35), float50 = factorial_lobes(a->map, outputs, 50);
-  std::vector<std::size_t> all(a->map.x.size());
-  for (std::size_t i = 0; i < all.size(); ++i)
-    all[i] = i;
-  const double probe_start = thread_seconds();
+  const auto outputs = one_per_cell(a->map, 8, 12);
+  const References r = references(a->map, outputs);
+  const double start = thread_seconds();
   const auto probe = probe_of(*a);
   if (!probe)
     return probe.error();
-  const double probe_seconds = thread_seconds() - probe_start;
+  const double probe_seconds = thread_seconds() - start;
   nlohmann::json rows = nlohmann::json::array();
   for (std::size_t k = 0; k < kLobes; ++k) {
     if (!step("probe: exponent " + std::to_string(int(kExponents[k])), 0.2 + 0.8 * double(k) / kLobes))
       return interrupted_error("daylit-bench sh");
-    const auto bands = *sh::phong_mean_bands(kExponents[k], a->degree);
-    const int degree = probe->needed_degree(bands, true, kMargin * kTolerance);
-    const auto at_outputs = lobe_values(*a, kExponents[k], degree, outputs);
-    const auto at_34 = lobe_values(*a, kExponents[k], 34, outputs);
-    if (!at_outputs || !at_34)
-      return !at_outputs ? at_outputs.error() : at_34.error();
-    scatter(ours, *at_outputs, k);
-    scatter(exact35, *at_34, k);
-    const auto needed = needed_degree(*a, truth, k, degree, outputs);
-    if (!needed)
-      return needed.error();
-    const double seconds = time_once([&] { (void)lobe_values(*a, kExponents[k], degree, all); });
-    const MapError e = map_error(truth, ours, k);
-    rows.push_back({{"exponent", kExponents[k]},
-                    {"degree", degree},
-                    {"needed_degree", *needed},
-                    {"degree_over_needed", double(degree) / double(std::max(1, *needed))},
-                    {"mean_error", e.mean},
-                    {"max_error", e.max},
-                    {"ms", 1e3 * seconds},
-                    {"order_35_exact_mean_error", map_error(truth, exact35, k).mean},
-                    {"order_35_float_factorials_mean_error", map_error(truth, float35, k).mean},
-                    {"order_50_float_factorials_mean_error", map_error(truth, float50, k).mean}});
+    auto row = measure_lobe(*a, *probe, r, k, outputs);
+    if (!row)
+      return row.error();
+    rows.push_back(*row);
   }
+  const double pixels = double(a->map.x.size());
   return nlohmann::json{{"pixels", a->map.x.size()},
                         {"compared_pixels", outputs.size()},
                         {"analysis_degree", a->degree},
                         {"analysis_ms", 1e3 * a->seconds},
                         {"degree_choice_ms", 1e3 * probe_seconds},
                         {"direct_summation_ms_per_map_estimated",
-                         1e3 * direct_seconds / double(outputs.size()) * double(a->map.x.size()) / double(kLobes)},
+                         1e3 * r.direct_seconds / double(outputs.size()) * pixels / double(kLobes)},
                         {"maps", rows}};
-}
-
-Result<nlohmann::json> measure_eight_maps(const RgbImage& cross) {
-  constexpr int kWidth = 1024, kHeight = 512;
-  constexpr double kEight[] = {1, 10, 40, 80, 160, 320, 640, 1280};
-  const std::vector<float> image = equirectangular_map(cross, kWidth, kHeight);
-  std::vector<std::vector<float>> maps(8, std::vector<float>(image.size()));
-  const auto grid = *sh::equirectangular_grid(kWidth, kHeight);
-  const int most = *sh::phong_degree(kEight[7], 1e-6);
-  std::mt19937_64 engine(13);
-  std::vector<double> x, y, z;
-  for (int k = 0; k < 64; ++k) { // one pixel per cell of 8 x 8
-    const double theta = std::numbers::pi * (k / 8 + std::uniform_real_distribution<>(0, 1)(engine)) / 8.0;
-    const double phi = 2.0 * std::numbers::pi * (k % 8 + std::uniform_real_distribution<>(0, 1)(engine)) / 8.0;
-    x.push_back(std::sin(theta) * std::cos(phi));
-    y.push_back(std::sin(theta) * std::sin(phi));
-    z.push_back(std::cos(theta));
-  }
-  auto analysis = sh::RingTransform::create(grid, most);
-  std::vector<sh::RingTransform> plans;
-  std::vector<int> degrees(8, 0);
-  std::vector<double> coefficients(sh::coefficient_count(most) * 3);
-  double parts[3] = {};
-  const auto run = [&](bool plan) {
-    const double t0 = thread_seconds();
-    (void)analysis->analyse(sh::interleaved(image.data(), kWidth, 3), coefficients);
-    const double t1 = thread_seconds();
-    const auto probe = sh::BandProbe::create(coefficients, 3, x, y, z);
-    for (std::size_t k = 0; k < 8; ++k)
-      degrees[k] = probe->needed_degree(*sh::phong_mean_bands(kEight[k], most), false, 0.5 * kTolerance);
-    const double t2 = thread_seconds();
-    for (std::size_t k = 0; k < 8; ++k) {
-      if (plan)
-        plans.push_back(*sh::RingTransform::create(grid, degrees[k]));
-      std::vector<double> c(coefficients.begin(),
-                            coefficients.begin() + std::ptrdiff_t(sh::coefficient_count(degrees[k]) * 3));
-      (void)sh::convolve(*sh::phong_mean_bands(kEight[k], degrees[k]), 3, c);
-      (void)plans[k].synthesise(c, sh::interleaved(maps[k].data(), kWidth, 3));
-    }
-    parts[0] = t1 - t0, parts[1] = t2 - t1, parts[2] = thread_seconds() - t2;
-    return thread_seconds() - t0;
-  };
-  const double first = run(true);
-  double best = first;
-  for (int r = 0; r < 7; ++r)
-    best = std::min(best, run(false));
-  std::vector<double> errors;
-  for (std::size_t k = 0; k < 8; ++k) { // against the whole series, which leaves out less than 1e-6 of the lobe
-    std::vector<double> c(coefficients);
-    std::vector<float> full(image.size());
-    (void)sh::convolve(*sh::phong_mean_bands(kEight[k], most), 3, c);
-    (void)analysis->synthesise(c, sh::interleaved(full.data(), kWidth, 3));
-    double sum = 0.0;
-    for (std::size_t i = 0; i < full.size(); ++i)
-      sum += std::abs(double(maps[k][i]) - double(full[i])) / (std::abs(double(full[i])) + 1e-12);
-    errors.push_back(sum / double(full.size()));
-  }
-  return nlohmann::json{{"mean_errors", errors},
-                        {"exponents", kEight},
-                        {"degrees", degrees},
-                        {"ms", 1e3 * best},
-                        {"ms_first_with_plans", 1e3 * first},
-                        {"last_analysis_ms", 1e3 * parts[0]},
-                        {"last_choice_ms", 1e3 * parts[1]},
-                        {"last_synthesis_ms", 1e3 * parts[2]}};
 }
 
 } // namespace daylit::bench

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Draws the plots of `daylit-bench sh -o sh.json` as one SVG. Standard library only.
+"""Draws the plots of `daylit-bench sh -o sh.json` as one SVG, or writes its tables as Markdown. Standard library only.
 
 usage: plot_sh.py sh.json sh.svg
+       plot_sh.py sh.json sh.md
 """
 import json
 import math
@@ -15,12 +16,12 @@ def decades(low, high):
     return range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
 
 
-def panel(x0, y0, title, x_label, y_label, series, y_floor=1e-17, y_ceiling=1e3):
+def panel(x0, y0, title, x_label, y_label, series, y_floor=1e-17, y_ceiling=1e5):
     """series: list of (name, [(x, y), ...]); both axes logarithmic."""
     points = [(x, min(max(y, y_floor), y_ceiling)) for _, p in series for x, y in p if x > 0]
     xs, ys = decades(min(p[0] for p in points), max(p[0] for p in points)), decades(
         min(p[1] for p in points), max(p[1] for p in points))
-    left, right, top, bottom = x0 + MARGIN, x0 + WIDTH - 14, y0 + 34, y0 + HEIGHT - 46
+    left, right, top, bottom = x0 + MARGIN, x0 + WIDTH - 26, y0 + 34, y0 + HEIGHT - 46
 
     def sx(x):
         return left + (math.log10(x) - xs[0]) / max(1, xs[-1] - xs[0]) * (right - left)
@@ -57,9 +58,64 @@ def column(rows, x, y, scale=1.0):
     return [(row[x], get(row)) for row in rows]
 
 
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(str(c) for c in row) + " |" for row in rows]) + "\n\n"
+
+
+def percent(x):
+    return f"{100 * x:.4f} %" if x < 0.01 else f"{100 * x:.3g} %"
+
+
+def markdown(d):
+    m = d["machine"]
+    out = f'{m["processor"]}, {m["vectors"]}, {m["compiler"]}; {m["clock"]}.\n\n'
+    out += "Error of Y_lm relative to the largest value of the row, five latitudes, all orders:\n\n"
+    out += table(["degree", "double", "float", "factorials, double", "factorials, float", "ns per Y_lm, batch"],
+                 [[r["degree"]] + [f"{r[k]:.1e}" for k in ("error_double", "error_float", "error_factorials_double",
+                                                          "error_factorials_float")] + [f'{r["ns_per_harmonic"]:.1f}']
+                  for r in d["basis"]])
+    out += "RGB image on a Gauss-Legendre grid, one thread; ratio = our time / three calls of the peer:\n\n"
+    out += table(["degree", "round trip, double", "round trip, float image", "synthesis ms", "analysis ms",
+                  "synthesis ratio", "analysis ratio"],
+                 [[r["degree"], f'{r["round_trip_double"]:.1e}', f'{r["round_trip_float"]:.1e}',
+                   f'{r["synthesis_ms"]:.3g}', f'{r["analysis_ms"]:.3g}']
+                  + [f'{r["peer"][k]:.2f}' if "peer" in r else "-" for k in ("synthesis_ratio", "analysis_ratio")]
+                  for r in d["transforms"]])
+    out += "Rotation of one channel against evaluation in the rotated frame:\n\n"
+    out += table(["degree", "largest error / rms", "ms"],
+                 [[r["degree"], f'{r["max_error_over_rms"]:.1e}', f'{r["ms"]:.3g}'] for r in d["rotation"]])
+    n = d["nine"]
+    out += (f'Nine coefficients of {n["directions"]} directions (float): {n["ms"]:.2f} ms, '
+            f'{100 * n["share_of_store_bandwidth"]:.0f} % of the store bandwidth of the same run.\n\n')
+    if "lobe_maps" in d:
+        maps, eight = d["lobe_maps"], d["eight_maps"]
+        out += (f'Phong lobe maps of a 512 x 512 angular map ({maps["pixels"]} pixels), errors against direct summation in '
+                f'{maps["compared_pixels"]} of them. Analysis to degree {maps["analysis_degree"]}: '
+                f'{maps["analysis_ms"]:.0f} ms, choice of all degrees: {maps["degree_choice_ms"]:.0f} ms, direct summation '
+                f'in double, not tuned, fifteen exponents sharing the cosines: about {maps["direct_summation_ms_per_map_estimated"]:.0f} '
+                'ms per map.\n\n')
+        out += table(["exponent", "degree", "needed", "mean error", "largest", "map ms", "order 35, exact",
+                      "order 35, float factorials", "order 50, float factorials"],
+                     [[f'{r["exponent"]:g}', r["degree"], r["needed_degree"]]
+                      + [percent(r["mean_error"]), percent(r["max_error"]), f'{r["ms"]:.0f}']
+                      + [percent(r[k]) for k in ("order_35_exact_mean_error", "order_35_float_factorials_mean_error",
+                                                 "order_50_float_factorials_mean_error")] for r in maps["maps"]])
+        out += (f'Eight maps of 512 x 1024 RGB pixels: {eight["ms"]:.0f} ms (analysis {eight["analysis_ms"]:.1f}, choice of '
+                f'the degrees {eight["choice_ms"]:.1f}, synthesis {eight["synthesis_ms"]:.1f}), '
+                f'{eight["ms_first_with_plans"]:.0f} ms when the tables are built too.\n\n')
+        out += table(["exponent"] + [f"{e:g}" for e in eight["exponents"]],
+                     [["degree"] + eight["degrees"], ["mean error"] + [percent(e) for e in eight["mean_errors"]]])
+    return out
+
+
 def main(source, target):
     with open(source, encoding="utf-8") as f:
         d = json.load(f)
+    if target.endswith(".md"):
+        with open(target, "w", encoding="utf-8") as f:
+            f.write(markdown(d))
+        return
     basis, transforms = d["basis"], d["transforms"]
     panels = [
         ("Error of Y_lm, relative to the row", "degree l", "error", [

@@ -116,7 +116,8 @@ Expected<AdaptiveAnalysis> analyse_to_tolerance(const RingGrid& grid, const Imag
     result.coefficients.assign(coefficient_count(degree) * std::size_t(std::max(1, image.channels)), 0.0);
     if (const auto ok = transform->analyse(image, result.coefficients); !ok)
       return ok.error();
-    result.total_energy = energy_of(grid, image);
+    if (result.total_energy == 0.0) // the first round; analyse() has checked the image by now
+      result.total_energy = energy_of(grid, image);
     const auto energies = band_energies(result.coefficients, image.channels);
     if (!energies)
       return energies.error();

@@ -29,10 +29,20 @@ const Kernels* const* all_kernels(int* count) {
   return available.sets;
 }
 
-const Kernels& kernels() {
-  int count = 0;
-  const Kernels* const* sets = all_kernels(&count);
-  return *sets[count - 1];
+namespace {
+
+const Kernels*& selected() {
+  static const Kernels* set = [] {
+    int count = 0;
+    const Kernels* const* sets = all_kernels(&count);
+    return sets[count - 1];
+  }();
+  return set;
 }
+
+} // namespace
+
+const Kernels& kernels() { return *selected(); }
+void select_kernels(const Kernels& set) { selected() = &set; }
 
 } // namespace daylit::sh::detail

@@ -155,8 +155,12 @@ struct Kernels {
                      const double* sine, const double* values);
 };
 
-/// The widest set this processor runs; never changes during the life of the process.
+/// The set in use: the widest this processor runs, unless select_kernels() said otherwise.
 const Kernels& kernels();
+
+/// For tests and benchmarks: what kernels() returns from now on. Not while another thread is in this component, and
+/// objects made before keep their set.
+void select_kernels(const Kernels& set);
 
 /// All sets that this processor runs, narrowest first; the tests compare them. `count` receives how many.
 const Kernels* const* all_kernels(int* count);

@@ -176,7 +176,7 @@ void LegendreEngine::for_each_index(Body&& body) const {
 }
 
 void LegendreEngine::set_coefficients(const double* coefficients, int stride, int channels, double scale) {
-  double* table = by_order_.reserve(order_offset(degree_ + 1) * 6);
+  double* table = by_order_.reserve(order_offset(degree_ + 1) * 2 * std::size_t(channels));
   const auto copy = [&](auto count) {
     constexpr int kChannels = decltype(count)::value;
     for_each_index([&](std::ptrdiff_t l, std::ptrdiff_t m, std::size_t at) {
@@ -228,7 +228,7 @@ void LegendreEngine::synthesise(int block, const Amplitudes& out) {
 
 void LegendreEngine::analyse(int block, const Amplitudes& in) {
   const std::size_t width = 2 * std::size_t(in.channels);
-  double* sums = by_order_.reserve(order_offset(degree_ + 1) * 6);
+  double* sums = by_order_.reserve(order_offset(degree_ + 1) * width);
   if (block == 0)
     std::fill(sums, sums + order_offset(degree_ + 1) * width, 0.0);
   double* values = order_values_.data();

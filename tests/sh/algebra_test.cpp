@@ -98,5 +98,25 @@ TEST(Algebra, band_probe_measures_the_error_of_every_cut) {
   EXPECT_GE(errors[std::size_t(needed) - 1], 1e-4);
 }
 
+TEST(Algebra, band_probe_divides_by_the_last_channel_cut_alike) {
+  constexpr int kDegree = 12;
+  auto c = random_numbers(13 * 13 * 2, 66);
+  c[0] = 9.0, c[1] = 7.0; // means of value and weight
+  const std::vector<double> x{0.6}, y{0.0}, z{0.8}, ones(13, 1.0);
+  const auto errors = BandProbe::create(c, 2, x, y, z)->mean_relative_errors(ones, true);
+  std::vector<double> basis(13 * 13);
+  ASSERT_TRUE(evaluate(kDegree, {0.6, 0.0, 0.8}, basis));
+  const auto quotient = [&](int cut) {
+    double value = 0.0, weight = 0.0;
+    for (std::size_t i = 0; i < std::size_t((cut + 1) * (cut + 1)); ++i) {
+      value += c[2 * i] * basis[i];
+      weight += c[2 * i + 1] * basis[i];
+    }
+    return value / weight;
+  };
+  for (const int cut : {0, 1, 5, 11, 12})
+    EXPECT_NEAR(errors[std::size_t(cut)], std::abs(quotient(cut) / quotient(kDegree) - 1.0), 1e-12) << cut;
+}
+
 } // namespace
 } // namespace daylit::sh

@@ -4,8 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include "sh/algebra.h"
+#include "sh/band_probe.h"
+#include "sh/basis.h"
 #include "sh/detail/fft_plan.h"
 #include "sh/detail/legendre_engine.h"
+#include "sh/direction_transform.h"
+#include "sh/rotation.h"
 #include "support.h"
 
 namespace daylit::sh::detail {
@@ -92,6 +97,61 @@ TEST(Kernels, fourier_transforms_equal_the_direct_sum_in_every_instruction_set) 
         ASSERT_NEAR(out[(2 * k + 1) * lanes], im, 1e-13 * double(n + 1)) << all[i]->name << " " << samples;
       }
     }
+}
+
+/// Everything a public function computes with the set in use, one number after the other.
+std::vector<double> public_results() {
+  constexpr int kDegree = 33;
+  constexpr std::size_t kCount = 34 * 34;
+  std::mt19937_64 engine(83);
+  std::vector<double> x, y, z, out, part(kCount * 21);
+  std::vector<float> xf, yf, zf, part_f(kCount * 21);
+  for (int k = 0; k < 21; ++k) {
+    const glm::dvec3 n = test::random_direction(engine);
+    x.push_back(n.x), y.push_back(n.y), z.push_back(n.z);
+    xf.push_back(float(n.x)), yf.push_back(float(n.y)), zf.push_back(float(n.z));
+  }
+  const auto keep = [&out](const auto& v) { out.insert(out.end(), v.begin(), v.end()); };
+  EXPECT_TRUE(evaluate_batch(kDegree, std::span<const double>(x), y, z, part));
+  keep(part);
+  EXPECT_TRUE(evaluate9_batch(std::span<const double>(x), y, z, part, 32));
+  keep(std::span(part).first(21));
+  auto c = test::random_numbers(kCount * 3, 84);
+  keep(BandProbe::create(c, 3, x, y, z)->mean_relative_errors(std::vector<double>(34, 1.0), false));
+  EXPECT_TRUE(rotate(test::turn(glm::normalize(glm::dvec3(1, 2, 3)), 0.7), kDegree, 3, c));
+  keep(c);
+  auto scattered = *DirectionTransform::create(x, y, z, kDegree);
+  std::vector<double> values(63);
+  EXPECT_TRUE(scattered.synthesise(c, 3, values));
+  keep(values);
+  EXPECT_TRUE(scattered.analyse(values, x, 3, c));
+  keep(c);
+  const auto grid = *equirectangular_grid(100, 50);
+  auto rings = *RingTransform::create(grid, kDegree);
+  std::vector<float> image(grid.samples() * 3);
+  EXPECT_TRUE(rings.synthesise(c, interleaved(image.data(), 100, 3)));
+  EXPECT_TRUE(rings.analyse(interleaved<const float>(image.data(), 100, 3), c));
+  for (double& v : c)
+    v *= 1e-6; // the image was float
+  keep(c);
+  EXPECT_TRUE(evaluate_batch(kDegree, std::span<const float>(xf), yf, zf, part_f));
+  for (float& v : part_f)
+    v *= 1e-6f;
+  keep(part_f);
+  return out;
+}
+
+TEST(Kernels, every_public_function_gives_the_same_numbers_with_every_instruction_set) {
+  int sets = 0;
+  const Kernels* const* all = all_kernels(&sets);
+  select_kernels(*all[0]);
+  const auto first = public_results();
+  for (int i = 1; i < sets; ++i) {
+    select_kernels(*all[i]);
+    EXPECT_EQ(instruction_set(), all[i]->name);
+    EXPECT_LT(test::max_difference(first, public_results()), 1e-10) << all[i]->name;
+  }
+  select_kernels(*all[sets - 1]);
 }
 
 TEST(Kernels, largest_magnitude_sees_every_element_and_every_nan) {
