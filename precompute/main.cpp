@@ -3,12 +3,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <string_view>
-#include <string_view>
 
 #include <CLI/CLI.hpp>
 
 #include "precompute/bake.h"
-#include "precompute/check_command.h"
 #include "precompute/check_command.h"
 #include "precompute/probes.h"
 #include "scene/volume_file.h"
@@ -22,7 +20,7 @@ struct Arguments {
   std::string regions = "uniform:64", grid, quality = "normal", up = "z";
   double spacing_m = 0, patch_size_m = 0;
   int threads = 0;
-  bool quiet = false, json = false;
+  bool quiet = false, json = false, drop_bad_faces = false;
   std::string command_line;
 };
 
@@ -67,6 +65,8 @@ Result<void> run(const Arguments& a) {
   const Result<RoomFile> room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
   if (!room)
     return room.error();
+  if (const Result<void> clean = refuse_dropped_faces(room->report, a.room); !clean && !a.drop_bad_faces)
+    return clean.error();
   precompute::BakeReport report;
   ProgressLine progress(a.quiet);
   Result<BasisVolume> volume = precompute::bake(*room, *partition, *options, progress.callback(), report);
@@ -110,6 +110,7 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   app.add_option("--quality", a.quality, "draft, normal or high")->capture_default_str();
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
+  app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");
   app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
   app.add_flag("--quiet", a.quiet, "no progress, no summary");
   app.add_flag("--json", a.json, "the report as JSON on stdout");

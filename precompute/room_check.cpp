@@ -135,6 +135,8 @@ Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up) {
   ask_about_size(check.bounds, check.questions);
   ask_about_materials(check.materials, check.questions);
   check.problem = find_problem(file->room, check);
+  if (const auto clean = refuse_dropped_faces(file->report, path); !check.problem && !clean)
+    check.problem = clean.error();
   if (check.problem && (check.problem->where.empty() || check.problem->where == "room"))
     check.problem->where = check.file;
   return check;

@@ -131,11 +131,11 @@ private:
     for (const std::uint32_t v : outline)
       corners.push_back(room_.vertices[v]);
     if (outline.size() < 3 || !has_area(corners)) {
-      ++report_.zero_area_faces;
+      drop(report_.zero_area_faces, face.line);
       return {};
     }
     if (!seen_.insert(canonical(outline)).second) {
-      ++report_.duplicate_faces;
+      drop(report_.duplicate_faces, face.line);
       return {};
     }
     const std::optional<detail::TriangleList> triangles = detail::triangulate(corners);
@@ -144,16 +144,22 @@ private:
                    name_ + ", line " + std::to_string(face.line), "triangulate faces on export"};
     count_warp(corners);
     for (const auto& t : *triangles)
-      add_triangle({outline[t[0]], outline[t[1]], outline[t[2]]}, face.material, triangles->size() > 1);
+      add_triangle({outline[t[0]], outline[t[1]], outline[t[2]]}, face, triangles->size() > 1);
     return {};
   }
 
-  void add_triangle(const std::array<std::uint32_t, 3>& vertex, std::uint32_t material, bool part_of_polygon) {
+  void drop(std::size_t& count, std::size_t line) {
+    ++count;
+    if (report_.first_dropped_line == 0)
+      report_.first_dropped_line = static_cast<int>(line);
+  }
+
+  void add_triangle(const std::array<std::uint32_t, 3>& vertex, const detail::ObjFace& face, bool part_of_polygon) {
     if (part_of_polygon && !seen_.insert(canonical({vertex.begin(), vertex.end()})).second) {
-      ++report_.duplicate_faces;
+      drop(report_.duplicate_faces, face.line);
       return;
     }
-    room_.triangles.push_back({vertex, material});
+    room_.triangles.push_back({vertex, face.material});
   }
 
   std::vector<std::uint32_t> distinct_corners(const detail::ObjFace& face) const {
@@ -300,6 +306,16 @@ Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
   };
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   return parse_obj_room(text, path.string(), read_library, up);
+}
+
+Result<void> refuse_dropped_faces(const RoomReport& report, const std::filesystem::path& path) {
+  if (report.zero_area_faces + report.duplicate_faces == 0)
+    return {};
+  return Error{
+      ErrorCode::geometry_invalid,
+      fmt::format("{} faces without area and {} duplicate faces", report.zero_area_faces, report.duplicate_faces),
+      fmt::format("{}, line {} is the first", path.string(), report.first_dropped_line),
+      "clean the model, or bake without these faces: --drop-bad-faces"};
 }
 
 } // namespace daylit

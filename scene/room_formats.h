@@ -22,6 +22,7 @@ struct RoomReport {
   std::size_t faces_read = 0;      ///< polygons in the file
   std::size_t zero_area_faces = 0; ///< dropped, counted
   std::size_t duplicate_faces = 0; ///< dropped, counted: same outline as an earlier face, whatever the winding
+  int first_dropped_line = 0;      ///< line of the first dropped face, 0: none was dropped
   std::vector<std::string> notes;  ///< one line per thing a user should know
 };
 
@@ -43,5 +44,9 @@ Result<RoomFile> parse_obj_room(std::string_view text, const std::string& name, 
 
 /// FNV-1a over vertices, triangles and materials: equal rooms have equal hashes whatever file they came from.
 std::string content_hash(const Room& room);
+
+/// Error geometry_invalid when faces without area or duplicates were dropped on reading: a bake only goes on without
+/// them when the user says so.
+Result<void> refuse_dropped_faces(const RoomReport& report, const std::filesystem::path& path);
 
 } // namespace daylit

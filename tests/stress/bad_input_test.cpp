@@ -311,12 +311,21 @@ TEST_F(BadInput, run_configurations_are_refused_with_what_where_and_hint) {
     check(root_, c);
 }
 
-TEST_F(BadInput, faces_without_area_and_duplicates_are_counted_and_reported) {
+TEST_F(BadInput, faces_without_area_and_duplicates_are_refused_unless_the_user_drops_them) {
   const fs::path folder = root_ / "faces";
   fs::copy(root_ / "good", folder, fs::copy_options::recursive);
   edit(folder / "room.obj", "usemtl window", "f 1 2 2\nf 1 2 3 4\nf 4 3 2 1\nusemtl window");
-  const Outcome outcome = run_in(folder, "daylit-precompute check room.obj");
-  EXPECT_NE(outcome.out.find("1 without area, 2 duplicate"), std::string::npos) << outcome.out << outcome.err;
+  const Outcome found = run_in(folder, "daylit-precompute check room.obj");
+  EXPECT_EQ(found.exit_code, 1);
+  EXPECT_NE(found.out.find("1 without area, 2 duplicate"), std::string::npos) << found.out << found.err;
+  const std::string bake = "daylit-precompute room.obj -o bad.volume --quality draft --grid 2,2,2";
+  const Outcome refused = run_in(folder, bake);
+  EXPECT_EQ(refused.exit_code, 1);
+  for (const char* part : {"room.obj, line", "1 faces without area and 2 duplicate", "--drop-bad-faces"})
+    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
+  EXPECT_FALSE(fs::exists(folder / "bad.volume"));
+  EXPECT_EQ(run_in(folder, bake + " --drop-bad-faces").exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder / "bad.volume"));
 }
 
 TEST_F(BadInput, json_reports_the_error_on_stdout_too) {
