@@ -34,6 +34,7 @@ struct Command {
 using AddCommand = Command (*)(CLI::App& program);
 
 Command add_sh(CLI::App& program);
+Command add_transport(CLI::App& program); ///< only where radiosity and simulate are built
 
 /// Writes `document` as options ask: to the file, and to stdout when --json.
 Result<void> deliver(const nlohmann::json& document, const CommonOptions& options);

@@ -12,6 +12,9 @@ using namespace daylit;
 
 constexpr bench::AddCommand kCommands[] = {
     bench::add_sh,
+#ifdef DAYLIT_BENCH_BAKE
+    bench::add_transport,
+#endif
 };
 
 } // namespace

@@ -25,7 +25,8 @@ target_compile_features(daylit_settings INTERFACE cxx_std_20)
 add_library(daylit_warnings INTERFACE)
 target_compile_options(daylit_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wconversion -Wno-sign-conversion
-  -Wdouble-promotion -Werror)
+  -Wdouble-promotion -Werror
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>) # GCC 12 reports false overlaps in string concatenation (PR 105651)
 if(DAYLIT_SANITIZE)
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=address,undefined)

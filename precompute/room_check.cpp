@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include <glm/geometric.hpp>
 
@@ -134,7 +135,7 @@ Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up) {
   ask_about_size(check.bounds, check.questions);
   ask_about_materials(check.materials, check.questions);
   check.problem = find_problem(file->room, check);
-  if (check.problem && check.problem->where.empty())
+  if (check.problem && (check.problem->where.empty() || check.problem->where == "room"))
     check.problem->where = check.file;
   return check;
 }

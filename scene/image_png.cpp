@@ -12,7 +12,7 @@ namespace daylit::detail {
 
 namespace {
 
-struct PngInput {
+struct PngState {
   Bytes bytes;
   std::size_t position = 0;
   char message[160] = {};
@@ -20,14 +20,14 @@ struct PngInput {
 };
 
 void on_error(png_structp png, png_const_charp message) {
-  auto* state = static_cast<PngInput*>(png_get_error_ptr(png));
+  auto* state = static_cast<PngState*>(png_get_error_ptr(png));
   std::strncpy(state->message, message, sizeof(state->message) - 1);
   std::longjmp(png_jmpbuf(png), 1);
 }
 void on_warning(png_structp, png_const_charp) {}
 
 void on_read(png_structp png, png_bytep out, std::size_t size) {
-  auto* input = static_cast<PngInput*>(png_get_io_ptr(png));
+  auto* input = static_cast<PngState*>(png_get_io_ptr(png));
   if (size > input->bytes.size() - input->position)
     png_error(png, "the file ends too early");
   std::memcpy(out, input->bytes.data() + input->position, size);
@@ -35,7 +35,7 @@ void on_read(png_structp png, png_bytep out, std::size_t size) {
 }
 
 /// Reads up to the first pixel and asks for 8-bit RGB without any change of the transfer function.
-bool read_header(png_structp png, png_infop info, PngInput& input) {
+bool read_header(png_structp png, png_infop info, PngState& input) {
   if (setjmp(png_jmpbuf(png)))
     return false;
   png_set_read_fn(png, &input, on_read);
@@ -63,7 +63,7 @@ bool read_rows(png_structp png, png_bytepp rows) {
 }
 
 struct PngReader {
-  explicit PngReader(PngInput& input)
+  explicit PngReader(PngState& input)
       : png(png_create_read_struct(PNG_LIBPNG_VER_STRING, &input, on_error, on_warning)),
         info(png ? png_create_info_struct(png) : nullptr) {}
   ~PngReader() { png_destroy_read_struct(&png, &info, nullptr); }
@@ -74,7 +74,7 @@ struct PngReader {
 };
 
 struct PngWriter {
-  explicit PngWriter(PngInput& state)
+  explicit PngWriter(PngState& state)
       : png(png_create_write_struct(PNG_LIBPNG_VER_STRING, &state, on_error, on_warning)),
         info(png ? png_create_info_struct(png) : nullptr) {}
   ~PngWriter() { png_destroy_write_struct(&png, &info); }
@@ -115,7 +115,7 @@ std::vector<png_bytep> row_pointers(std::uint8_t* first, int width, int height) 
 bool is_png(Bytes bytes) { return bytes.size() >= 8 && png_sig_cmp(bytes.data(), 0, 8) == 0; }
 
 Result<Rgb8Image> decode_png(Bytes bytes, const std::string& name) {
-  PngInput input{bytes};
+  PngState input{bytes};
   PngReader reader(input);
   if (!reader.info)
     return Error{ErrorCode::limit_exceeded, "not enough memory for the PNG reader", name, ""};
@@ -137,7 +137,7 @@ Result<std::vector<std::uint8_t>> encode_png(const Rgb8Image& image, const std::
   const std::size_t expected = 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
   if (image.width <= 0 || image.height <= 0 || image.bytes.size() != expected)
     return Error{ErrorCode::value_invalid, "an empty image cannot be written", name, ""};
-  PngInput state{};
+  PngState state{};
   PngWriter writer(state);
   std::vector<std::uint8_t> out;
   // libpng's row pointers are not const, but writing does not change the rows.

@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 // Radiance .hdr / .pic, after Ward, "Real Pixels" (Graphics Gems II) and the format notes of the Radiance manual.

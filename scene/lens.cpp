@@ -103,7 +103,7 @@ std::optional<glm::dvec2> LensModel::project(const glm::dvec3& d) const {
 std::optional<glm::dvec3> LensModel::unproject(const glm::dvec2& pixel) const {
   const glm::dvec2 m{(pixel.x - cx) / fx, (pixel.y - cy) / fy};
   if (kind == LensKind::equidistant) {
-    const double radius = std::hypot(m.x, m.y);
+    const double radius = std::sqrt(m.x * m.x + m.y * m.y);
     const std::optional<double> theta = invert(AngleCurve{distortion}, radius, max_theta);
     if (!theta)
       return std::nullopt;
@@ -120,14 +120,16 @@ std::optional<glm::dvec3> LensModel::unproject(const glm::dvec2& pixel) const {
 bool LensModel::covers(const glm::dvec2& pixel) const {
   if (kind != LensKind::equidistant)
     return unproject(pixel).has_value();
-  return std::hypot((pixel.x - cx) / fx, (pixel.y - cy) / fy) <= AngleCurve{distortion}.value(max_theta) * (1 + 1e-14);
+  const double x = (pixel.x - cx) / fx, y = (pixel.y - cy) / fy;
+  const double rim = AngleCurve{distortion}.value(max_theta) * (1 + 1e-14);
+  return x * x + y * y <= rim * rim;
 }
 
 double LensModel::solid_angle_density(const glm::dvec2& pixel) const {
   const glm::dvec2 m{(pixel.x - cx) / fx, (pixel.y - cy) / fy};
   if (kind == LensKind::equidistant) {
     const AngleCurve curve{distortion};
-    const double radius = std::hypot(m.x, m.y);
+    const double radius = std::sqrt(m.x * m.x + m.y * m.y);
     const std::optional<double> theta = invert(curve, radius, max_theta);
     if (!theta)
       return 0;

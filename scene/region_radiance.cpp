@@ -51,14 +51,13 @@ void split_columns(double begin, double end, int width, const Add& add) {
 class PixelSplitter {
 public:
   using Shares = std::vector<std::pair<std::uint32_t, double>>;
+  using Corners = std::array<std::int32_t, 4>; ///< regions at top left, top right, bottom left, bottom right
 
   PixelSplitter(const SkyGeometry& geometry, const SkyPartition& partition)
       : geometry_(geometry), partition_(partition) {}
 
   /// (region, share), shares sum to 1; empty when nothing of the pixel is in the field.
-  const Shares& split(double x, double y) {
-    const Corners corners{region_at(x - 0.5, y - 0.5), region_at(x + 0.5, y - 0.5), region_at(x - 0.5, y + 0.5),
-                          region_at(x + 0.5, y + 0.5)};
+  const Shares& split(double x, double y, const Corners& corners) {
     shares_.clear();
     add_square(x, y, 0.5, corners, kSplitLevels);
     double total = 0;
@@ -69,14 +68,12 @@ public:
     return shares_;
   }
 
-private:
-  using Corners = std::array<std::int32_t, 4>; ///< regions at top left, top right, bottom left, bottom right
-
   std::int32_t region_at(double x, double y) const {
     const std::optional<glm::dvec3> d = geometry_.direction({x, y});
     return d ? partition_.region_of(*d) : kOutside;
   }
 
+private:
   void add_square(double x, double y, double half, const Corners& c, int levels) {
     const std::int32_t middle = region_at(x, y);
     if (c[0] == middle && c[1] == middle && c[2] == middle && c[3] == middle)
@@ -143,13 +140,22 @@ std::vector<RegionSums::RegionRun> RegionSums::equirect_runs(const SkyGeometry& 
 std::vector<RegionSums::RegionRun> RegionSums::lens_runs(const SkyGeometry& geometry, const SkyPartition& partition) {
   const std::size_t width = static_cast<std::size_t>(geometry.width());
   std::vector<std::vector<RegionRun>> rows(static_cast<std::size_t>(geometry.height()));
+  const std::size_t stride = width + 1;
+  std::vector<std::int32_t> corner(stride * (rows.size() + 1));
+  tbb::parallel_for(std::size_t{0}, rows.size() + 1, [&](std::size_t y) {
+    const PixelSplitter splitter(geometry, partition);
+    for (std::size_t x = 0; x < stride; ++x)
+      corner[y * stride + x] = splitter.region_at(double(x) - 0.5, double(y) - 0.5);
+  });
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
     PixelSplitter splitter(geometry, partition);
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t texel = y * width + x;
       if (geometry.solid_angle_sr()[texel] == 0)
         continue;
-      for (const auto& [region, share] : splitter.split(double(x), double(y))) {
+      const std::int32_t* top = &corner[y * stride + x];
+      for (const auto& [region, share] :
+           splitter.split(double(x), double(y), {top[0], top[1], top[stride], top[stride + 1]})) {
         RegionRun* last = rows[y].empty() ? nullptr : &rows[y].back();
         if (share == 1.0 && last && last->region == region && last->run.weight == 1.0 &&
             last->run.first + last->run.count == texel)

@@ -31,6 +31,15 @@ LensModel angular_lens(int side) {
   return lens;
 }
 
+/// Solid angle of a pixel inside the field: Gauss-Legendre, 2 x 2 points.
+double whole_pixel(const LensModel& lens, int x, int y) {
+  const double offset = 0.5 / std::sqrt(3.0);
+  double sum = 0;
+  for (int k = 0; k < 4; ++k)
+    sum += lens.solid_angle_density({x + (k % 2 ? offset : -offset), y + (k / 2 ? offset : -offset)});
+  return 0.25 * sum;
+}
+
 Error geometry_error(const std::string& what, const std::string& name, const std::string& hint) {
   return {ErrorCode::value_invalid, what, name, hint};
 }
@@ -88,17 +97,16 @@ void SkyGeometry::measure_equirect() {
 
 double SkyGeometry::pixel_solid_angle(int x, int y) const {
   int inside = 0;
+  for (int k = 0; k < 4; ++k)
+    inside += lens_->covers({x + (k % 2 ? 0.5 : -0.5), y + (k / 2 ? 0.5 : -0.5)}) ? 1 : 0;
+  if (inside == 4) // the field is convex
+    return whole_pixel(*lens_, x, y);
+  inside = 0;
   for (int k = 0; k < 9; ++k)
     inside += lens_->covers({x + 0.5 * (k % 3 - 1), y + 0.5 * (k / 3 - 1)}) ? 1 : 0;
   if (inside == 0)
     return 0;
   double sum = 0;
-  if (inside == 9) { // Gauss-Legendre, 2 x 2 points
-    const double offset = 0.5 / std::sqrt(3.0);
-    for (int k = 0; k < 4; ++k)
-      sum += lens_->solid_angle_density({x + (k % 2 ? offset : -offset), y + (k / 2 ? offset : -offset)});
-    return 0.25 * sum;
-  }
   for (int i = 0; i < kRimSplit; ++i)
     for (int j = 0; j < kRimSplit; ++j)
       sum += lens_->solid_angle_density({x - 0.5 + (i + 0.5) / kRimSplit, y - 0.5 + (j + 0.5) / kRimSplit});

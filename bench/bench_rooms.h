@@ -1,0 +1,21 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/result.h"
+#include "scene/room_formats.h"
+
+namespace daylit::bench {
+
+struct BenchRoom {
+  std::string name;
+  RoomFile file;
+  std::vector<glm::dvec3> points; ///< in the air, at least 0.25 m from surfaces
+};
+
+/// Three generated rooms: "cornell" (the demo's, one hole), "office" (two panes, a desk and a cupboard), "l_shape" (one
+/// pane, half of the room without a view of it).
+Result<std::vector<BenchRoom>> bench_rooms();
+
+} // namespace daylit::bench

@@ -1,0 +1,80 @@
+#include "precompute/room_check.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace daylit::precompute {
+namespace {
+
+/// A box of 2 x 3 x 2.5 m, times `scale`, with a pane of 2 x 2.5 m, all of the wall y = 0.
+std::string box(double scale, const std::string& pane) {
+  std::string text = "mtllib m.mtl\n";
+  for (int i = 0; i < 8; ++i)
+    text += "v " + std::to_string(i & 1 ? 2 * scale : 0) + " " + std::to_string(i & 2 ? 3 * scale : 0) + " " +
+            std::to_string(i & 4 ? 2.5 * scale : 0) + "\n";
+  return text + "usemtl wall\nf 1 2 4 3\nf 5 7 8 6\nf 2 6 8 4\nf 4 8 7 3\nf 3 7 5 1\nusemtl " + pane + "\nf 1 5 6 2\n";
+}
+
+class RoomCheckFile : public testing::Test {
+protected:
+  void SetUp() override {
+    std::string pattern = (std::filesystem::temp_directory_path() / "daylit-check-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+    std::ofstream(folder_ / "m.mtl") << "newmtl wall\nKd 0.5 0.5 0.5\nnewmtl window\nKd 0 0 0\nTf 0.8 0.7 0.6\n";
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  Result<RoomCheck> check(const std::string& obj) {
+    std::ofstream(folder_ / "room.obj") << obj;
+    return check_room(folder_ / "room.obj");
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(RoomCheckFile, finds_openings_materials_and_the_cost) {
+  const auto r = check(box(1, "window"));
+  ASSERT_TRUE(r) << r.error().message();
+  EXPECT_FALSE(r->problem) << r->problem->message();
+  ASSERT_EQ(r->openings.size(), 1u);
+  EXPECT_NEAR(r->openings[0].area_m2, 5.0, 1e-9);
+  EXPECT_NEAR(r->openings[0].inward.y, 1.0, 1e-9);
+  EXPECT_NEAR(r->openings[0].centre_m.z, 1.25, 1e-9);
+  ASSERT_EQ(r->materials.size(), 2u);
+  EXPECT_NEAR(r->materials[0].area_m2 + r->materials[1].area_m2, 2 * (6 + 5 + 7.5), 1e-9);
+  EXPECT_GT(r->estimate.patches, 500u);
+  EXPECT_GT(r->estimate.probes_in_air, 100u);
+  EXPECT_TRUE(r->questions.empty()) << r->questions.front();
+  const auto json = nlohmann::json::parse(to_json(*r));
+  EXPECT_EQ(json["openings"]["windows"], 1);
+  EXPECT_EQ(json["can_be_baked"], true);
+  EXPECT_NE(to_text(*r).find("is that right?"), std::string::npos);
+}
+
+TEST_F(RoomCheckFile, a_closed_room_is_a_report_with_a_problem) {
+  const auto r = check(box(1, "wall"));
+  ASSERT_TRUE(r) << r.error().message();
+  ASSERT_TRUE(r->problem);
+  EXPECT_EQ(r->problem->code, ErrorCode::geometry_invalid);
+  EXPECT_NE(r->problem->message().find("room.obj"), std::string::npos) << r->problem->message();
+  EXPECT_NE(to_text(*r).find("cannot be baked"), std::string::npos);
+  EXPECT_EQ(nlohmann::json::parse(to_json(*r))["can_be_baked"], false);
+}
+
+TEST_F(RoomCheckFile, a_room_in_centimetres_is_questioned) {
+  const auto r = check(box(100, "window"));
+  ASSERT_TRUE(r) << r.error().message();
+  ASSERT_FALSE(r->questions.empty());
+  EXPECT_NE(r->questions[0].find("centimetres"), std::string::npos) << r->questions[0];
+}
+
+TEST_F(RoomCheckFile, an_unreadable_room_is_an_error) {
+  EXPECT_FALSE(check("v 0 0 0\nf 1 2 3\n"));
+  EXPECT_EQ(check_room(folder_ / "no.obj").error().code, ErrorCode::file_missing);
+}
+
+} // namespace
+} // namespace daylit::precompute
