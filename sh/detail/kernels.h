@@ -15,7 +15,8 @@ inline constexpr int kChunk = 64;
 inline constexpr int kStep = 8;
 
 /// Numbers below the range of double are kept as p * 2^(400 e), e <= 0 (as in libsharp, Reinecke & Seljebotn 2013,
-/// sect. 3.3). A lane with e < 0 and |p| < kBig stands for less than 1e-60 and contributes nothing.
+/// sect. 3.3). A lane with e < 0 stands for less than 1e-40 (kBig, and kStep steps of growth between two looks) and
+/// contributes nothing.
 inline constexpr double kBig = 0x1p200, kSmall = 0x1p-200, kScaleDown = 0x1p-400, kScaleUp = 0x1p400;
 
 /// One order m of the Legendre recurrence in the scaled form p_l = (alpha_l x) p_{l-1} - p_{l-2}.
