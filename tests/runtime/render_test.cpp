@@ -118,7 +118,7 @@ TEST(Renderer, direct_light_under_overcast_agrees_with_rays) {
   const Deviation d = compare_with_rays(scene, *frame);
   EXPECT_GT(d.object_pixels, 200);
   EXPECT_GT(d.shadow_pixels, 100);
-  EXPECT_LT(d.object, 0.08); // the shadow maps' texels and bias: what is left against exact visibility
+  EXPECT_LT(d.object, 0.03); // the shadow maps' texels and bias: what is left against exact visibility
   EXPECT_LT(d.shadow, 0.02);
 }
 
@@ -129,7 +129,7 @@ TEST(Renderer, direct_light_with_sun_agrees_with_rays) {
   ASSERT_TRUE(frame) << frame.error().message();
   ASSERT_EQ(scene.lights.sun.size(), 8u);
   const Deviation d = compare_with_rays(scene, *frame);
-  EXPECT_LT(d.object, 0.15); // hard shadow edges fall between texels
+  EXPECT_LT(d.object, 0.04); // hard shadow edges fall between texels
   EXPECT_LT(d.shadow, 0.08);
 }
 

@@ -107,7 +107,7 @@ DirectSums sum_lights(int first, int count, sampler2DArrayShadow object_maps, sa
       // A texel of the map is flat: a surface tilted by angle t differs by tan t within it, so the receiver is moved
       // along its normal, where a tilt moves the look-up sideways off the surface.
       float tilt = sqrt(max(1.0 - c * c, 0.0));
-      vec3 lifted = q + n * (texel * (0.5 + tilt));
+      vec3 lifted = q + n * (texel * (0.3 + 0.6 * tilt));
       if (room_occludes != 0)
         room = map_visibility(room_maps, k, light, lifted, room_extent, texel);
       object = own_shadow ? map_visibility(object_maps, k, light, lifted, sphere_radius, 0.5 * texel)

@@ -1,4 +1,4 @@
-centroid in vec3 surface_position;
+centroid in vec3 surface_offset;
 centroid in vec3 surface_normal;
 centroid in vec3 surface_reflectance;
 centroid in vec3 surface_indirect[2]; // front, back
@@ -8,7 +8,7 @@ layout(location = 1) out vec4 lost_sky_share;
 layout(location = 2) out vec4 room_shares;
 uniform vec3 eye;
 void main() {
-  vec3 x = surface_position, n = normalize(surface_normal);
+  vec3 x = surface_offset + sphere_centre, n = normalize(surface_normal);
   // The inside of a thin shell. The winding decides, not the normal: interpolated normals turn away at silhouettes.
   bool back = !gl_FrontFacing && dot(n, eye - x) < 0.0;
   if (back)

@@ -1,6 +1,6 @@
 // Phantom geometry: not drawn, but it receives the shadow of the object. Only new shadows count: a light that the room
 // itself blocks takes nothing away. Shares refer to the unshadowed light, which the caller knows per point.
-centroid in vec3 surface_position;
+centroid in vec3 surface_offset;
 flat in vec3 surface_normal;
 layout(location = 0) out vec4 object_radiance;
 layout(location = 1) out vec4 lost_sky_share; // of the open sky; a = 1: share of the pixel that shows the room
@@ -8,7 +8,7 @@ layout(location = 1) out vec4 lost_sky_share; // of the open sky; a = 1: share o
 layout(location = 2) out vec4 room_shares;
 uniform vec3 eye, sun_normal_irradiance;
 void main() {
-  vec3 x = surface_position;
+  vec3 x = surface_offset + sphere_centre;
   vec3 n = dot(surface_normal, eye - x) < 0.0 ? -surface_normal : surface_normal;
   object_radiance = vec4(0.0);
   lost_sky_share = vec4(0.0, 0.0, 0.0, 1.0);
