@@ -69,6 +69,7 @@ struct ObjectConfig { // [[object]]
 
 struct OutputConfig { // [output]
   std::filesystem::path png, exr;
+  std::filesystem::path mask;      ///< EXR, 1 where the object is drawn
   int width_px = 0, height_px = 0; ///< size = [w, h]; 0: the interior image's
 };
 

@@ -47,8 +47,11 @@ Result<void> run_compare(const CompareArguments& a) {
   for (const auto& [path, image] : files)
     if (const auto read = read_into(path, *image); !read)
       return read;
-  if (!a.result_mask.empty())
-    if (const auto read = read_into(a.result_mask, in.result_coverage.emplace()); !read)
+  const std::filesystem::path beside = a.folder / "result-mask.exr";
+  const bool has_mask = !a.result_mask.empty() || (a.result.empty() && std::filesystem::exists(beside));
+  if (has_mask)
+    if (const auto read = read_into(a.result_mask.empty() ? beside : a.result_mask, in.result_coverage.emplace());
+        !read)
       return read;
   const auto error = measure_picture_error(in);
   if (!error)

@@ -132,7 +132,7 @@ Result<SimulateConfig> sample_scene(const std::string& name, int width_px, int h
   scene.sky_model = *sky;
   scene.interior_fov = 0.44;
   // For a standard error of the truth of about 1.5 % on the object; where direct sun dominates, fewer do.
-  scene.samples_per_pixel = name == "sun" ? 160 : 512;
+  scene.samples_per_pixel = name == "sun" ? 96 : 512;
   scene.run.room_model = "room.obj";
   ObjectConfig teapot;
   teapot.model = "teapot.obj";

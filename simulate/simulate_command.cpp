@@ -107,6 +107,7 @@ RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& 
     object.model = seen_from(folder, object.model);
   run.output.png = "result.png";
   run.output.exr = "result.exr";
+  run.output.mask = "result-mask.exr";
   return run;
 }
 

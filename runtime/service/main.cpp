@@ -65,9 +65,19 @@ Result<Rgb8Image> png_of(const Photograph& photo, const Composite& composite) {
   return encode_photograph(photo, composite.picture, composite.touched);
 }
 
+RgbImage object_mask(const Composite& composite) {
+  RgbImage mask(composite.picture.width, composite.picture.height);
+  for (std::size_t i = 0; i < mask.texels.size(); ++i)
+    mask.texels[i] = Rgb(composite.touched[i] == 2 ? 1.0f : 0.0f);
+  return mask;
+}
+
 Result<void> write_outputs(const RunConfig& config, const Photograph& photo, const Composite& composite) {
   if (!config.output.exr.empty())
     if (const auto r = write_exr(config.output.exr, composite.picture); !r)
+      return r;
+  if (!config.output.mask.empty())
+    if (const auto r = write_exr(config.output.mask, object_mask(composite)); !r)
       return r;
   if (config.output.png.empty())
     return {};

@@ -48,6 +48,8 @@ struct Session::State {
   std::optional<RayScene> room_rays;
   std::optional<Renderer> renderer;
   std::optional<SkyResampler> resampler;
+  std::shared_ptr<const SkyGeometry> region_geometry; ///< what region_sums was made for
+  std::optional<RegionSums> region_sums;
   std::vector<VertexProbes> vertex_probes;
   std::vector<std::string> notes, skipped;
 
@@ -174,7 +176,11 @@ Result<Frame> Session::render(const SkyImage& sky, const RgbImage& photo) {
   s.resampler->resample(sky, sun ? &*sun : nullptr, map);
   const std::vector<SkyMap> pyramid = sky_map_pyramid(map);
   clock.end("sky");
-  const std::vector<Rgb> regions = region_radiance(sky, s.volume.partition);
+  if (!s.region_sums || s.region_geometry != sky.geometry()) {
+    s.region_sums = RegionSums::make(sky.geometry(), s.volume.partition);
+    s.region_geometry = sky.geometry();
+  }
+  const std::vector<Rgb> regions = s.region_sums->reduce(sky);
   clock.end("regions");
   const LightField field = combine(s.volume, regions);
   clock.end("combine");

@@ -94,6 +94,7 @@ void read_light(TomlSection root, RunConfig& config) {
 void read_output(TomlSection root, OutputConfig& output) {
   root.read("png", output.png);
   root.read("exr", output.exr);
+  root.read("mask", output.mask);
   root.read_size("size", output.width_px, output.height_px);
   root.finish();
 }
@@ -156,6 +157,8 @@ std::string output_toml(const OutputConfig& output) {
     out += "png = " + quoted(output.png.string()) + "\n";
   if (!output.exr.empty())
     out += "exr = " + quoted(output.exr.string()) + "\n";
+  if (!output.mask.empty())
+    out += "mask = " + quoted(output.mask.string()) + "\n";
   if (output.width_px > 0)
     out += fmt::format("size = [{}, {}]\n", output.width_px, output.height_px);
   return out;

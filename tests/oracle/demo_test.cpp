@@ -21,7 +21,7 @@ nlohmann::json picture_error(const std::string& scene) {
   std::filesystem::create_directories(folder);
   const std::string steps[] = {
       kBin + "daylit-simulate --demo " + scene + " -o " + folder + " --size 256,248 --quiet",
-      kBin + "daylit-precompute " + folder + "/room.obj -o " + folder + "/room.volume --quiet",
+      kBin + "daylit-precompute " + folder + "/room.obj -o " + folder + "/room.volume --regions uniform:256 --quiet",
       kBin + "daylit-run " + folder + "/CONFIG.toml --quiet",
       kBin + "daylit-simulate compare " + folder + " --json > " + folder + "/errors.json",
   };
@@ -41,6 +41,7 @@ void expect_object_within(const std::string& scene, double bar) {
   std::printf("%s: %s\n", scene.c_str(), e.dump().c_str());
   EXPECT_LE(e["object"]["relative_rms"].get<double>(), bar);
   EXPECT_LE(e["object"]["truth_standard_error"].get<double>(), 0.25 * bar);
+  EXPECT_GE(e["mask_iou"].get<double>(), 0.97);
   EXPECT_GE(e["object_share"].get<double>(), 0.05);
   EXPECT_LE(e["object_share"].get<double>(), 0.15);
 }
