@@ -11,8 +11,10 @@
 
 namespace daylit {
 
-/// Writes the parts one after another to a temporary name beside `path`, syncs, renames: a reader never sees half a file.
-Result<void> write_file_atomically(const std::filesystem::path& path, std::span<const std::span<const std::byte>> parts);
+/// Writes the parts one after another to a temporary name beside `path`, syncs, renames: a reader never sees half a
+/// file.
+Result<void> write_file_atomically(const std::filesystem::path& path,
+                                   std::span<const std::span<const std::byte>> parts);
 Result<void> write_file_atomically(const std::filesystem::path& path, const std::string& text);
 
 /// Whole file into memory. Error: missing, unreadable, larger than `max_bytes`.

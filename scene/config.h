@@ -100,7 +100,8 @@ struct SimulateConfig {
 /// That a named file exists is checked by whoever reads it.
 Result<RunConfig> read_run_config(const std::filesystem::path& path);
 Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path);
-/// The file that daylit-run reads, as text; paths as they are in the struct. Reading it back gives the same struct (angles to 1e-15).
+/// The file that daylit-run reads, as text; paths as they are in the struct. Reading it back gives the same struct
+/// (angles to 1e-15).
 std::string to_toml(const RunConfig& config);
 std::string to_toml(const SimulateConfig& config);
 

@@ -1,5 +1,5 @@
-#include <bit>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <cstring>

@@ -50,8 +50,8 @@ Result<RayScene> RayScene::build(std::span<const glm::dvec3> vertices,
     RTCGeometry geometry = rtcNewGeometry(handle->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                           3 * sizeof(float), vertices.size()));
-    auto* t = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles.size()));
+    auto* t = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                  3 * sizeof(std::uint32_t), triangles.size()));
     if (!v || !t)
       return Error{ErrorCode::limit_exceeded, "not enough memory for the ray scene", "embree", ""};
     for (std::size_t i = 0; i < vertices.size(); ++i) {

@@ -58,7 +58,8 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
   CLI::App* command = app.add_subcommand("compare", "picture error of a result against the truth in a folder");
   command->add_option("DIR", a.folder, "folder that daylit-simulate wrote")->required();
   command->add_option("--result", a.result, "linear EXR under test (default: DIR/result.exr)");
-  command->add_option("--result-mask", a.result_mask, "EXR, 1 where the result shows the object (default: DIR/result-mask.exr where it is there)");
+  command->add_option("--result-mask", a.result_mask,
+                      "EXR, 1 where the result shows the object (default: DIR/result-mask.exr where it is there)");
   command->add_option("-o,--output", a.output, "PNG: result, truth, four times their difference");
   return command;
 }
