@@ -1,6 +1,8 @@
 // The oracle against the published reference values (Radiance and Cycles, own error 0.06-0.15 % of the indirect light).
 
 #include <cstdio>
+#include <ostream>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -18,6 +20,8 @@ struct Case {
   const char *scene, *sky;
   int samples; // enough for an own error of about 0.35 %
 };
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.scene << '/' << c.sky; }
 
 class OracleTruth : public testing::TestWithParam<Case> {};
 
