@@ -92,12 +92,11 @@ void enter_pair(const Problem& problem, Tile& tile, std::uint32_t i, std::uint32
 
 /// What may stand between the pairs of a tile; nothing: too much to look at one by one.
 std::optional<PairShadows> shadows_of(const Problem& problem, const Tile& tile) {
-  const BlockVisibility::Between between =
-      problem.visibility.between(problem.tree, tile.a, tile.b, kMostObstacles);
+  const BlockVisibility::Between between = problem.visibility.between(problem.tree, tile.a, tile.b, kMostObstacles);
   if (!between.complete)
     return std::nullopt;
-  return PairShadows(problem.arrays, problem.visibility.obstacles(), between.items, problem.shift, tile.b.first, tile.b.last,
-                     static_cast<float>(kShadowTolerance * diameter(problem.tree[0].box)));
+  return PairShadows(problem.arrays, problem.visibility.obstacles(), between.items, problem.shift, tile.b.first,
+                     tile.b.last, static_cast<float>(kShadowTolerance * diameter(problem.tree[0].box)));
 }
 
 void compute_tile(Problem& problem, const PlanTile& plan, Tile& tile) {
@@ -204,8 +203,7 @@ Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& me
                  std::to_string(set.elements.size()) + " patches need more memory for their form factors than allowed",
                  "form factors", "use a larger --patch-size"};
   const glm::dvec3 shift = mesh.origin - rays.origin();
-  Problem problem{set,        rays,  options, tree, visibility, PairArrays(set, tree.order(), shift),
-                  shift, {}};
+  Problem problem{set, rays, options, tree, visibility, PairArrays(set, tree.order(), shift), shift, {}};
   std::vector<ExchangeBlock> blocks;
   for (const PlanBlock& b : plan.blocks) {
     blocks.push_back(empty_block(tree, b));

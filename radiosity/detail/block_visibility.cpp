@@ -11,7 +11,7 @@ namespace daylit::radiosity {
 
 namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kPatience = 16; // obstacles looked at in search of one that hides everything
+constexpr int kPatience = 16;            // obstacles looked at in search of one that hides everything
 constexpr double kTouchTolerance = 1e-7; // of the room's size: rounding of coplanar corners
 
 double cross2(double ax, double ay, double bx, double by) { return ax * by - ay * bx; }

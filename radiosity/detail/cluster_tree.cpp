@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kOwnSubtree = 8; ///< planes of fewer items are not kept together
-constexpr int kMiddleCuts = 40;         ///< deeper than this only halves are cut: the depth stays bounded
+constexpr int kMiddleCuts = 40;        ///< deeper than this only halves are cut: the depth stays bounded
 
 glm::dvec3 centroid(const ClusterItem& item) {
   glm::dvec3 sum(0.0);
@@ -28,9 +28,8 @@ glm::dvec3 centroid(const ClusterItem& item) {
 std::vector<glm::dvec3> planar_hull(std::vector<glm::dvec3> points, const glm::dvec3& normal) {
   const glm::dvec3 n = glm::abs(normal);
   const int drop = n.x >= n.y && n.x >= n.z ? 0 : (n.y >= n.z ? 1 : 2), u = (drop + 1) % 3, v = (drop + 2) % 3;
-  std::ranges::sort(points, [&](const glm::dvec3& a, const glm::dvec3& b) {
-    return a[u] != b[u] ? a[u] < b[u] : a[v] < b[v];
-  });
+  std::ranges::sort(points,
+                    [&](const glm::dvec3& a, const glm::dvec3& b) { return a[u] != b[u] ? a[u] < b[u] : a[v] < b[v]; });
   const auto turn = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
     return (b[u] - a[u]) * (c[v] - a[v]) - (b[v] - a[v]) * (c[u] - a[u]);
   };
@@ -84,7 +83,8 @@ ClusterTree::ClusterTree(std::span<const ClusterItem> items, std::uint32_t leaf_
   key_ = {};
 }
 
-std::int32_t ClusterTree::build(std::span<const ClusterItem> items, std::uint32_t first, std::uint32_t last, int depth) {
+std::int32_t ClusterTree::build(std::span<const ClusterItem> items, std::uint32_t first, std::uint32_t last,
+                                int depth) {
   const auto index = static_cast<std::int32_t>(clusters_.size());
   clusters_.emplace_back();
   Cluster c;

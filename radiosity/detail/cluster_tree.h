@@ -20,15 +20,15 @@ double diameter(const Box& box);
 
 struct ClusterItem {
   std::span<const glm::dvec3> corner; ///< metres, one frame for all; must outlive the construction of the tree
-  glm::dvec3 normal{0.0};           ///< unit
-  std::uint32_t plane = 0;          ///< items of one number lie in one plane and look the same way
+  glm::dvec3 normal{0.0};             ///< unit
+  std::uint32_t plane = 0;            ///< items of one number lie in one plane and look the same way
 };
 
 struct Cluster {
-  std::uint32_t first = 0, last = 0;          ///< positions [first, last) in ClusterTree::order
-  std::int32_t child[2] = {-1, -1};           ///< both -1: a leaf
-  std::int32_t plane = -1;                    ///< the plane of all items; -1: several
-  glm::dvec3 point{0.0}, normal{0.0};         ///< of that plane
+  std::uint32_t first = 0, last = 0;           ///< positions [first, last) in ClusterTree::order
+  std::int32_t child[2] = {-1, -1};            ///< both -1: a leaf
+  std::int32_t plane = -1;                     ///< the plane of all items; -1: several
+  glm::dvec3 point{0.0}, normal{0.0};          ///< of that plane
   std::uint32_t first_corner = 0, corners = 0; ///< outline: points whose hull holds the cluster; none: use the box
   Box box{};
 

@@ -10,7 +10,7 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr double kExpectedRank = 9;
-constexpr double kWorthSplitting = 0.8;      // a rectangle with more work than this share is kept as one dense block
+constexpr double kWorthSplitting = 0.95;     // a rectangle with more work than this share is kept as one dense block
 constexpr std::uint32_t kParallelSize = 256; // of the larger cluster
 
 class Planner {
@@ -23,10 +23,11 @@ public:
     if (cannot_see(ca, cb))
       return {};
     if (a == b)
-      return ca.leaf() ? dense(a, b, false) : coalesce(a, b, join({{{ca.child[0], ca.child[0]},
-                                                                   {ca.child[0], ca.child[1]},
-                                                                   {ca.child[1], ca.child[1]}}},
-                                                                 ca.size(), false));
+      return ca.leaf()
+                 ? dense(a, b, false)
+                 : coalesce(a, b,
+                            join({{{ca.child[0], ca.child[0]}, {ca.child[0], ca.child[1]}, {ca.child[1], ca.child[1]}}},
+                                 ca.size(), false));
     if (!clear) {
       const Sight sight = visibility_.sight(tree_, ca, cb);
       if (sight == Sight::hidden)
@@ -78,8 +79,11 @@ private:
     const bool cut_a = !ca.leaf() && (cb.leaf() || 2 * diameter(ca.box) > diameter(cb.box));
     const bool cut_b = !cb.leaf() && (ca.leaf() || 2 * diameter(cb.box) > diameter(ca.box));
     if (cut_a && cut_b)
-      return join({{{ca.child[0], cb.child[0]}, {ca.child[0], cb.child[1]}, {ca.child[1], cb.child[0]},
-                    {ca.child[1], cb.child[1]}}}, size, clear);
+      return join({{{ca.child[0], cb.child[0]},
+                    {ca.child[0], cb.child[1]},
+                    {ca.child[1], cb.child[0]},
+                    {ca.child[1], cb.child[1]}}},
+                  size, clear);
     if (cut_a)
       return join({{{ca.child[0], b}, {ca.child[1], b}}}, size, clear);
     return join({{{a, cb.child[0]}, {a, cb.child[1]}}}, size, clear);

@@ -30,7 +30,7 @@ struct ExchangePlan {
 };
 
 struct PlanOptions {
-  double separation = 0.5;    ///< clusters closer than this times the larger diameter are no low-rank candidates
+  double separation = 0.5;     ///< clusters closer than this times the larger diameter are no low-rank candidates
   std::uint32_t min_size = 32; ///< nor are smaller ones
 };
 

@@ -21,7 +21,8 @@ std::vector<std::uint32_t> weld(const std::vector<glm::dvec3>& vertices) {
   std::vector<std::uint32_t> order(vertices.size()), name(vertices.size());
   std::iota(order.begin(), order.end(), 0u);
   const auto key = [&](std::uint32_t i) { return std::array<double, 3>{vertices[i].x, vertices[i].y, vertices[i].z}; };
-  std::ranges::sort(order, [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
+  std::ranges::sort(order,
+                    [&](std::uint32_t a, std::uint32_t b) { return key(a) != key(b) ? key(a) < key(b) : a < b; });
   for (std::size_t k = 0; k < order.size(); ++k)
     name[order[k]] = k > 0 && key(order[k]) == key(order[k - 1]) ? name[order[k - 1]] : order[k];
   return name;

@@ -1,12 +1,16 @@
 #include "radiosity/detail/pair_shadow.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include <glm/geometric.hpp>
 
 namespace daylit::radiosity {
 
 namespace {
+
+constexpr std::size_t kMostEdges = 8; // of an obstacle
 
 #define DAYLIT_VECTOR __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
@@ -54,12 +58,55 @@ DAYLIT_VECTOR void edge_sides(const Against& plane, const Against& edge, std::ui
   }
 }
 
+/// Part of a triangle on one side of a plane: height over the plane and over every edge plane of its corners.
+struct Side {
+  int size = 0;
+  std::array<float, 5> height;
+  std::array<std::array<float, kMostEdges>, 5> inside;
+};
+
+/// The part of a triangle above (sign 1) or below (-1) the plane.
+Side part(const Side& triangle, float sign, std::size_t edges) {
+  Side out;
+  const auto add = [&](float h, int a, int b, float t) {
+    const auto to = static_cast<std::size_t>(out.size++), p = static_cast<std::size_t>(a),
+               q = static_cast<std::size_t>(b);
+    out.height[to] = h;
+    for (std::size_t e = 0; e < edges; ++e)
+      out.inside[to][e] = triangle.inside[p][e] + t * (triangle.inside[q][e] - triangle.inside[p][e]);
+  };
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const float h = triangle.height[static_cast<std::size_t>(k)], g = triangle.height[static_cast<std::size_t>(next)];
+    if (sign * h >= 0.0f)
+      add(h, k, k, 0.0f);
+    if ((h > 0.0f && g < 0.0f) || (h < 0.0f && g > 0.0f))
+      add(0.0f, k, next, h / (h - g));
+  }
+  return out;
+}
+
+/// All segments from one part to the part on the other side of the plane pass on the outer side of one edge.
+bool passes_outside(const Side& a, const Side& b, std::size_t edges, float tolerance) {
+  bool clear = a.size == 0 || b.size == 0;
+  for (std::size_t e = 0; e < edges && !clear; ++e) {
+    clear = true;
+    for (std::size_t p = 0; p < static_cast<std::size_t>(a.size) && clear; ++p)
+      for (std::size_t q = 0; q < static_cast<std::size_t>(b.size) && clear; ++q) {
+        const float ha = std::abs(a.height[p]), hb = std::abs(b.height[q]);
+        clear = ha * b.inside[q][e] + hb * a.inside[p][e] <= tolerance * (ha + hb);
+      }
+  }
+  return clear;
+}
+
 } // namespace
 
 PairShadows::PairShadows(const PairArrays& arrays, const std::vector<Obstacle>& obstacles,
                          const std::vector<std::uint32_t>& used, const glm::dvec3& shift, std::uint32_t first,
                          std::uint32_t last, float tolerance_m)
-    : arrays_(arrays), first_(first), count_(last - first), tolerance_(tolerance_m), side_(count_), outside_(count_), inside_(count_) {
+    : arrays_(arrays), first_(first), count_(last - first), tolerance_(tolerance_m), side_(count_), outside_(count_),
+      inside_(count_) {
   const auto plane_of = [&](const glm::dvec3& normal, const glm::dvec3& point) {
     return Plane{static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z),
                  static_cast<float>(glm::dot(normal, point + shift))};
@@ -112,8 +159,32 @@ void PairShadows::one_obstacle(const Prepared& o, std::uint32_t i, std::int32_t*
     edge_sides(plane, against(o.edge[e], o.inside[e]), count_, tolerance_, side_.data(), outside_.data(),
                inside_.data());
   for (std::uint32_t j = 0; j < count_; ++j)
-    if (!outside_[j] && shadow[j] != kHiddenPair)
-      shadow[j] = inside_[j] ? kHiddenPair : kMixedPair;
+    if (!outside_[j] && shadow[j] != kHiddenPair) {
+      if (inside_[j])
+        shadow[j] = kHiddenPair;
+      else if (side_[j] != 0 || !cut_pair_is_clear(o, i, j))
+        shadow[j] = kMixedPair;
+    }
+}
+
+/// The plane of the obstacle cuts a triangle: the parts above and below it are looked at one after the other.
+bool PairShadows::cut_pair_is_clear(const Prepared& o, std::uint32_t i, std::uint32_t j) const {
+  const std::size_t edges = o.edge.size();
+  if (edges > kMostEdges)
+    return false;
+  Side one, column;
+  one.size = column.size = 3;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float x = arrays_.corner[3 * c][i], y = arrays_.corner[3 * c + 1][i], z = arrays_.corner[3 * c + 2][i];
+    one.height[c] = o.plane.at(x, y, z);
+    column.height[c] = o.height[c * count_ + j];
+    for (std::size_t e = 0; e < edges; ++e) {
+      one.inside[c][e] = o.edge[e].at(x, y, z);
+      column.inside[c][e] = o.inside[e][c * count_ + j];
+    }
+  }
+  return passes_outside(part(one, 1, edges), part(column, -1, edges), edges, tolerance_) &&
+         passes_outside(part(one, -1, edges), part(column, 1, edges), edges, tolerance_);
 }
 
 } // namespace daylit::radiosity

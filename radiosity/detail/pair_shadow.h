@@ -44,6 +44,7 @@ private:
   };
   Heights heights(const Plane& p) const;
   void one_obstacle(const Prepared& o, std::uint32_t i, std::int32_t* shadow);
+  bool cut_pair_is_clear(const Prepared& o, std::uint32_t i, std::uint32_t j) const;
 
   const PairArrays& arrays_;
   std::uint32_t first_, count_;

@@ -73,7 +73,7 @@ void PairVisibility::sample(const Lanes& lanes, float gap, RayPacket16& packet, 
 }
 
 void PairVisibility::set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index) {
-  const auto triangle = [&](float (*out)[16], float (*normal)[16], std::uint32_t i) {
+  const auto triangle = [&](float(*out)[16], float(*normal)[16], std::uint32_t i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const float corner = arrays_.corner[axis][i];
       out[axis][lane] = corner;

@@ -12,11 +12,11 @@ namespace daylit::radiosity {
 
 /// A pair whose visible share is wanted.
 struct PairQuery {
-  std::uint32_t i, j;      ///< tree positions
-  std::uint64_t seed;      ///< of its sample points
-  float form_factor;       ///< the larger of F_ij and F_ji, unoccluded
-  bool near;               ///< the kernel varies over the pair
-  float share = 0;         ///< result: kernel-weighted share of the unblocked rays, 0..1
+  std::uint32_t i, j; ///< tree positions
+  std::uint64_t seed; ///< of its sample points
+  float form_factor;  ///< the larger of F_ij and F_ji, unoccluded
+  bool near;          ///< the kernel varies over the pair
+  float share = 0;    ///< result: kernel-weighted share of the unblocked rays, 0..1
 };
 
 /// Low-discrepancy rays in proportion to the form factor, so that every pair adds the same error to its row's sum.
