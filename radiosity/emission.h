@@ -11,6 +11,9 @@
 
 namespace daylit::radiosity {
 
+/// G times `width` columns given per element, row-major; the same layout returned. m^2 times the unit of the columns.
+std::vector<float> exchange_product(const ExchangeMatrix& exchange, std::span<const float> columns, std::size_t width);
+
 /// Irradiance of every element by emitting elements, one column (region 0), ready for solve_radiosity:
 /// A_i H_i = sum_j G_ij M_j. `exitance` M: W/m^2 (or lm/m^2) per element and channel. The room counts as closed:
 /// `opening` is 0. Error: as many values as elements are needed.

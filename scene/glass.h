@@ -8,7 +8,8 @@
 
 namespace daylit {
 
-constexpr double kClearGlassIndex = 1.52; ///< soda-lime float glass
+constexpr double kClearGlassIndex = 1.52;  ///< soda-lime float glass
+constexpr double kLargestGlassIndex = 4.0; ///< beyond every transparent solid; larger ones are refused
 
 /// Transmittance of a clear slab in air for unpolarised light, all internal reflections, no absorption:
 /// tau = (t_s + t_p) / 2 with t = (1 - R) / (1 + R) and R the Fresnel reflectance of one face (Born & Wolf, 1.5.2).
@@ -19,11 +20,14 @@ double clear_slab_transmittance(double cos_incidence, double refractive_index);
 double diffuse_slab_transmittance(double refractive_index);
 
 /// Share of the light along a ray that crosses the pane: its transmittance, times the slab where it is clear glass.
+inline Rgb pane_transmittance(const Rgb& transmittance, float refractive_index, double cos_incidence) {
+  if (refractive_index <= 0.0f)
+    return transmittance;
+  return transmittance *
+         static_cast<float>(clear_slab_transmittance(cos_incidence, static_cast<double>(refractive_index)));
+}
 inline Rgb pane_transmittance(const Aperture& pane, double cos_incidence) {
-  if (pane.refractive_index <= 0.0f)
-    return pane.transmittance;
-  return pane.transmittance *
-         static_cast<float>(clear_slab_transmittance(cos_incidence, static_cast<double>(pane.refractive_index)));
+  return pane_transmittance(pane.transmittance, pane.refractive_index, cos_incidence);
 }
 
 /// "constant" or "clear glass, index 1.52": the model that a result used.

@@ -103,10 +103,13 @@ std::vector<Rgb> SolvedRoom::per_material(std::uint32_t of, float value) const {
 }
 
 double SolvedRoom::exchange_area_m2(std::uint32_t from, std::uint32_t to) const {
+  std::vector<float> emitting(set.elements.size());
+  for (std::size_t j = 0; j < emitting.size(); ++j)
+    emitting[j] = material(j) == to ? 1.0f : 0.0f;
+  const std::vector<float> received = radiosity::exchange_product(exchange, emitting, 1);
   double sum = 0;
-  for (std::size_t i = 0; i < set.elements.size(); ++i)
-    for (std::size_t j = 0; material(i) == from && j < set.elements.size(); ++j)
-      sum += material(j) == to ? static_cast<double>(exchange.row(i)[j]) : 0.0;
+  for (std::size_t i = 0; i < received.size(); ++i)
+    sum += material(i) == from ? static_cast<double>(received[i]) : 0.0;
   return sum;
 }
 
