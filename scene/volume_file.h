@@ -12,8 +12,9 @@
 
 namespace daylit {
 
-/// Version of the layout described in docs/volume-format.md. A reader refuses any other.
-constexpr int kVolumeFormatVersion = 1;
+/// Versions of the layout described in docs/volume-format.md. A reader refuses any other. Version 2 adds the refractive
+/// index of clear glass; rooms without such panes are written as version 1.
+constexpr int kVolumeFormatVersion = 2, kVolumeFormatConstantPanes = 1;
 
 /// Writes the file whole or not at all. Error: the volume breaks a rule of check_volume(), or the disk does.
 Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume);

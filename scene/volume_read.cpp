@@ -136,9 +136,13 @@ bool read_materials(TensorReader& reader, const std::string& names_json, std::ve
   if (reader.read("material.transmittance", "F32", {3}, transmittance) != count ||
       reader.read("material.is_window", "U8", {}, is_window) != count)
     return false;
+  std::vector<float> index;
+  if (reader.has("material.refractive_index", "F32") &&
+      reader.read("material.refractive_index", "F32", {}, index) != count)
+    return false;
   materials.resize(count);
   for (std::size_t i = 0; i < count; ++i)
-    materials[i] = {"", reflectance[i], transmittance[i], is_window[i] != 0};
+    materials[i] = {"", reflectance[i], transmittance[i], is_window[i] != 0, index.empty() ? 0.0f : index[i]};
   // Strings in the order of the list; anything else in it is refused.
   std::size_t next = 0;
   bool good = true;
@@ -176,13 +180,17 @@ bool read_apertures(TensorReader& reader, std::vector<Aperture>& apertures) {
   if (reader.read("aperture.inward", "F64", {3}, inward) != count ||
       reader.read("aperture.transmittance", "F32", {3}, transmittance) != count)
     return false;
+  std::vector<float> index;
+  if (reader.has("aperture.refractive_index", "F32") &&
+      reader.read("aperture.refractive_index", "F32", {}, index) != count)
+    return false;
   std::size_t next = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int32_t n = corner_count[i];
     if (n < 3 || static_cast<std::size_t>(n) > corners.size() - next)
       return false;
     const auto begin = corners.begin() + static_cast<std::ptrdiff_t>(next);
-    apertures.push_back({{begin, begin + n}, inward[i], transmittance[i]});
+    apertures.push_back({{begin, begin + n}, inward[i], transmittance[i], index.empty() ? 0.0f : index[i]});
     next += static_cast<std::size_t>(n);
   }
   return next == corners.size();
@@ -199,9 +207,10 @@ Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::S
   if (text_of(header, "format") != detail::kVolumeFormat)
     return Error{ErrorCode::file_malformed, "this is a safetensors file, but no volume", name, ""};
   const std::string version = text_of(header, "format_version").substr(0, 20);
-  if (version != std::to_string(kVolumeFormatVersion))
+  if (version != std::to_string(kVolumeFormatVersion) && version != std::to_string(kVolumeFormatConstantPanes))
     return Error{ErrorCode::file_version,
-                 fmt::format("volume format version {}; this program reads version {}", version, kVolumeFormatVersion),
+                 fmt::format("volume format version {}; this program reads version {} and {}", version,
+                             kVolumeFormatConstantPanes, kVolumeFormatVersion),
                  name, "bake it again with the daylit-precompute of this version"};
   const std::span<const std::byte> file = std::as_bytes(bytes), head = file.first(header.data_offset);
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());

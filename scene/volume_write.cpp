@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <map>
 #include <vector>
 
@@ -17,7 +18,7 @@ struct FlatVolume {
   std::vector<double> bands, apertures, inward;
   std::vector<std::int32_t> band_cells, aperture_corners;
   std::vector<std::uint32_t> triangles, triangle_material;
-  std::vector<float> reflectance, transmittance, aperture_transmittance;
+  std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
   std::vector<std::uint8_t> is_window;
 };
 
@@ -40,6 +41,7 @@ FlatVolume flatten(const BasisVolume& volume) {
     append3(flat.reflectance, m.reflectance);
     append3(flat.transmittance, m.transmittance);
     flat.is_window.push_back(m.is_window ? 1 : 0);
+    flat.refractive_index.push_back(m.refractive_index);
   }
   for (const Aperture& a : volume.apertures) {
     for (const glm::dvec3& corner : a.corners)
@@ -47,6 +49,7 @@ FlatVolume flatten(const BasisVolume& volume) {
     flat.aperture_corners.push_back(static_cast<std::int32_t>(a.corners.size()));
     append3(flat.inward, a.inward);
     append3(flat.aperture_transmittance, a.transmittance);
+    flat.aperture_index.push_back(a.refractive_index);
   }
   return flat;
 }
@@ -58,10 +61,15 @@ std::span<const std::byte> bytes_of(const std::vector<T>& list) {
 std::span<const std::byte> bytes_of(const glm::dvec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
 std::span<const std::byte> bytes_of(const glm::ivec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
 
+/// Panes of which a reader has to know the angle of incidence.
+bool has_clear_glass(const BasisVolume& volume) {
+  return std::ranges::any_of(volume.apertures, [](const Aperture& a) { return a.refractive_index > 0.0f; });
+}
+
 std::vector<detail::TensorToWrite> tensors_of(const BasisVolume& volume, const FlatVolume& flat) {
   const std::uint64_t probes = volume.probes.size(), apertures = volume.apertures.size(),
                       triangles = volume.room.triangles.size(), materials = volume.room.materials.size();
-  return {
+  std::vector<detail::TensorToWrite> list = {
       {"basis", "F32", {volume.stored_region.size(), probes, 9, 3}, bytes_of(volume.basis)},
       {"probe.position", "F32", {probes, 3}, bytes_of(volume.probes.positions)},
       {"probe.valid", "U8", {probes}, bytes_of(volume.probes.valid)},
@@ -82,6 +90,11 @@ std::vector<detail::TensorToWrite> tensors_of(const BasisVolume& volume, const F
       {"aperture.inward", "F64", {apertures, 3}, bytes_of(flat.inward)},
       {"aperture.transmittance", "F32", {apertures, 3}, bytes_of(flat.aperture_transmittance)},
   };
+  if (has_clear_glass(volume)) {
+    list.push_back({"material.refractive_index", "F32", {materials}, bytes_of(flat.refractive_index)});
+    list.push_back({"aperture.refractive_index", "F32", {apertures}, bytes_of(flat.aperture_index)});
+  }
+  return list;
 }
 
 std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
@@ -89,20 +102,21 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
   for (const Material& m : volume.room.materials)
     names.push_back(m.name);
   const VolumeProvenance& p = volume.provenance;
-  return {{"format", detail::kVolumeFormat},
-          {"format_version", std::to_string(kVolumeFormatVersion)},
-          {"checksum", detail::kNoChecksum},
-          {"frame", "right-handed, z up; directions point to where the light comes from"},
-          {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
-          {"spherical_harmonics", "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
-          {"probe_layout", volume.probes.is_grid ? "grid" : "points"},
-          {"partition", volume.partition.name()},
-          {"material_names", names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
-          {"program_version", p.program_version},
-          {"command_line", p.command_line},
-          {"room_name", p.room_name},
-          {"room_hash", p.room_hash},
-          {"report", p.report_json}};
+  return {
+      {"format", detail::kVolumeFormat},
+      {"format_version", std::to_string(has_clear_glass(volume) ? kVolumeFormatVersion : kVolumeFormatConstantPanes)},
+      {"checksum", detail::kNoChecksum},
+      {"frame", "right-handed, z up; directions point to where the light comes from"},
+      {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
+      {"spherical_harmonics", "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
+      {"probe_layout", volume.probes.is_grid ? "grid" : "points"},
+      {"partition", volume.partition.name()},
+      {"material_names", names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
+      {"program_version", p.program_version},
+      {"command_line", p.command_line},
+      {"room_name", p.room_name},
+      {"room_hash", p.room_hash},
+      {"report", p.report_json}};
 }
 
 } // namespace
