@@ -112,7 +112,7 @@ Result<std::vector<float>> transport(const Problem& problem, const radiosity::Ex
                                      const radiosity::FirstBounce& light, const ProbePoints& points,
                                      const BakeOptions& options, const Progress& progress, BakeReport& report,
                                      StageClock& clock) {
-  const radiosity::SolveOptions solve{.tolerance = options.tolerance};
+  const radiosity::SolveOptions solve{.tolerance = options.tolerance, .store = options.store};
   const radiosity::GatherOptions gather{.rays = options.gather_rays};
   report.adjoint = 9 * points.at.size() < light.columns();
   const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
@@ -186,7 +186,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   clock.finish("first bounce");
 
   const auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
-                                                  {.visibility_rays = options.visibility_rays}, progress,
+                                                  {.visibility_rays = options.visibility_rays, .store = options.store}, progress,
                                                   &report.exchange);
   if (!exchange)
     return exchange.error();

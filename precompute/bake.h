@@ -29,6 +29,7 @@ struct BakeOptions {
   glm::ivec3 grid{0};      ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
   std::vector<glm::dvec3> points; ///< world metres; not empty: probes exactly here, no grid
+  radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
 };
 
 /// "draft", "normal", "high".
@@ -60,7 +61,8 @@ Result<BasisVolume> bake(const RoomFile& room, const SkyPartition& partition, co
                          const Progress& progress, BakeReport& report);
 
 /// The report as JSON (one object) and as the lines a person reads.
-std::string to_json(const BakeReport& report);
+/// Without `times` it is a function of the input: the same room and settings give the same text.
+std::string to_json(const BakeReport& report, bool times = true);
 std::string to_text(const BakeReport& report);
 
 } // namespace daylit::precompute

@@ -20,7 +20,7 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
 
 } // namespace
 
-std::string to_json(const BakeReport& r) {
+std::string to_json(const BakeReport& r, bool times) {
   nlohmann::ordered_json j;
   j["patches"] = {{"count", r.patches},
                   {"longest_edge_m", r.patch_edge_m},
@@ -60,8 +60,10 @@ std::string to_json(const BakeReport& r) {
                {"duplicate_faces", r.room.duplicate_faces},
                {"notes", r.room.notes}};
   for (const StageTime& s : r.stages)
-    j["seconds"][s.name] = s.seconds;
-  j["seconds"]["total"] = r.total_seconds;
+    if (times)
+      j["seconds"][s.name] = s.seconds;
+  if (times)
+    j["seconds"]["total"] = r.total_seconds;
   return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

@@ -4,6 +4,7 @@
 
 #include "radiosity/elements.h"
 #include "radiosity/exchange_matrix.h"
+#include "radiosity/work_store.h"
 #include "scene/program.h"
 
 namespace daylit::radiosity {
@@ -27,6 +28,7 @@ struct ExchangeOptions {
   double visibility_rays = 196608;
   double low_rank_tolerance = 1e-4; ///< of the Frobenius norm of each low-rank block
   std::size_t max_bytes = std::size_t{6} << 30;
+  WorkStore* store = nullptr; ///< finished pieces are taken from it and kept in it
 };
 
 /// Exchange areas of all pairs. Unoccluded part: contour integral for pairs closer than a few diameters or cut by each

@@ -7,6 +7,7 @@
 
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
+#include "radiosity/work_store.h"
 
 namespace daylit::radiosity {
 
@@ -22,6 +23,7 @@ struct Radiosity {
 struct SolveOptions {
   double tolerance = 1e-5; ///< relative residual of each column, 2-norm
   int max_iterations = 2000;
+  WorkStore* store = nullptr; ///< finished panels of columns are taken from it and kept in it
 };
 
 struct SolveReport {
