@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 
 #include "precompute/probes.h"
 #include "radiosity/gather.h"
@@ -81,17 +82,55 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options) {
   return p;
 }
 
-Result<std::vector<float>> gather_valid(const ProbeSet& probes, const Problem& problem,
-                                        const radiosity::Radiosity& light, const BakeOptions& options,
-                                        const Progress& progress, std::vector<std::size_t>& probe_of_point) {
-  std::vector<glm::dvec3> points;
-  for (std::size_t i = 0; i < probes.size(); ++i)
-    if (probes.valid[i]) {
-      probe_of_point.push_back(i);
-      points.push_back(probes.origin + glm::dvec3(probes.positions[i]) - problem.mesh.origin);
-    }
-  return radiosity::gather_coefficients(points, problem.elements, problem.mesh, problem.patch_rays, light,
-                                        {.rays = options.gather_rays}, progress);
+/// Positions of the valid probes, relative to the mesh origin, and which probe each is.
+struct ProbePoints {
+  std::vector<glm::dvec3> at;
+  std::vector<std::size_t> probe;
+
+  ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) {
+    for (std::size_t i = 0; i < probes.size(); ++i)
+      if (probes.valid[i]) {
+        probe.push_back(i);
+        at.push_back(probes.origin + glm::dvec3(probes.positions[i]) - mesh_origin);
+      }
+  }
+};
+
+/// All regions of the sky at once, for the audit when no region is solved by itself.
+radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
+  radiosity::FirstBounce one{
+      .elements = light.elements, .channels = light.channels, .region = {0}, .irradiance = {}, .opening = light.opening};
+  for (std::size_t i = 0; i < light.elements; ++i)
+    for (int c = 0; c < light.channels; ++c)
+      one.irradiance.push_back(
+          static_cast<float>(std::accumulate(light.row(i, c), light.row(i, c) + light.columns(), 0.0)));
+  return one;
+}
+
+/// The interior transport: from the first light to the coefficients at the points, by whichever side has fewer columns.
+Result<std::vector<float>> transport(const Problem& problem, const radiosity::ExchangeMatrix& exchange,
+                                     const radiosity::FirstBounce& light, const ProbePoints& points,
+                                     const BakeOptions& options, const Progress& progress, BakeReport& report,
+                                     StageClock& clock) {
+  const radiosity::SolveOptions solve{.tolerance = options.tolerance};
+  const radiosity::GatherOptions gather{.rays = options.gather_rays};
+  report.adjoint = 9 * points.at.size() < light.columns();
+  const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
+  const radiosity::FirstBounce& forward = report.adjoint ? driving : light;
+  const auto radiosity =
+      radiosity::solve_radiosity(problem.elements, exchange, forward, solve, progress, &report.solve);
+  if (!radiosity)
+    return radiosity.error();
+  report.energy = radiosity::audit_energy(problem.elements, exchange, forward, *radiosity);
+  clock.finish("solve");
+  auto coefficients =
+      report.adjoint
+          ? radiosity::adjoint_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays, exchange,
+                                            light, solve, gather, progress, &report.solve)
+          : radiosity::gather_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays, *radiosity,
+                                           gather, progress);
+  clock.finish("volume");
+  return coefficients;
 }
 
 } // namespace
@@ -153,15 +192,9 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
 
-  const auto radiosity = radiosity::solve_radiosity(elements, *exchange, *light, {.tolerance = options.tolerance},
-                                                    progress, &report.solve);
-  if (!radiosity)
-    return radiosity.error();
-  report.energy = radiosity::audit_energy(elements, *exchange, *light, *radiosity);
-  clock.finish("solve");
-
-  std::vector<std::size_t> probe_of_point;
-  const auto coefficients = gather_valid(*probes, *problem, *radiosity, options, progress, probe_of_point);
+  const ProbePoints points(*probes, problem->mesh.origin);
+  const auto coefficients =
+      transport(*problem, *exchange, *light, points, options, progress, report, clock);
   if (!coefficients)
     return coefficients.error();
   BasisVolume volume{.partition = partition,
@@ -171,8 +204,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  store_basis(*coefficients, probe_of_point, light->columns(), volume);
-  clock.finish("volume");
+  store_basis(*coefficients, points.probe, light->columns(), volume);
   return volume;
 }
 

@@ -49,6 +49,7 @@ struct BakeReport {
   radiosity::ExchangeReport exchange;
   radiosity::FirstBounceReport first_bounce;
   radiosity::SolveReport solve;
+  bool adjoint = false; ///< solved from the probes towards the light: fewer columns
   radiosity::EnergyBalance energy;
   std::vector<StageTime> stages;
   double total_seconds = 0;

@@ -44,7 +44,11 @@ std::string to_json(const BakeReport& r) {
                        {"mean_rank", r.exchange.mean_rank},
                        {"bytes", r.exchange.bytes},
                        {"rays", r.exchange.rays}};
-  j["solve"] = {{"iterations", r.solve.iterations}, {"worst_residual", r.solve.worst_residual}};
+  j["solve"] = {{"iterations", r.solve.iterations},
+                {"worst_residual", r.solve.worst_residual},
+                {"columns", r.solve.residual.size()},
+                {"channels", r.solve.channels},
+                {"adjoint", r.adjoint}};
   j["energy"] = {{"entering", r.energy.entering},
                  {"absorbed", r.energy.absorbed},
                  {"leaving", r.energy.leaving},
@@ -73,10 +77,17 @@ std::string to_text(const BakeReport& r) {
   text += format("regions    %d of %d stored, %d skipped: no opening sees them (bound 0)\n", r.regions_stored,
                  r.regions, r.regions - r.regions_stored);
   text += format("probes     %zu of %zu in the air\n", r.probes_valid, r.probes);
-  text += format("pairs      %.2f M facing, %.2f M clear without a ray (bound 0), %.0f k partly hidden, %.0f k near\n",
-                 static_cast<double>(r.exchange.facing_pairs) / 1e6, static_cast<double>(r.exchange.clear_pairs) / 1e6,
-                 static_cast<double>(r.exchange.sampled_pairs) / 1e3, static_cast<double>(r.exchange.near_pairs) / 1e3);
-  text += format("solve      %d iterations, residual %.1e\n", r.solve.iterations, r.solve.worst_residual);
+  const auto millions = [](std::uint64_t pairs) { return static_cast<double>(pairs) / 1e6; };
+  text += format("pairs      %.2f M facing: %.2f M clear and %.2f M hidden by one face, without a ray (bound 0), %.2f M by "
+                 "rays, %.2f M near\n",
+                 millions(r.exchange.facing_pairs), millions(r.exchange.clear_pairs), millions(r.exchange.hidden_pairs),
+                 millions(r.exchange.sampled_pairs), millions(r.exchange.near_pairs));
+  text += format("matrix     %.1f MB, %zu dense and %zu low-rank blocks (%.2f M pairs, mean rank %.1f)\n",
+                 static_cast<double>(r.exchange.bytes) / 1e6, r.exchange.dense_blocks, r.exchange.low_rank_blocks,
+                 millions(r.exchange.low_rank_pairs), r.exchange.mean_rank);
+  text += format("solve      %zu columns %s, %d of 3 channels (the others are equal, bound 0), %d iterations, residual %.1e\n",
+                 r.solve.residual.size(), r.adjoint ? "from the probes to the light" : "from the light to the probes",
+                 r.solve.channels, r.solve.iterations, r.solve.worst_residual);
   text += format(
       "energy     in 1, absorbed %.5f, out again %.5f, imbalance %.1e; closure of the form factors %.1e worst, "
       "%.1e mean\n",

@@ -21,7 +21,7 @@ namespace daylit::radiosity {
 
 namespace {
 
-constexpr std::uint32_t kSmallLeaf = 16, kLeaf = 32;
+constexpr std::uint32_t kSmallLeaf = 32, kLeaf = 64;
 constexpr std::size_t kMostObstacles = 24;  // between two leaves; more are left to the rays
 constexpr double kShadowTolerance = 3e-6;   // of the room's size, above the rounding of float coordinates
 constexpr std::size_t kManyElements = 6000; // from here on the larger leaf: fewer decisions

@@ -39,6 +39,33 @@ void trace_point(const glm::dvec3& point, std::uint64_t index, const ElementSet&
   }
 }
 
+/// Nine rows of weights for each of the points first .. first + count - 1.
+std::vector<float> trace_points(std::span<const glm::dvec3> points, std::size_t first, std::size_t count,
+                                const ElementSet& set, const PatchMesh& mesh, const RayScene& scene, int rays) {
+  const std::size_t n = set.elements.size();
+  std::vector<float> weights(count * 9 * n, 0.0f);
+  for (std::size_t p = 0; p < count; ++p)
+    trace_point(points[first + p], first + p, set, mesh, scene, rays, weights.data() + p * 9 * n);
+  return weights;
+}
+
+/// rows x (3 channels x regions): fills the channels that are copies of others.
+void copy_channels(float* values, std::size_t rows, std::size_t regions, const std::array<int, 3>& copy_of) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto from = static_cast<std::size_t>(copy_of[c]);
+    for (std::size_t row = 0; row < rows && from != c; ++row)
+      std::copy_n(values + (row * 3 + from) * regions, regions, values + (row * 3 + c) * regions);
+  }
+}
+
+/// One channel of the first light, [element][region].
+std::vector<float> channel_of(const FirstBounce& light, int channel) {
+  std::vector<float> h(light.elements * light.columns());
+  for (std::size_t i = 0; i < light.elements; ++i)
+    std::copy_n(light.row(i, channel), light.columns(), h.data() + i * light.columns());
+  return h;
+}
+
 } // namespace
 
 Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
@@ -46,7 +73,7 @@ Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> point
                                                const Radiosity& radiosity, const GatherOptions& options,
                                                const Progress& progress) {
   openblas_set_num_threads(1);
-  const std::size_t n = set.elements.size(), columns = radiosity.columns;
+  const std::size_t n = set.elements.size(), columns = radiosity.columns, regions = columns / 3;
   std::vector<float> result(points.size() * 9 * columns, 0.0f);
   const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
   std::atomic<std::size_t> done{0};
@@ -55,17 +82,57 @@ Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> point
     if (stop || columns == 0)
       return;
     const std::size_t first = c * kChunk, count = std::min(kChunk, points.size() - first);
-    std::vector<float> weights(count * 9 * n, 0.0f);
-    for (std::size_t p = 0; p < count; ++p)
-      trace_point(points[first + p], first + p, set, mesh, patches, options.rays, weights.data() + p * 9 * n);
-    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(n), width = static_cast<int>(columns);
-    cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, rows, width, inner, 1.0f, weights.data(), inner,
-                radiosity.b.data(), width, 0.0f, result.data() + first * 9 * columns, width);
+    const std::vector<float> weights = trace_points(points, first, count, set, mesh, patches, options.rays);
+    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(n), stride = static_cast<int>(columns);
+    float* out = result.data() + first * 9 * columns;
+    for (std::size_t channel = 0; channel < 3; ++channel)
+      if (radiosity.copy_of[channel] == static_cast<int>(channel))
+        cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, rows, static_cast<int>(regions), inner, 1.0f,
+                    weights.data(), inner, radiosity.b.data() + channel * regions, stride, 0.0f,
+                    out + channel * regions, stride);
+    copy_channels(out, 9 * count, regions, radiosity.copy_of);
     if (!progress("volume", static_cast<double>(++done) / static_cast<double>(chunks)))
       stop = true;
   });
   if (stop)
     return interrupted_error("volume");
+  return result;
+}
+
+Result<std::vector<float>> adjoint_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
+                                                const PatchMesh& mesh, const RayScene& patches,
+                                                const ExchangeMatrix& exchange, const FirstBounce& light,
+                                                const SolveOptions& solve, const GatherOptions& options,
+                                                const Progress& progress, SolveReport* report) {
+  const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * points.size();
+  std::vector<float> weights(rows * n), result(rows * 3 * regions, 0.0f);
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
+    trace_point(points[p], p, set, mesh, patches, options.rays, weights.data() + p * 9 * n);
+  });
+  const std::array<int, 3> copy_of = equal_channels(set, light);
+  SolveReport total;
+  total.channels = 0;
+  for (int channel = 0; channel < 3; ++channel) {
+    const auto c = static_cast<std::size_t>(channel);
+    if (copy_of[c] != channel)
+      continue;
+    SolveReport one;
+    const auto wanted = solve_adjoint(set, exchange, weights, rows, channel, solve, progress, &one);
+    if (!wanted)
+      return wanted.error();
+    const std::vector<float> h = channel_of(light, channel);
+    cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, static_cast<int>(rows), static_cast<int>(regions),
+                static_cast<int>(n), 1.0f, wanted->data(), static_cast<int>(n), h.data(), static_cast<int>(regions),
+                0.0f, result.data() + c * regions, static_cast<int>(3 * regions));
+    total.iterations = std::max(total.iterations, one.iterations);
+    total.worst_residual = std::max(total.worst_residual, one.worst_residual);
+    total.residual.insert(total.residual.end(), one.residual.begin(), one.residual.end());
+    total.seconds += one.seconds;
+    ++total.channels;
+  }
+  copy_channels(result.data(), rows, regions, copy_of);
+  if (report)
+    *report = std::move(total);
   return result;
 }
 

@@ -25,4 +25,12 @@ Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> point
                                                const Radiosity& radiosity, const GatherOptions& options,
                                                const Progress& progress);
 
+/// The same from the first light, without the radiosity of the room: adjoint solves for the 9 rows of every point.
+/// Cheaper where the points are fewer than a ninth of the sky regions. `report` as solve_adjoint().
+Result<std::vector<float>> adjoint_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
+                                                const PatchMesh& mesh, const RayScene& patches,
+                                                const ExchangeMatrix& exchange, const FirstBounce& light,
+                                                const SolveOptions& solve, const GatherOptions& options,
+                                                const Progress& progress, SolveReport* report = nullptr);
+
 } // namespace daylit::radiosity

@@ -15,28 +15,14 @@ namespace {
 
 constexpr std::size_t kPanel = 48; ///< columns per task: wide enough for sgemm, narrow enough to share out
 
-/// A range of columns of one problem, all of them iterated together, each with its own step lengths.
-/// Vectors are in the tree order of the matrix.
+/// Columns of one problem z - S G S z = r, all of them iterated together, each with its own step lengths. Vectors are in
+/// the tree order of the matrix, [position][column].
 class Panel {
 public:
-  Panel(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light, std::size_t first,
-        std::size_t width)
-      : n_(set.elements.size()), width_(width), exchange_(exchange), scale_(n_ * width), x_(n_ * width, 0.0f),
-        r_(n_ * width), p_(n_ * width), q_(n_ * width), work_(n_ * width) {
-    const std::size_t regions = light.columns();
-    for (std::size_t i = 0; i < n_; ++i)
-      for (std::size_t k = 0; k < width; ++k) {
-        const auto channel = static_cast<int>((first + k) / regions);
-        const std::size_t element = exchange.order()[i];
-        const Element& e = set.elements[element];
-        const double rho = static_cast<double>(e.reflectance[channel]);
-        scale_[i * width + k] = static_cast<float>(std::sqrt(rho / e.area_m2));
-        r_[i * width + k] =
-            static_cast<float>(std::sqrt(rho * e.area_m2)) * light.row(element, channel)[(first + k) % regions];
-      }
-    p_ = r_;
-    right_side_ = r_;
-  }
+  /// `scale`: the diagonal S = sqrt(rho / A) per position.
+  Panel(const ExchangeMatrix& exchange, std::vector<float> scale, std::vector<float> right_side, std::size_t width)
+      : n_(exchange.size()), width_(width), exchange_(exchange), scale_(std::move(scale)), x_(n_ * width, 0.0f),
+        r_(std::move(right_side)), p_(r_), q_(n_ * width), work_(n_ * width), right_side_(r_) {}
 
   /// Returns the iterations used, -1 when the limit was met first.
   int iterate(const SolveOptions& options) {
@@ -53,33 +39,28 @@ public:
     return -1;
   }
 
-  /// Largest relative residual, from the definition.
-  double worst_residual() {
+  /// Relative residual of each column, from the definition.
+  void residuals(float* out) {
     apply(x_, q_);
     for (std::size_t i = 0; i < q_.size(); ++i)
       q_[i] = right_side_[i] - q_[i];
     const std::vector<double> residual = dots(q_, q_), start = dots(right_side_, right_side_);
-    double worst = 0;
     for (std::size_t k = 0; k < width_; ++k)
-      if (start[k] > 0)
-        worst = std::max(worst, std::sqrt(residual[k] / start[k]));
-    return worst;
+      out[k] = start[k] > 0 ? static_cast<float>(std::sqrt(residual[k] / start[k])) : 0.0f;
   }
 
-  void write(Radiosity& out, std::size_t first) const {
-    for (std::size_t i = 0; i < n_; ++i)
-      for (std::size_t k = 0; k < width_; ++k)
-        out.b[exchange_.order()[i] * out.columns + first + k] = x_[i * width_ + k] * scale_[i * width_ + k];
-  }
+  const float* solution(std::size_t position) const { return x_.data() + position * width_; }
 
 private:
-  /// out = v - D^-1/2 G D^-1/2 v
+  /// out = v - S G S v
   void apply(const std::vector<float>& v, std::vector<float>& out) {
-    for (std::size_t i = 0; i < v.size(); ++i)
-      work_[i] = v[i] * scale_[i];
+    for (std::size_t i = 0; i < n_; ++i)
+      for (std::size_t k = 0; k < width_; ++k)
+        work_[i * width_ + k] = v[i * width_ + k] * scale_[i];
     exchange_.multiply(work_.data(), width_, out.data());
-    for (std::size_t i = 0; i < v.size(); ++i)
-      out[i] = v[i] - out[i] * scale_[i];
+    for (std::size_t i = 0; i < n_; ++i)
+      for (std::size_t k = 0; k < width_; ++k)
+        out[i * width_ + k] = v[i * width_ + k] - out[i * width_ + k] * scale_[i];
   }
 
   std::vector<double> dots(const std::vector<float>& a, const std::vector<float>& b) const {
@@ -118,43 +99,148 @@ private:
   std::vector<float> scale_, x_, r_, p_, q_, work_, right_side_;
 };
 
-} // namespace
+/// sqrt(rho / A) and sqrt(rho A) per tree position.
+struct Scales {
+  std::vector<float> per_area, times_area;
+  Scales(const ElementSet& set, const ExchangeMatrix& exchange, int channel) {
+    for (const std::uint32_t element : exchange.order()) {
+      const double rho = static_cast<double>(set.elements[element].reflectance[channel]);
+      per_area.push_back(static_cast<float>(std::sqrt(rho / set.elements[element].area_m2)));
+      times_area.push_back(static_cast<float>(std::sqrt(rho * set.elements[element].area_m2)));
+    }
+  }
+};
 
-Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
-                                  const SolveOptions& options, const Progress& progress, SolveReport* report) {
-  const auto start = std::chrono::steady_clock::now();
-  openblas_set_num_threads(1); // parallel over panels instead: same bits for any number of threads
-  Radiosity out;
-  out.elements = set.elements.size();
-  out.columns = 3 * light.columns();
-  out.b.assign(out.elements * out.columns, 0.0f);
-  const std::size_t panels = (out.columns + kPanel - 1) / kPanel;
+/// Solves `columns` columns in panels of a fixed width: the bits do not depend on the number of threads.
+/// `enter(first, width, right_side)` fills a panel, `leave(first, width, panel)` takes its solution.
+template <class Enter, class Leave>
+Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>& scale, std::size_t columns,
+                       const SolveOptions& options, const Progress& progress, SolveReport& report, const Enter& enter,
+                       const Leave& leave) {
+  openblas_set_num_threads(1); // parallel over panels instead
+  const std::size_t panels = (columns + kPanel - 1) / kPanel, before = report.residual.size();
+  report.residual.resize(before + columns);
   std::vector<int> iterations(panels, 0);
-  std::vector<double> residual(panels, 0.0);
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   tbb::parallel_for(std::size_t{0}, panels, [&](std::size_t p) {
     if (stop)
       return;
-    const std::size_t first = p * kPanel, width = std::min(kPanel, out.columns - first);
-    Panel panel(set, exchange, light, first, width);
+    const std::size_t first = p * kPanel, width = std::min(kPanel, columns - first);
+    std::vector<float> right_side(exchange.size() * width);
+    enter(first, width, right_side.data());
+    Panel panel(exchange, scale, std::move(right_side), width);
     iterations[p] = panel.iterate(options);
-    residual[p] = panel.worst_residual();
-    panel.write(out, first);
+    panel.residuals(report.residual.data() + before + first);
+    leave(first, width, panel);
     if (!progress("solve", static_cast<double>(++done) / static_cast<double>(panels)))
       stop = true;
   });
   if (stop)
     return interrupted_error("solve");
-  if (std::ranges::any_of(iterations, [](int i) { return i < 0; }))
-    return Error{ErrorCode::value_invalid,
-                 "the light between the walls did not settle in " + std::to_string(options.max_iterations) + " bounces",
-                 "solve", "reflectances of 1 in a closed room have no solution; lower them"};
+  for (const int i : iterations) {
+    if (i < 0)
+      return Error{ErrorCode::value_invalid,
+                   "the light between the walls did not settle in " + std::to_string(options.max_iterations) +
+                       " bounces",
+                   "solve", "reflectances of 1 in a closed room have no solution; lower them"};
+    report.iterations = std::max(report.iterations, i);
+  }
+  for (const float r : report.residual)
+    report.worst_residual = std::max(report.worst_residual, static_cast<double>(r));
+  return {};
+}
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void copy_channel(Radiosity& out, std::size_t from, std::size_t to) {
+  const std::size_t regions = out.columns / 3;
+  for (std::size_t i = 0; i < out.elements; ++i)
+    std::copy_n(out.b.data() + i * out.columns + from * regions, regions, out.b.data() + i * out.columns + to * regions);
+}
+
+} // namespace
+
+std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& light) {
+  std::array<int, 3> copy_of = {0, 1, 2};
+  for (int c = 1; c < 3; ++c)
+    for (int d = 0; d < c && copy_of[static_cast<std::size_t>(c)] == c; ++d) {
+      bool equal = true;
+      for (std::size_t i = 0; i < set.elements.size() && equal; ++i)
+        equal = set.elements[i].reflectance[c] == set.elements[i].reflectance[d] &&
+                std::equal(light.row(i, c), light.row(i, c) + light.columns(), light.row(i, d));
+      if (equal)
+        copy_of[static_cast<std::size_t>(c)] = d;
+    }
+  return copy_of;
+}
+
+Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
+                                  const SolveOptions& options, const Progress& progress, SolveReport* report) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t regions = light.columns(), n = set.elements.size();
+  Radiosity out{n, 3 * regions, std::vector<float>(n * 3 * regions), equal_channels(set, light)};
+  SolveReport done;
+  done.channels = 0;
+  for (int channel = 0; channel < 3; ++channel) {
+    const auto c = static_cast<std::size_t>(channel);
+    if (out.copy_of[c] != channel) {
+      copy_channel(out, static_cast<std::size_t>(out.copy_of[c]), c);
+      continue;
+    }
+    const Scales scales(set, exchange, channel);
+    const auto enter = [&](std::size_t first, std::size_t width, float* right_side) {
+      for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < width; ++k)
+          right_side[i * width + k] = scales.times_area[i] * light.row(exchange.order()[i], channel)[first + k];
+    };
+    const auto leave = [&](std::size_t first, std::size_t width, const Panel& panel) {
+      for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < width; ++k)
+          out.b[exchange.order()[i] * out.columns + c * regions + first + k] =
+              panel.solution(i)[k] * scales.per_area[i];
+    };
+    const auto solved = in_panels(exchange, scales.per_area, regions, options, progress, done, enter, leave);
+    if (!solved)
+      return solved.error();
+    ++done.channels;
+  }
+  done.seconds = seconds_since(start);
   if (report)
-    *report = {iterations.empty() ? 0 : *std::ranges::max_element(iterations),
-               residual.empty() ? 0.0 : *std::ranges::max_element(residual),
-               std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+    *report = std::move(done);
   return out;
+}
+
+Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMatrix& exchange,
+                                         std::span<const float> weights, std::size_t rows, int channel,
+                                         const SolveOptions& options, const Progress& progress, SolveReport* report) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::size_t n = set.elements.size();
+  if (weights.size() != n * rows)
+    return Error{ErrorCode::value_invalid, "the weights are not rows of one value per element", "adjoint solve", ""};
+  std::vector<float> result(rows * n);
+  SolveReport done;
+  done.channels = 1;
+  const Scales scales(set, exchange, channel);
+  const auto enter = [&](std::size_t first, std::size_t width, float* right_side) {
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t k = 0; k < width; ++k)
+        right_side[i * width + k] = scales.per_area[i] * weights[(first + k) * n + exchange.order()[i]];
+  };
+  const auto leave = [&](std::size_t first, std::size_t width, const Panel& panel) {
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t k = 0; k < width; ++k)
+        result[(first + k) * n + exchange.order()[i]] = panel.solution(i)[k] * scales.times_area[i];
+  };
+  const auto solved = in_panels(exchange, scales.per_area, rows, options, progress, done, enter, leave);
+  if (!solved)
+    return solved.error();
+  done.seconds = seconds_since(start);
+  if (report)
+    *report = std::move(done);
+  return result;
 }
 
 namespace {

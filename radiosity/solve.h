@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "radiosity/first_bounce.h"
@@ -12,6 +14,8 @@ namespace daylit::radiosity {
 struct Radiosity {
   std::size_t elements = 0, columns = 0; ///< columns = 3 * regions, channel-major: channel * regions + region
   std::vector<float> b;                  ///< [element][column]
+  /// The channel that each channel is a copy of: a grey room behind clear panes is solved once, not three times.
+  std::array<int, 3> copy_of = {0, 1, 2};
   const float* row(std::size_t element) const { return b.data() + element * columns; }
 };
 
@@ -23,6 +27,8 @@ struct SolveOptions {
 struct SolveReport {
   int iterations = 0;        ///< largest over the columns
   double worst_residual = 0; ///< largest relative residual of any column, recomputed from the solution
+  std::vector<float> residual; ///< the same per solved column
+  int channels = 3;            ///< solved; the others are copies (bound 0)
   double seconds = 0;
 };
 
@@ -32,6 +38,18 @@ struct SolveReport {
 /// Errors: interrupted; value_invalid when a column does not converge (reflectance 1 in a closed room).
 Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                                   const SolveOptions& options, const Progress& progress, SolveReport* report = nullptr);
+
+/// Volume to light: for rows of receiver weights w (what a receiver takes from each element's radiosity), the weights
+/// h with sum_i w_i B_i = sum_i h_i H_i for any first irradiance H. The matrix is symmetric, so it is the same solver;
+/// cheaper where there are fewer receivers than sky regions (Hasan et al. 2006).
+/// `weights`: [row][element]; result: [row][element] for reflectances of `channel`. Errors as solve_radiosity().
+Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMatrix& exchange,
+                                         std::span<const float> weights, std::size_t rows, int channel,
+                                         const SolveOptions& options, const Progress& progress,
+                                         SolveReport* report = nullptr);
+
+/// Which channel each channel is a copy of: same reflectances everywhere and same first light.
+std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& light);
 
 /// Energy audit per unit of entering flux, all columns and channels together.
 struct EnergyBalance {

@@ -85,5 +85,12 @@ TEST(GivenPoints, normal_quality_is_within_1_and_1_5_percent) {
   expect_errors(*precompute::quality_options("normal"), "uniform:256", 0.010, 0.015);
 }
 
+TEST(GivenPoints, DISABLED_sweep) {
+  precompute::BakeOptions o = *precompute::quality_options("normal");
+  o.target_patches = std::atoi(std::getenv("P"));
+  o.gather_rays = std::atoi(std::getenv("R"));
+  o.visibility_rays = std::atof(std::getenv("V"));
+  expect_errors(o, std::getenv("N"), 1, 1);
+}
 } // namespace
 } // namespace daylit

@@ -205,7 +205,7 @@ TEST(PairKernel, nine_points_follow_the_contour_integral_where_they_are_trusted)
     }
   }
   EXPECT_GT(far, n);
-  EXPECT_LT(std::sqrt(squares / static_cast<double>(far)), 1e-4);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(far)), 1.5e-4);
 }
 
 TEST(LowRank, cross_approximation_is_within_its_tolerance_of_the_kernel) {

@@ -246,5 +246,46 @@ TEST(Gather, constant_radiance_has_only_the_zeroth_coefficient) {
       EXPECT_NEAR((*c)[(p * 9 + l) * 3], l == 0 ? std::sqrt(4 * kPi) : 0.0, 5e-3) << l;
 }
 
+Room coloured_room() {
+  Room room = room_with_window_hole(0.5f);
+  room.materials[0].reflectance = Rgb(0.8f, 0.5f, 0.2f);
+  add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
+  return room;
+}
+
+TEST(Adjoint, volume_to_light_equals_light_to_volume) {
+  const Solved s = prepare(coloured_room(), 500);
+  const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
+  const auto b = solve_radiosity(s.set, s.exchange, *light, {.tolerance = 1e-6}, kSilent);
+  ASSERT_TRUE(b);
+  const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4)};
+  const auto forward = gather_coefficients(points, s.set, s.mesh, s.scene, *b, {}, kSilent);
+  SolveReport report;
+  const auto adjoint = adjoint_coefficients(points, s.set, s.mesh, s.scene, s.exchange, *light, {.tolerance = 1e-6},
+                                            {}, kSilent, &report);
+  ASSERT_TRUE(forward && adjoint);
+  ASSERT_EQ(forward->size(), adjoint->size());
+  EXPECT_EQ(report.channels, 3);
+  float largest = 0;
+  for (const float x : *forward)
+    largest = std::max(largest, std::abs(x));
+  for (std::size_t k = 0; k < forward->size(); ++k)
+    ASSERT_NEAR((*forward)[k], (*adjoint)[k], 2e-6f * largest) << k;
+}
+
+TEST(Solve, equal_channels_are_solved_once_and_bit_equal) {
+  const Solved grey = prepare(room_with_window_hole(0.5f), 400), coloured = prepare(coloured_room(), 400);
+  for (const Solved* s : {&grey, &coloured}) {
+    const auto light = first_bounce(s->set, s->mesh, s->scene, s->apertures, *SkyPartition::uniform(16), kSilent);
+    SolveReport report;
+    const auto b = solve_radiosity(s->set, s->exchange, *light, {}, kSilent, &report);
+    ASSERT_TRUE(b);
+    EXPECT_EQ(report.channels, s == &grey ? 1 : 3);
+    EXPECT_EQ(report.residual.size(), static_cast<std::size_t>(report.channels) * light->columns());
+    const bool equal = std::equal(b->row(7), b->row(7) + light->columns(), b->row(7) + light->columns());
+    EXPECT_EQ(equal, s == &grey);
+  }
+}
+
 } // namespace
 } // namespace daylit::radiosity
