@@ -1,9 +1,14 @@
 #include "radiosity/elements.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
+#include <utility>
 
 #include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/sampling.h"
 
@@ -12,59 +17,129 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16, kSecondLookRays = 64;
+// Meshes of planes that meet do not share vertices: between them are cracks one float rounding wide. A ray counts when
+// rays beside it, moved by far more than that at both ends, arrive too. Lengths in units of RayScene::surface_offset.
+constexpr double kRaised = 1.0, kBeside = 64.0, kBesideAtLeast = 8.0;
+constexpr double kSeedDepth = 16.0; // of the points in the openings where the search starts
+constexpr int kWitnesses = 4, kWitnessesNeeded = 2;
 
 glm::dvec3 centroid(const Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
 
-/// Spreads over the patch sides that light from the openings can reach. Front = 0, back = 1.
+/// Smallest height of the triangle, metres.
+double height_m(const Patch& p) {
+  double longest = 0;
+  for (int k = 0; k < 3; ++k)
+    longest = std::max(longest, glm::distance(p.corner[k], p.corner[(k + 1) % 3]));
+  return 2.0 * p.area_m2 / longest;
+}
+
+struct Side {
+  std::uint32_t patch;
+  int side; ///< 0 front, 1 back
+};
+
+/// Where a ray starts or ends, the plane there, and how far away in that plane a witness may stand.
+struct RayEnd {
+  glm::dvec3 point, normal;
+  double beside_m;
+
+  glm::dvec3 witness(double turn) const {
+    const auto [t, b] = tangents(normal);
+    const double angle = 2.0 * std::numbers::pi * turn;
+    return point + beside_m * (std::cos(angle) * t + std::sin(angle) * b);
+  }
+};
+
+/// Spreads over the patch sides that light from the openings can reach.
 class SideSearch {
 public:
   SideSearch(const PatchMesh& mesh, const RayScene& scene)
-      : mesh_(mesh), scene_(scene), reached_(mesh.patches.size(), {false, false}) {}
+      : mesh_(mesh), scene_(scene), offset_m_(scene.surface_offset()), reached_(mesh.patches.size(), {false, false}) {}
 
-  /// Marks the side that a ray meets.
-  void shoot(const glm::dvec3& from, const glm::dvec3& direction) {
-    if (const auto met = meets(from, direction))
-      mark(met->patch, met->side);
+  double offset_m() const { return offset_m_; }
+
+  /// Marks the sides seen from a point of the air.
+  void look_around(const glm::dvec3& point, std::uint64_t seed) {
+    for (std::uint32_t k = 0; k < kSeedRays; ++k) {
+      const glm::dvec3 d = sphere_direction(r2_point(k, random_shift(seed)));
+      if (const auto met = new_side({point, d, kBeside * offset_m_}, d, mix_bits(seed) + k))
+        mark(*met);
+    }
   }
 
+  /// Every round looks from the sides that the round before found. The set reached does not depend on any order.
   void follow() {
     do {
-      while (!queue_.empty()) {
-        const Side s = queue_.back();
-        queue_.pop_back();
-        for (std::uint32_t k = 0; k < kSideRays; ++k)
-          shoot(centroid(mesh_.patches[s.patch]), away(s, k));
+      while (!frontier_.empty()) {
+        const std::vector<Side> from = std::exchange(frontier_, {});
+        std::vector<std::array<std::optional<Side>, kSideRays>> found(from.size());
+        tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
+          for (std::uint32_t k = 0; k < kSideRays; ++k)
+            found[i][k] = new_side(end_on(from[i], centroid(mesh_.patches[from[i].patch])), away(from[i], k),
+                                   ray_seed(from[i], k));
+        });
+        for (const auto& rays : found)
+          for (const std::optional<Side>& met : rays)
+            if (met)
+              mark(*met);
       }
       second_look();
-    } while (!queue_.empty());
+    } while (!frontier_.empty());
   }
 
   bool reached(std::uint32_t patch, int side) const { return reached_[patch][side]; }
 
 private:
-  struct Side {
-    std::uint32_t patch;
-    int side;
-  };
-
-  glm::dvec3 away(const Side& s, std::uint32_t k) const {
+  glm::dvec3 outward(const Side& s) const {
     const glm::dvec3& n = mesh_.patches[s.patch].normal;
-    return cosine_direction(s.side == 0 ? n : -n, r2_point(k, random_shift(s.patch)));
+    return s.side == 0 ? n : -n;
+  }
+  glm::dvec3 away(const Side& s, std::uint32_t k) const {
+    return cosine_direction(outward(s), r2_point(k, random_shift(s.patch)));
+  }
+  /// Raised, because a flat ray that starts in the rounded plane meets the neighbours from behind.
+  RayEnd end_on(const Side& s, const glm::dvec3& point) const {
+    const double beside =
+        std::clamp(0.25 * height_m(mesh_.patches[s.patch]), kBesideAtLeast * offset_m_, kBeside * offset_m_);
+    return {point + kRaised * offset_m_ * outward(s), outward(s), beside};
+  }
+  static std::uint64_t ray_seed(const Side& s, std::uint32_t k) {
+    return mix_bits(2ull * s.patch + static_cast<std::uint64_t>(s.side)) + k;
   }
 
-  std::optional<Side> meets(const glm::dvec3& from, const glm::dvec3& direction) const {
+  /// Side of the first patch on the ray; nothing when the ray leaves.
+  std::optional<Side> meets(const glm::dvec3& from, const glm::dvec3& direction, double& distance) const {
     RayHit hit;
     const glm::vec3 d(direction);
-    if (!scene_.closest(scene_.to_local(from), d, scene_.surface_offset(), std::numeric_limits<float>::infinity(), hit))
+    if (!scene_.closest(scene_.to_local(from), d, 0.0f, std::numeric_limits<float>::infinity(), hit))
       return std::nullopt;
+    distance = static_cast<double>(hit.distance);
     return Side{hit.triangle, glm::dot(glm::dvec3(d), mesh_.patches[hit.triangle].normal) < 0.0 ? 0 : 1};
   }
 
-  void mark(std::uint32_t patch, int side) {
-    if (reached_[patch][side])
-      return;
-    reached_[patch][side] = true;
-    queue_.push_back({patch, side});
+  std::optional<Side> new_side(const RayEnd& from, const glm::dvec3& d, std::uint64_t seed) const {
+    double distance = 0.0;
+    const auto met = meets(from.point, d, distance);
+    if (!met || reached_[met->patch][met->side] ||
+        !witnessed(from, end_on(*met, from.point + distance * d), 1.0f, seed))
+      return std::nullopt;
+    return met;
+  }
+
+  /// Witnesses see each other on [0, reach] of their distance.
+  bool witnessed(const RayEnd& from, const RayEnd& to, float reach, std::uint64_t seed) const {
+    int seen = 0;
+    for (std::uint32_t k = 0; k < kWitnesses && seen < kWitnessesNeeded; ++k) {
+      const glm::dvec2 turn = r2_point(k, random_shift(seed));
+      const glm::dvec3 start = from.witness(turn.x), way = to.witness(turn.y) - start;
+      seen += scene_.occluded(scene_.to_local(start), glm::vec3(way), 0.0f, reach) ? 0 : 1;
+    }
+    return seen >= kWitnessesNeeded;
+  }
+
+  void mark(const Side& s) {
+    if (!std::exchange(reached_[s.patch][s.side], true))
+      frontier_.push_back(s);
   }
 
   /// Few rays find small patches; those on planes that were met look for a reached side, or the sky, themselves.
@@ -73,25 +148,41 @@ private:
     for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
       for (int side = 0; side < 2; ++side)
         plane_met[mesh_.patches[i].plane][side] = plane_met[mesh_.patches[i].plane][side] || reached_[i][side];
+    std::vector<std::array<char, 2>> lit(mesh_.patches.size(), {0, 0});
+    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.patches.size()), [&](std::uint32_t i) {
+      for (int side = 0; side < 2; ++side)
+        lit[i][side] = plane_met[mesh_.patches[i].plane][side] && !reached_[i][side] && sees_light({i, side});
+    });
     for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
       for (int side = 0; side < 2; ++side)
-        if (plane_met[mesh_.patches[i].plane][side] && !reached_[i][side] && sees_light({i, side}))
-          mark(i, side);
+        if (lit[i][side])
+          mark({i, side});
   }
 
   bool sees_light(const Side& s) const {
+    const RayEnd from = end_on(s, centroid(mesh_.patches[s.patch]));
     for (std::uint32_t k = 0; k < kSecondLookRays; ++k) {
-      const auto met = meets(centroid(mesh_.patches[s.patch]), away(s, k));
-      if (!met || reached_[met->patch][met->side])
+      const glm::dvec3 d = away(s, k);
+      double distance = 0.0;
+      const auto met = meets(from.point, d, distance);
+      if (met && !reached_[met->patch][met->side])
+        continue;
+      const float reach = met ? 1.0f : std::numeric_limits<float>::infinity();
+      const RayEnd to = met ? end_on(*met, from.point + distance * d)
+                            : RayEnd{from.point + kFar * offset_m_ * d, d, kBeside * offset_m_};
+      if (witnessed(from, to, reach, ray_seed(s, k)))
         return true;
     }
     return false;
   }
 
+  static constexpr double kFar = 1e5; // offsets: a third of the room
+
   const PatchMesh& mesh_;
   const RayScene& scene_;
+  double offset_m_;
   std::vector<std::array<bool, 2>> reached_;
-  std::vector<Side> queue_;
+  std::vector<Side> frontier_;
 };
 
 glm::dvec3 mean_corner(const Aperture& a) {
@@ -127,9 +218,9 @@ ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene
     for (std::uint32_t s = 0; s < kSeedPoints; ++s) {
       // Points spread over the opening, a hair's breadth inside.
       const glm::dvec3 rim = apertures[a].corners[s % apertures[a].corners.size()] - mesh.origin;
-      const glm::dvec3 p = glm::mix(middle, rim, 0.9 * s / kSeedPoints) + 1e-4 * apertures[a].inward;
-      for (std::uint32_t k = 0; k < kSeedRays; ++k)
-        search.shoot(p, sphere_direction(r2_point(k, random_shift(a * kSeedPoints + s))));
+      const double inside_m = kSeedDepth * search.offset_m();
+      search.look_around(glm::mix(middle, rim, 0.9 * s / kSeedPoints) + inside_m * apertures[a].inward,
+                         a * kSeedPoints + s);
     }
   }
   search.follow();

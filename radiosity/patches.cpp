@@ -2,106 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 #include <utility>
 #include <vector>
 
-#include <CGAL/Constrained_Delaunay_triangulation_2.h>
-#include <CGAL/Delaunay_mesh_face_base_2.h>
-#include <CGAL/Delaunay_mesh_size_criteria_2.h>
-#include <CGAL/Delaunay_mesh_vertex_base_2.h>
-#include <CGAL/Delaunay_mesher_2.h>
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/plane_groups.h"
-#include "radiosity/detail/snap_segments.h"
+#include "radiosity/detail/plane_mesher.h"
 
 namespace daylit::radiosity {
 
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using VertexBase = CGAL::Delaunay_mesh_vertex_base_2<Kernel>;
-using FaceBase = CGAL::Delaunay_mesh_face_base_2<Kernel>;
-using Structure = CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>;
-using Triangulation = CGAL::Constrained_Delaunay_triangulation_2<Kernel, Structure, CGAL::Exact_predicates_tag>;
-using Criteria = CGAL::Delaunay_mesh_size_criteria_2<Triangulation>;
-using Mesher = CGAL::Delaunay_mesher_2<Triangulation, Criteria>;
-using Point = Kernel::Point_2;
-
-// sin^2 of the smallest angle: 20.7 degrees, the bound for which Ruppert's refinement is proved to end.
-constexpr double kShapeBound = 0.125;
 // End points closer than this share of the room are one point: above coordinate rounding, below any real feature.
 constexpr double kSnapTolerance = 1e-6;
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
-/// On or in the triangle. A point on the seam of two triangles must be in one of them whatever the rounding.
-bool inside(const std::array<glm::dvec2, 3>& t, const glm::dvec2& p) {
-  const double s0 = cross(t[1] - t[0], p - t[0]), s1 = cross(t[2] - t[1], p - t[1]), s2 = cross(t[0] - t[2], p - t[2]);
-  const double slack = 1e-9 * (std::abs(s0) + std::abs(s1) + std::abs(s2));
-  return (s0 >= -slack && s1 >= -slack && s2 >= -slack) || (s0 <= slack && s1 <= slack && s2 <= slack);
-}
-
-glm::dvec2 centroid(const Triangulation::Face_handle& f) {
-  glm::dvec2 sum(0.0);
-  for (int k = 0; k < 3; ++k)
-    sum += glm::dvec2(CGAL::to_double(f->vertex(k)->point().x()), CGAL::to_double(f->vertex(k)->point().y()));
-  return sum / 3.0;
-}
-
-Point to_point(const glm::dvec2& p) { return {p.x, p.y}; }
-glm::dvec2 to_vec(const Point& p) { return {p.x(), p.y()}; }
-
-bool covered(const PlaneGroup& g, const glm::dvec2& p) {
-  return std::ranges::any_of(g.triangles, [&](const auto& t) { return inside(t, p); });
-}
-
-/// Outline of the union of the group's triangles, overlaps and T-junctions resolved, plus the contact lines.
-std::vector<Segment2> find_outline(const PlaneGroup& g, double tolerance_m) {
-  std::vector<Segment2> sides;
-  for (const auto& t : g.triangles)
-    for (int k = 0; k < 3; ++k)
-      sides.push_back({t[k], t[(k + 1) % 3]});
-  Triangulation cdt;
-  for (const Segment2& s : snap_segments(sides, tolerance_m))
-    cdt.insert_constraint(to_point(s[0]), to_point(s[1]));
-  std::map<Triangulation::Face_handle, bool> filled;
-  for (auto f = cdt.finite_faces_begin(); f != cdt.finite_faces_end(); ++f)
-    filled[f] = covered(g, centroid(f));
-
-  std::vector<Segment2> outline;
-  for (auto e = cdt.finite_edges_begin(); e != cdt.finite_edges_end(); ++e) {
-    const auto f = e->first, n = f->neighbor(e->second);
-    const bool a = !cdt.is_infinite(f) && filled[f], b = !cdt.is_infinite(n) && filled[n];
-    if (a != b)
-      outline.push_back(
-          {to_vec(f->vertex(cdt.cw(e->second))->point()), to_vec(f->vertex(cdt.ccw(e->second))->point())});
-  }
-  outline.insert(outline.end(), g.contacts.begin(), g.contacts.end());
-  outline = snap_segments(outline, tolerance_m);
-  return outline;
-}
-
-/// CGAL refines everything that no seed point excludes: one seed in every triangle that the group does not cover.
-void refine(Triangulation& cdt, const PlaneGroup& g, double edge_m) {
-  std::vector<Point> seeds;
-  for (auto f = cdt.finite_faces_begin(); f != cdt.finite_faces_end(); ++f)
-    if (!covered(g, centroid(f)))
-      seeds.push_back(to_point(centroid(f)));
-  Mesher mesher(cdt, Criteria(kShapeBound, edge_m));
-  mesher.set_seeds(seeds.begin(), seeds.end(), false);
-  mesher.refine_mesh();
-}
-
-void append_patches(const Triangulation& cdt, const PlaneGroup& g, std::uint32_t plane, std::vector<Patch>& out) {
-  for (auto f = cdt.finite_faces_begin(); f != cdt.finite_faces_end(); ++f) {
-    if (!f->is_in_domain())
-      continue;
+void append_patches(const std::vector<Triangle2>& triangles, const PlaneGroup& g, std::uint32_t plane,
+                    std::vector<Patch>& out) {
+  for (const Triangle2& t : triangles) {
     Patch p;
     for (int k = 0; k < 3; ++k)
-      p.corner[k] = g.lift(to_vec(f->vertex(k)->point()));
+      p.corner[k] = g.lift(t[k]);
     p.normal = g.normal;
     p.area_m2 = 0.5 * glm::length(glm::cross(p.corner[1] - p.corner[0], p.corner[2] - p.corner[0]));
     p.plane = plane;
@@ -112,15 +37,13 @@ void append_patches(const Triangulation& cdt, const PlaneGroup& g, std::uint32_t
 }
 
 std::vector<Patch> mesh_groups(const std::vector<PlaneGroup>& groups,
-                               const std::vector<std::vector<Segment2>>& outlines, double edge_m) {
+                               const std::vector<std::vector<Segment2>>& outlines, double edge_m, std::size_t limit) {
+  std::vector<std::vector<Triangle2>> triangles(groups.size());
+  tbb::parallel_for(std::size_t{0}, groups.size(),
+                    [&](std::size_t i) { triangles[i] = mesh_plane(groups[i], outlines[i], edge_m, limit); });
   std::vector<Patch> patches;
-  for (std::size_t i = 0; i < groups.size(); ++i) {
-    Triangulation cdt;
-    for (const Segment2& s : outlines[i])
-      cdt.insert_constraint(to_point(s[0]), to_point(s[1]));
-    refine(cdt, groups[i], edge_m);
-    append_patches(cdt, groups[i], static_cast<std::uint32_t>(i), patches);
-  }
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    append_patches(triangles[i], groups[i], static_cast<std::uint32_t>(i), patches);
   return patches;
 }
 
@@ -153,6 +76,16 @@ double total_area(const std::vector<PlaneGroup>& groups) {
   return sum;
 }
 
+/// Patches that the outlines alone make, whatever the edge length.
+std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vector<std::vector<Segment2>>& outlines) {
+  constexpr double kLong_m = 1e30;
+  return mesh_groups(groups, outlines, kLong_m, std::numeric_limits<std::size_t>::max()).size();
+}
+
+Error too_fine() {
+  return {ErrorCode::limit_exceeded, "more patches than the limit", "patch size", "use a larger --patch-size"};
+}
+
 } // namespace
 
 Result<PatchMesh> mesh_patches(const Room& room, const PatchOptions& options) {
@@ -164,23 +97,29 @@ Result<PatchMesh> mesh_patches(const Room& room, const PatchOptions& options) {
                  "give the walls a material whose name does not start with window"};
   const glm::dvec3 size = room.bounds().size();
   const double tolerance_m = kSnapTolerance * std::max({size.x, size.y, size.z});
-  std::vector<std::vector<Segment2>> outlines;
-  outlines.reserve(groups.size());
-  for (const PlaneGroup& g : groups)
-    outlines.push_back(find_outline(g, tolerance_m));
+  std::vector<std::vector<Segment2>> outlines(groups.size());
+  tbb::parallel_for(std::size_t{0}, groups.size(),
+                    [&](std::size_t i) { outlines[i] = find_outline(groups[i], tolerance_m); });
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
-  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %.
-  mesh.edge_m = options.edge_m > 0 ? options.edge_m : std::sqrt(4.5 * total_area(groups) / options.target_patches);
+  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %. What the
+  // faces need at any edge length comes on top of half the target.
+  double target = options.target_patches;
+  if (options.edge_m <= 0 && groups.size() > 100)
+    target = std::max(target, 0.5 * target + static_cast<double>(count_at_least(groups, outlines)));
+  const auto limit = static_cast<std::size_t>(options.max_patches);
+  mesh.edge_m = options.edge_m > 0 ? options.edge_m : std::sqrt(4.5 * total_area(groups) / target);
   for (int attempt = 0; attempt < 6; ++attempt) {
     if (total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_patches)
-      return Error{ErrorCode::limit_exceeded, "more patches than the limit", "patch size", "use a larger --patch-size"};
-    mesh.patches = mesh_groups(groups, outlines, mesh.edge_m);
-    const double ratio = static_cast<double>(mesh.patches.size()) / options.target_patches;
+      return too_fine();
+    mesh.patches = mesh_groups(groups, outlines, mesh.edge_m, 4 * limit);
+    const double ratio = static_cast<double>(mesh.patches.size()) / target;
     if (options.edge_m > 0 || (ratio > 0.95 && ratio < 1.05))
       break;
     mesh.edge_m *= std::pow(ratio, ratio > 1.0 ? 0.6 : 0.45);
   }
+  if (mesh.patches.size() > limit)
+    return too_fine();
   sort_by_place(mesh.patches, 0.5 * size);
   return mesh;
 }

@@ -3,21 +3,28 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <unordered_map>
+#include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 namespace daylit::radiosity {
 
 namespace {
 
-// Two faces are on one plane when their normals agree to 1e-6 and their offsets to 1e-7 of the room: an order above
-// the rounding of coordinates that a modelling program writes with seven digits, far below any real thickness.
-constexpr double kNormalTolerance = 1e-6;
+// Two faces are on one plane when their corners are within 2e-7 of the room of it: an order above the rounding of
+// coordinates that a modelling program writes with seven digits, far below any real thickness. Normals must agree as
+// well as the corners define them.
+constexpr double kNormalTolerance = 1.4e-3; // radians
 constexpr double kOffsetTolerance = 2e-7;
+// Width of the cells in which planes of similar normal are looked up; at least twice the tolerance of the normals.
+constexpr double kNormalCell = 1.0 / 64.0;
 
 struct LocalTriangle {
   std::array<glm::dvec3, 3> corner;
   glm::dvec3 normal;
+  double height_m; ///< the smallest of the three
   std::uint32_t material;
 };
 
@@ -28,12 +35,92 @@ void set_axes(PlaneGroup& g) {
   g.axis_v = glm::cross(n, g.axis_u);
 }
 
-bool same_plane(const PlaneGroup& g, const LocalTriangle& t, double tolerance_m) {
-  if (g.material != t.material || glm::dot(g.normal, t.normal) < 1.0 - kNormalTolerance)
-    return false;
-  return std::ranges::all_of(
-      t.corner, [&](const glm::dvec3& p) { return std::abs(glm::dot(p - g.point, g.normal)) <= tolerance_m; });
+std::vector<LocalTriangle> reflecting_triangles(const Room& room, const glm::dvec3& origin) {
+  std::vector<LocalTriangle> triangles;
+  for (const RoomTriangle& t : room.triangles) {
+    if (room.is_window(t))
+      continue;
+    LocalTriangle local{
+        {room.corner(t, 0) - origin, room.corner(t, 1) - origin, room.corner(t, 2) - origin}, {}, 0.0, t.material};
+    double longest = 0;
+    for (int k = 0; k < 3; ++k)
+      longest = std::max(longest, glm::distance(local.corner[k], local.corner[(k + 1) % 3]));
+    const glm::dvec3 normal = glm::cross(local.corner[1] - local.corner[0], local.corner[2] - local.corner[0]);
+    const double length = glm::length(normal);
+    if (!(length > 0.0)) // on one line: receives and sends nothing
+      continue;
+    local.normal = normal / length;
+    local.height_m = length / longest;
+    triangles.push_back(local);
+  }
+  return triangles;
 }
+
+/// Finds the group of a triangle among those of similar normal.
+class GroupIndex {
+public:
+  GroupIndex(std::vector<PlaneGroup>& groups, double tolerance_m) : groups_(groups), tolerance_m_(tolerance_m) {}
+
+  /// Its corners say too little about its normal to look it up by it.
+  bool is_sliver(const LocalTriangle& t) const { return normal_tolerance(t) > 0.5 * kNormalCell; }
+
+  std::uint32_t group_of(const LocalTriangle& t) {
+    std::uint32_t best = kNone;
+    if (is_sliver(t)) {
+      for (std::uint32_t g = 0; g < groups_.size() && best == kNone; ++g)
+        best = same_plane(groups_[g], t) ? g : kNone;
+    } else {
+      const glm::ivec3 cell = cell_of(t.normal);
+      for (int n = 0; n < 27; ++n)
+        best = std::min(best, find_in(cell + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1), t));
+    }
+    return best == kNone ? add(t) : best;
+  }
+
+private:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+
+  /// Corners define the normal of a flat triangle no better than this, radians.
+  double normal_tolerance(const LocalTriangle& t) const { return kNormalTolerance + 2.0 * tolerance_m_ / t.height_m; }
+  bool same_plane(const PlaneGroup& g, const LocalTriangle& t) const {
+    if (g.material != t.material || glm::dot(g.normal, t.normal) <= 0.0 ||
+        glm::length(glm::cross(g.normal, t.normal)) > normal_tolerance(t))
+      return false;
+    return std::ranges::all_of(
+        t.corner, [&](const glm::dvec3& p) { return std::abs(glm::dot(p - g.point, g.normal)) <= tolerance_m_; });
+  }
+
+  static glm::ivec3 cell_of(const glm::dvec3& normal) { return glm::ivec3(glm::floor(normal / kNormalCell)); }
+  static std::uint64_t key(const glm::ivec3& c) {
+    const auto bits = [](int i) { return static_cast<std::uint64_t>(i + 1024); };
+    return bits(c.x) << 42 | bits(c.y) << 21 | bits(c.z);
+  }
+
+  std::uint32_t find_in(const glm::ivec3& cell, const LocalTriangle& t) const {
+    std::uint32_t best = kNone;
+    const auto range = of_cell_.equal_range(key(cell));
+    for (auto it = range.first; it != range.second; ++it)
+      if (it->second < best && same_plane(groups_[it->second], t))
+        best = it->second;
+    return best;
+  }
+
+  std::uint32_t add(const LocalTriangle& t) {
+    PlaneGroup g;
+    g.point = t.corner[0];
+    g.normal = t.normal;
+    g.material = t.material;
+    set_axes(g);
+    groups_.push_back(std::move(g));
+    const auto index = static_cast<std::uint32_t>(groups_.size() - 1);
+    of_cell_.emplace(key(cell_of(t.normal)), index);
+    return index;
+  }
+
+  std::vector<PlaneGroup>& groups_;
+  double tolerance_m_;
+  std::unordered_multimap<std::uint64_t, std::uint32_t> of_cell_;
+};
 
 /// Segment in which a triangle meets the group's plane, if any.
 std::optional<std::array<glm::dvec2, 2>> contact(const PlaneGroup& g, const LocalTriangle& t, double tolerance_m) {
@@ -57,6 +144,66 @@ std::optional<std::array<glm::dvec2, 2>> contact(const PlaneGroup& g, const Loca
   return std::array<glm::dvec2, 2>{hit[0], hit[1]};
 }
 
+/// Calls visit(i, j) for all pairs of triangles whose boxes, grown by the tolerance, overlap: a sweep along the axis
+/// on which the boxes are thinnest together.
+class BoxSweep {
+public:
+  BoxSweep(const std::vector<LocalTriangle>& triangles, double tolerance_m) {
+    glm::dvec3 widths(0.0);
+    for (const LocalTriangle& t : triangles) {
+      const auto& [a, b, c] = t.corner;
+      boxes_.push_back({glm::min(a, glm::min(b, c)) - tolerance_m, glm::max(a, glm::max(b, c)) + tolerance_m,
+                        static_cast<std::uint32_t>(boxes_.size())});
+      widths += boxes_.back().hi - boxes_.back().lo;
+    }
+    axis_ = widths.x <= widths.y && widths.x <= widths.z ? 0 : widths.y <= widths.z ? 1 : 2;
+    std::ranges::sort(boxes_, [this](const Box& a, const Box& b) {
+      return a.lo[axis_] != b.lo[axis_] ? a.lo[axis_] < b.lo[axis_] : a.index < b.index;
+    });
+  }
+
+  template <class Visit>
+  void each_pair(const Visit& visit) const {
+    std::vector<const Box*> open;
+    for (const Box& box : boxes_) {
+      std::erase_if(open, [&](const Box* o) { return o->hi[axis_] < box.lo[axis_]; });
+      for (const Box* o : open)
+        if (overlap(*o, box))
+          visit(o->index, box.index);
+      open.push_back(&box);
+    }
+  }
+
+private:
+  struct Box {
+    glm::dvec3 lo, hi;
+    std::uint32_t index;
+  };
+  static bool overlap(const Box& a, const Box& b) {
+    return a.lo.x <= b.hi.x && b.lo.x <= a.hi.x && a.lo.y <= b.hi.y && b.lo.y <= a.hi.y && a.lo.z <= b.hi.z &&
+           b.lo.z <= a.hi.z;
+  }
+  std::vector<Box> boxes_;
+  int axis_ = 0;
+};
+
+void add_contacts(const std::vector<LocalTriangle>& triangles, const std::vector<std::uint32_t>& group_of,
+                  double tolerance_m, std::vector<PlaneGroup>& groups) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> touching; // group, triangle
+  BoxSweep(triangles, tolerance_m).each_pair([&](std::uint32_t i, std::uint32_t j) {
+    if (group_of[i] == group_of[j])
+      return;
+    touching.emplace_back(group_of[i], j);
+    touching.emplace_back(group_of[j], i);
+  });
+  std::ranges::sort(touching);
+  const auto repeated = std::ranges::unique(touching);
+  touching.erase(repeated.begin(), repeated.end());
+  for (const auto& [g, i] : touching)
+    if (const auto segment = contact(groups[g], triangles[i], tolerance_m))
+      groups[g].contacts.push_back(*segment);
+}
+
 } // namespace
 
 glm::dvec2 PlaneGroup::flatten(const glm::dvec3& p) const {
@@ -66,36 +213,22 @@ glm::dvec2 PlaneGroup::flatten(const glm::dvec3& p) const {
 std::vector<PlaneGroup> group_planes(const Room& room, const glm::dvec3& origin) {
   const glm::dvec3 size = room.bounds().size();
   const double tolerance_m = kOffsetTolerance * std::max({size.x, size.y, size.z});
-  std::vector<LocalTriangle> triangles;
-  for (const RoomTriangle& t : room.triangles) {
-    if (room.is_window(t))
-      continue;
-    triangles.push_back({{room.corner(t, 0) - origin, room.corner(t, 1) - origin, room.corner(t, 2) - origin},
-                         glm::normalize(area_normal(room, t)),
-                         t.material});
-  }
+  const std::vector<LocalTriangle> triangles = reflecting_triangles(room, origin);
   std::vector<PlaneGroup> groups;
-  std::vector<std::size_t> group_of(triangles.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
+  GroupIndex index(groups, tolerance_m);
+  std::vector<std::uint32_t> group_of(triangles.size());
+  // Well-shaped faces define the planes; slivers join them, whatever the order in the file.
+  std::vector<std::uint32_t> order(triangles.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i)
+    order[i] = i;
+  std::ranges::stable_partition(order, [&](std::uint32_t i) { return !index.is_sliver(triangles[i]); });
+  for (const std::uint32_t i : order) {
     const LocalTriangle& t = triangles[i];
-    auto found = std::ranges::find_if(groups, [&](const PlaneGroup& g) { return same_plane(g, t, tolerance_m); });
-    if (found == groups.end()) {
-      PlaneGroup g;
-      g.point = t.corner[0];
-      g.normal = t.normal;
-      g.material = t.material;
-      set_axes(g);
-      groups.push_back(std::move(g));
-      found = groups.end() - 1;
-    }
-    group_of[i] = static_cast<std::size_t>(found - groups.begin());
-    found->triangles.push_back({found->flatten(t.corner[0]), found->flatten(t.corner[1]), found->flatten(t.corner[2])});
+    group_of[i] = index.group_of(t);
+    PlaneGroup& g = groups[group_of[i]];
+    g.triangles.push_back({g.flatten(t.corner[0]), g.flatten(t.corner[1]), g.flatten(t.corner[2])});
   }
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    for (std::size_t i = 0; i < triangles.size(); ++i)
-      if (group_of[i] != g)
-        if (const auto segment = contact(groups[g], triangles[i], tolerance_m))
-          groups[g].contacts.push_back(*segment);
+  add_contacts(triangles, group_of, tolerance_m, groups);
   return groups;
 }
 

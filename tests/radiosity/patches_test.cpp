@@ -124,6 +124,123 @@ TEST(Patches, overlapping_faces_of_one_wall_are_counted_once) {
   EXPECT_NEAR(total_area(*mesh), 3.0, 1e-9);
 }
 
+/// Geodesic sphere: every face of an icosahedron cut into n^2.
+void add_sphere(Room& room, glm::dvec3 centre, double radius, int n) {
+  const double g = 0.5 * (1.0 + std::sqrt(5.0));
+  const std::array<glm::dvec3, 12> v = {{{-1, g, 0},
+                                         {1, g, 0},
+                                         {-1, -g, 0},
+                                         {1, -g, 0},
+                                         {0, -1, g},
+                                         {0, 1, g},
+                                         {0, -1, -g},
+                                         {0, 1, -g},
+                                         {g, 0, -1},
+                                         {g, 0, 1},
+                                         {-g, 0, -1},
+                                         {-g, 0, 1}}};
+  const std::array<std::array<int, 3>, 20> face = {{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                                    {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                                    {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                                    {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}}};
+  const auto add = [&](glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
+    const auto first = static_cast<std::uint32_t>(room.vertices.size());
+    for (const glm::dvec3& p : {a, b, c})
+      room.vertices.push_back(centre + radius * glm::normalize(p));
+    room.triangles.push_back({{first, first + 1, first + 2}, 0});
+  };
+  for (const auto& f : face) {
+    const auto at = [&](int i, int j) {
+      return v[f[0]] + (v[f[1]] - v[f[0]]) * (double(i) / n) + (v[f[2]] - v[f[0]]) * (double(j) / n);
+    };
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; i + j < n; ++j) {
+        add(at(i, j), at(i + 1, j), at(i, j + 1));
+        if (i + j + 1 < n)
+          add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+      }
+  }
+}
+
+double face_area(const Room& room) {
+  double sum = 0;
+  for (const RoomTriangle& t : room.triangles)
+    sum += area_m2(room, t);
+  return sum;
+}
+
+TEST(Patches, sphere_of_twenty_thousand_facets_keeps_each_and_leaves_the_walls_their_share) {
+  Room room = wall_with_hole();
+  add_quad(room, {0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0});
+  add_sphere(room, {2, 2, 1}, 0.6, 32);
+  const auto mesh = mesh_patches(room, {});
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_GE(mesh->planes, 20480u);
+  EXPECT_GT(mesh->patches.size(), 21000u);
+  EXPECT_LT(mesh->patches.size(), 24500u);
+  EXPECT_NEAR(total_area(*mesh), face_area(room), 1e-9);
+}
+
+TEST(Patches, faces_and_gaps_of_a_millimetre_cost_a_handful_of_patches) {
+  Room room;
+  room.materials.push_back({});
+  add_quad(room, {0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0});
+  const auto alone = mesh_patches(room, {.edge_m = 0.35});
+  // A board 1 mm thick standing on the floor: two contact lines, and an upper face of 1 mm x 4 m.
+  add_quad(room, {0, 2, 0}, {4, 2, 0}, {4, 2, 1}, {0, 2, 1});
+  add_quad(room, {0, 2.001, 0}, {4, 2.001, 0}, {4, 2.001, 1}, {0, 2.001, 1});
+  add_quad(room, {0, 2, 1}, {4, 2, 1}, {4, 2.001, 1}, {0, 2.001, 1});
+  const auto with_board = mesh_patches(room, {.edge_m = 0.35});
+  ASSERT_TRUE(alone && with_board);
+  EXPECT_NEAR(total_area(*with_board), 16 + 8 + 0.004, 1e-9);
+  const double boards = 2.0 * static_cast<double>(alone->patches.size()) * 4.0 / 16.0;
+  EXPECT_LT(static_cast<double>(with_board->patches.size()),
+            1.5 * (static_cast<double>(alone->patches.size()) + boards));
+}
+
+TEST(Patches, slivers_of_aspect_a_million_belong_to_the_plane_they_lie_in) {
+  Room room;
+  room.materials.push_back({});
+  const double h = 4e-6;
+  add_quad(room, {0, 0, 0}, {4, 0, 0}, {4, 2, 0}, {0, 2, 0});
+  add_quad(room, {0, 2, 0}, {4, 2, 0}, {4, 2 + h, 0}, {0, 2 + h, 0});
+  add_quad(room, {0, 2 + h, 0}, {4, 2 + h, 0}, {4, 4, 0}, {0, 4, 0});
+  for (glm::dvec3& v : room.vertices) // slanted: no coordinate is exact
+    v = {v.x * 0.8 - v.y * 0.6, (v.x * 0.6 + v.y * 0.8) * 0.28, (v.x * 0.6 + v.y * 0.8) * 0.96};
+  const auto mesh = mesh_patches(room, {.edge_m = 0.35});
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(mesh->planes, 1u);
+  EXPECT_NEAR(total_area(*mesh), 16, 1e-4);
+  EXPECT_LT(mesh->patches.size(), 1200u);
+}
+
+TEST(Patches, faces_that_cross_at_any_angle_are_cut_where_they_cross) {
+  for (const double angle : {1.5, 0.3, 0.01, 1e-4, 1e-7}) {
+    Room room;
+    room.materials.push_back({});
+    add_quad(room, {-2, -2, 0}, {2, -2, 0}, {2, 2, 0}, {-2, 2, 0});
+    const double c = std::cos(angle), s = std::sin(angle);
+    add_quad(room, {-1, -1.7 * c, -1.7 * s}, {1, -1.7 * c, -1.7 * s}, {1.1, 1.7 * c, 1.7 * s},
+             {-0.9, 1.7 * c, 1.7 * s});
+    add_quad(room, {-1.0 * c, -2, -s}, {c, -2, s}, {c, 2, s}, {-1.0 * c, 2, -s});
+    const auto mesh = mesh_patches(room, {.edge_m = 0.3});
+    ASSERT_TRUE(mesh) << angle;
+    EXPECT_LT(mesh->patches.size(), 3000u) << angle;
+    EXPECT_NEAR(total_area(*mesh), angle > 1e-6 ? face_area(room) : 16.0, 1e-3) << angle;
+  }
+}
+
+TEST(Patches, reversed_faces_keep_area_count_and_turn_the_normal) {
+  Room turned = wall_with_hole();
+  for (RoomTriangle& t : turned.triangles)
+    std::swap(t.vertex[1], t.vertex[2]);
+  const auto front = mesh_patches(wall_with_hole(), {.edge_m = 0.3}), back = mesh_patches(turned, {.edge_m = 0.3});
+  ASSERT_TRUE(front && back);
+  EXPECT_NEAR(total_area(*front), total_area(*back), 1e-9);
+  EXPECT_NEAR(static_cast<double>(front->patches.size()) / static_cast<double>(back->patches.size()), 1.0, 0.05);
+  EXPECT_LT(glm::distance(front->patches[0].normal, -back->patches[0].normal), 1e-12);
+}
+
 TEST(Patches, refuses_a_mesh_beyond_the_limit) {
   const auto mesh = mesh_patches(wall_with_hole(), {.edge_m = 0.001});
   ASSERT_FALSE(mesh);

@@ -1,0 +1,90 @@
+// Which patch sides belong to the problem: area against closed form, however fine the mesh.
+
+#include <cmath>
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <gtest/gtest.h>
+
+#include "radiosity/elements.h"
+#include "radiosity/patches.h"
+#include "tests/radiosity/rooms.h"
+
+namespace daylit::radiosity {
+namespace {
+
+using testing::add_quad;
+
+/// Open-bottomed box of base `side` standing at (x, y), turned by `angle`: its corners have no exact coordinates.
+void add_turned_box(Room& room, glm::dvec2 middle, double side, double height, double angle) {
+  const double c = std::cos(angle), s = std::sin(angle), h = 0.5 * side;
+  const auto at = [&](double u, double v, double z) {
+    return glm::dvec3(middle.x + c * u - s * v, middle.y + s * u + c * v, z);
+  };
+  const std::array<glm::dvec2, 4> base = {glm::dvec2(-h, -h), {h, -h}, {h, h}, {-h, h}};
+  for (int k = 0; k < 4; ++k) {
+    const glm::dvec2 p = base[k], q = base[(k + 1) % 4];
+    add_quad(room, at(p.x, p.y, 0), at(q.x, q.y, 0), at(q.x, q.y, height), at(p.x, p.y, height));
+  }
+  add_quad(room, at(-h, -h, height), at(h, -h, height), at(h, h, height), at(-h, h, height));
+}
+
+Room furnished_room() {
+  Room room = testing::room_with_window_hole(0.5f);
+  add_turned_box(room, {1.25, 3.5}, 0.9, 1.6, 0.297);
+  add_turned_box(room, {2.75, 1.6}, 0.9, 0.8, -0.314);
+  return room;
+}
+constexpr double kFurnishedArea_m2 = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2 + 4 * 0.9 * (1.6 + 0.8);
+
+struct Found {
+  std::size_t patches = 0, elements = 0;
+  double area_m2 = 0;
+};
+
+Found find(const Room& room, double edge_m) {
+  const auto room_scene = RayScene::build(room);
+  const auto apertures = find_apertures(room, *room_scene);
+  EXPECT_TRUE(apertures);
+  const auto mesh = mesh_patches(room, {.edge_m = edge_m});
+  EXPECT_TRUE(mesh);
+  const auto scene = patch_scene(*mesh);
+  const ElementSet set = find_elements(room, *mesh, *scene, apertures->list);
+  Found found{mesh->patches.size(), set.elements.size(), 0.0};
+  for (const Element& e : set.elements)
+    found.area_m2 += e.area_m2;
+  return found;
+}
+
+TEST(Elements, insides_of_furniture_and_outsides_of_walls_stay_out_however_fine_the_mesh) {
+  for (const double edge_m : {0.6, 0.4, 0.3, 0.25, 0.2}) {
+    const Found found = find(furnished_room(), edge_m);
+    EXPECT_NEAR(found.area_m2, kFurnishedArea_m2, 1e-9) << edge_m;
+    EXPECT_LT(found.elements, found.patches) << edge_m;
+  }
+}
+
+TEST(Elements, both_sides_of_a_thin_screen_in_the_air_are_kept) {
+  Room room = furnished_room();
+  add_quad(room, {2.0, 0.5, 2.0}, {3.0, 0.5, 2.0}, {3.0, 0.5, 2.5}, {2.0, 0.5, 2.5});
+  EXPECT_NEAR(find(room, 0.3).area_m2, kFurnishedArea_m2 + 2 * 0.5, 1e-9);
+}
+
+TEST(Elements, walls_one_millimetre_apart_keep_their_gap_dark_where_it_is_closed) {
+  // A second north wall a millimetre outside the first: nothing but a crack could lead there.
+  Room room = furnished_room();
+  testing::add_box(room, {0, 0, 0}, {4, 5.001, 2.8}, 0b001000u, true);
+  EXPECT_NEAR(find(room, 0.25).area_m2, kFurnishedArea_m2, 1e-9);
+}
+
+TEST(Elements, size_and_place_of_the_room_change_nothing) {
+  for (const double scale : {1e-3, 1.0, 1e4}) {
+    Room room = furnished_room();
+    for (glm::dvec3& v : room.vertices)
+      v = scale * (v + glm::dvec3(1e6, -2e6, 3e5));
+    EXPECT_NEAR(find(room, 0.3 * scale).area_m2 / (scale * scale), kFurnishedArea_m2, 1e-6) << scale;
+  }
+}
+
+} // namespace
+} // namespace daylit::radiosity
