@@ -2,28 +2,23 @@
 
 #include <algorithm>
 
-#include <tbb/parallel_for.h>
-
 namespace daylit::radiosity {
 
 std::vector<float> exchange_product(const ExchangeMatrix& exchange, std::span<const float> columns, std::size_t width) {
-  std::vector<float> product(exchange.size * width);
-  tbb::parallel_for(std::size_t{0}, exchange.size, [&](std::size_t i) {
-    const float* g = exchange.row(i);
-    std::vector<double> sum(width, 0.0);
-    for (std::size_t j = 0; j < exchange.size; ++j)
-      for (std::size_t k = 0; k < width; ++k)
-        sum[k] += static_cast<double>(g[j]) * static_cast<double>(columns[j * width + k]);
-    std::ranges::transform(sum, product.begin() + static_cast<std::ptrdiff_t>(i * width),
-                           [](double x) { return static_cast<float>(x); });
-  });
+  const std::size_t n = exchange.size();
+  std::vector<float> x(n * width), y(n * width), product(n * width);
+  for (std::size_t k = 0; k < n; ++k)
+    std::copy_n(columns.data() + exchange.order()[k] * width, width, x.data() + k * width);
+  exchange.multiply(x.data(), width, y.data());
+  for (std::size_t k = 0; k < n; ++k)
+    std::copy_n(y.data() + k * width, width, product.data() + exchange.order()[k] * width);
   return product;
 }
 
 Result<FirstBounce> emitted_light(const ElementSet& set, const ExchangeMatrix& exchange,
                                   std::span<const Rgb> exitance) {
   const std::size_t n = set.elements.size();
-  if (exitance.size() != n || exchange.size != n)
+  if (exitance.size() != n || exchange.size() != n)
     return Error{ErrorCode::value_invalid, "the exitances are not as many as the elements", "emission", ""};
   FirstBounce light;
   light.elements = n;
