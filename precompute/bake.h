@@ -22,13 +22,13 @@ namespace daylit::precompute {
 
 struct BakeOptions {
   double patch_edge_m = 0; ///< 0: chosen for target_patches
-  int target_patches = 2000;
-  double visibility_rays = 196608; ///< of partly hidden pairs, per unit of form factor
-  int gather_rays = 1024;  ///< per probe
-  double tolerance = 1e-5; ///< residual of the solver
-  glm::ivec3 grid{0};      ///< probes per axis; 0: spacing_m decides
+  int target_patches = 4000;
+  double visibility_rays = 131072; ///< of partly hidden pairs, per unit of form factor
+  int gather_rays = 2048;          ///< per probe of a grid; twice as many at given points
+  double tolerance = 1e-5;         ///< residual of the solver
+  glm::ivec3 grid{0};              ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
-  std::vector<glm::dvec3> points; ///< world metres; not empty: probes exactly here, no grid
+  std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
 };
 

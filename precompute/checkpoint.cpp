@@ -48,7 +48,8 @@ Checkpoint::~Checkpoint() {
 Result<void> Checkpoint::read_existing() {
   file_ = std::fopen(path_.c_str(), "r+b");
   if (!file_)
-    return Error{ErrorCode::io, "cannot open the checkpoint", path_.string(), "check permissions, or run without --resume"};
+    return Error{ErrorCode::io, "cannot open the checkpoint", path_.string(),
+                 "check permissions, or run without --resume"};
   Header header{};
   if (std::fread(&header, sizeof header, 1, file_) != 1 || header.magic != kMagic)
     return Error{ErrorCode::file_malformed, "not a checkpoint of this program", path_.string(), "run without --resume"};
@@ -68,7 +69,8 @@ Result<void> Checkpoint::read_existing() {
     end = data + static_cast<long>(head.bytes);
   }
   if (std::fseek(file_, end, SEEK_SET) != 0 || ::ftruncate(::fileno(file_), end) != 0)
-    return Error{ErrorCode::io, "cannot write the checkpoint", path_.string(), "check permissions, or run without --resume"};
+    return Error{ErrorCode::io, "cannot write the checkpoint", path_.string(),
+                 "check permissions, or run without --resume"};
   return {};
 }
 

@@ -38,6 +38,7 @@ std::string to_json(const BakeReport& r, bool times) {
                        {"clear_pairs", r.exchange.clear_pairs},
                        {"hidden_pairs", r.exchange.hidden_pairs},
                        {"sampled_pairs", r.exchange.sampled_pairs},
+                       {"black_pairs", r.exchange.black_pairs},
                        {"low_rank_pairs", r.exchange.low_rank_pairs},
                        {"dense_blocks", r.exchange.dense_blocks},
                        {"low_rank_blocks", r.exchange.low_rank_blocks},
@@ -80,16 +81,20 @@ std::string to_text(const BakeReport& r) {
                  r.regions, r.regions - r.regions_stored);
   text += format("probes     %zu of %zu in the air\n", r.probes_valid, r.probes);
   const auto millions = [](std::uint64_t pairs) { return static_cast<double>(pairs) / 1e6; };
-  text += format("pairs      %.2f M facing: %.2f M clear and %.2f M hidden by one face, without a ray (bound 0), %.2f M by "
-                 "rays, %.2f M near\n",
-                 millions(r.exchange.facing_pairs), millions(r.exchange.clear_pairs), millions(r.exchange.hidden_pairs),
-                 millions(r.exchange.sampled_pairs), millions(r.exchange.near_pairs));
+  text +=
+      format("pairs      %.2f M facing: %.2f M clear and %.2f M hidden by one face, without a ray (bound 0), %.2f M by "
+             "rays, %.2f M near\n",
+             millions(r.exchange.facing_pairs), millions(r.exchange.clear_pairs), millions(r.exchange.hidden_pairs),
+             millions(r.exchange.sampled_pairs), millions(r.exchange.near_pairs));
+  if (r.exchange.black_pairs > 0)
+    text += format("           %.2f M between black surfaces left out (bound 0)\n", millions(r.exchange.black_pairs));
   text += format("matrix     %.1f MB, %zu dense and %zu low-rank blocks (%.2f M pairs, mean rank %.1f)\n",
                  static_cast<double>(r.exchange.bytes) / 1e6, r.exchange.dense_blocks, r.exchange.low_rank_blocks,
                  millions(r.exchange.low_rank_pairs), r.exchange.mean_rank);
-  text += format("solve      %zu columns %s, %d of 3 channels (the others are equal, bound 0), %d iterations, residual %.1e\n",
-                 r.solve.residual.size(), r.adjoint ? "from the probes to the light" : "from the light to the probes",
-                 r.solve.channels, r.solve.iterations, r.solve.worst_residual);
+  text += format(
+      "solve      %zu columns %s, %d of 3 channels (the others are equal, bound 0), %d iterations, residual %.1e\n",
+      r.solve.residual.size(), r.adjoint ? "from the probes to the light" : "from the light to the probes",
+      r.solve.channels, r.solve.iterations, r.solve.worst_residual);
   text += format(
       "energy     in 1, absorbed %.5f, out again %.5f, imbalance %.1e; closure of the form factors %.1e worst, "
       "%.1e mean\n",

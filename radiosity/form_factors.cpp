@@ -52,6 +52,15 @@ ClusterTree element_tree(const ElementSet& set, const PatchMesh& mesh) {
   return ClusterTree(items, set.elements.size() < kManyElements ? kSmallLeaf : kLeaf);
 }
 
+/// Which tree positions reflect nothing; empty when that does not matter.
+std::vector<bool> black_positions(const ElementSet& set, const ClusterTree& tree, const ExchangeOptions& options) {
+  std::vector<bool> black;
+  for (const std::uint32_t element : tree.order())
+    if (options.skip_black)
+      black.push_back(set.elements[element].reflectance == Rgb(0.0f));
+  return black;
+}
+
 /// What all tiles of one run share.
 struct Problem {
   const ElementSet& set;
@@ -274,7 +283,8 @@ bool fill_blocks(Problem& problem, const ExchangePlan& plan, std::vector<Exchang
                  const Progress& progress) {
   const std::vector<Task> tasks = tasks_of(plan);
   WorkStore* store = problem.options.store;
-  const std::size_t group = store ? std::max<std::size_t>(512, tasks.size() / 64) : std::max<std::size_t>(tasks.size(), 1);
+  const std::size_t group =
+      store ? std::max<std::size_t>(512, tasks.size() / 64) : std::max<std::size_t>(tasks.size(), 1);
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   for (std::size_t first = 0; first < tasks.size() && !stop; first += group) {
@@ -294,8 +304,7 @@ bool fill_blocks(Problem& problem, const ExchangePlan& plan, std::vector<Exchang
         return;
       const Task& task = tasks[t];
       (task.low_rank ? fill_low_rank : fill_tile)(problem, plan.tiles[task.tile], blocks[task.block]);
-      if (++done % 256 == 0 &&
-          !progress("form factors", static_cast<double>(done) / static_cast<double>(tasks.size())))
+      if (++done % 256 == 0 && !progress("form factors", static_cast<double>(done) / static_cast<double>(tasks.size())))
         stop = true;
     });
     const auto after = problem.counters.values();
@@ -333,7 +342,7 @@ Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& me
   const auto start = std::chrono::steady_clock::now();
   const ClusterTree tree = element_tree(set, mesh);
   const BlockVisibility visibility(convex_obstacles(room, mesh.origin));
-  const ExchangePlan plan = plan_exchange(tree, visibility, {});
+  const ExchangePlan plan = plan_exchange(tree, visibility, {.black = black_positions(set, tree, options)});
   if (4.0 * plan.values > static_cast<double>(options.max_bytes))
     return Error{ErrorCode::limit_exceeded,
                  std::to_string(set.elements.size()) + " patches need more memory for their form factors than allowed",
@@ -351,6 +360,7 @@ Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& me
   ExchangeMatrix m(tree.order(), std::move(blocks));
   if (report) {
     fill_report(problem, m, *report);
+    report->black_pairs = plan.black_pairs;
     report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   return m;

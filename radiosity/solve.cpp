@@ -18,8 +18,8 @@ namespace {
 
 constexpr std::size_t kPanel = 48; ///< columns per task: wide enough for sgemm, narrow enough to share out
 
-/// Columns of one problem z - S G S z = r, all of them iterated together, each with its own step lengths. Vectors are in
-/// the tree order of the matrix, [position][column].
+/// Columns of one problem z - S G S z = r, all of them iterated together, each with its own step lengths. Vectors are
+/// in the tree order of the matrix, [position][column].
 class Panel {
 public:
   /// `scale`: the diagonal S = sqrt(rho / A) per position.
@@ -153,8 +153,8 @@ PanelResult solve_panel(const ExchangeMatrix& exchange, const std::vector<float>
 /// `enter(first, width, right_side)` fills a panel, `leave(first, width, solution)` takes its solution.
 template <class Enter, class Leave>
 Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>& scale, std::size_t columns,
-                       WorkStore::Name name, const SolveOptions& options, const Progress& progress,
-                       SolveReport& report, const Enter& enter, const Leave& leave) {
+                       WorkStore::Name name, const SolveOptions& options, const Progress& progress, SolveReport& report,
+                       const Enter& enter, const Leave& leave) {
   openblas_set_num_threads(1); // parallel over panels instead
   const std::size_t panels = (columns + kPanel - 1) / kPanel, before = report.residual.size();
   report.residual.resize(before + columns);
@@ -202,7 +202,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 void copy_channel(Radiosity& out, std::size_t from, std::size_t to) {
   const std::size_t regions = out.columns / 3;
   for (std::size_t i = 0; i < out.elements; ++i)
-    std::copy_n(out.b.data() + i * out.columns + from * regions, regions, out.b.data() + i * out.columns + to * regions);
+    std::copy_n(out.b.data() + i * out.columns + from * regions, regions,
+                out.b.data() + i * out.columns + to * regions);
 }
 
 } // namespace
@@ -246,7 +247,9 @@ Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& e
           out.b[exchange.order()[i] * out.columns + c * regions + first + k] =
               solution[i * width + k] * scales.per_area[i];
     };
-    const auto solved = in_panels(exchange, scales.per_area, regions, {WorkStore::Stage::forward, static_cast<std::uint32_t>(channel), 0}, options, progress, done, enter, leave);
+    const auto solved = in_panels(exchange, scales.per_area, regions,
+                                  {WorkStore::Stage::forward, static_cast<std::uint32_t>(channel), 0}, options,
+                                  progress, done, enter, leave);
     if (!solved)
       return solved.error();
     ++done.channels;
@@ -278,7 +281,9 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
       for (std::size_t k = 0; k < width; ++k)
         result[(first + k) * n + exchange.order()[i]] = solution[i * width + k] * scales.times_area[i];
   };
-  const auto solved = in_panels(exchange, scales.per_area, rows, {WorkStore::Stage::adjoint, static_cast<std::uint32_t>(channel), 0}, options, progress, done, enter, leave);
+  const auto solved =
+      in_panels(exchange, scales.per_area, rows, {WorkStore::Stage::adjoint, static_cast<std::uint32_t>(channel), 0},
+                options, progress, done, enter, leave);
   if (!solved)
     return solved.error();
   done.seconds = seconds_since(start);
@@ -316,10 +321,12 @@ EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange
   for (std::size_t i = 0; i < set.elements.size(); ++i) {
     const Element& e = set.elements[i];
     const double opening = static_cast<double>(light.opening[i]);
-    const double closure = static_cast<double>(others[i][3]) / e.area_m2 + opening - 1.0;
-    balance.worst_closure = std::max(balance.worst_closure, std::abs(closure));
-    balance.mean_closure += closure * e.area_m2;
-    area += e.area_m2;
+    if (e.reflectance != Rgb(0.0f)) { // rows of black elements may be incomplete: nothing depends on them
+      const double closure = static_cast<double>(others[i][3]) / e.area_m2 + opening - 1.0;
+      balance.worst_closure = std::max(balance.worst_closure, std::abs(closure));
+      balance.mean_closure += closure * e.area_m2;
+      area += e.area_m2;
+    }
     for (std::size_t k = 0; k < radiosity.columns; ++k) {
       const std::size_t channel = k / regions;
       const auto c = static_cast<int>(channel);

@@ -27,8 +27,8 @@ struct SolveOptions {
 };
 
 struct SolveReport {
-  int iterations = 0;        ///< largest over the columns
-  double worst_residual = 0; ///< largest relative residual of any column, recomputed from the solution
+  int iterations = 0;          ///< largest over the columns
+  double worst_residual = 0;   ///< largest relative residual of any column, recomputed from the solution
   std::vector<float> residual; ///< the same per solved column
   int channels = 3;            ///< solved; the others are copies (bound 0)
   double seconds = 0;
@@ -59,7 +59,7 @@ struct EnergyBalance {
   double absorbed = 0;      ///< sum (1 - rho) A E
   double leaving = 0;       ///< flux that goes back out through the openings
   double imbalance = 0;     ///< |entering - absorbed - leaving| / entering
-  double worst_closure = 0; ///< largest |row sum of F + opening - 1| over the elements
+  double worst_closure = 0; ///< largest |row sum of F + opening - 1| over the elements that reflect
   double mean_closure = 0;  ///< area mean of the same, signed
 };
 EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
