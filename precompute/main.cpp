@@ -11,6 +11,7 @@
 #include "precompute/check_command.h"
 #include "precompute/checkpoint.h"
 #include "precompute/probes.h"
+#include "precompute/room_frame.h"
 #include "scene/checksum.h"
 #include "scene/volume_file.h"
 
@@ -22,7 +23,7 @@ struct Arguments {
   std::filesystem::path room, output, points;
   std::string regions = "uniform:64", grid, quality = "normal", up = "z";
   double spacing_m = 0, patch_size_m = 0;
-  int threads = 0;
+  int threads = 0, patches = 0;
   bool quiet = false, json = false, drop_bad_faces = false, resume = false;
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
 };
@@ -48,6 +49,8 @@ Result<precompute::BakeOptions> to_options(const Arguments& a) {
   if (a.spacing_m > 0)
     options->spacing_m = a.spacing_m;
   options->patch_edge_m = a.patch_size_m;
+  if (a.patches > 0)
+    options->target_patches = a.patches;
   if (!a.points.empty()) {
     Result<std::vector<glm::dvec3>> points = precompute::read_points(a.points);
     if (!points)
@@ -82,7 +85,7 @@ Result<void> run(const Arguments& a) {
   options->store = checkpoint->get();
   precompute::BakeReport report;
   ProgressLine progress(a.quiet);
-  Result<BasisVolume> volume = precompute::bake(*room, *partition, *options, progress.callback(), report);
+  Result<BasisVolume> volume = precompute::bake_room(*room, *partition, *options, progress.callback(), report);
   if (!volume)
     return volume.error();
   volume->provenance = {DAYLIT_VERSION, a.command_line, a.room.filename().string(), room->content_hash,
@@ -133,8 +136,12 @@ int main(int argc, char** argv) {
   auto* points = app.add_option("--points", a.points, "file of probe positions, x y z per line: no grid");
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
-  app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: about 2,000 patches)")
-      ->check(CLI::PositiveNumber);
+  auto* patch_size =
+      app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: about 2,000 patches)")
+          ->check(CLI::PositiveNumber);
+  app.add_option("--patches", a.patches, "about this many patches; models of many small faces get more")
+      ->check(CLI::Range(50, 60000))
+      ->excludes(patch_size);
   app.add_option("--quality", a.quality, "draft, normal or high")->capture_default_str();
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");

@@ -120,19 +120,17 @@ private:
   std::optional<Side> new_side(const RayEnd& from, const glm::dvec3& d, std::uint64_t seed) const {
     double distance = 0.0;
     const auto met = meets(from.point, d, distance);
-    if (!met || reached_[met->patch][met->side] ||
-        !witnessed(from, end_on(*met, from.point + distance * d), 1.0f, seed))
+    if (!met || reached_[met->patch][met->side] || !witnessed(from, end_on(*met, from.point + distance * d), seed))
       return std::nullopt;
     return met;
   }
 
-  /// Witnesses see each other on [0, reach] of their distance.
-  bool witnessed(const RayEnd& from, const RayEnd& to, float reach, std::uint64_t seed) const {
+  bool witnessed(const RayEnd& from, const RayEnd& to, std::uint64_t seed) const {
     int seen = 0;
     for (std::uint32_t k = 0; k < kWitnesses && seen < kWitnessesNeeded; ++k) {
       const glm::dvec2 turn = r2_point(k, random_shift(seed));
       const glm::dvec3 start = from.witness(turn.x), way = to.witness(turn.y) - start;
-      seen += scene_.occluded(scene_.to_local(start), glm::vec3(way), 0.0f, reach) ? 0 : 1;
+      seen += scene_.occluded(scene_.to_local(start), glm::vec3(way), 0.0f, 1.0f) ? 0 : 1;
     }
     return seen >= kWitnessesNeeded;
   }
@@ -142,7 +140,8 @@ private:
       frontier_.push_back(s);
   }
 
-  /// Few rays find small patches; those on planes that were met look for a reached side, or the sky, themselves.
+  /// Few rays find small patches; those on planes that were met look for a reached side themselves (one that
+  /// sees nothing but sky sends nothing into the room).
   void second_look() {
     std::vector<std::array<bool, 2>> plane_met(mesh_.planes, {false, false});
     for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
@@ -165,18 +164,12 @@ private:
       const glm::dvec3 d = away(s, k);
       double distance = 0.0;
       const auto met = meets(from.point, d, distance);
-      if (met && !reached_[met->patch][met->side])
-        continue;
-      const float reach = met ? 1.0f : std::numeric_limits<float>::infinity();
-      const RayEnd to = met ? end_on(*met, from.point + distance * d)
-                            : RayEnd{from.point + kFar * offset_m_ * d, d, kBeside * offset_m_};
-      if (witnessed(from, to, reach, ray_seed(s, k)))
+      if (met && reached_[met->patch][met->side] &&
+          witnessed(from, end_on(*met, from.point + distance * d), ray_seed(s, k)))
         return true;
     }
     return false;
   }
-
-  static constexpr double kFar = 1e5; // offsets: a third of the room
 
   const PatchMesh& mesh_;
   const RayScene& scene_;

@@ -61,6 +61,16 @@ std::optional<glm::dvec2> circumcentre(const std::array<glm::dvec2, 3>& t) {
   return t[0] + r;
 }
 
+/// CGAL lists edges in the order of addresses: the same segments must give the same mesh in every run.
+std::vector<Segment2> in_order(std::vector<Segment2> segments) {
+  const auto key = [](const glm::dvec2& p) { return std::pair(p.x, p.y); };
+  for (Segment2& s : segments)
+    if (key(s[1]) < key(s[0]))
+      std::swap(s[0], s[1]);
+  std::ranges::sort(segments, {}, [&](const Segment2& s) { return std::pair(key(s[0]), key(s[1])); });
+  return segments;
+}
+
 /// Constraints of a triangulation as segments, crossings resolved.
 std::vector<Segment2> constraints(const std::vector<Segment2>& segments) {
   Triangulation cdt;
@@ -71,7 +81,7 @@ std::vector<Segment2> constraints(const std::vector<Segment2>& segments) {
     if (cdt.is_constrained(*e))
       result.push_back({to_vec(e->first->vertex(cdt.cw(e->second))->point()),
                         to_vec(e->first->vertex(cdt.ccw(e->second))->point())});
-  return result;
+  return in_order(std::move(result));
 }
 
 std::vector<Segment2> border(const PlaneGroup& g, const CoverGrid& cover, double tolerance_m) {
@@ -82,13 +92,15 @@ std::vector<Segment2> border(const PlaneGroup& g, const CoverGrid& cover, double
   Triangulation cdt;
   for (const Segment2& s : snap_segments(sides, tolerance_m))
     cdt.insert_constraint(to_point(s[0]), to_point(s[1]));
+  if (cdt.dimension() < 2) // narrower than the tolerance: nothing to cover
+    return {};
   const auto filled = [&](const Face& f) { return !cdt.is_infinite(f) && cover.covers(centroid(f)); };
   std::vector<Segment2> result;
   for (auto e = cdt.finite_edges_begin(); e != cdt.finite_edges_end(); ++e)
     if (cdt.is_constrained(*e) && filled(e->first) != filled(e->first->neighbor(e->second)))
       result.push_back({to_vec(e->first->vertex(cdt.cw(e->second))->point()),
                         to_vec(e->first->vertex(cdt.ccw(e->second))->point())});
-  return result;
+  return in_order(std::move(result));
 }
 
 class Refiner {

@@ -1,0 +1,105 @@
+#include "precompute/room_frame.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/common.hpp>
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr double kSize = 8.0, kLattice = 0x1p-22; // units
+
+BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
+  BakeOptions local = world;
+  local.patch_edge_m /= frame.unit_m;
+  // Where the grid is given the spacing only bounds the distance from the walls: the same share of every room.
+  if (std::min({world.grid.x, world.grid.y, world.grid.z}) <= 0)
+    local.spacing_m /= frame.unit_m;
+  for (glm::dvec3& p : local.points)
+    p = frame.to_local(p);
+  return local;
+}
+
+void report_in_world(const RoomFrame& frame, BakeReport& report) {
+  report.patch_edge_m *= frame.unit_m;
+  report.apertures.window_area_m2 *= frame.unit_m * frame.unit_m;
+  report.apertures.hole_area_m2 *= frame.unit_m * frame.unit_m;
+}
+
+void volume_in_world(const RoomFrame& frame, const RoomFile& file, const BakeOptions& options, BasisVolume& volume) {
+  ProbeSet& probes = volume.probes;
+  const glm::dvec3 local_origin = probes.origin;
+  probes.origin = frame.to_world(local_origin);
+  probes.spacing *= frame.unit_m;
+  for (std::size_t i = 0; i < probes.size(); ++i)
+    probes.positions[i] = options.points.empty() ? glm::vec3(glm::dvec3(probes.positions[i]) * frame.unit_m)
+                                                 : glm::vec3(options.points[i] - probes.origin); // as they were given
+  for (Aperture& a : volume.apertures)
+    for (glm::dvec3& c : a.corners)
+      c = frame.to_world(c);
+  volume.room = file.room;
+}
+
+/// What the apertures of the world's room are called by: notes and errors name places.
+Result<void> name_places(const Room& room, BakeReport& report) {
+  const Result<RayScene> scene = RayScene::build(room);
+  if (!scene)
+    return scene.error();
+  const Result<Apertures> apertures = find_apertures(room, *scene);
+  if (!apertures)
+    return apertures.error();
+  report.apertures.notes = apertures->report.notes;
+  return {};
+}
+
+} // namespace
+
+RoomFrame RoomFrame::of(const Room& room) {
+  const Bounds bounds = room.bounds();
+  const glm::dvec3 size = bounds.size();
+  const double longest = std::max({size.x, size.y, size.z});
+  return {bounds.centre(), longest > 0.0 && std::isfinite(longest) ? longest / kSize : 1.0};
+}
+
+glm::dvec3 RoomFrame::snapped(const glm::dvec3& world) const {
+  return kLattice * glm::round(to_local(world) / kLattice);
+}
+
+Room room_in_frame(const Room& room, const RoomFrame& frame, std::size_t& collapsed) {
+  Room local;
+  local.materials = room.materials;
+  local.vertices.reserve(room.vertices.size());
+  for (const glm::dvec3& v : room.vertices)
+    local.vertices.push_back(frame.snapped(v));
+  for (const RoomTriangle& t : room.triangles)
+    if (area_m2(local, t) > 0.0)
+      local.triangles.push_back(t);
+  collapsed = room.triangles.size() - local.triangles.size();
+  return local;
+}
+
+Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options,
+                              const Progress& progress, BakeReport& report) {
+  const RoomFrame frame = RoomFrame::of(file.room);
+  std::size_t collapsed = 0;
+  const RoomFile local{room_in_frame(file.room, frame, collapsed), file.report, file.content_hash};
+  Result<BasisVolume> volume = bake(local, partition, options_in_frame(options, frame), progress, report);
+  if (!volume) {
+    // The same refusal, told with the places of the world.
+    const Result<void> named = name_places(file.room, report);
+    return named ? volume.error() : named.error();
+  }
+  if (collapsed > 0)
+    report.room.notes.push_back(std::to_string(collapsed) +
+                                " faces thinner than 3e-8 of the room are left out of the light transport");
+  report_in_world(frame, report);
+  volume_in_world(frame, file, options, *volume);
+  if (!report.apertures.notes.empty())
+    if (const Result<void> named = name_places(file.room, report); !named)
+      return named.error();
+  return volume;
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,172 @@
+// The whole bake on rooms that break renderers. Everything ends, in numbers or in an error that says why.
+
+#include <cmath>
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <gtest/gtest.h>
+
+#include "precompute/room_frame.h"
+#include "tests/radiosity/rooms.h"
+
+namespace daylit::precompute {
+namespace {
+
+using testing::add_box;
+using testing::add_quad;
+const Progress kSilent = [](const std::string&, double) { return true; };
+
+/// A hole in the south wall, one box flush with the axes, one turned.
+Room furnished() {
+  Room room = testing::room_with_window_hole(0.6f);
+  add_box(room, {0.5, 3.1, 0}, {1.3, 4.2, 1.1}, 0b111110u, false);
+  const double c = std::cos(0.3), s = std::sin(0.3);
+  const auto at = [&](double u, double v, double z) { return glm::dvec3(2.7 + c * u - s * v, 1.9 + s * u + c * v, z); };
+  const std::array<glm::dvec2, 4> base = {glm::dvec2(-0.4, -0.3), {0.4, -0.3}, {0.4, 0.3}, {-0.4, 0.3}};
+  for (int k = 0; k < 4; ++k) {
+    const glm::dvec2 p = base[k], q = base[(k + 1) % 4];
+    add_quad(room, at(p.x, p.y, 0), at(q.x, q.y, 0), at(q.x, q.y, 0.7), at(p.x, p.y, 0.7));
+  }
+  add_quad(room, at(-0.4, -0.3, 0.7), at(0.4, -0.3, 0.7), at(0.4, 0.3, 0.7), at(-0.4, 0.3, 0.7));
+  return room;
+}
+
+BakeOptions small_bake() {
+  BakeOptions options = *quality_options("draft");
+  options.target_patches = 400;
+  options.grid = glm::ivec3(4);
+  return options;
+}
+
+Result<BasisVolume> run(const Room& room, const BakeOptions& options, BakeReport* report = nullptr) {
+  BakeReport own;
+  return bake_room({room, {}, ""}, *SkyPartition::parse("uniform:16"), options, kSilent, report ? *report : own);
+}
+
+/// [region][value], zero where no light comes from.
+std::vector<float> dense(const BasisVolume& v) {
+  std::vector<float> all(static_cast<std::size_t>(v.partition.size()) * v.row_floats(), 0.0f);
+  for (std::size_t r = 0; r < v.stored_region.size(); ++r)
+    std::copy_n(v.basis.begin() + static_cast<std::ptrdiff_t>(r * v.row_floats()), v.row_floats(),
+                all.begin() + static_cast<std::ptrdiff_t>(v.stored_region[r] * v.row_floats()));
+  return all;
+}
+
+/// Norm of the difference over the norm.
+double difference(const BasisVolume& a, const BasisVolume& b) {
+  EXPECT_EQ(a.probes.valid, b.probes.valid);
+  const std::vector<float> p = dense(a), q = dense(b);
+  double above = 0, below = 0;
+  for (std::size_t i = 0; i < std::min(p.size(), q.size()); ++i) {
+    const double x = static_cast<double>(p[i]), y = static_cast<double>(q[i]);
+    above += (x - y) * (x - y);
+    below += x * x;
+  }
+  return std::sqrt(above / below);
+}
+
+void expect_light(const BasisVolume& volume) {
+  float largest = 0;
+  for (const float x : volume.basis) {
+    ASSERT_TRUE(std::isfinite(x));
+    largest = std::max(largest, x);
+  }
+  EXPECT_GT(largest, 0.01f);
+  EXPECT_LT(largest, 100.0f);
+}
+
+Room moved(Room room, double scale, const glm::dvec3& shift) {
+  for (glm::dvec3& v : room.vertices)
+    v = scale * v + shift;
+  return room;
+}
+
+TEST(StressRooms, scale_and_place_change_the_light_by_less_than_1e_5) {
+  const auto reference = run(furnished(), small_bake());
+  ASSERT_TRUE(reference) << reference.error().message();
+  expect_light(*reference);
+  for (const double scale : {1e-3, 0.0254, 0.3048, 1e4}) {
+    const auto scaled = run(moved(furnished(), scale, glm::dvec3(0.0)), small_bake());
+    ASSERT_TRUE(scaled) << scaled.error().message();
+    EXPECT_LT(difference(*reference, *scaled), 1e-5) << scale;
+    EXPECT_NEAR(scaled->probes.spacing.x / reference->probes.spacing.x / scale, 1.0, 1e-6);
+  }
+  for (const glm::dvec3 shift : {glm::dvec3(1e6, 0, 0), glm::dvec3(-1e6, 777777.7, 1234.5)}) {
+    const auto far = run(moved(furnished(), 1.0, shift), small_bake());
+    ASSERT_TRUE(far) << far.error().message();
+    EXPECT_LT(difference(*reference, *far), 1e-5) << shift.x;
+    EXPECT_LT(glm::distance(far->probes.origin - shift, reference->probes.origin), 1e-6);
+    EXPECT_LT(glm::distance(far->apertures[0].corners[0] - shift, reference->apertures[0].corners[0]), 1e-6);
+  }
+}
+
+TEST(StressRooms, reversed_faces_give_the_same_light) {
+  Room reversed = furnished();
+  for (std::size_t i = 0; i < reversed.triangles.size(); i += 2)
+    std::swap(reversed.triangles[i].vertex[0], reversed.triangles[i].vertex[2]);
+  BakeOptions fine = small_bake();
+  fine.target_patches = 1500;
+  const auto a = run(furnished(), fine), b = run(reversed, fine);
+  ASSERT_TRUE(a && b);
+  EXPECT_LT(difference(*a, *b), 0.1); // another mesh of the same room, regions seen through a small window
+}
+
+TEST(StressRooms, slivers_coincident_and_crossing_faces_change_little) {
+  BakeOptions options = small_bake(); // at points: the shelf makes the room larger
+  for (int i = 0; i < 27; ++i)
+    options.points.emplace_back(0.7 + 1.3 * (i % 3), 0.8 + 1.6 * (i / 3 % 3), 1.3 + 0.5 * (i / 9));
+  const auto clean = run(furnished(), options);
+  Room room = furnished();
+  add_quad(room, {0, 2, 1}, {0, 4, 1}, {0, 4, 1.000002}, {0, 2, 1.000002});         // sliver on the west wall
+  add_quad(room, {1, 1, 1}, {3, 1, 1}, {3, 1.000002, 1}, {1, 1.000002, 1});         // sliver in the air
+  add_quad(room, {4, 1, 1}, {4, 3, 1}, {4, 3, 2}, {4, 1, 2});                       // on the east wall, again
+  add_quad(room, {4 + 1e-9, 1, 1}, {4, 3, 1}, {4 + 1e-9, 3, 2}, {4, 1, 2});         // and nearly
+  add_quad(room, {1, 4.5, 0.5}, {1.5, 4.5, 0.5}, {1.5, 5.2, 0.55}, {1, 5.2, 0.55}); // a shelf through the north wall
+  add_quad(room, {1.2, 4.6, 0.3}, {1.3, 4.6, 0.3}, {1.3, 4.9, 0.8}, {1.2, 4.9, 0.8});
+  const auto dirty = run(room, options);
+  ASSERT_TRUE(clean);
+  ASSERT_TRUE(dirty) << dirty.error().message();
+  expect_light(*dirty);
+  EXPECT_LT(difference(*clean, *dirty), 0.2);
+}
+
+TEST(StressRooms, a_board_one_millimetre_thick_keeps_the_energy_balance) {
+  Room room = furnished();
+  add_box(room, {1.9, 3.0, 0}, {1.901, 4.5, 1.8}, 0b111110u, false);
+  BakeReport report;
+  const auto volume = run(room, small_bake(), &report);
+  ASSERT_TRUE(volume) << volume.error().message();
+  expect_light(*volume);
+  EXPECT_LT(report.energy.imbalance, 1e-3);
+}
+
+TEST(StressRooms, a_second_skin_one_millimetre_outside_the_walls_bakes) {
+  // Light also enters the gap, through a rim of 1 mm that is no clean opening.
+  Room room = furnished();
+  add_box(room, {-0.001, -0.001, -0.001}, {4.001, 5.001, 2.801}, 0b111011u, false);
+  BakeReport report;
+  const auto volume = run(room, small_bake(), &report);
+  ASSERT_TRUE(volume) << volume.error().message();
+  expect_light(*volume);
+  EXPECT_GT(report.solve.iterations, 0);
+}
+
+TEST(StressRooms, a_face_of_nothing_is_left_out_and_said) {
+  Room room = furnished();
+  add_quad(room, {1, 1, 1}, {2, 1, 1}, {2, 1 + 1e-9, 1}, {1, 1 + 1e-9, 1});
+  BakeReport report;
+  ASSERT_TRUE(run(room, small_bake(), &report));
+  ASSERT_FALSE(report.room.notes.empty());
+  EXPECT_NE(report.room.notes.back().find("2 faces thinner"), std::string::npos);
+}
+
+TEST(StressRooms, a_closed_room_is_refused_with_its_place_in_the_world) {
+  Room room = testing::grey_room(0.5f);
+  add_box(room, {100, 100, 100}, {104, 104, 103}, 0b111111u, true);
+  const auto volume = run(room, small_bake());
+  ASSERT_FALSE(volume);
+  EXPECT_EQ(volume.error().code, ErrorCode::geometry_invalid);
+}
+
+} // namespace
+} // namespace daylit::precompute
