@@ -11,6 +11,7 @@ namespace {
 using namespace daylit;
 
 constexpr bench::AddCommand kCommands[] = {
+    bench::add_combine,
     bench::add_sh,
 #ifdef DAYLIT_BENCH_BAKE
     bench::add_transport,

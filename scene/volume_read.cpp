@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/detail/safetensors.h"
+#include "scene/detail/tile_kernels.h"
 #include "scene/detail/volume_identity.h"
 #include "scene/volume_file.h"
 
@@ -76,15 +77,6 @@ private:
   std::string problem_;
 };
 
-/// IEEE 754 binary16 to binary32; exact.
-float from_half(std::uint16_t half) {
-  const std::uint32_t sign = std::uint32_t{half & 0x8000u} << 16, magnitude = half & 0x7fffu;
-  if (magnitude >= 0x7c00u)
-    return std::bit_cast<float>(sign | 0x7f800000u | (magnitude & 0x3ffu) << 13);
-  // A half moved into place is off by the difference of the exponent biases, 2^112; this also settles subnormals.
-  return std::bit_cast<float>(sign | std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude << 13) * 0x1p112f));
-}
-
 void read_basis(TensorReader& reader, BasisVolume& volume) {
   const std::vector<std::uint64_t> row{volume.probes.size(), 9, 3};
   if (!reader.has("basis", "F16")) {
@@ -99,7 +91,7 @@ void read_basis(TensorReader& reader, BasisVolume& volume) {
   volume.basis.resize(halves.size());
   for (std::size_t r = 0; r < scale.size(); ++r)
     for (std::size_t k = r * volume.row_floats(); k < (r + 1) * volume.row_floats(); ++k)
-      volume.basis[k] = scale[r] * from_half(halves[k]);
+      volume.basis[k] = scale[r] * detail::from_half(halves[k]);
 }
 
 Result<SkyPartition> read_partition(TensorReader& reader, const std::string& name) {
