@@ -8,6 +8,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "precompute/compact_sky.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/solve.h"
@@ -28,6 +29,7 @@ struct BakeOptions {
   double tolerance = 1e-5; ///< residual of the solver
   glm::ivec3 grid{0};      ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
+  double compact_error = 0.03;    ///< of the factors of a fine sky
   std::vector<glm::dvec3> points; ///< world metres; not empty: probes exactly here, no grid
 };
 
@@ -50,6 +52,7 @@ struct BakeReport {
   radiosity::FirstBounceReport first_bounce;
   radiosity::SolveReport solve;
   radiosity::EnergyBalance energy;
+  CompactReport compact; ///< fine skies only
   std::vector<StageTime> stages;
   double total_seconds = 0;
 };

@@ -39,13 +39,16 @@ struct VolumeCombiner::Weights {
 VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) {
   VolumeCombiner c;
   c.probes_ = volume.probes.size();
-  c.region_ = volume.stored_region;
+  c.compact_ = volume.compact;
+  c.region_ = volume.compact ? volume.compact->node : volume.stored_region;
   const std::size_t rows = c.region_.size(), numbers = c.probes_ * 9;
   c.tiles_ = (numbers + kTileNumbers - 1) / kTileNumbers;
-  c.row_scale_.assign(rows, 1.0f);
   c.current_.assign(rows, Rgb(0.0f));
-  c.sums_.assign(3 * c.tiles_ * kTileNumbers, 0.0f);
   c.field_.probe.assign(c.probes_, Sh9Rgb{});
+  if (c.compact_)
+    return c;
+  c.row_scale_.assign(rows, 1.0f);
+  c.sums_.assign(3 * c.tiles_ * kTileNumbers, 0.0f);
   const bool half = storage == Storage::float16;
   (half ? c.halves_.resize(3 * c.tiles_ * rows * kTileNumbers) : c.floats_.resize(3 * c.tiles_ * rows * kTileNumbers));
   tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
@@ -100,6 +103,10 @@ void VolumeCombiner::add_all(const Weights& w) {
                                     &field_.probe[0][0].x);
 }
 
+std::size_t VolumeCombiner::bytes() const {
+  return compact_ ? compact_->bytes() : floats_.size() * sizeof(float) + halves_.size() * sizeof(std::uint16_t);
+}
+
 std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
   std::vector<Rgb> next(region_.size()), step(region_.size());
   std::size_t changed = 0, lit = 0;
@@ -113,6 +120,10 @@ std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
   if (changed == 0 || probes_ == 0)
     return 0;
   current_ = std::move(next);
+  if (compact_) {
+    combine(*compact_, region_radiance, field_.probe);
+    return lit;
+  }
   const bool fully = changed >= lit || ++steps_ > kRefreshAfter;
   if (fully) {
     steps_ = 0;
@@ -125,6 +136,13 @@ std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
 
 std::vector<Sh9Rgb> VolumeCombiner::combine_at(std::span<const Rgb> region_radiance,
                                                std::span<const std::uint32_t> probes) const {
+  if (compact_) {
+    std::vector<Sh9Rgb> all(probes_), some(probes.size());
+    daylit::combine_at(*compact_, region_radiance, probes, all);
+    for (std::size_t i = 0; i < probes.size(); ++i)
+      some[i] = all[probes[i]];
+    return some;
+  }
   std::vector<Rgb> row_radiance(region_.size());
   for (std::size_t r = 0; r < region_.size(); ++r)
     row_radiance[r] = region_radiance[static_cast<std::size_t>(region_[r])];

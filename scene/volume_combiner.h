@@ -11,6 +11,7 @@
 
 namespace daylit {
 
+/// A volume with a compact basis is combined from its factors: nothing when no radiance changed, else all of it.
 /// Invariants: field() is that of the last update(). update() with unchanged radiances touches nothing; a row whose
 /// region is black is not read, which changes no bit; combine_at() gives the bits that a full combination has at those
 /// probes. After update() of a few regions the sums have rounding errors of the steps behind them, bounded by a full
@@ -30,11 +31,12 @@ public:
   std::vector<Sh9Rgb> combine_at(std::span<const Rgb> region_radiance, std::span<const std::uint32_t> probes) const;
 
   /// Size of the stored basis, bytes.
-  std::size_t bytes() const { return floats_.size() * sizeof(float) + halves_.size() * sizeof(std::uint16_t); }
+  std::size_t bytes() const;
 
 private:
+  std::shared_ptr<const CompactBasis> compact_;
   std::size_t probes_ = 0, tiles_ = 0; ///< tiles of one colour
-  std::vector<std::int32_t> region_;   ///< of each row
+  std::vector<std::int32_t> region_;   ///< of each row, or of each node
   std::vector<float> row_scale_;       ///< of each row; 1 for float32
   /// [colour][tile][row][128]; one of the two is empty.
   std::vector<float> floats_;

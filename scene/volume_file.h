@@ -12,11 +12,17 @@
 
 namespace daylit {
 
-/// Version of the layout described in docs/volume-format.md. A reader refuses any other.
-constexpr int kVolumeFormatVersion = 1;
+/// Versions of the layout described in docs/volume-format.md: 1 has a basis per region, 2 a compact basis. A reader
+/// refuses any other.
+constexpr int kVolumeFormatVersion = 1, kCompactFormatVersion = 2;
+
+/// How a basis per region is stored. Half floats have a scale per region: half the file, rounded by at most 2.5e-4 of
+/// the region's largest number.
+enum class BasisPrecision { float32, float16 };
 
 /// Writes the file whole or not at all. Error: the volume breaks a rule of check_volume(), or the disk does.
-Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume);
+Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume,
+                          BasisPrecision precision = BasisPrecision::float32);
 
 /// Files are hostile input: every size is checked against the file before anything is allocated, no allocation is
 /// larger than twice the file, and the result satisfies check_volume(). Errors: file_missing; file_version names both
