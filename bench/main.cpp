@@ -15,6 +15,7 @@ constexpr bench::AddCommand kCommands[] = {
     bench::add_sh,
 #ifdef DAYLIT_BENCH_BAKE
     bench::add_transport,
+    bench::add_selftest,
 #endif
 };
 

@@ -92,7 +92,7 @@ Result<Score> score(const BasisVolume& volume, const Reference& reference) {
 Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, const Reference& reference) {
   precompute::BakeOptions options;
   options.target_patches = patches;
-  options.partial_rays = rays;
+  options.visibility_rays = rays;
   options.points = room.points;
   precompute::BakeReport report;
   const double start = process_seconds();

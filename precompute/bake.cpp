@@ -103,7 +103,7 @@ Result<BakeOptions> quality_options(const std::string& name) {
   if (name == "draft") {
     o.target_patches = 700;
     o.gather_rays = 512;
-    o.partial_rays = 16;
+    o.visibility_rays = 16384;
     o.spacing_m = 0.5;
     return o;
   }
@@ -146,8 +146,9 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.regions_stored = static_cast<int>(light->columns());
   clock.finish("first bounce");
 
-  const auto exchange = radiosity::exchange_areas(elements, problem->mesh, problem->room_scene,
-                                                  {.partial_rays = options.partial_rays}, progress, &report.exchange);
+  const auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
+                                                  {.visibility_rays = options.visibility_rays}, progress,
+                                                  &report.exchange);
   if (!exchange)
     return exchange.error();
   clock.finish("form factors");

@@ -24,7 +24,7 @@ namespace daylit::precompute {
 struct BakeOptions {
   double patch_edge_m = 0; ///< 0: chosen for target_patches
   int target_patches = 2000;
-  int partial_rays = 64;   ///< visibility rays of a partly hidden pair
+  double visibility_rays = 196608; ///< of partly hidden pairs, per unit of form factor
   int gather_rays = 1024;  ///< per probe
   double tolerance = 1e-5; ///< residual of the solver
   glm::ivec3 grid{0};      ///< probes per axis; 0: spacing_m decides

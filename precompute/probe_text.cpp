@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
+#include "scene/glass.h"
 #include "scene/volume_file.h"
 
 namespace daylit::precompute {
@@ -112,7 +113,7 @@ bool is_outside(const std::string& answer, bool json) {
 
 std::string volume_info(const BasisVolume& volume) {
   nlohmann::ordered_json info;
-  info["format_version"] = volume.compact ? kCompactFormatVersion : kVolumeFormatVersion;
+  info["format_version"] = volume_format_version(volume);
   info["frame"] = "right-handed, z up, metres";
   info["sky"] = {{"partition", volume.partition.name()},
                  {"regions", volume.partition.size()},
@@ -129,8 +130,10 @@ std::string volume_info(const BasisVolume& volume) {
     nlohmann::ordered_json corners = nlohmann::ordered_json::array();
     for (const glm::dvec3& c : a.corners)
       corners.push_back(json3(c));
-    info["apertures"].push_back(
-        {{"corners_m", corners}, {"inward", json3(a.inward)}, {"transmittance", json3(glm::dvec3(a.transmittance))}});
+    info["apertures"].push_back({{"corners_m", corners},
+                                 {"inward", json3(a.inward)},
+                                 {"transmittance", json3(glm::dvec3(a.transmittance))},
+                                 {"pane_model", pane_model_name(a.refractive_index)}});
   }
   const VolumeProvenance& p = volume.provenance;
   info["provenance"] = {{"program_version", p.program_version},

@@ -36,7 +36,13 @@ std::string to_json(const BakeReport& r) {
   j["form_factors"] = {{"facing_pairs", r.exchange.facing_pairs},
                        {"near_pairs", r.exchange.near_pairs},
                        {"clear_pairs", r.exchange.clear_pairs},
-                       {"partly_hidden_pairs", r.exchange.partial_pairs},
+                       {"hidden_pairs", r.exchange.hidden_pairs},
+                       {"sampled_pairs", r.exchange.sampled_pairs},
+                       {"low_rank_pairs", r.exchange.low_rank_pairs},
+                       {"dense_blocks", r.exchange.dense_blocks},
+                       {"low_rank_blocks", r.exchange.low_rank_blocks},
+                       {"mean_rank", r.exchange.mean_rank},
+                       {"bytes", r.exchange.bytes},
                        {"rays", r.exchange.rays}};
   j["solve"] = {{"iterations", r.solve.iterations}, {"worst_residual", r.solve.worst_residual}};
   j["energy"] = {{"entering", r.energy.entering},
@@ -77,7 +83,7 @@ std::string to_text(const BakeReport& r) {
   text += format("probes     %zu of %zu in the air\n", r.probes_valid, r.probes);
   text += format("pairs      %.2f M facing, %.2f M clear without a ray (bound 0), %.0f k partly hidden, %.0f k near\n",
                  static_cast<double>(r.exchange.facing_pairs) / 1e6, static_cast<double>(r.exchange.clear_pairs) / 1e6,
-                 static_cast<double>(r.exchange.partial_pairs) / 1e3, static_cast<double>(r.exchange.near_pairs) / 1e3);
+                 static_cast<double>(r.exchange.sampled_pairs) / 1e3, static_cast<double>(r.exchange.near_pairs) / 1e3);
   text += format("solve      %d iterations, residual %.1e\n", r.solve.iterations, r.solve.worst_residual);
   text += format(
       "energy     in 1, absorbed %.5f, out again %.5f, imbalance %.1e; closure of the form factors %.1e worst, "

@@ -23,7 +23,7 @@ constexpr double kSecondsPerPair = 1.3e-7, kSecondsPerGatherRay = 1.9e-7, kSecon
 std::vector<CheckedMaterial> list_materials(const Room& room) {
   std::vector<CheckedMaterial> out;
   for (const Material& m : room.materials)
-    out.push_back({m.name, m.reflectance, m.transmittance, m.is_window, 0, 0.0});
+    out.push_back({m.name, m.reflectance, m.transmittance, m.refractive_index, m.is_window, 0, 0.0});
   for (const RoomTriangle& t : room.triangles) {
     ++out[t.material].triangles;
     out[t.material].area_m2 += area_m2(room, t);

@@ -16,6 +16,7 @@ namespace daylit::precompute {
 struct CheckedMaterial {
   std::string name;
   Rgb reflectance{0.0f}, transmittance{1.0f};
+  float refractive_index = 0.0f; ///< of clear glass, 0: transmittance holds at every angle
   bool is_window = false;
   std::size_t triangles = 0;
   double area_m2 = 0;

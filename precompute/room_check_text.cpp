@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "precompute/room_check.h"
+#include "scene/glass.h"
 
 namespace daylit::precompute {
 
@@ -22,9 +23,11 @@ std::string material_lines(const std::vector<CheckedMaterial>& materials) {
   std::string text;
   for (const CheckedMaterial& m : materials) {
     const Rgb& c = m.is_window ? m.transmittance : m.reflectance;
-    text += format("  %-20s %s %.2f %.2f %.2f   %8.2f m2, %zu triangles\n", m.name.empty() ? "(none)" : m.name.c_str(),
-                   m.is_window ? "window, lets through" : "reflects            ", static_cast<double>(c.r),
-                   static_cast<double>(c.g), static_cast<double>(c.b), m.area_m2, m.triangles);
+    const std::string glass = m.refractive_index > 0.0f ? ", times " + pane_model_name(m.refractive_index) : "";
+    text +=
+        format("  %-20s %s %.2f %.2f %.2f   %8.2f m2, %zu triangles%s\n", m.name.empty() ? "(none)" : m.name.c_str(),
+               m.is_window ? "window, lets through" : "reflects            ", static_cast<double>(c.r),
+               static_cast<double>(c.g), static_cast<double>(c.b), m.area_m2, m.triangles, glass.c_str());
   }
   return text;
 }
@@ -83,6 +86,7 @@ std::string to_json(const RoomCheck& check) {
                               {"window", m.is_window},
                               {"reflectance", triple(glm::dvec3(m.reflectance))},
                               {"transmittance", triple(glm::dvec3(m.transmittance))},
+                              {"pane_model", m.is_window ? pane_model_name(m.refractive_index) : "none"},
                               {"triangles", m.triangles},
                               {"area_m2", m.area_m2}});
   j["openings"] = {{"windows", check.apertures.window_polygons},

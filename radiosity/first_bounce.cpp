@@ -6,12 +6,15 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
+#include "radiosity/detail/aperture_beam.h"
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
+#include "scene/glass.h"
 
 namespace daylit::radiosity {
 
@@ -40,15 +43,37 @@ glm::dvec3 on_spherical_triangle(const glm::dvec3& a, const glm::dvec3& b, const
   return off_length > 0 ? z * b + std::sqrt(std::max(0.0, 1.0 - z * z)) * (off / off_length) : b;
 }
 
+constexpr int kDirections = 16384;    // at least so many stand for the whole sphere
+constexpr int kPartialRays = 8;       // per direction, for an element that is partly in the shade; one for the others
+constexpr int kFewestDirections = 48; // an opening that an element sees under fewer is sampled in its solid angle
+constexpr double kShade = 1e-9;       // relative: rounding of sums
+// Rays start this share of the way to the middle: closer to a wall than their first gap they would pass through it.
+constexpr double kOffEdges = 1e-3;
+constexpr int kSamples = 1024; // of such an opening
+
 struct Task {
   const ElementSet& set;
   const PatchMesh& mesh;
   const RayScene& scene;
   const std::vector<Aperture>& apertures;
   const SkyPartition& partition;
-  int directions; ///< per element and aperture
-  std::atomic<std::uint64_t> rays{0};
+  SkyDirections sky;
+  std::vector<AperturePiece> pieces;
+  std::vector<std::vector<std::uint32_t>> entering; ///< per piece: directions that come in through it
+  OpenPaths paths;
+  std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
   std::atomic<int> open_sky{0};
+
+  Task(const ElementSet& elements, const PatchMesh& patches, const RayScene& rays_of_patches,
+       const std::vector<Aperture>& openings, const SkyPartition& regions)
+      : set(elements), mesh(patches), scene(rays_of_patches), apertures(openings), partition(regions),
+        sky(SkyDirections::make(regions, kDirections)), pieces(aperture_pieces(openings, patches.origin)),
+        entering(pieces.size()), paths(patches, openings, pieces) {
+    for (std::size_t p = 0; p < pieces.size(); ++p)
+      for (std::uint32_t k = 0; k < sky.w.size(); ++k)
+        if (glm::dot(sky.w[k], pieces[p].inward) < 0.0)
+          entering[p].push_back(k);
+  }
 
   bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
     return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
@@ -56,15 +81,17 @@ struct Task {
   }
 };
 
-/// What one element receives, dense over regions; added to by each aperture.
+/// What one element receives through one piece or all of them, dense over regions.
 struct Received {
   std::vector<glm::dvec3> region;
   double opening = 0;
 };
 
+/// Light through one piece before it is scaled to the exact form factor; sr.
 struct Accumulator {
-  std::vector<std::pair<int, glm::dvec3>> seen;
+  std::vector<std::pair<int, glm::dvec3>> seen; ///< runs of one region follow each other
   double total = 0, visible = 0;
+  int directions = 0;
 };
 
 /// A ray that crosses several apertures one behind the other (double glazing) counts at the first.
@@ -75,9 +102,66 @@ bool meets_first(const Task& task, const Aperture& aperture, const glm::dvec3& w
   return nearer == 0;
 }
 
+/// The panes' share of the light that comes to `from` along d and is not blocked; nothing where another opening is met
+/// first, which then has the light.
+std::optional<glm::dvec3> pane_share(const Task& task, const Aperture& aperture, const glm::dvec3& from,
+                                     const glm::dvec3& d) {
+  const glm::dvec3 world = from + task.mesh.origin;
+  if (task.apertures.size() > 1 && !meets_first(task, aperture, world, d))
+    return std::nullopt;
+  return glm::dvec3(aperture_transmittance(task.apertures, world, d, kInfinity));
+}
+
+/// Up to 16 rays from an element, tested together.
+class RayBatch {
+public:
+  RayBatch(Task& task, const Aperture& aperture, Accumulator& acc) : task_(task), aperture_(aperture), acc_(acc) {}
+  void add(const glm::dvec3& from, const glm::dvec3& d, int region, double weight) {
+    const glm::vec3 origin = task_.scene.to_local(from), way(d);
+    rays_.org_x[size_] = origin.x;
+    rays_.org_y[size_] = origin.y;
+    rays_.org_z[size_] = origin.z;
+    rays_.dir_x[size_] = way.x;
+    rays_.dir_y[size_] = way.y;
+    rays_.dir_z[size_] = way.z;
+    rays_.tnear[size_] = 2.0f * task_.scene.surface_offset();
+    rays_.tfar[size_] = std::numeric_limits<float>::infinity();
+    ray_[size_] = {from, d, region, weight};
+    if (++size_ == 16)
+      flush();
+  }
+  void flush() {
+    const std::uint32_t blocked = size_ > 0 ? task_.scene.occluded16(rays_, size_) : 0;
+    for (int k = 0; k < size_; ++k) {
+      if (blocked >> k & 1u)
+        continue;
+      if (const auto tau = pane_share(task_, aperture_, ray_[k].from, ray_[k].d)) {
+        acc_.visible += ray_[k].weight;
+        acc_.seen.emplace_back(ray_[k].region, ray_[k].weight * *tau);
+      }
+    }
+    task_.rays.fetch_add(static_cast<std::uint64_t>(size_), std::memory_order_relaxed);
+    size_ = 0;
+  }
+
+private:
+  struct Ray {
+    glm::dvec3 from, d;
+    int region;
+    double weight;
+  };
+  Task& task_;
+  const Aperture& aperture_;
+  Accumulator& acc_;
+  RayPacket16 rays_;
+  std::array<Ray, 16> ray_;
+  int size_ = 0;
+};
+
 /// Samples the fan of triangles that makes up the aperture, as seen from one point of the element.
 void sample_aperture(Task& task, const Element& e, const Aperture& aperture, const SmallPolygon& polygon,
                      const glm::dvec3& from, int count, std::uint64_t seed, Accumulator& acc) {
+  RayBatch batch(task, aperture, acc);
   std::array<glm::dvec3, 12> corner;
   std::array<double, 12> solid_angle{};
   double total_sr = 0;
@@ -98,39 +182,78 @@ void sample_aperture(Task& task, const Element& e, const Aperture& aperture, con
     const glm::dvec3 d = on_spherical_triangle(corner[0], corner[k], corner[k + 1], u);
     const double weight = total_sr * std::max(0.0, glm::dot(d, e.normal));
     acc.total += weight;
-    const glm::dvec3 world = from + task.mesh.origin;
-    if (weight <= 0.0 || !task.leaves(from, d) || (task.apertures.size() > 1 && !meets_first(task, aperture, world, d)))
-      continue;
-    const glm::dvec3 tau(aperture_transmittance(task.apertures, world, d, kInfinity));
-    acc.visible += weight;
-    acc.seen.emplace_back(task.partition.region_of(d), weight * tau);
+    if (weight > 0.0)
+      batch.add(from, d, task.partition.region_of(d), weight);
   }
+  batch.flush();
 }
 
-void receive_through(Task& task, std::size_t index, const Aperture& aperture, std::uint64_t seed, Received& out) {
-  const Element& e = task.set.elements[index];
-  SmallPolygon whole;
-  for (const glm::dvec3& c : aperture.corners)
-    if (whole.size < 10)
-      whole.corner[whole.size++] = c - task.mesh.origin;
-  const SmallPolygon polygon = clip_to_front(whole, e.corner[0], e.normal);
+/// One direction after another, the lit part of the element by an exact clip. Unless the way is clear, `rays` rays from
+/// the lit part decide.
+Accumulator sweep_beam(Task& task, const Element& e, const ApertureBeam& beam, std::size_t index, bool clear, int rays,
+                       std::uint64_t seed) {
+  const Aperture& aperture = task.apertures[task.pieces[index].aperture];
+  const glm::dvec2 shift = random_shift(seed);
+  Accumulator acc;
+  RayBatch batch(task, aperture, acc);
+  std::uint32_t sample = 0;
+  for (const std::uint32_t k : task.entering[index]) {
+    const glm::dvec3& w = task.sky.w[k];
+    if (!beam.may_meet(w))
+      continue;
+    const ApertureBeam::LitPart part = beam.lit(w);
+    const double weight = task.sky.solid_angle_sr[k] * glm::dot(w, e.normal) * part.area_m2 / e.area_m2;
+    if (!(weight > 0.0))
+      continue;
+    ++acc.directions;
+    acc.total += weight;
+    if (clear) {
+      acc.visible += weight;
+      acc.seen.emplace_back(task.sky.region[k],
+                            weight * glm::dvec3(pane_transmittance(aperture, glm::dot(w, aperture.inward))));
+    }
+    for (int r = 0; r < (clear ? 0 : rays); ++r)
+      batch.add(beam.point(part, r2_point(sample++, shift)), w, task.sky.region[k], weight / rays);
+  }
+  batch.flush();
+  return acc;
+}
+
+/// A small opening, or a large element's small view of one: directions uniform in its solid angle.
+Accumulator sample_small(Task& task, const Element& e, const ApertureBeam& beam, std::size_t index,
+                         std::uint64_t seed) {
+  SmallPolygon polygon;
+  for (const glm::dvec3& c : beam.front())
+    polygon.corner[polygon.size++] = c;
+  constexpr int kDirectionsPerPoint = 16;
+  const glm::dvec2 shift = random_shift(seed ^ 0xA5A5A5A5ull);
+  Accumulator acc;
+  for (int p = 0; p < kSamples / kDirectionsPerPoint; ++p)
+    sample_aperture(task, e, task.apertures[task.pieces[index].aperture], polygon,
+                    on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(p), shift)), kDirectionsPerPoint,
+                    mix_bits(seed) + static_cast<std::uint64_t>(p), acc);
+  task.sampled.fetch_add(1, std::memory_order_relaxed);
+  return acc;
+}
+
+void receive_through(Task& task, std::size_t element, std::size_t index, Received& out) {
+  const Element& e = task.set.elements[element];
+  const AperturePiece& piece = task.pieces[index];
   const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
-  if (polygon.size < 3 || glm::dot(middle - whole.corner[0], aperture.inward) <= 0.0)
+  const ApertureBeam beam(e, piece);
+  if (beam.empty() || glm::dot(middle - piece.corner[0], piece.inward) <= 0.0)
     return;
   // From inside, the aperture shows the face that looks along `inward`.
   const double exact =
-      exchange_area_unoccluded(e.corner, e.normal,
-                               std::span<const glm::dvec3>(whole.corner.data(), static_cast<std::size_t>(whole.size)),
-                               aperture.inward) /
-      e.area_m2 * std::numbers::pi;
-  constexpr int kDirectionsPerPoint = 16;
-  const int points = std::max(1, task.directions / kDirectionsPerPoint);
-  Accumulator acc;
-  const glm::dvec2 shift = random_shift(seed ^ 0xA5A5A5A5ull);
-  for (int p = 0; p < points; ++p)
-    sample_aperture(task, e, aperture, polygon, on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(p), shift)),
-                    kDirectionsPerPoint, mix_bits(seed) + static_cast<std::uint64_t>(p), acc);
-  task.rays.fetch_add(static_cast<std::uint64_t>(points) * kDirectionsPerPoint, std::memory_order_relaxed);
+      exchange_area_unoccluded(e.corner, e.normal, piece.corner, piece.inward) / e.area_m2 * std::numbers::pi;
+  const std::uint64_t seed = mix_bits(element * 4099 + index);
+  const bool clear = task.paths.clear(e, index, beam.front());
+  task.clear.fetch_add(clear ? 1 : 0, std::memory_order_relaxed);
+  Accumulator acc = sweep_beam(task, e, beam, index, clear, 1, seed);
+  if (acc.directions < kFewestDirections)
+    acc = sample_small(task, e, beam, index, seed);
+  else if (acc.visible > kShade * acc.total && acc.visible < (1.0 - kShade) * acc.total)
+    acc = sweep_beam(task, e, beam, index, clear, kPartialRays, seed);
   if (acc.total <= 0.0)
     return;
   for (const auto& [region, weight] : acc.seen)
@@ -141,11 +264,12 @@ void receive_through(Task& task, std::size_t index, const Aperture& aperture, st
 /// Escapes through no listed aperture: outside surfaces, and gaps whose outline nobody knows.
 void receive_open_sky(Task& task, std::size_t index, std::uint64_t seed, Received& out) {
   const Element& e = task.set.elements[index];
+  const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
   const auto escapes = [&](int count, int first, bool add) {
     int found = 0;
     for (int k = first; k < first + count; ++k) {
       const auto i = static_cast<std::uint32_t>(k);
-      const glm::dvec3 from = on_triangle(e.corner, r2_point(i, random_shift(seed)));
+      const glm::dvec3 from = glm::mix(on_triangle(e.corner, r2_point(i, random_shift(seed))), middle, kOffEdges);
       const glm::dvec3 d = cosine_direction(e.normal, r2_point(i, random_shift(seed + 77)));
       int crossed = 0;
       if (!task.leaves(from, d))
@@ -168,26 +292,48 @@ void receive_open_sky(Task& task, std::size_t index, std::uint64_t seed, Receive
   escapes(kOpenSkyRays, kScoutRays, true);
 }
 
-/// Keeps the columns in which any element receives light.
-FirstBounce compact(const std::vector<Received>& received, int regions) {
-  std::vector<bool> used(regions, false);
-  for (const Received& r : received)
-    for (int i = 0; i < regions; ++i)
-      if (!r.region.empty() && r.region[i] != glm::dvec3(0.0))
-        used[i] = true;
+/// One element's regions with light, in increasing order.
+struct SparseRow {
+  std::vector<std::int32_t> region;
+  std::vector<Rgb> value;
+  float opening = 0;
+};
+
+SparseRow squeeze(const Received& received) {
+  SparseRow row;
+  for (std::size_t i = 0; i < received.region.size(); ++i)
+    if (received.region[i] != glm::dvec3(0.0)) {
+      row.region.push_back(static_cast<std::int32_t>(i));
+      row.value.emplace_back(received.region[i]);
+    }
+  row.opening = static_cast<float>(received.opening);
+  return row;
+}
+
+/// Keeps the columns in which any element receives light, and one channel where all panes are colourless.
+FirstBounce compact(const std::vector<SparseRow>& rows, int regions) {
+  std::vector<std::int32_t> column(regions, -1);
   FirstBounce result;
-  result.elements = received.size();
+  result.channels = 1;
+  for (const SparseRow& row : rows)
+    for (std::size_t k = 0; k < row.region.size(); ++k) {
+      column[row.region[k]] = 0;
+      if (row.value[k] != Rgb(row.value[k].r))
+        result.channels = 3;
+    }
   for (int i = 0; i < regions; ++i)
-    if (used[i])
+    if (column[i] == 0) {
+      column[i] = static_cast<std::int32_t>(result.region.size());
       result.region.push_back(i);
-  result.irradiance.resize(received.size() * 3 * result.columns());
-  result.opening.resize(received.size());
-  for (std::size_t e = 0; e < received.size(); ++e) {
-    result.opening[e] = static_cast<float>(received[e].opening);
-    for (int c = 0; c < 3; ++c)
-      for (std::size_t k = 0; k < result.columns(); ++k)
-        result.irradiance[(e * 3 + c) * result.columns() + k] =
-            static_cast<float>(received[e].region[result.region[k]][c]);
+    }
+  result.elements = rows.size();
+  result.irradiance.assign(rows.size() * static_cast<std::size_t>(result.channels) * result.columns(), 0.0f);
+  result.opening.resize(rows.size());
+  for (std::size_t e = 0; e < rows.size(); ++e) {
+    result.opening[e] = rows[e].opening;
+    for (int c = 0; c < result.channels; ++c)
+      for (std::size_t k = 0; k < rows[e].region.size(); ++k)
+        result.row(e, c)[column[rows[e].region[k]]] = rows[e].value[k][c];
   }
   return result;
 }
@@ -198,27 +344,28 @@ Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, c
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
                                  const Progress& progress, FirstBounceReport* report) {
   const auto start = std::chrono::steady_clock::now();
-  // A window sees about a third of the regions; four directions for each keep narrow regions populated.
-  Task task{set, mesh, scene, apertures, partition, std::clamp(partition.size() * 4 / 3, 256, 4096), {}, {}};
-  std::vector<Received> received(set.elements.size());
+  Task task(set, mesh, scene, apertures, partition);
+  std::vector<SparseRow> rows(set.elements.size());
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   tbb::parallel_for(std::size_t{0}, set.elements.size(), [&](std::size_t i) {
     if (stop)
       return;
-    received[i].region.assign(partition.size(), glm::dvec3(0.0));
-    for (std::size_t a = 0; a < apertures.size(); ++a)
-      receive_through(task, i, apertures[a], mix_bits(i * 4099 + a), received[i]);
-    receive_open_sky(task, i, mix_bits(i + 0x5555555555ull), received[i]);
-    if (++done % 64 == 0 && !progress("first bounce", static_cast<double>(done) / static_cast<double>(received.size())))
+    Received received{std::vector<glm::dvec3>(partition.size(), glm::dvec3(0.0)), 0.0};
+    for (std::size_t p = 0; p < task.pieces.size(); ++p)
+      receive_through(task, i, p, received);
+    receive_open_sky(task, i, mix_bits(i + 0x5555555555ull), received);
+    rows[i] = squeeze(received);
+    if (++done % 64 == 0 && !progress("first bounce", static_cast<double>(done) / static_cast<double>(rows.size())))
       stop = true;
   });
   if (stop)
     return interrupted_error("first bounce");
-  FirstBounce result = compact(received, partition.size());
+  FirstBounce result = compact(rows, partition.size());
   if (report)
-    *report = {task.rays, partition.size() - static_cast<int>(result.columns()), task.open_sky,
-               std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+    *report = {task.rays,     task.clear,
+               task.sampled,  partition.size() - static_cast<int>(result.columns()),
+               task.open_sky, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
   return result;
 }
 

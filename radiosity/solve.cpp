@@ -1,10 +1,10 @@
 #include "radiosity/solve.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 
 #include <cblas.h>
 #include <tbb/parallel_for.h>
@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kPanel = 48; ///< columns per task: wide enough for sgemm, narrow enough to share out
 
 /// A range of columns of one problem, all of them iterated together, each with its own step lengths.
+/// Vectors are in the tree order of the matrix.
 class Panel {
 public:
   Panel(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light, std::size_t first,
@@ -26,9 +27,12 @@ public:
     for (std::size_t i = 0; i < n_; ++i)
       for (std::size_t k = 0; k < width; ++k) {
         const auto channel = static_cast<int>((first + k) / regions);
-        const double rho = static_cast<double>(set.elements[i].reflectance[channel]), area = set.elements[i].area_m2;
-        scale_[i * width + k] = static_cast<float>(std::sqrt(rho / area));
-        r_[i * width + k] = static_cast<float>(std::sqrt(rho * area)) * light.row(i, channel)[(first + k) % regions];
+        const std::size_t element = exchange.order()[i];
+        const Element& e = set.elements[element];
+        const double rho = static_cast<double>(e.reflectance[channel]);
+        scale_[i * width + k] = static_cast<float>(std::sqrt(rho / e.area_m2));
+        r_[i * width + k] =
+            static_cast<float>(std::sqrt(rho * e.area_m2)) * light.row(element, channel)[(first + k) % regions];
       }
     p_ = r_;
     right_side_ = r_;
@@ -65,7 +69,7 @@ public:
   void write(Radiosity& out, std::size_t first) const {
     for (std::size_t i = 0; i < n_; ++i)
       for (std::size_t k = 0; k < width_; ++k)
-        out.b[i * out.columns + first + k] = x_[i * width_ + k] * scale_[i * width_ + k];
+        out.b[exchange_.order()[i] * out.columns + first + k] = x_[i * width_ + k] * scale_[i * width_ + k];
   }
 
 private:
@@ -73,9 +77,7 @@ private:
   void apply(const std::vector<float>& v, std::vector<float>& out) {
     for (std::size_t i = 0; i < v.size(); ++i)
       work_[i] = v[i] * scale_[i];
-    const auto n = static_cast<int>(n_), w = static_cast<int>(width_);
-    cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, n, w, n, 1.0f, exchange_.g.data(), n, work_.data(), w, 0.0f,
-                out.data(), w);
+    exchange_.multiply(work_.data(), width_, out.data());
     for (std::size_t i = 0; i < v.size(); ++i)
       out[i] = v[i] - out[i] * scale_[i];
   }
@@ -155,30 +157,48 @@ Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& e
   return out;
 }
 
+namespace {
+
+/// Per element: what the others send it per unit of radiosity (row sum of G), and how much of what it sends them they
+/// absorb, per channel; m^2. G is symmetric, so four products serve any number of columns.
+std::vector<std::array<float, 4>> absorbed_by_others(const ElementSet& set, const ExchangeMatrix& exchange) {
+  const std::size_t n = set.elements.size();
+  std::vector<std::array<float, 4>> weight(n), product(n), result(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Rgb& rho = set.elements[exchange.order()[k]].reflectance;
+    weight[k] = {1.0f - rho[0], 1.0f - rho[1], 1.0f - rho[2], 1.0f};
+  }
+  if (n > 0)
+    exchange.multiply(weight[0].data(), 4, product[0].data());
+  for (std::size_t k = 0; k < n; ++k)
+    result[exchange.order()[k]] = product[k];
+  return result;
+}
+
+} // namespace
+
 EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                            const Radiosity& radiosity) {
   EnergyBalance balance;
-  const std::size_t n = set.elements.size(), regions = light.columns();
-  const auto rows = static_cast<int>(n), width = static_cast<int>(radiosity.columns);
-  std::vector<float> interreflected(radiosity.b.size()); // G B, flux from the other elements
-  if (width > 0)
-    cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, rows, width, rows, 1.0f, exchange.g.data(), rows,
-                radiosity.b.data(), width, 0.0f, interreflected.data(), width);
+  const std::size_t regions = light.columns();
+  const auto others = absorbed_by_others(set, exchange);
   double area = 0;
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < set.elements.size(); ++i) {
     const Element& e = set.elements[i];
-    const double row_sum = std::accumulate(exchange.row(i), exchange.row(i) + n, 0.0);
-    const double closure = row_sum / e.area_m2 + static_cast<double>(light.opening[i]) - 1.0;
+    const double opening = static_cast<double>(light.opening[i]);
+    const double closure = static_cast<double>(others[i][3]) / e.area_m2 + opening - 1.0;
     balance.worst_closure = std::max(balance.worst_closure, std::abs(closure));
     balance.mean_closure += closure * e.area_m2;
     area += e.area_m2;
     for (std::size_t k = 0; k < radiosity.columns; ++k) {
-      const auto channel = static_cast<int>(k / regions);
-      const double direct = e.area_m2 * static_cast<double>(light.row(i, channel)[k % regions]);
-      const double arriving = direct + static_cast<double>(interreflected[i * radiosity.columns + k]);
+      const std::size_t channel = k / regions;
+      const auto c = static_cast<int>(channel);
+      const double direct = e.area_m2 * static_cast<double>(light.row(i, c)[k % regions]);
+      const double b = static_cast<double>(radiosity.row(i)[k]);
       balance.entering += direct;
-      balance.absorbed += (1.0 - static_cast<double>(e.reflectance[channel])) * arriving;
-      balance.leaving += e.area_m2 * static_cast<double>(radiosity.row(i)[k]) * static_cast<double>(light.opening[i]);
+      balance.absorbed +=
+          (1.0 - static_cast<double>(e.reflectance[c])) * direct + static_cast<double>(others[i][channel]) * b;
+      balance.leaving += e.area_m2 * b * opening;
     }
   }
   balance.mean_closure = area > 0 ? balance.mean_closure / area : 0.0;

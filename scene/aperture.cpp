@@ -12,6 +12,7 @@
 
 #include "scene/detail/outlines.h"
 #include "scene/detail/polygon.h"
+#include "scene/glass.h"
 
 namespace daylit {
 
@@ -188,8 +189,9 @@ private:
         found_.report.notes.push_back(place + " sees no sky: it is taken as glass between rooms");
       ++found_.report.window_polygons;
       found_.report.window_area_m2 += ConvexSampler(pane.outline.corners).area_m2();
-      found_.list.push_back(
-          {pane.outline.corners, inward_of(pane.outline, count), room_.materials[pane.material].transmittance});
+      found_.list.push_back({pane.outline.corners, inward_of(pane.outline, count),
+                             room_.materials[pane.material].transmittance,
+                             room_.materials[pane.material].refractive_index});
     }
     windows_only_ = found_.list;
   }
@@ -310,7 +312,7 @@ Rgb aperture_transmittance(const std::vector<Aperture>& apertures, const glm::dv
     const glm::dvec3 normal = glm::dot(turn, a.inward) >= 0.0 ? a.inward : -a.inward;
     if (!detail::inside_convex(a.corners, normal, p + t * d, 1e-9 * detail::extent(a.corners)))
       continue;
-    product *= a.transmittance;
+    product *= pane_transmittance(a, speed);
     ++count;
   }
   if (crossed)

@@ -32,8 +32,8 @@ struct Apertures {
 /// Error geometry_invalid: neither window nor hole (says what to do).
 Result<Apertures> find_apertures(const Room& room, const RayScene& scene);
 
-/// Product of the transmittances of the panes that the segment or ray from p in unit direction d crosses up to
-/// `distance` metres (infinity allowed); 1 when it crosses none. `crossed` counts apertures (holes too).
+/// Product of the transmittances, at the angle of d, of the panes that the segment or ray from p in unit direction d
+/// crosses up to `distance` metres (infinity allowed); 1 when it crosses none. `crossed` counts apertures (holes too).
 Rgb aperture_transmittance(const std::vector<Aperture>& apertures, const glm::dvec3& p, const glm::dvec3& d,
                            double distance, int* crossed = nullptr);
 

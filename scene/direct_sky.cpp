@@ -44,6 +44,21 @@ std::array<SphericalTriangle, 2> halves(const SphericalTriangle& t) {
           SphericalTriangle{middle, turned.b, turned.c, t.depth + 1}};
 }
 
+/// The part of a spherical polygon above (side 1) or below (side -1) the horizon, where skies end: a cell across it
+/// would take the radiance of one of the two.
+std::vector<glm::dvec3> beyond_horizon(const std::vector<glm::dvec3>& polygon, double side) {
+  std::vector<glm::dvec3> part;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const glm::dvec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
+    const double ha = side * a.z, hb = side * b.z;
+    if (ha >= 0.0)
+      part.push_back(a);
+    if ((ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0))
+      part.push_back(glm::normalize(a + ha / (ha - hb) * (b - a)));
+  }
+  return part;
+}
+
 } // namespace
 
 struct DirectSky::Receiver {
@@ -101,8 +116,11 @@ glm::dvec3 DirectSky::polygon_light(const Receiver& at, std::size_t aperture) co
       return sum;
     way.push_back((corner - at.point) / distance);
   }
-  for (std::size_t k = 1; k + 1 < way.size(); ++k)
-    open.push_back({way[0], way[k], way[k + 1], 0});
+  for (const double side : {1.0, -1.0}) {
+    const std::vector<glm::dvec3> part = beyond_horizon(way, side);
+    for (std::size_t k = 1; k + 1 < part.size(); ++k)
+      open.push_back({part[0], part[k], part[k + 1], 0});
+  }
   while (!open.empty()) {
     const SphericalTriangle t = open.back();
     open.pop_back();

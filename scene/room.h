@@ -17,8 +17,11 @@ namespace daylit {
 struct Material {
   std::string name;
   Rgb reflectance{0.5f};   ///< Lambertian, linear, each channel in 0..1
-  Rgb transmittance{1.0f}; ///< of a window pane at normal incidence; 1 = open. Unused unless is_window
+  Rgb transmittance{1.0f}; ///< of a window pane, any angle; 1 = open. Unused unless is_window
   bool is_window = false;  ///< name is "window" or starts with "window_" or "window."
+  /// 0: transmittance is all there is. 1 and above: clear glass, the Fresnel slab of this index (scene/glass.h) times
+  /// transmittance.
+  float refractive_index = 0.0f;
 };
 
 /// True for the names that make a material an aperture.
@@ -62,7 +65,8 @@ double area_m2(const Room& room, const RoomTriangle& triangle);
 struct Aperture {
   std::vector<glm::dvec3> corners; ///< metres, at least three, coplanar, convex
   glm::dvec3 inward{0.0};          ///< unit normal pointing into the room
-  Rgb transmittance{1.0f};
+  Rgb transmittance{1.0f};         ///< any angle; pane_transmittance (scene/glass.h) is the whole
+  float refractive_index = 0.0f;   ///< as in Material
 };
 
 } // namespace daylit

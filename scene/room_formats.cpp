@@ -13,6 +13,7 @@
 #include "scene/atomic_file.h"
 #include "scene/detail/obj_text.h"
 #include "scene/detail/polygon.h"
+#include "scene/glass.h"
 
 namespace daylit {
 
@@ -53,6 +54,19 @@ Result<MaterialFile> read_libraries(const detail::ObjText& obj, const ReadLibrar
   return all;
 }
 
+/// A pane of `illum 7`: the Fresnel slab of index Ni, times Tf.
+Result<Material> clear_glass(Material material, const detail::MtlMaterial& mtl, RoomReport& report) {
+  const double index = mtl.refractive_index.value_or(kClearGlassIndex);
+  if (!(index >= 1.0 && index <= kLargestGlassIndex))
+    return Error{ErrorCode::value_invalid,
+                 fmt::format("refractive index {:g} is outside 1..{:g}", index, kLargestGlassIndex),
+                 "material \"" + material.name + "\"", "glass has Ni 1.52"};
+  material.refractive_index = static_cast<float>(index);
+  report.notes.push_back(fmt::format("window material \"{}\": {}, {:.4f} at normal incidence", material.name,
+                                     pane_model_name(material.refractive_index), clear_slab_transmittance(1.0, index)));
+  return material;
+}
+
 Result<Material> make_material(const std::string& name, const MaterialFile& file, RoomReport& report) {
   Material material{.name = name, .reflectance = Rgb(kDefaultReflectance), .is_window = is_window_name(name)};
   const auto entry = file.find(name);
@@ -70,10 +84,10 @@ Result<Material> make_material(const std::string& name, const MaterialFile& file
     material.transmittance = mtl.transmittance.value_or(Rgb(1.0f));
     if (!in_unit_range(material.transmittance))
       return range_error("transmittance", material.transmittance, name);
-    if (mtl.has_dissolve && !mtl.transmittance)
+    if (mtl.has_dissolve && !mtl.transmittance && !mtl.is_glass)
       report.notes.push_back(
           fmt::format("window material \"{}\": d/Tr is not used, Tf is missing: transmittance 1", name));
-    return material;
+    return mtl.is_glass ? clear_glass(std::move(material), mtl, report) : material;
   }
   if (mtl.reflectance && !in_unit_range(*mtl.reflectance))
     return range_error("reflectance", *mtl.reflectance, name);
@@ -250,6 +264,8 @@ std::string content_hash(const Room& room) {
     hash.add(m.reflectance);
     hash.add(m.transmittance);
     hash.add(m.is_window ? 1u : 0u);
+    if (m.refractive_index > 0.0f) // rooms without such panes keep their hash
+      hash.add(std::uint64_t{std::bit_cast<std::uint32_t>(m.refractive_index)});
   }
   return hash.hex();
 }

@@ -80,12 +80,6 @@ Error partition_error(const std::string& what, const std::string& where) {
 
 double start_azimuth(const SkyBand& band) { return band.centred ? -kPi / band.cells : 0.0; }
 
-/// Altitude of the nodes of a band; a cap's node is its pole.
-double node_altitude(const SkyBand& band) {
-  const double middle = std::asin(0.5 * (band.sin_low + band.sin_high));
-  return band.cells > 1 ? middle : std::copysign(0.5 * kPi, middle);
-}
-
 /// Integral over (from, to) of the altitude's hat that is 0 at `from` and 1 at `to`, times cos(altitude).
 double rising_hat(double from, double to) { return std::sin(to) + (std::cos(to) - std::cos(from)) / (to - from); }
 
@@ -160,6 +154,8 @@ Result<SkyPartition> SkyPartition::from_bands(std::vector<SkyBand> bands, std::s
   out.bands_ = std::move(bands);
   out.name_ = std::move(name);
   out.size_ = next;
+  for (const SkyBand& band : out.bands_)
+    out.node_altitude_.push_back(std::asin(out.centre(band.first_region).z));
   return out;
 }
 
@@ -215,14 +211,14 @@ glm::dvec3 SkyPartition::sample(int region, double s, double t) const {
 
 std::array<RegionWeight, 4> SkyPartition::interpolation(const glm::dvec3& d) const {
   const double altitude = std::asin(std::clamp(d.z, -1.0, 1.0)), azimuth = std::atan2(d.y, d.x);
-  const auto above = std::upper_bound(bands_.begin(), bands_.end(), altitude,
-                                      [](double a, const SkyBand& band) { return a < node_altitude(band); });
-  const auto upper = std::clamp<std::ptrdiff_t>(above - bands_.begin(), 1, std::ssize(bands_) - 1);
-  const double low = node_altitude(bands_[upper - 1]), high = node_altitude(bands_[upper]);
+  const auto above = std::upper_bound(node_altitude_.begin(), node_altitude_.end(), altitude);
+  const auto upper = static_cast<std::size_t>(
+      std::clamp<std::ptrdiff_t>(above - node_altitude_.begin(), 1, std::ssize(node_altitude_) - 1));
+  const double low = node_altitude_[upper - 1], high = node_altitude_[upper];
   const double share = std::clamp((altitude - low) / (high - low), 0.0, 1.0);
   std::array<RegionWeight, 4> result;
   for (int k = 0; k < 2; ++k) {
-    const SkyBand& band = bands_[upper - 1 + k];
+    const SkyBand& band = bands_[upper - 1 + static_cast<std::size_t>(k)];
     const double weight = k == 0 ? 1.0 - share : share;
     const double cell = (azimuth - start_azimuth(band)) / kTwoPi * band.cells - 0.5, first = std::floor(cell);
     const int n = band.cells, left = ((static_cast<int>(first) % n) + n) % n;
@@ -235,10 +231,10 @@ std::array<RegionWeight, 4> SkyPartition::interpolation(const glm::dvec3& d) con
 double SkyPartition::hat_sr(int region) const {
   const SkyBand& band = band_of_region(region);
   const auto b = static_cast<std::size_t>(&band - bands_.data());
-  const double here = node_altitude(band);
+  const double here = node_altitude_[b];
   double band_integral = 0; // of cos(altitude) times the hat in altitude; 1 beyond the outermost nodes
-  band_integral += b > 0 ? rising_hat(node_altitude(bands_[b - 1]), here) : std::sin(here) + 1.0;
-  band_integral += b + 1 < bands_.size() ? rising_hat(-node_altitude(bands_[b + 1]), -here) : 1.0 - std::sin(here);
+  band_integral += b > 0 ? rising_hat(node_altitude_[b - 1], here) : std::sin(here) + 1.0;
+  band_integral += b + 1 < bands_.size() ? rising_hat(-node_altitude_[b + 1], -here) : 1.0 - std::sin(here);
   return kTwoPi / band.cells * band_integral;
 }
 

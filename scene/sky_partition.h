@@ -73,6 +73,7 @@ private:
   std::string name_;
   int size_ = 0;
   bool interpolated_ = false;
+  std::vector<double> node_altitude_; ///< of the centres of each band's regions, radians
   int band_of(double sin_altitude) const;
   const SkyBand& band_of_region(int region) const;
 };

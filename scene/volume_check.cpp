@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/detail/probe_grid.h"
+#include "scene/glass.h"
 #include "scene/volume_file.h"
 
 namespace daylit {
@@ -31,6 +32,9 @@ bool all_finite(const std::vector<float>& values) {
     bad |= (std::bit_cast<std::uint32_t>(x) & 0x7f800000u) == 0x7f800000u ? 1u : 0u;
   return bad == 0;
 }
+
+/// 0: no clear glass.
+bool glass_index(float n) { return n == 0.0f || (n >= 1.0f && n <= static_cast<float>(kLargestGlassIndex)); }
 
 bool in_unit_range(const Rgb& c) {
   return c.r >= 0.0f && c.r <= 1.0f && c.g >= 0.0f && c.g <= 1.0f && c.b >= 0.0f && c.b <= 1.0f;
@@ -80,15 +84,15 @@ Result<void> check_room(const Room& room) {
         return broken("a triangle names a vertex that does not exist");
   }
   for (const Material& m : room.materials)
-    if (!in_unit_range(m.reflectance) || !in_unit_range(m.transmittance))
-      return broken("a reflectance or transmittance is outside 0..1");
+    if (!in_unit_range(m.reflectance) || !in_unit_range(m.transmittance) || !glass_index(m.refractive_index))
+      return broken("a reflectance, transmittance or refractive index is out of range");
   return {};
 }
 
 Result<void> check_apertures(const std::vector<Aperture>& apertures) {
   for (const Aperture& a : apertures)
     if (a.corners.size() < 3 || !all_bounded(a.corners) || !(std::abs(glm::length(a.inward) - 1.0) < 1e-6) ||
-        !in_unit_range(a.transmittance))
+        !in_unit_range(a.transmittance) || !glass_index(a.refractive_index))
       return broken("an aperture is damaged");
   return {};
 }

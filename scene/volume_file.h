@@ -12,9 +12,13 @@
 
 namespace daylit {
 
-/// Versions of the layout described in docs/volume-format.md: 1 has a basis per region, 2 a compact basis. A reader
-/// refuses any other.
-constexpr int kVolumeFormatVersion = 1, kCompactFormatVersion = 2;
+/// Versions of the layout described in docs/volume-format.md. A reader refuses any other. Version 2 adds the refractive
+/// index of clear glass, version 3 the compact basis of a fine sky; a volume is written as the lowest that holds it.
+constexpr int kVolumeFormatConstantPanes = 1, kVolumeFormatClearGlass = 2, kVolumeFormatCompact = 3;
+constexpr int kVolumeFormatVersion = kVolumeFormatCompact;
+
+/// The version a volume is written as.
+int volume_format_version(const BasisVolume& volume);
 
 /// How a basis per region is stored. Half floats have a scale per region: half the file, rounded by at most 2.5e-4 of
 /// the region's largest number.

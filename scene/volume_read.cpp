@@ -152,9 +152,13 @@ bool read_materials(TensorReader& reader, const std::string& names_json, std::ve
   if (reader.read("material.transmittance", "F32", {3}, transmittance) != count ||
       reader.read("material.is_window", "U8", {}, is_window) != count)
     return false;
+  std::vector<float> index;
+  if (reader.has("material.refractive_index", "F32") &&
+      reader.read("material.refractive_index", "F32", {}, index) != count)
+    return false;
   materials.resize(count);
   for (std::size_t i = 0; i < count; ++i)
-    materials[i] = {"", reflectance[i], transmittance[i], is_window[i] != 0};
+    materials[i] = {"", reflectance[i], transmittance[i], is_window[i] != 0, index.empty() ? 0.0f : index[i]};
   // Strings in the order of the list; anything else in it is refused.
   std::size_t next = 0;
   bool good = true;
@@ -192,13 +196,17 @@ bool read_apertures(TensorReader& reader, std::vector<Aperture>& apertures) {
   if (reader.read("aperture.inward", "F64", {3}, inward) != count ||
       reader.read("aperture.transmittance", "F32", {3}, transmittance) != count)
     return false;
+  std::vector<float> index;
+  if (reader.has("aperture.refractive_index", "F32") &&
+      reader.read("aperture.refractive_index", "F32", {}, index) != count)
+    return false;
   std::size_t next = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int32_t n = corner_count[i];
     if (n < 3 || static_cast<std::size_t>(n) > corners.size() - next)
       return false;
     const auto begin = corners.begin() + static_cast<std::ptrdiff_t>(next);
-    apertures.push_back({{begin, begin + n}, inward[i], transmittance[i]});
+    apertures.push_back({{begin, begin + n}, inward[i], transmittance[i], index.empty() ? 0.0f : index[i]});
     next += static_cast<std::size_t>(n);
   }
   return next == corners.size();
@@ -215,10 +223,11 @@ Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::S
   if (text_of(header, "format") != detail::kVolumeFormat)
     return Error{ErrorCode::file_malformed, "this is a safetensors file, but no volume", name, ""};
   const std::string version = text_of(header, "format_version").substr(0, 20);
-  if (version != std::to_string(kVolumeFormatVersion) && version != std::to_string(kCompactFormatVersion))
+  if (version != std::to_string(kVolumeFormatConstantPanes) && version != std::to_string(kVolumeFormatClearGlass) &&
+      version != std::to_string(kVolumeFormatCompact))
     return Error{ErrorCode::file_version,
-                 fmt::format("volume format version {}; this program reads versions {} and {}", version,
-                             kVolumeFormatVersion, kCompactFormatVersion),
+                 fmt::format("volume format version {}; this program reads version {} to {}", version,
+                             kVolumeFormatConstantPanes, kVolumeFormatVersion),
                  name, "bake it again with the daylit-precompute of this version"};
   const std::span<const std::byte> file = std::as_bytes(bytes), head = file.first(header.data_offset);
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
@@ -250,7 +259,7 @@ Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std:
     return malformed(partition.error().what, name);
   volume.partition = std::move(*partition);
   read_probes(reader, text_of(*header, "probe_layout") == "grid", volume.probes);
-  if (text_of(*header, "format_version") == std::to_string(kCompactFormatVersion)) {
+  if (text_of(*header, "format_version") == std::to_string(kVolumeFormatCompact)) {
     volume.partition = volume.partition.with_interpolation(true);
     volume.compact = read_compact(reader);
   } else {

@@ -21,7 +21,7 @@ struct FlatVolume {
   std::vector<double> bands, apertures, inward;
   std::vector<std::int32_t> band_cells, aperture_corners;
   std::vector<std::uint32_t> triangles, triangle_material;
-  std::vector<float> reflectance, transmittance, aperture_transmittance;
+  std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
   std::vector<std::uint16_t> half_basis;
   std::vector<float> basis_scale;
   std::vector<std::uint32_t> brick_probes, half_rank, byte_rank;
@@ -47,6 +47,7 @@ FlatVolume flatten(const BasisVolume& volume) {
     append3(flat.reflectance, m.reflectance);
     append3(flat.transmittance, m.transmittance);
     flat.is_window.push_back(m.is_window ? 1 : 0);
+    flat.refractive_index.push_back(m.refractive_index);
   }
   for (const Aperture& a : volume.apertures) {
     for (const glm::dvec3& corner : a.corners)
@@ -54,6 +55,7 @@ FlatVolume flatten(const BasisVolume& volume) {
     flat.aperture_corners.push_back(static_cast<std::int32_t>(a.corners.size()));
     append3(flat.inward, a.inward);
     append3(flat.aperture_transmittance, a.transmittance);
+    flat.aperture_index.push_back(a.refractive_index);
   }
   if (volume.compact)
     for (const CompactBasis::Brick& b : volume.compact->brick) {
@@ -87,17 +89,22 @@ std::span<const std::byte> bytes_of(const std::vector<T>& list) {
 std::span<const std::byte> bytes_of(const glm::dvec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
 std::span<const std::byte> bytes_of(const glm::ivec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
 
+/// Panes of which a reader has to know the angle of incidence.
+bool has_clear_glass(const BasisVolume& volume) {
+  return std::ranges::any_of(volume.apertures, [](const Aperture& a) { return a.refractive_index > 0.0f; });
+}
+
 using Tensors = std::vector<detail::TensorToWrite>;
 
 Tensors basis_tensors(const BasisVolume& volume, const FlatVolume& flat) {
   const std::uint64_t rows = volume.stored_region.size();
   const std::vector<std::uint64_t> shape{rows, volume.probes.size(), 9, 3};
+  const detail::TensorToWrite stored{"region.stored", "I32", {rows}, bytes_of(volume.stored_region)};
   if (flat.basis_scale.empty())
-    return {{"region.stored", "I32", {rows}, bytes_of(volume.stored_region)},
-            {"basis", "F32", shape, bytes_of(volume.basis)}};
-  return {{"region.stored", "I32", {rows}, bytes_of(volume.stored_region)},
-          {"basis", "F16", shape, bytes_of(flat.half_basis)},
-          {"basis.scale", "F32", {rows}, bytes_of(flat.basis_scale)}};
+    return {{"basis", "F32", shape, bytes_of(volume.basis)}, stored};
+  return {{"basis", "F16", shape, bytes_of(flat.half_basis)},
+          {"basis.scale", "F32", {rows}, bytes_of(flat.basis_scale)},
+          stored};
 }
 
 Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
@@ -122,7 +129,7 @@ Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
 Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
   const std::uint64_t probes = volume.probes.size(), apertures = volume.apertures.size(),
                       triangles = volume.room.triangles.size(), materials = volume.room.materials.size();
-  return {
+  Tensors list = {
       {"probe.position", "F32", {probes, 3}, bytes_of(volume.probes.positions)},
       {"probe.valid", "U8", {probes}, bytes_of(volume.probes.valid)},
       {"probe.origin", "F64", {3}, bytes_of(volume.probes.origin)},
@@ -141,6 +148,11 @@ Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
       {"aperture.inward", "F64", {apertures, 3}, bytes_of(flat.inward)},
       {"aperture.transmittance", "F32", {apertures, 3}, bytes_of(flat.aperture_transmittance)},
   };
+  if (has_clear_glass(volume)) {
+    list.push_back({"material.refractive_index", "F32", {materials}, bytes_of(flat.refractive_index)});
+    list.push_back({"aperture.refractive_index", "F32", {apertures}, bytes_of(flat.aperture_index)});
+  }
+  return list;
 }
 
 std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
@@ -149,7 +161,7 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
     names.push_back(m.name);
   const VolumeProvenance& p = volume.provenance;
   return {{"format", detail::kVolumeFormat},
-          {"format_version", std::to_string(volume.compact ? kCompactFormatVersion : kVolumeFormatVersion)},
+          {"format_version", std::to_string(volume_format_version(volume))},
           {"checksum", detail::kNoChecksum},
           {"frame", "right-handed, z up; directions point to where the light comes from"},
           {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
@@ -165,6 +177,12 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
 }
 
 } // namespace
+
+int volume_format_version(const BasisVolume& volume) {
+  if (volume.compact)
+    return kVolumeFormatCompact;
+  return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;
+}
 
 Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume, BasisPrecision precision) {
   if (Result<void> good = check_volume(volume); !good) {

@@ -7,6 +7,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/glass.h"
+
 namespace daylit {
 
 namespace {
@@ -84,9 +86,13 @@ glm::dvec3 sample_triangle_direction(const glm::dvec3& corner_a, const glm::dvec
   return glm::normalize(z * b + std::sqrt(std::max(0.0, 1.0 - z * z)) * perpendicular(c_hat, b));
 }
 
+Rgb ApertureSampler::Pane::at(const glm::dvec3& d) const {
+  return pane_transmittance(transmittance, refractive_index, glm::dot(d, inward));
+}
+
 ApertureSampler::ApertureSampler(std::span<const Aperture> apertures, const glm::dvec3& origin) {
   for (const Aperture& a : apertures) {
-    Pane pane{{}, a.inward, a.transmittance};
+    Pane pane{{}, a.inward, a.transmittance, a.refractive_index};
     for (const glm::dvec3& corner : a.corners)
       pane.corners.push_back(corner - origin);
     const auto index = static_cast<std::uint32_t>(panes_.size());
@@ -142,12 +148,12 @@ std::optional<ApertureSample> ApertureSampler::sample(const glm::vec3& local_poi
   const glm::dvec3 d = sample_triangle_direction(part.a - p, part.b - p, part.c - p, u);
   // Parts are chosen by solid angle: the density is 1 / total, once per opening that the direction crosses.
   int crossed = 1;
-  Rgb transmittance = panes_[part.pane].transmittance;
+  Rgb transmittance = panes_[part.pane].at(d);
   for (std::size_t i = 0; i < panes_.size(); ++i) {
     double distance = 0.0;
     if (i == part.pane || !crosses(panes_[i], p, d, distance))
       continue;
-    transmittance *= panes_[i].transmittance;
+    transmittance *= panes_[i].at(d);
     crossed += faces(panes_[i], p) ? 1 : 0;
   }
   return ApertureSample{glm::vec3(d), static_cast<float>(crossed / total), transmittance};
@@ -172,8 +178,9 @@ Rgb ApertureSampler::transmittance(const glm::vec3& local_point, const glm::vec3
   Rgb product(1.0f);
   for (const Pane& pane : panes_) {
     double distance = 0.0;
-    if (pane.transmittance != Rgb(1.0f) && crosses(pane, glm::dvec3(local_point), glm::dvec3(direction), distance))
-      product *= pane.transmittance;
+    if (pane.is_open() || !crosses(pane, glm::dvec3(local_point), glm::dvec3(direction), distance))
+      continue;
+    product *= pane.at(glm::dvec3(direction));
   }
   return product;
 }

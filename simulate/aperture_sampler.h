@@ -51,6 +51,9 @@ private:
     std::vector<glm::dvec3> corners; ///< local
     glm::dvec3 inward{0.0};
     Rgb transmittance{1.0f};
+    float refractive_index = 0.0f; ///< 0: constant transmittance
+    bool is_open() const { return transmittance == Rgb(1.0f) && refractive_index == 0.0f; }
+    Rgb at(const glm::dvec3& unit_direction) const;
   };
   /// Fans of triangles that cover the panes; panes own runs of them.
   struct Part {

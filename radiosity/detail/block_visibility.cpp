@@ -1,28 +1,28 @@
 #include "radiosity/detail/block_visibility.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 namespace daylit::radiosity {
 
 namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr int kPatience = 16;            // obstacles looked at in search of one that hides everything
 constexpr double kTouchTolerance = 1e-7; // of the room's size: rounding of coplanar corners
 
 double cross2(double ax, double ay, double bx, double by) { return ax * by - ay * bx; }
 
 /// Sides of the hull of two boxes, seen along one axis: does a tangent line to both keep the obstacle on its far
 /// side? (Shaft culling, Haines & Wallace 1991.) u, v: the two remaining axes; `corner` picks lo or hi of each.
-template <class Box>
 bool tangent_separates(const Box& a, const Box& b, const Box& obstacle, int u, int v, int corner, double tolerance) {
   const auto pick = [&](const Box& box, int c, int axis, int bit) { return c & bit ? box.hi[axis] : box.lo[axis]; };
   const double px = pick(a, corner, u, 1), py = pick(a, corner, v, 2);
   const double dx = pick(b, corner, u, 1) - px, dy = pick(b, corner, v, 2) - py;
-  const double length = std::hypot(dx, dy), slack = tolerance * length;
+  const double length = std::sqrt(dx * dx + dy * dy), slack = tolerance * length;
   if (length <= tolerance)
     return false; // corners on top of each other span no line
   double low = 0, high = 0, near = kInfinity, far = -kInfinity;
@@ -40,7 +40,6 @@ bool tangent_separates(const Box& a, const Box& b, const Box& obstacle, int u, i
 }
 
 /// The obstacle's box does not meet the convex hull of boxes a and b (sufficient, not necessary).
-template <class Box>
 bool outside_shaft(const Box& a, const Box& b, const Box& obstacle, double tolerance) {
   for (int axis = 0; axis < 3; ++axis)
     if (obstacle.lo[axis] > std::max(a.hi[axis], b.hi[axis]) - tolerance ||
@@ -52,47 +51,143 @@ bool outside_shaft(const Box& a, const Box& b, const Box& obstacle, double toler
         return true;
   return false;
 }
-} // namespace
-
-BlockVisibility::BlockVisibility(const ElementSet& set, const PatchMesh& mesh, std::size_t block_size) {
-  planes_.resize(mesh.planes, {glm::dvec3(0.0), glm::dvec3(0.0), {glm::dvec3(kInfinity), glm::dvec3(-kInfinity)}});
-  double extent = 0;
-  for (const Patch& p : mesh.patches) {
-    Plane& plane = planes_[p.plane];
-    plane.point = p.corner[0];
-    plane.normal = p.normal;
-    for (const glm::dvec3& c : p.corner) {
-      plane.bounds.lo = glm::min(plane.bounds.lo, c);
-      plane.bounds.hi = glm::max(plane.bounds.hi, c);
-      extent = std::max({extent, std::abs(c.x), std::abs(c.y), std::abs(c.z)});
-    }
-  }
-  tolerance_m_ = kTouchTolerance * extent;
-  const std::size_t blocks = (set.elements.size() + block_size - 1) / block_size;
-  blocks_.resize(blocks, {glm::dvec3(kInfinity), glm::dvec3(-kInfinity)});
-  range_.resize(blocks * planes_.size(), {kInfinity, -kInfinity});
-  for (std::size_t i = 0; i < set.elements.size(); ++i)
-    for (const glm::dvec3& c : set.elements[i].corner) {
-      Box& box = blocks_[i / block_size];
-      box.lo = glm::min(box.lo, c);
-      box.hi = glm::max(box.hi, c);
-      for (std::size_t k = 0; k < planes_.size(); ++k) {
-        const double h = glm::dot(c - planes_[k].point, planes_[k].normal);
-        Range& r = range_[i / block_size * planes_.size() + k];
-        r = {std::min(r.low, h), std::max(r.high, h)};
-      }
-    }
+/// One obstacle per leaf, each in a plane of its own.
+ClusterTree hierarchy_of(const std::vector<Obstacle>& obstacles) {
+  std::vector<ClusterItem> items;
+  for (std::size_t k = 0; k < obstacles.size(); ++k)
+    items.push_back({obstacles[k].corner, obstacles[k].normal, static_cast<std::uint32_t>(k)});
+  return ClusterTree(items, 1);
 }
 
-bool BlockVisibility::clear(std::size_t a, std::size_t b) const {
-  for (std::size_t k = 0; k < planes_.size(); ++k) {
-    const Range &ra = range_[a * planes_.size() + k], &rb = range_[b * planes_.size() + k];
-    if (std::min(ra.low, rb.low) >= -tolerance_m_ || std::max(ra.high, rb.high) <= tolerance_m_)
-      continue; // both blocks on one side: segments between them do not cross the plane
-    if (!outside_shaft(blocks_[a], blocks_[b], planes_[k].bounds, tolerance_m_))
-      return false;
+/// Points that hold a cluster: its outline, or the corners of its box.
+std::span<const glm::dvec3> holding_points(const ClusterTree& tree, const Cluster& c,
+                                           std::array<glm::dvec3, 8>& storage) {
+  if (c.corners > 0)
+    return tree.outline(c);
+  for (int k = 0; k < 8; ++k)
+    storage[static_cast<std::size_t>(k)] = {k & 1 ? c.box.hi.x : c.box.lo.x, k & 2 ? c.box.hi.y : c.box.lo.y,
+                                            k & 4 ? c.box.hi.z : c.box.lo.z};
+  return storage;
+}
+
+/// Distances from a plane, of the points of one cluster.
+struct Heights {
+  std::vector<double> of;
+  Heights(std::span<const glm::dvec3> points, const glm::dvec3& point, const glm::dvec3& normal) {
+    for (const glm::dvec3& p : points)
+      of.push_back(glm::dot(p - point, normal));
   }
-  return true;
+  double low() const { return *std::ranges::min_element(of); }
+  double high() const { return *std::ranges::max_element(of); }
+};
+} // namespace
+
+BlockVisibility::BlockVisibility(std::vector<Obstacle> obstacles)
+    : obstacles_(std::move(obstacles)), hierarchy_(hierarchy_of(obstacles_)) {
+  if (!obstacles_.empty())
+    tolerance_m_ = kTouchTolerance * diameter(hierarchy_[0].box);
+}
+
+BlockVisibility::Range BlockVisibility::heights(const ClusterTree& tree, const Cluster& c, const glm::dvec3& point,
+                                                const glm::dvec3& normal) {
+  Range range{kInfinity, -kInfinity};
+  const auto add = [&](const glm::dvec3& p) {
+    const double h = glm::dot(p - point, normal);
+    range = {std::min(range.low, h), std::max(range.high, h)};
+  };
+  for (const glm::dvec3& p : tree.outline(c))
+    add(p);
+  if (c.corners == 0)
+    for (int k = 0; k < 8; ++k)
+      add({k & 1 ? c.box.hi.x : c.box.lo.x, k & 2 ? c.box.hi.y : c.box.lo.y, k & 4 ? c.box.hi.z : c.box.lo.z});
+  return range;
+}
+
+/// A segment from height ha to hb over the obstacle's plane crosses it at (ha b - hb a) / (ha - hb), a projective map
+/// of either end: what holds for the segments between all corners holds for all segments.
+Sight BlockVisibility::past_obstacle(const ClusterTree& tree, const Cluster& a, const Cluster& b,
+                                     const Obstacle& o) const {
+  std::array<glm::dvec3, 8> box_a, box_b;
+  const auto points_a = holding_points(tree, a, box_a), points_b = holding_points(tree, b, box_b);
+  const Heights ha(points_a, o.corner[0], o.normal), hb(points_b, o.corner[0], o.normal);
+  const double sign = ha.low() >= -tolerance_m_ && hb.high() <= tolerance_m_   ? 1.0
+                      : ha.high() <= tolerance_m_ && hb.low() >= -tolerance_m_ ? -1.0
+                                                                               : 0.0;
+  bool hidden = sign != 0.0;
+  for (std::size_t k = 0; k < o.corner.size(); ++k) {
+    const glm::dvec3 inward = glm::cross(o.normal, o.corner[(k + 1) % o.corner.size()] - o.corner[k]);
+    const double length = glm::length(inward);
+    if (!(length > 0.0))
+      continue;
+    const Heights sa(points_a, o.corner[k], inward / length), sb(points_b, o.corner[k], inward / length);
+    if (sa.high() <= tolerance_m_ && sb.high() <= tolerance_m_)
+      return Sight::clear;
+    if (sign == 0.0)
+      continue;
+    bool outside = true;
+    for (std::size_t i = 0; i < sa.of.size(); ++i)
+      for (std::size_t j = 0; j < sb.of.size(); ++j) {
+        const double w = sign * (ha.of[i] * sb.of[j] - hb.of[j] * sa.of[i]);
+        const double slack = tolerance_m_ * sign * (ha.of[i] - hb.of[j]);
+        outside = outside && w <= slack;
+        hidden = hidden && w >= -slack;
+      }
+    if (outside)
+      return Sight::clear;
+  }
+  return hidden ? Sight::hidden : Sight::mixed;
+}
+
+template <class Visit>
+bool BlockVisibility::search(const ClusterTree& tree, const Cluster& a, const Cluster& b, const Visit& visit) const {
+  std::array<std::int32_t, 128> stack;
+  std::size_t depth = 0;
+  if (!hierarchy_.clusters().empty())
+    stack[depth++] = 0;
+  while (depth > 0) {
+    const Cluster& o = hierarchy_[stack[--depth]];
+    if (o.plane >= 0) {
+      const Range ra = heights(tree, a, o.point, o.normal), rb = heights(tree, b, o.point, o.normal);
+      if (std::min(ra.low, rb.low) >= -tolerance_m_ || std::max(ra.high, rb.high) <= tolerance_m_)
+        continue; // both on one side: segments between them do not cross the plane
+    }
+    if (outside_shaft(a.box, b.box, o.box, tolerance_m_))
+      continue;
+    if (o.leaf()) {
+      const std::uint32_t item = hierarchy_.order()[o.first];
+      const Sight past = past_obstacle(tree, a, b, obstacles_[item]);
+      if (past != Sight::clear && !visit(item, past == Sight::hidden))
+        return true;
+      continue;
+    }
+    if (depth + 2 > stack.size())
+      return true;
+    stack[depth++] = o.child[0];
+    stack[depth++] = o.child[1];
+  }
+  return false;
+}
+
+Sight BlockVisibility::sight(const ClusterTree& tree, const Cluster& a, const Cluster& b) const {
+  // All that may be in the way is looked at: one that hides the pair may come last.
+  bool mixed = false, hidden = false;
+  int looked_at = 0;
+  const bool stopped = search(tree, a, b, [&](std::uint32_t, bool hides) {
+    hidden = hides;
+    mixed = true;
+    return !hides && ++looked_at < kPatience;
+  });
+  return hidden ? Sight::hidden : (mixed || stopped ? Sight::mixed : Sight::clear);
+}
+
+BlockVisibility::Between BlockVisibility::between(const ClusterTree& tree, const Cluster& a, const Cluster& b,
+                                                  std::size_t limit) const {
+  Between result;
+  result.complete = !search(tree, a, b, [&](std::uint32_t item, bool) {
+    result.items.push_back(item);
+    return result.items.size() <= limit;
+  });
+  return result;
 }
 
 } // namespace daylit::radiosity

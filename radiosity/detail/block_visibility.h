@@ -3,33 +3,50 @@
 #include <cstdint>
 #include <vector>
 
-#include "radiosity/elements.h"
+#include "radiosity/detail/cluster_tree.h"
+#include "radiosity/detail/obstacles.h"
 
 namespace daylit::radiosity {
 
-/// Decides for whole blocks of elements whether anything can stand between them: most pairs of a room need no ray.
-/// Conservative: `clear` is only true when no reflecting triangle meets the convex hull of the two blocks except
-/// by touching it from outside.
+enum class Sight {
+  clear,  ///< no obstacle meets the convex hull of the two except by touching it from outside
+  hidden, ///< every segment between them meets one and the same obstacle
+  mixed,  ///< neither could be shown
+};
+
+/// Decides for whole clusters whether anything can stand between them: most pairs of a room need no ray. `clear` and
+/// `hidden` are proofs.
 class BlockVisibility {
 public:
-  BlockVisibility(const ElementSet& set, const PatchMesh& mesh, std::size_t block_size);
+  explicit BlockVisibility(std::vector<Obstacle> obstacles);
 
-  bool clear(std::size_t block_a, std::size_t block_b) const;
+  const std::vector<Obstacle>& obstacles() const { return obstacles_; }
+
+  /// `a`, `b`: clusters of `tree`, same frame as the obstacles.
+  Sight sight(const ClusterTree& tree, const Cluster& a, const Cluster& b) const;
+
+  /// What may stand between them, as numbers of obstacles; at most `limit`, then `complete` is false.
+  struct Between {
+    std::vector<std::uint32_t> items;
+    bool complete = true;
+  };
+  Between between(const ClusterTree& tree, const Cluster& a, const Cluster& b, std::size_t limit) const;
+
+  /// Heights of a cluster over a plane.
+  struct Range {
+    double low, high;
+  };
+  static Range heights(const ClusterTree& tree, const Cluster& c, const glm::dvec3& point, const glm::dvec3& normal);
+  double tolerance_m() const { return tolerance_m_; }
 
 private:
-  struct Box {
-    glm::dvec3 lo, hi;
-  };
-  struct Plane {
-    glm::dvec3 point, normal;
-    Box bounds; ///< of the plane's patches
-  };
-  struct Range {
-    double low, high; ///< signed distances of a block's corners from a plane
-  };
-  std::vector<Plane> planes_;
-  std::vector<Box> blocks_;
-  std::vector<Range> range_; ///< [block][plane]
+  /// Calls visit(obstacle, hides) for every obstacle that may stand between; stops when that says false, and says so.
+  template <class Visit>
+  bool search(const ClusterTree& tree, const Cluster& a, const Cluster& b, const Visit& visit) const;
+  Sight past_obstacle(const ClusterTree& tree, const Cluster& a, const Cluster& b, const Obstacle& o) const;
+
+  std::vector<Obstacle> obstacles_;
+  ClusterTree hierarchy_; ///< one obstacle per leaf
   double tolerance_m_ = 0;
 };
 

@@ -9,6 +9,7 @@
 
 #include "runtime/light/window_sampler.h"
 #include "scene/aperture.h"
+#include "scene/glass.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -51,6 +52,10 @@ std::vector<Patch> quadrilaterals(const Aperture& a) {
   return patches;
 }
 
+Rgb through(const ApertureCell& cell, double cos_incidence) {
+  return pane_transmittance(cell.transmittance, cell.refractive_index, cos_incidence);
+}
+
 void append_cells(const Patch& patch, const Aperture& aperture, int divisions, std::vector<ApertureCell>& cells) {
   for (int i = 0; i < divisions; ++i)
     for (int j = 0; j < divisions; ++j) {
@@ -59,7 +64,7 @@ void append_cells(const Patch& patch, const Aperture& aperture, int divisions, s
       const double area = glm::length(glm::cross(ds, dt)) / (divisions * divisions);
       if (area > 0.0)
         cells.push_back({patch.corner + s * patch.side_a + t * patch.side_b + s * t * patch.twist, aperture.inward,
-                         area, 0, aperture.transmittance});
+                         area, 0, aperture.transmittance, aperture.refractive_index});
     }
 }
 
@@ -111,8 +116,10 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
     cell.level = pyramid_level(pyramid, to_cell / distance, seen_sr);
     const Rgb all = aperture_transmittance({apertures.begin(), apertures.end()}, sphere.centre, to_cell / distance,
                                            std::numeric_limits<double>::infinity(), &crossed);
-    if (crossed > 1)
+    if (crossed > 1) {
       cell.transmittance = all / static_cast<float>(crossed);
+      cell.refractive_index = 0.0f;
+    }
   }
   return cells;
 }
@@ -127,7 +134,7 @@ Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const Apertur
     if (facing <= 0.0 || receiving <= 0.0)
       continue;
     sum += facing * receiving * cell.area_m2 / (r2 * r2) *
-           glm::dvec3(cell.transmittance * pyramid[cell.level].interpolate(d / r));
+           glm::dvec3(through(cell, facing / r) * pyramid[cell.level].interpolate(d / r));
   }
   return Rgb(sum);
 }
@@ -155,7 +162,7 @@ Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const Aper
     const glm::dvec3 d = cell.centre - x;
     const double r = glm::length(d), facing = -glm::dot(cell.inward, d);
     if (facing > 0.0)
-      add(d / r, static_cast<float>(facing * cell.area_m2 / (r * r * r)) * cell.transmittance *
+      add(d / r, static_cast<float>(facing * cell.area_m2 / (r * r * r)) * through(cell, facing / r) *
                      pyramid[cell.level].interpolate(d / r));
   }
   const std::vector<Aperture> list(apertures.begin(), apertures.end());

@@ -45,6 +45,8 @@ struct ApertureCell {
   int level = 0;           ///< of the sky pyramid, whose texels are about as large as the cell seen from the object
   Rgb transmittance{1.0f}; ///< of all apertures that a ray from the object through this cell crosses, divided by
                            ///< their number: panes in series share the light instead of counting it twice
+  float refractive_index = 0.0f; ///< clear glass: its slab comes on top, at the angle of each ray; 0 behind a second
+                                 ///< pane, where transmittance holds it as seen from the object
 };
 
 /// Cells no wider than about an eighth of the distance to the sphere, between 6 x 6 and 24 x 24 per quadrilateral.

@@ -144,7 +144,7 @@ Result<void> Renderer::State::upload_apertures(std::span<const Aperture> list) {
       n = glm::normalize(n);
       edges.push_back(plane_through(glm::dot(n, middle - corner) < 0.0 ? -n : n, corner));
     }
-    planes.push_back({plane_through(a.inward, a.corners[0]), glm::vec4(a.transmittance, 0.0f),
+    planes.push_back({plane_through(a.inward, a.corners[0]), glm::vec4(a.transmittance, a.refractive_index),
                       glm::ivec4(first, static_cast<int>(edges.size()), 0, 0)});
   }
   if (planes.size() > kMaxApertures || edges.size() > kMaxApertureEdges)

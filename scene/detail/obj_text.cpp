@@ -221,6 +221,8 @@ private:
   std::uint32_t material_ = 0;
 };
 
+constexpr double kIllumGlass = 7.0; // "transparency: refraction on, reflection: Fresnel on"
+
 /// One number means grey, three mean r g b.
 Result<Rgb> parse_colour(const LineReader& lines, std::string_view keyword, std::string_view rest) {
   glm::dvec3 c(0.0);
@@ -251,6 +253,14 @@ Result<void> read_mtl_line(const LineReader& lines, std::string_view keyword, st
       m.transmittance = *colour;
     else
       m.emits = *colour != Rgb(0.0f);
+  } else if (keyword == "Ni" || keyword == "illum") {
+    const std::optional<double> number = parse_number(take_word(rest));
+    if (!number)
+      return lines.error(ErrorCode::file_malformed, std::string(keyword) + " needs a number", "");
+    if (keyword == "Ni")
+      m.refractive_index = *number;
+    else
+      m.is_glass = *number == kIllumGlass;
   } else if (keyword == "map_Kd") {
     m.has_texture = true;
   } else if (keyword == "d" || keyword == "Tr") {

@@ -35,8 +35,10 @@ Result<ObjText> parse_obj_text(std::string_view text, const std::string& name);
 
 struct MtlMaterial {
   std::string name;
-  std::optional<Rgb> reflectance;   ///< Kd, as written
-  std::optional<Rgb> transmittance; ///< Tf, as written
+  std::optional<Rgb> reflectance;         ///< Kd, as written
+  std::optional<Rgb> transmittance;       ///< Tf, as written
+  std::optional<double> refractive_index; ///< Ni, as written
+  bool is_glass = false;                  ///< illum 7: refraction and Fresnel reflection
   bool has_texture = false, has_dissolve = false, emits = false;
 };
 

@@ -5,6 +5,7 @@
 #include "runtime/light/direct_light.h"
 #include "runtime/light/sh_rotation.h"
 #include "runtime/light/window_sampler.h"
+#include "scene/glass.h"
 #include "test_scene.h"
 
 namespace daylit {
@@ -114,6 +115,24 @@ TEST(DirectLight, cells_integrate_a_uniform_sky_to_the_polygon_form_factor) {
   const double factor = 2.0 / kPi * (a / p * std::atan(b / p) + b / q * std::atan(a / q));
   const double e = static_cast<double>(open_sky_irradiance(pyramid, cells, {2, 3, 1.5}, {0, 1, 0}).g);
   EXPECT_NEAR(e / (kPi * factor), 1.0, 2e-3);
+}
+
+TEST(DirectLight, cells_of_clear_glass_dim_each_ray_by_its_angle) {
+  auto windows = test::box_window();
+  windows[0].refractive_index = 1.52f;
+  SkyMap map = test::overcast_sky(64);
+  std::fill(map.radiance.begin(), map.radiance.end(), Rgb(1.0f));
+  const auto pyramid = sky_map_pyramid(map);
+  const auto ratio = [&](const glm::dvec3& x, const glm::dvec3& n) {
+    const BoundingSphere sphere{x, 0.05};
+    const auto glass = aperture_cells(windows, sphere, pyramid),
+               open = aperture_cells(test::box_window(), sphere, pyramid);
+    return static_cast<double>(open_sky_irradiance(pyramid, glass, x, n).g /
+                               open_sky_irradiance(pyramid, open, x, n).g);
+  };
+  EXPECT_NEAR(ratio({2, 0.2, 1.5}, {0, 1, 0}), clear_slab_transmittance(1.0, 1.52), 1e-3); // nearly normal
+  const glm::dvec3 aside(-8, 2.2, 1.5), way = glm::normalize(glm::dvec3(2, 5, 1.5) - aside);
+  EXPECT_NEAR(ratio(aside, way), clear_slab_transmittance(way.y, 1.52), 0.01); // 74 degrees
 }
 
 TEST(DirectLight, panes_in_series_count_their_light_once) {

@@ -122,6 +122,17 @@ TEST(Renderer, direct_light_under_overcast_agrees_with_rays) {
   EXPECT_LT(d.shadow, 0.02);
 }
 
+TEST(Renderer, light_through_clear_glass_agrees_with_rays) {
+  Scene scene;
+  for (Aperture& a : scene.windows)
+    a.refractive_index = 1.52f;
+  const auto frame = scene.render();
+  ASSERT_TRUE(frame) << frame.error().message();
+  const Deviation d = compare_with_rays(scene, *frame);
+  EXPECT_LT(d.object, 0.03);
+  EXPECT_LT(d.shadow, 0.02);
+}
+
 TEST(Renderer, direct_light_with_sun_agrees_with_rays) {
   Scene scene;
   scene.sun = sun_through_the_window();

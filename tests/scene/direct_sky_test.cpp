@@ -52,6 +52,16 @@ TEST(DirectSky, uniform_sky_through_a_hole_is_pi_times_the_view_factor) {
   EXPECT_EQ(direct.irradiance({2, 2, 1.5}, {0, 1, 0}), Rgb(0.0f)) << "facing away";
 }
 
+TEST(DirectSky, light_is_split_exactly_at_the_horizon) {
+  const Case c(room_with_hole().room);
+  const SkyImage sky = equirect(64, [](const glm::dvec3& w) { return Rgb(w.z < 0 ? 0.0f : 1.0f); });
+  const DirectSky direct(c.openings, c.scene, sky);
+  for (const double z : {1.13, 1.5, 1.71}) { // of the hole, the part higher than the receiver shows sky
+    const double expected = kPi * 2.0 * corner_factor(1.0, 2.0 - z, 4.5);
+    EXPECT_NEAR(glm::dvec3(direct.irradiance({2, 4.5, z}, {0, -1, 0})).g / expected, 1.0, 1e-3) << z;
+  }
+}
+
 TEST(DirectSky, furniture_hides_its_share) {
   test::RoomBuilder b = room_with_hole();
   b.quad({2, 1, 0}, {4, 1, 0}, {4, 1, 3}, {2, 1, 3}, 0); // a sheet that hides the right half from the axis

@@ -155,6 +155,24 @@ TEST(RoomFormats, window_transmittance_comes_from_Tf) {
   EXPECT_EQ(file->room.materials[0].transmittance, Rgb(0.7f, 0.8f, 0.9f));
 }
 
+TEST(RoomFormats, window_of_illum_7_is_clear_glass_of_index_Ni_and_any_other_is_constant) {
+  const auto read = [](const std::string& body) {
+    return parse_obj_room("mtllib a\n" + kSquare + "usemtl window\nf 1 2 3 4\n", "t.obj",
+                          [&](const std::string&) { return Result<std::string>("newmtl window\n" + body); });
+  };
+  EXPECT_EQ(read("Ni 1.45\nillum 2\nTf 0.8 0.8 0.8\n")->room.materials[0].refractive_index, 0.0f);
+  EXPECT_EQ(read("illum 7\n")->room.materials[0].refractive_index, 1.52f);
+  const auto tinted = read("Ni 1.6\nillum 7\nTf 0.9 0.8 0.7\n");
+  ASSERT_TRUE(tinted) << tinted.error().message();
+  EXPECT_EQ(tinted->room.materials[0].refractive_index, 1.6f);
+  EXPECT_EQ(tinted->room.materials[0].transmittance, Rgb(0.9f, 0.8f, 0.7f));
+  ASSERT_FALSE(tinted->report.notes.empty()); // says which model is used
+  EXPECT_NE(tinted->report.notes[0].find("clear glass, index 1.6"), std::string::npos) << tinted->report.notes[0];
+  EXPECT_NE(tinted->content_hash, read("Tf 0.9 0.8 0.7\n")->content_hash);
+  for (const char* bad : {"Ni 0.5\nillum 7\n", "Ni 1e9\nillum 7\n", "Ni nan\nillum 7\n", "illum\n", "Ni x\nillum 7\n"})
+    EXPECT_FALSE(read(bad)) << bad;
+}
+
 TEST(RoomFormats, missing_files_are_named) {
   const auto missing = read_room("no/such/room.obj");
   ASSERT_FALSE(missing);

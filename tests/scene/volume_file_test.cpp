@@ -32,6 +32,29 @@ BasisVolume sample_volume() {
   return volume;
 }
 
+std::vector<std::uint8_t> file_of(const BasisVolume& volume, const std::string& name);
+
+TEST(VolumeFile, refractive_indices_return_and_constant_panes_stay_version_1) {
+  BasisVolume volume = sample_volume();
+  const auto says = [](const std::vector<std::uint8_t>& file, const std::string& text) {
+    return std::search(file.begin(), file.end(), text.begin(), text.end()) != file.end();
+  };
+  const std::vector<std::uint8_t> constant = file_of(volume, "constant.volume");
+  EXPECT_TRUE(says(constant, "\"format_version\":\"1\""));
+  EXPECT_FALSE(says(constant, "refractive_index"));
+  volume.room.materials.back().refractive_index = 1.52f;
+  volume.apertures[1].refractive_index = 1.52f;
+  const std::vector<std::uint8_t> glass = file_of(volume, "glass.volume");
+  EXPECT_TRUE(says(glass, "\"format_version\":\"2\""));
+  const auto read = parse_volume(glass, "glass.volume");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->room.materials.back().refractive_index, 1.52f);
+  EXPECT_EQ(read->apertures[0].refractive_index, 0.0f);
+  EXPECT_EQ(read->apertures[1].refractive_index, 1.52f);
+  volume.apertures[1].refractive_index = 0.5f;
+  EXPECT_FALSE(check_volume(volume));
+}
+
 std::vector<std::uint8_t> file_of(const BasisVolume& volume, const std::string& name) {
   const std::filesystem::path path = scratch(name);
   const Result<void> written = write_volume(path, volume);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "scene/direct_sky.h"
 #include "simulate/irradiance.h"
 #include "tests/simulate/truth_cases.h"
 
@@ -68,6 +69,28 @@ TEST(Oracle, light_through_an_opening_is_pi_l_times_its_form_factor) {
   ASSERT_TRUE(e);
   EXPECT_NEAR((*e)[0].value.g, 2.0 * kPi * factor, 2e-3 * 2.0 * kPi * factor);
   EXPECT_NEAR(relative_spread((*e)[0], 2.0 * kPi * factor), 0.0, 4.5);
+}
+
+// The oracle and the quadrature of daylit-probe share the pane's formula only.
+TEST(Oracle, oblique_light_through_clear_glass_agrees_with_direct_sky) {
+  std::vector<Aperture> pane = kOpenFace;
+  pane[0].refractive_index = 1.52f;
+  const Room room = open_cube(0.0f);
+  const auto scene = TraceScene::make(room, pane, SkyLight(uniform_sky(1.0f)));
+  ASSERT_TRUE(scene);
+  const RayScene rays = *RayScene::build(room);
+  const SkyImage sky = *SkyImage::make(RgbImage(128, 64, Rgb(1.0f)), EquirectProjection{});
+  const Receiver sideways{{0.02, 0.4, 0.5}, {1, 0, 0}}; // light grazes the pane
+  const double direct =
+      static_cast<double>(DirectSky(pane, rays, sky).irradiance(sideways.position, sideways.normal).g);
+  const double open =
+      static_cast<double>(DirectSky(kOpenFace, rays, sky).irradiance(sideways.position, sideways.normal).g);
+  EXPECT_LT(direct, 0.9 * open);
+  EXPECT_GT(direct, 0.8 * open);
+  const auto e =
+      trace_irradiance(*scene, std::span(&sideways, 1), {.samples = 32768, .indirect = false, .direct = true});
+  ASSERT_TRUE(e);
+  EXPECT_NEAR(static_cast<double>((*e)[0].value.g) / direct, 1.0, 3e-3);
 }
 
 // Furnace: with reflectance 1 everywhere and radiance L outside, L is the radiance everywhere, whatever the shape.

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "scene/aperture.h"
+#include "scene/glass.h"
 #include "simulate/aperture_sampler.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/path_tracer.h"
@@ -100,6 +102,23 @@ TEST(ApertureSampler, every_pane_crossed_multiplies_its_transmittance) {
   EXPECT_FLOAT_EQ(t.r, 0.4f);
   EXPECT_FLOAT_EQ(t.g, 0.25f);
   EXPECT_EQ(sampler.transmittance({0, 0, 0}, {1, 0, 0}), Rgb(1.0f));
+}
+
+TEST(ApertureSampler, clear_glass_lets_through_what_the_slab_does_at_the_angle_of_the_ray) {
+  std::vector<Aperture> pane = {square_overhead(5.0, 1.0)};
+  pane[0].transmittance = Rgb(0.9f);
+  pane[0].refractive_index = 1.52f;
+  const ApertureSampler sampler(pane, glm::dvec3(0.0));
+  for (const double degrees : {0.0, 45.0, 75.0}) {
+    const double angle = degrees * kPi / 180;
+    const glm::dvec3 w(std::sin(angle), 0, std::cos(angle));
+    const double expected = 0.9 * clear_slab_transmittance(std::cos(angle), 1.52);
+    EXPECT_NEAR(static_cast<double>(sampler.transmittance({0, 0, 0}, glm::vec3(w)).g), expected, 1e-6) << degrees;
+    EXPECT_NEAR(static_cast<double>(aperture_transmittance(pane, glm::dvec3(0.0), w, 100.0).g), expected, 1e-6);
+  }
+  const auto sample = sampler.sample({0, 0, 0}, {0.3f, 0.8f});
+  ASSERT_TRUE(sample);
+  EXPECT_EQ(sample->transmittance, sampler.transmittance({0, 0, 0}, sample->direction));
 }
 
 TEST(ApertureSampler, beam_density_is_one_over_the_cross_section) {

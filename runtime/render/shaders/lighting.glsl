@@ -8,7 +8,7 @@ struct Light {
 };
 struct Aperture {
   vec4 plane; // dot(plane.xyz, x) + plane.w: distance on the inner side
-  vec4 transmittance;
+  vec4 transmittance; // w: refractive index of clear glass, 0: none
   ivec4 edge_range; // first edge, one past the last
 };
 // Uniform blocks, not storage buffers: software drivers read those lane by lane.
@@ -32,6 +32,15 @@ struct DirectSums {
   vec3 unblocked, past_room, past_both;
 };
 
+// Fresnel slab with all internal reflections (scene/glass.h): mean over both polarisations of 2ab / (a^2 + b^2).
+float clear_slab(float cos_in, float index) {
+  if (index <= 0.0)
+    return 1.0;
+  float cos_glass = sqrt(max(1.0 - (1.0 - cos_in * cos_in) / (index * index), 0.0));
+  vec2 a = vec2(cos_in, index * cos_in), b = vec2(index * cos_glass, cos_glass), t = 2.0 * a * b / (a * a + b * b);
+  return 0.5 * (t.x + t.y);
+}
+
 // Product of the panes that the ray from x crosses; zero when it leaves through none.
 vec3 aperture_transmittance(vec3 x, vec3 w) {
   vec3 product = vec3(1.0);
@@ -47,7 +56,7 @@ vec3 aperture_transmittance(vec3 x, vec3 w) {
       inside = inside && dot(aperture_edges[e].xyz, p) + aperture_edges[e].w >= 0.0;
     if (inside) {
       crossed = true;
-      product *= apertures[a].transmittance.rgb;
+      product *= apertures[a].transmittance.rgb * clear_slab(approach, apertures[a].transmittance.w);
     }
   }
   return crossed ? product : vec3(0.0);

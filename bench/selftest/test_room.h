@@ -1,0 +1,60 @@
+#pragma once
+
+// Rooms of the selftest and their solved light, on top of the radiosity library.
+
+#include <functional>
+#include <vector>
+
+#include "bench/selftest/closed_form_cases.h"
+#include "radiosity/emission.h"
+#include "radiosity/surface_irradiance.h"
+#include "scene/aperture.h"
+#include "scene/room.h"
+
+namespace daylit::bench {
+
+/// Material numbers of box_room(); each face has its own, so that a case can say what it emits and reflects.
+enum Face : std::uint32_t { kFloor, kCeiling, kSouth, kNorth, kWest, kEast, kFurniture, kFaces };
+
+void add_quad(Room& room, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,
+              std::uint32_t material);
+/// Black faces of a box from the origin to `size`; bit f of `faces` keeps face f. South is y = 0, west is x = 0.
+Room box_room(const glm::dvec3& size, unsigned faces = 0b111111u);
+/// The whole surface of a box in the room's air.
+void add_furniture(Room& room, const glm::dvec3& low, const glm::dvec3& high);
+/// The frame of a rectangle lo..hi with the rectangle hole_lo..hole_hi cut out; both in the plane where the
+/// coordinate `axis` is lo[axis].
+void add_face_with_hole(Room& room, int axis, const glm::dvec3& lo, const glm::dvec3& hi, const glm::dvec3& hole_lo,
+                        const glm::dvec3& hole_hi, std::uint32_t material);
+
+/// Unknowns and exchange areas of a room; reflectances may be changed afterwards.
+struct SolvedRoom {
+  radiosity::PatchMesh mesh;
+  RayScene rays;
+  radiosity::ElementSet set;
+  radiosity::ExchangeMatrix exchange;
+
+  /// `seeds`: where the search for lit surfaces starts.
+  static Result<SolvedRoom> make(const Room& room, const std::vector<Aperture>& seeds, const SelftestQuality& quality,
+                                 const Progress& progress);
+  /// A closed room: the search starts at a point in its air.
+  static Result<SolvedRoom> closed(const Room& room, const glm::dvec3& inside, const SelftestQuality& quality,
+                                   const Progress& progress);
+
+  std::uint32_t material(std::size_t element) const { return mesh.patches[set.elements[element].patch].material; }
+  void set_reflectance(std::uint32_t material, float reflectance);
+  void set_reflectance(float reflectance);
+  /// One value per element.
+  std::vector<Rgb> per_material(std::uint32_t material, float value) const;
+  /// Sum of the exchange areas between the elements of two materials, m^2.
+  double exchange_area_m2(std::uint32_t from, std::uint32_t to) const;
+  double area_m2() const;
+
+  /// What every element sends out: its own exitance and what it reflects.
+  Result<radiosity::Radiosity> solve(const std::vector<Rgb>& exitance, const Progress& progress) const;
+  /// Irradiance at world points on surfaces.
+  Result<std::vector<double>> irradiance(std::vector<radiosity::SurfacePoint> world_points,
+                                         const radiosity::Radiosity& light, const Progress& progress) const;
+};
+
+} // namespace daylit::bench

@@ -1,0 +1,211 @@
+#include "radiosity/detail/aperture_beam.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "radiosity/polygon_kernel.h"
+
+namespace daylit::radiosity {
+
+namespace {
+
+constexpr std::size_t kMostCorners = 8;   // of a piece
+constexpr std::size_t kMostSheets = 2000; // with more, rays are cheaper than asking every plane
+constexpr double kTolerance = 1e-7;       // of the room's size
+constexpr double kGrazing = 1e-9;         // cosine below which an element receives nothing
+
+double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+
+/// Keeps what lies to the left of the line a -> b (Sutherland & Hodgman 1974).
+ApertureBeam::LitPart clip_left(const ApertureBeam::LitPart& p, const glm::dvec2& a, const glm::dvec2& b) {
+  ApertureBeam::LitPart out;
+  for (int k = 0; k < p.size; ++k) {
+    const glm::dvec2 &from = p.corner[k], &to = p.corner[k + 1 < p.size ? k + 1 : 0];
+    const double h0 = cross(b - a, from - a), h1 = cross(b - a, to - a);
+    if (h0 >= 0.0)
+      out.corner[out.size++] = from;
+    if ((h0 > 0.0 && h1 < 0.0) || (h0 < 0.0 && h1 > 0.0))
+      out.corner[out.size++] = from + (h0 / (h0 - h1)) * (to - from);
+  }
+  return out;
+}
+
+} // namespace
+
+SkyDirections SkyDirections::make(const SkyPartition& partition, int count) {
+  const int side = std::max(2, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
+  SkyDirections d;
+  for (int r = 0; r < partition.size(); ++r)
+    for (int i = 0; i < side; ++i)
+      for (int j = 0; j < side; ++j) {
+        d.w.push_back(partition.sample(r, (i + 0.5) / side, (j + 0.5) / side));
+        d.region.push_back(r);
+        d.solid_angle_sr.push_back(partition.solid_angle_sr(r) / (side * side));
+      }
+  return d;
+}
+
+std::vector<AperturePiece> aperture_pieces(const std::vector<Aperture>& apertures, const glm::dvec3& origin) {
+  std::vector<AperturePiece> pieces;
+  for (std::uint32_t a = 0; a < apertures.size(); ++a) {
+    const std::vector<glm::dvec3>& c = apertures[a].corners;
+    for (std::size_t first = 1; first + 1 < c.size(); first += kMostCorners - 2) {
+      AperturePiece piece{{c[0] - origin}, apertures[a].inward, a};
+      for (std::size_t k = first; k < std::min(first + kMostCorners - 1, c.size()); ++k)
+        piece.corner.push_back(c[k] - origin);
+      pieces.push_back(std::move(piece));
+    }
+  }
+  return pieces;
+}
+
+ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
+    : origin_(e.corner[0]), axis_u_(glm::normalize(e.corner[1] - e.corner[0])), axis_v_(glm::cross(e.normal, axis_u_)),
+      normal_(e.normal) {
+  for (int k = 0; k < 3; ++k)
+    triangle_[k] = {glm::dot(e.corner[k] - origin_, axis_u_), glm::dot(e.corner[k] - origin_, axis_v_)};
+  SmallPolygon whole;
+  for (const glm::dvec3& c : piece.corner)
+    whole.corner[whole.size++] = c;
+  const SmallPolygon front = clip_to_front(whole, origin_, normal_);
+  const glm::dvec3 centre = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
+  glm::dvec3 middle(0.0);
+  for (int k = 0; k < front.size; ++k) {
+    const glm::dvec3 d = front.corner[k] - origin_;
+    corner_.emplace_back(glm::dot(d, axis_u_), glm::dot(d, axis_v_), glm::dot(d, normal_));
+    front_.push_back(front.corner[k]);
+    middle += front.corner[k] / static_cast<double>(front.size);
+  }
+  double radius = 0, reach = 0;
+  for (int k = 0; k < front.size; ++k)
+    radius = std::max(radius, glm::distance(front.corner[k], middle));
+  for (const glm::dvec3& c : e.corner)
+    reach = std::max(reach, glm::distance(c, centre));
+  // Every way from element to opening lies in this cone around the way between their middles.
+  const double distance = glm::distance(middle, centre), sine = (radius + reach) / std::max(distance, 1e-300);
+  axis_ = distance > 0 ? (middle - centre) / distance : glm::dvec3(0.0);
+  cos_spread_ = sine < 1.0 ? std::sqrt(1.0 - sine * sine) - 1e-12 : -2.0;
+}
+
+ApertureBeam::LitPart ApertureBeam::lit(const glm::dvec3& w) const {
+  const double wn = glm::dot(w, normal_);
+  LitPart part;
+  if (wn <= kGrazing)
+    return part;
+  const glm::dvec2 slope = glm::dvec2(glm::dot(w, axis_u_), glm::dot(w, axis_v_)) / wn;
+  glm::dvec2 lo(std::numeric_limits<double>::infinity()), hi(-lo);
+  for (const glm::dvec3& c : corner_) {
+    const glm::dvec2 p = glm::dvec2(c) - c.z * slope;
+    part.corner[part.size++] = p;
+    lo = glm::min(lo, p);
+    hi = glm::max(hi, p);
+  }
+  for (int axis = 0; axis < 2; ++axis)
+    if (std::max({triangle_[0][axis], triangle_[1][axis], triangle_[2][axis]}) <= lo[axis] ||
+        std::min({triangle_[0][axis], triangle_[1][axis], triangle_[2][axis]}) >= hi[axis])
+      return {};
+  for (int k = 0; k < 3 && part.size > 0; ++k)
+    part = clip_left(part, triangle_[k], triangle_[(k + 1) % 3]);
+  for (int k = 1; k + 1 < part.size; ++k)
+    part.area_m2 += cross(part.corner[k] - part.corner[0], part.corner[k + 1] - part.corner[0]);
+  part.area_m2 = 0.5 * std::abs(part.area_m2); // outlines come in either order
+  return part;
+}
+
+glm::dvec3 ApertureBeam::point(const LitPart& part, glm::dvec2 u) const {
+  double pick = u.x * 2.0 * part.area_m2, area = 0;
+  int k = 1;
+  for (;; ++k) {
+    area = std::abs(cross(part.corner[k] - part.corner[0], part.corner[k + 1] - part.corner[0]));
+    if (pick <= area || k + 2 >= part.size)
+      break;
+    pick -= area;
+  }
+  const double root = std::sqrt(area > 0 ? std::clamp(pick / area, 0.0, 1.0) : 0.0);
+  const glm::dvec2 q = (1.0 - root) * part.corner[0] + root * ((1.0 - u.y) * part.corner[k] + u.y * part.corner[k + 1]);
+  return origin_ + q.x * axis_u_ + q.y * axis_v_;
+}
+
+void OpenPaths::Box::include(const glm::dvec3& p) {
+  lo = glm::min(lo, p);
+  hi = glm::max(hi, p);
+}
+
+OpenPaths::OpenPaths(const PatchMesh& mesh, const std::vector<Aperture>& apertures,
+                     const std::vector<AperturePiece>& pieces)
+    : pieces_(pieces) {
+  add_sheets(mesh, apertures);
+  glm::dvec3 size(0.0);
+  for (const Sheet& s : sheets_)
+    size = glm::max(size, glm::max(glm::abs(s.box.lo), glm::abs(s.box.hi)));
+  tolerance_m_ = kTolerance * glm::length(size);
+  for (const AperturePiece& piece : pieces) {
+    const auto outside = [&](const glm::dvec3& p) {
+      return glm::dot(p - piece.corner[0], piece.inward) < -tolerance_m_;
+    };
+    const bool patch =
+        std::ranges::any_of(mesh.patches, [&](const Patch& p) { return std::ranges::any_of(p.corner, outside); });
+    const bool pane = std::ranges::any_of(apertures, [&](const Aperture& a) {
+      return std::ranges::any_of(a.corners, [&](const glm::dvec3& c) { return outside(c - mesh.origin); });
+    });
+    open_outside_.push_back(!patch && !pane);
+  }
+}
+
+void OpenPaths::add_sheets(const PatchMesh& mesh, const std::vector<Aperture>& apertures) {
+  const Box nothing{glm::dvec3(std::numeric_limits<double>::infinity()),
+                    glm::dvec3(-std::numeric_limits<double>::infinity())};
+  sheets_.assign(mesh.planes, {glm::dvec3(0.0), glm::dvec3(0.0), nothing});
+  for (const Patch& p : mesh.patches) {
+    Sheet& s = sheets_[p.plane];
+    s.point = p.corner[0];
+    s.normal = p.normal;
+    for (const glm::dvec3& c : p.corner)
+      s.box.include(c);
+  }
+  first_opening_ = sheets_.size();
+  for (const Aperture& a : apertures) {
+    sheets_.push_back({a.corners[0] - mesh.origin, a.inward, nothing});
+    for (const glm::dvec3& c : a.corners)
+      sheets_.back().box.include(c - mesh.origin);
+  }
+}
+
+/// The hull lies on one side of the sheet's plane, or away from the sheet's box.
+bool OpenPaths::parted(const Sheet& sheet, const Element& e, const std::vector<glm::dvec3>& front,
+                       const Box& hull) const {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  const auto add = [&](const glm::dvec3& p) {
+    const double h = glm::dot(p - sheet.point, sheet.normal);
+    low = std::min(low, h);
+    high = std::max(high, h);
+  };
+  std::ranges::for_each(e.corner, add);
+  std::ranges::for_each(front, add);
+  if (low >= -tolerance_m_ || high <= tolerance_m_)
+    return true;
+  for (int k = 0; k < 3; ++k)
+    if (hull.hi[k] <= sheet.box.lo[k] + tolerance_m_ || hull.lo[k] >= sheet.box.hi[k] - tolerance_m_)
+      return true;
+  return false;
+}
+
+bool OpenPaths::clear(const Element& e, std::size_t index, const std::vector<glm::dvec3>& front) const {
+  if (!open_outside_[index] || sheets_.size() > kMostSheets)
+    return false;
+  Box hull{e.corner[0], e.corner[0]};
+  for (const glm::dvec3& c : e.corner)
+    hull.include(c);
+  for (const glm::dvec3& c : front)
+    hull.include(c);
+  for (std::size_t s = 0; s < sheets_.size(); ++s)
+    if (s != first_opening_ + pieces_[index].aperture && !parted(sheets_[s], e, front, hull))
+      return false;
+  return true;
+}
+
+} // namespace daylit::radiosity

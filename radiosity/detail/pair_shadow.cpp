@@ -1,0 +1,190 @@
+#include "radiosity/detail/pair_shadow.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+namespace daylit::radiosity {
+
+namespace {
+
+constexpr std::size_t kMostEdges = 8; // of an obstacle
+
+#define DAYLIT_VECTOR __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+
+/// Corner heights of one element and of the columns over a plane.
+struct Against {
+  float one[3];
+  const float *c0, *c1, *c2;
+};
+
+/// crosses[j]: 1 when all corners of the element lie on one side of the plane and all of column j's on the other
+/// (the sign says which: +1 element above), 2 when all six lie on one side, 0 when a triangle is cut.
+DAYLIT_VECTOR void sides(const Against& h, std::uint32_t count, float tolerance, std::int32_t* side) {
+  const float low = std::min(h.one[0], std::min(h.one[1], h.one[2])),
+              high = std::max(h.one[0], std::max(h.one[1], h.one[2]));
+  const std::int32_t above = low >= -tolerance, below = high <= tolerance;
+  for (std::uint32_t j = 0; j < count; ++j) {
+    const float l = std::min(h.c0[j], std::min(h.c1[j], h.c2[j])), u = std::max(h.c0[j], std::max(h.c1[j], h.c2[j]));
+    const std::int32_t column_above = l >= -tolerance, column_below = u <= tolerance;
+    const std::int32_t same = (above & column_above) | (below & column_below);
+    const std::int32_t crossing = (above & column_below) - (below & column_above);
+    side[j] = same ? 2 : crossing;
+  }
+}
+
+/// For one edge: outside[j] becomes 1 when every segment passes on its outer side, inside[j] 0 unless every segment
+/// passes on its inner side. The crossing point of a segment from height ha to hb is (ha b - hb a) / (ha - hb).
+DAYLIT_VECTOR void edge_sides(const Against& plane, const Against& edge, std::uint32_t count, float tolerance,
+                              const std::int32_t* side, std::int32_t* outside, std::int32_t* inside) {
+  for (std::uint32_t j = 0; j < count; ++j) {
+    const float sign = static_cast<float>(side[j]);
+    const float hb[3] = {plane.c0[j], plane.c1[j], plane.c2[j]}, sb[3] = {edge.c0[j], edge.c1[j], edge.c2[j]};
+    float most = -1e30f, least = 1e30f, plain = -1e30f;
+    for (int a = 0; a < 3; ++a) {
+      plain = std::max(plain, std::max(edge.one[a], sb[a]));
+      for (int b = 0; b < 3; ++b) {
+        const float w = sign * (plane.one[a] * sb[b] - hb[b] * edge.one[a]);
+        const float reach = tolerance * sign * (plane.one[a] - hb[b]);
+        most = std::max(most, w - reach);
+        least = std::min(least, w + reach);
+      }
+    }
+    const std::int32_t crosses = side[j] == 1 || side[j] == -1;
+    outside[j] |= (plain <= tolerance) | (crosses & (most <= 0.0f));
+    inside[j] &= crosses & (least >= 0.0f);
+  }
+}
+
+/// Part of a triangle on one side of a plane: height over the plane and over every edge plane of its corners.
+struct Side {
+  int size = 0;
+  std::array<float, 5> height;
+  std::array<std::array<float, kMostEdges>, 5> inside;
+};
+
+/// The part of a triangle above (sign 1) or below (-1) the plane.
+Side part(const Side& triangle, float sign, std::size_t edges) {
+  Side out;
+  const auto add = [&](float h, int a, int b, float t) {
+    const auto to = static_cast<std::size_t>(out.size++), p = static_cast<std::size_t>(a),
+               q = static_cast<std::size_t>(b);
+    out.height[to] = h;
+    for (std::size_t e = 0; e < edges; ++e)
+      out.inside[to][e] = triangle.inside[p][e] + t * (triangle.inside[q][e] - triangle.inside[p][e]);
+  };
+  for (int k = 0; k < 3; ++k) {
+    const int next = (k + 1) % 3;
+    const float h = triangle.height[static_cast<std::size_t>(k)], g = triangle.height[static_cast<std::size_t>(next)];
+    if (sign * h >= 0.0f)
+      add(h, k, k, 0.0f);
+    if ((h > 0.0f && g < 0.0f) || (h < 0.0f && g > 0.0f))
+      add(0.0f, k, next, h / (h - g));
+  }
+  return out;
+}
+
+/// All segments from one part to the part on the other side of the plane pass on the outer side of one edge.
+bool passes_outside(const Side& a, const Side& b, std::size_t edges, float tolerance) {
+  bool clear = a.size == 0 || b.size == 0;
+  for (std::size_t e = 0; e < edges && !clear; ++e) {
+    clear = true;
+    for (std::size_t p = 0; p < static_cast<std::size_t>(a.size) && clear; ++p)
+      for (std::size_t q = 0; q < static_cast<std::size_t>(b.size) && clear; ++q) {
+        const float ha = std::abs(a.height[p]), hb = std::abs(b.height[q]);
+        clear = ha * b.inside[q][e] + hb * a.inside[p][e] <= tolerance * (ha + hb);
+      }
+  }
+  return clear;
+}
+
+} // namespace
+
+PairShadows::PairShadows(const PairArrays& arrays, const std::vector<Obstacle>& obstacles,
+                         const std::vector<std::uint32_t>& used, const glm::dvec3& shift, std::uint32_t first,
+                         std::uint32_t last, float tolerance_m)
+    : arrays_(arrays), first_(first), count_(last - first), tolerance_(tolerance_m), side_(count_), outside_(count_),
+      inside_(count_) {
+  const auto plane_of = [&](const glm::dvec3& normal, const glm::dvec3& point) {
+    return Plane{static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z),
+                 static_cast<float>(glm::dot(normal, point + shift))};
+  };
+  for (const std::uint32_t k : used) {
+    const Obstacle& o = obstacles[k];
+    Prepared p{plane_of(o.normal, o.corner[0]), {}, {}, {}};
+    p.height = heights(p.plane);
+    for (std::size_t c = 0; c < o.corner.size(); ++c) {
+      const glm::dvec3 along = o.corner[(c + 1) % o.corner.size()] - o.corner[c];
+      const double length = glm::length(along);
+      if (!(length > 0.0))
+        continue;
+      p.edge.push_back(plane_of(glm::cross(o.normal, along / length), o.corner[c]));
+      p.inside.push_back(heights(p.edge.back()));
+    }
+    obstacles_.push_back(std::move(p));
+  }
+}
+
+PairShadows::Heights PairShadows::heights(const Plane& p) const {
+  Heights h(std::size_t{3} * count_);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::uint32_t j = 0; j < count_; ++j)
+      h[c * count_ + j] = p.at(arrays_.corner[3 * c][first_ + j], arrays_.corner[3 * c + 1][first_ + j],
+                               arrays_.corner[3 * c + 2][first_ + j]);
+  return h;
+}
+
+void PairShadows::row(std::uint32_t i, std::int32_t* shadow) {
+  std::fill_n(shadow, count_, kClearPair);
+  for (const Prepared& o : obstacles_)
+    one_obstacle(o, i, shadow);
+}
+
+void PairShadows::one_obstacle(const Prepared& o, std::uint32_t i, std::int32_t* shadow) {
+  const auto against = [&](const Plane& p, const Heights& h) {
+    Against a{{}, h.data(), h.data() + count_, h.data() + 2 * count_};
+    for (std::size_t c = 0; c < 3; ++c)
+      a.one[c] = p.at(arrays_.corner[3 * c][i], arrays_.corner[3 * c + 1][i], arrays_.corner[3 * c + 2][i]);
+    return a;
+  };
+  const Against plane = against(o.plane, o.height);
+  sides(plane, count_, tolerance_, side_.data());
+  for (std::uint32_t j = 0; j < count_; ++j) {
+    outside_[j] = side_[j] == 2;
+    inside_[j] = 1;
+  }
+  for (std::size_t e = 0; e < o.edge.size(); ++e)
+    edge_sides(plane, against(o.edge[e], o.inside[e]), count_, tolerance_, side_.data(), outside_.data(),
+               inside_.data());
+  for (std::uint32_t j = 0; j < count_; ++j)
+    if (!outside_[j] && shadow[j] != kHiddenPair) {
+      if (inside_[j])
+        shadow[j] = kHiddenPair;
+      else if (side_[j] != 0 || !cut_pair_is_clear(o, i, j))
+        shadow[j] = kMixedPair;
+    }
+}
+
+/// The plane of the obstacle cuts a triangle: the parts above and below it are looked at one after the other.
+bool PairShadows::cut_pair_is_clear(const Prepared& o, std::uint32_t i, std::uint32_t j) const {
+  const std::size_t edges = o.edge.size();
+  if (edges > kMostEdges)
+    return false;
+  Side one, column;
+  one.size = column.size = 3;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const float x = arrays_.corner[3 * c][i], y = arrays_.corner[3 * c + 1][i], z = arrays_.corner[3 * c + 2][i];
+    one.height[c] = o.plane.at(x, y, z);
+    column.height[c] = o.height[c * count_ + j];
+    for (std::size_t e = 0; e < edges; ++e) {
+      one.inside[c][e] = o.edge[e].at(x, y, z);
+      column.inside[c][e] = o.inside[e][c * count_ + j];
+    }
+  }
+  return passes_outside(part(one, 1, edges), part(column, -1, edges), edges, tolerance_) &&
+         passes_outside(part(one, -1, edges), part(column, 1, edges), edges, tolerance_);
+}
+
+} // namespace daylit::radiosity

@@ -1,0 +1,55 @@
+#pragma once
+
+// Visible shares of many pairs of elements, by rays.
+
+#include <cstdint>
+#include <vector>
+
+#include "radiosity/detail/pair_kernel.h"
+#include "scene/ray_scene.h"
+
+namespace daylit::radiosity {
+
+/// A pair whose visible share is wanted.
+struct PairQuery {
+  std::uint32_t i, j; ///< tree positions
+  std::uint64_t seed; ///< of its sample points
+  float form_factor;  ///< the larger of F_ij and F_ji, unoccluded
+  bool near;          ///< the kernel varies over the pair
+  float share = 0;    ///< result: kernel-weighted share of the unblocked rays, 0..1
+};
+
+/// Low-discrepancy rays in proportion to the form factor, so that every pair adds the same error to its row's sum.
+class PairVisibility {
+public:
+  /// `rays`: per unit of form factor.
+  PairVisibility(const PairArrays& arrays, const RayScene& scene, double rays)
+      : arrays_(arrays), scene_(scene), rays_(rays) {}
+
+  /// Sets the share of every query; returns the number of rays.
+  std::uint64_t resolve(std::vector<PairQuery>& queries);
+
+private:
+  struct Tally {
+    float seen = 0, total = 0;
+  };
+  /// What 16 lanes sample: a pair and a position in its sequence each.
+  struct alignas(64) Lanes {
+    float from[9][16], to[9][16]; ///< corner and two edges of both triangles
+    float normal_from[3][16], normal_to[3][16];
+    float shift[4][16];
+    std::uint32_t index[16];
+  };
+  void set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index);
+  void shoot(std::size_t lanes);
+  static void sample(const Lanes& lanes, float gap, RayPacket16& packet, float* weight);
+
+  const PairArrays& arrays_;
+  const RayScene& scene_;
+  double rays_;
+  Lanes lanes_;
+  std::size_t slot_[16];
+  std::vector<Tally> tally_;
+};
+
+} // namespace daylit::radiosity

@@ -1,0 +1,25 @@
+#pragma once
+
+// Surfaces that give off light of their own: what drives a closed room, where no sky can.
+
+#include <span>
+#include <vector>
+
+#include "radiosity/first_bounce.h"
+#include "radiosity/form_factors.h"
+#include "radiosity/solve.h"
+
+namespace daylit::radiosity {
+
+/// G times `width` columns given per element, row-major; the same layout returned. m^2 times the unit of the columns.
+std::vector<float> exchange_product(const ExchangeMatrix& exchange, std::span<const float> columns, std::size_t width);
+
+/// Irradiance of every element by emitting elements, one column (region 0), ready for solve_radiosity:
+/// A_i H_i = sum_j G_ij M_j. `exitance` M: W/m^2 (or lm/m^2) per element and channel. The room counts as closed:
+/// `opening` is 0. Error: as many values as elements are needed.
+Result<FirstBounce> emitted_light(const ElementSet& set, const ExchangeMatrix& exchange, std::span<const Rgb> exitance);
+
+/// Adds the emitters' own exitance to a solved reflected radiosity, in every column: what a receiver sees of them.
+void add_exitance(std::span<const Rgb> exitance, Radiosity& radiosity);
+
+} // namespace daylit::radiosity

@@ -1,0 +1,80 @@
+#include "radiosity/exchange_matrix.h"
+
+#include <algorithm>
+
+#include <cblas.h>
+
+namespace daylit::radiosity {
+
+namespace {
+
+/// c += a b, or a^T b; c has m rows and w columns.
+void add_product(CBLAS_TRANSPOSE transpose, std::size_t m, std::size_t w, std::size_t k, const float* a,
+                 std::size_t stride, const float* b, float* c) {
+  const auto width = static_cast<int>(w);
+  cblas_sgemm(CblasRowMajor, transpose, CblasNoTrans, static_cast<int>(m), width, static_cast<int>(k), 1.0f, a,
+              static_cast<int>(stride), b, width, 1.0f, c, width);
+}
+
+void apply_dense(const ExchangeBlock& b, const float* x, std::size_t w, float* y) {
+  add_product(CblasNoTrans, b.rows, w, b.columns, b.values.data(), b.columns, x + b.column * w, y + b.row * w);
+  if (!b.diagonal())
+    add_product(CblasTrans, b.columns, w, b.rows, b.values.data(), b.columns, x + b.row * w, y + b.column * w);
+}
+
+void apply_low_rank(const ExchangeBlock& b, const float* x, std::size_t w, std::vector<float>& work, float* y) {
+  const float *u = b.values.data(), *v = u + std::size_t{b.rows} * b.rank;
+  work.assign(b.rank * w, 0.0f);
+  add_product(CblasTrans, b.rank, w, b.columns, v, b.rank, x + b.column * w, work.data());
+  add_product(CblasNoTrans, b.rows, w, b.rank, u, b.rank, work.data(), y + b.row * w);
+  work.assign(b.rank * w, 0.0f);
+  add_product(CblasTrans, b.rank, w, b.rows, u, b.rank, x + b.row * w, work.data());
+  add_product(CblasNoTrans, b.columns, w, b.rank, v, b.rank, work.data(), y + b.column * w);
+}
+
+} // namespace
+
+ExchangeMatrix::ExchangeMatrix(std::vector<std::uint32_t> order, std::vector<ExchangeBlock> blocks)
+    : order_(std::move(order)), blocks_(std::move(blocks)) {}
+
+std::size_t ExchangeMatrix::bytes() const {
+  std::size_t sum = order_.size() * sizeof(std::uint32_t) + blocks_.size() * sizeof(ExchangeBlock);
+  for (const ExchangeBlock& b : blocks_)
+    sum += b.values.size() * sizeof(float);
+  return sum;
+}
+
+void ExchangeMatrix::multiply(const float* x, std::size_t columns, float* y) const {
+  std::fill_n(y, size() * columns, 0.0f);
+  std::vector<float> work;
+  for (const ExchangeBlock& b : blocks_) {
+    if (b.rank == 0)
+      apply_dense(b, x, columns, y);
+    else
+      apply_low_rank(b, x, columns, work, y);
+  }
+}
+
+std::vector<double> ExchangeMatrix::row_sums() const {
+  const std::vector<float> one(size(), 1.0f);
+  std::vector<float> sum(size());
+  multiply(one.data(), 1, sum.data());
+  std::vector<double> result(size());
+  for (std::size_t k = 0; k < size(); ++k)
+    result[order_[k]] = static_cast<double>(sum[k]);
+  return result;
+}
+
+std::vector<float> ExchangeMatrix::dense() const {
+  const std::size_t n = size();
+  std::vector<float> unit(n * n, 0.0f), product(n * n), result(n * n);
+  for (std::size_t k = 0; k < n; ++k)
+    unit[k * n + k] = 1.0f;
+  multiply(unit.data(), n, product.data());
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      result[order_[i] * n + order_[j]] = product[i * n + j];
+  return result;
+}
+
+} // namespace daylit::radiosity

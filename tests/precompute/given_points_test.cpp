@@ -1,0 +1,89 @@
+// The bake at given points, without a grid: what is left is the error of the transport itself.
+
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "precompute/bake.h"
+#include "tests/simulate/truth_cases.h"
+
+namespace daylit {
+namespace {
+
+/// The nine true coefficients at the 33 points, coefficient-major: [point * 9 + l * l + l + m].
+std::vector<Rgb> true_coefficients(const std::string& scene, const std::string& sky) {
+  std::ifstream file(test::kTruthFolder / "truth_sh9.csv");
+  std::vector<Rgb> values;
+  for (std::string line; std::getline(file, line);) {
+    std::vector<std::string> cell;
+    std::stringstream stream(line);
+    for (std::string c; std::getline(stream, c, ',');)
+      cell.push_back(c);
+    if (cell.size() == 14 && cell[0] == scene && cell[1] == sky)
+      values.push_back(Rgb(std::stof(cell[8]), std::stof(cell[9]), std::stof(cell[10])));
+  }
+  return values;
+}
+
+struct Errors {
+  double coefficients = 0, irradiance = 0, seconds = 0;
+  precompute::BakeReport report;
+};
+
+Result<Errors> errors_at_points(const std::string& scene, const std::string& sky_name,
+                                precompute::BakeOptions options, const std::string& regions) {
+  const auto rows = test::truth_rows(scene, sky_name, "indirect");
+  for (std::size_t i = 0; i < rows.size(); i += 6)
+    options.points.push_back(rows[i].receiver.position);
+  const auto room =
+      read_room(test::kTruthFolder / (scene == "S1" ? "s1_daylit_cornell.obj" : "s3_furnace.obj"));
+  const auto partition = SkyPartition::parse(regions);
+  const auto sky = test::truth_sky(sky_name);
+  if (!room || !partition || !sky)
+    return Error{ErrorCode::io, "the fixture cannot be read", scene, ""};
+  Errors errors;
+  const auto volume = precompute::bake(
+      *room, *partition, options, [](const std::string&, double) { return true; }, errors.report);
+  if (!volume)
+    return volume.error();
+  const LightField field = combine(*volume, region_radiance(*sky, volume->partition));
+  const auto truth = true_coefficients(scene, sky_name);
+  EXPECT_EQ(truth.size(), 9 * options.points.size());
+  const auto coefficient = [&](std::size_t i) { return field.probe[i / 9][i % 9]; };
+  errors.coefficients = test::nrms(truth.size(), coefficient, [&](std::size_t i) { return truth[i]; });
+  const auto received = [&](std::size_t i) {
+    return irradiance(field.probe[i / 6], glm::vec3(rows[i].receiver.normal));
+  };
+  errors.irradiance = test::nrms(rows.size(), received, [&](std::size_t i) { return rows[i].value; });
+  errors.seconds = errors.report.total_seconds;
+  return errors;
+}
+
+void expect_errors(const precompute::BakeOptions& options, const std::string& regions, double coefficients,
+                   double irradiance) {
+  for (const auto& [scene, sky] : {std::pair("S1", "E1"), {"S1", "E2"}, {"S3", "E1"}}) {
+    const auto e = errors_at_points(scene, sky, options, regions);
+    ASSERT_TRUE(e) << e.error().message();
+    std::printf("%s/%s %5zu patches, %s: coefficients %.3f %%, irradiance %.3f %% nrms, %.2f s\n", scene, sky,
+                e->report.patches, regions.c_str(), 100 * e->coefficients, 100 * e->irradiance, e->seconds);
+    EXPECT_LE(e->coefficients, coefficients);
+    EXPECT_LE(e->irradiance, irradiance);
+    EXPECT_LE(e->report.energy.imbalance, 1e-4);
+  }
+}
+
+TEST(GivenPoints, two_thousand_patches_are_within_1_6_and_2_percent) {
+  precompute::BakeOptions options = *precompute::quality_options("normal");
+  options.target_patches = 2000;
+  expect_errors(options, "uniform:256", 0.016, 0.02);
+}
+
+TEST(GivenPoints, normal_quality_is_within_1_and_1_5_percent) {
+  expect_errors(*precompute::quality_options("normal"), "uniform:256", 0.010, 0.015);
+}
+
+} // namespace
+} // namespace daylit
