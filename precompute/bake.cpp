@@ -205,10 +205,21 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .probes = std::move(*probes),
                      .stored_region = light->region,
                      .basis = {},
+                     .compact = {},
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  store_basis(*coefficients, points.probe, light->columns(), volume);
+  if (!partition.interpolated()) {
+    store_basis(*coefficients, points.probe, light->columns(), volume);
+    return volume;
+  }
+  auto compact = compact_sky(*coefficients, volume.probes, points.probe, partition, light->region,
+                             {.error = options.compact_error}, progress, &report.compact);
+  if (!compact)
+    return compact.error();
+  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
+  volume.stored_region.clear();
+  clock.finish("fine sky");
   return volume;
 }
 

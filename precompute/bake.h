@@ -8,6 +8,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "precompute/compact_sky.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/solve.h"
@@ -30,6 +31,7 @@ struct BakeOptions {
   double spacing_m = 0.3;
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
+  double compact_error = 0.03;           ///< of the factors of a fine sky
 };
 
 /// "draft", "normal", "high".
@@ -52,6 +54,7 @@ struct BakeReport {
   radiosity::SolveReport solve;
   bool adjoint = false; ///< solved from the probes towards the light: fewer columns
   radiosity::EnergyBalance energy;
+  CompactReport compact; ///< fine skies only
   std::vector<StageTime> stages;
   double total_seconds = 0;
 };

@@ -129,7 +129,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.add_option("ROOM", a.room, "room model: OBJ, z up, metres")->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
-  app.add_option("--regions", a.regions, "uniform:N, tregenza or reinhart:K")->capture_default_str();
+  app.add_option("--regions", a.regions, "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun")
+      ->capture_default_str();
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
       app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
