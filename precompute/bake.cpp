@@ -189,10 +189,12 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.regions_stored = static_cast<int>(light->columns());
   clock.finish("first bounce");
 
-  const auto exchange = radiosity::exchange_areas(
-      elements, problem->mesh, file.room, problem->room_scene,
-      {.visibility_rays = options.visibility_rays, .skip_black = true, .store = options.store}, progress,
-      &report.exchange);
+  const auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
+                                                  {.visibility_rays = options.visibility_rays,
+                                                   .low_rank_tolerance = options.low_rank_tolerance,
+                                                   .skip_black = true,
+                                                   .store = options.store},
+                                                  progress, &report.exchange);
   if (!exchange)
     return exchange.error();
   clock.finish("form factors");

@@ -24,10 +24,11 @@ namespace daylit::precompute {
 struct BakeOptions {
   double patch_edge_m = 0; ///< 0: chosen for target_patches
   int target_patches = 4000;
-  double visibility_rays = 131072; ///< of partly hidden pairs, per unit of form factor
-  int gather_rays = 2048;          ///< per probe of a grid; twice as many at given points
-  double tolerance = 1e-5;         ///< residual of the solver
-  glm::ivec3 grid{0};              ///< probes per axis; 0: spacing_m decides
+  double visibility_rays = 131072;  ///< of partly hidden pairs, per unit of form factor
+  int gather_rays = 2048;           ///< per probe of a grid; twice as many at given points
+  double low_rank_tolerance = 1e-4; ///< of far blocks of the exchange matrix; 0: all entries are kept
+  double tolerance = 1e-5;          ///< residual of the solver
+  glm::ivec3 grid{0};               ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <ctime>
 #include <optional>
 #include <span>
 
@@ -195,6 +196,12 @@ Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>&
   return {};
 }
 
+double process_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -225,6 +232,7 @@ std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& ligh
 Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                                   const SolveOptions& options, const Progress& progress, SolveReport* report) {
   const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = process_seconds();
   const std::size_t regions = light.columns(), n = set.elements.size();
   Radiosity out{n, 3 * regions, std::vector<float>(n * 3 * regions), equal_channels(set, light)};
   SolveReport done;
@@ -255,6 +263,7 @@ Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& e
     ++done.channels;
   }
   done.seconds = seconds_since(start);
+  done.cpu_seconds = process_seconds() - cpu_start;
   if (report)
     *report = std::move(done);
   return out;
@@ -264,6 +273,7 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
                                          std::span<const float> weights, std::size_t rows, int channel,
                                          const SolveOptions& options, const Progress& progress, SolveReport* report) {
   const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = process_seconds();
   const std::size_t n = set.elements.size();
   if (weights.size() != n * rows)
     return Error{ErrorCode::value_invalid, "the weights are not rows of one value per element", "adjoint solve", ""};
@@ -287,6 +297,7 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
   if (!solved)
     return solved.error();
   done.seconds = seconds_since(start);
+  done.cpu_seconds = process_seconds() - cpu_start;
   if (report)
     *report = std::move(done);
   return result;

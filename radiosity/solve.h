@@ -31,7 +31,8 @@ struct SolveReport {
   double worst_residual = 0;   ///< largest relative residual of any column, recomputed from the solution
   std::vector<float> residual; ///< the same per solved column
   int channels = 3;            ///< solved; the others are copies (bound 0)
-  double seconds = 0;
+  double seconds = 0;          ///< wall
+  double cpu_seconds = 0;      ///< processor time of the process meanwhile, all threads
 };
 
 /// B = rho (H + F B) for all regions and channels together, by conjugate gradients on the symmetric form
