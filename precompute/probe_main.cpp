@@ -1,5 +1,6 @@
 // daylit-probe: light at points of a room, from its volume and a sky. Needs neither CGAL nor the radiosity solver.
 
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -52,12 +53,22 @@ struct Probe {
   LightField field;
   LightFieldSampler sampler;
   std::optional<DirectSky> direct;
+  /// Points whose nine coefficients rang below zero, and what ending that changed at most.
+  mutable std::atomic<std::size_t> windowed{0};
+  mutable std::atomic<double> bias{0};
 
   std::optional<Rgb> irradiance_at(const ProbePoint& at) const {
     const std::optional<Sh9Rgb> sh = sampler.sample(field, at.position);
     if (!sh)
       return std::nullopt;
-    const Rgb indirect = irradiance(*sh, glm::vec3(at.normal));
+    const NonNegativeLight light = without_ringing(*sh);
+    if (light.windowed_channels > 0) {
+      windowed.fetch_add(1, std::memory_order_relaxed);
+      double seen = bias.load();
+      while (seen < light.bias && !bias.compare_exchange_weak(seen, light.bias)) {
+      }
+    }
+    const Rgb indirect = glm::max(irradiance(light.radiance, glm::vec3(at.normal)), Rgb(0.0f)); // rounding
     return direct ? indirect + direct->irradiance(at.position, at.normal) : indirect;
   }
 };
@@ -101,6 +112,12 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
   if (outside > 0 && !a.quiet)
     std::fprintf(stderr, "daylit-probe: %zu of %zu points are outside the room or inside furniture\n", outside,
                  line_number);
+  if (probe.windowed > 0 && !a.quiet)
+    std::fprintf(
+        stderr,
+        "daylit-probe: %zu of %zu points windowed against ringing, irradiance changed by at most %.2f %% of its "
+        "mean (rms over normals)\n",
+        probe.windowed.load(), line_number, 100 * probe.bias.load());
   return {};
 }
 
