@@ -92,99 +92,141 @@ double distance(const LightField& a, const LightField& b, std::span<const std::s
   return std::sqrt(sum);
 }
 
-Result<nlohmann::json> measure(const RoomFile& room, int nodes, const Arguments& a, const Progress& progress) {
+/// The volume of the fine sky, the exact suns at its valid probes, and which probe is which.
+struct Pair {
+  BasisVolume volume, truth;
+  SunCells cells;
+  std::vector<std::size_t> valid, same; ///< probes of the volume, of the truth
+  precompute::CompactReport compact;
+  double bake_seconds = 0;
+};
+
+Result<Pair> bake_both(const RoomFile& room, int nodes, const Arguments& a, const Progress& progress) {
   precompute::BakeOptions options;
   options.compact_error = a.error;
   precompute::BakeReport report, truth_report;
-  const double start = process_seconds();
   const auto partition = SkyPartition::fine(nodes);
   if (!partition)
     return partition.error();
-  const auto volume = precompute::bake(room, *partition, options, progress, report);
+  const double start = process_seconds();
+  auto volume = precompute::bake(room, *partition, options, progress, report);
   if (!volume)
     return volume.error();
-  const double seconds = process_seconds() - start;
-  std::vector<std::size_t> valid, same;
-  for (std::size_t p = 0; p < volume->probes.size(); ++p)
-    if (volume->probes.valid[p]) {
-      same.push_back(valid.size());
-      valid.push_back(p);
-      options.points.push_back(volume->probes.origin + glm::dvec3(volume->probes.positions[p]));
+  Pair pair{std::move(*volume), {}, {}, {}, {}, report.compact, process_seconds() - start};
+  const ProbeSet& probes = pair.volume.probes;
+  for (std::size_t p = 0; p < probes.size(); ++p)
+    if (probes.valid[p]) {
+      pair.same.push_back(pair.valid.size());
+      pair.valid.push_back(p);
+      options.points.push_back(probes.origin + glm::dvec3(probes.positions[p]));
     }
-  const auto cells = sun_cells(a.altitude_deg * kPi / 180);
+  auto cells = sun_cells(a.altitude_deg * kPi / 180);
   if (!cells)
     return cells.error();
-  const auto truth = precompute::bake(room, cells->partition, options, progress, truth_report);
+  pair.cells = std::move(*cells);
+  auto truth = precompute::bake(room, pair.cells.partition, options, progress, truth_report);
   if (!truth)
     return truth.error();
+  pair.truth = std::move(*truth);
+  return pair;
+}
 
+/// Norms over all valid coefficients, sun by sun: of the truth, of the error, and of the change since the sun before.
+struct Track {
   std::vector<double> norm, error, step, true_step;
-  LightField last, last_true;
+};
+
+Track follow_sun(const Pair& pair) {
+  Track track;
+  const LightField black{std::vector<Sh9Rgb>(pair.same.size())};
+  LightField last, last_true = black;
   for (int k = 0; k < kSteps; ++k) {
-    std::vector<Rgb> exact(static_cast<std::size_t>(cells->partition.size()), Rgb(0.0f));
-    exact[static_cast<std::size_t>(cells->first + k)] =
-        exact[static_cast<std::size_t>(cells->first + (k + 1) % kSteps)] = Rgb(1.0f);
-    const LightField t = combine(*truth, exact), f = combine(*volume, sun_on_nodes(*partition, *cells, k));
-    norm.push_back(distance(t, LightField{std::vector<Sh9Rgb>(same.size())}, same));
-    error.push_back(distance(t, f, valid));
+    std::vector<Rgb> exact(static_cast<std::size_t>(pair.cells.partition.size()), Rgb(0.0f));
+    for (const int cell : {k, (k + 1) % kSteps})
+      exact[static_cast<std::size_t>(pair.cells.first + cell)] = Rgb(1.0f);
+    const LightField t = combine(pair.truth, exact);
+    const LightField f = combine(pair.volume, sun_on_nodes(pair.volume.partition, pair.cells, k));
+    track.norm.push_back(distance(t, black, pair.same));
+    track.error.push_back(distance(t, f, pair.valid));
     if (k > 0) {
-      true_step.push_back(distance(t, last_true, same));
-      LightField before;
-      for (const std::size_t p : valid)
-        before.probe.push_back(last.probe[p]);
-      step.push_back(distance(before, f, valid));
+      track.true_step.push_back(distance(t, last_true, pair.same));
+      track.step.push_back(distance(last, f, pair.valid));
     }
-    last = f;
+    last.probe.clear();
+    for (const std::size_t p : pair.valid)
+      last.probe.push_back(f.probe[p]);
     last_true = t;
   }
-  const double most = *std::ranges::max_element(norm);
-  double worst_step = 0, squares = 0, worst = 0;
+  return track;
+}
+
+/// Suns that light less than a tenth of the brightest do not count in the relative error; every step counts.
+nlohmann::json score(const Track& track) {
+  const double most = *std::ranges::max_element(track.norm);
+  double squares = 0, worst = 0, worst_step = 0;
   int suns = 0, above = 0;
-  for (std::size_t k = 0; k < norm.size(); ++k)
-    if (norm[k] > 0.1 * most) {
-      squares += error[k] * error[k] / (norm[k] * norm[k]);
-      worst = std::max(worst, error[k] / norm[k]);
+  for (std::size_t k = 0; k < track.norm.size(); ++k)
+    if (track.norm[k] > 0.1 * most) {
+      const double relative = track.error[k] / track.norm[k];
+      squares += relative * relative;
+      worst = std::max(worst, relative);
       ++suns;
     }
-  for (std::size_t k = 0; k < step.size(); ++k) {
-    const double ratio = step[k] / (1.5 * true_step[k] + 1e-3 * most);
+  for (std::size_t k = 0; k < track.step.size(); ++k) {
+    const double ratio = track.step[k] / (1.5 * track.true_step[k] + 1e-3 * most);
     worst_step = std::max(worst_step, ratio);
     above += ratio > 1 ? 1 : 0;
   }
+  return {{"suns", suns},
+          {"sun_rms_error", std::sqrt(squares / std::max(suns, 1))},
+          {"sun_worst_error", worst},
+          {"step_over_bound", worst_step},
+          {"steps_above_bound", above}};
+}
 
-  VolumeCombiner combiner = VolumeCombiner::make(*volume);
-  const std::vector<Rgb> uniform(static_cast<std::size_t>(nodes), Rgb(1.0f)), dim(uniform.size(), Rgb(0.5f));
+double wall_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+void add_times(const Pair& pair, nlohmann::json& row) {
+  VolumeCombiner combiner = VolumeCombiner::make(pair.volume);
+  const std::vector<Rgb> uniform(static_cast<std::size_t>(pair.volume.partition.size()), Rgb(1.0f)),
+      dim(uniform.size(), Rgb(0.5f));
   std::vector<std::uint32_t> object;
-  for (std::size_t k = 0; k < 64; ++k)
-    object.push_back(static_cast<std::uint32_t>(valid[valid.size() / 2 + k]));
+  for (std::size_t k = 0; k < std::min<std::size_t>(64, pair.valid.size() / 2); ++k)
+    object.push_back(static_cast<std::uint32_t>(pair.valid[pair.valid.size() / 2 + k]));
   bool odd = false;
   double wall = 1e9;
   for (int r = 0; r < 50; ++r) {
-    timespec t0{}, t1{};
-    clock_gettime(CLOCK_MONOTONIC, &t0);
+    const double start = wall_seconds();
     combiner.update((odd = !odd) ? uniform : dim);
-    clock_gettime(CLOCK_MONOTONIC, &t1);
-    wall = std::min(wall, double(t1.tv_sec - t0.tv_sec) + 1e-9 * double(t1.tv_nsec - t0.tv_nsec));
+    wall = std::min(wall, wall_seconds() - start);
   }
   set_thread_count(1);
-  const auto times = alternate(50, [&] { combiner.update((odd = !odd) ? uniform : dim); });
-  const auto object_time = alternate(50, [&] { combiner.combine_at(uniform, object); });
+  const auto times = alternate(
+      50, [&] { combiner.update((odd = !odd) ? uniform : dim); }, [&] { combiner.combine_at(uniform, object); });
   set_thread_count(0);
-  return nlohmann::json{{"nodes", nodes},
-                        {"nodes_stored", report.compact.nodes},
-                        {"probes", valid.size()},
-                        {"altitude_deg", a.altitude_deg},
-                        {"suns", suns},
-                        {"sun_rms_error", std::sqrt(squares / suns)},
-                        {"sun_worst_error", worst},
-                        {"step_over_bound", worst_step},
-                        {"steps_above_bound", above},
-                        {"compression_error", report.compact.rms_error},
-                        {"compact_megabytes", double(report.compact.bytes) / 1e6},
-                        {"bake_cpu_seconds", seconds},
-                        {"combine_ms", 1e3 * wall},
-                        {"combine_one_core_ms", 1e3 * times[0]},
-                        {"object_us", 1e6 * object_time[0]}};
+  row["combine_ms"] = 1e3 * wall;
+  row["combine_one_core_ms"] = 1e3 * times[0];
+  row["object_us"] = 1e6 * times[1];
+}
+
+Result<nlohmann::json> measure(const RoomFile& room, int nodes, const Arguments& a, const Progress& progress) {
+  const auto pair = bake_both(room, nodes, a, progress);
+  if (!pair)
+    return pair.error();
+  nlohmann::json row = score(follow_sun(*pair));
+  row["nodes"] = nodes;
+  row["nodes_stored"] = pair->compact.nodes;
+  row["probes"] = pair->valid.size();
+  row["altitude_deg"] = a.altitude_deg;
+  row["compression_error"] = pair->compact.rms_error;
+  row["compact_megabytes"] = double(pair->compact.bytes) / 1e6;
+  row["bake_cpu_seconds"] = pair->bake_seconds;
+  add_times(*pair, row);
+  return row;
 }
 
 Result<void> run(const Arguments& a, const CommonOptions& options) {

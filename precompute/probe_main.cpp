@@ -1,5 +1,6 @@
 // daylit-probe: light at points of a room, from its volume and a sky. Needs neither CGAL nor the radiosity solver.
 
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -30,7 +31,7 @@ struct Arguments {
   std::string projection = "equirect";
   double sky_rotation_deg = 0;
   std::vector<double> forward{1, 0, 0}, sky_up{0, 0, 1};
-  double ground_albedo = -1;
+  double ground_albedo = -1, efficacy = 0; ///< efficacy: 0 prints irradiance
   bool coefficients = false, total = false, info = false, quiet = false, json = false;
   int threads = 0;
 };
@@ -52,12 +53,22 @@ struct Probe {
   LightField field;
   LightFieldSampler sampler;
   std::optional<DirectSky> direct;
+  /// Points whose nine coefficients rang below zero, and what ending that changed at most.
+  mutable std::atomic<std::size_t> windowed{0};
+  mutable std::atomic<double> bias{0};
 
   std::optional<Rgb> irradiance_at(const ProbePoint& at) const {
     const std::optional<Sh9Rgb> sh = sampler.sample(field, at.position);
     if (!sh)
       return std::nullopt;
-    const Rgb indirect = irradiance(*sh, glm::vec3(at.normal));
+    const NonNegativeLight light = without_ringing(*sh);
+    if (light.windowed_channels > 0) {
+      windowed.fetch_add(1, std::memory_order_relaxed);
+      double seen = bias.load();
+      while (seen < light.bias && !bias.compare_exchange_weak(seen, light.bias)) {
+      }
+    }
+    const Rgb indirect = glm::max(irradiance(light.radiance, glm::vec3(at.normal)), Rgb(0.0f)); // rounding
     return direct ? indirect + direct->irradiance(at.position, at.normal) : indirect;
   }
 };
@@ -75,6 +86,8 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
       if (a.coefficients)
         answers[i] = coefficients_text(probe.sampler.sample(probe.field, points[i].position), a.json);
+      else if (a.efficacy > 0)
+        answers[i] = illuminance_text(probe.irradiance_at(points[i]), a.efficacy, a.json);
       else
         answers[i] = irradiance_text(probe.irradiance_at(points[i]), a.json);
     });
@@ -101,6 +114,12 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
   if (outside > 0 && !a.quiet)
     std::fprintf(stderr, "daylit-probe: %zu of %zu points are outside the room or inside furniture\n", outside,
                  line_number);
+  if (probe.windowed > 0 && !a.quiet)
+    std::fprintf(
+        stderr,
+        "daylit-probe: %zu of %zu points windowed against ringing, irradiance changed by at most %.2f %% of its "
+        "mean (rms over normals)\n",
+        probe.windowed.load(), line_number, 100 * probe.bias.load());
   return {};
 }
 
@@ -146,12 +165,20 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 1.0));
   auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 numbers");
   app.add_flag("--total", a.total, "adds the light that comes straight through the windows")->excludes(sh);
+  auto* lux = app.add_option("--lux", a.efficacy,
+                             "prints illuminance in lx, one number; lumens per watt of the sky image (179 if none is "
+                             "given; 1 for a sky in cd/m2)")
+                  ->expected(0, 1)
+                  ->check(CLI::PositiveNumber)
+                  ->excludes(sh);
   auto* info = app.add_flag("--info", a.info, "prints what the volume holds, as JSON, and ends");
   app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
   app.add_flag("--quiet", a.quiet, "does not count points outside on stderr");
   app.add_flag("--json", a.json, "one JSON object per line");
   try {
     app.parse(argc, argv);
+    if (lux->count() > 0 && a.efficacy == 0)
+      a.efficacy = kLumensPerWatt;
     if (info->count() == 0 && sky->count() == 0)
       throw CLI::RequiredError("--sky");
   } catch (const CLI::ParseError& e) {

@@ -97,6 +97,18 @@ std::string irradiance_text(const std::optional<Rgb>& e, bool json) {
   return json ? "{\"irradiance\":[" + numbers_text(numbers, ",") + "]}\n" : numbers_text(numbers, " ") + "\n";
 }
 
+double illuminance(const Rgb& e, double efficacy) {
+  return efficacy *
+         (0.2126 * static_cast<double>(e.r) + 0.7152 * static_cast<double>(e.g) + 0.0722 * static_cast<double>(e.b));
+}
+
+std::string illuminance_text(const std::optional<Rgb>& e, double efficacy, bool json) {
+  if (!e)
+    return json ? "{\"illuminance\":null}\n" : "nan\n";
+  const std::string number = fmt::format("{:.9g}", illuminance(*e, efficacy));
+  return json ? "{\"illuminance\":" + number + "}\n" : number + "\n";
+}
+
 std::string coefficients_text(const std::optional<Sh9Rgb>& sh, bool json) {
   if (!sh && json)
     return "{\"sh\":null}\n";

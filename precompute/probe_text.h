@@ -24,6 +24,11 @@ Result<ProbePoint> parse_probe_point(const std::string& line, std::size_t line_n
 
 /// One line with its end; empty optional: outside the room.
 std::string irradiance_text(const std::optional<Rgb>& irradiance, bool json);
+/// Luminous flux per radiant flux of daylight that is given per channel in watts: 179 lm/W (Ward 1994).
+constexpr double kLumensPerWatt = 179.0;
+/// Illuminance in lx: `efficacy` times the luminance of linear Rec. 709 colours; efficacy 1 for skies in cd/m2.
+double illuminance(const Rgb& irradiance, double efficacy);
+std::string illuminance_text(const std::optional<Rgb>& irradiance, double efficacy, bool json);
 /// 27 numbers, coefficient-major: L00.r L00.g L00.b L1-1.r ...
 std::string coefficients_text(const std::optional<Sh9Rgb>& coefficients, bool json);
 bool is_outside(const std::string& answer, bool json);

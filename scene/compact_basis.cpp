@@ -12,6 +12,7 @@ namespace daylit {
 
 namespace {
 
+using detail::ColouredRow;
 using detail::kTileBlocks;
 using detail::kTileNumbers;
 using detail::WeightedRow;
@@ -40,15 +41,12 @@ struct Amplitudes {
   std::array<std::vector<float>, 3> half, byte; ///< whole tiles
 };
 
-using RowsByColour = std::array<std::vector<WeightedRow>, 3>;
-
-RowsByColour lit_nodes(const CompactBasis& basis, std::span<const Rgb> region_radiance) {
-  RowsByColour rows;
+std::vector<ColouredRow> lit_nodes(const CompactBasis& basis, std::span<const Rgb> region_radiance) {
+  std::vector<ColouredRow> rows;
   for (std::size_t i = 0; i < basis.node.size(); ++i) {
-    const Rgb radiance = region_radiance[static_cast<std::size_t>(basis.node[i])];
-    for (int c = 0; c < 3; ++c)
-      if (radiance[c] != 0.0f)
-        rows[static_cast<std::size_t>(c)].push_back({static_cast<std::uint32_t>(i), radiance[c] * basis.node_scale[i]});
+    const Rgb radiance = basis.node_scale[i] * region_radiance[static_cast<std::size_t>(basis.node[i])];
+    if (radiance != Rgb(0.0f))
+      rows.push_back({static_cast<std::uint32_t>(i), {radiance.r, radiance.g, radiance.b}});
   }
   return rows;
 }
@@ -59,8 +57,8 @@ void mark(std::vector<std::uint8_t>& tiles, std::size_t first, std::size_t count
     tiles[t] = 1;
 }
 
-Amplitudes amplitudes(const CompactBasis& basis, const RowsByColour& rows, const std::vector<std::uint8_t>& half_tiles,
-                      const std::vector<std::uint8_t>& byte_tiles) {
+Amplitudes amplitudes(const CompactBasis& basis, const std::vector<ColouredRow>& rows,
+                      const std::vector<std::uint8_t>& half_tiles, const std::vector<std::uint8_t>& byte_tiles) {
   Amplitudes a;
   for (std::size_t c = 0; c < 3; ++c) {
     a.half[c].assign(half_tiles.size() * kTileNumbers, 0.0f);
@@ -68,16 +66,18 @@ Amplitudes amplitudes(const CompactBasis& basis, const RowsByColour& rows, const
   }
   const detail::TileKernels& kernels = detail::tile_kernels();
   const std::size_t stride = basis.node.size() * kTileNumbers;
-  // The colours of a tile follow one another on one core: the second and third find it in the cache.
   tbb::parallel_for(std::size_t{0}, half_tiles.size() + byte_tiles.size(), [&](std::size_t t) {
-    const std::size_t u = t - half_tiles.size();
-    for (std::size_t c = 0; c < 3; ++c)
-      if (t < half_tiles.size() && half_tiles[t] != 0)
-        kernels.add_half(basis.node_half.data() + t * stride, rows[c], 0, kTileBlocks,
-                         a.half[c].data() + t * kTileNumbers);
-      else if (t >= half_tiles.size() && byte_tiles[u] != 0)
-        kernels.add_byte(basis.node_byte.data() + u * stride, rows[c], 0, kTileBlocks,
-                         a.byte[c].data() + u * kTileNumbers);
+    const bool half = t < half_tiles.size();
+    const std::size_t tile = half ? t : t - half_tiles.size();
+    if ((half ? half_tiles : byte_tiles)[tile] == 0)
+      return;
+    auto& planes = half ? a.half : a.byte;
+    float* const sum[3] = {planes[0].data() + tile * kTileNumbers, planes[1].data() + tile * kTileNumbers,
+                           planes[2].data() + tile * kTileNumbers};
+    if (half)
+      kernels.add_half_colours(basis.node_half.data() + tile * stride, rows, sum);
+    else
+      kernels.add_byte_colours(basis.node_byte.data() + tile * stride, rows, sum);
   });
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < basis.half_scale.size(); ++k)

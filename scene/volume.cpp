@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
+#include <numbers>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include "sh/sh9.h"
+#include "sh/window.h"
 
 // One binary for all machines: the compiler makes a copy of the loop per vector width and the loader picks one.
 // Sanitizers run before the loader can choose, so they get the plain copy.
@@ -115,6 +118,29 @@ Rgb irradiance(const Sh9Rgb& radiance_coefficients, const glm::vec3& unit_normal
   for (std::size_t i = 0; i < 9; ++i)
     sum += sh::kClampedCosine9<float>[i] * y[i] * radiance_coefficients[i];
   return sum;
+}
+
+NonNegativeLight without_ringing(const Sh9Rgb& radiance_coefficients) {
+  NonNegativeLight light{radiance_coefficients};
+  for (int c = 0; c < 3; ++c) {
+    std::array<double, 9> e;
+    for (std::size_t i = 0; i < 9; ++i)
+      e[i] = static_cast<double>(sh::kClampedCosine9<float>[i]) * static_cast<double>(radiance_coefficients[i][c]);
+    if (!(e[0] > 0.0)) { // darkness, or rounding below it
+      light.windowed_channels += e[0] < 0.0 ? 1 : 0;
+      for (Rgb& coefficient : light.radiance)
+        coefficient[c] = 0.0f;
+      continue;
+    }
+    const auto window = sh::nonnegative_window(e);
+    if (!window || window->strength == 0.0)
+      continue;
+    ++light.windowed_channels;
+    light.bias = std::max(light.bias, window->bias.rms_change / (e[0] / std::sqrt(4 * std::numbers::pi)));
+    for (std::size_t i = 1; i < 9; ++i)
+      light.radiance[i][c] *= static_cast<float>(window->bands[i < 4 ? 1 : 2]);
+  }
+  return light;
 }
 
 } // namespace daylit

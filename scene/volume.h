@@ -87,4 +87,13 @@ private:
 /// E(n) = sum A_l L_lm Y_lm(n), A = pi, 2pi/3, pi/4 (Ramamoorthi & Hanrahan 2001). May be slightly negative: ringing.
 Rgb irradiance(const Sh9Rgb& radiance_coefficients, const glm::vec3& unit_normal);
 
+/// Light whose irradiance is nowhere negative: channels that ring are windowed by the least amount that ends it
+/// (sh/window.h), the others keep every bit.
+struct NonNegativeLight {
+  Sh9Rgb radiance;
+  int windowed_channels = 0;
+  double bias = 0; ///< largest over the channels: rms change of irradiance over all normals / its mean
+};
+NonNegativeLight without_ringing(const Sh9Rgb& radiance_coefficients);
+
 } // namespace daylit

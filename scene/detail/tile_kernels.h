@@ -27,11 +27,23 @@ template <class Number>
 using AddRows = void (*)(const Number* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
                          float* sum);
 
+/// A row with a factor per colour.
+struct ColouredRow {
+  std::uint32_t row;
+  float weight[3];
+};
+
+/// sum[c][k] += weight[c] * tile[row][k] for whole tiles: each number is fetched once for the three colours.
+template <class Number>
+using AddColours = void (*)(const Number* tile, std::span<const ColouredRow> rows, float* const sum[3]);
+
 struct TileKernels {
   const char* name; ///< "baseline", "avx2", "avx512"
   AddRows<float> add_float;
   AddRows<std::uint16_t> add_half; ///< IEEE 754 binary16
   AddRows<std::int8_t> add_byte;
+  AddColours<std::uint16_t> add_half_colours;
+  AddColours<std::int8_t> add_byte_colours;
   /// rgb[3 k + c] = plane_c[k]
   void (*interleave)(const float* r, const float* g, const float* b, std::size_t count, float* rgb);
   float (*sum_bytes)(const std::byte* data, std::size_t size); ///< a plain read: the yardstick of the benchmark

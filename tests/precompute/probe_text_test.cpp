@@ -69,5 +69,13 @@ TEST(ProbeText, info_states_what_the_volume_holds) {
   EXPECT_EQ(info["report"]["patches"], 3);
 }
 
+TEST(ProbeText, illuminance_weighs_the_channels_and_scales) {
+  EXPECT_NEAR(illuminance(Rgb(1.0f), kLumensPerWatt), 179.0, 1e-4); // the three weights sum to 1
+  EXPECT_NEAR(illuminance({0, 2, 0}, 1.0), 2 * 0.7152, 1e-7);
+  EXPECT_EQ(illuminance_text(Rgb(2.0f), 100.0, false), "200\n");
+  EXPECT_EQ(illuminance_text(std::nullopt, 1.0, false), "nan\n");
+  EXPECT_TRUE(is_outside(illuminance_text(std::nullopt, 1.0, true), true));
+}
+
 } // namespace
 } // namespace daylit::precompute

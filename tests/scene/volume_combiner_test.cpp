@@ -164,6 +164,37 @@ TEST(TileKernels, every_vector_width_agrees_with_the_scalar_sums) {
       }
 }
 
+TEST(TileKernels, three_colours_at_once_are_three_sums) {
+  std::mt19937 random(13);
+  constexpr std::size_t kRows = 40;
+  std::vector<std::uint16_t> halves(kRows * detail::kTileNumbers);
+  std::vector<std::int8_t> bytes(halves.size());
+  for (std::size_t k = 0; k < bytes.size(); ++k) {
+    bytes[k] = static_cast<std::int8_t>(random() % 255 - 127);
+    halves[k] = detail::to_half(static_cast<float>(random() % 100) / 100.0f);
+  }
+  std::vector<detail::ColouredRow> rows;
+  for (std::uint32_t r = 0; r < kRows; r += 1 + r % 3)
+    rows.push_back({r, {0.5f, -1.0f, 0.25f * static_cast<float>(r)}});
+  for (const detail::TileKernels& kernels : detail::usable_tile_kernels()) {
+    std::vector<float> h(3 * detail::kTileNumbers, 1.0f), b = h;
+    float* const to_h[3] = {h.data(), h.data() + 128, h.data() + 256};
+    float* const to_b[3] = {b.data(), b.data() + 128, b.data() + 256};
+    kernels.add_half_colours(halves.data(), rows, to_h);
+    kernels.add_byte_colours(bytes.data(), rows, to_b);
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < 128; ++k) {
+        double eh = 1, eb = 1;
+        for (const auto& r : rows) {
+          eh += double(r.weight[c]) * double(detail::from_half(halves[r.row * 128 + k]));
+          eb += double(r.weight[c]) * double(bytes[r.row * 128 + k]);
+        }
+        ASSERT_NEAR(double(to_h[c][k]), eh, 1e-4) << kernels.name;
+        ASSERT_NEAR(double(to_b[c][k]), eb, 0.02) << kernels.name;
+      }
+  }
+}
+
 TEST(TileKernels, planes_are_interleaved) {
   for (const detail::TileKernels& kernels : detail::usable_tile_kernels())
     for (const std::size_t count : {1u, 15u, 16u, 37u, 64u}) {
