@@ -56,10 +56,13 @@ Result<Bake> bake(const BenchRoom& room, int patches, int regions, const CommonO
   options.grid = glm::ivec3(8);
   options.tolerance = 1e-4;
   Bake result;
+  const auto partition = SkyPartition::uniform(regions);
+  if (!partition)
+    return partition.error();
   ProgressLine progress(common.quiet);
   const double start = process_seconds();
   const auto volume =
-      precompute::bake(room.file, *SkyPartition::uniform(regions), options, progress.callback(), result.report);
+      precompute::bake(room.file, *partition, options, progress.callback(), result.report);
   progress.clear();
   if (!volume)
     return volume.error();
@@ -151,7 +154,7 @@ Command add_transport_cost(CLI::App& program) {
   parser->add_option("--patches", arguments->patches, "patch counts")->delimiter(',')->capture_default_str();
   parser->add_option("--regions", arguments->regions, "sky regions")->capture_default_str();
   parser->add_option("--more-regions", arguments->more_regions, "regions of the second bake")
-      ->check(CLI::Range(65, 4096))
+      ->check(CLI::Range(65, 16384))
       ->capture_default_str();
   return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};
 }

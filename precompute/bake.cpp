@@ -151,7 +151,7 @@ Result<BakeOptions> quality_options(const std::string& name) {
   }
   if (name == "high") {
     o.target_patches = 6000;
-    o.visibility_rays = 262144;
+    o.visibility_rays = 524288;
     o.gather_rays = 8192;
     o.spacing_m = 0.2;
     return o;

@@ -24,7 +24,7 @@ namespace daylit::precompute {
 struct BakeOptions {
   double patch_edge_m = 0; ///< 0: chosen for target_patches
   int target_patches = 4000;
-  double visibility_rays = 131072;  ///< of partly hidden pairs, per unit of form factor
+  double visibility_rays = 229376;  ///< of partly hidden pairs, per unit of form factor
   int gather_rays = 2048;           ///< per probe of a grid; twice as many at given points
   double low_rank_tolerance = 1e-4; ///< of far blocks of the exchange matrix; 0: all entries are kept
   double tolerance = 1e-5;          ///< residual of the solver

@@ -49,6 +49,7 @@ std::string to_json(const BakeReport& r, bool times) {
                 {"worst_residual", r.solve.worst_residual},
                 {"columns", r.solve.residual.size()},
                 {"channels", r.solve.channels},
+                {"factorised", r.solve.factorised},
                 {"adjoint", r.adjoint}};
   j["energy"] = {{"entering", r.energy.entering},
                  {"absorbed", r.energy.absorbed},

@@ -65,15 +65,35 @@ std::vector<double> ExchangeMatrix::row_sums() const {
   return result;
 }
 
+std::vector<float> ExchangeMatrix::dense_in_tree_order() const {
+  const std::size_t n = size();
+  std::vector<float> result(n * n, 0.0f), block;
+  for (const ExchangeBlock& b : blocks_) {
+    const float* values = b.values.data();
+    if (b.rank > 0) {
+      block.assign(std::size_t{b.rows} * b.columns, 0.0f);
+      cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasTrans, static_cast<int>(b.rows), static_cast<int>(b.columns),
+                  static_cast<int>(b.rank), 1.0f, values, static_cast<int>(b.rank),
+                  values + std::size_t{b.rows} * b.rank, static_cast<int>(b.rank), 0.0f, block.data(),
+                  static_cast<int>(b.columns));
+      values = block.data();
+    }
+    for (std::size_t i = 0; i < b.rows; ++i)
+      for (std::size_t j = 0; j < b.columns; ++j) {
+        result[(b.row + i) * n + b.column + j] = values[i * b.columns + j];
+        result[(b.column + j) * n + b.row + i] = values[i * b.columns + j];
+      }
+  }
+  return result;
+}
+
 std::vector<float> ExchangeMatrix::dense() const {
   const std::size_t n = size();
-  std::vector<float> unit(n * n, 0.0f), product(n * n), result(n * n);
-  for (std::size_t k = 0; k < n; ++k)
-    unit[k * n + k] = 1.0f;
-  multiply(unit.data(), n, product.data());
+  const std::vector<float> ordered = dense_in_tree_order();
+  std::vector<float> result(n * n);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j)
-      result[order_[i] * n + order_[j]] = product[i * n + j];
+      result[order_[i] * n + order_[j]] = ordered[i * n + j];
   return result;
 }
 

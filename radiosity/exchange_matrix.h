@@ -36,6 +36,8 @@ public:
   std::vector<double> row_sums() const;
   /// The whole matrix, [element][element], row-major: for tests and small rooms.
   std::vector<float> dense() const;
+  /// The same, [tree position][tree position].
+  std::vector<float> dense_in_tree_order() const;
 
 private:
   std::vector<std::uint32_t> order_;

@@ -26,7 +26,7 @@ struct ExchangeReport {
 struct ExchangeOptions {
   /// Visibility rays per unit of form factor: a partly hidden pair of form factor F gets about this times F (at least
   /// 4, at most 4096). The error of a row's sum falls with its root or faster.
-  double visibility_rays = 131072;
+  double visibility_rays = 229376;
   double low_rank_tolerance = 1e-4; ///< of the Frobenius norm of each low-rank block
   std::size_t max_bytes = std::size_t{6} << 30;
   bool skip_black = false;    ///< leave out pairs that both reflect nothing: right when no surface emits

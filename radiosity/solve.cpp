@@ -1,5 +1,7 @@
 #include "radiosity/solve.h"
 
+#include "radiosity/detail/cholesky.h"
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -17,6 +19,7 @@ namespace daylit::radiosity {
 
 namespace {
 
+constexpr int kExpectedIterations = 10;
 constexpr std::size_t kPanel = 48; ///< columns per task: wide enough for sgemm, narrow enough to share out
 
 /// Columns of one problem z - S G S z = r, all of them iterated together, each with its own step lengths. Vectors are
@@ -27,6 +30,12 @@ public:
   Panel(const ExchangeMatrix& exchange, std::vector<float> scale, std::vector<float> right_side, std::size_t width)
       : n_(exchange.size()), width_(width), exchange_(exchange), scale_(std::move(scale)), x_(n_ * width, 0.0f),
         r_(std::move(right_side)), p_(r_), q_(n_ * width), work_(n_ * width), right_side_(r_) {}
+
+  /// By a factor of the same problem.
+  void solve(const CholeskyFactor& factor) {
+    x_ = right_side_;
+    factor.solve(x_.data(), width_);
+  }
 
   /// Returns the iterations used, -1 when the limit was met first.
   int iterate(const SolveOptions& options) {
@@ -140,10 +149,14 @@ struct PanelResult {
 };
 
 PanelResult solve_panel(const ExchangeMatrix& exchange, const std::vector<float>& scale, std::vector<float> right_side,
-                        std::size_t width, const SolveOptions& options) {
+                        std::size_t width, const SolveOptions& options, const CholeskyFactor* factor) {
   Panel panel(exchange, scale, std::move(right_side), width);
   PanelResult result;
-  result.iterations = panel.iterate(options);
+  result.iterations = 0;
+  if (factor)
+    panel.solve(*factor);
+  else
+    result.iterations = panel.iterate(options);
   result.residual.resize(width);
   panel.residuals(result.residual.data());
   result.solution = panel.solution();
@@ -157,6 +170,11 @@ Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>&
                        WorkStore::Name name, const SolveOptions& options, const Progress& progress, SolveReport& report,
                        const Enter& enter, const Leave& leave) {
   openblas_set_num_threads(1); // parallel over panels instead
+  std::optional<CholeskyFactor> factor;
+  if (options.method == SolveMethod::cholesky ||
+      (options.method == SolveMethod::automatic && CholeskyFactor::cheaper(exchange, columns, kExpectedIterations)))
+    factor = CholeskyFactor::of(exchange, scale);
+  report.factorised += factor ? 1 : 0;
   const std::size_t panels = (columns + kPanel - 1) / kPanel, before = report.residual.size();
   report.residual.resize(before + columns);
   std::vector<int> iterations(panels, 0);
@@ -171,7 +189,7 @@ Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>&
     if (!(options.store && result.take(options.store->find(piece), exchange.size() * width, width))) {
       std::vector<float> right_side(exchange.size() * width);
       enter(first, width, right_side.data());
-      result = solve_panel(exchange, scale, std::move(right_side), width, options);
+      result = solve_panel(exchange, scale, std::move(right_side), width, options, factor ? &*factor : nullptr);
       if (options.store)
         options.store->keep(piece, result.bytes());
     }

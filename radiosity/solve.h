@@ -20,23 +20,28 @@ struct Radiosity {
   const float* row(std::size_t element) const { return b.data() + element * columns; }
 };
 
+enum class SolveMethod { automatic, conjugate_gradients, cholesky };
+
 struct SolveOptions {
   double tolerance = 1e-5; ///< relative residual of each column, 2-norm
   int max_iterations = 2000;
-  WorkStore* store = nullptr; ///< finished panels of columns are taken from it and kept in it
+  SolveMethod method = SolveMethod::automatic; ///< the cheaper one by operations
+  WorkStore* store = nullptr;                  ///< finished panels of columns are taken from it and kept in it
 };
 
 struct SolveReport {
   int iterations = 0;          ///< largest over the columns
   double worst_residual = 0;   ///< largest relative residual of any column, recomputed from the solution
   std::vector<float> residual; ///< the same per solved column
+  int factorised = 0;          ///< channels solved directly; 0 iterations there
   int channels = 3;            ///< solved; the others are copies (bound 0)
   double seconds = 0;          ///< wall
   double cpu_seconds = 0;      ///< processor time of the process meanwhile, all threads
 };
 
-/// B = rho (H + F B) for all regions and channels together, by conjugate gradients on the symmetric form
-/// z - D^-1/2 G D^-1/2 z = D^1/2 rho H with D = A / rho, B = D^-1/2 z; one matrix product serves a panel of columns.
+/// B = rho (H + F B) for all regions and channels together, on the symmetric form z - D^-1/2 G D^-1/2 z =
+/// D^1/2 rho H with D = A / rho, B = D^-1/2 z: by conjugate gradients, one matrix product for a panel of columns, or by
+/// a Cholesky factor where many columns share it. Residuals are recomputed from the solution either way.
 /// Panels have a fixed width, so the bits do not depend on the number of threads.
 /// Errors: interrupted; value_invalid when a column does not converge (reflectance 1 in a closed room).
 Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,

@@ -26,12 +26,13 @@ public:
   PairVisibility(const PairArrays& arrays, const RayScene& scene, double rays)
       : arrays_(arrays), scene_(scene), rays_(rays) {}
 
-  /// Sets the share of every query; returns the number of rays.
+  /// Sets the share of every query (at least one); returns the number of rays.
   std::uint64_t resolve(std::vector<PairQuery>& queries);
 
 private:
   struct Tally {
     float seen = 0, total = 0;
+    std::uint32_t blocked = 0;
   };
   /// What 16 lanes sample: a pair and a position in its sequence each.
   struct alignas(64) Lanes {
@@ -41,6 +42,8 @@ private:
     std::uint32_t index[16];
   };
   void set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index);
+  void add_rays(const PairQuery& query, std::size_t slot, std::uint32_t first, std::uint32_t last);
+  void flush(const PairQuery& any);
   void shoot(std::size_t lanes);
   static void sample(const Lanes& lanes, float gap, RayPacket16& packet, float* weight);
 
@@ -49,6 +52,7 @@ private:
   double rays_;
   Lanes lanes_;
   std::size_t slot_[16];
+  std::size_t used_ = 0;
   std::vector<Tally> tally_;
 };
 

@@ -253,6 +253,23 @@ Room coloured_room() {
   return room;
 }
 
+TEST(Solve, factor_and_conjugate_gradients_agree) {
+  const Solved s = prepare(coloured_room(), 700);
+  const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
+  SolveReport direct, iterated;
+  const auto a = solve_radiosity(s.set, s.exchange, *light, {.tolerance = 1e-6, .method = SolveMethod::cholesky},
+                                 kSilent, &direct);
+  const auto b = solve_radiosity(s.set, s.exchange, *light,
+                                 {.tolerance = 1e-6, .method = SolveMethod::conjugate_gradients}, kSilent, &iterated);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(direct.factorised, 3);
+  EXPECT_EQ(iterated.factorised, 0);
+  EXPECT_LT(direct.worst_residual, 3e-6);
+  const float largest = *std::ranges::max_element(a->b);
+  for (std::size_t k = 0; k < a->b.size(); ++k)
+    ASSERT_NEAR(a->b[k], b->b[k], 3e-6f * largest);
+}
+
 TEST(Adjoint, volume_to_light_equals_light_to_volume) {
   const Solved s = prepare(coloured_room(), 500);
   const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
