@@ -11,10 +11,9 @@ namespace {
 using namespace daylit;
 
 constexpr bench::AddCommand kCommands[] = {
-    bench::add_sh,
+    bench::add_combine,  bench::add_sh,
 #ifdef DAYLIT_BENCH_BAKE
-    bench::add_transport,
-    bench::add_selftest,
+    bench::add_fine_sky, bench::add_transport, bench::add_transport_cost, bench::add_selftest,
 #endif
 };
 

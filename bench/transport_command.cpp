@@ -1,6 +1,7 @@
 // daylit-bench transport: error of the bake against its cost, for patch count x visibility rays, on generated rooms.
 // Reference: the path tracer's indirect irradiance at the same points, with its own standard error beside it.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -18,8 +19,8 @@ namespace daylit::bench {
 namespace {
 
 struct Arguments {
-  std::vector<int> patches = {250, 500, 1000, 2000, 4000};
-  std::vector<int> rays = {16, 64};
+  std::vector<int> patches = {250, 500, 1000, 2000, 4000, 8000};
+  std::vector<int> rays = {16384, 131072};
   int reference_samples = 16384;
 };
 
@@ -89,10 +90,12 @@ Result<Score> score(const BasisVolume& volume, const Reference& reference) {
   return Score{std::sqrt(error / power), std::sqrt(noise / power)};
 }
 
-Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, const Reference& reference) {
+Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, bool low_rank,
+                               const Reference& reference) {
   precompute::BakeOptions options;
   options.target_patches = patches;
   options.visibility_rays = rays;
+  options.low_rank_tolerance = low_rank ? options.low_rank_tolerance : 0.0;
   options.points = room.points;
   precompute::BakeReport report;
   const double start = process_seconds();
@@ -108,11 +111,23 @@ Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, con
   return nlohmann::json{{"room", room.name},
                         {"patches", report.patches},
                         {"rays", rays},
+                        {"method", low_rank ? "hierarchical" : "all entries"},
+                        {"matrix_bytes", report.exchange.bytes},
                         {"cpu_seconds", seconds},
                         {"nrms", s->nrms},
                         {"reference_standard_error", s->reference_error},
                         {"energy_imbalance", report.energy.imbalance},
                         {"worst_closure", report.energy.worst_closure}};
+}
+
+/// Every number of rays with the hierarchical matrix, the largest also with all entries kept.
+std::vector<std::pair<int, bool>> settings(const Arguments& a) {
+  std::vector<std::pair<int, bool>> all;
+  for (const int rays : a.rays)
+    all.emplace_back(rays, true);
+  if (!a.rays.empty())
+    all.emplace_back(*std::ranges::max_element(a.rays), false);
+  return all;
 }
 
 Result<void> run(const Arguments& a, const CommonOptions& options) {
@@ -122,22 +137,24 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {{"machine", machine()}, {"sky", "uniform"}, {"regions", 64}};
   document["machine"]["clock"] = "process CPU time, all threads";
   if (!options.json)
-    std::printf("room      patches  rays  cpu s   error %%  (reference's own)  imbalance  worst closure\n");
+    std::printf("room      patches    rays method        matrix MB  cpu s   error %%  (reference's own)  imbalance  "
+                "worst closure\n");
   for (const BenchRoom& room : *rooms) {
     ProgressLine progress(options.quiet);
     const auto reference = trace_reference(room, a.reference_samples, progress.callback());
     progress.clear();
     if (!reference)
       return reference.error();
-    for (const int rays : a.rays)
+    for (const auto& [rays, low_rank] : settings(a))
       for (const int patches : a.patches) {
-        const auto row = measure(room, patches, rays, *reference);
+        const auto row = measure(room, patches, rays, low_rank, *reference);
         if (!row)
           return row.error();
         document["rows"].push_back(*row);
         if (!options.json)
-          std::printf("%-9s %7d %5d %6.2f %8.3f %18.3f %12.1e %12.1e\n", room.name.c_str(),
-                      (*row)["patches"].get<int>(), rays, (*row)["cpu_seconds"].get<double>(),
+          std::printf("%-9s %7d %7d %-12s %10.1f %6.2f %8.3f %18.3f %12.1e %12.1e\n", room.name.c_str(),
+                      (*row)["patches"].get<int>(), rays, (*row)["method"].get<std::string>().c_str(),
+                      1e-6 * (*row)["matrix_bytes"].get<double>(), (*row)["cpu_seconds"].get<double>(),
                       100 * (*row)["nrms"].get<double>(), 100 * (*row)["reference_standard_error"].get<double>(),
                       (*row)["energy_imbalance"].get<double>(), (*row)["worst_closure"].get<double>());
       }
@@ -152,7 +169,9 @@ Command add_transport(CLI::App& program) {
   CLI::App* parser =
       program.add_subcommand("transport", "error of the bake against its time, on three generated rooms");
   parser->add_option("--patches", arguments->patches, "patch counts")->delimiter(',')->capture_default_str();
-  parser->add_option("--rays", arguments->rays, "rays of a partly hidden pair")->delimiter(',')->capture_default_str();
+  parser->add_option("--rays", arguments->rays, "visibility rays per unit of form factor")
+      ->delimiter(',')
+      ->capture_default_str();
   parser->add_option("--reference-samples", arguments->reference_samples, "paths per point of the reference")
       ->check(CLI::Range(16, 1 << 22));
   return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};

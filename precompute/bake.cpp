@@ -98,8 +98,11 @@ struct ProbePoints {
 
 /// All regions of the sky at once, for the audit when no region is solved by itself.
 radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
-  radiosity::FirstBounce one{
-      .elements = light.elements, .channels = light.channels, .region = {0}, .irradiance = {}, .opening = light.opening};
+  radiosity::FirstBounce one{.elements = light.elements,
+                             .channels = light.channels,
+                             .region = {0},
+                             .irradiance = {},
+                             .opening = light.opening};
   for (std::size_t i = 0; i < light.elements; ++i)
     for (int c = 0; c < light.channels; ++c)
       one.irradiance.push_back(
@@ -112,8 +115,9 @@ Result<std::vector<float>> transport(const Problem& problem, const radiosity::Ex
                                      const radiosity::FirstBounce& light, const ProbePoints& points,
                                      const BakeOptions& options, const Progress& progress, BakeReport& report,
                                      StageClock& clock) {
-  const radiosity::SolveOptions solve{.tolerance = options.tolerance};
-  const radiosity::GatherOptions gather{.rays = options.gather_rays};
+  const radiosity::SolveOptions solve{.tolerance = options.tolerance, .store = options.store};
+  // Given points have no neighbours whose noise averages with theirs.
+  const radiosity::GatherOptions gather{.rays = (options.points.empty() ? 1 : 2) * options.gather_rays};
   report.adjoint = 9 * points.at.size() < light.columns();
   const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
   const radiosity::FirstBounce& forward = report.adjoint ? driving : light;
@@ -124,11 +128,10 @@ Result<std::vector<float>> transport(const Problem& problem, const radiosity::Ex
   report.energy = radiosity::audit_energy(problem.elements, exchange, forward, *radiosity);
   clock.finish("solve");
   auto coefficients =
-      report.adjoint
-          ? radiosity::adjoint_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays, exchange,
-                                            light, solve, gather, progress, &report.solve)
-          : radiosity::gather_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays, *radiosity,
-                                           gather, progress);
+      report.adjoint ? radiosity::adjoint_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
+                                                       exchange, light, solve, gather, progress, &report.solve)
+                     : radiosity::gather_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
+                                                      *radiosity, gather, progress);
   clock.finish("volume");
   return coefficients;
 }
@@ -148,7 +151,8 @@ Result<BakeOptions> quality_options(const std::string& name) {
   }
   if (name == "high") {
     o.target_patches = 6000;
-    o.gather_rays = 4096;
+    o.visibility_rays = 262144;
+    o.gather_rays = 8192;
     o.spacing_m = 0.2;
     return o;
   }
@@ -186,25 +190,38 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   clock.finish("first bounce");
 
   const auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
-                                                  {.visibility_rays = options.visibility_rays}, progress,
-                                                  &report.exchange);
+                                                  {.visibility_rays = options.visibility_rays,
+                                                   .low_rank_tolerance = options.low_rank_tolerance,
+                                                   .skip_black = true,
+                                                   .store = options.store},
+                                                  progress, &report.exchange);
   if (!exchange)
     return exchange.error();
   clock.finish("form factors");
 
   const ProbePoints points(*probes, problem->mesh.origin);
-  const auto coefficients =
-      transport(*problem, *exchange, *light, points, options, progress, report, clock);
+  const auto coefficients = transport(*problem, *exchange, *light, points, options, progress, report, clock);
   if (!coefficients)
     return coefficients.error();
   BasisVolume volume{.partition = partition,
                      .probes = std::move(*probes),
                      .stored_region = light->region,
                      .basis = {},
+                     .compact = {},
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  store_basis(*coefficients, points.probe, light->columns(), volume);
+  if (!partition.interpolated()) {
+    store_basis(*coefficients, points.probe, light->columns(), volume);
+    return volume;
+  }
+  auto compact = compact_sky(*coefficients, volume.probes, points.probe, partition, light->region,
+                             {.error = options.compact_error}, progress, &report.compact);
+  if (!compact)
+    return compact.error();
+  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
+  volume.stored_region.clear();
+  clock.finish("fine sky");
   return volume;
 }
 

@@ -8,6 +8,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "precompute/compact_sky.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/solve.h"
@@ -22,13 +23,16 @@ namespace daylit::precompute {
 
 struct BakeOptions {
   double patch_edge_m = 0; ///< 0: chosen for target_patches
-  int target_patches = 2000;
-  double visibility_rays = 196608; ///< of partly hidden pairs, per unit of form factor
-  int gather_rays = 1024;  ///< per probe
-  double tolerance = 1e-5; ///< residual of the solver
-  glm::ivec3 grid{0};      ///< probes per axis; 0: spacing_m decides
+  int target_patches = 4000;
+  double visibility_rays = 131072;  ///< of partly hidden pairs, per unit of form factor
+  int gather_rays = 2048;           ///< per probe of a grid; twice as many at given points
+  double low_rank_tolerance = 1e-4; ///< of far blocks of the exchange matrix; 0: all entries are kept
+  double tolerance = 1e-5;          ///< residual of the solver
+  glm::ivec3 grid{0};               ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
-  std::vector<glm::dvec3> points; ///< world metres; not empty: probes exactly here, no grid
+  std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
+  radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
+  double compact_error = 0.03;           ///< of the factors of a fine sky
 };
 
 /// "draft", "normal", "high".
@@ -51,6 +55,7 @@ struct BakeReport {
   radiosity::SolveReport solve;
   bool adjoint = false; ///< solved from the probes towards the light: fewer columns
   radiosity::EnergyBalance energy;
+  CompactReport compact; ///< fine skies only
   std::vector<StageTime> stages;
   double total_seconds = 0;
 };
@@ -60,7 +65,8 @@ Result<BasisVolume> bake(const RoomFile& room, const SkyPartition& partition, co
                          const Progress& progress, BakeReport& report);
 
 /// The report as JSON (one object) and as the lines a person reads.
-std::string to_json(const BakeReport& report);
+/// Without `times` it is a function of the input: the same room and settings give the same text.
+std::string to_json(const BakeReport& report, bool times = true);
 std::string to_text(const BakeReport& report);
 
 } // namespace daylit::precompute

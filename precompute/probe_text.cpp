@@ -113,13 +113,13 @@ bool is_outside(const std::string& answer, bool json) {
 
 std::string volume_info(const BasisVolume& volume) {
   nlohmann::ordered_json info;
-  info["format_version"] = kVolumeFormatVersion;
+  info["format_version"] = volume_format_version(volume);
   info["frame"] = "right-handed, z up, metres";
   info["sky"] = {{"partition", volume.partition.name()},
                  {"regions", volume.partition.size()},
-                 {"stored", volume.stored_region.size()}};
+                 {"stored", volume.compact ? volume.compact->node.size() : volume.stored_region.size()}};
   info["probes"] = probes_info(volume.probes);
-  info["basis_bytes"] = volume.basis.size() * sizeof(float);
+  info["basis_bytes"] = volume.compact ? volume.compact->bytes() : volume.basis.size() * sizeof(float);
   const Bounds bounds = volume.room.bounds();
   info["room"] = {{"triangles", volume.room.triangles.size()},
                   {"min_m", json3(bounds.min)},

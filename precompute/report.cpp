@@ -20,7 +20,7 @@ __attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ..
 
 } // namespace
 
-std::string to_json(const BakeReport& r) {
+std::string to_json(const BakeReport& r, bool times) {
   nlohmann::ordered_json j;
   j["patches"] = {{"count", r.patches},
                   {"longest_edge_m", r.patch_edge_m},
@@ -38,6 +38,7 @@ std::string to_json(const BakeReport& r) {
                        {"clear_pairs", r.exchange.clear_pairs},
                        {"hidden_pairs", r.exchange.hidden_pairs},
                        {"sampled_pairs", r.exchange.sampled_pairs},
+                       {"black_pairs", r.exchange.black_pairs},
                        {"low_rank_pairs", r.exchange.low_rank_pairs},
                        {"dense_blocks", r.exchange.dense_blocks},
                        {"low_rank_blocks", r.exchange.low_rank_blocks},
@@ -59,9 +60,19 @@ std::string to_json(const BakeReport& r) {
                {"zero_area_faces", r.room.zero_area_faces},
                {"duplicate_faces", r.room.duplicate_faces},
                {"notes", r.room.notes}};
+  if (r.compact.nodes > 0)
+    j["fine_sky"] = {{"nodes", r.compact.nodes},
+                     {"bricks", r.compact.bricks},
+                     {"mean_rank", r.compact.mean_rank},
+                     {"half_float_share", r.compact.half_share},
+                     {"bytes", r.compact.bytes},
+                     {"rms_error", r.compact.rms_error},
+                     {"largest_error", r.compact.largest_error}};
   for (const StageTime& s : r.stages)
-    j["seconds"][s.name] = s.seconds;
-  j["seconds"]["total"] = r.total_seconds;
+    if (times)
+      j["seconds"][s.name] = s.seconds;
+  if (times)
+    j["seconds"]["total"] = r.total_seconds;
   return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -78,21 +89,30 @@ std::string to_text(const BakeReport& r) {
                  r.regions, r.regions - r.regions_stored);
   text += format("probes     %zu of %zu in the air\n", r.probes_valid, r.probes);
   const auto millions = [](std::uint64_t pairs) { return static_cast<double>(pairs) / 1e6; };
-  text += format("pairs      %.2f M facing: %.2f M clear and %.2f M hidden by one face, without a ray (bound 0), %.2f M by "
-                 "rays, %.2f M near\n",
-                 millions(r.exchange.facing_pairs), millions(r.exchange.clear_pairs), millions(r.exchange.hidden_pairs),
-                 millions(r.exchange.sampled_pairs), millions(r.exchange.near_pairs));
+  text +=
+      format("pairs      %.2f M facing: %.2f M clear and %.2f M hidden by one face, without a ray (bound 0), %.2f M by "
+             "rays, %.2f M near\n",
+             millions(r.exchange.facing_pairs), millions(r.exchange.clear_pairs), millions(r.exchange.hidden_pairs),
+             millions(r.exchange.sampled_pairs), millions(r.exchange.near_pairs));
+  if (r.exchange.black_pairs > 0)
+    text += format("           %.2f M between black surfaces left out (bound 0)\n", millions(r.exchange.black_pairs));
   text += format("matrix     %.1f MB, %zu dense and %zu low-rank blocks (%.2f M pairs, mean rank %.1f)\n",
                  static_cast<double>(r.exchange.bytes) / 1e6, r.exchange.dense_blocks, r.exchange.low_rank_blocks,
                  millions(r.exchange.low_rank_pairs), r.exchange.mean_rank);
-  text += format("solve      %zu columns %s, %d of 3 channels (the others are equal, bound 0), %d iterations, residual %.1e\n",
-                 r.solve.residual.size(), r.adjoint ? "from the probes to the light" : "from the light to the probes",
-                 r.solve.channels, r.solve.iterations, r.solve.worst_residual);
+  text += format(
+      "solve      %zu columns %s, %d of 3 channels (the others are equal, bound 0), %d iterations, residual %.1e\n",
+      r.solve.residual.size(), r.adjoint ? "from the probes to the light" : "from the light to the probes",
+      r.solve.channels, r.solve.iterations, r.solve.worst_residual);
   text += format(
       "energy     in 1, absorbed %.5f, out again %.5f, imbalance %.1e; closure of the form factors %.1e worst, "
       "%.1e mean\n",
       r.energy.absorbed / std::max(r.energy.entering, 1e-300), r.energy.leaving / std::max(r.energy.entering, 1e-300),
       r.energy.imbalance, r.energy.worst_closure, r.energy.mean_closure);
+  if (r.compact.nodes > 0)
+    text +=
+        format("fine sky   %zu directions in %zu bricks of rank %.0f, %.1f MB; error %.2f %% rms, %.2f %% at worst\n",
+               r.compact.nodes, r.compact.bricks, r.compact.mean_rank, static_cast<double>(r.compact.bytes) / 1e6,
+               100 * r.compact.rms_error, 100 * r.compact.largest_error);
   text += "seconds    ";
   for (const StageTime& s : r.stages)
     text += format("%s %.2f, ", s.name.c_str(), s.seconds);

@@ -43,7 +43,9 @@ glm::dvec3 on_spherical_triangle(const glm::dvec3& a, const glm::dvec3& b, const
   return off_length > 0 ? z * b + std::sqrt(std::max(0.0, 1.0 - z * z)) * (off / off_length) : b;
 }
 
-constexpr int kDirections = 16384;    // at least so many stand for the whole sphere
+// Directions stand for the whole sphere, at least so many; fewer do for an element that has a wide view of an opening.
+constexpr int kDirections = 16384, kWideDirections = 8192;
+constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of kWideDirections
 constexpr int kPartialRays = 8;       // per direction, for an element that is partly in the shade; one for the others
 constexpr int kFewestDirections = 48; // an opening that an element sees under fewer is sampled in its solid angle
 constexpr double kShade = 1e-9;       // relative: rounding of sums
@@ -51,15 +53,27 @@ constexpr double kShade = 1e-9;       // relative: rounding of sums
 constexpr double kOffEdges = 1e-3;
 constexpr int kSamples = 1024; // of such an opening
 
+struct Sweep {
+  SkyDirections sky;
+  std::vector<std::vector<std::uint32_t>> entering; ///< per piece: directions that come in through it
+
+  Sweep(const SkyPartition& partition, const std::vector<AperturePiece>& pieces, int count)
+      : sky(SkyDirections::make(partition, count)), entering(pieces.size()) {
+    for (std::size_t p = 0; p < pieces.size(); ++p)
+      for (std::uint32_t k = 0; k < sky.w.size(); ++k)
+        if (glm::dot(sky.w[k], pieces[p].inward) < 0.0)
+          entering[p].push_back(k);
+  }
+};
+
 struct Task {
   const ElementSet& set;
   const PatchMesh& mesh;
   const RayScene& scene;
   const std::vector<Aperture>& apertures;
   const SkyPartition& partition;
-  SkyDirections sky;
   std::vector<AperturePiece> pieces;
-  std::vector<std::vector<std::uint32_t>> entering; ///< per piece: directions that come in through it
+  Sweep fine, wide;
   OpenPaths paths;
   std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
   std::atomic<int> open_sky{0};
@@ -67,13 +81,8 @@ struct Task {
   Task(const ElementSet& elements, const PatchMesh& patches, const RayScene& rays_of_patches,
        const std::vector<Aperture>& openings, const SkyPartition& regions)
       : set(elements), mesh(patches), scene(rays_of_patches), apertures(openings), partition(regions),
-        sky(SkyDirections::make(regions, kDirections)), pieces(aperture_pieces(openings, patches.origin)),
-        entering(pieces.size()), paths(patches, openings, pieces) {
-    for (std::size_t p = 0; p < pieces.size(); ++p)
-      for (std::uint32_t k = 0; k < sky.w.size(); ++k)
-        if (glm::dot(sky.w[k], pieces[p].inward) < 0.0)
-          entering[p].push_back(k);
-  }
+        pieces(aperture_pieces(openings, patches.origin)), fine(regions, pieces, kDirections),
+        wide(regions, pieces, kWideDirections), paths(patches, openings, pieces) {}
 
   bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
     return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
@@ -190,30 +199,30 @@ void sample_aperture(Task& task, const Element& e, const Aperture& aperture, con
 
 /// One direction after another, the lit part of the element by an exact clip. Unless the way is clear, `rays` rays from
 /// the lit part decide.
-Accumulator sweep_beam(Task& task, const Element& e, const ApertureBeam& beam, std::size_t index, bool clear, int rays,
-                       std::uint64_t seed) {
+Accumulator sweep_beam(Task& task, const Element& e, const ApertureBeam& beam, const Sweep& sweep, std::size_t index,
+                       bool clear, int rays, std::uint64_t seed) {
   const Aperture& aperture = task.apertures[task.pieces[index].aperture];
   const glm::dvec2 shift = random_shift(seed);
   Accumulator acc;
   RayBatch batch(task, aperture, acc);
   std::uint32_t sample = 0;
-  for (const std::uint32_t k : task.entering[index]) {
-    const glm::dvec3& w = task.sky.w[k];
+  for (const std::uint32_t k : sweep.entering[index]) {
+    const glm::dvec3& w = sweep.sky.w[k];
     if (!beam.may_meet(w))
       continue;
     const ApertureBeam::LitPart part = beam.lit(w);
-    const double weight = task.sky.solid_angle_sr[k] * glm::dot(w, e.normal) * part.area_m2 / e.area_m2;
+    const double weight = sweep.sky.solid_angle_sr[k] * glm::dot(w, e.normal) * part.area_m2 / e.area_m2;
     if (!(weight > 0.0))
       continue;
     ++acc.directions;
     acc.total += weight;
     if (clear) {
       acc.visible += weight;
-      acc.seen.emplace_back(task.sky.region[k],
+      acc.seen.emplace_back(sweep.sky.region[k],
                             weight * glm::dvec3(pane_transmittance(aperture, glm::dot(w, aperture.inward))));
     }
     for (int r = 0; r < (clear ? 0 : rays); ++r)
-      batch.add(beam.point(part, r2_point(sample++, shift)), w, task.sky.region[k], weight / rays);
+      batch.add(beam.point(part, r2_point(sample++, shift)), w, sweep.sky.region[k], weight / rays);
   }
   batch.flush();
   return acc;
@@ -247,13 +256,14 @@ void receive_through(Task& task, std::size_t element, std::size_t index, Receive
   const double exact =
       exchange_area_unoccluded(e.corner, e.normal, piece.corner, piece.inward) / e.area_m2 * std::numbers::pi;
   const std::uint64_t seed = mix_bits(element * 4099 + index);
+  const Sweep& sweep = exact > kWide_sr ? task.wide : task.fine;
   const bool clear = task.paths.clear(e, index, beam.front());
   task.clear.fetch_add(clear ? 1 : 0, std::memory_order_relaxed);
-  Accumulator acc = sweep_beam(task, e, beam, index, clear, 1, seed);
+  Accumulator acc = sweep_beam(task, e, beam, sweep, index, clear, 1, seed);
   if (acc.directions < kFewestDirections)
     acc = sample_small(task, e, beam, index, seed);
   else if (acc.visible > kShade * acc.total && acc.visible < (1.0 - kShade) * acc.total)
-    acc = sweep_beam(task, e, beam, index, clear, kPartialRays, seed);
+    acc = sweep_beam(task, e, beam, sweep, index, clear, kPartialRays, seed);
   if (acc.total <= 0.0)
     return;
   for (const auto& [region, weight] : acc.seen)

@@ -1,8 +1,10 @@
 #include "radiosity/form_factors.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <cstring>
 #include <optional>
 
 #include <glm/geometric.hpp>
@@ -28,6 +30,17 @@ constexpr std::size_t kManyElements = 6000; // from here on the larger leaf: few
 
 struct Counters {
   std::atomic<std::uint64_t> facing{0}, near{0}, clear{0}, hidden{0}, low_rank{0}, sampled{0}, rays{0};
+
+  std::array<std::uint64_t, 7> values() const { return {facing, near, clear, hidden, low_rank, sampled, rays}; }
+  void add(const std::array<std::uint64_t, 7>& more) {
+    facing += more[0];
+    near += more[1];
+    clear += more[2];
+    hidden += more[3];
+    low_rank += more[4];
+    sampled += more[5];
+    rays += more[6];
+  }
 };
 
 ClusterTree element_tree(const ElementSet& set, const PatchMesh& mesh) {
@@ -37,6 +50,15 @@ ClusterTree element_tree(const ElementSet& set, const PatchMesh& mesh) {
     items.push_back({e.corner, e.normal, 2 * p.plane + (glm::dot(e.normal, p.normal) < 0.0 ? 1u : 0u)});
   }
   return ClusterTree(items, set.elements.size() < kManyElements ? kSmallLeaf : kLeaf);
+}
+
+/// Which tree positions reflect nothing; empty when that does not matter.
+std::vector<bool> black_positions(const ElementSet& set, const ClusterTree& tree, const ExchangeOptions& options) {
+  std::vector<bool> black;
+  for (const std::uint32_t element : tree.order())
+    if (options.skip_black)
+      black.push_back(set.elements[element].reflectance == Rgb(0.0f));
+  return black;
 }
 
 /// What all tiles of one run share.
@@ -171,6 +193,129 @@ std::vector<Task> tasks_of(const ExchangePlan& plan) {
   return tasks;
 }
 
+/// Tasks first .. last - 1 as bytes: what they counted, then rank and values of each.
+class TaskGroup {
+public:
+  TaskGroup(const Problem& problem, const ExchangePlan& plan, const std::vector<Task>& tasks,
+            std::vector<ExchangeBlock>& blocks, std::size_t first, std::size_t last)
+      : problem_(problem), plan_(plan), tasks_(tasks), blocks_(blocks), first_(first), last_(last) {}
+
+  std::vector<std::byte> bytes(const std::array<std::uint64_t, 7>& counted) const {
+    std::vector<std::byte> out;
+    append(out, counted.data(), sizeof counted);
+    for (std::size_t t = first_; t < last_; ++t) {
+      const ExchangeBlock& b = blocks_[tasks_[t].block];
+      append(out, &b.rank, sizeof b.rank);
+      if (tasks_[t].low_rank)
+        append(out, b.values.data(), b.values.size() * sizeof(float));
+      else
+        for_each_row(t, [&](std::size_t offset, std::size_t count) {
+          append(out, b.values.data() + offset, count * sizeof(float));
+        });
+    }
+    return out;
+  }
+
+  /// False, and nothing of use in the blocks, when the bytes are not those of this group.
+  bool take(std::span<const std::byte> in, std::array<std::uint64_t, 7>& counted) {
+    if (!extract(in, counted.data(), sizeof counted))
+      return false;
+    for (std::size_t t = first_; t < last_; ++t) {
+      ExchangeBlock& b = blocks_[tasks_[t].block];
+      bool good = extract(in, &b.rank, sizeof b.rank);
+      if (tasks_[t].low_rank) {
+        const std::size_t values =
+            b.rank > 0 ? std::size_t{b.rank} * (b.rows + b.columns) : std::size_t{b.rows} * b.columns;
+        good = good && values * sizeof(float) <= in.size();
+        b.values.resize(good ? values : 0);
+        good = good && extract(in, b.values.data(), values * sizeof(float));
+      } else {
+        for_each_row(t, [&](std::size_t offset, std::size_t count) {
+          good = good && extract(in, b.values.data() + offset, count * sizeof(float));
+        });
+        mirror(t);
+      }
+      if (!good)
+        return false;
+    }
+    return in.empty();
+  }
+
+private:
+  static void append(std::vector<std::byte>& out, const void* data, std::size_t bytes) {
+    const auto* p = static_cast<const std::byte*>(data);
+    out.insert(out.end(), p, p + bytes);
+  }
+  static bool extract(std::span<const std::byte>& in, void* data, std::size_t bytes) {
+    if (in.size() < bytes)
+      return false;
+    std::memcpy(data, in.data(), bytes);
+    in = in.subspan(bytes);
+    return true;
+  }
+  template <class Visit>
+  void for_each_row(std::size_t t, const Visit& visit) const {
+    const PlanTile& tile = plan_.tiles[tasks_[t].tile];
+    const ExchangeBlock& b = blocks_[tasks_[t].block];
+    const Cluster &rows = problem_.tree[tile.a], &columns = problem_.tree[tile.b];
+    for (std::uint32_t i = rows.first; i < rows.last; ++i)
+      visit(std::size_t{i - b.row} * b.columns + (columns.first - b.column), std::size_t{columns.size()});
+  }
+  void mirror(std::size_t t) {
+    const PlanTile& tile = plan_.tiles[tasks_[t].tile];
+    ExchangeBlock& b = blocks_[tasks_[t].block];
+    const Cluster &rows = problem_.tree[tile.a], &columns = problem_.tree[tile.b];
+    for (std::uint32_t i = rows.first; b.diagonal() && i < rows.last; ++i)
+      for (std::uint32_t j = columns.first; j < columns.last; ++j)
+        b.values[std::size_t{j - b.row} * b.columns + (i - b.column)] =
+            b.values[std::size_t{i - b.row} * b.columns + (j - b.column)];
+  }
+
+  const Problem& problem_;
+  const ExchangePlan& plan_;
+  const std::vector<Task>& tasks_;
+  std::vector<ExchangeBlock>& blocks_;
+  std::size_t first_, last_;
+};
+
+/// All tasks, in groups that are found in the store or computed; false: interrupted.
+bool fill_blocks(Problem& problem, const ExchangePlan& plan, std::vector<ExchangeBlock>& blocks,
+                 const Progress& progress) {
+  const std::vector<Task> tasks = tasks_of(plan);
+  WorkStore* store = problem.options.store;
+  const std::size_t group =
+      store ? std::max<std::size_t>(512, tasks.size() / 64) : std::max<std::size_t>(tasks.size(), 1);
+  std::atomic<std::size_t> done{0};
+  std::atomic<bool> stop{false};
+  for (std::size_t first = 0; first < tasks.size() && !stop; first += group) {
+    const std::size_t last = std::min(tasks.size(), first + group);
+    TaskGroup pieces(problem, plan, tasks, blocks, first, last);
+    const WorkStore::Name name{WorkStore::Stage::exchange, 0, first};
+    std::array<std::uint64_t, 7> counted{};
+    const auto found = store ? store->find(name) : std::nullopt;
+    if (found && pieces.take(*found, counted)) {
+      problem.counters.add(counted);
+      done += last - first;
+      continue;
+    }
+    const auto before = problem.counters.values();
+    tbb::parallel_for(first, last, [&](std::size_t t) {
+      if (stop)
+        return;
+      const Task& task = tasks[t];
+      (task.low_rank ? fill_low_rank : fill_tile)(problem, plan.tiles[task.tile], blocks[task.block]);
+      if (++done % 256 == 0 && !progress("form factors", static_cast<double>(done) / static_cast<double>(tasks.size())))
+        stop = true;
+    });
+    const auto after = problem.counters.values();
+    for (std::size_t k = 0; k < counted.size(); ++k)
+      counted[k] = after[k] - before[k];
+    if (store && !stop)
+      store->keep(name, pieces.bytes(counted));
+  }
+  return !stop;
+}
+
 void fill_report(const Problem& problem, const ExchangeMatrix& m, ExchangeReport& report) {
   const Counters& c = problem.counters;
   report.facing_pairs = c.facing + c.low_rank;
@@ -197,7 +342,7 @@ Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& me
   const auto start = std::chrono::steady_clock::now();
   const ClusterTree tree = element_tree(set, mesh);
   const BlockVisibility visibility(convex_obstacles(room, mesh.origin));
-  const ExchangePlan plan = plan_exchange(tree, visibility, {});
+  const ExchangePlan plan = plan_exchange(tree, visibility, {.black = black_positions(set, tree, options)});
   if (4.0 * plan.values > static_cast<double>(options.max_bytes))
     return Error{ErrorCode::limit_exceeded,
                  std::to_string(set.elements.size()) + " patches need more memory for their form factors than allowed",
@@ -210,24 +355,12 @@ Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& me
     if (!b.low_rank)
       blocks.back().values.assign(std::size_t{blocks.back().rows} * blocks.back().columns, 0.0f);
   }
-  const std::vector<Task> tasks = tasks_of(plan);
-  std::atomic<std::size_t> done{0};
-  std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, tasks.size(), [&](std::size_t t) {
-    if (stop)
-      return;
-    const Task& task = tasks[t];
-    (task.low_rank ? fill_low_rank : fill_tile)(problem, plan.tiles[task.tile], blocks[task.block]);
-    const std::size_t finished = ++done;
-    if (finished % 256 == 0 &&
-        !progress("form factors", static_cast<double>(finished) / static_cast<double>(tasks.size())))
-      stop = true;
-  });
-  if (stop)
+  if (!fill_blocks(problem, plan, blocks, progress))
     return interrupted_error("form factors");
   ExchangeMatrix m(tree.order(), std::move(blocks));
   if (report) {
     fill_report(problem, m, *report);
+    report->black_pairs = plan.black_pairs;
     report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   return m;

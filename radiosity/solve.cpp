@@ -5,6 +5,10 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstring>
+#include <ctime>
+#include <optional>
+#include <span>
 
 #include <cblas.h>
 #include <tbb/parallel_for.h>
@@ -15,8 +19,8 @@ namespace {
 
 constexpr std::size_t kPanel = 48; ///< columns per task: wide enough for sgemm, narrow enough to share out
 
-/// Columns of one problem z - S G S z = r, all of them iterated together, each with its own step lengths. Vectors are in
-/// the tree order of the matrix, [position][column].
+/// Columns of one problem z - S G S z = r, all of them iterated together, each with its own step lengths. Vectors are
+/// in the tree order of the matrix, [position][column].
 class Panel {
 public:
   /// `scale`: the diagonal S = sqrt(rho / A) per position.
@@ -49,7 +53,7 @@ public:
       out[k] = start[k] > 0 ? static_cast<float>(std::sqrt(residual[k] / start[k])) : 0.0f;
   }
 
-  const float* solution(std::size_t position) const { return x_.data() + position * width_; }
+  const std::vector<float>& solution() const { return x_; }
 
 private:
   /// out = v - S G S v
@@ -111,12 +115,47 @@ struct Scales {
   }
 };
 
+/// What one panel leaves behind.
+struct PanelResult {
+  std::int32_t iterations = -1;
+  std::vector<float> residual, solution;
+
+  std::vector<std::byte> bytes() const {
+    std::vector<float> all = {static_cast<float>(iterations)};
+    all.insert(all.end(), residual.begin(), residual.end());
+    all.insert(all.end(), solution.begin(), solution.end());
+    const auto raw = std::as_bytes(std::span(all));
+    return {raw.begin(), raw.end()};
+  }
+  bool take(const std::optional<std::vector<std::byte>>& raw, std::size_t values, std::size_t width) {
+    if (!raw || raw->size() != (1 + width + values) * sizeof(float))
+      return false;
+    std::vector<float> all(1 + width + values);
+    std::memcpy(all.data(), raw->data(), raw->size());
+    iterations = static_cast<std::int32_t>(all[0]);
+    residual.assign(all.begin() + 1, all.begin() + 1 + static_cast<std::ptrdiff_t>(width));
+    solution.assign(all.begin() + 1 + static_cast<std::ptrdiff_t>(width), all.end());
+    return true;
+  }
+};
+
+PanelResult solve_panel(const ExchangeMatrix& exchange, const std::vector<float>& scale, std::vector<float> right_side,
+                        std::size_t width, const SolveOptions& options) {
+  Panel panel(exchange, scale, std::move(right_side), width);
+  PanelResult result;
+  result.iterations = panel.iterate(options);
+  result.residual.resize(width);
+  panel.residuals(result.residual.data());
+  result.solution = panel.solution();
+  return result;
+}
+
 /// Solves `columns` columns in panels of a fixed width: the bits do not depend on the number of threads.
-/// `enter(first, width, right_side)` fills a panel, `leave(first, width, panel)` takes its solution.
+/// `enter(first, width, right_side)` fills a panel, `leave(first, width, solution)` takes its solution.
 template <class Enter, class Leave>
 Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>& scale, std::size_t columns,
-                       const SolveOptions& options, const Progress& progress, SolveReport& report, const Enter& enter,
-                       const Leave& leave) {
+                       WorkStore::Name name, const SolveOptions& options, const Progress& progress, SolveReport& report,
+                       const Enter& enter, const Leave& leave) {
   openblas_set_num_threads(1); // parallel over panels instead
   const std::size_t panels = (columns + kPanel - 1) / kPanel, before = report.residual.size();
   report.residual.resize(before + columns);
@@ -127,12 +166,18 @@ Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>&
     if (stop)
       return;
     const std::size_t first = p * kPanel, width = std::min(kPanel, columns - first);
-    std::vector<float> right_side(exchange.size() * width);
-    enter(first, width, right_side.data());
-    Panel panel(exchange, scale, std::move(right_side), width);
-    iterations[p] = panel.iterate(options);
-    panel.residuals(report.residual.data() + before + first);
-    leave(first, width, panel);
+    PanelResult result;
+    const WorkStore::Name piece{name.stage, name.part, p};
+    if (!(options.store && result.take(options.store->find(piece), exchange.size() * width, width))) {
+      std::vector<float> right_side(exchange.size() * width);
+      enter(first, width, right_side.data());
+      result = solve_panel(exchange, scale, std::move(right_side), width, options);
+      if (options.store)
+        options.store->keep(piece, result.bytes());
+    }
+    iterations[p] = result.iterations;
+    std::ranges::copy(result.residual, report.residual.begin() + static_cast<std::ptrdiff_t>(before + first));
+    leave(first, width, result.solution.data());
     if (!progress("solve", static_cast<double>(++done) / static_cast<double>(panels)))
       stop = true;
   });
@@ -151,6 +196,12 @@ Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>&
   return {};
 }
 
+double process_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -158,7 +209,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 void copy_channel(Radiosity& out, std::size_t from, std::size_t to) {
   const std::size_t regions = out.columns / 3;
   for (std::size_t i = 0; i < out.elements; ++i)
-    std::copy_n(out.b.data() + i * out.columns + from * regions, regions, out.b.data() + i * out.columns + to * regions);
+    std::copy_n(out.b.data() + i * out.columns + from * regions, regions,
+                out.b.data() + i * out.columns + to * regions);
 }
 
 } // namespace
@@ -180,6 +232,7 @@ std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& ligh
 Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                                   const SolveOptions& options, const Progress& progress, SolveReport* report) {
   const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = process_seconds();
   const std::size_t regions = light.columns(), n = set.elements.size();
   Radiosity out{n, 3 * regions, std::vector<float>(n * 3 * regions), equal_channels(set, light)};
   SolveReport done;
@@ -196,18 +249,21 @@ Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& e
         for (std::size_t k = 0; k < width; ++k)
           right_side[i * width + k] = scales.times_area[i] * light.row(exchange.order()[i], channel)[first + k];
     };
-    const auto leave = [&](std::size_t first, std::size_t width, const Panel& panel) {
+    const auto leave = [&](std::size_t first, std::size_t width, const float* solution) {
       for (std::size_t i = 0; i < n; ++i)
         for (std::size_t k = 0; k < width; ++k)
           out.b[exchange.order()[i] * out.columns + c * regions + first + k] =
-              panel.solution(i)[k] * scales.per_area[i];
+              solution[i * width + k] * scales.per_area[i];
     };
-    const auto solved = in_panels(exchange, scales.per_area, regions, options, progress, done, enter, leave);
+    const auto solved = in_panels(exchange, scales.per_area, regions,
+                                  {WorkStore::Stage::forward, static_cast<std::uint32_t>(channel), 0}, options,
+                                  progress, done, enter, leave);
     if (!solved)
       return solved.error();
     ++done.channels;
   }
   done.seconds = seconds_since(start);
+  done.cpu_seconds = process_seconds() - cpu_start;
   if (report)
     *report = std::move(done);
   return out;
@@ -217,6 +273,7 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
                                          std::span<const float> weights, std::size_t rows, int channel,
                                          const SolveOptions& options, const Progress& progress, SolveReport* report) {
   const auto start = std::chrono::steady_clock::now();
+  const double cpu_start = process_seconds();
   const std::size_t n = set.elements.size();
   if (weights.size() != n * rows)
     return Error{ErrorCode::value_invalid, "the weights are not rows of one value per element", "adjoint solve", ""};
@@ -229,15 +286,18 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
       for (std::size_t k = 0; k < width; ++k)
         right_side[i * width + k] = scales.per_area[i] * weights[(first + k) * n + exchange.order()[i]];
   };
-  const auto leave = [&](std::size_t first, std::size_t width, const Panel& panel) {
+  const auto leave = [&](std::size_t first, std::size_t width, const float* solution) {
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t k = 0; k < width; ++k)
-        result[(first + k) * n + exchange.order()[i]] = panel.solution(i)[k] * scales.times_area[i];
+        result[(first + k) * n + exchange.order()[i]] = solution[i * width + k] * scales.times_area[i];
   };
-  const auto solved = in_panels(exchange, scales.per_area, rows, options, progress, done, enter, leave);
+  const auto solved =
+      in_panels(exchange, scales.per_area, rows, {WorkStore::Stage::adjoint, static_cast<std::uint32_t>(channel), 0},
+                options, progress, done, enter, leave);
   if (!solved)
     return solved.error();
   done.seconds = seconds_since(start);
+  done.cpu_seconds = process_seconds() - cpu_start;
   if (report)
     *report = std::move(done);
   return result;
@@ -272,10 +332,12 @@ EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange
   for (std::size_t i = 0; i < set.elements.size(); ++i) {
     const Element& e = set.elements[i];
     const double opening = static_cast<double>(light.opening[i]);
-    const double closure = static_cast<double>(others[i][3]) / e.area_m2 + opening - 1.0;
-    balance.worst_closure = std::max(balance.worst_closure, std::abs(closure));
-    balance.mean_closure += closure * e.area_m2;
-    area += e.area_m2;
+    if (e.reflectance != Rgb(0.0f)) { // rows of black elements may be incomplete: nothing depends on them
+      const double closure = static_cast<double>(others[i][3]) / e.area_m2 + opening - 1.0;
+      balance.worst_closure = std::max(balance.worst_closure, std::abs(closure));
+      balance.mean_closure += closure * e.area_m2;
+      area += e.area_m2;
+    }
     for (std::size_t k = 0; k < radiosity.columns; ++k) {
       const std::size_t channel = k / regions;
       const auto c = static_cast<int>(channel);

@@ -7,6 +7,7 @@
 
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
+#include "radiosity/work_store.h"
 
 namespace daylit::radiosity {
 
@@ -22,14 +23,16 @@ struct Radiosity {
 struct SolveOptions {
   double tolerance = 1e-5; ///< relative residual of each column, 2-norm
   int max_iterations = 2000;
+  WorkStore* store = nullptr; ///< finished panels of columns are taken from it and kept in it
 };
 
 struct SolveReport {
-  int iterations = 0;        ///< largest over the columns
-  double worst_residual = 0; ///< largest relative residual of any column, recomputed from the solution
+  int iterations = 0;          ///< largest over the columns
+  double worst_residual = 0;   ///< largest relative residual of any column, recomputed from the solution
   std::vector<float> residual; ///< the same per solved column
   int channels = 3;            ///< solved; the others are copies (bound 0)
-  double seconds = 0;
+  double seconds = 0;          ///< wall
+  double cpu_seconds = 0;      ///< processor time of the process meanwhile, all threads
 };
 
 /// B = rho (H + F B) for all regions and channels together, by conjugate gradients on the symmetric form
@@ -57,7 +60,7 @@ struct EnergyBalance {
   double absorbed = 0;      ///< sum (1 - rho) A E
   double leaving = 0;       ///< flux that goes back out through the openings
   double imbalance = 0;     ///< |entering - absorbed - leaving| / entering
-  double worst_closure = 0; ///< largest |row sum of F + opening - 1| over the elements
+  double worst_closure = 0; ///< largest |row sum of F + opening - 1| over the elements that reflect
   double mean_closure = 0;  ///< area mean of the same, signed
 };
 EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,

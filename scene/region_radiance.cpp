@@ -171,6 +171,45 @@ std::vector<RegionSums::RegionRun> RegionSums::lens_runs(const SkyGeometry& geom
   return runs;
 }
 
+/// Every pixel at its centre, or at 2 x 2 points when it is large beside a region: shares of the hats there.
+std::vector<RegionSums::RegionRun> RegionSums::node_runs(const SkyGeometry& geometry, const SkyPartition& partition) {
+  constexpr double kLargePixel = 1.0 / 64; // of a region
+  const double region_sr = 4 * kPi / partition.size();
+  const auto width = static_cast<std::size_t>(geometry.width());
+  std::vector<std::vector<RegionRun>> rows(static_cast<std::size_t>(geometry.height()));
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::size_t texel = y * width + x, first = rows[y].size();
+      const double solid_angle = double(geometry.solid_angle_sr()[texel]);
+      if (solid_angle == 0)
+        continue;
+      const int points = solid_angle > kLargePixel * region_sr ? 4 : 1;
+      double total = 0;
+      for (int k = 0; k < points; ++k) {
+        const double at = points == 1 ? 0.0 : 0.25;
+        const auto d = geometry.direction({double(x) + (k % 2 ? at : -at), double(y) + (k / 2 ? at : -at)});
+        if (!d)
+          continue;
+        total += 1;
+        for (const RegionWeight& w : partition.interpolation(*d)) {
+          const auto same = std::find_if(rows[y].begin() + static_cast<std::ptrdiff_t>(first), rows[y].end(),
+                                         [&](const RegionRun& r) { return r.region == std::uint32_t(w.region); });
+          if (same != rows[y].end())
+            same->run.weight += w.weight;
+          else if (w.weight > 0)
+            rows[y].push_back({std::uint32_t(w.region), {static_cast<std::uint32_t>(texel), 1, w.weight}});
+        }
+      }
+      for (std::size_t i = first; i < rows[y].size(); ++i)
+        rows[y][i].run.weight /= total;
+    }
+  });
+  std::vector<RegionRun> runs;
+  for (const auto& row : rows)
+    runs.insert(runs.end(), row.begin(), row.end());
+  return runs;
+}
+
 void RegionSums::sort_runs(const std::vector<RegionRun>& runs, int regions) {
   begin_.assign(static_cast<std::size_t>(regions) + 1, 0);
   for (const RegionRun& r : runs)
@@ -181,6 +220,18 @@ void RegionSums::sort_runs(const std::vector<RegionRun>& runs, int regions) {
   runs_.resize(runs.size());
   for (const RegionRun& r : runs)
     runs_[next[r.region]++] = r.run;
+}
+
+/// Where the field ends, nodes take the fill for the part of their hat that no pixel covers.
+void RegionSums::measure_nodes(const SkyPartition& partition) {
+  constexpr double kRounding = 0.02; // of a hat: pixels are whole, hats are not
+  solid_angle_.resize(covered_.size());
+  for (std::size_t region = 0; region < covered_.size(); ++region) {
+    const int r = static_cast<int>(region);
+    solid_angle_[region] = partition.solid_angle_sr(r);
+    const double missing = partition.hat_sr(r) - covered_[region];
+    gap_[region] = geometry_->covers_sphere() || missing < kRounding * partition.hat_sr(r) ? 0.0 : missing;
+  }
 }
 
 void RegionSums::measure_coverage(const SkyPartition& partition) {
@@ -197,7 +248,7 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
       covered_[region] += runs_[i].weight * sum;
     }
     centre_[region] = partition.centre(static_cast<int>(region));
-    if (geometry_->covers_sphere())
+    if (geometry_->covers_sphere() || partition.interpolated())
       return;
     // Only a region that really reaches out of the field has a gap; in the others the difference is the rounding of
     // the split pixels, and the fill must not leak in.
@@ -213,10 +264,11 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
 RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition) {
   RegionSums sums;
   sums.geometry_ = std::move(geometry);
-  sums.sort_runs(sums.geometry_->is_equirect() ? equirect_runs(*sums.geometry_, partition)
-                                               : lens_runs(*sums.geometry_, partition),
-                 partition.size());
+  const auto runs_of = partition.interpolated() ? node_runs : sums.geometry_->is_equirect() ? equirect_runs : lens_runs;
+  sums.sort_runs(runs_of(*sums.geometry_, partition), partition.size());
   sums.measure_coverage(partition);
+  if (partition.interpolated())
+    sums.measure_nodes(partition);
   return sums;
 }
 
@@ -233,7 +285,7 @@ std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
         part += double(solid_angle[k]) * glm::dvec3(texels[k]);
       sum += run.weight * part;
     }
-    const double total = covered_[region] + gap_[region];
+    const double total = solid_angle_.empty() ? covered_[region] + gap_[region] : solid_angle_[region];
     // A region smaller than a sub-pixel may have met no sample at all.
     mean[region] = total > 0 ? Rgb((sum + gap_[region] * glm::dvec3(sky.fill_radiance(centre_[region]))) / total)
                              : sky.radiance(centre_[region]);

@@ -75,10 +75,13 @@ std::optional<int> parse_int(std::string_view text) {
 }
 
 Error partition_error(const std::string& what, const std::string& where) {
-  return {ErrorCode::usage, what, where, "use uniform:N (N even), tregenza or reinhart:K"};
+  return {ErrorCode::usage, what, where, "use uniform:N (N even), tregenza, reinhart:K or fine:N"};
 }
 
 double start_azimuth(const SkyBand& band) { return band.centred ? -kPi / band.cells : 0.0; }
+
+/// Integral over (from, to) of the altitude's hat that is 0 at `from` and 1 at `to`, times cos(altitude).
+double rising_hat(double from, double to) { return std::sin(to) + (std::cos(to) - std::cos(from)) / (to - from); }
 
 } // namespace
 
@@ -98,6 +101,21 @@ Result<SkyPartition> SkyPartition::reinhart(int k) {
   return from_bands(reinhart_bands(k), text);
 }
 
+Result<SkyPartition> SkyPartition::fine(int nodes) {
+  const Result<SkyPartition> regions = uniform(nodes);
+  if (!regions || nodes < 16)
+    return partition_error("the number of nodes must be even and in 16..100000", "fine:" + std::to_string(nodes));
+  SkyPartition out = regions->with_interpolation(true);
+  out.name_ = "fine:" + std::to_string(nodes);
+  return out;
+}
+
+SkyPartition SkyPartition::with_interpolation(bool on) const {
+  SkyPartition out = *this;
+  out.interpolated_ = on;
+  return out;
+}
+
 Result<SkyPartition> SkyPartition::parse(const std::string& text) {
   if (text == "tregenza")
     return tregenza();
@@ -108,6 +126,8 @@ Result<SkyPartition> SkyPartition::parse(const std::string& text) {
     return uniform(*number);
   if (number && kind == "reinhart")
     return reinhart(*number);
+  if (number && kind == "fine")
+    return fine(*number);
   return partition_error("not a partition of the sky", text.substr(0, 60));
 }
 
@@ -134,6 +154,8 @@ Result<SkyPartition> SkyPartition::from_bands(std::vector<SkyBand> bands, std::s
   out.bands_ = std::move(bands);
   out.name_ = std::move(name);
   out.size_ = next;
+  for (const SkyBand& band : out.bands_)
+    out.node_altitude_.push_back(std::asin(out.centre(band.first_region).z));
   return out;
 }
 
@@ -185,6 +207,35 @@ glm::dvec3 SkyPartition::sample(int region, double s, double t) const {
   const double azimuth = start_azimuth(band) + kTwoPi * (region - band.first_region + u) / band.cells;
   const double z = band.sin_low + v * (band.sin_high - band.sin_low), across = std::sqrt(std::max(0.0, 1 - z * z));
   return {across * std::cos(azimuth), across * std::sin(azimuth), z};
+}
+
+std::array<RegionWeight, 4> SkyPartition::interpolation(const glm::dvec3& d) const {
+  const double altitude = std::asin(std::clamp(d.z, -1.0, 1.0)), azimuth = std::atan2(d.y, d.x);
+  const auto above = std::upper_bound(node_altitude_.begin(), node_altitude_.end(), altitude);
+  const auto upper = static_cast<std::size_t>(
+      std::clamp<std::ptrdiff_t>(above - node_altitude_.begin(), 1, std::ssize(node_altitude_) - 1));
+  const double low = node_altitude_[upper - 1], high = node_altitude_[upper];
+  const double share = std::clamp((altitude - low) / (high - low), 0.0, 1.0);
+  std::array<RegionWeight, 4> result;
+  for (int k = 0; k < 2; ++k) {
+    const SkyBand& band = bands_[upper - 1 + static_cast<std::size_t>(k)];
+    const double weight = k == 0 ? 1.0 - share : share;
+    const double cell = (azimuth - start_azimuth(band)) / kTwoPi * band.cells - 0.5, first = std::floor(cell);
+    const int n = band.cells, left = ((static_cast<int>(first) % n) + n) % n;
+    result[2 * k] = {band.first_region + left, weight * (1.0 - (cell - first))};
+    result[2 * k + 1] = {band.first_region + (left + 1) % n, weight * (cell - first)};
+  }
+  return result;
+}
+
+double SkyPartition::hat_sr(int region) const {
+  const SkyBand& band = band_of_region(region);
+  const auto b = static_cast<std::size_t>(&band - bands_.data());
+  const double here = node_altitude_[b];
+  double band_integral = 0; // of cos(altitude) times the hat in altitude; 1 beyond the outermost nodes
+  band_integral += b > 0 ? rising_hat(node_altitude_[b - 1], here) : std::sin(here) + 1.0;
+  band_integral += b + 1 < bands_.size() ? rising_hat(-node_altitude_[b + 1], -here) : 1.0 - std::sin(here);
+  return kTwoPi / band.cells * band_integral;
 }
 
 } // namespace daylit

@@ -3,6 +3,7 @@
 // The sphere of directions cut into N regions. Every partition has the horizon as a border: bands of altitude,
 // each divided into equal azimuth cells; lower half = mirror image of the upper half.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -25,6 +26,15 @@ struct SkyBand {
   bool centred = false;
 };
 
+/// A region and its share in the radiance of a direction.
+struct RegionWeight {
+  int region = 0;
+  double weight = 0;
+};
+
+/// Regions are constant, or nodes: between the centres of neighbouring regions the transport is interpolated
+/// linearly, in azimuth within a band and in altitude between bands. A node then stands for the radiance weighted by
+/// its hat function, so that a small sun moves through the sky without jumps; the horizon is no border any more.
 class SkyPartition {
 public:
   /// N equal-solid-angle regions (N even, 2..100000), as square as bands allow.
@@ -33,7 +43,9 @@ public:
   static SkyPartition tregenza();
   /// Reinhart MF:K (K = 1 is Tregenza; 2 is 577 + 577) with the zenith cap undivided. 1 <= K <= 12.
   static Result<SkyPartition> reinhart(int k);
-  /// "uniform:64", "tregenza", "reinhart:2".
+  /// The regions of uniform(N) as nodes: for thousands of directions, kept as a compact basis.
+  static Result<SkyPartition> fine(int nodes);
+  /// "uniform:64", "tregenza", "reinhart:2", "fine:4096".
   static Result<SkyPartition> parse(const std::string& text);
   /// Bands from a file: checked to cover the sphere once and to have the horizon as a border.
   static Result<SkyPartition> from_bands(std::vector<SkyBand> bands, std::string name);
@@ -41,6 +53,9 @@ public:
   int size() const { return size_; }
   const std::string& name() const { return name_; }            ///< as parse() reads it
   const std::vector<SkyBand>& bands() const { return bands_; } ///< from nadir to zenith
+  bool interpolated() const { return interpolated_; }
+  /// The same regions as nodes, or as constants.
+  SkyPartition with_interpolation(bool on) const;
   int region_of(const glm::dvec3& unit_direction) const;
   double solid_angle_sr(int region) const;
   /// Unit vector to the middle of the region (mean direction).
@@ -48,10 +63,17 @@ public:
   /// Direction at relative position (s, t) in [0,1)^2 of a region; uniform in solid angle.
   glm::dvec3 sample(int region, double s, double t) const;
 
+  /// Values of the hat functions at a direction: weights >= 0 that sum to 1, some possibly of the same region.
+  std::array<RegionWeight, 4> interpolation(const glm::dvec3& unit_direction) const;
+  /// Integral of a region's hat function over the sphere.
+  double hat_sr(int region) const;
+
 private:
   std::vector<SkyBand> bands_;
   std::string name_;
   int size_ = 0;
+  bool interpolated_ = false;
+  std::vector<double> node_altitude_; ///< of the centres of each band's regions, radians
   int band_of(double sin_altitude) const;
   const SkyBand& band_of_region(int region) const;
 };
@@ -61,7 +83,8 @@ private:
 class RegionSums {
 public:
   static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition);
-  /// Mean radiance per region. `sky` must have the geometry given to make(), or one of equal size and projection.
+  /// Mean radiance per region; of nodes: the integral of radiance times hat function over the region's solid angle.
+  /// `sky` must have the geometry given to make(), or one of equal size and projection.
   std::vector<Rgb> reduce(const SkyImage& sky) const;
   /// Share of each region's solid angle that the camera sees; the rest takes the fill.
   double covered_share(int region) const;
@@ -80,12 +103,15 @@ private:
   std::vector<Run> runs_;             ///< sorted by region, then by texel
   std::vector<std::uint32_t> begin_;  ///< size regions + 1
   std::vector<double> covered_, gap_; ///< steradians
+  std::vector<double> solid_angle_;   ///< nodes only: the divisor of their sums, steradians
   std::vector<glm::dvec3> centre_;
 
   static std::vector<RegionRun> equirect_runs(const SkyGeometry& geometry, const SkyPartition& partition);
   static std::vector<RegionRun> lens_runs(const SkyGeometry& geometry, const SkyPartition& partition);
+  static std::vector<RegionRun> node_runs(const SkyGeometry& geometry, const SkyPartition& partition);
   void sort_runs(const std::vector<RegionRun>& runs, int regions);
   void measure_coverage(const SkyPartition& partition);
+  void measure_nodes(const SkyPartition& partition);
 };
 
 /// Solid-angle mean radiance of every region, pixels split where a border crosses them; directions that the image

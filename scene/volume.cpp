@@ -93,6 +93,10 @@ LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radian
   assert(region_radiance.size() == static_cast<std::size_t>(volume.partition.size()));
   LightField field;
   field.probe.assign(volume.probes.size(), Sh9Rgb{});
+  if (volume.compact) {
+    combine(*volume.compact, region_radiance, field.probe);
+    return field;
+  }
   const LitRows lit = lit_rows(volume, region_radiance);
   const std::size_t floats = volume.row_floats();
   if (lit.rows.empty() || floats == 0)

@@ -13,15 +13,13 @@
 
 #include <glm/vec3.hpp>
 
+#include "scene/compact_basis.h"
 #include "scene/result.h"
 #include "scene/rgb_image.h"
 #include "scene/room.h"
 #include "scene/sky_partition.h"
 
 namespace daylit {
-
-/// Real orthonormal SH coefficients of radiance, index l*l+l+m, l <= 2.
-using Sh9Rgb = std::array<Rgb, 9>;
 
 /// Where the probes are. Either a regular grid (count.x * count.y * count.z probes, x fastest) or free points.
 struct ProbeSet {
@@ -47,6 +45,9 @@ struct BasisVolume {
   std::vector<std::int32_t> stored_region;
   /// [row][probe][coefficient 0..8][channel r, g, b], row-major; unit: sr of indirect radiance per region radiance.
   std::vector<float> basis;
+  /// Not null: the basis of a partition of nodes (SkyPartition::fine) in factors; then stored_region and basis are
+  /// empty.
+  std::shared_ptr<const CompactBasis> compact;
   Room room;                       ///< world metres, windows included
   std::vector<Aperture> apertures; ///< windows and holes
   VolumeProvenance provenance;

@@ -55,6 +55,11 @@ Result<void> check_probes(const ProbeSet& probes) {
 }
 
 Result<void> check_rows(const BasisVolume& volume) {
+  if (volume.compact) {
+    if (!volume.partition.interpolated() || !volume.stored_region.empty() || !volume.basis.empty())
+      return broken("a compact basis beside another one, or without nodes");
+    return check_compact(*volume.compact, volume.partition.size(), volume.probes.size());
+  }
   int last = -1;
   for (const std::int32_t region : volume.stored_region) {
     if (region <= last || region >= volume.partition.size())

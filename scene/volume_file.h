@@ -13,11 +13,20 @@
 namespace daylit {
 
 /// Versions of the layout described in docs/volume-format.md. A reader refuses any other. Version 2 adds the refractive
-/// index of clear glass; rooms without such panes are written as version 1.
-constexpr int kVolumeFormatVersion = 2, kVolumeFormatConstantPanes = 1;
+/// index of clear glass, version 3 the compact basis of a fine sky; a volume is written as the lowest that holds it.
+constexpr int kVolumeFormatConstantPanes = 1, kVolumeFormatClearGlass = 2, kVolumeFormatCompact = 3;
+constexpr int kVolumeFormatVersion = kVolumeFormatCompact;
+
+/// The version a volume is written as.
+int volume_format_version(const BasisVolume& volume);
+
+/// How a basis per region is stored. Half floats have a scale per region: half the file, rounded by at most 2.5e-4 of
+/// the region's largest number.
+enum class BasisPrecision { float32, float16 };
 
 /// Writes the file whole or not at all. Error: the volume breaks a rule of check_volume(), or the disk does.
-Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume);
+Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume,
+                          BasisPrecision precision = BasisPrecision::float32);
 
 /// Files are hostile input: every size is checked against the file before anything is allocated, no allocation is
 /// larger than twice the file, and the result satisfies check_volume(). Errors: file_missing; file_version names both

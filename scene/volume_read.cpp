@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "scene/detail/safetensors.h"
+#include "scene/detail/tile_kernels.h"
 #include "scene/detail/volume_identity.h"
 #include "scene/volume_file.h"
 
@@ -76,15 +77,6 @@ private:
   std::string problem_;
 };
 
-/// IEEE 754 binary16 to binary32; exact.
-float from_half(std::uint16_t half) {
-  const std::uint32_t sign = std::uint32_t{half & 0x8000u} << 16, magnitude = half & 0x7fffu;
-  if (magnitude >= 0x7c00u)
-    return std::bit_cast<float>(sign | 0x7f800000u | (magnitude & 0x3ffu) << 13);
-  // A half moved into place is off by the difference of the exponent biases, 2^112; this also settles subnormals.
-  return std::bit_cast<float>(sign | std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude << 13) * 0x1p112f));
-}
-
 void read_basis(TensorReader& reader, BasisVolume& volume) {
   const std::vector<std::uint64_t> row{volume.probes.size(), 9, 3};
   if (!reader.has("basis", "F16")) {
@@ -99,7 +91,31 @@ void read_basis(TensorReader& reader, BasisVolume& volume) {
   volume.basis.resize(halves.size());
   for (std::size_t r = 0; r < scale.size(); ++r)
     for (std::size_t k = r * volume.row_floats(); k < (r + 1) * volume.row_floats(); ++k)
-      volume.basis[k] = scale[r] * from_half(halves[k]);
+      volume.basis[k] = scale[r] * detail::from_half(halves[k]);
+}
+
+/// Any shape: check_compact() knows the sizes.
+std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
+  auto basis = std::make_shared<CompactBasis>();
+  std::vector<std::uint32_t> probes, half, byte;
+  constexpr std::uint64_t tile = detail::kTileNumbers;
+  reader.read("compact.node", "I32", {}, basis->node);
+  reader.read("compact.node_scale", "F32", {}, basis->node_scale);
+  reader.read("compact.probe", "U32", {}, basis->probe);
+  reader.read("compact.brick_probes", "U32", {}, probes);
+  reader.read("compact.half_rank", "U32", {}, half);
+  reader.read("compact.byte_rank", "U32", {}, byte);
+  reader.read("compact.half_scale", "F32", {}, basis->half_scale);
+  reader.read("compact.byte_scale", "F32", {}, basis->byte_scale);
+  reader.read("compact.node_half", "F16", {basis->node.size(), tile}, basis->node_half);
+  reader.read("compact.node_byte", "I8", {basis->node.size(), tile}, basis->node_byte);
+  reader.read("compact.probe_half", "F16", {tile}, basis->probe_half);
+  reader.read("compact.probe_byte", "I8", {tile}, basis->probe_byte);
+  basis->brick.reserve(probes.size());
+  if (half.size() == probes.size() && byte.size() == probes.size()) // else check_compact() refuses the missing bricks
+    for (std::size_t b = 0; b < probes.size(); ++b)
+      basis->brick.push_back({probes[b], half[b], byte[b]});
+  return basis;
 }
 
 Result<SkyPartition> read_partition(TensorReader& reader, const std::string& name) {
@@ -207,9 +223,10 @@ Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::S
   if (text_of(header, "format") != detail::kVolumeFormat)
     return Error{ErrorCode::file_malformed, "this is a safetensors file, but no volume", name, ""};
   const std::string version = text_of(header, "format_version").substr(0, 20);
-  if (version != std::to_string(kVolumeFormatVersion) && version != std::to_string(kVolumeFormatConstantPanes))
+  if (version != std::to_string(kVolumeFormatConstantPanes) && version != std::to_string(kVolumeFormatClearGlass) &&
+      version != std::to_string(kVolumeFormatCompact))
     return Error{ErrorCode::file_version,
-                 fmt::format("volume format version {}; this program reads version {} and {}", version,
+                 fmt::format("volume format version {}; this program reads version {} to {}", version,
                              kVolumeFormatConstantPanes, kVolumeFormatVersion),
                  name, "bake it again with the daylit-precompute of this version"};
   const std::span<const std::byte> file = std::as_bytes(bytes), head = file.first(header.data_offset);
@@ -242,8 +259,13 @@ Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std:
     return malformed(partition.error().what, name);
   volume.partition = std::move(*partition);
   read_probes(reader, text_of(*header, "probe_layout") == "grid", volume.probes);
-  reader.read("region.stored", "I32", {}, volume.stored_region);
-  read_basis(reader, volume);
+  if (text_of(*header, "format_version") == std::to_string(kVolumeFormatCompact)) {
+    volume.partition = volume.partition.with_interpolation(true);
+    volume.compact = read_compact(reader);
+  } else {
+    reader.read("region.stored", "I32", {}, volume.stored_region);
+    read_basis(reader, volume);
+  }
   if (!read_room(reader, text_of(*header, "material_names"), volume.room))
     return malformed(reader.problem().empty() ? "the tensors of the room disagree in number" : reader.problem(), name);
   if (!read_apertures(reader, volume.apertures) || !reader.problem().empty())

@@ -1,11 +1,14 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <vector>
 
 #include <nlohmann/json.hpp>
+#include <tbb/parallel_for.h>
 
 #include "scene/atomic_file.h"
 #include "scene/detail/safetensors.h"
+#include "scene/detail/tile_kernels.h"
 #include "scene/detail/volume_identity.h"
 #include "scene/volume_file.h"
 
@@ -19,6 +22,9 @@ struct FlatVolume {
   std::vector<std::int32_t> band_cells, aperture_corners;
   std::vector<std::uint32_t> triangles, triangle_material;
   std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
+  std::vector<std::uint16_t> half_basis;
+  std::vector<float> basis_scale;
+  std::vector<std::uint32_t> brick_probes, half_rank, byte_rank;
   std::vector<std::uint8_t> is_window;
 };
 
@@ -51,7 +57,29 @@ FlatVolume flatten(const BasisVolume& volume) {
     append3(flat.aperture_transmittance, a.transmittance);
     flat.aperture_index.push_back(a.refractive_index);
   }
+  if (volume.compact)
+    for (const CompactBasis::Brick& b : volume.compact->brick) {
+      flat.brick_probes.push_back(b.probes);
+      flat.half_rank.push_back(b.half_rank);
+      flat.byte_rank.push_back(b.byte_rank);
+    }
   return flat;
+}
+
+/// Each row scaled so that its largest number is 1.
+void halve_basis(const BasisVolume& volume, FlatVolume& flat) {
+  const std::size_t rows = volume.stored_region.size(), floats = volume.row_floats();
+  flat.half_basis.resize(rows * floats);
+  flat.basis_scale.resize(rows);
+  tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
+    const float* row = volume.basis.data() + r * floats;
+    float most = 0;
+    for (std::size_t k = 0; k < floats; ++k)
+      most = std::max(most, std::abs(row[k]));
+    flat.basis_scale[r] = most > 0 ? most : 1.0f;
+    for (std::size_t k = 0; k < floats; ++k)
+      flat.half_basis[r * floats + k] = detail::to_half(row[k] / flat.basis_scale[r]);
+  });
 }
 
 template <class T>
@@ -66,17 +94,47 @@ bool has_clear_glass(const BasisVolume& volume) {
   return std::ranges::any_of(volume.apertures, [](const Aperture& a) { return a.refractive_index > 0.0f; });
 }
 
-std::vector<detail::TensorToWrite> tensors_of(const BasisVolume& volume, const FlatVolume& flat) {
+using Tensors = std::vector<detail::TensorToWrite>;
+
+Tensors basis_tensors(const BasisVolume& volume, const FlatVolume& flat) {
+  const std::uint64_t rows = volume.stored_region.size();
+  const std::vector<std::uint64_t> shape{rows, volume.probes.size(), 9, 3};
+  const detail::TensorToWrite stored{"region.stored", "I32", {rows}, bytes_of(volume.stored_region)};
+  if (flat.basis_scale.empty())
+    return {{"basis", "F32", shape, bytes_of(volume.basis)}, stored};
+  return {{"basis", "F16", shape, bytes_of(flat.half_basis)},
+          {"basis.scale", "F32", {rows}, bytes_of(flat.basis_scale)},
+          stored};
+}
+
+Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
+  const std::uint64_t nodes = basis.node.size(), bricks = basis.brick.size(), tile = detail::kTileNumbers;
+  const std::uint64_t row = std::max<std::uint64_t>(nodes * tile, 1);
+  return {
+      {"compact.node", "I32", {nodes}, bytes_of(basis.node)},
+      {"compact.node_scale", "F32", {basis.node_scale.size()}, bytes_of(basis.node_scale)},
+      {"compact.probe", "U32", {basis.probe.size()}, bytes_of(basis.probe)},
+      {"compact.brick_probes", "U32", {bricks}, bytes_of(flat.brick_probes)},
+      {"compact.half_rank", "U32", {bricks}, bytes_of(flat.half_rank)},
+      {"compact.byte_rank", "U32", {bricks}, bytes_of(flat.byte_rank)},
+      {"compact.half_scale", "F32", {basis.half_scale.size()}, bytes_of(basis.half_scale)},
+      {"compact.byte_scale", "F32", {basis.byte_scale.size()}, bytes_of(basis.byte_scale)},
+      {"compact.node_half", "F16", {basis.node_half.size() / row, nodes, tile}, bytes_of(basis.node_half)},
+      {"compact.node_byte", "I8", {basis.node_byte.size() / row, nodes, tile}, bytes_of(basis.node_byte)},
+      {"compact.probe_half", "F16", {basis.probe_half.size() / tile, tile}, bytes_of(basis.probe_half)},
+      {"compact.probe_byte", "I8", {basis.probe_byte.size() / tile, tile}, bytes_of(basis.probe_byte)},
+  };
+}
+
+Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
   const std::uint64_t probes = volume.probes.size(), apertures = volume.apertures.size(),
                       triangles = volume.room.triangles.size(), materials = volume.room.materials.size();
-  std::vector<detail::TensorToWrite> list = {
-      {"basis", "F32", {volume.stored_region.size(), probes, 9, 3}, bytes_of(volume.basis)},
+  Tensors list = {
       {"probe.position", "F32", {probes, 3}, bytes_of(volume.probes.positions)},
       {"probe.valid", "U8", {probes}, bytes_of(volume.probes.valid)},
       {"probe.origin", "F64", {3}, bytes_of(volume.probes.origin)},
       {"probe.grid_count", "I32", {3}, bytes_of(volume.probes.count)},
       {"probe.grid_spacing", "F64", {3}, bytes_of(volume.probes.spacing)},
-      {"region.stored", "I32", {volume.stored_region.size()}, bytes_of(volume.stored_region)},
       {"sky.band", "F64", {flat.band_cells.size() / 2, 2}, bytes_of(flat.bands)},
       {"sky.band_cells", "I32", {flat.band_cells.size() / 2, 2}, bytes_of(flat.band_cells)},
       {"room.vertex", "F64", {volume.room.vertices.size(), 3}, bytes_of(volume.room.vertices)},
@@ -102,33 +160,43 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
   for (const Material& m : volume.room.materials)
     names.push_back(m.name);
   const VolumeProvenance& p = volume.provenance;
-  return {
-      {"format", detail::kVolumeFormat},
-      {"format_version", std::to_string(has_clear_glass(volume) ? kVolumeFormatVersion : kVolumeFormatConstantPanes)},
-      {"checksum", detail::kNoChecksum},
-      {"frame", "right-handed, z up; directions point to where the light comes from"},
-      {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
-      {"spherical_harmonics", "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
-      {"probe_layout", volume.probes.is_grid ? "grid" : "points"},
-      {"partition", volume.partition.name()},
-      {"material_names", names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
-      {"program_version", p.program_version},
-      {"command_line", p.command_line},
-      {"room_name", p.room_name},
-      {"room_hash", p.room_hash},
-      {"report", p.report_json}};
+  return {{"format", detail::kVolumeFormat},
+          {"format_version", std::to_string(volume_format_version(volume))},
+          {"checksum", detail::kNoChecksum},
+          {"frame", "right-handed, z up; directions point to where the light comes from"},
+          {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
+          {"spherical_harmonics", "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
+          {"probe_layout", volume.probes.is_grid ? "grid" : "points"},
+          {"partition", volume.partition.name()},
+          {"material_names", names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
+          {"program_version", p.program_version},
+          {"command_line", p.command_line},
+          {"room_name", p.room_name},
+          {"room_hash", p.room_hash},
+          {"report", p.report_json}};
 }
 
 } // namespace
 
-Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume) {
+int volume_format_version(const BasisVolume& volume) {
+  if (volume.compact)
+    return kVolumeFormatCompact;
+  return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;
+}
+
+Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume, BasisPrecision precision) {
   if (Result<void> good = check_volume(volume); !good) {
     Error error = good.error();
     error.where = path.string();
     return error;
   }
-  const FlatVolume flat = flatten(volume);
-  detail::SafetensorsImage image = detail::layout_safetensors(tensors_of(volume, flat), metadata_of(volume));
+  FlatVolume flat = flatten(volume);
+  if (precision == BasisPrecision::float16 && !volume.compact)
+    halve_basis(volume, flat);
+  Tensors tensors = volume.compact ? compact_tensors(*volume.compact, flat) : basis_tensors(volume, flat);
+  const Tensors room = room_tensors(volume, flat);
+  tensors.insert(tensors.end(), room.begin(), room.end());
+  detail::SafetensorsImage image = detail::layout_safetensors(tensors, metadata_of(volume));
   const std::size_t digits = image.header.find(detail::kChecksumKey) + detail::kChecksumKey.size();
   const std::string checksum = detail::volume_checksum(std::as_bytes(std::span(image.header)), digits, image.parts);
   image.header.replace(digits, checksum.size(), checksum);

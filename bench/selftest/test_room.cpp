@@ -68,8 +68,8 @@ Result<SolvedRoom> SolvedRoom::make(const Room& room, const std::vector<Aperture
     return rays ? occluders.error() : rays.error();
   s.rays = *rays;
   s.set = radiosity::find_elements(room, s.mesh, s.rays, seeds);
-  auto exchange =
-      radiosity::exchange_areas(s.set, s.mesh, room, *occluders, {.visibility_rays = quality.visibility_rays}, progress);
+  auto exchange = radiosity::exchange_areas(s.set, s.mesh, room, *occluders,
+                                            {.visibility_rays = quality.visibility_rays}, progress);
   if (!exchange)
     return exchange.error();
   s.exchange = std::move(*exchange);

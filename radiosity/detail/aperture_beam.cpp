@@ -65,7 +65,7 @@ std::vector<AperturePiece> aperture_pieces(const std::vector<Aperture>& aperture
 
 ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
     : origin_(e.corner[0]), axis_u_(glm::normalize(e.corner[1] - e.corner[0])), axis_v_(glm::cross(e.normal, axis_u_)),
-      normal_(e.normal) {
+      normal_(e.normal), area_m2_(e.area_m2) {
   for (int k = 0; k < 3; ++k)
     triangle_[k] = {glm::dot(e.corner[k] - origin_, axis_u_), glm::dot(e.corner[k] - origin_, axis_v_)};
   SmallPolygon whole;
@@ -80,6 +80,13 @@ ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
     front_.push_back(front.corner[k]);
     middle += front.corner[k] / static_cast<double>(front.size);
   }
+  // Light that enters falls on the back of the piece and on the front of the element: its shadow turns as the piece
+  // does, seen from inside, whatever the direction.
+  glm::dvec3 turn(0.0);
+  for (int k = 1; k + 1 < front.size; ++k)
+    turn += glm::cross(front.corner[k] - front.corner[0], front.corner[k + 1] - front.corner[0]);
+  if (glm::dot(turn, piece.inward) > 0.0)
+    std::ranges::reverse(corner_);
   double radius = 0, reach = 0;
   for (int k = 0; k < front.size; ++k)
     radius = std::max(radius, glm::distance(front.corner[k], middle));
@@ -89,6 +96,16 @@ ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
   const double distance = glm::distance(middle, centre), sine = (radius + reach) / std::max(distance, 1e-300);
   axis_ = distance > 0 ? (middle - centre) / distance : glm::dvec3(0.0);
   cos_spread_ = sine < 1.0 ? std::sqrt(1.0 - sine * sine) - 1e-12 : -2.0;
+}
+
+bool ApertureBeam::covers_element(const LitPart& shadow) const {
+  for (int k = 0; k < shadow.size; ++k) {
+    const glm::dvec2 &a = shadow.corner[k], side = shadow.corner[k + 1 < shadow.size ? k + 1 : 0] - a;
+    for (const glm::dvec2& t : triangle_)
+      if (cross(side, t - a) < 0.0)
+        return false;
+  }
+  return true;
 }
 
 ApertureBeam::LitPart ApertureBeam::lit(const glm::dvec3& w) const {
@@ -108,11 +125,13 @@ ApertureBeam::LitPart ApertureBeam::lit(const glm::dvec3& w) const {
     if (std::max({triangle_[0][axis], triangle_[1][axis], triangle_[2][axis]}) <= lo[axis] ||
         std::min({triangle_[0][axis], triangle_[1][axis], triangle_[2][axis]}) >= hi[axis])
       return {};
+  if (covers_element(part))
+    return {{triangle_[0], triangle_[1], triangle_[2]}, 3, area_m2_};
   for (int k = 0; k < 3 && part.size > 0; ++k)
     part = clip_left(part, triangle_[k], triangle_[(k + 1) % 3]);
   for (int k = 1; k + 1 < part.size; ++k)
     part.area_m2 += cross(part.corner[k] - part.corner[0], part.corner[k + 1] - part.corner[0]);
-  part.area_m2 = 0.5 * std::abs(part.area_m2); // outlines come in either order
+  part.area_m2 *= 0.5;
   return part;
 }
 
@@ -120,7 +139,7 @@ glm::dvec3 ApertureBeam::point(const LitPart& part, glm::dvec2 u) const {
   double pick = u.x * 2.0 * part.area_m2, area = 0;
   int k = 1;
   for (;; ++k) {
-    area = std::abs(cross(part.corner[k] - part.corner[0], part.corner[k + 1] - part.corner[0]));
+    area = cross(part.corner[k] - part.corner[0], part.corner[k + 1] - part.corner[0]);
     if (pick <= area || k + 2 >= part.size)
       break;
     pick -= area;

@@ -58,8 +58,11 @@ public:
 private:
   glm::dvec3 origin_, axis_u_, axis_v_, normal_;
   std::array<glm::dvec2, 3> triangle_;
-  std::vector<glm::dvec3> front_, corner_; ///< as they are; u, v and height over the element's plane
-  glm::dvec3 axis_{0.0};                   ///< towards the middle of the piece
+  double area_m2_;
+  bool covers_element(const LitPart& shadow) const;
+  /// As they are; u, v and height over the element's plane, in the order in which their shadows turn left.
+  std::vector<glm::dvec3> front_, corner_;
+  glm::dvec3 axis_{0.0}; ///< towards the middle of the piece
   double cos_spread_ = -1;
 };
 

@@ -16,12 +16,19 @@ constexpr std::uint32_t kParallelSize = 256; // of the larger cluster
 class Planner {
 public:
   Planner(const ClusterTree& tree, const BlockVisibility& visibility, const PlanOptions& options)
-      : tree_(tree), visibility_(visibility), options_(options) {}
+      : tree_(tree), visibility_(visibility), options_(options) {
+    for (const Cluster& c : tree.clusters())
+      black_.push_back(!options.black.empty() &&
+                       std::find(options.black.begin() + c.first, options.black.begin() + c.last, false) ==
+                           options.black.begin() + c.last);
+  }
 
   ExchangePlan plan(std::int32_t a, std::int32_t b, bool clear) const {
     const Cluster &ca = tree_[a], &cb = tree_[b];
     if (cannot_see(ca, cb))
       return {};
+    if (black_[static_cast<std::size_t>(a)] && black_[static_cast<std::size_t>(b)])
+      return nothing(std::uint64_t{ca.size()} * (a == b ? ca.size() - 1 : 2 * cb.size()) / 2);
     if (a == b)
       return ca.leaf()
                  ? dense(a, b, false)
@@ -61,12 +68,17 @@ private:
            in_front(a, b) && in_front(b, a);
   }
 
+  static ExchangePlan nothing(std::uint64_t black_pairs) {
+    ExchangePlan none;
+    none.black_pairs = black_pairs;
+    return none;
+  }
   ExchangePlan dense(std::int32_t a, std::int32_t b, bool clear) const {
-    return {{{a, b, false, 0, 1}}, {{a, b, clear}}, area(a, b), work(a, b)};
+    return {{{a, b, false, 0, 1}}, {{a, b, clear}}, area(a, b), work(a, b), 0};
   }
   ExchangePlan low_rank(std::int32_t a, std::int32_t b) const {
     const double values = kExpectedRank * (tree_[a].size() + tree_[b].size());
-    return {{{a, b, true, 0, 1}}, {{a, b, true}}, values, 2 * values};
+    return {{{a, b, true, 0, 1}}, {{a, b, true}}, values, 2 * values, 0};
   }
   double area(std::int32_t a, std::int32_t b) const {
     return static_cast<double>(tree_[a].size()) * static_cast<double>(tree_[b].size());
@@ -109,6 +121,7 @@ private:
       all.tiles.insert(all.tiles.end(), p.tiles.begin(), p.tiles.end());
       all.values += p.values;
       all.work += p.work;
+      all.black_pairs += p.black_pairs;
     }
     return all;
   }
@@ -126,6 +139,7 @@ private:
   const ClusterTree& tree_;
   const BlockVisibility& visibility_;
   const PlanOptions& options_;
+  std::vector<bool> black_; ///< per cluster
 };
 
 } // namespace

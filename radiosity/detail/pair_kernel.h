@@ -25,7 +25,7 @@ struct PairArrays {
 
 enum PairState : std::int32_t {
   kNotFacing = 0, ///< neither sees the other's front
-  kFar = 1,       ///< the rule is good to 1.1e-4 rms, 2e-3 for the worst pair
+  kFar = 1,       ///< the rule is good to 1.1e-4 rms, 3e-3 for the worst pair
   kNear = 2,      ///< close, or cut by the other's plane: needs the contour integral
 };
 

@@ -261,8 +261,8 @@ TEST(Adjoint, volume_to_light_equals_light_to_volume) {
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4)};
   const auto forward = gather_coefficients(points, s.set, s.mesh, s.scene, *b, {}, kSilent);
   SolveReport report;
-  const auto adjoint = adjoint_coefficients(points, s.set, s.mesh, s.scene, s.exchange, *light, {.tolerance = 1e-6},
-                                            {}, kSilent, &report);
+  const auto adjoint = adjoint_coefficients(points, s.set, s.mesh, s.scene, s.exchange, *light, {.tolerance = 1e-6}, {},
+                                            kSilent, &report);
   ASSERT_TRUE(forward && adjoint);
   ASSERT_EQ(forward->size(), adjoint->size());
   EXPECT_EQ(report.channels, 3);

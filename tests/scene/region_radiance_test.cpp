@@ -195,5 +195,31 @@ TEST(RegionRadiance, reducing_a_megapixel_takes_milliseconds) {
   EXPECT_LT(best_ms, 100.0); // a few milliseconds unloaded; the bound only catches a wrong complexity
 }
 
+TEST(RegionRadiance, nodes_keep_the_energy_and_the_mean_direction_of_a_small_sun) {
+  const SkyPartition nodes = *SkyPartition::fine(1024);
+  for (const SkyProjection& projection : {SkyProjection(EquirectProjection{0.3}), SkyProjection(AngularProjection{})})
+    for (int k = 0; k < 40; k += 8) {
+      const double azimuth = 0.05 * k, altitude = 0.2 + 0.003 * k;
+      const glm::dvec3 to_sun(std::cos(azimuth) * std::cos(altitude), std::sin(azimuth) * std::cos(altitude),
+                              std::sin(altitude));
+      RgbImage image(400, std::holds_alternative<EquirectProjection>(projection) ? 200 : 400);
+      const auto geometry = *SkyGeometry::make(image.width, image.height, projection, "sun");
+      image.texels[*geometry->texel(to_sun)] = Rgb(1000.0f);
+      const SkyImage sky = make_sky(image, projection);
+      const std::vector<Rgb> radiance = region_radiance(sky, nodes);
+      glm::dvec3 moment(0.0);
+      double energy = 0;
+      for (int r = 0; r < nodes.size(); ++r) {
+        const double flux = double(radiance[static_cast<std::size_t>(r)].g) * nodes.solid_angle_sr(r);
+        energy += flux;
+        moment += flux * nodes.centre(r);
+      }
+      const auto texel = *geometry->texel(to_sun);
+      EXPECT_NEAR(energy / (1000.0 * double(sky.solid_angle_sr()[texel])), 1.0, 1e-5);
+      const auto centre = *geometry->direction({double(texel % 400), double(texel / 400)});
+      EXPECT_LT(glm::length(glm::normalize(moment) - centre), 0.002); // nodes are 0.11 apart
+    }
+}
+
 } // namespace
 } // namespace daylit

@@ -134,5 +134,40 @@ TEST(SkyPartition, from_bands_restores_a_partition) {
     EXPECT_EQ(q.region_of(p.centre(r)), r);
 }
 
+TEST(SkyPartition, hats_sum_to_one_and_their_integrals_to_four_pi) {
+  for (const int nodes : {16, 512, 4096}) {
+    const SkyPartition p = *SkyPartition::fine(nodes);
+    ASSERT_TRUE(p.interpolated());
+    double total = 0;
+    for (int r = 0; r < p.size(); ++r)
+      total += p.hat_sr(r);
+    EXPECT_NEAR(total, 4 * std::numbers::pi, 1e-9);
+    // Monte Carlo over the regions: integral of one hat against its closed form, and weights that sum to 1.
+    const int node = p.size() / 3;
+    double integral = 0;
+    for (int r = 0; r < p.size(); ++r)
+      for (int k = 0; k < 256; ++k) {
+        double sum = 0;
+        for (const RegionWeight& w : p.interpolation(p.sample(r, (k % 16 + 0.5) / 16, (k / 16 + 0.5) / 16))) {
+          ASSERT_GE(w.weight, 0.0);
+          sum += w.weight;
+          integral += w.region == node ? w.weight * p.solid_angle_sr(r) / 256 : 0.0;
+        }
+        ASSERT_NEAR(sum, 1.0, 1e-12);
+      }
+    EXPECT_NEAR(integral / p.hat_sr(node), 1.0, 0.01) << nodes;
+  }
+}
+
+TEST(SkyPartition, hat_is_one_at_its_own_centre) {
+  const SkyPartition p = *SkyPartition::fine(256);
+  for (int r = 0; r < p.size(); ++r) {
+    double own = 0;
+    for (const RegionWeight& w : p.interpolation(p.centre(r)))
+      own += w.region == r ? w.weight : 0.0;
+    EXPECT_NEAR(own, 1.0, 1e-9) << r;
+  }
+}
+
 } // namespace
 } // namespace daylit

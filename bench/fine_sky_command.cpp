@@ -1,0 +1,230 @@
+// daylit-bench fine-sky: a small sun that moves in steps of 0.25 degrees, followed by a compact basis, against suns of
+// exactly that area solved one by one in the same room at the same probes.
+
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <memory>
+#include <numbers>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/command.h"
+#include "bench/timing.h"
+#include "precompute/bake.h"
+#include "scene/volume_combiner.h"
+
+namespace daylit::bench {
+namespace {
+
+constexpr double kPi = std::numbers::pi, kStep = 0.25 * kPi / 180;
+constexpr int kSteps = 1440; ///< around the sky; a sun is two cells wide and as high
+
+struct Arguments {
+  std::string room;
+  std::vector<int> nodes = {4096};
+  double altitude_deg = 25, error = 0.03;
+};
+
+double process_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+struct SunCells {
+  SkyPartition partition;
+  int first = 0; ///< region of the first cell of the sun's band
+};
+
+/// One band of cells a step wide and two steps high at the sun's altitude; the rest of the sky in regions of 6 degrees,
+/// because the first bounce is integrated over as many directions in each region.
+Result<SunCells> sun_cells(double altitude) {
+  constexpr int kBands = 15, kCells = 60;
+  const double low = std::sin(altitude - kStep), high = std::sin(altitude + kStep);
+  std::vector<SkyBand> bands;
+  const auto add = [&](double to, int cells) {
+    const int next = bands.empty() ? 0 : bands.back().first_region + bands.back().cells;
+    bands.push_back({bands.empty() ? -1.0 : bands.back().sin_high, to, cells, next, false});
+  };
+  for (int i = 1 - kBands; i <= 0; ++i)
+    add(i == 0 ? 0.0 : std::sin(0.5 * kPi * i / kBands), kCells);
+  for (int i = 1; i <= kBands && std::sin(0.5 * kPi * i / kBands) < low - 1e-6; ++i)
+    add(std::sin(0.5 * kPi * i / kBands), kCells);
+  add(low, kCells);
+  add(high, kSteps);
+  const int first = bands.back().first_region;
+  for (int i = 1; i <= kBands; ++i)
+    if (const double to = i == kBands ? 1.0 : std::sin(0.5 * kPi * i / kBands); to > high + 1e-6)
+      add(to, kCells);
+  const auto partition = SkyPartition::from_bands(std::move(bands), "sun");
+  if (!partition)
+    return partition.error();
+  return SunCells{*partition, first};
+}
+
+/// Radiance 1 of a sun over cells k and k + 1 on the nodes of a partition.
+std::vector<Rgb> sun_on_nodes(const SkyPartition& nodes, const SunCells& cells, int k) {
+  std::vector<Rgb> radiance(static_cast<std::size_t>(nodes.size()), Rgb(0.0f));
+  constexpr int kSide = 4;
+  for (int cell = 0; cell < 2; ++cell) {
+    const int region = cells.first + (k + cell) % kSteps;
+    for (int s = 0; s < kSide * kSide; ++s) {
+      const glm::dvec3 d = cells.partition.sample(region, (s % kSide + 0.5) / kSide, (s / kSide + 0.5) / kSide);
+      for (const RegionWeight& w : nodes.interpolation(d))
+        radiance[static_cast<std::size_t>(w.region)] += Rgb(static_cast<float>(
+            w.weight * cells.partition.solid_angle_sr(region) / (kSide * kSide) / nodes.solid_angle_sr(w.region)));
+    }
+  }
+  return radiance;
+}
+
+/// Root of the sum of squared differences over the probes of `a`, whose partners in `b` are `partner`.
+double distance(const LightField& a, const LightField& b, std::span<const std::size_t> partner) {
+  double sum = 0;
+  for (std::size_t p = 0; p < partner.size(); ++p)
+    for (std::size_t l = 0; l < 9; ++l)
+      for (int c = 0; c < 3; ++c) {
+        const double d = double(a.probe[p][l][c]) - double(b.probe[partner[p]][l][c]);
+        sum += d * d;
+      }
+  return std::sqrt(sum);
+}
+
+Result<nlohmann::json> measure(const RoomFile& room, int nodes, const Arguments& a, const Progress& progress) {
+  precompute::BakeOptions options;
+  options.compact_error = a.error;
+  precompute::BakeReport report, truth_report;
+  const double start = process_seconds();
+  const auto partition = SkyPartition::fine(nodes);
+  if (!partition)
+    return partition.error();
+  const auto volume = precompute::bake(room, *partition, options, progress, report);
+  if (!volume)
+    return volume.error();
+  const double seconds = process_seconds() - start;
+  std::vector<std::size_t> valid, same;
+  for (std::size_t p = 0; p < volume->probes.size(); ++p)
+    if (volume->probes.valid[p]) {
+      same.push_back(valid.size());
+      valid.push_back(p);
+      options.points.push_back(volume->probes.origin + glm::dvec3(volume->probes.positions[p]));
+    }
+  const auto cells = sun_cells(a.altitude_deg * kPi / 180);
+  if (!cells)
+    return cells.error();
+  const auto truth = precompute::bake(room, cells->partition, options, progress, truth_report);
+  if (!truth)
+    return truth.error();
+
+  std::vector<double> norm, error, step, true_step;
+  LightField last, last_true;
+  for (int k = 0; k < kSteps; ++k) {
+    std::vector<Rgb> exact(static_cast<std::size_t>(cells->partition.size()), Rgb(0.0f));
+    exact[static_cast<std::size_t>(cells->first + k)] =
+        exact[static_cast<std::size_t>(cells->first + (k + 1) % kSteps)] = Rgb(1.0f);
+    const LightField t = combine(*truth, exact), f = combine(*volume, sun_on_nodes(*partition, *cells, k));
+    norm.push_back(distance(t, LightField{std::vector<Sh9Rgb>(same.size())}, same));
+    error.push_back(distance(t, f, valid));
+    if (k > 0) {
+      true_step.push_back(distance(t, last_true, same));
+      LightField before;
+      for (const std::size_t p : valid)
+        before.probe.push_back(last.probe[p]);
+      step.push_back(distance(before, f, valid));
+    }
+    last = f;
+    last_true = t;
+  }
+  const double most = *std::ranges::max_element(norm);
+  double worst_step = 0, squares = 0, worst = 0;
+  int suns = 0, above = 0;
+  for (std::size_t k = 0; k < norm.size(); ++k)
+    if (norm[k] > 0.1 * most) {
+      squares += error[k] * error[k] / (norm[k] * norm[k]);
+      worst = std::max(worst, error[k] / norm[k]);
+      ++suns;
+    }
+  for (std::size_t k = 0; k < step.size(); ++k) {
+    const double ratio = step[k] / (1.5 * true_step[k] + 1e-3 * most);
+    worst_step = std::max(worst_step, ratio);
+    above += ratio > 1 ? 1 : 0;
+  }
+
+  VolumeCombiner combiner = VolumeCombiner::make(*volume);
+  const std::vector<Rgb> uniform(static_cast<std::size_t>(nodes), Rgb(1.0f)), dim(uniform.size(), Rgb(0.5f));
+  std::vector<std::uint32_t> object;
+  for (std::size_t k = 0; k < 64; ++k)
+    object.push_back(static_cast<std::uint32_t>(valid[valid.size() / 2 + k]));
+  bool odd = false;
+  double wall = 1e9;
+  for (int r = 0; r < 50; ++r) {
+    timespec t0{}, t1{};
+    clock_gettime(CLOCK_MONOTONIC, &t0);
+    combiner.update((odd = !odd) ? uniform : dim);
+    clock_gettime(CLOCK_MONOTONIC, &t1);
+    wall = std::min(wall, double(t1.tv_sec - t0.tv_sec) + 1e-9 * double(t1.tv_nsec - t0.tv_nsec));
+  }
+  set_thread_count(1);
+  const auto times = alternate(50, [&] { combiner.update((odd = !odd) ? uniform : dim); });
+  const auto object_time = alternate(50, [&] { combiner.combine_at(uniform, object); });
+  set_thread_count(0);
+  return nlohmann::json{{"nodes", nodes},
+                        {"nodes_stored", report.compact.nodes},
+                        {"probes", valid.size()},
+                        {"altitude_deg", a.altitude_deg},
+                        {"suns", suns},
+                        {"sun_rms_error", std::sqrt(squares / suns)},
+                        {"sun_worst_error", worst},
+                        {"step_over_bound", worst_step},
+                        {"steps_above_bound", above},
+                        {"compression_error", report.compact.rms_error},
+                        {"compact_megabytes", double(report.compact.bytes) / 1e6},
+                        {"bake_cpu_seconds", seconds},
+                        {"combine_ms", 1e3 * wall},
+                        {"combine_one_core_ms", 1e3 * times[0]},
+                        {"object_us", 1e6 * object_time[0]}};
+}
+
+Result<void> run(const Arguments& a, const CommonOptions& options) {
+  const auto room = read_room(a.room, UpAxis::z);
+  if (!room)
+    return room.error();
+  nlohmann::json document = {{"machine", machine()}};
+  if (!options.json)
+    std::printf(
+        "nodes  sun error %% (worst)  step/bound (above)  compression %%     MB  bake cpu s  combine ms (one core)"
+        "  object us\n");
+  for (const int nodes : a.nodes) {
+    ProgressLine progress(options.quiet);
+    const auto row = measure(*room, nodes, a, progress.callback());
+    progress.clear();
+    if (!row)
+      return row.error();
+    document["rows"].push_back(*row);
+    const auto number = [&](const char* key) { return (*row)[key].get<double>(); };
+    if (!options.json)
+      std::printf("%5d %10.2f (%6.2f) %13.2f (%3.0f) %15.2f %8.1f %10.1f %10.3f (%.3f) %10.1f\n", nodes,
+                  100 * number("sun_rms_error"), 100 * number("sun_worst_error"), number("step_over_bound"),
+                  number("steps_above_bound"), 100 * number("compression_error"), number("compact_megabytes"),
+                  number("bake_cpu_seconds"), number("combine_ms"), number("combine_one_core_ms"), number("object_us"));
+  }
+  return deliver(document, options);
+}
+
+} // namespace
+
+Command add_fine_sky(CLI::App& program) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* parser = program.add_subcommand("fine-sky", "a moving sun under a compact basis against exact suns");
+  parser->add_option("ROOM", arguments->room, "room model")->required();
+  parser->add_option("--nodes", arguments->nodes, "directions")->delimiter(',')->capture_default_str();
+  parser->add_option("--altitude", arguments->altitude_deg, "of the sun, degrees")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 85.0));
+  parser->add_option("--error", arguments->error, "asked of the compression")->capture_default_str();
+  return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};
+}
+
+} // namespace daylit::bench

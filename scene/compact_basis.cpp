@@ -1,0 +1,204 @@
+#include "scene/compact_basis.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "scene/detail/tile_kernels.h"
+
+namespace daylit {
+
+namespace {
+
+using detail::kTileBlocks;
+using detail::kTileNumbers;
+using detail::WeightedRow;
+
+std::size_t tiles_of(std::size_t numbers) { return (numbers + kTileNumbers - 1) / kTileNumbers; }
+
+/// Where a brick's parts begin.
+struct Place {
+  std::size_t probe = 0, half = 0, byte = 0;  ///< first probe, first component
+  std::size_t probe_half = 0, probe_byte = 0; ///< first number of the probe factors
+};
+
+std::vector<Place> places(const CompactBasis& basis) {
+  std::vector<Place> list(basis.brick.size() + 1);
+  for (std::size_t b = 0; b < basis.brick.size(); ++b) {
+    const CompactBasis::Brick& brick = basis.brick[b];
+    const std::size_t column = 3 * brick.tiles() * kTileNumbers;
+    list[b + 1] = {list[b].probe + brick.probes, list[b].half + brick.half_rank, list[b].byte + brick.byte_rank,
+                   list[b].probe_half + column * brick.half_rank, list[b].probe_byte + column * brick.byte_rank};
+  }
+  return list;
+}
+
+/// Amplitude of every component per colour: the sky seen by the node factors.
+struct Amplitudes {
+  std::array<std::vector<float>, 3> half, byte; ///< whole tiles
+};
+
+using RowsByColour = std::array<std::vector<WeightedRow>, 3>;
+
+RowsByColour lit_nodes(const CompactBasis& basis, std::span<const Rgb> region_radiance) {
+  RowsByColour rows;
+  for (std::size_t i = 0; i < basis.node.size(); ++i) {
+    const Rgb radiance = region_radiance[static_cast<std::size_t>(basis.node[i])];
+    for (int c = 0; c < 3; ++c)
+      if (radiance[c] != 0.0f)
+        rows[static_cast<std::size_t>(c)].push_back({static_cast<std::uint32_t>(i), radiance[c] * basis.node_scale[i]});
+  }
+  return rows;
+}
+
+/// Marks the tiles of components [first, first + count).
+void mark(std::vector<std::uint8_t>& tiles, std::size_t first, std::size_t count) {
+  for (std::size_t t = first / kTileNumbers; count > 0 && t <= (first + count - 1) / kTileNumbers; ++t)
+    tiles[t] = 1;
+}
+
+Amplitudes amplitudes(const CompactBasis& basis, const RowsByColour& rows, const std::vector<std::uint8_t>& half_tiles,
+                      const std::vector<std::uint8_t>& byte_tiles) {
+  Amplitudes a;
+  for (std::size_t c = 0; c < 3; ++c) {
+    a.half[c].assign(half_tiles.size() * kTileNumbers, 0.0f);
+    a.byte[c].assign(byte_tiles.size() * kTileNumbers, 0.0f);
+  }
+  const detail::TileKernels& kernels = detail::tile_kernels();
+  const std::size_t stride = basis.node.size() * kTileNumbers;
+  // The colours of a tile follow one another on one core: the second and third find it in the cache.
+  tbb::parallel_for(std::size_t{0}, half_tiles.size() + byte_tiles.size(), [&](std::size_t t) {
+    const std::size_t u = t - half_tiles.size();
+    for (std::size_t c = 0; c < 3; ++c)
+      if (t < half_tiles.size() && half_tiles[t] != 0)
+        kernels.add_half(basis.node_half.data() + t * stride, rows[c], 0, kTileBlocks,
+                         a.half[c].data() + t * kTileNumbers);
+      else if (t >= half_tiles.size() && byte_tiles[u] != 0)
+        kernels.add_byte(basis.node_byte.data() + u * stride, rows[c], 0, kTileBlocks,
+                         a.byte[c].data() + u * kTileNumbers);
+  });
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t k = 0; k < basis.half_scale.size(); ++k)
+      a.half[c][k] *= basis.half_scale[k];
+    for (std::size_t k = 0; k < basis.byte_scale.size(); ++k)
+      a.byte[c][k] *= basis.byte_scale[k];
+  }
+  return a;
+}
+
+std::vector<WeightedRow> component_rows(const std::vector<float>& amplitude, std::size_t first, std::size_t count) {
+  std::vector<WeightedRow> rows(count);
+  for (std::size_t k = 0; k < count; ++k)
+    rows[k] = {static_cast<std::uint32_t>(k), amplitude[first + k]};
+  return rows;
+}
+
+void combine_brick(const CompactBasis& basis, const CompactBasis::Brick& brick, const Place& at, const Amplitudes& a,
+                   std::span<Sh9Rgb> result) {
+  const detail::TileKernels& kernels = detail::tile_kernels();
+  const std::size_t tiles = brick.tiles(), plane = tiles * kTileNumbers;
+  std::vector<float> sums(3 * plane, 0.0f), rgb(3 * plane);
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::vector<WeightedRow> half = component_rows(a.half[c], at.half, brick.half_rank),
+                                   byte = component_rows(a.byte[c], at.byte, brick.byte_rank);
+    for (std::size_t t = c * tiles; t < (c + 1) * tiles; ++t) {
+      kernels.add_half(basis.probe_half.data() + at.probe_half + t * brick.half_rank * kTileNumbers, half, 0,
+                       kTileBlocks, sums.data() + t * kTileNumbers);
+      kernels.add_byte(basis.probe_byte.data() + at.probe_byte + t * brick.byte_rank * kTileNumbers, byte, 0,
+                       kTileBlocks, sums.data() + t * kTileNumbers);
+    }
+  }
+  kernels.interleave(sums.data(), sums.data() + plane, sums.data() + 2 * plane, std::size_t{brick.probes} * 9,
+                     rgb.data());
+  for (std::size_t p = 0; p < brick.probes; ++p)
+    std::copy_n(rgb.data() + 27 * p, 27, &result[basis.probe[at.probe + p]][0].x);
+}
+
+void combine_bricks(const CompactBasis& basis, std::span<const Rgb> region_radiance,
+                    const std::vector<std::uint8_t>& bricks, std::span<Sh9Rgb> result) {
+  const std::vector<Place> at = places(basis);
+  std::vector<std::uint8_t> half_tiles(tiles_of(basis.half_scale.size()), 0),
+      byte_tiles(tiles_of(basis.byte_scale.size()), 0);
+  for (std::size_t b = 0; b < bricks.size(); ++b)
+    if (bricks[b] != 0) {
+      mark(half_tiles, at[b].half, basis.brick[b].half_rank);
+      mark(byte_tiles, at[b].byte, basis.brick[b].byte_rank);
+    }
+  const Amplitudes a = amplitudes(basis, lit_nodes(basis, region_radiance), half_tiles, byte_tiles);
+  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+    if (bricks[b] != 0)
+      combine_brick(basis, basis.brick[b], at[b], a, result);
+  });
+}
+
+Error broken(const char* what) {
+  return {ErrorCode::file_malformed, what, "compact basis", "bake it again with daylit-precompute"};
+}
+
+} // namespace
+
+std::size_t CompactBasis::bytes() const {
+  return node_half.size() * 2 + node_byte.size() + probe_half.size() * 2 + probe_byte.size() +
+         4 * (2 * node.size() + probe.size() + 3 * brick.size() + half_scale.size() + byte_scale.size());
+}
+
+void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) {
+  combine_bricks(basis, region_radiance, std::vector<std::uint8_t>(basis.brick.size(), 1), result);
+}
+
+void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<const std::uint32_t> wanted,
+                std::span<Sh9Rgb> result) {
+  std::vector<std::uint8_t> is_wanted(result.size(), 0), bricks(basis.brick.size(), 0);
+  for (const std::uint32_t p : wanted)
+    is_wanted[p] = 1;
+  std::size_t next = 0;
+  for (std::size_t b = 0; b < bricks.size(); ++b)
+    for (const std::size_t end = next + basis.brick[b].probes; next < end; ++next)
+      bricks[b] |= is_wanted[basis.probe[next]];
+  combine_bricks(basis, region_radiance, bricks, result);
+}
+
+Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t probes) {
+  std::int32_t last = -1;
+  for (const std::int32_t n : basis.node) {
+    if (n <= last || n >= regions)
+      return broken("a node is out of order or out of range");
+    last = n;
+  }
+  if (basis.node_scale.size() != basis.node.size())
+    return broken("the nodes and their scales differ in number");
+  std::vector<std::uint8_t> seen(probes, 0);
+  for (const std::uint32_t p : basis.probe) {
+    if (p >= probes || seen[p] != 0)
+      return broken("a brick names a probe that does not exist, or one twice");
+    seen[p] = 1;
+  }
+  // Sums of products of 32-bit numbers: double is exact enough to refuse what does not fit, and does not overflow.
+  double sizes[5] = {};
+  for (const CompactBasis::Brick& b : basis.brick) {
+    const double column = 3.0 * static_cast<double>(b.tiles() * kTileNumbers);
+    const double part[5] = {double(b.probes), double(b.half_rank), double(b.byte_rank), column * b.half_rank,
+                            column * b.byte_rank};
+    for (int k = 0; k < 5; ++k)
+      sizes[k] += part[k];
+  }
+  const auto rows = static_cast<double>(basis.node.size()) * kTileNumbers;
+  const auto differ = [](double expected, std::size_t size) { return expected != static_cast<double>(size); };
+  if (differ(sizes[0], basis.probe.size()) || differ(sizes[1], basis.half_scale.size()) ||
+      differ(sizes[2], basis.byte_scale.size()) || differ(sizes[3], basis.probe_half.size()) ||
+      differ(sizes[4], basis.probe_byte.size()) ||
+      differ(rows * static_cast<double>(tiles_of(basis.half_scale.size())), basis.node_half.size()) ||
+      differ(rows * static_cast<double>(tiles_of(basis.byte_scale.size())), basis.node_byte.size()))
+    return broken("the factors do not match the bricks");
+  const auto finite = [](float x) { return std::isfinite(x); };
+  const auto finite_half = [](std::uint16_t h) { return (h & 0x7c00u) != 0x7c00u; };
+  if (!std::ranges::all_of(basis.node_scale, finite) || !std::ranges::all_of(basis.half_scale, finite) ||
+      !std::ranges::all_of(basis.byte_scale, finite) || !std::ranges::all_of(basis.node_half, finite_half) ||
+      !std::ranges::all_of(basis.probe_half, finite_half))
+    return broken("a factor is not finite");
+  return {};
+}
+
+} // namespace daylit

@@ -1,0 +1,52 @@
+#pragma once
+
+// A basis for thousands of sky directions in a small file. The probes are grouped into bricks; in each brick the
+// transport from all directions is a product of two factors,
+//   basis[node][probe, lm, channel] = node_scale[node] * sum_k scale[k] * node_factor[node][k] * probe_factor[k][probe,
+//   lm, channel],
+// whose rank follows from the error. Components that carry most of the light are half floats, the others bytes.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scene/result.h"
+#include "scene/rgb_image.h"
+
+namespace daylit {
+
+/// Real orthonormal SH coefficients of radiance, index l*l+l+m, l <= 2.
+using Sh9Rgb = std::array<Rgb, 9>;
+
+/// Factors in the order in which they are read: tiles of 128 numbers (detail/tile_kernels.h), padded with zeros.
+struct CompactBasis {
+  struct Brick {
+    std::uint32_t probes = 0, half_rank = 0, byte_rank = 0;
+    std::size_t tiles() const { return (std::size_t{probes} * 9 + 127) / 128; } ///< of one colour
+  };
+  std::vector<std::int32_t> node; ///< region of each row of the node factors, increasing
+  std::vector<float> node_scale;  ///< of each row: dim directions are kept as exactly as bright ones
+  std::vector<Brick> brick;
+  std::vector<std::uint32_t> probe;          ///< numbers of the probes, brick by brick, each at most once
+  std::vector<float> half_scale, byte_scale; ///< of each component, brick by brick
+  std::vector<std::uint16_t> node_half;      ///< [tile][node][128], components of all bricks side by side
+  std::vector<std::int8_t> node_byte;
+  std::vector<std::uint16_t> probe_half; ///< brick by brick: [channel][tile][component][128], numbers probe * 9 + lm
+  std::vector<std::int8_t> probe_byte;
+
+  std::size_t bytes() const;
+};
+
+/// Coefficients at all probes, those of no brick zero; `result` has one entry per probe of the volume.
+/// Nodes that are black are not read. Independent of the thread count.
+void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result);
+
+/// The same bits at the probes of the bricks that hold `wanted`; others are left alone. Reads only what these need.
+void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<const std::uint32_t> wanted,
+                std::span<Sh9Rgb> result);
+
+/// Sizes agree, indices are in range, numbers are finite.
+Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t probes);
+
+} // namespace daylit

@@ -1,0 +1,265 @@
+#include "scene/detail/tile_kernels.h"
+
+#include <array>
+#include <bit>
+#include <cstring>
+
+// GCC 12 warns about its own header (its bug 105593).
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#endif
+#include <immintrin.h>
+
+#define DAYLIT_AVX2 __attribute__((target("avx2,fma,f16c")))
+#define DAYLIT_AVX512 __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx2,fma,f16c")))
+
+namespace daylit::detail {
+
+std::uint16_t to_half(float value) {
+  const std::uint32_t bits = std::bit_cast<std::uint32_t>(value), sign = bits >> 16 & 0x8000u;
+  const std::uint32_t magnitude = bits & 0x7fffffffu;
+  if (magnitude > 0x7f800000u)
+    return static_cast<std::uint16_t>(sign | 0x7e00u);
+  if (magnitude >= 0x477ff000u)
+    return static_cast<std::uint16_t>(sign | 0x7c00u);
+  if (magnitude < 0x38800000u) { // subnormal: adding 1/2 shifts the mantissa into place, rounded by the processor
+    const float shifted = std::bit_cast<float>(magnitude) + 0.5f;
+    return static_cast<std::uint16_t>(sign | (std::bit_cast<std::uint32_t>(shifted) - 0x3f000000u));
+  }
+  const std::uint32_t odd = magnitude >> 13 & 1u;
+  return static_cast<std::uint16_t>(sign | (magnitude - 0x38000000u + 0xfffu + odd) >> 13);
+}
+
+float from_half(std::uint16_t half) {
+  const std::uint32_t sign = std::uint32_t{half & 0x8000u} << 16, magnitude = half & 0x7fffu;
+  if (magnitude >= 0x7c00u)
+    return std::bit_cast<float>(sign | 0x7f800000u | (magnitude & 0x3ffu) << 13);
+  // A half moved into place is off by the difference of the exponent biases, 2^112; this also settles subnormals.
+  return std::bit_cast<float>(sign | std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude << 13) * 0x1p112f));
+}
+
+namespace {
+
+float to_float(float x) { return x; }
+float to_float(std::uint16_t x) { return from_half(x); }
+float to_float(std::int8_t x) { return static_cast<float>(x); }
+
+template <class Number>
+void add_baseline(const Number* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
+                  float* sum) {
+  float* out = sum + first * kBlockNumbers;
+  for (const WeightedRow& r : rows) {
+    const Number* row = tile + r.row * kTileNumbers + first * kBlockNumbers;
+    for (std::size_t k = 0; k < count * kBlockNumbers; ++k)
+      out[k] += r.weight * to_float(row[k]);
+  }
+}
+
+void interleave_baseline(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
+  for (std::size_t k = 0; k < count; ++k) {
+    rgb[3 * k] = r[k];
+    rgb[3 * k + 1] = g[k];
+    rgb[3 * k + 2] = b[k];
+  }
+}
+
+template <std::size_t kCount>
+float add_up(const std::array<float, kCount>& lanes) {
+  float total = 0;
+  for (const float x : lanes)
+    total += x;
+  return total;
+}
+
+float sum_baseline(const std::byte* data, std::size_t size) {
+  std::array<float, 16> sum{};
+  std::array<float, 16> part;
+  for (std::size_t k = 0; k + sizeof(part) <= size; k += sizeof(part)) {
+    std::memcpy(part.data(), data + k, sizeof(part));
+    for (std::size_t i = 0; i < part.size(); ++i)
+      sum[i] += part[i];
+  }
+  return add_up(sum);
+}
+
+// Loads of 8 and 16 numbers of each kind.
+DAYLIT_AVX2 inline __m256 load8(const float* p) { return _mm256_loadu_ps(p); }
+DAYLIT_AVX2 inline __m256 load8(const std::uint16_t* p) {
+  return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
+}
+DAYLIT_AVX2 inline __m256 load8(const std::int8_t* p) {
+  return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
+}
+DAYLIT_AVX512 inline __m512 load16(const float* p) { return _mm512_loadu_ps(p); }
+DAYLIT_AVX512 inline __m512 load16(const std::uint16_t* p) {
+  return _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
+}
+DAYLIT_AVX512 inline __m512 load16(const std::int8_t* p) {
+  return _mm512_cvtepi32_ps(_mm512_cvtepi8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
+}
+
+/// Half a tile at a time: sixteen registers leave room for eight sums.
+template <class Number>
+DAYLIT_AVX2 void add_avx2(const Number* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
+                          float* sum) {
+  std::size_t at = first * kBlockNumbers;
+  const std::size_t end = at + count * kBlockNumbers;
+  for (; at + 64 <= end; at += 64) {
+    __m256 s[8];
+    for (int i = 0; i < 8; ++i)
+      s[i] = _mm256_loadu_ps(sum + at + 8 * i);
+    for (const WeightedRow& r : rows) {
+      const __m256 w = _mm256_set1_ps(r.weight);
+      const Number* row = tile + r.row * kTileNumbers + at;
+#pragma GCC unroll 8
+      for (int i = 0; i < 8; ++i)
+        s[i] = _mm256_fmadd_ps(w, load8(row + 8 * i), s[i]);
+    }
+    for (int i = 0; i < 8; ++i)
+      _mm256_storeu_ps(sum + at + 8 * i, s[i]);
+  }
+  for (; at < end; at += 8) {
+    __m256 s = _mm256_loadu_ps(sum + at);
+    for (const WeightedRow& r : rows)
+      s = _mm256_fmadd_ps(_mm256_set1_ps(r.weight), load8(tile + r.row * kTileNumbers + at), s);
+    _mm256_storeu_ps(sum + at, s);
+  }
+}
+
+/// Rows ahead of the stream: hardware prefetch stops at every page, and a wide loop crosses one every few nanoseconds.
+template <class Number>
+constexpr std::size_t kRowsAhead = 2048 / (kTileNumbers * sizeof(Number));
+
+/// A few rows of a tile are not worth it: the next ones asked for are in another tile.
+template <class Number>
+bool dense(std::span<const WeightedRow> rows) {
+  return rows.size() > 4 * kRowsAhead<Number> && rows.back().row - rows.front().row < 2 * rows.size();
+}
+
+template <int kBlocks, bool kPrefetch, class Number>
+DAYLIT_AVX512 inline void add_blocks(const Number* tile, std::span<const WeightedRow> rows, float* sum) {
+  __m512 s[kBlocks];
+#pragma GCC unroll 8
+  for (int i = 0; i < kBlocks; ++i)
+    s[i] = _mm512_loadu_ps(sum + 16 * i);
+  for (const WeightedRow& r : rows) {
+    const __m512 w = _mm512_set1_ps(r.weight);
+    const Number* row = tile + r.row * kTileNumbers;
+    if constexpr (kPrefetch) {
+      const char* ahead = reinterpret_cast<const char*>(row + kRowsAhead<Number> * kTileNumbers);
+#pragma GCC unroll 8
+      for (std::size_t line = 0; line < kBlocks * 16 * sizeof(Number); line += 64)
+        _mm_prefetch(ahead + line, _MM_HINT_T0);
+    }
+#pragma GCC unroll 8
+    for (int i = 0; i < kBlocks; ++i)
+      s[i] = _mm512_fmadd_ps(w, load16(row + 16 * i), s[i]);
+  }
+#pragma GCC unroll 8
+  for (int i = 0; i < kBlocks; ++i)
+    _mm512_storeu_ps(sum + 16 * i, s[i]);
+}
+
+template <class Number>
+DAYLIT_AVX512 void add_avx512(const Number* tile, std::span<const WeightedRow> rows, std::size_t first,
+                              std::size_t count, float* sum) {
+  if (count == kTileBlocks)
+    return dense<Number>(rows) ? add_blocks<8, true>(tile, rows, sum) : add_blocks<8, false>(tile, rows, sum);
+  std::size_t at = first;
+  const std::size_t end = first + count;
+  for (; at + 4 <= end; at += 4)
+    add_blocks<4, true>(tile + at * kBlockNumbers, rows, sum + at * kBlockNumbers);
+  for (; at + 2 <= end; at += 2)
+    add_blocks<2, true>(tile + at * kBlockNumbers, rows, sum + at * kBlockNumbers);
+  if (at < end)
+    add_blocks<1, true>(tile + at * kBlockNumbers, rows, sum + at * kBlockNumbers);
+}
+
+/// Where each of 48 interleaved numbers comes from: first among r and g, then b is put in between.
+struct Interleave16 {
+  alignas(64) std::array<std::array<std::int32_t, 16>, 3> red_green, blue;
+};
+constexpr Interleave16 interleave_tables() {
+  Interleave16 t{};
+  for (int v = 0; v < 3; ++v)
+    for (int i = 0; i < 16; ++i) {
+      const int k = 16 * v + i, channel = k % 3, source = k / 3;
+      t.red_green[v][i] = channel == 1 ? 16 + source : source;
+      t.blue[v][i] = channel == 2 ? 16 + source : i;
+    }
+  return t;
+}
+constexpr Interleave16 kInterleave = interleave_tables();
+
+DAYLIT_AVX512 void interleave_avx512(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
+  std::size_t k = 0;
+  for (; k + 16 <= count; k += 16) {
+    const __m512 red = _mm512_loadu_ps(r + k), green = _mm512_loadu_ps(g + k), blue = _mm512_loadu_ps(b + k);
+    for (int v = 0; v < 3; ++v) {
+      const __m512 rg = _mm512_permutex2var_ps(red, _mm512_load_si512(kInterleave.red_green[v].data()), green);
+      _mm512_storeu_ps(rgb + 3 * k + 16 * v,
+                       _mm512_permutex2var_ps(rg, _mm512_load_si512(kInterleave.blue[v].data()), blue));
+    }
+  }
+  interleave_baseline(r + k, g + k, b + k, count - k, rgb + 3 * k);
+}
+
+DAYLIT_AVX512 float sum_avx512(const std::byte* data, std::size_t size) {
+  __m512 s[8];
+  for (__m512& x : s)
+    x = _mm512_setzero_ps();
+  for (std::size_t k = 0; k + 512 <= size; k += 512)
+#pragma GCC unroll 8
+    for (int i = 0; i < 8; ++i)
+      s[i] = _mm512_add_ps(s[i], _mm512_loadu_ps(data + k + 64 * i));
+  __m512 total = s[0];
+  for (int i = 1; i < 8; ++i)
+    total = _mm512_add_ps(total, s[i]);
+  std::array<float, 16> lanes;
+  _mm512_storeu_ps(lanes.data(), total);
+  return add_up(lanes);
+}
+
+DAYLIT_AVX2 float sum_avx2(const std::byte* data, std::size_t size) {
+  __m256 s[8];
+  for (__m256& x : s)
+    x = _mm256_setzero_ps();
+  for (std::size_t k = 0; k + 256 <= size; k += 256)
+#pragma GCC unroll 8
+    for (int i = 0; i < 8; ++i)
+      s[i] = _mm256_add_ps(s[i], _mm256_loadu_ps(reinterpret_cast<const float*>(data + k + 32 * i)));
+  for (int i = 1; i < 8; ++i)
+    s[0] = _mm256_add_ps(s[0], s[i]);
+  std::array<float, 8> lanes;
+  _mm256_storeu_ps(lanes.data(), s[0]);
+  return add_up(lanes);
+}
+
+const std::array<TileKernels, 3> kAll{{
+    {"baseline", add_baseline<float>, add_baseline<std::uint16_t>, add_baseline<std::int8_t>, interleave_baseline,
+     sum_baseline},
+    {"avx2", add_avx2<float>, add_avx2<std::uint16_t>, add_avx2<std::int8_t>, interleave_baseline, sum_avx2},
+    {"avx512", add_avx512<float>, add_avx512<std::uint16_t>, add_avx512<std::int8_t>, interleave_avx512, sum_avx512},
+}};
+
+std::size_t usable_count() {
+  __builtin_cpu_init();
+  // Every processor with AVX2 converts half floats too.
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
+    return 1;
+  const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                    __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
+  return wide ? 3 : 2;
+}
+
+} // namespace
+
+std::span<const TileKernels> usable_tile_kernels() {
+  static const std::size_t count = usable_count();
+  return std::span(kAll).first(count);
+}
+
+const TileKernels& tile_kernels() { return usable_tile_kernels().back(); }
+
+} // namespace daylit::detail

@@ -1,0 +1,56 @@
+#pragma once
+
+// Combines one volume for sky after sky at the speed of memory: the basis is kept in tiles, as float32 or float16, and
+// only what changed is added.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "scene/volume.h"
+
+namespace daylit {
+
+/// A volume with a compact basis is combined from its factors: nothing when no radiance changed, else all of it.
+/// Invariants: field() is that of the last update(). update() with unchanged radiances touches nothing; a row whose
+/// region is black is not read, which changes no bit; combine_at() gives the bits that a full combination has at those
+/// probes. After update() of a few regions the sums have rounding errors of the steps behind them, bounded by a full
+/// combination every kRefreshAfter steps. Results do not depend on the thread count.
+class VolumeCombiner {
+public:
+  enum class Storage { float32, float16 };
+  static constexpr int kRefreshAfter = 256;
+
+  static VolumeCombiner make(const BasisVolume& volume, Storage storage = Storage::float32);
+
+  /// `region_radiance`: one per region of the partition. Returns how many rows of the basis were read.
+  std::size_t update(std::span<const Rgb> region_radiance);
+  const LightField& field() const { return field_; }
+
+  /// Coefficients at a few probes only, from their own part of the basis: [i] belongs to probes[i].
+  std::vector<Sh9Rgb> combine_at(std::span<const Rgb> region_radiance, std::span<const std::uint32_t> probes) const;
+
+  /// Size of the stored basis, bytes.
+  std::size_t bytes() const;
+
+private:
+  std::shared_ptr<const CompactBasis> compact_;
+  std::size_t probes_ = 0, tiles_ = 0; ///< tiles of one colour
+  std::vector<std::int32_t> region_;   ///< of each row, or of each node
+  std::vector<float> row_scale_;       ///< of each row; 1 for float32
+  /// [colour][tile][row][128]; one of the two is empty.
+  std::vector<float> floats_;
+  std::vector<std::uint16_t> halves_;
+  std::vector<float> sums_;  ///< [colour][tile][128]
+  std::vector<Rgb> current_; ///< radiance of each row's region at the last update
+  int steps_ = 0;            ///< since the last full combination
+  LightField field_;
+
+  struct Weights;
+  Weights weights(std::span<const Rgb> row_radiance) const;
+  void add_tile(const Weights& weights, std::size_t colour, std::size_t tile, std::size_t first, std::size_t count,
+                float* sum) const;
+  void add_all(const Weights& weights);
+};
+
+} // namespace daylit
