@@ -17,7 +17,7 @@ int check_command(int argc, char** argv) {
   CLI::App app{"Says what a bake would find in a room: openings, materials, faces, size, cost.\n"
                "Example: daylit-precompute check room.obj",
                "daylit-precompute check"};
-  app.add_option("ROOM", room, "room model: OBJ, z up, metres")->required();
+  app.add_option("ROOM", room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
   app.add_option("--up", up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   app.add_option("--threads", threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
   app.add_flag("--quiet", quiet, "only the exit code and the error");

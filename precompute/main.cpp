@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
                "Example: daylit-precompute room.obj -o room.volume --regions uniform:64\n"
                "`daylit-precompute check ROOM` says what a bake would find, without baking."};
   app.set_version_flag("--version", DAYLIT_VERSION);
-  app.add_option("ROOM", a.room, "room model: OBJ, z up, metres")->required();
+  app.add_option("ROOM", a.room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
   app.add_option("--regions", a.regions, "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun")
       ->capture_default_str();

@@ -68,14 +68,27 @@ glm::dvec3 RoomFrame::snapped(const glm::dvec3& world) const {
 }
 
 Room room_in_frame(const Room& room, const RoomFrame& frame, std::size_t& collapsed) {
+  const auto before = [](const glm::dvec3& a, const glm::dvec3& b) {
+    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+  };
   Room local;
   local.materials = room.materials;
-  local.vertices.reserve(room.vertices.size());
-  for (const glm::dvec3& v : room.vertices)
-    local.vertices.push_back(frame.snapped(v));
+  // One vertex per place, in one order: how a file numbers or repeats its vertices changes nothing.
   for (const RoomTriangle& t : room.triangles)
+    for (int k = 0; k < 3; ++k)
+      local.vertices.push_back(frame.snapped(room.corner(t, k)));
+  const std::vector<glm::dvec3> corners = local.vertices;
+  std::ranges::sort(local.vertices, before);
+  const auto repeated = std::ranges::unique(local.vertices);
+  local.vertices.erase(repeated.begin(), repeated.end());
+  for (std::size_t i = 0; i < room.triangles.size(); ++i) {
+    RoomTriangle t = room.triangles[i];
+    for (std::size_t k = 0; k < 3; ++k)
+      t.vertex[k] = static_cast<std::uint32_t>(std::ranges::lower_bound(local.vertices, corners[3 * i + k], before) -
+                                               local.vertices.begin());
     if (area_m2(local, t) > 0.0)
       local.triangles.push_back(t);
+  }
   collapsed = room.triangles.size() - local.triangles.size();
   return local;
 }

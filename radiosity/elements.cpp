@@ -17,6 +17,7 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16, kSecondLookRays = 64;
+constexpr int kOutdoorRays = 24; // all of them lost in the sky: the outside of a wall
 // Meshes of planes that meet do not share vertices: between them are cracks one float rounding wide. A ray counts when
 // rays beside it, moved by far more than that at both ends, arrive too. Lengths in units of RayScene::surface_offset.
 constexpr double kRaised = 1.0, kBeside = 64.0, kBesideAtLeast = 8.0;
@@ -140,17 +141,13 @@ private:
       frontier_.push_back(s);
   }
 
-  /// Few rays find small patches; those on planes that were met look for a reached side themselves (one that
-  /// sees nothing but sky sends nothing into the room).
+  /// Few rays find small patches: those not found look for a reached side themselves. One that sees nothing but sky
+  /// sends nothing into the room.
   void second_look() {
-    std::vector<std::array<bool, 2>> plane_met(mesh_.planes, {false, false});
-    for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
-      for (int side = 0; side < 2; ++side)
-        plane_met[mesh_.patches[i].plane][side] = plane_met[mesh_.patches[i].plane][side] || reached_[i][side];
     std::vector<std::array<char, 2>> lit(mesh_.patches.size(), {0, 0});
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.patches.size()), [&](std::uint32_t i) {
       for (int side = 0; side < 2; ++side)
-        lit[i][side] = plane_met[mesh_.patches[i].plane][side] && !reached_[i][side] && sees_light({i, side});
+        lit[i][side] = !reached_[i][side] && sees_light({i, side});
     });
     for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
       for (int side = 0; side < 2; ++side)
@@ -160,10 +157,12 @@ private:
 
   bool sees_light(const Side& s) const {
     const RayEnd from = end_on(s, centroid(mesh_.patches[s.patch]));
-    for (std::uint32_t k = 0; k < kSecondLookRays; ++k) {
+    bool outdoors = true;
+    for (std::uint32_t k = 0; k < kSecondLookRays && (k < kOutdoorRays || !outdoors); ++k) {
       const glm::dvec3 d = away(s, k);
       double distance = 0.0;
       const auto met = meets(from.point, d, distance);
+      outdoors = outdoors && !met;
       if (met && reached_[met->patch][met->side] &&
           witnessed(from, end_on(*met, from.point + distance * d), ray_seed(s, k)))
         return true;

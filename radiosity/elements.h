@@ -39,9 +39,9 @@ struct ElementSet {
 Result<RayScene> patch_scene(const PatchMesh& mesh);
 
 /// Follows light from just inside the apertures: a patch side is kept when rays from the air or from a kept side meet
-/// it, and rays beside them too (cracks one rounding wide lead nowhere). A side of a plane of which some other patch
-/// was met looks back with more rays before it is given up, so that a small patch is not lost; what lies under
-/// furniture or outdoors is. The result does not depend on the number of threads.
+/// it, and rays beside them too (cracks one rounding wide lead nowhere). A side that was not
+/// met looks for a kept one itself before it is given up, so that a small patch is not lost; what lies under furniture
+/// or outdoors is. The result does not depend on the number of threads.
 ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
                          const std::vector<Aperture>& apertures);
 

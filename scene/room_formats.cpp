@@ -11,8 +11,8 @@
 #include <glm/geometric.hpp>
 
 #include "scene/atomic_file.h"
+#include "scene/detail/face_collector.h"
 #include "scene/detail/obj_text.h"
-#include "scene/detail/polygon.h"
 #include "scene/glass.h"
 
 namespace daylit {
@@ -21,9 +21,6 @@ namespace {
 
 constexpr std::size_t kLargestFile_bytes = std::size_t{1} << 30;
 constexpr float kDefaultReflectance = 0.5f;
-// A face lower than this share of its longest side, or than the rounding of its coordinates, has no area.
-constexpr double kFlatShare = 1e-9, kFlatUlps = 8.0 * 2.220446049250313e-16;
-constexpr double kWarpShare = 1e-3; // corners further than this from the face's plane are reported
 
 using MaterialFile = std::map<std::string, detail::MtlMaterial>;
 
@@ -102,124 +99,6 @@ Result<Material> make_material(const std::string& name, const MaterialFile& file
   return material;
 }
 
-/// Height of the flattest box around the outline that still counts as a surface, metres.
-double flat_tolerance(std::span<const glm::dvec3> corners) {
-  double largest = 0.0;
-  for (const glm::dvec3& p : corners)
-    largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  return kFlatShare * detail::extent(corners) + kFlatUlps * largest;
-}
-
-struct LessByCoordinates {
-  bool operator()(const glm::dvec3& a, const glm::dvec3& b) const {
-    return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
-  }
-};
-
-/// Turns the polygons of a file into the triangles of a room: drops what has no area or is there twice.
-class FaceCollector {
-public:
-  FaceCollector(const detail::ObjText& obj, const std::string& name, Room& room, RoomReport& report)
-      : obj_(obj), name_(name), room_(room), report_(report) {
-    std::map<glm::dvec3, std::uint32_t, LessByCoordinates> first;
-    same_place_.reserve(room.vertices.size());
-    for (const glm::dvec3& v : room.vertices)
-      same_place_.push_back(first.try_emplace(v, static_cast<std::uint32_t>(same_place_.size())).first->second);
-  }
-
-  Result<void> run() {
-    for (const detail::ObjFace& face : obj_.faces)
-      if (const Result<void> done = add(face); !done)
-        return done;
-    if (warped_ > 0)
-      report_.notes.push_back(
-          fmt::format("{} faces are not flat: triangulated as seen along their mean normal", warped_));
-    return {};
-  }
-
-private:
-  Result<void> add(const detail::ObjFace& face) {
-    const std::vector<std::uint32_t> outline = distinct_corners(face);
-    std::vector<glm::dvec3> corners;
-    corners.reserve(outline.size());
-    for (const std::uint32_t v : outline)
-      corners.push_back(room_.vertices[v]);
-    if (outline.size() < 3 || !has_area(corners)) {
-      drop(report_.zero_area_faces, face.line);
-      return {};
-    }
-    if (!seen_.insert(canonical(outline)).second) {
-      drop(report_.duplicate_faces, face.line);
-      return {};
-    }
-    const std::optional<detail::TriangleList> triangles = detail::triangulate(corners);
-    if (!triangles)
-      return Error{ErrorCode::geometry_invalid, "the outline of this face crosses itself",
-                   name_ + ", line " + std::to_string(face.line), "triangulate faces on export"};
-    count_warp(corners);
-    for (const auto& t : *triangles)
-      add_triangle({outline[t[0]], outline[t[1]], outline[t[2]]}, face, triangles->size() > 1);
-    return {};
-  }
-
-  void drop(std::size_t& count, std::size_t line) {
-    ++count;
-    if (report_.first_dropped_line == 0)
-      report_.first_dropped_line = static_cast<int>(line);
-  }
-
-  void add_triangle(const std::array<std::uint32_t, 3>& vertex, const detail::ObjFace& face, bool part_of_polygon) {
-    if (part_of_polygon && !seen_.insert(canonical({vertex.begin(), vertex.end()})).second) {
-      drop(report_.duplicate_faces, face.line);
-      return;
-    }
-    room_.triangles.push_back({vertex, face.material});
-  }
-
-  std::vector<std::uint32_t> distinct_corners(const detail::ObjFace& face) const {
-    std::vector<std::uint32_t> outline;
-    for (std::uint32_t k = 0; k < face.corner_count; ++k) {
-      const std::uint32_t v = obj_.corners[face.first_corner + k];
-      if (outline.empty() || same_place_[outline.back()] != same_place_[v])
-        outline.push_back(v);
-    }
-    while (outline.size() > 1 && same_place_[outline.front()] == same_place_[outline.back()])
-      outline.pop_back();
-    return outline;
-  }
-
-  static bool has_area(std::span<const glm::dvec3> corners) {
-    const double length = detail::extent(corners);
-    return length > 0.0 && glm::length(detail::newell_normal(corners)) / length > flat_tolerance(corners);
-  }
-
-  /// The outline as places, starting at the smallest, in the direction of the smaller neighbour.
-  std::vector<std::uint32_t> canonical(std::vector<std::uint32_t> outline) const {
-    for (std::uint32_t& v : outline)
-      v = same_place_[v];
-    std::rotate(outline.begin(), std::min_element(outline.begin(), outline.end()), outline.end());
-    if (outline[1] > outline.back())
-      std::reverse(outline.begin() + 1, outline.end());
-    return outline;
-  }
-
-  void count_warp(std::span<const glm::dvec3> corners) {
-    const auto frame = detail::PlaneFrame::make(corners[0], glm::normalize(detail::newell_normal(corners)));
-    double warp = 0.0;
-    for (const glm::dvec3& p : corners)
-      warp = std::max(warp, std::abs(frame.height(p)));
-    warped_ += warp > kWarpShare * detail::extent(corners) ? 1 : 0;
-  }
-
-  const detail::ObjText& obj_;
-  const std::string& name_;
-  Room& room_;
-  RoomReport& report_;
-  std::vector<std::uint32_t> same_place_; // smallest vertex at exactly the same coordinates
-  std::set<std::vector<std::uint32_t>> seen_;
-  std::size_t warped_ = 0;
-};
-
 class Fnv1a {
 public:
   void add_byte(std::uint8_t byte) { hash_ = (hash_ ^ byte) * 0x100000001b3ull; }
@@ -236,15 +115,6 @@ public:
 private:
   std::uint64_t hash_ = 0xcbf29ce484222325ull;
 };
-
-void add_summary(RoomReport& report, const detail::ObjText& obj) {
-  if (report.zero_area_faces > 0)
-    report.notes.push_back(fmt::format("{} faces without area dropped", report.zero_area_faces));
-  if (report.duplicate_faces > 0)
-    report.notes.push_back(fmt::format("{} duplicate faces dropped (faces are two-sided)", report.duplicate_faces));
-  if (!obj.ends_with_line_break)
-    report.notes.push_back("the file does not end with a line break: check that it is complete");
-}
 
 } // namespace
 
@@ -276,7 +146,6 @@ Result<RoomFile> parse_obj_room(std::string_view text, const std::string& name, 
   if (!obj)
     return obj.error();
   RoomFile file;
-  file.report.faces_read = obj->faces.size();
   file.room.vertices = std::move(obj->vertices);
   if (up == UpAxis::y)
     for (glm::dvec3& v : file.room.vertices)
@@ -293,24 +162,39 @@ Result<RoomFile> parse_obj_room(std::string_view text, const std::string& name, 
     }
     file.room.materials.push_back(std::move(*material));
   }
-  if (const Result<void> done = FaceCollector(*obj, name, file.room, file.report).run(); !done)
+  if (const Result<void> done = detail::collect_faces(*obj, name, file.room, file.report); !done)
     return done.error();
-  if (file.room.triangles.empty())
-    return Error{ErrorCode::geometry_invalid, fmt::format("no face with an area (of {} read)", file.report.faces_read),
-                 name, "check that the export contains the room as polygons"};
-  add_summary(file.report, *obj);
+  if (!obj->ends_with_line_break)
+    file.report.notes.push_back("the file does not end with a line break: check that it is complete");
   file.content_hash = content_hash(file.room);
   return file;
 }
 
+namespace {
+
+/// A file that a model names: only beneath the model's own folder, also when links are followed.
+Result<std::vector<std::uint8_t>> read_beneath(const std::filesystem::path& model_folder, const std::string& file) {
+  namespace fs = std::filesystem;
+  std::error_code failed;
+  const fs::path folder = fs::weakly_canonical(model_folder.empty() ? fs::path(".") : model_folder, failed);
+  const fs::path wanted = fs::weakly_canonical(folder / file, failed);
+  const fs::path relative = wanted.lexically_relative(folder);
+  if (failed || fs::path(file).is_absolute() || relative.empty() || *relative.begin() == "..")
+    return Error{ErrorCode::file_malformed, "the model names a file outside its own folder", "\"" + file + "\"",
+                 "put the file beside the model, or export one .glb"};
+  return read_whole_file(wanted, kLargestFile_bytes);
+}
+
+} // namespace
+
 Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
-  const std::string extension = path.extension().string();
-  if (extension == ".gltf" || extension == ".glb")
-    return Error{ErrorCode::file_malformed, "glTF rooms are not read by this version", path.string(),
-                 "export the room as OBJ"};
   const Result<std::vector<std::uint8_t>> bytes = read_whole_file(path, kLargestFile_bytes);
   if (!bytes)
     return bytes.error();
+  const std::string extension = path.extension().string();
+  if (extension == ".gltf" || extension == ".glb")
+    return parse_gltf_room(*bytes, path.string(),
+                           [&path](const std::string& file) { return read_beneath(path.parent_path(), file); });
   const auto read_library = [&path](const std::string& library) -> Result<std::string> {
     const std::filesystem::path beside = path.parent_path() / library;
     const Result<std::vector<std::uint8_t>> text = read_whole_file(beside, kLargestFile_bytes);
@@ -330,7 +214,8 @@ Result<void> refuse_dropped_faces(const RoomReport& report, const std::filesyste
   return Error{
       ErrorCode::geometry_invalid,
       fmt::format("{} faces without area and {} duplicate faces", report.zero_area_faces, report.duplicate_faces),
-      fmt::format("{}, line {} is the first", path.string(), report.first_dropped_line),
+      fmt::format("{}, {} {} is the first", path.string(), report.counted_in_faces ? "face" : "line",
+                  report.first_dropped_line),
       "clean the model, or bake without these faces: --drop-bad-faces"};
 }
 

@@ -2,12 +2,14 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <gtest/gtest.h>
 
 #include "precompute/room_frame.h"
 #include "tests/radiosity/rooms.h"
+#include "tests/scene/gltf_builder.h"
 
 namespace daylit::precompute {
 namespace {
@@ -149,6 +151,30 @@ TEST(StressRooms, a_second_skin_one_millimetre_outside_the_walls_bakes) {
   ASSERT_TRUE(volume) << volume.error().message();
   expect_light(*volume);
   EXPECT_GT(report.solve.iterations, 0);
+}
+
+TEST(StressRooms, gltf_and_obj_of_one_room_bake_alike) {
+  Room room = furnished();
+  std::vector<glm::vec3> stored; // glTF stores single precision
+  for (const glm::dvec3& v : room.vertices)
+    stored.emplace_back(v);
+  room.vertices.assign(stored.begin(), stored.end());
+  const auto glb = test::gltf_of(room).glb();
+  const auto gltf = parse_gltf_room(glb, "room.glb", [](const std::string& name) {
+    return Result<std::vector<std::uint8_t>>(Error{ErrorCode::file_missing, "no file", name, ""});
+  });
+  ASSERT_TRUE(gltf) << gltf.error().message();
+  std::string obj = "mtllib room.mtl\nusemtl grey\n";
+  for (const glm::dvec3& v : room.vertices)
+    obj += fmt::format("v {:.17g} {:.17g} {:.17g}\n", v.x, v.y, v.z);
+  for (const RoomTriangle& t : room.triangles)
+    obj += fmt::format("f {} {} {}\n", t.vertex[0] + 1, t.vertex[1] + 1, t.vertex[2] + 1);
+  const auto text = parse_obj_room(
+      obj, "room.obj", [](const std::string&) { return Result<std::string>("newmtl grey\nKd 0.6 0.6 0.6\n"); });
+  ASSERT_TRUE(text) << text.error().message();
+  const auto a = run(gltf->room, small_bake()), b = run(text->room, small_bake());
+  ASSERT_TRUE(a && b);
+  EXPECT_LT(difference(*a, *b), 1e-5);
 }
 
 TEST(StressRooms, a_face_of_nothing_is_left_out_and_said) {

@@ -77,6 +77,16 @@ TEST(Elements, walls_one_millimetre_apart_keep_their_gap_dark_where_it_is_closed
   EXPECT_NEAR(find(room, 0.25).area_m2, kFurnishedArea_m2, 1e-9);
 }
 
+TEST(Elements, every_facet_of_a_sphere_is_found_though_each_is_its_own_plane) {
+  Room room = furnished_room();
+  const std::size_t before = room.triangles.size();
+  testing::add_sphere(room, {1.2, 1.5, 1.4}, 0.2, 12);
+  double sphere = 0;
+  for (std::size_t i = before; i < room.triangles.size(); ++i)
+    sphere += area_m2(room, room.triangles[i]);
+  EXPECT_NEAR(find(room, 0.4).area_m2, kFurnishedArea_m2 + sphere, 1e-9);
+}
+
 TEST(Elements, size_and_place_of_the_room_change_nothing) {
   for (const double scale : {1e-3, 1.0, 1e4}) {
     Room room = furnished_room();

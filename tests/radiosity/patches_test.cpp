@@ -7,16 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "radiosity/patches.h"
+#include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
 namespace {
 
-void add_quad(Room& room, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c, glm::dvec3 d, std::uint32_t material = 0) {
-  const auto first = static_cast<std::uint32_t>(room.vertices.size());
-  room.vertices.insert(room.vertices.end(), {a, b, c, d});
-  room.triangles.push_back({{first, first + 1, first + 2}, material});
-  room.triangles.push_back({{first, first + 2, first + 3}, material});
-}
+using testing::add_quad;
+using testing::add_sphere;
 
 /// South wall 4 x 2.5 m around a 1.6 x 1.2 m hole, from eight quads as modelling programs write it.
 Room wall_with_hole() {
@@ -122,44 +119,6 @@ TEST(Patches, overlapping_faces_of_one_wall_are_counted_once) {
   const auto mesh = mesh_patches(room, {.edge_m = 0.3});
   ASSERT_TRUE(mesh);
   EXPECT_NEAR(total_area(*mesh), 3.0, 1e-9);
-}
-
-/// Geodesic sphere: every face of an icosahedron cut into n^2.
-void add_sphere(Room& room, glm::dvec3 centre, double radius, int n) {
-  const double g = 0.5 * (1.0 + std::sqrt(5.0));
-  const std::array<glm::dvec3, 12> v = {{{-1, g, 0},
-                                         {1, g, 0},
-                                         {-1, -g, 0},
-                                         {1, -g, 0},
-                                         {0, -1, g},
-                                         {0, 1, g},
-                                         {0, -1, -g},
-                                         {0, 1, -g},
-                                         {g, 0, -1},
-                                         {g, 0, 1},
-                                         {-g, 0, -1},
-                                         {-g, 0, 1}}};
-  const std::array<std::array<int, 3>, 20> face = {{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                                                    {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                                                    {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                                                    {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}}};
-  const auto add = [&](glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
-    const auto first = static_cast<std::uint32_t>(room.vertices.size());
-    for (const glm::dvec3& p : {a, b, c})
-      room.vertices.push_back(centre + radius * glm::normalize(p));
-    room.triangles.push_back({{first, first + 1, first + 2}, 0});
-  };
-  for (const auto& f : face) {
-    const auto at = [&](int i, int j) {
-      return v[f[0]] + (v[f[1]] - v[f[0]]) * (double(i) / n) + (v[f[2]] - v[f[0]]) * (double(j) / n);
-    };
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; i + j < n; ++j) {
-        add(at(i, j), at(i + 1, j), at(i, j + 1));
-        if (i + j + 1 < n)
-          add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
-      }
-  }
 }
 
 double face_area(const Room& room) {

@@ -3,7 +3,9 @@
 // Small rooms that the transport tests share, built in memory.
 
 #include <array>
+#include <cmath>
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include "scene/room.h"
@@ -32,6 +34,44 @@ inline void add_box(Room& room, glm::dvec3 lo, glm::dvec3 hi, unsigned faces, bo
       add_quad(room, at(c[0]), at(c[1]), at(c[2]), at(c[3]), material);
     else
       add_quad(room, at(c[3]), at(c[2]), at(c[1]), at(c[0]), material);
+  }
+}
+
+/// Geodesic sphere: every face of an icosahedron cut into n^2.
+inline void add_sphere(Room& room, glm::dvec3 centre, double radius, int n) {
+  const double g = 0.5 * (1.0 + std::sqrt(5.0));
+  const std::array<glm::dvec3, 12> v = {{{-1, g, 0},
+                                         {1, g, 0},
+                                         {-1, -g, 0},
+                                         {1, -g, 0},
+                                         {0, -1, g},
+                                         {0, 1, g},
+                                         {0, -1, -g},
+                                         {0, 1, -g},
+                                         {g, 0, -1},
+                                         {g, 0, 1},
+                                         {-g, 0, -1},
+                                         {-g, 0, 1}}};
+  const std::array<std::array<int, 3>, 20> face = {{{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                                    {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                                    {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                                    {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}}};
+  const auto add = [&](glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
+    const auto first = static_cast<std::uint32_t>(room.vertices.size());
+    for (const glm::dvec3& p : {a, b, c})
+      room.vertices.push_back(centre + radius * glm::normalize(p));
+    room.triangles.push_back({{first, first + 1, first + 2}, 0});
+  };
+  for (const auto& f : face) {
+    const auto at = [&](int i, int j) {
+      return v[f[0]] + (v[f[1]] - v[f[0]]) * (double(i) / n) + (v[f[2]] - v[f[0]]) * (double(j) / n);
+    };
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; i + j < n; ++j) {
+        add(at(i, j), at(i + 1, j), at(i, j + 1));
+        if (i + j + 1 < n)
+          add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+      }
   }
 }
 
