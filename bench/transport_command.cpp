@@ -12,7 +12,7 @@
 
 #include "bench/bench_rooms.h"
 #include "bench/command.h"
-#include "precompute/bake.h"
+#include "precompute/room_frame.h"
 #include "simulate/irradiance.h"
 
 namespace daylit::bench {
@@ -99,7 +99,7 @@ Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, boo
   options.points = room.points;
   precompute::BakeReport report;
   const double start = process_seconds();
-  const auto volume = precompute::bake(
+  const auto volume = precompute::bake_room(
       room.file, *SkyPartition::uniform(64), options, [](const std::string&, double) { return !interrupted(); },
       report);
   if (!volume)

@@ -14,7 +14,7 @@
 
 #include "bench/bench_rooms.h"
 #include "bench/command.h"
-#include "precompute/bake.h"
+#include "precompute/room_frame.h"
 
 namespace daylit::bench {
 namespace {
@@ -62,7 +62,7 @@ Result<Bake> bake(const BenchRoom& room, int patches, int regions, const CommonO
   ProgressLine progress(common.quiet);
   const double start = process_seconds();
   const auto volume =
-      precompute::bake(room.file, *partition, options, progress.callback(), result.report);
+      precompute::bake_room(room.file, *partition, options, progress.callback(), result.report);
   progress.clear();
   if (!volume)
     return volume.error();

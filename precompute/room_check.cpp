@@ -17,8 +17,11 @@ namespace {
 
 constexpr int kDefaultRegions = 64;
 
-/// Seconds per exchange pair, per gathered ray and for the rest, measured on two cores of a 2020 server.
-constexpr double kSecondsPerPair = 1.3e-7, kSecondsPerGatherRay = 1.9e-7, kSecondsFixed = 0.3;
+/// Seconds for each element (its rays), for each pair (decisions, products), per gathered ray and for the rest, and the
+/// growth of the exchange matrix: fitted to `daylit-bench transport-cost` from 2,000 to 50,000 patches, two cores.
+constexpr double kSecondsPerElement = 3.5e-4, kSecondsPerPair = 1e-8, kSecondsPerGatherRay = 1.9e-7,
+                 kSecondsFixed = 0.2;
+constexpr double kMatrixBytesAt2000 = 5.5e6, kMatrixGrowth = 1.65;
 
 std::vector<CheckedMaterial> list_materials(const Room& room) {
   std::vector<CheckedMaterial> out;
@@ -93,8 +96,11 @@ Result<BakeEstimate> estimate_bake(const Room& room, const RayScene& scene, cons
   e.probes = probes->size();
   e.probes_in_air = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
   const double n = static_cast<double>(e.elements), p = static_cast<double>(e.probes_in_air);
-  e.seconds = kSecondsFixed + kSecondsPerPair * n * n + kSecondsPerGatherRay * p * options.gather_rays;
-  e.memory_gb = (4 * n * n + 4.0 * 27 * kDefaultRegions * static_cast<double>(e.probes)) / 1e9;
+  e.seconds =
+      kSecondsFixed + kSecondsPerElement * n + kSecondsPerPair * n * n + kSecondsPerGatherRay * p * options.gather_rays;
+  e.memory_gb = (kMatrixBytesAt2000 * std::pow(n / 2000, kMatrixGrowth) +
+                 4.0 * 27 * kDefaultRegions * static_cast<double>(e.probes)) /
+                1e9;
   if (e.probes_in_air == 0)
     return Error{ErrorCode::geometry_invalid, "no point of the room's inside can be reached from an opening", "",
                  "check that the walls enclose a space and that the windows lie in them"};

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "precompute/bake.h"
+#include "precompute/room_frame.h"
 #include "tests/simulate/truth_cases.h"
 
 namespace daylit {
@@ -44,7 +44,7 @@ Result<Errors> errors_at_points(const std::string& scene, const std::string& sky
   if (!room || !partition || !sky)
     return Error{ErrorCode::io, "the fixture cannot be read", scene, ""};
   Errors errors;
-  const auto volume = precompute::bake(
+  const auto volume = precompute::bake_room(
       *room, *partition, options, [](const std::string&, double) { return true; }, errors.report);
   if (!volume)
     return volume.error();
