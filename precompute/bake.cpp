@@ -116,8 +116,7 @@ Result<std::vector<float>> transport(const Problem& problem, const radiosity::Ex
                                      const BakeOptions& options, const Progress& progress, BakeReport& report,
                                      StageClock& clock) {
   const radiosity::SolveOptions solve{.tolerance = options.tolerance, .store = options.store};
-  // Given points have no neighbours whose noise averages with theirs.
-  const radiosity::GatherOptions gather{.rays = (options.points.empty() ? 1 : 2) * options.gather_rays};
+  const radiosity::GatherOptions gather{.rays = options.gather_rays};
   report.adjoint = 9 * points.at.size() < light.columns();
   const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
   const radiosity::FirstBounce& forward = report.adjoint ? driving : light;
@@ -138,25 +137,26 @@ Result<std::vector<float>> transport(const Problem& problem, const radiosity::Ex
 
 } // namespace
 
-Result<BakeOptions> quality_options(const std::string& name) {
+Result<BakeOptions> quality_options(const std::string& name, bool given_points) {
   BakeOptions o;
-  if (name == "normal")
-    return o;
   if (name == "draft") {
     o.target_patches = 700;
     o.gather_rays = 512;
     o.visibility_rays = 16384;
     o.spacing_m = 0.5;
-    return o;
-  }
-  if (name == "high") {
+  } else if (name == "high") {
     o.target_patches = 6000;
     o.visibility_rays = 524288;
     o.gather_rays = 8192;
     o.spacing_m = 0.2;
-    return o;
+  } else if (name != "normal") {
+    return Error{ErrorCode::usage, "unknown quality '" + name + "'", "--quality", "use draft, normal or high"};
   }
-  return Error{ErrorCode::usage, "unknown quality '" + name + "'", "--quality", "use draft, normal or high"};
+  if (given_points) {
+    o.target_patches = o.target_patches * 8 / 5;
+    o.gather_rays *= 2;
+  }
+  return o;
 }
 
 Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options,

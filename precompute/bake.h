@@ -23,9 +23,9 @@ namespace daylit::precompute {
 
 struct BakeOptions {
   double patch_edge_m = 0; ///< 0: chosen for target_patches
-  int target_patches = 4000;
+  int target_patches = 2500;
   double visibility_rays = 229376;  ///< of partly hidden pairs, per unit of form factor
-  int gather_rays = 2048;           ///< per probe of a grid; twice as many at given points
+  int gather_rays = 2048;           ///< per probe
   double low_rank_tolerance = 1e-4; ///< of far blocks of the exchange matrix; 0: all entries are kept
   double tolerance = 1e-5;          ///< residual of the solver
   glm::ivec3 grid{0};               ///< probes per axis; 0: spacing_m decides
@@ -35,8 +35,9 @@ struct BakeOptions {
   double compact_error = 0.03;           ///< of the factors of a fine sky
 };
 
-/// "draft", "normal", "high".
-Result<BakeOptions> quality_options(const std::string& name);
+/// "draft", "normal", "high". At given points the transport is finer: no interpolation hides its error there, and no
+/// neighbours average its noise.
+Result<BakeOptions> quality_options(const std::string& name, bool given_points = false);
 
 struct StageTime {
   std::string name;

@@ -21,7 +21,7 @@ using namespace daylit;
 
 struct Arguments {
   std::filesystem::path room, output, points;
-  std::string regions = "uniform:64", grid, quality = "normal", up = "z";
+  std::string regions, grid, quality = "normal", up = "z";
   double spacing_m = 0, patch_size_m = 0;
   int threads = 0, patches = 0;
   bool quiet = false, json = false, drop_bad_faces = false, resume = false;
@@ -37,7 +37,7 @@ Result<glm::ivec3> parse_grid(const std::string& text) {
 }
 
 Result<precompute::BakeOptions> to_options(const Arguments& a) {
-  Result<precompute::BakeOptions> options = precompute::quality_options(a.quality);
+  Result<precompute::BakeOptions> options = precompute::quality_options(a.quality, !a.points.empty());
   if (!options)
     return options;
   if (!a.grid.empty()) {
@@ -65,7 +65,9 @@ Result<void> run(const Arguments& a) {
   Result<precompute::BakeOptions> options = to_options(a);
   if (!options)
     return options.error();
-  const Result<SkyPartition> partition = SkyPartition::parse(a.regions);
+  // A grid keeps a fine sky in few bytes; given points are few enough to keep theirs whole.
+  const std::string regions = !a.regions.empty() ? a.regions : (a.points.empty() ? "fine:1024" : "uniform:256");
+  const Result<SkyPartition> partition = SkyPartition::parse(regions);
   if (!partition)
     return partition.error();
   const Result<RoomFile> room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
@@ -124,22 +126,23 @@ int main(int argc, char** argv) {
   Arguments a;
   a.command_line = content_arguments(argc, argv);
   CLI::App app{"Computes the basis irradiance volume of a room.\n"
-               "Example: daylit-precompute room.obj -o room.volume --regions uniform:64\n"
+               "Example: daylit-precompute room.obj -o room.volume\n"
                "`daylit-precompute check ROOM` says what a bake would find, without baking."};
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.add_option("ROOM", a.room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
-  app.add_option("--regions", a.regions, "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun")
-      ->capture_default_str();
+  app.add_option("--regions", a.regions,
+                 "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun\n"
+                 "(default: fine:1024; with --points uniform:256)");
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
       app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
   auto* points = app.add_option("--points", a.points, "file of probe positions, x y z per line: no grid");
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
-  auto* patch_size =
-      app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: about 2,000 patches)")
-          ->check(CLI::PositiveNumber);
+  auto* patch_size = app.add_option("--patch-size", a.patch_size_m,
+                                    "longest patch edge, metres (default: about 2,500 patches; 4,000 with --points)")
+                         ->check(CLI::PositiveNumber);
   app.add_option("--patches", a.patches, "about this many patches; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);

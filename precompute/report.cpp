@@ -45,12 +45,9 @@ std::string to_json(const BakeReport& r, bool times) {
                        {"mean_rank", r.exchange.mean_rank},
                        {"bytes", r.exchange.bytes},
                        {"rays", r.exchange.rays}};
-  j["solve"] = {{"iterations", r.solve.iterations},
-                {"worst_residual", r.solve.worst_residual},
-                {"columns", r.solve.residual.size()},
-                {"channels", r.solve.channels},
-                {"factorised", r.solve.factorised},
-                {"adjoint", r.adjoint}};
+  j["solve"] = {{"iterations", r.solve.iterations},   {"worst_residual", r.solve.worst_residual},
+                {"columns", r.solve.residual.size()}, {"channels", r.solve.channels},
+                {"factorised", r.solve.factorised},   {"adjoint", r.adjoint}};
   j["energy"] = {{"entering", r.energy.entering},
                  {"absorbed", r.energy.absorbed},
                  {"leaving", r.energy.leaving},

@@ -21,7 +21,7 @@ nlohmann::json picture_error(const std::string& scene) {
   std::filesystem::create_directories(folder);
   const std::string steps[] = {
       kBin + "daylit-simulate --demo " + scene + " -o " + folder + " --size 256,248 --quiet",
-      kBin + "daylit-precompute " + folder + "/room.obj -o " + folder + "/room.volume --regions uniform:256 --quiet",
+      kBin + "daylit-precompute " + folder + "/room.obj -o " + folder + "/room.volume --quiet",
       kBin + "daylit-run " + folder + "/CONFIG.toml --quiet",
       kBin + "daylit-simulate compare " + folder + " --json > " + folder + "/errors.json",
   };

@@ -76,13 +76,13 @@ void expect_errors(const precompute::BakeOptions& options, const std::string& re
 }
 
 TEST(GivenPoints, two_thousand_patches_are_within_1_6_and_2_percent) {
-  precompute::BakeOptions options = *precompute::quality_options("normal");
+  precompute::BakeOptions options = *precompute::quality_options("normal", true);
   options.target_patches = 2000;
   expect_errors(options, "uniform:256", 0.016, 0.02);
 }
 
 TEST(GivenPoints, normal_quality_is_within_1_and_1_5_percent) {
-  expect_errors(*precompute::quality_options("normal"), "uniform:256", 0.010, 0.015);
+  expect_errors(*precompute::quality_options("normal", true), "uniform:256", 0.010, 0.015);
 }
 
 } // namespace
