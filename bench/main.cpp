@@ -16,6 +16,9 @@ constexpr bench::AddCommand kCommands[] = {
     bench::add_transport,
     bench::add_selftest,
 #endif
+#ifdef DAYLIT_BENCH_FRAME
+    bench::add_frame,
+#endif
 };
 
 } // namespace
