@@ -78,7 +78,7 @@ struct RoomLight::State {
     const std::uint32_t front = 2 * plane_of_triangle[triangle];
     return glm::dot(facings[front].normal, direction) > 0.0 ? front + 1 : front;
   }
-  CornerLight light_at(const glm::dvec3& x, const glm::dvec3& n, const VertexProbes& probes) const;
+  Rgb indirect_at(const glm::dvec3& n, const VertexProbes& probes) const;
   std::unique_ptr<Cell> make_cell(const CellKey& key) const;
   const Cell& current_cell(const CellKey& key) const;
   RoomPoint point(std::uint32_t triangle, const CornerLight& light) const;
@@ -105,17 +105,14 @@ void RoomLight::State::find_planes() {
   }
 }
 
-CornerLight RoomLight::State::light_at(const glm::dvec3& x, const glm::dvec3& n, const VertexProbes& probes) const {
-  CornerLight light;
-  light.open_sky = open_sky_irradiance(pyramid, apertures, x, n);
+Rgb RoomLight::State::indirect_at(const glm::dvec3& n, const VertexProbes& probes) const {
   if (probes.count == 0)
-    return light;
+    return Rgb(0.0f);
   Sh9Rgb coefficients{};
   for (int k = 0; k < probes.count; ++k)
     for (int c = 0; c < 9; ++c)
       coefficients[c] += probes.weight[k] * field->probe[probes.probe[k]][c];
-  light.indirect = glm::max(irradiance(coefficients, glm::vec3(n)), Rgb(0.0f));
-  return light;
+  return glm::max(irradiance(coefficients, glm::vec3(n)), Rgb(0.0f));
 }
 
 std::unique_ptr<Cell> RoomLight::State::make_cell(const CellKey& key) const {
@@ -146,8 +143,15 @@ const Cell& RoomLight::State::current_cell(const CellKey& key) const {
   if (cell.frame.load(std::memory_order_relaxed) == frame)
     return cell;
   const Facing& f = facings[key.facing];
+  std::array<glm::dvec3, 4> corner;
+  std::array<glm::vec3, 4> normal;
+  for (int k = 0; k < 4; ++k) {
+    corner[k] = f.corner(key.i + (k & 1), key.j + (k >> 1));
+    normal[k] = glm::vec3(f.normal);
+  }
+  const std::vector<Rgb> open_sky = open_sky_irradiance(pyramid, apertures, corner, normal);
   for (int k = 0; k < 4; ++k)
-    cell.light[k] = light_at(f.corner(key.i + (k & 1), key.j + (k >> 1)), f.normal, cell.probes[k]);
+    cell.light[k] = {indirect_at(f.normal, cell.probes[k]), open_sky[k]};
   cell.frame.store(frame, std::memory_order_release);
   return cell;
 }
@@ -207,7 +211,7 @@ RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const
   const glm::dvec3 n = s.facings[s.facing_of(triangle, direction)].normal;
   VertexProbes probes;
   probes.count = s.sampler.weights(x + kAir * n, probes.probe, probes.weight);
-  return s.point(triangle, s.light_at(x, n, probes));
+  return s.point(triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, x, n)});
 }
 
 std::size_t RoomLight::cells_kept() const { return state_->cells.size(); }

@@ -5,18 +5,12 @@
 
 #include <glm/geometric.hpp>
 
+#include "runtime/trace/lane_vector.h"
 #include "scene/glass.h"
-
-#define DAYLIT_LANE_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
 namespace daylit {
 
 namespace {
-
-struct Half {
-  glm::dvec3 normal{0.0};
-  double offset = 0.0;
-};
 
 /// Planes through the edges of the aperture along w, and the aperture's own plane; inside positive.
 void append_planes(const Aperture& a, const glm::dvec3& w, const glm::dvec3& origin, std::vector<glm::vec4>& planes) {
@@ -35,49 +29,49 @@ void append_planes(const Aperture& a, const glm::dvec3& w, const glm::dvec3& ori
   }
 }
 
+/// e = cosine x product of the panes crossed, zero where none is.
 DAYLIT_LANE_CLONES
-void lane_cosines(const PointBlock& p, const glm::vec3& w, float* c) {
-  for (int k = 0; k < kLanes; ++k) {
-    const float d = p.nx[k] * w.x + p.ny[k] * w.y + p.nz[k] * w.z;
-    c[k] = d > 0.0f ? d : 0.0f;
+std::uint32_t received_lanes(const PointBlock& p, const Gate* gates, std::size_t count, const glm::vec4* planes,
+                             const glm::vec3& w, float (&e)[3][kLanes]) {
+  alignas(64) float depth[kLanes], crossed[kLanes], cosine[kLanes];
+  const float wx = w.x, wy = w.y, wz = w.z;
+  DAYLIT_EACH_LANE {
+    const float d = p.nx[k] * wx + p.ny[k] * wy + p.nz[k] * wz;
+    cosine[k] = d > 0.0f ? d : 0.0f;
+    crossed[k] = 0.0f;
+    e[0][k] = cosine[k];
+    e[1][k] = cosine[k];
+    e[2][k] = cosine[k];
   }
-}
-
-/// inside[k] = 1 where the lane is on the positive side of all planes, else 0.
-DAYLIT_LANE_CLONES
-void lanes_inside(const PointBlock& p, const glm::vec4* planes, std::size_t count, float* inside) {
+  for (std::size_t g = 0; g < count; ++g) {
+    DAYLIT_EACH_LANE depth[k] = 1.0f; // inside the nearest plane, or less than zero
+    for (std::uint32_t i = gates[g].first; i < gates[g].last; ++i) {
+      const float a = planes[i].x, b = planes[i].y, c = planes[i].z, d = planes[i].w;
+      DAYLIT_EACH_LANE {
+        const float side = p.x[k] * a + p.y[k] * b + p.z[k] * c + d;
+        depth[k] = side < depth[k] ? side : depth[k];
+      }
+    }
+    const float r = gates[g].transmittance.r, green = gates[g].transmittance.g, b = gates[g].transmittance.b;
+    DAYLIT_EACH_LANE {
+      const float inside = depth[k] >= 0.0f ? 1.0f : 0.0f;
+      e[0][k] *= 1.0f + inside * (r - 1.0f);
+      e[1][k] *= 1.0f + inside * (green - 1.0f);
+      e[2][k] *= 1.0f + inside * (b - 1.0f);
+      crossed[k] = inside > crossed[k] ? inside : crossed[k];
+    }
+  }
+  std::uint32_t bits = 0;
+  DAYLIT_EACH_LANE {
+    e[0][k] *= crossed[k];
+    e[1][k] *= crossed[k];
+    e[2][k] *= crossed[k];
+    cosine[k] *= crossed[k];
+  }
+#pragma omp simd reduction(| : bits)
   for (int k = 0; k < kLanes; ++k)
-    inside[k] = 1.0f;
-  for (std::size_t i = 0; i < count; ++i) {
-    const glm::vec4 q = planes[i];
-    for (int k = 0; k < kLanes; ++k)
-      inside[k] = p.x[k] * q.x + p.y[k] * q.y + p.z[k] * q.z + q.w >= 0.0f ? inside[k] : 0.0f;
-  }
-}
-
-/// Multiplies in a pane where it is crossed.
-DAYLIT_LANE_CLONES
-void cross_pane(const float* inside, const Rgb& t, float (&product)[3][kLanes], float* crossed) {
-  for (int k = 0; k < kLanes; ++k) {
-    product[0][k] *= inside[k] > 0.0f ? t.r : 1.0f;
-    product[1][k] *= inside[k] > 0.0f ? t.g : 1.0f;
-    product[2][k] *= inside[k] > 0.0f ? t.b : 1.0f;
-    crossed[k] = std::max(crossed[k], inside[k]);
-  }
-}
-
-enum class Side { outside, across, inside };
-
-Side side_of(const PointBlock& p, std::span<const glm::vec4> planes) {
-  Side side = Side::inside;
-  for (const glm::vec4& q : planes) {
-    const float d = glm::dot(glm::vec3(q), p.centre) + q.w;
-    if (d < -p.radius)
-      return Side::outside;
-    if (d < p.radius)
-      side = Side::across;
-  }
-  return side;
+    bits |= cosine[k] > 0.0f ? 1u << k : 0u;
+  return bits;
 }
 
 } // namespace
@@ -110,41 +104,21 @@ LightGates::LightGates(std::span<const DirectionalLight> lights, std::span<const
     light.last_gate = static_cast<std::uint32_t>(gates_.size());
     lights_.push_back(light);
   }
+  for (std::size_t first = 0; first < lights_.size(); first += kLanes) {
+    DirectionBlock& block = blocks_.emplace_back();
+    for (int k = 0; k < kLanes; ++k) {
+      const glm::vec3& w = lights_[std::min(first + static_cast<std::size_t>(k), lights_.size() - 1)].direction;
+      block.x[k] = w.x;
+      block.y[k] = w.y;
+      block.z[k] = w.z;
+    }
+  }
 }
 
 std::uint32_t LightGates::received(std::size_t light, const PointBlock& points, float (&e)[3][kLanes]) const {
   const Light& l = lights_[light];
-  alignas(64) float product[3][kLanes], crossed[kLanes], inside[kLanes], cosine[kLanes];
-  bool any = false;
-  for (std::uint32_t g = l.first_gate; g != l.last_gate; ++g) {
-    const Gate& gate = gates_[g];
-    const std::span<const glm::vec4> planes(planes_.data() + gate.first, gate.last - gate.first);
-    const Side side = side_of(points, planes);
-    if (side == Side::outside)
-      continue;
-    if (!any) {
-      any = true;
-      std::fill(&product[0][0], &product[0][0] + 3 * kLanes, 1.0f);
-      std::fill(crossed, crossed + kLanes, 0.0f);
-    }
-    if (side == Side::inside)
-      std::fill(inside, inside + kLanes, 1.0f);
-    else
-      lanes_inside(points, planes.data(), planes.size(), inside);
-    cross_pane(inside, gate.transmittance, product, crossed);
-  }
-  if (!any)
-    return 0;
-  lane_cosines(points, l.direction, cosine);
-  std::uint32_t lit = 0;
-  for (int k = 0; k < kLanes; ++k) {
-    const float c = cosine[k] * crossed[k];
-    e[0][k] = c * product[0][k];
-    e[1][k] = c * product[1][k];
-    e[2][k] = c * product[2][k];
-    lit |= static_cast<std::uint32_t>(c > 0.0f) << k;
-  }
-  return lit & points.lanes;
+  return points.lanes & received_lanes(points, gates_.data() + l.first_gate, l.last_gate - l.first_gate, planes_.data(),
+                                       l.direction, e);
 }
 
 } // namespace daylit

@@ -9,9 +9,16 @@
 
 namespace daylit {
 
+struct TraceSettings {
+  /// Visibility of a block of pixels from its corners where they agree (trace/shadow_sums.h); otherwise every pixel
+  /// traces every light. A shadow narrower than four pixels may be missed.
+  bool share_visibility = true;
+};
+
 class TracedRenderer final : public PictureRenderer {
 public:
-  static Result<TracedRenderer> make(const Room& room, std::span<const Aperture> apertures);
+  static Result<TracedRenderer> make(const Room& room, std::span<const Aperture> apertures,
+                                     const TraceSettings& settings = {});
   TracedRenderer(TracedRenderer&&) noexcept;
   TracedRenderer& operator=(TracedRenderer&&) noexcept;
   ~TracedRenderer() override;
