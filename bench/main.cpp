@@ -15,6 +15,9 @@ constexpr bench::AddCommand kCommands[] = {
 #ifdef DAYLIT_BENCH_BAKE
     bench::add_fine_sky, bench::add_transport, bench::add_transport_cost, bench::add_selftest,
 #endif
+#ifdef DAYLIT_BENCH_FRAME
+    bench::add_frame,
+#endif
 };
 
 } // namespace

@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/light/window_sampler.h"
 #include "scene/aperture.h"
@@ -137,16 +135,6 @@ Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const Apertur
            glm::dvec3(through(cell, facing / r) * pyramid[cell.level].interpolate(d / r));
   }
   return Rgb(sum);
-}
-
-std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                                     std::span<const glm::dvec3> x, std::span<const glm::vec3> n) {
-  std::vector<Rgb> irradiance(x.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, x.size(), 64), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i)
-      irradiance[i] = open_sky_irradiance(pyramid, cells, x[i], glm::dvec3(n[i]));
-  });
-  return irradiance;
 }
 
 Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,

@@ -56,7 +56,7 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
 /// `pyramid`: sky_map_pyramid(). Unshadowed irradiance from the sky through the apertures at x with unit normal n.
 Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& x,
                         const glm::dvec3& n);
-/// The same for many points, in parallel.
+/// The same for many points, in parallel and single precision: within 1e-4 of it.
 std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                                      std::span<const glm::dvec3> x, std::span<const glm::vec3> n);
 

@@ -1,44 +1,219 @@
 #include "runtime/light/room_light.h"
 
+#include <array>
+#include <atomic>
+#include <cmath>
 #include <limits>
+#include <mutex>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <tbb/concurrent_unordered_map.h>
+
+#include "runtime/light/orthonormal.h"
+#include "runtime/light/relight.h"
 
 namespace daylit {
 
 namespace {
+
 // Probes answer for the air: a point on a wall is asked for this far in front of it, metres.
 constexpr double kAir = 1e-3;
+constexpr double kPlaneTolerance_m = 1e-6;
+
+/// A plane of the room seen from one side, with its lattice.
+struct Facing {
+  glm::dvec3 normal{0.0}, u{0.0}, v{0.0};
+  double height = 0.0; ///< dot(normal, x) on the plane
+  glm::dvec3 corner(std::int64_t i, std::int64_t j) const {
+    return height * normal + kRoomLightCell_m * (static_cast<double>(i) * u + static_cast<double>(j) * v);
+  }
+};
+
+struct CellKey {
+  std::int64_t i = 0, j = 0;
+  std::uint32_t facing = 0;
+  bool operator==(const CellKey&) const = default;
+};
+struct CellHash {
+  std::size_t operator()(const CellKey& k) const {
+    std::uint64_t h = static_cast<std::uint64_t>(k.i) * 0x9E3779B97F4A7C15ull;
+    h ^= static_cast<std::uint64_t>(k.j) * 0xC2B2AE3D27D4EB4Full + (h >> 29);
+    h ^= k.facing * 0x165667B19E3779F9ull + (h << 7);
+    return static_cast<std::size_t>(h ^ (h >> 32));
+  }
+};
+
+struct CornerLight {
+  Rgb indirect{0.0f}, open_sky{0.0f};
+};
+
+struct Cell {
+  bool open = false; ///< all corners lie in the same air
+  std::array<VertexProbes, 4> probes{};
+  std::array<CornerLight, 4> light{};
+  std::atomic<std::uint64_t> frame{0}; ///< that `light` belongs to
+  std::mutex renewing;
+};
+
 } // namespace
+
+struct RoomLight::State {
+  const Room& room;
+  const RayScene& rays;
+  const LightFieldSampler& sampler;
+  const LightField* field = nullptr;
+  std::span<const SkyMap> pyramid;
+  std::span<const ApertureCell> apertures;
+  Rgb sun_normal_irradiance{0.0f};
+  std::uint64_t frame = 0;
+  std::vector<Facing> facings; ///< 2 k and 2 k + 1: the two sides of plane k
+  std::vector<std::uint32_t> plane_of_triangle;
+  mutable tbb::concurrent_unordered_map<CellKey, std::unique_ptr<Cell>, CellHash> cells;
+
+  State(const Room& r, const RayScene& s, const LightFieldSampler& l) : room(r), rays(s), sampler(l) { find_planes(); }
+  void find_planes();
+  std::uint32_t facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {
+    const std::uint32_t front = 2 * plane_of_triangle[triangle];
+    return glm::dot(facings[front].normal, direction) > 0.0 ? front + 1 : front;
+  }
+  Rgb indirect_at(const glm::dvec3& n, const VertexProbes& probes) const;
+  std::unique_ptr<Cell> make_cell(const CellKey& key) const;
+  const Cell& current_cell(const CellKey& key) const;
+  RoomPoint point(std::uint32_t triangle, const CornerLight& light) const;
+};
+
+void RoomLight::State::find_planes() {
+  for (const RoomTriangle& t : room.triangles) {
+    const glm::dvec3 area = area_normal(room, t);
+    const glm::dvec3 n = glm::length(area) > 0.0 ? glm::normalize(area) : glm::dvec3(0.0, 0.0, 1.0);
+    const double height = glm::dot(n, room.corner(t, 0));
+    std::uint32_t plane = 0;
+    const auto count = static_cast<std::uint32_t>(facings.size() / 2);
+    // Only runs of neighbours in the file are merged: enough for the quads that rooms are made of, and linear.
+    for (plane = count > 8 ? count - 8 : 0; plane < count; ++plane)
+      if (glm::dot(facings[2 * plane].normal, n) > 1.0 - 1e-12 &&
+          std::fabs(facings[2 * plane].height - height) < kPlaneTolerance_m)
+        break;
+    if (plane == count) {
+      const OrthonormalBasis basis(n);
+      facings.push_back({n, basis.u, basis.v, height});
+      facings.push_back({-n, basis.u, basis.v, -height});
+    }
+    plane_of_triangle.push_back(plane);
+  }
+}
+
+Rgb RoomLight::State::indirect_at(const glm::dvec3& n, const VertexProbes& probes) const {
+  if (probes.count == 0)
+    return Rgb(0.0f);
+  Sh9Rgb coefficients{};
+  for (int k = 0; k < probes.count; ++k)
+    for (int c = 0; c < 9; ++c)
+      coefficients[c] += probes.weight[k] * field->probe[probes.probe[k]][c];
+  return glm::max(irradiance(coefficients, glm::vec3(n)), Rgb(0.0f));
+}
+
+std::unique_ptr<Cell> RoomLight::State::make_cell(const CellKey& key) const {
+  auto cell = std::make_unique<Cell>();
+  const Facing& f = facings[key.facing];
+  glm::dvec3 air[4];
+  cell->open = true;
+  for (int k = 0; k < 4; ++k) {
+    air[k] = f.corner(key.i + (k & 1), key.j + (k >> 1)) + kAir * f.normal;
+    cell->probes[k].count = sampler.weights(air[k], cell->probes[k].probe, cell->probes[k].weight);
+    cell->open = cell->open && cell->probes[k].count > 0;
+  }
+  constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
+  for (const auto& way : kWays)
+    cell->open =
+        cell->open && !rays.occluded(rays.to_local(air[way[0]]), glm::vec3(air[way[1]] - air[way[0]]), 0.0f, 1.0f);
+  return cell;
+}
+
+const Cell& RoomLight::State::current_cell(const CellKey& key) const {
+  auto found = cells.find(key);
+  if (found == cells.end())
+    found = cells.emplace(key, make_cell(key)).first; // two threads may make it: the same cell, one is kept
+  Cell& cell = *found->second;
+  if (!cell.open || cell.frame.load(std::memory_order_acquire) == frame)
+    return cell;
+  const std::lock_guard lock(cell.renewing);
+  if (cell.frame.load(std::memory_order_relaxed) == frame)
+    return cell;
+  const Facing& f = facings[key.facing];
+  std::array<glm::dvec3, 4> corner;
+  std::array<glm::vec3, 4> normal;
+  for (int k = 0; k < 4; ++k) {
+    corner[k] = f.corner(key.i + (k & 1), key.j + (k >> 1));
+    normal[k] = glm::vec3(f.normal);
+  }
+  const std::vector<Rgb> open_sky = open_sky_irradiance(pyramid, apertures, corner, normal);
+  for (int k = 0; k < 4; ++k)
+    cell.light[k] = {indirect_at(f.normal, cell.probes[k]), open_sky[k]};
+  cell.frame.store(frame, std::memory_order_release);
+  return cell;
+}
+
+RoomPoint RoomLight::State::point(std::uint32_t triangle, const CornerLight& light) const {
+  // The shares of the sun carry its cosine and the mean transmittance of the pane.
+  return {light.indirect, light.open_sky, sun_normal_irradiance, room.material(room.triangles[triangle]).reflectance};
+}
+
+RoomLight::RoomLight(const Room& room, const RayScene& room_rays, const LightFieldSampler& sampler)
+    : state_(std::make_unique<State>(room, room_rays, sampler)) {}
+RoomLight::RoomLight(RoomLight&&) noexcept = default;
+RoomLight& RoomLight::operator=(RoomLight&&) noexcept = default;
+RoomLight::~RoomLight() = default;
 
 void RoomLight::set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                           const LightSet& lights) {
-  field_ = &field;
-  pyramid_ = pyramid;
-  cells_ = cells;
-  sun_normal_irradiance_ = Rgb(0.0f);
+  State& s = *state_;
+  s.field = &field;
+  s.pyramid = pyramid;
+  s.apertures = cells;
+  ++s.frame;
+  s.sun_normal_irradiance = Rgb(0.0f);
   for (const DirectionalLight& l : lights.sun)
-    sun_normal_irradiance_ += l.irradiance;
+    s.sun_normal_irradiance += l.irradiance;
 }
 
 std::optional<RoomPoint> RoomLight::at(const glm::dvec3& eye, const glm::dvec3& direction) const {
+  const RayScene& rays = state_->rays;
   RayHit hit;
-  if (!rays_.closest(rays_.to_local(eye), glm::vec3(direction), 0.0f, std::numeric_limits<float>::infinity(), hit))
+  if (!rays.closest(rays.to_local(eye), glm::vec3(direction), 0.0f, std::numeric_limits<float>::infinity(), hit))
     return std::nullopt;
-  const RoomTriangle& triangle = room_.triangles[hit.triangle];
-  glm::dvec3 n = glm::normalize(area_normal(room_, triangle));
-  if (glm::dot(n, direction) > 0.0)
-    n = -n;
-  const glm::dvec3 x = eye + static_cast<double>(hit.distance) * direction;
-  RoomPoint point;
-  point.reflectance = room_.material(triangle).reflectance;
-  point.open_sky_irradiance = open_sky_irradiance(pyramid_, cells_, x, n);
-  // The shares of the sun carry its cosine and the mean transmittance of the pane.
-  point.sun_normal_irradiance = sun_normal_irradiance_;
-  if (const auto light = sampler_.sample(*field_, x + kAir * n))
-    point.indirect_irradiance = glm::max(irradiance(*light, glm::vec3(n)), Rgb(0.0f));
-  return point;
+  return at_surface(hit.triangle, eye + static_cast<double>(hit.distance) * direction, direction);
 }
+
+RoomPoint RoomLight::at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
+  const State& s = *state_;
+  const std::uint32_t facing = s.facing_of(triangle, direction);
+  const Facing& f = s.facings[facing];
+  const glm::dvec2 p(glm::dot(f.u, x) / kRoomLightCell_m, glm::dot(f.v, x) / kRoomLightCell_m);
+  const glm::dvec2 lower = glm::floor(p);
+  const Cell& cell = s.current_cell({static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing});
+  if (!cell.open)
+    return evaluate(triangle, x, direction);
+  const glm::vec2 t(p - lower);
+  const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
+  CornerLight light;
+  for (int k = 0; k < 4; ++k) {
+    light.indirect += weight[k] * cell.light[k].indirect;
+    light.open_sky += weight[k] * cell.light[k].open_sky;
+  }
+  return s.point(triangle, light);
+}
+
+RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
+  const State& s = *state_;
+  const glm::dvec3 n = s.facings[s.facing_of(triangle, direction)].normal;
+  VertexProbes probes;
+  probes.count = s.sampler.weights(x + kAir * n, probes.probe, probes.weight);
+  return s.point(triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, x, n)});
+}
+
+std::size_t RoomLight::cells_kept() const { return state_->cells.size(); }
 
 } // namespace daylit

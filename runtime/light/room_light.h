@@ -1,7 +1,12 @@
 #pragma once
 
 // Light that the real room receives without the virtual objects: what the composite compares the lost light with.
+//
+// It changes slowly over a wall, and the wall does not move: it is kept at the corners of square cells of each plane
+// of the room and interpolated. Which probes light a corner is found once; the values are renewed with the light. A
+// cell that a surface cuts or that reaches out of the air is not used: its points are evaluated one by one.
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -15,29 +20,32 @@
 
 namespace daylit {
 
-/// Keeps references to everything given; they must outlive it. Thread-safe.
+constexpr double kRoomLightCell_m = 0.08;
+
+/// Keeps references to everything given; they must outlive it. at() is thread-safe.
 class RoomLight {
 public:
-  RoomLight(const Room& room, std::span<const Aperture> apertures, const RayScene& room_rays,
-            const LightFieldSampler& sampler)
-      : room_(room), apertures_(apertures), rays_(room_rays), sampler_(sampler) {}
+  RoomLight(const Room& room, const RayScene& room_rays, const LightFieldSampler& sampler);
+  RoomLight(RoomLight&&) noexcept;
+  RoomLight& operator=(RoomLight&&) noexcept;
+  ~RoomLight();
 
-  /// The light of one frame.
+  /// The light of one frame; what is given must live until the next. Nothing kept from the frame before is used.
   void set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                  const LightSet& lights);
 
   /// Light at the surface that a ray from the camera meets first; empty where it leaves the room.
   std::optional<RoomPoint> at(const glm::dvec3& eye, const glm::dvec3& direction) const;
+  /// Light at world point x of a triangle of the room, on the side that `direction` meets.
+  RoomPoint at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// The same without cells: the slow twin.
+  RoomPoint evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+
+  std::size_t cells_kept() const;
 
 private:
-  const Room& room_;
-  std::span<const Aperture> apertures_;
-  const RayScene& rays_;
-  const LightFieldSampler& sampler_;
-  const LightField* field_ = nullptr;
-  std::span<const SkyMap> pyramid_;
-  std::span<const ApertureCell> cells_;
-  Rgb sun_normal_irradiance_{0.0f};
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 } // namespace daylit

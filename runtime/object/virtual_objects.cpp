@@ -1,5 +1,6 @@
 #include "runtime/object/virtual_objects.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <glm/geometric.hpp>
@@ -9,25 +10,43 @@
 
 namespace daylit {
 
-namespace {
-
-void append(VirtualObjects& all, const ObjectMesh& mesh, const std::vector<VertexTransfer>& transfer,
-            const ObjectConfig& config) {
-  const glm::dmat4 world_from_object = object_transform(config);
+Result<void> VirtualObjects::place(std::size_t k, const ObjectConfig& placement) {
+  const glm::dmat4 world_from_object = object_transform(placement);
   const glm::dmat3 linear(world_from_object);
   const double scale = std::cbrt(std::fabs(glm::determinant(linear)));
-  const glm::mat3 rotation(scale > 0.0 ? linear / scale : glm::dmat3(1.0));
-  const auto first = static_cast<std::uint32_t>(all.surface.positions.size());
-  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    all.surface.positions.emplace_back(world_from_object * glm::dvec4(glm::dvec3(mesh.positions[i]), 1.0));
-    all.surface.normals.push_back(glm::normalize(rotation * mesh.normals[i]));
-    all.surface.reflectance.push_back(config.reflectance ? *config.reflectance : mesh.reflectance[i]);
+  if (k >= parts.size() || !std::isfinite(scale) || scale <= 0.0)
+    return Error{ErrorCode::value_invalid, "object " + std::to_string(k) + " cannot be placed so", "[[object]]",
+                 "give an object of the configuration a positive scale"};
+  const Part& part = parts[k];
+  const glm::mat3 rotation(linear / scale);
+  for (std::size_t i = 0; i < part.mesh.positions.size(); ++i) {
+    const std::size_t at = part.first_vertex + i;
+    surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
+    surface.normals[at] = glm::normalize(rotation * part.mesh.normals[i]);
+    surface.reflectance[at] = placement.reflectance ? *placement.reflectance : part.mesh.reflectance[i];
   }
-  for (const auto& t : mesh.triangles)
-    all.surface.triangles.push_back({first + t[0], first + t[1], first + t[2]});
   // Transfer vectors are integrals over directions: a uniform scale leaves them as they are.
-  const auto turned = rotate_transfer(transfer, rotation);
-  all.transfer.insert(all.transfer.end(), turned.begin(), turned.end());
+  const auto turned = rotate_transfer(part.transfer, rotation);
+  std::copy(turned.begin(), turned.end(), transfer.begin() + static_cast<std::ptrdiff_t>(part.first_vertex));
+  return {};
+}
+
+namespace {
+
+Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTransfer> transfer,
+                    const ObjectConfig& placement) {
+  const std::size_t first = all.surface.positions.size(), count = first + mesh.positions.size();
+  all.surface.positions.resize(count);
+  all.surface.normals.resize(count);
+  all.surface.reflectance.resize(count);
+  all.transfer.resize(count);
+  const auto offset = static_cast<std::uint32_t>(first);
+  for (const auto& t : mesh.triangles)
+    all.surface.triangles.push_back({offset + t[0], offset + t[1], offset + t[2]});
+  for (const VertexTransfer& t : transfer)
+    all.has_back.push_back(t.back != TransferVector{});
+  all.parts.push_back({std::move(mesh), std::move(transfer), first});
+  return all.place(all.parts.size() - 1, placement);
 }
 
 } // namespace
@@ -49,7 +68,8 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     if (!transfer->note.empty())
       all.notes.push_back(transfer->note);
     ++(transfer->from_cache ? all.transfers_cached : all.transfers_computed);
-    append(all, *mesh, transfer->transfer, objects[k]);
+    if (const auto placed = append(all, std::move(*mesh), std::move(transfer->transfer), objects[k]); !placed)
+      return placed.error();
   }
   return all;
 }

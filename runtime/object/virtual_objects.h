@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "runtime/object/transfer.h"
-#include "runtime/render/renderer.h"
+#include "runtime/render/picture_renderer.h"
 #include "scene/config.h"
 #include "scene/program.h"
 #include "scene/result.h"
@@ -13,10 +13,21 @@ namespace daylit {
 
 /// All virtual objects of a scene, placed in the world.
 struct VirtualObjects {
+  /// One object in its own frame.
+  struct Part {
+    ObjectMesh mesh;
+    std::vector<VertexTransfer> transfer;
+    std::size_t first_vertex = 0; ///< in surface
+  };
   ObjectSurface surface;
   std::vector<VertexTransfer> transfer; ///< per vertex, world frame
-  std::vector<std::string> notes;       ///< one line per thing a user should know
+  std::vector<std::uint8_t> has_back;   ///< per vertex: 0 where light from behind can reach nothing (closed meshes)
+  std::vector<Part> parts;
+  std::vector<std::string> notes; ///< one line per thing a user should know
   std::size_t transfers_cached = 0, transfers_computed = 0;
+
+  /// Places part k anew. Error value_invalid: there is no such part, or the scale is not positive and finite.
+  Result<void> place(std::size_t k, const ObjectConfig& placement);
 };
 
 /// Reads, places and merges the objects; transfer vectors are cached in `cache_folder`.

@@ -6,7 +6,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/render/renderer.h"
+#include "runtime/render/picture_renderer.h"
 
 namespace daylit {
 

@@ -1,6 +1,7 @@
 #include "runtime/render/compose.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 
@@ -24,8 +25,22 @@ struct DrawnPicture {
   const RenderCamera& camera;
 
   DrawnPixel at(int x, int y) const {
-    const std::size_t i = static_cast<std::size_t>(y) * frame.width_px + x;
+    if (!frame.box.contains(x, y))
+      return {};
+    const std::size_t i = frame.index(x, y);
     return {frame.object[i], frame.lost_sky[i], frame.room[i]};
+  }
+
+  /// Photograph pixels outside show nothing new.
+  PixelBox photo_box() const {
+    return camera.drawn_position.empty() ? frame.box : PixelBox{0, 0, camera.photo_width_px, camera.photo_height_px};
+  }
+
+  const RoomSurface* surface(int x, int y) const {
+    if (!camera.drawn_position.empty() || frame.surface.empty())
+      return nullptr;
+    const RoomSurface& seen = frame.surface[frame.index(x, y)];
+    return seen.triangle == 0xFFFFFFFFu ? nullptr : &seen;
   }
 
   glm::vec2 position(int x, int y) const {
@@ -82,13 +97,17 @@ bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
 
 Rgb PhotoScale::apply(const Rgb& radiance) const { return Rgb(scale * (colour_matrix * glm::dvec3(radiance))); }
 
-Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
-                  const ComposeSettings& settings) {
-  Composite result{photo, std::vector<std::uint8_t>(photo.texels.size(), 0), 0, 0};
+void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+             const ComposeSettings& settings, Composite& result) {
+  result.picture = photo; // assignment keeps the memory of the last frame
+  result.touched.assign(photo.texels.size(), 0);
   const DrawnPicture drawn{frame, camera};
-  tbb::parallel_for(tbb::blocked_range<int>(0, photo.height), [&](const tbb::blocked_range<int>& rows) {
+  const PixelBox box = drawn.photo_box().clipped(photo.width, photo.height);
+  std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
+  tbb::parallel_for(tbb::blocked_range<int>(box.y0, std::max(box.y0, box.y1), 4), [&](const auto& rows) {
+    std::size_t count[3] = {};
     for (int y = rows.begin(); y != rows.end(); ++y)
-      for (int x = 0; x < photo.width; ++x) {
+      for (int x = box.x0; x < box.x1; ++x) {
         const DrawnPixel pixel = drawn.photo_pixel(x, y);
         const float coverage = std::min(pixel.object.w, 1.0f);
         const bool shadow = pixel.lost_sky.w > 0.0f &&
@@ -98,21 +117,29 @@ Composite compose(const RgbImage& photo, const RenderedFrame& frame, const Rende
         const Rgb before = photo.at(x, y);
         Rgb background = before;
         if (shadow && coverage < 1.0f)
-          if (const auto point = room(camera.direction(glm::dvec2(drawn.position(x, y)))))
+          if (const auto point = room(camera.direction(glm::dvec2(drawn.position(x, y))), drawn.surface(x, y)))
             background = shadowed(before, pixel, *point, settings);
         const Rgb after = coverage < kLeastCoverage
                               ? background
                               : (1.0f - coverage) * background + settings.photo.apply(Rgb(pixel.object));
         if (!exceeds(before, after, settings.threshold))
           continue;
+        const std::uint8_t kind = coverage < kLeastCoverage ? 1 : 2;
         result.picture.at(x, y) = after;
-        result.touched[static_cast<std::size_t>(y) * photo.width + x] = coverage < kLeastCoverage ? 1 : 2;
+        result.touched[static_cast<std::size_t>(y) * photo.width + x] = kind;
+        ++count[kind];
       }
+    shadow_pixels += count[1];
+    object_pixels += count[2];
   });
-  for (const std::uint8_t t : result.touched) {
-    result.shadow_pixels += t == 1;
-    result.object_pixels += t == 2;
-  }
+  result.shadow_pixels = shadow_pixels;
+  result.object_pixels = object_pixels;
+}
+
+Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+                  const ComposeSettings& settings) {
+  Composite result;
+  compose(photo, frame, camera, room, settings, result);
   return result;
 }
 

@@ -10,8 +10,8 @@
 
 #include <glm/mat3x3.hpp>
 
+#include "runtime/render/picture_renderer.h"
 #include "runtime/render/render_camera.h"
-#include "runtime/render/renderer.h"
 #include "scene/rgb_image.h"
 
 namespace daylit {
@@ -49,11 +49,14 @@ struct Composite {
   std::size_t object_pixels = 0, shadow_pixels = 0;
 };
 
-/// What the room shows along a world direction from the camera; empty where there is no surface.
-using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& direction)>;
+/// What the room shows along a world direction from the camera; empty where there is no surface. `seen`: the point, or
+/// null where the frame does not know it.
+using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& direction, const RoomSurface* seen)>;
 
 /// `photo`: linear, camera.photo_width_px x photo_height_px. `room` is called, from several threads, only for pixels
-/// that lose light.
+/// that lose light. Giving the last composite of the same size again saves its memory.
+void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+             const ComposeSettings& settings, Composite& result);
 Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
                   const ComposeSettings& settings);
 

@@ -33,6 +33,12 @@ struct RenderCamera {
 
 constexpr double kNearPlane_m = 0.01;
 
+/// The same drawn picture: size, pinhole and pose, bit for bit.
+inline bool same_view(const RenderCamera& a, const RenderCamera& b) {
+  return a.width_px == b.width_px && a.height_px == b.height_px && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
+         a.cy == b.cy && a.world_from_camera == b.world_from_camera;
+}
+
 /// `size`: of the photograph; the calibration is scaled to it. Error value_invalid: a lens that sees more than 160
 /// degrees cannot be drawn with one pinhole; a pose that is no rotation and translation.
 Result<RenderCamera> make_render_camera(const LensModel& lens, const glm::dmat4& world_from_camera, int width_px,

@@ -358,7 +358,11 @@ void Renderer::State::draw_picture() {
   gl->Finish();
 }
 
-Result<RenderedFrame> Renderer::draw() {
+Result<std::vector<std::uint8_t>> Renderer::vertices_in_view() {
+  return std::vector<std::uint8_t>(state_->object_vertex_count, 1);
+}
+
+Result<void> Renderer::draw(RenderedFrame& frame) {
   State& s = *state_;
   if (const auto current = s.context->make_current(); !current)
     return current.error();
@@ -375,7 +379,10 @@ Result<RenderedFrame> Renderer::draw() {
     return good.error();
   s.times.picture_ms = milliseconds_since(start);
   start = std::chrono::steady_clock::now();
-  RenderedFrame frame{s.targets.width_px(), s.targets.height_px(), {}, {}, {}};
+  frame.width_px = s.targets.width_px();
+  frame.height_px = s.targets.height_px();
+  frame.box = {0, 0, frame.width_px, frame.height_px};
+  frame.surface.clear();
   for (auto [pixels, colour] : {std::pair{&frame.object, 0}, {&frame.lost_sky, 1}, {&frame.room, 2}}) {
     auto read = s.targets.read(colour);
     if (!read)
@@ -383,7 +390,21 @@ Result<RenderedFrame> Renderer::draw() {
     *pixels = std::move(*read);
   }
   s.times.read_back_ms = milliseconds_since(start);
+  return {};
+}
+
+Result<RenderedFrame> Renderer::draw() {
+  RenderedFrame frame;
+  if (const auto drawn = draw(frame); !drawn)
+    return drawn.error();
   return frame;
+}
+
+bool Renderer::is_software() const {
+  const auto* name = reinterpret_cast<const char*>(state_->gl->GetString(GL_RENDERER));
+  const std::string text = name ? name : "";
+  return text.find("llvmpipe") != std::string::npos || text.find("softpipe") != std::string::npos ||
+         text.find("SWR") != std::string::npos;
 }
 
 const RenderTimes& Renderer::times() const { return state_->times; }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -21,6 +22,7 @@ struct Options {
   std::string config;
   int frames = 1, threads = 0;
   bool replay = false, quiet = false, json = false;
+  Backend backend = Backend::automatic;
 };
 
 nlohmann::json to_json(const FrameReport& report, int frame) {
@@ -34,6 +36,15 @@ nlohmann::json to_json(const FrameReport& report, int frame) {
           {"sun_lights", report.sun_lights},
           {"object_pixels", report.object_pixels},
           {"shadow_pixels", report.shadow_pixels},
+          {"vertices_lit", report.vertices_lit},
+          {"shadow_rays", report.shadow_rays},
+          {"reused",
+           {{"sky", report.reused.sky},
+            {"samples", report.reused.samples},
+            {"probes", report.reused.probes},
+            {"object_light", report.reused.object_light},
+            {"drawn", report.reused.drawn},
+            {"picture", report.reused.picture}}},
           {"skipped", report.skipped}};
 }
 
@@ -125,7 +136,7 @@ Result<void> run(const Options& options) {
     return config.error();
   const RgbImage& photo = input->photo.linear;
   ProgressLine progress(options.quiet || options.json);
-  auto session = Session::open(*config, photo.width, photo.height, progress.callback());
+  auto session = Session::open(*config, photo.width, photo.height, progress.callback(), options.backend);
   if (!session)
     return session.error();
   progress.clear();
@@ -135,15 +146,15 @@ Result<void> run(const Options& options) {
   for (int k = 0; k < options.frames; ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));
-    const auto frame = session->render(*sky, photo);
+    const auto frame = session->render({*sky, photo, 1, 1}); // a replayed file is one picture
     if (!frame)
       return frame.error();
     if (options.json)
-      std::printf("%s\n", to_json(frame->report, k).dump().c_str());
+      std::printf("%s\n", to_json((*frame)->report, k).dump().c_str());
     else if (!options.quiet)
-      print_report(frame->report, k);
+      print_report((*frame)->report, k);
     if (k + 1 == options.frames)
-      if (const auto written = write_outputs(*config, input->photo, frame->composite); !written)
+      if (const auto written = write_outputs(*config, input->photo, (*frame)->composite); !written)
         return written;
   }
   return {};
@@ -158,6 +169,10 @@ int main(int argc, char** argv) {
   app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
   app.add_flag("--replay", options.replay, "run the recorded inputs named in the file (the default without cameras)");
   app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));
+  const std::map<std::string, daylit::Backend> backends{
+      {"auto", daylit::Backend::automatic}, {"gl", daylit::Backend::opengl}, {"rays", daylit::Backend::rays}};
+  app.add_option("--renderer", options.backend, "auto, gl (OpenGL) or rays (on the processor)")
+      ->transform(CLI::CheckedTransformer(backends));
   app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::Range(0, 1024));
   app.add_flag("--quiet", options.quiet, "print errors only");
   app.add_flag("--json", options.json, "one JSON object per frame on stdout");

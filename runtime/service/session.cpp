@@ -3,11 +3,12 @@
 #include <chrono>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "runtime/light/relight.h"
 #include "runtime/light/room_light.h"
 #include "runtime/object/virtual_objects.h"
-#include "runtime/render/renderer.h"
+#include "runtime/service/picture_memory.h"
 #include "scene/volume_file.h"
 
 namespace daylit {
@@ -40,78 +41,85 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
 
 struct Session::State {
   RunConfig config;
+  Backend backend = Backend::automatic;
   BasisVolume volume;
   VirtualObjects objects;
   BoundingSphere sphere;
+  LensModel lens;
   RenderCamera camera;
+  int photo_width_px = 0, photo_height_px = 0;
   std::optional<LightFieldSampler> sampler;
   std::optional<RayScene> room_rays;
-  std::optional<Renderer> renderer;
+  std::unique_ptr<PictureRenderer> renderer;
+  std::optional<RoomLight> room_light;
   std::optional<SkyResampler> resampler;
   std::shared_ptr<const SkyGeometry> region_geometry; ///< what region_sums was made for
   std::optional<RegionSums> region_sums;
-  std::vector<VertexProbes> vertex_probes;
   std::vector<std::string> notes, skipped;
 
+  // The light of the last sky.
+  PictureMemory sky_memory, photo_memory;
+  std::optional<DetectedSun> sun;
+  std::vector<SkyMap> pyramid;
+  LightField field;
+  // What follows from sky, objects and camera, each with whether it still holds.
+  LightSet lights;
+  std::vector<ApertureCell> cells;
+  std::vector<VertexProbes> vertex_probes;
+  RenderedFrame drawn;
+  Frame frame;
+  bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false;
+
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
-  Result<void> load_camera(int width, int height);
+  Result<void> set_camera(const glm::dmat4& world_from_camera);
   Result<void> start_renderer();
+  Result<void> move_objects();
   void note_what_is_left_out();
-  std::vector<VertexLight> vertex_light(const std::vector<TwoSided>& indirect, std::span<const ApertureCell> cells,
-                                        std::span<const SkyMap> pyramid) const;
+  void measure_sky(const SkyImage& sky, StageClock& clock);
+  void sample();
+  Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
+  Result<void> draw(StageClock& clock);
+  void compose_picture(const RgbImage& photo);
+  void report_frame();
 };
 
-std::vector<VertexLight> Session::State::vertex_light(const std::vector<TwoSided>& indirect,
-                                                      std::span<const ApertureCell> cells,
-                                                      std::span<const SkyMap> pyramid) const {
-  const ObjectSurface& surface = objects.surface;
-  std::vector<glm::vec3> backwards;
-  for (const glm::vec3& n : surface.normals)
-    backwards.push_back(-n);
-  const std::vector<Rgb> front = open_sky_irradiance(pyramid, cells, surface.positions, surface.normals);
-  const std::vector<Rgb> back = open_sky_irradiance(pyramid, cells, surface.positions, backwards);
-  std::vector<VertexLight> light;
-  for (std::size_t i = 0; i < indirect.size(); ++i)
-    light.push_back({indirect[i].front, front[i], indirect[i].back, back[i]});
-  return light;
-}
-
-Result<void> Session::State::load_camera(int width, int height) {
-  auto lens = read_lens(config.interior.lens);
-  if (!lens)
-    return lens.error();
-  if (!config.world_from_camera)
-    return Error{ErrorCode::not_found, "the camera's pose is unknown", "[pose]",
-                 "give world_from_camera, or position and look_at"};
-  auto made = make_render_camera(*lens, *config.world_from_camera, width, height);
+Result<void> Session::State::set_camera(const glm::dmat4& world_from_camera) {
+  auto made = make_render_camera(lens, world_from_camera, photo_width_px, photo_height_px);
   if (!made)
     return made.error();
+  if (same_view(*made, camera))
+    return {};
   camera = std::move(*made);
-  return {};
+  has_drawn = has_object_light = false;
+  return renderer->set_camera(camera);
 }
 
 Result<void> Session::State::start_renderer() {
-  auto context = create_gl_context();
-  if (!context)
-    return context.error();
-  auto made = Renderer::make(std::move(*context), volume.room, volume.apertures);
+  auto made = choose_renderer(backend, volume.room, volume.apertures, notes);
   if (!made)
     return made.error();
-  renderer.emplace(std::move(*made));
-  if (const auto r = renderer->set_camera(camera); !r)
-    return r;
+  renderer = std::move(*made);
+  return move_objects();
+}
+
+/// Everything that depends on where the objects are is due again.
+Result<void> Session::State::move_objects() {
+  sphere = objects.surface.bounds();
+  has_samples = has_probes = has_object_light = has_drawn = false;
   return renderer->set_objects(objects.surface);
 }
 
 void Session::State::note_what_is_left_out() {
   std::size_t dark = 0;
+  vertex_probes = find_vertex_probes(*sampler, objects.surface.positions);
+  has_probes = true;
   for (const VertexProbes& p : vertex_probes)
     dark += p.count == 0;
   if (dark > 0)
     notes.push_back(std::to_string(dark) + " of " + std::to_string(vertex_probes.size()) +
                     " object vertices lie outside the room or inside furniture: no indirect light there");
   if (renderer->room_occluders() == 0)
-    skipped.emplace_back("shadow maps of the room: nothing in it stands between the object and the windows (exact)");
+    skipped.emplace_back("shadows of the room: nothing in it stands between the object and the windows (exact)");
   const int regions = volume.partition.size(), stored = static_cast<int>(volume.stored_region.size());
   if (stored < regions)
     skipped.push_back(std::to_string(regions - stored) + " of " + std::to_string(regions) +
@@ -120,6 +128,11 @@ void Session::State::note_what_is_left_out() {
 
 Result<void> Session::State::load(const RunConfig& from, int width, int height, const Progress& progress) {
   config = from;
+  photo_width_px = width;
+  photo_height_px = height;
+  if (!config.world_from_camera)
+    return Error{ErrorCode::not_found, "the camera's pose is unknown", "[pose]",
+                 "give world_from_camera, or position and look_at"};
   if (!progress("volume", 0.0))
     return interrupted_error("loading");
   auto read = read_volume(config.volume);
@@ -134,23 +147,133 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
   if (!rays)
     return rays.error();
   room_rays.emplace(std::move(*rays));
-  if (const auto r = load_camera(width, height); !r)
-    return r;
+  room_light.emplace(volume.room, *room_rays, *sampler);
+  auto read_lens_file = read_lens(config.interior.lens);
+  if (!read_lens_file)
+    return read_lens_file.error();
+  lens = std::move(*read_lens_file);
   auto loaded = load_virtual_objects(config.objects, folder_of(config.volume), progress);
   if (!loaded)
     return loaded.error();
   objects = std::move(*loaded);
   notes = objects.notes;
-  sphere = objects.surface.bounds();
-  vertex_probes = find_vertex_probes(*sampler, objects.surface.positions);
   if (const auto r = start_renderer(); !r)
+    return r;
+  if (const auto r = set_camera(*config.world_from_camera); !r)
     return r;
   note_what_is_left_out();
   return {};
 }
 
-Result<Session> Session::open(const RunConfig& config, int width, int height, const Progress& progress) {
+/// Sky map, sun, region radiances and light field.
+void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
+  if (!resampler || !resampler->fits(sky))
+    resampler = SkyResampler::make(sky);
+  sun = find_sun(sky, resampler->pixel_directions());
+  SkyMap map;
+  resampler->resample(sky, sun ? &*sun : nullptr, map);
+  pyramid = sky_map_pyramid(map);
+  clock.end("sky");
+  if (!region_sums || region_geometry != sky.geometry()) {
+    region_sums = RegionSums::make(sky.geometry(), volume.partition);
+    region_geometry = sky.geometry();
+  }
+  const std::vector<Rgb> regions = region_sums->reduce(sky);
+  clock.end("regions");
+  field = combine(volume, regions);
+  clock.end("combine");
+  has_samples = has_object_light = has_drawn = has_picture = false;
+}
+
+void Session::State::sample() {
+  lights = sample_lights(pyramid[0], sun, volume.apertures, sphere, config.light_samples);
+  cells = aperture_cells(volume.apertures, sphere, pyramid);
+  room_light->set_frame(field, pyramid, cells, lights);
+  has_samples = true;
+  has_object_light = has_drawn = false;
+}
+
+Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& report) {
+  const auto in_view = renderer->vertices_in_view();
+  if (!in_view)
+    return in_view.error();
+  const ObjectSurface& surface = objects.surface;
+  const std::size_t count = surface.positions.size();
+  const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
+  const std::vector<TwoSided> indirect =
+      relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
+  std::vector<glm::dvec3> points;
+  std::vector<glm::vec3> normals;
+  std::vector<Rgb VertexLight::*> sides;
+  std::vector<std::size_t> vertices;
+  const auto ask = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
+    points.push_back(surface.positions[i]);
+    normals.push_back(n);
+    sides.push_back(side);
+    vertices.push_back(i);
+  };
+  std::vector<VertexLight> light(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    light[i].indirect_front = indirect[i].front;
+    light[i].indirect_back = indirect[i].back;
+    if (!(*in_view)[i])
+      continue;
+    ++report.vertices_lit;
+    ask(i, surface.normals[i], &VertexLight::open_sky_front);
+    if (objects.has_back[i])
+      ask(i, -surface.normals[i], &VertexLight::open_sky_back);
+  }
+  const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, points, normals);
+  for (std::size_t k = 0; k < open.size(); ++k)
+    light[vertices[k]].*sides[k] = open[k];
+  return light;
+}
+
+Result<void> Session::State::draw(StageClock& clock) {
+  if (const auto r = renderer->set_lights(lights); !r)
+    return r.error();
+  auto light = vertex_light(frame.report);
+  if (!light)
+    return light.error();
+  if (const auto r = renderer->set_vertex_light(*light); !r)
+    return r.error();
+  clock.end("object_light");
+  if (const auto r = renderer->draw(drawn); !r)
+    return r.error();
+  clock.end("render");
+  frame.report.shadow_rays = renderer->times().shadow_rays;
+  has_drawn = has_object_light = true;
+  return {};
+}
+
+void Session::State::compose_picture(const RgbImage& photo) {
+  const ComposeSettings settings{{config.interior.scale, config.interior.colour_matrix}, ShadowMode::ratio};
+  const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) -> std::optional<RoomPoint> {
+    if (!seen)
+      return room_light->at(camera.eye(), direction);
+    return room_light->at_surface(seen->triangle, drawn.origin + glm::dvec3(seen->position), direction);
+  };
+  compose(photo, drawn, camera, look_up, settings, frame.composite);
+}
+
+void Session::State::report_frame() {
+  FrameReport& report = frame.report;
+  report.sky_lights = lights.sky.size();
+  report.sun_lights = lights.sun.size();
+  report.object_pixels = frame.composite.object_pixels;
+  report.shadow_pixels = frame.composite.shadow_pixels;
+  report.vertices = objects.surface.positions.size();
+  report.skipped = skipped;
+  if (lights.sun_found && lights.sun.empty())
+    report.skipped.emplace_back("the sun: no window lets it through to the object (exact)");
+  if (lights.sky.empty())
+    report.skipped.emplace_back("direct light: no light from the sky reaches the object through a window (exact)");
+}
+
+Result<Session> Session::open(const RunConfig& config, int width, int height, const Progress& progress,
+                              Backend backend) {
   auto state = std::make_unique<State>();
+  state->backend = backend;
   if (const auto loaded = state->load(config, width, height, progress); !loaded)
     return loaded.error();
   return Session(std::move(state));
@@ -161,68 +284,58 @@ Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;
 Session::~Session() = default;
 
-Result<Frame> Session::render(const SkyImage& sky, const RgbImage& photo) {
+Result<void> Session::set_pose(const glm::dmat4& world_from_camera) { return state_->set_camera(world_from_camera); }
+
+Result<void> Session::place_object(std::size_t k, const ObjectConfig& placement) {
+  if (const auto placed = state_->objects.place(k, placement); !placed)
+    return placed;
+  return state_->move_objects();
+}
+
+void Session::set_light_samples(int samples) {
+  state_->config.light_samples = samples;
+  state_->has_samples = false;
+}
+
+Result<const Frame*> Session::render(const FrameInput& input) {
   State& s = *state_;
-  if (photo.width != s.camera.photo_width_px || photo.height != s.camera.photo_height_px)
+  if (input.photo.width != s.camera.photo_width_px || input.photo.height != s.camera.photo_height_px)
     return Error{ErrorCode::value_invalid, "the picture changed its size", "interior image",
                  "restart with the new size"};
-  Frame frame;
-  StageClock clock(frame.report);
-
-  if (!s.resampler || !s.resampler->fits(sky))
-    s.resampler = SkyResampler::make(sky);
-  const auto sun = find_sun(sky, s.resampler->pixel_directions());
-  SkyMap map;
-  s.resampler->resample(sky, sun ? &*sun : nullptr, map);
-  const std::vector<SkyMap> pyramid = sky_map_pyramid(map);
-  clock.end("sky");
-  if (!s.region_sums || s.region_geometry != sky.geometry()) {
-    s.region_sums = RegionSums::make(sky.geometry(), s.volume.partition);
-    s.region_geometry = sky.geometry();
+  s.frame.report = {};
+  Reused& reused = s.frame.report.reused;
+  StageClock clock(s.frame.report);
+  reused.sky = s.sky_memory.same_as(input.sky.image(), input.sky_number, input.sky.geometry().get());
+  const bool same_photo = s.photo_memory.same_as(input.photo, input.photo_number, nullptr);
+  clock.end("compare");
+  if (!reused.sky)
+    s.measure_sky(input.sky, clock);
+  reused.samples = s.has_samples;
+  if (!s.has_samples) {
+    s.sample();
+    clock.end("samples");
   }
-  const std::vector<Rgb> regions = s.region_sums->reduce(sky);
-  clock.end("regions");
-  const LightField field = combine(s.volume, regions);
-  clock.end("combine");
-  const LightSet lights = sample_lights(map, sun, s.volume.apertures, s.sphere, s.config.light_samples);
-  const std::vector<ApertureCell> cells = aperture_cells(s.volume.apertures, s.sphere, pyramid);
-  clock.end("samples");
-  const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, s.volume.apertures, s.sphere.centre);
-  const std::vector<TwoSided> indirect =
-      relight_vertices(field, s.vertex_probes, s.objects.transfer, direct, s.objects.surface.reflectance);
-  const std::vector<VertexLight> vertex_light = s.vertex_light(indirect, cells, pyramid);
-  clock.end("object_light");
-
-  if (const auto r = s.renderer->set_lights(lights); !r)
-    return r.error();
-  if (const auto r = s.renderer->set_vertex_light(vertex_light); !r)
-    return r.error();
-  auto drawn = s.renderer->draw();
-  if (!drawn)
-    return drawn.error();
-  clock.end("draw");
-  frame.report.stage_ms.pop_back();
-  frame.report.stage_ms.emplace_back("shadow_maps", s.renderer->times().shadow_maps_ms);
-  frame.report.stage_ms.emplace_back("render", s.renderer->times().picture_ms);
-  frame.report.stage_ms.emplace_back("read_back", s.renderer->times().read_back_ms);
-
-  RoomLight room_light(s.volume.room, s.volume.apertures, *s.room_rays, *s.sampler);
-  room_light.set_frame(field, pyramid, cells, lights);
-  const ComposeSettings settings{{s.config.interior.scale, s.config.interior.colour_matrix}, ShadowMode::ratio};
-  frame.composite = compose(
-      photo, *drawn, s.camera, [&](const glm::dvec3& d) { return room_light.at(s.camera.eye(), d); }, settings);
-  clock.end("composite");
-  frame.report.sky_lights = lights.sky.size();
-  frame.report.sun_lights = lights.sun.size();
-  frame.report.object_pixels = frame.composite.object_pixels;
-  frame.report.shadow_pixels = frame.composite.shadow_pixels;
-  frame.report.skipped = s.skipped;
-  if (lights.sun_found && lights.sun.empty())
-    frame.report.skipped.emplace_back("the sun: no window lets it through to the object (exact)");
-  if (lights.sky.empty())
-    frame.report.skipped.emplace_back(
-        "direct light: no light from the sky reaches the object through a window (exact)");
-  return frame;
+  reused.probes = s.has_probes;
+  if (!s.has_probes) {
+    s.vertex_probes = find_vertex_probes(*s.sampler, s.objects.surface.positions);
+    s.has_probes = true;
+    clock.end("probes");
+  }
+  reused.object_light = s.has_object_light;
+  reused.drawn = s.has_drawn;
+  if (!s.has_drawn) {
+    s.has_picture = false;
+    if (const auto drawn = s.draw(clock); !drawn)
+      return drawn.error();
+  }
+  reused.picture = s.has_picture && same_photo;
+  if (!reused.picture) {
+    s.compose_picture(input.photo);
+    s.has_picture = true;
+    clock.end("composite");
+  }
+  s.report_frame();
+  return &std::as_const(s.frame);
 }
 
 const std::vector<std::string>& Session::notes() const { return state_->notes; }

@@ -2,12 +2,14 @@
 
 // One augmented camera: everything that is loaded once, and the work of one frame.
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "runtime/render/compose.h"
+#include "runtime/service/choose_renderer.h"
 #include "scene/config.h"
 #include "scene/program.h"
 #include "scene/result.h"
@@ -15,12 +17,25 @@
 
 namespace daylit {
 
+/// What a frame took over from the one before, because nothing that it depends on changed.
+struct Reused {
+  bool sky = false;     ///< sky map, sun, region radiances, light field
+  bool samples = false; ///< lights and window cells
+  bool probes = false;  ///< which probes light the objects' vertices
+  bool object_light = false;
+  bool drawn = false;   ///< the objects' picture and their shadows
+  bool picture = false; ///< everything: the composite of the frame before is the answer
+};
+
 /// Wall-clock milliseconds of the stages of a frame, in order, and what was skipped.
 struct FrameReport {
   std::vector<std::pair<std::string, double>> stage_ms;
   double total_ms = 0.0;
+  Reused reused;
   std::size_t sky_lights = 0, sun_lights = 0;
   std::size_t object_pixels = 0, shadow_pixels = 0;
+  std::size_t vertices_lit = 0, vertices = 0;
+  std::uint64_t shadow_rays = 0;
   std::vector<std::string> skipped;
 };
 
@@ -29,18 +44,33 @@ struct Frame {
   FrameReport report;
 };
 
+/// Pictures of one moment. Equal non-zero numbers mean the same picture (a camera's frame counter): it is not looked at
+/// again. With 0 the pixels are compared with those of the frame before.
+struct FrameInput {
+  const SkyImage& sky;
+  const RgbImage& photo; ///< linear
+  std::uint64_t sky_number = 0, photo_number = 0;
+};
+
 class Session {
 public:
   /// Loads volume, objects and lens, and starts the renderer. `photo_width_px` x `photo_height_px`: of the pictures
-  /// that render() will be given. Errors: any file, no pose, no OpenGL.
+  /// that render() will be given. Errors: any file, no pose, no renderer.
   static Result<Session> open(const RunConfig& config, int photo_width_px, int photo_height_px,
-                              const Progress& progress);
+                              const Progress& progress, Backend backend = Backend::automatic);
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
   ~Session();
 
-  /// `photo`: linear. Error: the picture has another size than announced; graphics failed.
-  Result<Frame> render(const SkyImage& sky, const RgbImage& photo);
+  /// Camera x right, y down, z forward. Error: no rigid motion.
+  Result<void> set_pose(const glm::dmat4& world_from_camera);
+  /// Moves, turns or scales object k of the configuration.
+  Result<void> place_object(std::size_t k, const ObjectConfig& placement);
+  void set_light_samples(int samples);
+
+  /// The frame is the session's own and holds until the next call. Error: the picture has another size than announced;
+  /// graphics failed.
+  Result<const Frame*> render(const FrameInput& input);
 
   const std::vector<std::string>& notes() const;
   std::string renderer_description() const;

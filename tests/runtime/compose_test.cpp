@@ -11,13 +11,19 @@ namespace {
 struct Case {
   RenderCamera camera = test::look_at({2, 1, 1}, {2, 4, 1}, 4, 2, 0.8);
   RgbImage photo{4, 2, Rgb(0.5f, 0.25f, 0.125f)};
-  RenderedFrame frame{4, 2, std::vector<glm::vec4>(8, glm::vec4(0)), std::vector<glm::vec4>(8, glm::vec4(0, 0, 0, 1)),
-                      std::vector<glm::vec4>(8, glm::vec4(1, 0, 0, 0))};
+  RenderedFrame frame{4,
+                      2,
+                      {0, 0, 4, 2},
+                      std::vector<glm::vec4>(8, glm::vec4(0)),
+                      std::vector<glm::vec4>(8, glm::vec4(0, 0, 0, 1)),
+                      std::vector<glm::vec4>(8, glm::vec4(1, 0, 0, 0)),
+                      {},
+                      {}};
   RoomPoint point{Rgb(1.0f), Rgb(3.0f), Rgb(10.0f), Rgb(0.5f)};
 
   Composite run(const ComposeSettings& settings = {}) const {
     return compose(
-        photo, frame, camera, [&](const glm::dvec3&) { return std::optional(point); }, settings);
+        photo, frame, camera, [&](const glm::dvec3&, const RoomSurface*) { return std::optional(point); }, settings);
   }
 };
 

@@ -163,7 +163,8 @@ TEST(Renderer, an_object_behind_a_real_wall_changes_nothing_but_its_shadow) {
   ASSERT_TRUE(frame) << frame.error().message();
   const RgbImage photo(kWidth, kHeight, Rgb(0.25f));
   const Composite composite =
-      compose(photo, *frame, scene.camera, [](const glm::dvec3&) { return std::optional(RoomPoint{}); }, {});
+      compose(photo, *frame, scene.camera,
+              [](const glm::dvec3&, const RoomSurface*) { return std::optional(RoomPoint{}); }, {});
   EXPECT_EQ(composite.object_pixels, 0u);
   EXPECT_EQ(composite.shadow_pixels, 0u);
   EXPECT_EQ(0, std::memcmp(composite.picture.texels.data(), photo.texels.data(), photo.texels.size() * sizeof(Rgb)));

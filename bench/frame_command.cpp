@@ -1,0 +1,239 @@
+// daylit-bench frame: table 1 of Grosch, Eble, Mueller 2007 again, every time beside its error.
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <memory>
+
+#include <sys/resource.h>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "bench/command.h"
+#include "bench/frame_scene.h"
+#include "runtime/input/marker_pose.h"
+
+namespace daylit::bench {
+
+namespace {
+
+struct Arguments {
+  std::string folder = "out/bench-frame";
+  std::vector<std::string> objects{"teapot", "blob"}, skies{"overcast", "sun"}, renderers{"rays", "gl"};
+  std::vector<int> samples{16, 64, 256};
+  int frames = 20, reference_samples = 4096;
+};
+
+double process_seconds() {
+  rusage u{};
+  getrusage(RUSAGE_SELF, &u);
+  return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
+}
+double wall_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Medians over frames.
+struct Timing {
+  std::vector<double> wall_ms, cpu_ms;
+  std::map<std::string, std::vector<double>> stages;
+  void add(double wall, double cpu, const FrameReport& report) {
+    wall_ms.push_back(1e3 * wall);
+    cpu_ms.push_back(1e3 * cpu);
+    for (const auto& [name, ms] : report.stage_ms)
+      stages[name].push_back(ms);
+  }
+};
+
+double median(std::vector<double> v) {
+  if (v.empty())
+    return 0.0;
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
+}
+
+nlohmann::json to_json(const Timing& t) {
+  nlohmann::json j{{"wall_ms", median(t.wall_ms)},
+                   {"wall_ms_best", *std::min_element(t.wall_ms.begin(), t.wall_ms.end())},
+                   {"cpu_ms", median(t.cpu_ms)},
+                   {"frames_per_second", 1e3 / median(t.wall_ms)}};
+  for (const auto& [name, ms] : t.stages)
+    j["stage_ms"][name] = median(ms);
+  return j;
+}
+
+enum class Motion { everything, object, nothing };
+
+const char* name_of(Motion m) {
+  return m == Motion::everything ? "moving" : m == Motion::object ? "object moving" : "nothing changed";
+}
+
+/// One frame as a live system does it. Everything: a new sky, a new camera picture, the marker found in it.
+Result<void> one_frame(const FrameScene& scene, Session& session, Motion motion, int k, Timing& timing) {
+  const double cpu = process_seconds(), wall = wall_seconds();
+  const std::size_t which = motion == Motion::everything ? static_cast<std::size_t>(k) % scene.skies.size() : 0;
+  double marker_ms = 0.0;
+  if (motion == Motion::everything) {
+    const MarkerConfig& marker = *scene.config.marker;
+    const auto pose =
+        marker_pose(scene.photo_bytes[which], scene.interior_lens,
+                    BoardLayout::single(marker.dictionary, marker.ids.at(0), marker.size_m), marker.world_from_board);
+    if (!pose)
+      return pose.error();
+    if (const auto r = session.set_pose(pose->world_from_camera); !r)
+      return r;
+    marker_ms = 1e3 * (wall_seconds() - wall);
+  } else if (motion == Motion::object) {
+    ObjectConfig placement = scene.config.objects[0];
+    placement.position.x += 0.002 * (k % 8);
+    placement.rotation_deg.z += 3.0 * (k % 8);
+    if (const auto r = session.place_object(0, placement); !r)
+      return r;
+  }
+  const auto frame = session.render({scene.skies[which], scene.photos[which], which + 1, which + 1});
+  if (!frame)
+    return frame.error();
+  FrameReport report = (*frame)->report;
+  if (motion == Motion::everything)
+    report.stage_ms.emplace_back("marker", marker_ms);
+  timing.add(wall_seconds() - wall, process_seconds() - cpu, report);
+  return {};
+}
+
+Result<nlohmann::json> time_motion(const FrameScene& scene, Session& session, Motion motion, int frames) {
+  Timing warm_up, timing;
+  for (int k = 0; k < frames + 2; ++k)
+    if (const auto r = one_frame(scene, session, motion, k, k < 2 ? warm_up : timing); !r)
+      return r.error();
+  return to_json(timing);
+}
+
+/// RMS of the difference over the object's pixels, by the mean of the reference there.
+double object_error(const Composite& tested, const Composite& reference) {
+  double square = 0.0, mean = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < reference.touched.size(); ++i) {
+    if (reference.touched[i] != 2 || tested.touched[i] != 2)
+      continue;
+    for (int c = 0; c < 3; ++c) {
+      const double t = static_cast<double>(reference.picture.texels[i][c]);
+      const double d = static_cast<double>(tested.picture.texels[i][c]) - t;
+      square += d * d;
+      mean += t;
+      ++count;
+    }
+  }
+  return count ? std::sqrt(square / static_cast<double>(count)) / (mean / static_cast<double>(count)) : 0.0;
+}
+
+Result<Composite> still_picture(const FrameScene& scene, Session& session, int samples) {
+  session.set_light_samples(samples);
+  if (const auto r = session.set_pose(*scene.config.world_from_camera); !r)
+    return r.error();
+  if (const auto r = session.place_object(0, scene.config.objects[0]); !r)
+    return r.error();
+  const auto frame = session.render({scene.skies[0], scene.photos[0], 1, 1});
+  if (!frame)
+    return frame.error();
+  return (*frame)->composite;
+}
+
+Result<Session> open(const FrameScene& scene, const std::string& renderer) {
+  return Session::open(
+      scene.config, kFrameWidth, kFrameHeight, [](const std::string&, double) { return !interrupted(); },
+      renderer == "gl" ? Backend::opengl : Backend::rays);
+}
+
+void print(const nlohmann::json& row) {
+  std::printf("%-8s %-9s %-5s %4d", row["object"].get<std::string>().c_str(), row["sky"].get<std::string>().c_str(),
+              row["renderer"].get<std::string>().c_str(), row["samples"].get<int>());
+  for (const Motion m : {Motion::everything, Motion::object, Motion::nothing})
+    std::printf(" %8.2f/%7.2f", row[name_of(m)]["wall_ms"].get<double>(), row[name_of(m)]["cpu_ms"].get<double>());
+  std::printf(" %8.2f %6.1f\n", 100 * row["error"].get<double>(), 100 * row["object_share"].get<double>());
+}
+
+Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer,
+                     const Composite& reference, nlohmann::json head, const CommonOptions& options,
+                     nlohmann::json& document) {
+  auto session = open(scene, renderer);
+  if (!session)
+    return session.error();
+  for (const int samples : a.samples) {
+    const auto picture = still_picture(scene, *session, samples);
+    if (!picture)
+      return picture.error();
+    nlohmann::json row = head;
+    row["renderer"] = renderer;
+    row["description"] = session->renderer_description();
+    row["samples"] = samples;
+    row["error"] = object_error(*picture, reference);
+    row["object_share"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
+    row["shadow_share"] = static_cast<double>(picture->shadow_pixels) / (kFrameWidth * kFrameHeight);
+    for (const Motion m : {Motion::everything, Motion::object, Motion::nothing}) {
+      if (interrupted())
+        return interrupted_error("frame");
+      auto timed = time_motion(scene, *session, m, m == Motion::everything && renderer == "gl" ? 6 : a.frames);
+      if (!timed)
+        return timed.error();
+      row[name_of(m)] = std::move(*timed);
+    }
+    if (!options.json)
+      print(row);
+    document["rows"].push_back(std::move(row));
+  }
+  return {};
+}
+
+Result<void> run(const Arguments& a, const CommonOptions& options) {
+  nlohmann::json document = {{"machine", machine()},
+                             {"picture", {kFrameWidth, kFrameHeight}},
+                             {"error", "RMS over object pixels of the difference to the rays renderer with " +
+                                           std::to_string(a.reference_samples) + " samples, by the mean"},
+                             {"frames", a.frames}};
+  document["machine"]["clock"] = "wall clock and CPU time of all threads, medians";
+  if (!options.json)
+    std::printf(
+        "ms wall/CPU                    moving           object moving    nothing changed   error %%  share %%\n");
+  for (const std::string& object : a.objects)
+    for (const std::string& sky : a.skies) {
+      ProgressLine progress(options.quiet || options.json);
+      auto scene = make_frame_scene(std::filesystem::path(a.folder) / sky, object, sky, 4, progress.callback());
+      progress.clear();
+      if (!scene)
+        return scene.error();
+      auto session = open(*scene, "rays");
+      if (!session)
+        return session.error();
+      const auto reference = still_picture(*scene, *session, a.reference_samples);
+      if (!reference)
+        return reference.error();
+      for (const std::string& renderer : a.renderers)
+        if (const auto r =
+                measure(a, *scene, renderer, *reference, {{"object", object}, {"sky", sky}}, options, document);
+            !r)
+          return r;
+    }
+  return deliver(document, options);
+}
+
+} // namespace
+
+Command add_frame(CLI::App& program) {
+  auto a = std::make_shared<Arguments>();
+  CLI::App* parser = program.add_subcommand("frame", "time of an augmented frame against its error");
+  parser->add_option("--folder", a->folder, "where the scenes are written and kept")->capture_default_str();
+  parser->add_option("--objects", a->objects, "teapot, blob")->delimiter(',')->capture_default_str();
+  parser->add_option("--skies", a->skies, "overcast, sun, shade")->delimiter(',')->capture_default_str();
+  parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
+  parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();
+  parser->add_option("--frames", a->frames, "timed frames each")->check(CLI::Range(1, 10000))->capture_default_str();
+  parser->add_option("--reference-samples", a->reference_samples)->check(CLI::Range(64, 65536))->capture_default_str();
+  return {parser, [a](const CommonOptions& options) { return run(*a, options); }};
+}
+
+} // namespace daylit::bench

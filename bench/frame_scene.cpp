@@ -1,0 +1,160 @@
+#include "bench/frame_scene.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+
+#include "precompute/bake.h"
+#include "scene/atomic_file.h"
+#include "scene/image_formats.h"
+#include "scene/room_formats.h"
+#include "scene/volume_file.h"
+#include "simulate/marker_board.h"
+#include "simulate/picture.h"
+#include "simulate/sample_scene.h"
+#include "simulate/teapot.h"
+
+namespace daylit::bench {
+
+namespace {
+
+constexpr double kSensorNoise = 0.01;
+constexpr double kTeapotWidth = 0.29; // metres: the object then covers 8 to 12 % of the picture
+constexpr double kBlobWidth = 0.235;
+
+MarkerBoard board_of(const MarkerConfig& marker) {
+  MarkerBoard board;
+  board.world_from_board = marker.world_from_board;
+  board.marker_size_m = marker.size_m;
+  board.margin_m = 0.25 * marker.size_m;
+  board.white_reflectance = static_cast<float>(marker.white_reflectance);
+  return board;
+}
+
+/// Grey room, printed board: enough of a photograph for finding the marker and for multiplying shadows onto it.
+RgbImage plain_photo(const RunConfig& config, const LensModel& lens) {
+  const MarkerBoard board = board_of(*config.marker);
+  const glm::dmat4& pose = *config.world_from_camera;
+  const glm::dvec3 eye(pose[3]), normal(board.world_from_board[2]), centre(board.world_from_board[3]);
+  RgbImage photo(kFrameWidth, kFrameHeight, Rgb(0.2f));
+  for (int y = 0; y < kFrameHeight; ++y)
+    for (int x = 0; x < kFrameWidth; ++x)
+      for (int s = 0; s < 16; ++s) { // box filter: detection needs soft edges
+        const auto d = lens.unproject({x + (s % 4 - 1.5) / 4, y + (s / 4 - 1.5) / 4});
+        Rgb value(0.2f);
+        if (d) {
+          const glm::dvec3 w = glm::dmat3(pose) * *d;
+          const double t = glm::dot(centre - eye, normal) / glm::dot(w, normal);
+          const glm::dvec3 p = eye + t * w, q = glm::transpose(glm::dmat3(board.world_from_board)) * (p - centre);
+          if (t > 0.0 && std::max(std::fabs(q.x), std::fabs(q.y)) < board.half_side_m())
+            value = 0.4f * board.reflectance(p);
+        }
+        photo.at(x, y) += value / 16.0f - (s == 0 ? Rgb(0.2f) : Rgb(0.0f));
+      }
+  return photo;
+}
+
+Result<void> write_object(const std::filesystem::path& path, const ObjectMesh& mesh) {
+  const std::filesystem::path mtl = path.stem().string() + ".mtl";
+  if (const auto r = write_file_atomically(path, object_obj(mesh, mtl.string())); !r)
+    return r;
+  return write_file_atomically(path.parent_path() / mtl, object_mtl(mesh.reflectance[0]));
+}
+
+Result<void> bake_room(const std::filesystem::path& room, const std::filesystem::path& volume,
+                       const Progress& progress) {
+  if (std::filesystem::exists(volume))
+    return {};
+  const auto file = read_room(room);
+  if (!file)
+    return file.error();
+  precompute::BakeOptions options;
+  precompute::BakeReport report;
+  const auto baked = precompute::bake(*file, *SkyPartition::uniform(256), options, progress, report);
+  if (!baked)
+    return baked.error();
+  return write_volume(volume, *baked);
+}
+
+} // namespace
+
+ObjectMesh blob_mesh(double width_m, Rgb reflectance) {
+  constexpr int kAround = 120, kAcross = 64;
+  const float pi = std::numbers::pi_v<float>, half = static_cast<float>(0.42 * width_m);
+  const auto radius = [&](float u, float v) {
+    return half * (1.0f + 0.12f * std::sin(5.0f * u) * std::cos(v) * std::cos(v) * std::cos(4.0f * v));
+  };
+  const auto point = [&](float u, float v) {
+    return radius(u, v) * glm::vec3(std::cos(u) * std::cos(v), std::sin(u) * std::cos(v), std::sin(v));
+  };
+  ObjectMesh mesh;
+  for (int i = 0; i <= kAround; ++i)
+    for (int j = 0; j <= kAcross; ++j) {
+      const float u = 2.0f * pi * static_cast<float>(i) / kAround, v = pi * (static_cast<float>(j) / kAcross - 0.5f);
+      constexpr float h = 1e-3f;
+      const glm::vec3 n = glm::cross(point(u + h, v) - point(u - h, v), point(u, v + h) - point(u, v - h));
+      const bool pole = j == 0 || j == kAcross;
+      mesh.positions.push_back(point(u, v) + glm::vec3(0.0f, 0.0f, half));
+      mesh.normals.push_back(pole ? glm::vec3(0.0f, 0.0f, j == 0 ? -1.0f : 1.0f) : glm::normalize(n));
+      mesh.reflectance.push_back(reflectance);
+    }
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (kAcross + 1) + j); };
+  for (int i = 0; i < kAround; ++i)
+    for (int j = 0; j < kAcross; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  return mesh;
+}
+
+Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
+                                    const std::string& sky, int pictures, const Progress& progress) {
+  std::error_code ignored;
+  std::filesystem::create_directories(folder, ignored);
+  if (const auto written = write_sample_scene(sky, folder, kFrameWidth, kFrameHeight); !written)
+    return written.error();
+  const auto sample = sample_scene(sky, kFrameWidth, kFrameHeight);
+  if (!sample)
+    return sample.error();
+  FrameScene scene;
+  scene.config = sample->run;
+  scene.config.volume = folder / "room.volume";
+  scene.config.room_model = folder / "room.obj";
+  scene.config.objects[0].model = folder / (object + ".obj");
+  if (const auto baked = bake_room(folder / "room.obj", scene.config.volume, progress); !baked)
+    return baked.error();
+  const Rgb white(0.7f, 0.68f, 0.62f);
+  if (const auto r =
+          write_object(scene.config.objects[0].model,
+                       object == "blob" ? blob_mesh(kBlobWidth, white) : tessellate_teapot(8, kTeapotWidth, white));
+      !r)
+    return r.error();
+
+  scene.interior_lens = ideal_pinhole(kFrameWidth, kFrameHeight, sample->interior_fov);
+  scene.config.interior.lens = folder / "interior.yaml";
+  if (const auto r = write_lens(scene.config.interior.lens, scene.interior_lens); !r)
+    return r.error();
+  const LensModel fisheye = ideal_fisheye(sample->fisheye_width_px, sample->fisheye_height_px, sample->fisheye_fov);
+  const auto clean_sky = render_sky_frame(AnalyticSky(sample->sky_model), fisheye);
+  if (!clean_sky)
+    return clean_sky.error();
+  const auto geometry = SkyGeometry::make(clean_sky->width, clean_sky->height, FisheyeProjection{fisheye, 0.0});
+  if (!geometry)
+    return geometry.error();
+  const RgbImage clean_photo = plain_photo(scene.config, scene.interior_lens);
+  for (int k = 0; k < pictures; ++k) {
+    RgbImage image = *clean_sky, photo = clean_photo;
+    add_sensor_noise(image, kSensorNoise, static_cast<std::uint32_t>(2 * k + 1));
+    add_sensor_noise(photo, kSensorNoise, static_cast<std::uint32_t>(2 * k + 2));
+    auto made = SkyImage::make(std::move(image), *geometry, {GroundFill::Kind::albedo, 0.2f});
+    if (!made)
+      return made.error();
+    scene.skies.push_back(std::move(*made));
+    scene.photo_bytes.push_back(to_srgb8(photo, 2.5f));
+    scene.photos.push_back(std::move(photo));
+  }
+  return scene;
+}
+
+} // namespace daylit::bench

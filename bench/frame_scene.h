@@ -1,0 +1,35 @@
+#pragma once
+
+// The scene of daylit-bench frame: the demo's room and sky, one of two objects, and pictures with fresh sensor noise.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "runtime/service/session.h"
+#include "scene/config.h"
+#include "scene/image_formats.h"
+#include "scene/lens.h"
+#include "scene/object_mesh.h"
+#include "scene/program.h"
+
+namespace daylit::bench {
+
+constexpr int kFrameWidth = 512, kFrameHeight = 496; ///< of both cameras, as in the paper
+
+struct FrameScene {
+  RunConfig config; ///< volume and models written to `folder`
+  LensModel interior_lens;
+  std::vector<SkyImage> skies;        ///< the same sky with fresh noise
+  std::vector<RgbImage> photos;       ///< linear, the same view with fresh noise
+  std::vector<Rgb8Image> photo_bytes; ///< what the marker is looked for in
+};
+
+/// `object`: "teapot" (4 K triangles) or "blob" (15 K triangles, closed, bumpy). `sky`: "overcast", "sun" or "shade".
+Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
+                                    const std::string& sky, int pictures, const Progress& progress);
+
+/// A sphere with bumps, 120 x 64 quads, standing on z = 0.
+ObjectMesh blob_mesh(double width_m, Rgb reflectance);
+
+} // namespace daylit::bench

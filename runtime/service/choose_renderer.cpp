@@ -1,0 +1,42 @@
+#include "runtime/service/choose_renderer.h"
+
+#include "runtime/render/renderer.h"
+#include "runtime/trace/traced_renderer.h"
+
+namespace daylit {
+
+namespace {
+
+Result<std::unique_ptr<PictureRenderer>> make_rays(const Room& room, std::span<const Aperture> apertures) {
+  auto made = TracedRenderer::make(room, apertures);
+  if (!made)
+    return made.error();
+  return std::unique_ptr<PictureRenderer>(std::make_unique<TracedRenderer>(std::move(*made)));
+}
+
+} // namespace
+
+Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const Room& room,
+                                                         std::span<const Aperture> apertures,
+                                                         std::vector<std::string>& notes) {
+  if (backend == Backend::rays)
+    return make_rays(room, apertures);
+  const bool may_fall_back = backend == Backend::automatic;
+  auto context = create_gl_context();
+  if (!context) {
+    if (!may_fall_back)
+      return context.error();
+    notes.push_back("no OpenGL (" + context.error().what + "): rays on the processor draw the picture");
+    return make_rays(room, apertures);
+  }
+  auto made = Renderer::make(std::move(*context), room, apertures);
+  if (!made && !may_fall_back)
+    return made.error();
+  if (!made)
+    notes.push_back("OpenGL does not draw (" + made.error().what + "): rays on the processor do");
+  if (!made || (may_fall_back && made->is_software()))
+    return make_rays(room, apertures);
+  return std::unique_ptr<PictureRenderer>(std::make_unique<Renderer>(std::move(*made)));
+}
+
+} // namespace daylit

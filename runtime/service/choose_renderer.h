@@ -1,0 +1,23 @@
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "runtime/render/picture_renderer.h"
+
+namespace daylit {
+
+enum class Backend {
+  automatic, ///< OpenGL where a graphics processor runs it, rays elsewhere
+  opengl,
+  rays,
+};
+
+/// `notes`: what was chosen against expectation. Error: the one asked for does not start.
+Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const Room& room,
+                                                         std::span<const Aperture> apertures,
+                                                         std::vector<std::string>& notes);
+
+} // namespace daylit

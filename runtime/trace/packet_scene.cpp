@@ -1,0 +1,151 @@
+#include "runtime/trace/packet_scene.h"
+
+#include <cstring>
+
+#include <embree3/rtcore.h>
+
+namespace daylit {
+
+struct PacketScene::Handle {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  RTCGeometry geometry = nullptr;
+  float* vertices = nullptr;
+  std::size_t vertex_count = 0;
+  Handle() = default;
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (geometry)
+      rtcReleaseGeometry(geometry);
+    if (scene)
+      rtcReleaseScene(scene);
+    if (device)
+      rtcReleaseDevice(device);
+  }
+
+  void write(std::span<const glm::vec3> from) { std::memcpy(vertices, from.data(), from.size_bytes()); }
+  Result<void> commit() {
+    rtcCommitGeometry(geometry);
+    rtcCommitScene(scene);
+    if (rtcGetDeviceError(device) != RTC_ERROR_NONE)
+      return Error{ErrorCode::device, "the ray tracing library could not build its hierarchy", "embree", ""};
+    return {};
+  }
+};
+
+namespace {
+
+/// 0xFFFFFFFF where the lane is asked for.
+struct alignas(64) LaneMask {
+  int valid[kLanes];
+  explicit LaneMask(std::uint32_t lanes) {
+    for (int k = 0; k < kLanes; ++k)
+      valid[k] = -static_cast<int>(lanes >> k & 1u);
+  }
+};
+
+void fill(RTCRay16& to, const RayBlock& from) {
+  static_assert(sizeof(from.org_x) == sizeof(to.org_x));
+  std::memcpy(to.org_x, from.org_x, sizeof(to.org_x));
+  std::memcpy(to.org_y, from.org_y, sizeof(to.org_y));
+  std::memcpy(to.org_z, from.org_z, sizeof(to.org_z));
+  std::memcpy(to.tnear, from.tnear, sizeof(to.tnear));
+  std::memcpy(to.dir_x, from.dir_x, sizeof(to.dir_x));
+  std::memcpy(to.dir_y, from.dir_y, sizeof(to.dir_y));
+  std::memcpy(to.dir_z, from.dir_z, sizeof(to.dir_z));
+  std::memcpy(to.tfar, from.tfar, sizeof(to.tfar));
+  std::memset(to.time, 0, sizeof(to.time));
+  std::memset(to.mask, 0xFF, sizeof(to.mask));
+  std::memset(to.id, 0, sizeof(to.id));
+  std::memset(to.flags, 0, sizeof(to.flags));
+}
+
+RTCIntersectContext coherent_context() {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  return context;
+}
+
+} // namespace
+
+Result<PacketScene> PacketScene::build(std::span<const glm::vec3> vertices,
+                                       std::span<const std::array<std::uint32_t, 3>> triangles) {
+  PacketScene result;
+  result.handle_ = std::make_shared<Handle>();
+  Handle& h = *result.handle_;
+  h.device = rtcNewDevice(nullptr);
+  if (!h.device)
+    return Error{ErrorCode::device, "the ray tracing library did not start", "embree", ""};
+  h.scene = rtcNewScene(h.device);
+  rtcSetSceneFlags(h.scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
+  result.empty_ = triangles.empty();
+  if (result.empty_) {
+    rtcCommitScene(h.scene);
+    return result;
+  }
+  h.geometry = rtcNewGeometry(h.device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  rtcSetGeometryBuildQuality(h.geometry, RTC_BUILD_QUALITY_REFIT);
+  h.vertices = static_cast<float*>(rtcSetNewGeometryBuffer(h.geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                           3 * sizeof(float), vertices.size()));
+  void* indices = rtcSetNewGeometryBuffer(h.geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                          3 * sizeof(std::uint32_t), triangles.size());
+  if (!h.vertices || !indices)
+    return Error{ErrorCode::limit_exceeded, "not enough memory for the ray scene", "embree", ""};
+  h.vertex_count = vertices.size();
+  h.write(vertices);
+  std::memcpy(indices, triangles.data(), triangles.size_bytes());
+  rtcAttachGeometryByID(h.scene, h.geometry, 0);
+  if (const auto r = h.commit(); !r)
+    return r.error();
+  return result;
+}
+
+Result<void> PacketScene::move(std::span<const glm::vec3> vertices) {
+  Handle& h = *handle_;
+  if (vertices.size() != h.vertex_count)
+    return Error{ErrorCode::value_invalid, "the mesh changed its number of vertices", "ray scene", "build a new one"};
+  if (empty_)
+    return {};
+  h.write(vertices);
+  rtcUpdateGeometryBuffer(h.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
+  return h.commit();
+}
+
+std::uint32_t PacketScene::occluded(std::uint32_t lanes, const RayBlock& rays) const {
+  if (empty_ || lanes == 0)
+    return 0;
+  const LaneMask mask(lanes);
+  alignas(64) RTCRay16 r;
+  fill(r, rays);
+  RTCIntersectContext context = coherent_context();
+  rtcOccluded16(mask.valid, handle_->scene, &context, &r);
+  std::uint32_t blocked = 0;
+  for (int k = 0; k < kLanes; ++k)
+    blocked |= static_cast<std::uint32_t>(r.tfar[k] < 0.0f) << k;
+  return blocked & lanes;
+}
+
+void PacketScene::closest(std::uint32_t lanes, const RayBlock& rays, HitBlock& hits) const {
+  for (std::uint32_t& t : hits.triangle)
+    t = kNoTriangle;
+  if (empty_ || lanes == 0)
+    return;
+  const LaneMask mask(lanes);
+  alignas(64) RTCRayHit16 r;
+  fill(r.ray, rays);
+  std::memset(r.hit.geomID, 0xFF, sizeof(r.hit.geomID));
+  std::memset(r.hit.instID, 0xFF, sizeof(r.hit.instID));
+  RTCIntersectContext context = coherent_context();
+  rtcIntersect16(mask.valid, handle_->scene, &context, &r);
+  for (int k = 0; k < kLanes; ++k)
+    if ((lanes >> k & 1u) && r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) {
+      hits.triangle[k] = r.hit.primID[k];
+      hits.distance[k] = r.ray.tfar[k];
+      hits.u[k] = r.hit.u[k];
+      hits.v[k] = r.hit.v[k];
+    }
+}
+
+} // namespace daylit

@@ -1,0 +1,52 @@
+#pragma once
+
+// Rays in blocks of sixteen against a triangle mesh that may move: what the picture on machines without a graphics
+// processor is made of.
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "scene/result.h"
+
+namespace daylit {
+
+constexpr int kLanes = 16;
+constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFu;
+
+/// Sixteen rays, structure of arrays. Directions need not be unit: distances are in their lengths.
+struct alignas(64) RayBlock {
+  float org_x[kLanes], org_y[kLanes], org_z[kLanes], tnear[kLanes];
+  float dir_x[kLanes], dir_y[kLanes], dir_z[kLanes], tfar[kLanes];
+};
+
+struct alignas(64) HitBlock {
+  std::uint32_t triangle[kLanes]; ///< kNoTriangle: none
+  float distance[kLanes], u[kLanes], v[kLanes];
+};
+
+/// Watertight (Embree's robust mode), in single precision: give coordinates relative to a point nearby.
+class PacketScene {
+public:
+  /// An empty mesh is allowed: no ray meets it. Error: out of memory.
+  static Result<PacketScene> build(std::span<const glm::vec3> vertices,
+                                   std::span<const std::array<std::uint32_t, 3>> triangles);
+  /// New places of the same vertices: the hierarchy is refitted, not rebuilt. Not thread-safe.
+  Result<void> move(std::span<const glm::vec3> vertices);
+
+  /// Bits of `lanes` whose ray is blocked on [tnear, tfar].
+  std::uint32_t occluded(std::uint32_t lanes, const RayBlock& rays) const;
+  /// Nearest hits of `lanes`; the other lanes are kNoTriangle.
+  void closest(std::uint32_t lanes, const RayBlock& rays, HitBlock& hits) const;
+  bool empty() const { return empty_; }
+
+private:
+  struct Handle;
+  std::shared_ptr<Handle> handle_;
+  bool empty_ = true;
+};
+
+} // namespace daylit

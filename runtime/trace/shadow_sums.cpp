@@ -1,0 +1,222 @@
+#include "runtime/trace/shadow_sums.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/trace/lane_vector.h"
+
+namespace daylit {
+
+namespace {
+
+std::uint64_t count(std::uint32_t bits) { return static_cast<std::uint64_t>(std::popcount(bits)); }
+
+void aim(RayBlock& rays, const PointBlock& from, float tnear) {
+  std::copy(from.x, from.x + kLanes, rays.org_x);
+  std::copy(from.y, from.y + kLanes, rays.org_y);
+  std::copy(from.z, from.z + kLanes, rays.org_z);
+  std::fill(rays.tnear, rays.tnear + kLanes, tnear);
+  std::fill(rays.tfar, rays.tfar + kLanes, std::numeric_limits<float>::infinity());
+}
+
+void turn(RayBlock& rays, const glm::vec3& w) {
+  std::fill(rays.dir_x, rays.dir_x + kLanes, w.x);
+  std::fill(rays.dir_y, rays.dir_y + kLanes, w.y);
+  std::fill(rays.dir_z, rays.dir_z + kLanes, w.z);
+}
+
+/// Adds one light; the bits of `by_room` and `by_both` lose it.
+DAYLIT_LANE_CLONES
+void add(LaneSums& sums, const Rgb& irradiance, const float (&e)[3][kLanes], std::uint32_t by_room,
+         std::uint32_t by_both) {
+  for (int c = 0; c < 3; ++c) {
+    const float whole = c == 0 ? irradiance.r : c == 1 ? irradiance.g : irradiance.b;
+    float *unblocked = sums.unblocked[c], *past_room = sums.past_room[c], *past_both = sums.past_both[c];
+    const float* share = e[c];
+    DAYLIT_EACH_LANE {
+      const float light = whole * share[k];
+      unblocked[k] += light;
+      past_room[k] += (by_room >> k & 1u) ? 0.0f : light;
+      past_both[k] += (by_both >> k & 1u) ? 0.0f : light;
+    }
+  }
+}
+
+/// Lanes that face w and whose ray along it meets the sphere.
+DAYLIT_LANE_CLONES
+std::uint32_t lanes_near(const PointBlock& p, const glm::vec3& w, const glm::vec3& centre, float radius) {
+  const float wx = w.x, wy = w.y, wz = w.z, cx = centre.x, cy = centre.y, cz = centre.z, reach2 = radius * radius;
+  std::uint32_t lanes = 0;
+#pragma omp simd reduction(| : lanes)
+  for (int k = 0; k < kLanes; ++k) {
+    const float x = cx - p.x[k], y = cy - p.y[k], z = cz - p.z[k];
+    const float along = x * wx + y * wy + z * wz, square = x * x + y * y + z * z - along * along;
+    const float cosine = p.nx[k] * wx + p.ny[k] * wy + p.nz[k] * wz;
+    lanes |= (along > -radius) & (square < reach2) & (cosine > 0.0f) ? 1u << k : 0u;
+  }
+  return lanes & p.lanes;
+}
+
+DAYLIT_LANE_CLONES
+std::uint32_t lanes_facing(const PointBlock& p, const glm::vec3& w) {
+  const float wx = w.x, wy = w.y, wz = w.z;
+  std::uint32_t lanes = 0;
+#pragma omp simd reduction(| : lanes)
+  for (int k = 0; k < kLanes; ++k)
+    lanes |= p.nx[k] * wx + p.ny[k] * wy + p.nz[k] * wz > 0.0f ? 1u << k : 0u;
+  return lanes & p.lanes;
+}
+
+/// Bits of the directions that n faces, and of those along which a ray from x meets the sphere.
+struct Faced {
+  std::uint32_t facing = 0, near = 0;
+};
+DAYLIT_LANE_CLONES
+Faced faced(const DirectionBlock& w, const glm::vec3& n, const glm::vec3& to_centre, float radius) {
+  const float nx = n.x, ny = n.y, nz = n.z, cx = to_centre.x, cy = to_centre.y, cz = to_centre.z;
+  const float distance2 = cx * cx + cy * cy + cz * cz, reach2 = radius * radius;
+  std::uint32_t facing = 0, near = 0;
+#pragma omp simd reduction(| : facing, near)
+  for (int k = 0; k < kLanes; ++k) {
+    const float along = cx * w.x[k] + cy * w.y[k] + cz * w.z[k];
+    facing |= nx * w.x[k] + ny * w.y[k] + nz * w.z[k] > 0.0f ? 1u << k : 0u;
+    near |= (along > -radius) & (distance2 - along * along < reach2) ? 1u << k : 0u;
+  }
+  return {facing, near};
+}
+
+bool block_near(const PointBlock& p, const glm::vec3& w, const ShadowCasters& casters) {
+  const glm::vec3 d = casters.centre - p.centre;
+  const float reach = casters.radius + p.radius, along = glm::dot(d, w);
+  return along > -reach && glm::dot(d, d) - along * along < reach * reach;
+}
+
+} // namespace
+
+bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const glm::vec3& centre, float radius) {
+  if (cone.half_angle < 0.0f || casters.radius <= 0.0f)
+    return false;
+  const glm::vec3 d = casters.centre - centre;
+  const float distance = glm::length(d), reach = casters.radius + radius;
+  if (distance <= reach)
+    return true;
+  const float angle = cone.half_angle + std::asin(reach / distance);
+  return angle >= 3.14159f || glm::dot(cone.axis, d) >= distance * std::cos(angle);
+}
+
+void trace_point(const LightGates& lights, const ShadowCasters& casters, const glm::vec3& start,
+                 const glm::vec3& normal, PointOf point_of, std::span<LightBits> bits, std::uint64_t& rays) {
+  RayBlock block;
+  const bool past_room = point_of == PointOf::object && !casters.occluders->empty();
+  const float tnear = point_of == PointOf::object ? 0.0f : kOwnSurface_m;
+  std::fill(block.org_x, block.org_x + kLanes, start.x);
+  std::fill(block.org_y, block.org_y + kLanes, start.y);
+  std::fill(block.org_z, block.org_z + kLanes, start.z);
+  std::fill(block.tnear, block.tnear + kLanes, tnear);
+  std::fill(block.tfar, block.tfar + kLanes, std::numeric_limits<float>::infinity());
+  const auto& directions = lights.direction_blocks();
+  for (std::size_t g = 0; g < directions.size(); ++g) {
+    const std::size_t used = std::min<std::size_t>(kLanes, lights.size() - g * kLanes);
+    const Faced f = faced(directions[g], normal, casters.centre - start, casters.radius);
+    const std::uint32_t facing = f.facing & ((1u << used) - 1u), asked = facing & f.near;
+    std::copy(directions[g].x, directions[g].x + kLanes, block.dir_x);
+    std::copy(directions[g].y, directions[g].y + kLanes, block.dir_y);
+    std::copy(directions[g].z, directions[g].z + kLanes, block.dir_z);
+    rays += count(asked);
+    const std::uint32_t blocked = casters.objects->occluded(asked, block);
+    const std::uint32_t by_room = past_room ? casters.occluders->occluded(facing & ~blocked, block) : 0u;
+    rays += past_room ? count(facing & ~blocked) : 0u;
+    bits[g] = {static_cast<std::uint16_t>(facing), static_cast<std::uint16_t>(blocked),
+               static_cast<std::uint16_t>(by_room)};
+  }
+}
+
+Agreement agree(std::span<const std::span<const LightBits>> corners, std::size_t group) {
+  if (corners.empty())
+    return {};
+  std::uint32_t clear = 0xFFFFu, blocked = 0xFFFFu, room_clear = 0xFFFFu, room_blocked = 0xFFFFu;
+  for (const std::span<const LightBits> corner : corners) {
+    const LightBits b = corner[group];
+    clear &= b.facing & ~static_cast<std::uint32_t>(b.blocked);
+    blocked &= b.facing & b.blocked;
+    room_clear &= b.facing & ~static_cast<std::uint32_t>(b.blocked | b.by_room);
+    room_blocked &= b.facing & b.by_room;
+  }
+  return {static_cast<std::uint16_t>(clear), static_cast<std::uint16_t>(blocked),
+          static_cast<std::uint16_t>(room_clear), static_cast<std::uint16_t>(room_blocked)};
+}
+
+void find_blocked_lights(const LightGates& lights, const ShadowCasters& casters, const PointBlock& points,
+                         const PointBlock& starts, float tnear, bool only_near,
+                         std::span<const std::span<const LightBits>> corners, BlockedLights& blocked,
+                         std::uint64_t& rays) {
+  blocked.entries.clear();
+  blocked.lanes = 0;
+  RayBlock block;
+  bool aimed = false;
+  for (std::size_t j = 0; j < lights.size();) {
+    const Agreement agreed = agree(corners, j / kLanes);
+    const std::size_t last = std::min(lights.size(), (j / kLanes + 1) * kLanes);
+    for (; j < last; ++j) {
+      const std::uint32_t bit = 1u << (j % kLanes);
+      if (agreed.clear & bit)
+        continue;
+      const glm::vec3& w = lights.direction(j);
+      if (only_near && !block_near(points, w, casters))
+        continue;
+      const std::uint32_t facing =
+          only_near ? lanes_near(points, w, casters.centre, casters.radius) : lanes_facing(points, w);
+      if (facing == 0)
+        continue;
+      std::uint32_t lanes = facing;
+      if (!(agreed.blocked & bit)) {
+        if (!aimed)
+          aim(block, starts, tnear);
+        aimed = true;
+        turn(block, w);
+        rays += count(facing);
+        lanes = casters.objects->occluded(facing, block);
+      }
+      if (lanes)
+        blocked.entries.push_back({static_cast<std::uint32_t>(j), lanes});
+      blocked.lanes |= lanes;
+    }
+  }
+}
+
+void sum_lights(const LightGates& lights, const BlockedLights& blocked, const ShadowCasters& casters,
+                const PointBlock& points, const PointBlock& starts, float tnear, RoomShadow room_shadow,
+                std::span<const std::span<const LightBits>> corners, LaneSums& sums, std::uint64_t& rays) {
+  RayBlock block;
+  const bool room_blocks = !casters.occluders->empty();
+  if (room_blocks)
+    aim(block, starts, tnear);
+  alignas(64) float e[3][kLanes];
+  Agreement agreed;
+  auto next = blocked.entries.begin();
+  for (std::size_t j = 0; j < lights.size(); ++j) {
+    if (j % kLanes == 0 && room_blocks)
+      agreed = agree(corners, j / kLanes);
+    const bool listed = next != blocked.entries.end() && next->light == j;
+    const std::uint32_t behind = listed ? (next++)->lanes : 0u;
+    const std::uint32_t lit = lights.received(j, points, e);
+    if (lit == 0)
+      continue;
+    const std::uint32_t bit = 1u << (j % kLanes);
+    std::uint32_t asked = lit & (room_shadow == RoomShadow::everywhere ? ~0u : behind), by_room = 0;
+    if (agreed.room_blocked & bit)
+      by_room = asked;
+    else if (asked && room_blocks && !(agreed.room_clear & bit)) {
+      turn(block, lights.direction(j));
+      by_room = casters.occluders->occluded(asked, block);
+      rays += count(asked);
+    }
+    add(sums, lights.irradiance(j), e, by_room, by_room | behind);
+  }
+}
+
+} // namespace daylit

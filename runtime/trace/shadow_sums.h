@@ -1,0 +1,91 @@
+#pragma once
+
+// Which lights the objects take from sixteen points, and what is left: the exact-visibility twin of sum_lights() in
+// render/shaders/lighting.glsl.
+//
+// Neighbouring pixels mostly lose the same lights. Visibility is traced at one pixel in sixteen first, all lights of a
+// point together; where the four corners of a block of pixels agree on a light, the block takes their answer, and only
+// the lights that they disagree on are traced for every pixel.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "runtime/light/window_cone.h"
+#include "runtime/trace/light_gates.h"
+#include "runtime/trace/packet_scene.h"
+
+namespace daylit {
+
+/// Sum over lights of irradiance, of irradiance past the room, and of irradiance past room and objects.
+struct alignas(64) LaneSums {
+  float unblocked[3][kLanes] = {}, past_room[3][kLanes] = {}, past_both[3][kLanes] = {};
+};
+
+struct ShadowCasters {
+  const PacketScene* objects = nullptr;
+  const PacketScene* occluders = nullptr; ///< the parts of the room that can stand between a point and the sky
+  glm::vec3 centre{0.0f};                 ///< sphere around the objects, relative to the scenes' origin
+  float radius = 0.0f;
+};
+
+/// Cone that holds all light directions of a group: which blocks the objects can shadow at all.
+struct LightCone {
+  glm::vec3 axis{0.0f, 0.0f, 1.0f};
+  float half_angle = -10.0f; ///< radians; negative: no lights
+};
+
+/// False when no light of the cone can reach a point of the sphere (centre, radius) through the casters' sphere.
+bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const glm::vec3& centre, float radius);
+
+/// Answers for groups of sixteen lights at one point: bit k of word g is light 16 g + k.
+struct LightBits {
+  std::uint16_t facing = 0;  ///< the point faces the light
+  std::uint16_t blocked = 0; ///< of those: an object is in the way
+  std::uint16_t by_room = 0; ///< of those that no object blocks: the room does
+};
+
+/// Traces the lights that face a point of an object or of the room past the objects, for an object's also past the
+/// room. Surfaces of the room nearer than kOwnSurface_m to a point of it are its own.
+enum class PointOf { object, room };
+void trace_point(const LightGates& lights, const ShadowCasters& casters, const glm::vec3& start,
+                 const glm::vec3& normal, PointOf point_of, std::span<LightBits> bits, std::uint64_t& rays);
+
+/// What four corners say about the points between them.
+struct Agreement {
+  std::uint16_t clear = 0, blocked = 0;           ///< all face the light and say so, of the objects
+  std::uint16_t room_clear = 0, room_blocked = 0; ///< of the room
+};
+/// No corners (empty span): nothing is agreed on.
+Agreement agree(std::span<const std::span<const LightBits>> corners, std::size_t group);
+
+/// Lights of a group that the objects take from a block of points.
+struct BlockedLights {
+  struct Entry {
+    std::uint32_t light, lanes;
+  };
+  std::vector<Entry> entries; ///< ascending lights
+  std::uint32_t lanes = 0;    ///< that lose any
+};
+
+/// Replaces `blocked`. `starts`: where the rays of the points begin. `only_near`: the points lie on the room, lights
+/// whose rays miss the casters' sphere are skipped.
+void find_blocked_lights(const LightGates& lights, const ShadowCasters& casters, const PointBlock& points,
+                         const PointBlock& starts, float tnear, bool only_near,
+                         std::span<const std::span<const LightBits>> corners, BlockedLights& blocked,
+                         std::uint64_t& rays);
+
+enum class RoomShadow {
+  where_blocked, ///< looked for only along rays that the objects block: enough for what the objects take
+  everywhere,    ///< for every light: past_room is exact
+};
+
+/// Light that the room keeps from a point is lost to nobody. `corners`: asked about the room; none for points of it.
+void sum_lights(const LightGates& lights, const BlockedLights& blocked, const ShadowCasters& casters,
+                const PointBlock& points, const PointBlock& starts, float tnear, RoomShadow room_shadow,
+                std::span<const std::span<const LightBits>> corners, LaneSums& sums, std::uint64_t& rays);
+
+// Surfaces nearer than this to a point of the room are taken to be its own, metres.
+constexpr float kOwnSurface_m = 2e-4f;
+
+} // namespace daylit

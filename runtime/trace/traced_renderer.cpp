@@ -1,0 +1,228 @@
+#include "runtime/trace/traced_renderer.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "runtime/render/bounds.h"
+#include "runtime/trace/picture_shader.h"
+#include "runtime/trace/visible_surfaces.h"
+
+namespace daylit {
+
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The reflecting triangles of a room, relative to an origin.
+struct RoomMesh {
+  std::vector<glm::vec3> vertices;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint32_t> source; ///< in the room
+};
+
+RoomMesh room_mesh(const Room& room, const glm::dvec3& origin, std::span<const std::uint32_t> triangles) {
+  RoomMesh mesh;
+  for (const glm::dvec3& v : room.vertices)
+    mesh.vertices.emplace_back(v - origin);
+  for (const std::uint32_t i : triangles) {
+    mesh.triangles.push_back(room.triangles[i].vertex);
+    mesh.source.push_back(i);
+  }
+  return mesh;
+}
+
+std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
+  std::vector<std::uint32_t> list;
+  for (std::uint32_t i = 0; i < room.triangles.size(); ++i)
+    if (!room.is_window(room.triangles[i]))
+      list.push_back(i);
+  return list;
+}
+
+LightCone light_cone(const std::vector<DirectionalLight>& lights) {
+  const glm::vec4 cone = bounding_cone(lights);
+  return {glm::vec3(cone), cone.w};
+}
+
+// Parts of an object further apart in depth than this share of its radius are shaded separately where they meet.
+constexpr float kApartShare = 0.04f;
+
+} // namespace
+
+struct TracedRenderer::State {
+  TracedScene scene;
+  PacketScene room;
+  std::vector<Aperture> apertures;
+  std::size_t occluder_count = 0;
+  RenderCamera camera;
+  VisibleSurfaces view;
+  PictureShader shader;
+  bool has_camera = false, room_is_traced = false, objects_are_traced = false;
+  RenderTimes times;
+
+  PixelBox object_box() const;
+  void find_surfaces();
+};
+
+/// Pixels that the objects' vertices project to; everything when one lies before the near plane.
+PixelBox TracedRenderer::State::object_box() const {
+  const PixelBox whole{0, 0, camera.width_px, camera.height_px};
+  if (scene.triangles.empty())
+    return {};
+  const glm::dmat3 axes(camera.world_from_camera);
+  const glm::dvec3 eye = camera.eye() - scene.origin;
+  glm::dvec2 lo(std::numeric_limits<double>::infinity()), hi = -lo;
+  for (const glm::vec3& p : scene.positions) {
+    const glm::dvec3 c = (glm::dvec3(p) - eye) * axes; // transpose of a rotation
+    if (c.z < kNearPlane_m)
+      return whole;
+    const glm::dvec2 pixel(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
+    lo = glm::min(lo, pixel);
+    hi = glm::max(hi, pixel);
+  }
+  lo = glm::clamp(lo, -2.0, 1e6);
+  hi = glm::clamp(hi, -2.0, 1e6);
+  return PixelBox{static_cast<int>(std::floor(lo.x)), static_cast<int>(std::floor(lo.y)),
+                  static_cast<int>(std::ceil(hi.x)) + 1, static_cast<int>(std::ceil(hi.y)) + 1}
+      .clipped(camera.width_px, camera.height_px);
+}
+
+void TracedRenderer::State::find_surfaces() {
+  if (!room_is_traced)
+    view.trace_room(room);
+  if (!objects_are_traced)
+    view.trace_objects(scene.objects, room, object_box(), kApartShare * static_cast<float>(scene.sphere.radius));
+  room_is_traced = objects_are_traced = true;
+}
+
+Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Aperture> apertures,
+                                            const TraceSettings& settings) {
+  auto state = std::make_unique<State>();
+  TracedScene& scene = state->scene;
+  scene.settings = settings;
+  scene.origin = room.bounds().empty() ? glm::dvec3(0.0) : room.bounds().centre();
+  state->apertures.assign(apertures.begin(), apertures.end());
+  const RoomMesh whole = room_mesh(room, scene.origin, reflecting_triangles(room));
+  const std::vector<std::uint32_t> occluding = occluding_triangles(room, apertures);
+  const RoomMesh occluders = room_mesh(room, scene.origin, occluding);
+  state->occluder_count = occluding.size();
+  scene.room_triangle = whole.source;
+  for (const std::uint32_t i : whole.source) {
+    const glm::dvec3 n = area_normal(room, room.triangles[i]);
+    scene.room_normals.emplace_back(glm::length(n) > 0.0 ? glm::normalize(n) : glm::dvec3(0.0, 0.0, 1.0));
+  }
+  for (auto [target, mesh] : {std::pair{&state->room, &whole}, {&scene.occluders, &occluders}}) {
+    auto built = PacketScene::build(mesh->vertices, mesh->triangles);
+    if (!built)
+      return built.error();
+    *target = std::move(*built);
+  }
+  return TracedRenderer(std::move(state));
+}
+
+TracedRenderer::TracedRenderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+TracedRenderer::TracedRenderer(TracedRenderer&&) noexcept = default;
+TracedRenderer& TracedRenderer::operator=(TracedRenderer&&) noexcept = default;
+TracedRenderer::~TracedRenderer() = default;
+
+Result<void> TracedRenderer::set_camera(const RenderCamera& camera) {
+  State& s = *state_;
+  if (s.has_camera && same_view(camera, s.camera))
+    return {};
+  s.camera = camera;
+  s.view.set_camera(camera, s.scene.origin);
+  s.has_camera = true;
+  s.room_is_traced = s.objects_are_traced = false;
+  return {};
+}
+
+Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
+  State& s = *state_;
+  TracedScene& scene = s.scene;
+  const bool same_mesh = objects.triangles == scene.triangles && scene.positions.size() == objects.positions.size();
+  scene.positions.clear();
+  for (const glm::dvec3& p : objects.positions)
+    scene.positions.emplace_back(p - scene.origin);
+  scene.normals = objects.normals;
+  scene.reflectance = objects.reflectance;
+  scene.sphere = objects.bounds();
+  scene.light.assign(objects.positions.size(), {});
+  s.objects_are_traced = false;
+  if (same_mesh && !scene.triangles.empty())
+    return scene.objects.move(scene.positions);
+  scene.triangles = objects.triangles;
+  auto built = PacketScene::build(scene.positions, scene.triangles);
+  if (!built)
+    return built.error();
+  scene.objects = std::move(*built);
+  return {};
+}
+
+Result<void> TracedRenderer::set_lights(const LightSet& lights) {
+  State& s = *state_;
+  TracedScene& scene = s.scene;
+  scene.sky = {LightGates(lights.sky, s.apertures, scene.origin), light_cone(lights.sky)};
+  scene.sun = {LightGates(lights.sun, s.apertures, scene.origin), light_cone(lights.sun)};
+  scene.sun_normal_irradiance = Rgb(0.0f);
+  for (const DirectionalLight& l : lights.sun)
+    scene.sun_normal_irradiance += l.irradiance;
+  return {};
+}
+
+Result<std::vector<std::uint8_t>> TracedRenderer::vertices_in_view() {
+  State& s = *state_;
+  if (!s.has_camera)
+    return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
+  s.find_surfaces();
+  std::vector<std::uint8_t> used(s.scene.positions.size(), 0);
+  const auto mark = [&](const ObjectHit& hit) {
+    if (hit.samples > 0)
+      for (const std::uint32_t v : s.scene.triangles[hit.triangle])
+        used[v] = 1;
+  };
+  const PixelBox& box = s.view.object_box();
+  for (int y = box.y0; y < box.y1; ++y)
+    for (int x = box.x0; x < box.x1; ++x)
+      if (s.view.is_edge(x, y))
+        for (const ObjectHit& hit : s.view.edge_hits(x, y))
+          mark(hit);
+      else
+        mark(s.view.object(x, y));
+  return used;
+}
+
+Result<void> TracedRenderer::set_vertex_light(std::span<const VertexLight> light) {
+  State& s = *state_;
+  if (light.size() != s.scene.positions.size())
+    return Error{ErrorCode::value_invalid,
+                 "light for " + std::to_string(light.size()) + " vertices, the objects have " +
+                     std::to_string(s.scene.positions.size()),
+                 "renderer", "set the objects first"};
+  s.scene.light.assign(light.begin(), light.end());
+  return {};
+}
+
+Result<void> TracedRenderer::draw(RenderedFrame& frame) {
+  State& s = *state_;
+  if (!s.has_camera)
+    return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
+  const auto start = std::chrono::steady_clock::now();
+  s.find_surfaces();
+  const std::uint64_t rays = s.shader.shade(s.scene, s.view, frame);
+  s.times = {0.0, milliseconds_since(start), 0.0, rays};
+  return {};
+}
+
+const RenderTimes& TracedRenderer::times() const { return state_->times; }
+std::size_t TracedRenderer::room_occluders() const { return state_->occluder_count; }
+std::string TracedRenderer::description() const { return "rays on the processor (Embree)"; }
+
+} // namespace daylit

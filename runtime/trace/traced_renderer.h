@@ -1,0 +1,43 @@
+#pragma once
+
+// The picture by rays on the processor: for machines whose OpenGL is software. Visibility is exact; work is done only
+// for pixels that show an object or that some light could reach only through the objects' bounding sphere.
+
+#include <memory>
+
+#include "runtime/render/picture_renderer.h"
+
+namespace daylit {
+
+struct TraceSettings {
+  /// Visibility of a block of pixels from its corners where they agree (trace/shadow_sums.h); otherwise every pixel
+  /// traces every light. A shadow narrower than four pixels may be missed.
+  bool share_visibility = true;
+};
+
+class TracedRenderer final : public PictureRenderer {
+public:
+  static Result<TracedRenderer> make(const Room& room, std::span<const Aperture> apertures,
+                                     const TraceSettings& settings = {});
+  TracedRenderer(TracedRenderer&&) noexcept;
+  TracedRenderer& operator=(TracedRenderer&&) noexcept;
+  ~TracedRenderer() override;
+
+  Result<void> set_camera(const RenderCamera& camera) override;
+  Result<void> set_objects(const ObjectSurface& objects) override;
+  Result<void> set_lights(const LightSet& lights) override;
+  Result<std::vector<std::uint8_t>> vertices_in_view() override;
+  Result<void> set_vertex_light(std::span<const VertexLight> light) override;
+  Result<void> draw(RenderedFrame& frame) override;
+
+  const RenderTimes& times() const override;
+  std::string description() const override;
+  std::size_t room_occluders() const override;
+
+private:
+  struct State;
+  explicit TracedRenderer(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+} // namespace daylit

@@ -1,0 +1,109 @@
+#pragma once
+
+// What each pixel of the drawn picture shows: a point of the room, a point of a virtual object, or both in part.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "runtime/render/pixel_box.h"
+#include "runtime/render/render_camera.h"
+#include "runtime/trace/packet_scene.h"
+
+namespace daylit {
+
+constexpr int kBlockSide = 4; ///< pixels: a block of pixels fills the lanes of a ray block
+constexpr int kCoverageSamples = 8;
+
+/// A point of an object that stands for `samples` of a pixel's kCoverageSamples.
+struct ObjectHit {
+  std::uint32_t triangle = kNoTriangle;
+  float u = 0.0f, v = 0.0f, depth = 0.0f;
+  std::uint8_t samples = 0;
+};
+
+/// A point of the room as seen through a pixel.
+struct RoomHit {
+  std::uint32_t triangle = kNoTriangle; ///< of the room's ray scene
+  float depth = 0.0f;                   ///< along the camera's axis, metres
+};
+
+/// Bounding sphere of the room points of one block.
+struct BlockBound {
+  glm::vec3 centre{0.0f};
+  float radius = -1.0f; ///< negative: the block shows nothing of the room
+};
+
+/// Pixels inside an object are sampled at their centre. A pixel at an object's outline, or where one part of it stands
+/// before another, is an edge: it takes kCoverageSamples, and as many points as lie apart in depth. Positions are
+/// metres relative to `origin`.
+class VisibleSurfaces {
+public:
+  void set_camera(const RenderCamera& camera, const glm::dvec3& origin);
+  void trace_room(const PacketScene& room);
+  /// `box`: pixels that the objects may cover; everything outside it shows none.
+  /// `apart_m`: surfaces further apart in depth are shaded separately.
+  void trace_objects(const PacketScene& objects, const PacketScene& room, const PixelBox& box, float apart_m);
+
+  int width_px() const { return width_; }
+  int height_px() const { return height_; }
+  int block_columns() const { return (width_ + kBlockSide - 1) / kBlockSide; }
+  int block_rows() const { return (height_ + kBlockSide - 1) / kBlockSide; }
+  const BlockBound& block(int column, int row) const { return blocks_[block_index(column, row)]; }
+  const PixelBox& object_box() const { return object_box_; }
+
+  const RoomHit& room(int x, int y) const { return room_[pixel_index(x, y)]; }
+  /// The first, or only, point of the objects in a pixel.
+  const ObjectHit& object(int x, int y) const { return object_[pixel_index(x, y)]; }
+  bool is_edge(int x, int y) const { return edge_of_pixel_[pixel_index(x, y)] != kNoEdge; }
+  /// All points of the objects in an edge pixel.
+  std::span<const ObjectHit> edge_hits(int x, int y) const {
+    const Edge& e = edges_[edge_of_pixel_[pixel_index(x, y)]];
+    return {e.hits.data(), static_cast<std::size_t>(e.hit_count)};
+  }
+  /// The room's point that a pixel shows beside the object: its centre, or an uncovered sample of an edge.
+  RoomHit uncovered_room(int x, int y, glm::vec3& position) const;
+  /// Direction of unit depth through a pixel position.
+  glm::vec3 direction(float x, float y) const { return corner_ + x * right_ + y * down_; }
+  const glm::vec3& eye() const { return eye_; }
+  std::size_t edge_pixels() const { return edges_.size(); }
+
+private:
+  static constexpr std::uint32_t kNoEdge = 0xFFFFFFFFu;
+  static constexpr int kMostEdgeHits = 3;
+  struct Edge {
+    std::uint32_t pixel = 0;
+    std::array<ObjectHit, kMostEdgeHits> hits{};
+    int hit_count = 0;
+    RoomHit room; ///< at the first uncovered sample
+    std::uint8_t room_sample = 0;
+  };
+  std::size_t pixel_index(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }
+  std::size_t block_index(int column, int row) const {
+    return static_cast<std::size_t>(row) * block_columns() + column;
+  }
+  void aim(RayBlock& rays, int lane, float x, float y) const;
+  void trace_room_block(const PacketScene& room, int column, int row);
+  void clear_objects();
+  void trace_object_block(const PacketScene& objects, int x0, int y0);
+  bool neighbours_differ(int x, int y, float apart_m) const;
+  void find_edges(float apart_m);
+  void sample_edges(const PacketScene& objects, const PacketScene& room, std::size_t first, std::size_t count,
+                    float apart_m);
+  void add_sample(Edge& edge, const ObjectHit& sample, float apart_m) const;
+
+  int width_ = 0, height_ = 0;
+  glm::vec3 eye_{0.0f}, corner_{0.0f}, right_{0.0f}, down_{0.0f};
+  std::vector<RoomHit> room_;
+  std::vector<ObjectHit> object_;
+  std::vector<BlockBound> blocks_;
+  std::vector<Edge> edges_; ///< ascending pixels
+  std::vector<std::uint32_t> edge_of_pixel_;
+  PixelBox object_box_;
+};
+
+} // namespace daylit

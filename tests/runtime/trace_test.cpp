@@ -1,0 +1,239 @@
+// The picture by rays: against the slow twin, against OpenGL, and where there is nothing sensible to draw.
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "direct_reference.h"
+#include "runtime/render/compose.h"
+#include "runtime/render/renderer.h"
+#include "runtime/trace/traced_renderer.h"
+#include "test_scene.h"
+
+namespace daylit {
+namespace {
+
+constexpr int kWidth = 128, kHeight = 124;
+
+struct Scene {
+  Room room = test::box_room();
+  std::vector<Aperture> windows = test::box_window();
+  ObjectSurface object = test::place(test::torus(0.15f, 0.07f, 160, 80), {2.0, 3.4, 0.23}, 1.2);
+  SkyMap sky = test::overcast_sky();
+  std::optional<DetectedSun> sun;
+  RenderCamera camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, kWidth, kHeight, 0.6);
+  std::vector<SkyMap> pyramid;
+  LightSet lights;
+  std::vector<ApertureCell> cells;
+
+  Result<RenderedFrame> render(PictureRenderer& renderer) {
+    pyramid = sky_map_pyramid(sky);
+    const BoundingSphere sphere = object.bounds();
+    lights = sample_lights(sky, sun, windows, sphere, 64);
+    cells = aperture_cells(windows, sphere, pyramid);
+    const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, object.positions, object.normals);
+    std::vector<VertexLight> light(open.size());
+    for (std::size_t i = 0; i < open.size(); ++i)
+      light[i].open_sky_front = open[i];
+    RenderedFrame frame;
+    for (const auto& step : {renderer.set_camera(camera), renderer.set_objects(object), renderer.set_lights(lights),
+                             renderer.set_vertex_light(light), renderer.draw(frame)})
+      if (!step)
+        return step.error();
+    return frame;
+  }
+  Result<RenderedFrame> trace(bool share = true) {
+    auto renderer = TracedRenderer::make(room, windows, {share});
+    return renderer ? render(*renderer) : renderer.error();
+  }
+};
+
+DetectedSun sun_through_the_window() {
+  DetectedSun sun;
+  sun.direction = glm::normalize(glm::dvec3(0.1, 1.6, 1.3));
+  sun.normal_irradiance = Rgb(5.0f);
+  return sun;
+}
+
+glm::vec4 at(const std::vector<glm::vec4>& pass, const RenderedFrame& frame, int x, int y) {
+  return frame.box.contains(x, y) ? pass[frame.index(x, y)] : glm::vec4(0.0f);
+}
+
+struct Difference {
+  double object = 0, lost = 0; ///< RMS, by the mean radiance of the object and by the mean share lost
+};
+
+/// Over the pixels that neither picture has at an edge.
+Difference compare(const RenderedFrame& a, const RenderedFrame& b) {
+  double object = 0, object_mean = 0, lost = 0, lost_mean = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const glm::vec4 p = at(a.object, a, x, y), q = at(b.object, b, x, y);
+      if (p.w > 0.999f && q.w > 0.999f) {
+        object += static_cast<double>((p.y - q.y) * (p.y - q.y));
+        object_mean += static_cast<double>(q.y);
+      } else if (p.w < 0.001f && q.w < 0.001f) {
+        const float s = at(a.lost_sky, a, x, y).y, t = at(b.lost_sky, b, x, y).y;
+        lost += static_cast<double>((s - t) * (s - t)) * static_cast<double>(t > 0.0f || s > 0.0f);
+        lost_mean += static_cast<double>(t);
+      }
+    }
+  const auto count = [&](const std::vector<glm::vec4>& pass, float least) {
+    double n = 0;
+    for (const glm::vec4& p : pass)
+      n += p.w > least || (least < 0.0f && p.y > 0.0f);
+    return n;
+  };
+  const double object_count = count(b.object, 0.999f);
+  double lost_count = 0;
+  for (const glm::vec4& p : b.lost_sky)
+    lost_count += p.y > 0.0f;
+  return {std::sqrt(object / object_count) / (object_mean / object_count),
+          std::sqrt(lost / lost_count) / (lost_mean / lost_count)};
+}
+
+TEST(TracedRenderer, lost_light_equals_the_slow_twin_at_every_pixel) {
+  Scene scene;
+  const auto frame = scene.trace(false);
+  ASSERT_TRUE(frame) << frame.error().message();
+  const test::DirectReference reference(scene.room, scene.windows, scene.object);
+  const RayScene room = *RayScene::build(scene.room);
+  const glm::dvec3 eye = scene.camera.eye();
+  int shadowed = 0, wrong = 0;
+  for (int y = 0; y < kHeight; y += 3)
+    for (int x = 0; x < kWidth; x += 3) {
+      if (at(frame->object, *frame, x, y).w > 0.0f)
+        continue;
+      RayHit hit;
+      const glm::dvec3 w = scene.camera.direction({x, y});
+      if (!room.closest(room.to_local(eye), glm::vec3(w), 0, 100, hit))
+        continue;
+      glm::dvec3 n = glm::normalize(area_normal(scene.room, scene.room.triangles[hit.triangle]));
+      n = glm::dot(n, w) > 0 ? -n : n;
+      const glm::dvec3 p = eye + w * static_cast<double>(hit.distance);
+      const auto e = reference.estimate(scene.lights, scene.pyramid, scene.cells, p, n);
+      const float exact = 1.0f - e.with.g / e.without.g, drawn = at(frame->lost_sky, *frame, x, y).y;
+      shadowed += exact > 0.0f;
+      wrong += std::fabs(exact - drawn) > 1e-3f;
+    }
+  EXPECT_GT(shadowed, 100);
+  EXPECT_LE(wrong, shadowed / 50) << "rays that graze the object's facets may fall to either side";
+}
+
+TEST(TracedRenderer, agrees_with_open_gl) {
+  for (const bool with_sun : {false, true}) {
+    Scene scene;
+    if (with_sun)
+      scene.sun = sun_through_the_window();
+    auto context = create_gl_context();
+    ASSERT_TRUE(context) << context.error().message();
+    auto gl = Renderer::make(std::move(*context), scene.room, scene.windows);
+    ASSERT_TRUE(gl) << gl.error().message();
+    const auto drawn = scene.render(*gl);
+    const auto traced = scene.trace();
+    ASSERT_TRUE(drawn && traced);
+    const Difference d = compare(*traced, *drawn);
+    EXPECT_LT(d.object, with_sun ? 0.06 : 0.03) << "texels and bias of the shadow maps";
+    EXPECT_LT(d.lost, 0.08);
+    double covered = 0, both = 0;
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const float p = at(traced->object, *traced, x, y).w, q = at(drawn->object, *drawn, x, y).w;
+        covered += static_cast<double>(std::max(p, q));
+        both += static_cast<double>(std::min(p, q));
+      }
+    EXPECT_GT(both / covered, 0.98);
+  }
+}
+
+TEST(TracedRenderer, sharing_visibility_changes_little) {
+  Scene scene;
+  scene.sun = sun_through_the_window();
+  const auto all = scene.trace(false), shared = scene.trace(true);
+  ASSERT_TRUE(all && shared);
+  const Difference d = compare(*shared, *all);
+  EXPECT_LT(d.object, 0.02);
+  EXPECT_LT(d.lost, 0.03);
+}
+
+TEST(TracedRenderer, the_picture_does_not_depend_on_what_was_drawn_before) {
+  Scene scene;
+  auto renderer = TracedRenderer::make(scene.room, scene.windows);
+  ASSERT_TRUE(renderer);
+  Scene elsewhere;
+  elsewhere.object = test::place(test::torus(0.15f, 0.07f, 160, 80), {1.8, 3.0, 0.3}, 0.3);
+  elsewhere.camera = test::look_at({2.5, 4.4, 1.3}, {2.0, 3.4, 0.2}, kWidth, kHeight, 0.7);
+  ASSERT_TRUE(elsewhere.render(*renderer));
+  const auto again = scene.render(*renderer), fresh = scene.trace();
+  ASSERT_TRUE(again && fresh);
+  ASSERT_EQ(again->box, fresh->box);
+  EXPECT_LT(compare(*again, *fresh).object, 1e-3) << "a refitted hierarchy finds the same hits";
+}
+
+TEST(TracedRenderer, an_object_where_none_can_be_seen_is_defined) {
+  const glm::dvec3 eye{3.0, 4.6, 1.1};
+  for (const glm::dvec3& place : {glm::dvec3(2.0, 5.0, 1.5), glm::dvec3(2.0, -0.5, 1.4), glm::dvec3(0.0, 2.0, 1.0), eye,
+                                  glm::dvec3(20.0, 0.0, 0.0)}) {
+    Scene scene;
+    scene.object = test::place(test::torus(0.15f, 0.07f), place);
+    const auto frame = scene.trace();
+    ASSERT_TRUE(frame) << frame.error().message();
+    const RgbImage photo(kWidth, kHeight, Rgb(0.25f));
+    const Composite composite =
+        compose(photo, *frame, scene.camera,
+                [](const glm::dvec3&, const RoomSurface*) { return std::optional(RoomPoint{}); }, {});
+    for (std::size_t i = 0; i < photo.texels.size(); ++i) {
+      const Rgb& c = composite.picture.texels[i];
+      ASSERT_TRUE(std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b));
+      if (composite.touched[i] == 0) {
+        ASSERT_EQ(0, std::memcmp(&c, &photo.texels[i], sizeof(Rgb)));
+      }
+    }
+  }
+}
+
+TEST(TracedRenderer, extreme_skies_and_empty_objects_are_defined) {
+  Scene black, empty, flash;
+  std::fill(black.sky.radiance.begin(), black.sky.radiance.end(), Rgb(0.0f));
+  empty.object = {};
+  flash.sky.radiance[static_cast<std::size_t>(100) * flash.sky.width + 100] = Rgb(1e9f);
+  for (Scene* scene : {&black, &empty, &flash}) {
+    const auto frame = scene->trace();
+    ASSERT_TRUE(frame) << frame.error().message();
+    for (const auto* pass : {&frame->object, &frame->lost_sky, &frame->room})
+      for (const glm::vec4& p : *pass)
+        ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.w));
+  }
+  EXPECT_TRUE(empty.trace()->box.empty()) << "nothing to draw, no pixel is looked at";
+}
+
+TEST(TracedRenderer, edges_are_covered_in_eighths) {
+  Scene scene;
+  const auto frame = scene.trace();
+  ASSERT_TRUE(frame);
+  int partly = 0;
+  for (const glm::vec4& p : frame->object) {
+    partly += p.w > 0.1f && p.w < 0.9f;
+    ASSERT_LE(p.w, 1.0f + 1e-5f);
+  }
+  EXPECT_GT(partly, 50);
+}
+
+TEST(OpenSky, many_points_at_once_agree_with_one_by_one) {
+  Scene scene;
+  for (Aperture& a : scene.windows)
+    a.refractive_index = 1.52f;
+  const auto pyramid = sky_map_pyramid(scene.sky);
+  const auto cells = aperture_cells(scene.windows, scene.object.bounds(), pyramid);
+  const auto many = open_sky_irradiance(pyramid, cells, scene.object.positions, scene.object.normals);
+  float brightest = 0.0f;
+  for (const Rgb& e : many)
+    brightest = std::max(brightest, e.g);
+  for (std::size_t i = 0; i < many.size(); i += 37) {
+    const Rgb one = open_sky_irradiance(pyramid, cells, scene.object.positions[i], glm::dvec3(scene.object.normals[i]));
+    ASSERT_NEAR(many[i].g, one.g, 1e-4f * brightest) << i;
+  }
+}
+
+} // namespace
+} // namespace daylit
