@@ -39,9 +39,7 @@ Command add_sh(CLI::App& program);
 Command add_transport(CLI::App& program);      ///< only where radiosity and simulate are built
 Command add_transport_cost(CLI::App& program); ///< the same
 Command add_selftest(CLI::App& program);       ///< the same
-Command add_transport(CLI::App& program); ///< only where radiosity and simulate are built
-Command add_selftest(CLI::App& program);  ///< the same
-Command add_frame(CLI::App& program);     ///< and the runtime
+Command add_frame(CLI::App& program);          ///< the same, and the runtime
 
 /// Writes `document` as options ask: to the file, and to stdout when --json.
 Result<void> deliver(const nlohmann::json& document, const CommonOptions& options);
