@@ -28,13 +28,14 @@ struct TracedScene {
   std::vector<glm::vec3> positions, normals;
   std::vector<Rgb> reflectance;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<VertexLight> light; ///< per vertex
-  BoundingSphere sphere;          ///< around the objects, world
+  std::vector<VertexLight> light;  ///< per vertex
+  BoundingSphere sphere;           ///< around the objects, world
+  glm::vec3 low{0.0f}, high{0.0f}; ///< box around their vertices
   LightGroup sky, sun;
   Rgb sun_normal_irradiance{0.0f};
 
   ShadowCasters casters() const {
-    return {&objects, &occluders, glm::vec3(sphere.centre - origin), static_cast<float>(sphere.radius)};
+    return {&objects, &occluders, glm::vec3(sphere.centre - origin), static_cast<float>(sphere.radius), low, high};
   }
 };
 
