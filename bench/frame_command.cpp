@@ -143,6 +143,35 @@ Result<Composite> still_picture(const FrameScene& scene, Session& session, int s
   return (*frame)->composite;
 }
 
+/// Standard deviation over skies with fresh sensor noise, RMS over object pixels, by the mean.
+Result<double> flicker(const FrameScene& scene, Session& session) {
+  std::vector<RgbImage> pictures;
+  std::vector<std::uint8_t> touched;
+  for (std::size_t k = 0; k < scene.skies.size(); ++k) {
+    const auto frame = session.render({scene.skies[k], scene.photos[0], k + 1, 1});
+    if (!frame)
+      return frame.error();
+    pictures.push_back((*frame)->composite.picture);
+    touched = (*frame)->composite.touched;
+  }
+  double variance = 0.0, mean = 0.0;
+  const double n = static_cast<double>(pictures.size());
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < touched.size(); ++i) {
+    if (touched[i] != 2)
+      continue;
+    double sum = 0.0, square = 0.0;
+    for (const RgbImage& p : pictures) {
+      sum += static_cast<double>(p.texels[i].g);
+      square += static_cast<double>(p.texels[i].g) * static_cast<double>(p.texels[i].g);
+    }
+    variance += std::max(0.0, square - sum * sum / n) / (n - 1.0);
+    mean += sum / n;
+    ++count;
+  }
+  return count ? std::sqrt(variance / static_cast<double>(count)) / (mean / static_cast<double>(count)) : 0.0;
+}
+
 Result<Session> open(const FrameScene& scene, const std::string& renderer) {
   return Session::open(
       scene.config, kFrameWidth, kFrameHeight, [](const std::string&, double) { return !interrupted(); },
@@ -154,7 +183,8 @@ void print(const nlohmann::json& row) {
               row["renderer"].get<std::string>().c_str(), row["samples"].get<int>());
   for (const Motion m : {Motion::everything, Motion::object, Motion::nothing})
     std::printf(" %8.2f/%7.2f", row[name_of(m)]["wall_ms"].get<double>(), row[name_of(m)]["cpu_ms"].get<double>());
-  std::printf(" %8.2f %6.1f\n", 100 * row["error"].get<double>(), 100 * row["object_share"].get<double>());
+  std::printf(" %8.2f %9.3f %6.1f\n", 100 * row["error"].get<double>(), 100 * row["flicker"].get<double>(),
+              100 * row["object_share"].get<double>());
 }
 
 Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer,
@@ -172,12 +202,16 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     row["description"] = session->renderer_description();
     row["samples"] = samples;
     row["error"] = object_error(*picture, reference);
+    const auto noise = flicker(scene, *session);
+    if (!noise)
+      return noise.error();
+    row["flicker"] = *noise;
     row["object_share"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
     row["shadow_share"] = static_cast<double>(picture->shadow_pixels) / (kFrameWidth * kFrameHeight);
     for (const Motion m : {Motion::everything, Motion::object, Motion::nothing}) {
       if (interrupted())
         return interrupted_error("frame");
-      auto timed = time_motion(scene, *session, m, m == Motion::everything && renderer == "gl" ? 6 : a.frames);
+      auto timed = time_motion(scene, *session, m, renderer == "gl" ? std::min(a.frames, 5) : a.frames);
       if (!timed)
         return timed.error();
       row[name_of(m)] = std::move(*timed);
@@ -192,21 +226,22 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
 Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {{"machine", machine()},
                              {"picture", {kFrameWidth, kFrameHeight}},
-                             {"error", "RMS over object pixels of the difference to the rays renderer with " +
-                                           std::to_string(a.reference_samples) + " samples, by the mean"},
+                             {"error", "RMS over object pixels of the difference to every pixel tracing " +
+                                           std::to_string(a.reference_samples) +
+                                           " lights, by the mean (direct + indirect)"},
                              {"frames", a.frames}};
   document["machine"]["clock"] = "wall clock and CPU time of all threads, medians";
   if (!options.json)
-    std::printf(
-        "ms wall/CPU                    moving           object moving    nothing changed   error %%  share %%\n");
+    std::printf("ms wall/CPU                    moving           object moving    nothing changed   error %%  flicker "
+                "%%  share %%\n");
   for (const std::string& object : a.objects)
     for (const std::string& sky : a.skies) {
       ProgressLine progress(options.quiet || options.json);
-      auto scene = make_frame_scene(std::filesystem::path(a.folder) / sky, object, sky, 4, progress.callback());
+      auto scene = make_frame_scene(std::filesystem::path(a.folder) / sky, object, sky, 12, progress.callback());
       progress.clear();
       if (!scene)
         return scene.error();
-      auto session = open(*scene, "rays");
+      auto session = open(*scene, "exact");
       if (!session)
         return session.error();
       const auto reference = still_picture(*scene, *session, a.reference_samples);

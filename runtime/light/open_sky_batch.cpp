@@ -37,7 +37,7 @@ struct CellConstants {
 /// atan2 for y >= 0 after Abramowitz & Stegun 4.4.49 (error 2e-8 on |a| <= 1).
 [[gnu::always_inline]] inline float upper_angle(float y, float x) {
   const float ax = std::fabs(x), small = ax < y ? ax : y, large = ax < y ? y : ax;
-  const float a = small / (large > 1e-30f ? large : 1e-30f), s = a * a;
+  const float a = small / (large + 1e-30f), s = a * a;
   float p = 0.0028662257f;
   p = p * s - 0.0161657367f;
   p = p * s + 0.0429096138f;
@@ -46,30 +46,30 @@ struct CellConstants {
   p = p * s - 0.1420889944f;
   p = p * s + 0.1999355085f;
   p = p * s - 0.3333314528f;
-  float r = a + a * s * p;
-  r = ax < y ? 0.5f * kPi - r : r;
-  return x < 0.0f ? kPi - r : r;
+  const float r = a + a * s * p, steep = 0.5f * kPi - r, upper = ax < y ? steep : r, beyond = kPi - upper;
+  return x < 0.0f ? beyond : upper;
 }
 
+/// Straight-line selections only: a branch would keep the loop from being vectorised.
 DAYLIT_LANE_CLONES
 void look_through(const CellConstants& c, const Receivers& r, CellView& view) {
+  const float n = c.index > 0.0f ? c.index : 1.0f, has_slab = c.index > 0.0f ? 1.0f : 0.0f, inverse_n2 = 1.0f / (n * n);
 #pragma omp simd
   for (int k = 0; k < kPoints; ++k) {
     const float dx = c.x - r.x[k], dy = c.y - r.y[k], dz = c.z - r.z[k];
-    const float r2 = dx * dx + dy * dy + dz * dz, inverse = 1.0f / std::sqrt(r2 > 1e-20f ? r2 : 1e-20f);
-    const float facing = -(c.inward_x * dx + c.inward_y * dy + c.inward_z * dz) * inverse;
-    const float receiving = (r.nx[k] * dx + r.ny[k] * dy + r.nz[k] * dz) * inverse;
+    const float across2 = dx * dx + dy * dy, inverse = 1.0f / std::sqrt(across2 + dz * dz + 1e-20f);
+    const float f = -(c.inward_x * dx + c.inward_y * dy + c.inward_z * dz) * inverse;
+    const float q = (r.nx[k] * dx + r.ny[k] * dy + r.nz[k] * dz) * inverse;
+    const float facing = f > 0.0f ? f : 0.0f, receiving = q > 0.0f ? q : 0.0f;
     // Fresnel slab with all internal reflections (scene/glass.h): mean over both polarisations of 2ab / (a^2 + b^2).
-    const float in = facing > 0.0f ? facing : 0.0f, n = c.index > 0.0f ? c.index : 1.0f;
-    const float glass = std::sqrt(1.0f - (1.0f - in * in) / (n * n) + 1e-12f);
-    const float s = n * glass, p = n * in;
-    const float slab = in * s / (in * in + s * s + 1e-20f) + p * glass / (p * p + glass * glass + 1e-20f);
-    const float pane = c.index > 0.0f ? slab : 1.0f;
-    view.weight[k] = facing > 0.0f && receiving > 0.0f ? facing * receiving * c.area * inverse * inverse * pane : 0.0f;
+    const float glass = std::sqrt(1.0f - (1.0f - facing * facing) * inverse_n2 + 1e-12f);
+    const float s = n * glass, p = n * facing;
+    const float slab = facing * s / (facing * facing + s * s + 1e-20f) + p * glass / (p * p + glass * glass + 1e-20f);
+    view.weight[k] = facing * receiving * c.area * inverse * inverse * (1.0f + has_slab * (slab - 1.0f));
     const float azimuth = upper_angle(std::fabs(dy), dx);
-    const float polar = upper_angle(std::sqrt(dx * dx + dy * dy), dz);
-    view.u[k] = (0.5f - (dy < 0.0f ? -azimuth : azimuth) * (0.5f / kPi)) * c.width - 0.5f;
-    view.v[k] = polar * (1.0f / kPi) * c.height - 0.5f;
+    const float turn = dy < 0.0f ? -1.0f : 1.0f;
+    view.u[k] = (0.5f - turn * azimuth * (0.5f / kPi)) * c.width - 0.5f;
+    view.v[k] = upper_angle(std::sqrt(across2), dz) * (1.0f / kPi) * c.height - 0.5f;
   }
 }
 

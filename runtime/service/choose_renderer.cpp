@@ -7,8 +7,9 @@ namespace daylit {
 
 namespace {
 
-Result<std::unique_ptr<PictureRenderer>> make_rays(const Room& room, std::span<const Aperture> apertures) {
-  auto made = TracedRenderer::make(room, apertures);
+Result<std::unique_ptr<PictureRenderer>> make_rays(const Room& room, std::span<const Aperture> apertures,
+                                                   bool share = true) {
+  auto made = TracedRenderer::make(room, apertures, {share});
   if (!made)
     return made.error();
   return std::unique_ptr<PictureRenderer>(std::make_unique<TracedRenderer>(std::move(*made)));
@@ -19,8 +20,8 @@ Result<std::unique_ptr<PictureRenderer>> make_rays(const Room& room, std::span<c
 Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const Room& room,
                                                          std::span<const Aperture> apertures,
                                                          std::vector<std::string>& notes) {
-  if (backend == Backend::rays)
-    return make_rays(room, apertures);
+  if (backend == Backend::rays || backend == Backend::rays_unshared)
+    return make_rays(room, apertures, backend == Backend::rays);
   const bool may_fall_back = backend == Backend::automatic;
   auto context = create_gl_context();
   if (!context) {

@@ -13,6 +13,7 @@ enum class Backend {
   automatic, ///< OpenGL where a graphics processor runs it, rays elsewhere
   opengl,
   rays,
+  rays_unshared, ///< every pixel traces every light: the slow twin of rays
 };
 
 /// `notes`: what was chosen against expectation. Error: the one asked for does not start.

@@ -6,42 +6,19 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/light/orthonormal.h"
-
 namespace daylit {
 
 namespace {
 
-// Corners of a block of object pixels that turn away from each other by more than this do not speak for it.
+// A grid point speaks for points nearby on the same smooth piece of surface.
 constexpr float kSameSideCosine = 0.8f;
+constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
 constexpr float kSamePlane_m = 1e-3f;
-// A block of points wider than this share of the objects' radius lies on several pieces of them.
-constexpr float kSamePieceShare = 0.25f, kSamePieceCosine = 0.6f;
-constexpr int kFewestShared = 5; // points: fewer are traced sooner than asked for
+constexpr float kLeastWeight = 0.2f; // of the four corners together
+constexpr float kSteepShare = 0.35f;  // corners that differ by more do not speak for what is between: contact shadows
 
 /// Part of a whole, 1 where there is no whole.
 float share_of(float part, float whole) { return whole > 0.0f ? part / whole : 1.0f; }
-
-/// The lanes beyond `count` repeat the first point, so that bounds and vector code need no masks.
-void close_block(PointBlock& p, int count) {
-  for (int k = count; k < kLanes; ++k) {
-    p.x[k] = p.x[0];
-    p.y[k] = p.y[0];
-    p.z[k] = p.z[0];
-    p.nx[k] = p.ny[k] = p.nz[k] = 0.0f;
-  }
-  p.lanes = (1u << count) - 1u;
-  p.bound();
-}
-
-void set_point(PointBlock& block, int k, const glm::vec3& p, const glm::vec3& n) {
-  block.x[k] = p.x;
-  block.y[k] = p.y;
-  block.z[k] = p.z;
-  block.nx[k] = n.x;
-  block.ny[k] = n.y;
-  block.nz[k] = n.z;
-}
 
 } // namespace
 
@@ -73,202 +50,207 @@ ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const O
   return point;
 }
 
-void BlockShader::add_object(const ObjectHit& hit, std::size_t pixel) {
+bool BlockShader::speaks_for(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position,
+                             const glm::vec3& normal) const {
+  if (g.kind != kind || glm::dot(g.normal, normal) < kSameSideCosine)
+    return false;
+  const glm::vec3 d = position - g.position;
+  return kind == GridPoint::Kind::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m
+                                       : glm::dot(d, d) < std::pow(kSamePieceShare * casters_.radius, 2.0f);
+}
+
+/// Bilinear between the corners of the pixel's block that lie on its piece of surface.
+BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int y, const glm::vec3& position,
+                                               const glm::vec3& normal) const {
+  SkyShare share;
+  if (!scene_.settings.share_visibility)
+    return share;
+  const int columns = view_.block_columns(), column = x / kBlockSide, row = y / kBlockSide;
+  const float s = static_cast<float>(x % kBlockSide) / kBlockSide, t = static_cast<float>(y % kBlockSide) / kBlockSide;
+  const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+  Rgb before(0.0f), after(0.0f);
+  float sum = 0.0f, least = 1.0f, most = 0.0f;
+  for (int k = 0; k < 4; ++k) {
+    const int u = column + (k & 1), v = row + (k >> 1);
+    if (weight[k] <= 0.0f || u >= columns || v >= view_.block_rows())
+      continue;
+    const GridPoint& g = shared_.grid_[static_cast<std::size_t>(v) * columns + u];
+    if (!speaks_for(g, kind, position, normal))
+      continue;
+    before += weight[k] * g.before;
+    after += weight[k] * g.after;
+    sum += weight[k];
+    least = std::min(least, g.after.g);
+    most = std::max(most, g.after.g);
+  }
+  if (sum < kLeastWeight || most - least > kSteepShare)
+    return share;
+  return {before / sum, after / sum, true};
+}
+
+void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const ObjectPoint point = object_point(scene_, view_.eye(), hit);
-  const int i = objects_.count++;
-  set_point(objects_.points, i, point.position, point.normal);
-  set_point(objects_.starts, i, point.start, point.normal);
-  objects_.pixel[i] = pixel;
-  objects_.share[i] = static_cast<float>(hit.samples) / kCoverageSamples;
-  objects_.reflectance[i] = objects_.indirect[i] = objects_.open_sky[i] = Rgb(0.0f);
+  Lanes& l = objects_;
+  const int i = l.count++;
+  l.points.set(i, point.position, point.normal);
+  l.starts.set(i, point.start, point.normal);
+  l.sky[i] = interpolate(GridPoint::Kind::object, x, y, point.position, point.normal);
+  l.unknown |= l.sky[i].known ? 0u : 1u << i;
+  l.pixel[i] = frame_.index(x, y);
+  l.coverage[i] = static_cast<float>(hit.samples) / kCoverageSamples;
+  l.reflectance[i] = l.indirect[i] = l.open_sky[i] = Rgb(0.0f);
   const auto& t = scene_.triangles[hit.triangle];
   const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
   for (int k = 0; k < 3; ++k) {
-    const VertexLight& l = scene_.light[t[k]];
-    objects_.reflectance[i] += b[k] * scene_.reflectance[t[k]];
-    objects_.indirect[i] += b[k] * (point.back ? l.indirect_back : l.indirect_front);
-    objects_.open_sky[i] += b[k] * (point.back ? l.open_sky_back : l.open_sky_front);
+    const VertexLight& v = scene_.light[t[k]];
+    l.reflectance[i] += b[k] * scene_.reflectance[t[k]];
+    l.indirect[i] += b[k] * (point.back ? v.indirect_back : v.indirect_front);
+    l.open_sky[i] += b[k] * (point.back ? v.open_sky_back : v.open_sky_front);
   }
-  if (objects_.count == kLanes)
+  if (l.count == kLanes)
     shade_objects();
 }
 
-void BlockShader::add_room(int x, int y, float share, std::size_t pixel) {
+void BlockShader::add_room(int x, int y, float coverage) {
   glm::vec3 position;
   const RoomHit hit = view_.uncovered_room(x, y, position);
   if (hit.triangle == kNoTriangle)
     return;
-  const glm::vec3 n = scene_.room_normals[hit.triangle];
-  const int i = room_.count++;
-  set_point(room_.points, i, position, glm::dot(n, view_.eye() - position) < 0.0f ? -n : n);
-  room_.pixel[i] = pixel;
-  room_.triangle[i] = scene_.room_triangle[hit.triangle];
-  room_.share[i] = share;
+  glm::vec3 n = scene_.room_normals[hit.triangle];
+  n = glm::dot(n, view_.eye() - position) < 0.0f ? -n : n;
+  const SkyShare sky = interpolate(GridPoint::Kind::room, x, y, position, n);
+  if (sky.known && sky.before == sky.after && scene_.sun.lights.size() == 0)
+    return; // nothing is lost here
+  Lanes& l = room_;
+  const int i = l.count++;
+  l.points.set(i, position, n);
+  l.sky[i] = sky;
+  l.unknown |= sky.known ? 0u : 1u << i;
+  l.pixel[i] = frame_.index(x, y);
+  l.triangle[i] = scene_.room_triangle[hit.triangle];
+  l.coverage[i] = coverage;
 }
 
-/// Where a block has no corners of its own (outlines), four of its points that lie far apart take their place, when
-/// every other point lies on the same smooth piece of surface as they do.
-void BlockShader::trace_representatives(const Lanes& l, PointOf point_of) {
-  if (!scene_.settings.share_visibility || l.count < kFewestShared)
+/// Shares of the lanes that no grid point speaks for.
+void BlockShader::trace_unknown(Lanes& l, bool on_object) {
+  if (l.unknown == 0)
     return;
-  const PointBlock& p = l.points;
-  const auto normal = [&](int k) { return glm::vec3(p.nx[k], p.ny[k], p.nz[k]); };
-  glm::vec3 mean(0.0f);
-  for (int k = 0; k < l.count; ++k)
-    mean += normal(k);
-  for (int k = 0; k < l.count; ++k)
-    if (glm::dot(mean, normal(k)) < kSamePieceCosine * glm::length(mean))
-      return;
-  if (p.radius > (point_of == PointOf::object ? kSamePieceShare : 1.0f) * casters_.radius)
-    return;
-  // Extremes along two directions across the block.
-  int chosen[4] = {0, 0, 0, 0};
-  const OrthonormalBasis basis(glm::dvec3(glm::normalize(mean)));
-  const auto along = [&](int k, const glm::dvec3& axis) { return glm::dot(glm::dvec3(p.x[k], p.y[k], p.z[k]), axis); };
-  for (int k = 1; k < l.count; ++k) {
-    chosen[0] = along(k, basis.u) < along(chosen[0], basis.u) ? k : chosen[0];
-    chosen[1] = along(k, basis.u) > along(chosen[1], basis.u) ? k : chosen[1];
-    chosen[2] = along(k, basis.v) < along(chosen[2], basis.v) ? k : chosen[2];
-    chosen[3] = along(k, basis.v) > along(chosen[3], basis.v) ? k : chosen[3];
-  }
-  const std::size_t sky = shared_.sky_groups_, groups = sky + shared_.sun_groups_;
-  own_bits_.resize(4 * groups);
-  for (int c = 0; c < 4; ++c) {
-    const int k = chosen[c];
-    const PointBlock& from = point_of == PointOf::object ? l.starts : l.points;
-    const glm::vec3 start(from.x[k], from.y[k], from.z[k]);
-    const std::span<LightBits> bits(own_bits_.data() + static_cast<std::size_t>(c) * groups, groups);
-    trace_point(scene_.sky.lights, casters_, start, normal(k), point_of, bits.first(sky), rays_);
-    trace_point(scene_.sun.lights, casters_, start, normal(k), point_of, bits.subspan(sky), rays_);
-    sky_corners_[c] = bits.first(sky);
-    sun_corners_[c] = bits.subspan(sky);
-  }
-  shared_by_corners_ = true;
+  const std::uint32_t all = l.points.lanes;
+  const PointBlock& starts = on_object ? l.starts : l.points;
+  const float tnear = on_object ? 0.0f : kOwnSurface_m;
+  const LightGates& lights = scene_.sky.lights;
+  l.points.lanes = l.unknown;
+  find_blocked_lights(lights, casters_, l.points, starts, tnear, !on_object, {}, sky_blocked_, rays_);
+  LaneSums sums; // no light blocked: nothing is lost of the open sky, its sums stay zero
+  if (sky_blocked_.lanes != 0 || (on_object && !casters_.occluders->empty()))
+    sum_lights(lights, sky_blocked_, casters_, l.points, starts, tnear,
+               on_object ? RoomShadow::everywhere : RoomShadow::where_blocked, {}, sums, rays_);
+  l.points.lanes = all;
+  for (int i = 0; i < l.count; ++i)
+    for (int c = 0; c < 3 && (l.unknown >> i & 1u); ++c) {
+      l.sky[i].before[c] = share_of(sums.past_room[c][i], sums.unblocked[c][i]);
+      l.sky[i].after[c] = share_of(sums.past_both[c][i], sums.unblocked[c][i]);
+    }
+  l.unknown = 0;
 }
 
 void BlockShader::shade_objects() {
-  const Lanes& l = objects_;
-  close_block(objects_.points, l.count);
-  close_block(objects_.starts, l.count);
-  const bool by_block_corners = shared_by_corners_;
-  if (!by_block_corners)
-    trace_representatives(l, PointOf::object);
-  const LightGates &sky = scene_.sky.lights, &sun = scene_.sun.lights;
-  find_blocked_lights(sky, casters_, l.points, l.starts, 0.0f, false, corners(false), sky_blocked_, rays_);
-  LaneSums sky_sums, sun_sums; // no light blocked: nothing is lost of the open sky, its sums stay zero
-  if (sky_blocked_.lanes != 0 || !casters_.occluders->empty())
-    sum_lights(sky, sky_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::everywhere, corners(false), sky_sums,
-               rays_);
-  find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners(true), sun_blocked_, rays_);
-  sum_lights(sun, sun_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::everywhere, corners(true), sun_sums,
-             rays_);
-  for (int i = 0; i < l.count; ++i) {
-    Rgb radiance = l.indirect[i];
-    for (int c = 0; c < 3; ++c) {
-      const float direct =
-          l.open_sky[i][c] * share_of(sky_sums.past_both[c][i], sky_sums.unblocked[c][i]) + sun_sums.past_both[c][i];
-      radiance[c] += l.reflectance[i][c] * std::numbers::inv_pi_v<float> * direct;
-    }
-    frame_.object[l.pixel[i]] += glm::vec4(l.share[i] * radiance, l.share[i]);
+  Lanes& l = objects_;
+  l.points.close(l.count);
+  l.starts.close(l.count);
+  trace_unknown(l, true);
+  const LightGates& sun = scene_.sun.lights;
+  const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count_);
+  LaneSums sums;
+  if (sun.size() > 0) {
+    find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners, sun_blocked_, rays_);
+    sum_lights(sun, sun_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::everywhere, corners, sums, rays_);
   }
-  objects_.count = 0;
-  shared_by_corners_ = by_block_corners;
+  for (int i = 0; i < l.count; ++i) {
+    Rgb direct = l.open_sky[i] * l.sky[i].after;
+    for (int c = 0; c < 3; ++c)
+      direct[c] += sums.past_both[c][i];
+    const Rgb radiance = l.indirect[i] + l.reflectance[i] * std::numbers::inv_pi_v<float> * direct;
+    frame_.object[l.pixel[i]] += glm::vec4(l.coverage[i] * radiance, l.coverage[i]);
+  }
+  l.count = 0;
 }
 
 void BlockShader::shade_room() {
-  const Lanes& l = room_;
-  close_block(room_.points, l.count);
-  const bool by_block_corners = shared_by_corners_;
-  if (!by_block_corners)
-    trace_representatives(l, PointOf::room);
-  const LightGates &sky = scene_.sky.lights, &sun = scene_.sun.lights;
+  Lanes& l = room_;
+  l.points.close(l.count);
+  trace_unknown(l, false);
+  const LightGates& sun = scene_.sun.lights;
   const PointBlock& p = l.points;
-  find_blocked_lights(sky, casters_, p, p, kOwnSurface_m, true, corners(false), sky_blocked_, rays_);
-  find_blocked_lights(sun, casters_, p, p, kOwnSurface_m, true, corners(true), sun_blocked_, rays_);
-  const std::uint32_t losing = sky_blocked_.lanes | sun_blocked_.lanes;
-  if (losing != 0) {
-    LaneSums sky_sums, sun_sums;
-    sum_lights(sky, sky_blocked_, casters_, p, p, kOwnSurface_m, RoomShadow::where_blocked, {}, sky_sums, rays_);
-    sum_lights(sun, sun_blocked_, casters_, p, p, kOwnSurface_m, RoomShadow::everywhere, {}, sun_sums, rays_);
-    const Rgb& whole = scene_.sun_normal_irradiance;
-    const float per_sun = whole.r + whole.g + whole.b > 0.0f ? 1.0f / (whole.r + whole.g + whole.b) : 0.0f;
-    for (int i = 0; i < l.count; ++i) {
-      if (!(losing >> i & 1u))
-        continue;
-      glm::vec4 lost(0.0f, 0.0f, 0.0f, l.share[i]), shares(0.0f);
-      for (int c = 0; c < 3; ++c) {
-        const float before = share_of(sky_sums.past_room[c][i], sky_sums.unblocked[c][i]);
-        lost[c] = l.share[i] * (before - share_of(sky_sums.past_both[c][i], sky_sums.unblocked[c][i]));
-        shares.x += l.share[i] * before / 3.0f;
-        shares.y += l.share[i] * per_sun * sun_sums.past_room[c][i];
-        shares.z += l.share[i] * per_sun * (sun_sums.past_room[c][i] - sun_sums.past_both[c][i]);
-      }
-      frame_.lost_sky[l.pixel[i]] = lost;
-      frame_.room[l.pixel[i]] = shares;
-      frame_.surface[l.pixel[i]] = {l.triangle[i], glm::vec3(p.x[i], p.y[i], p.z[i])};
-    }
+  const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count_);
+  LaneSums sums;
+  if (sun.size() > 0) {
+    find_blocked_lights(sun, casters_, p, p, kOwnSurface_m, true, corners, sun_blocked_, rays_);
+    sum_lights(sun, sun_blocked_, casters_, p, p, kOwnSurface_m, RoomShadow::everywhere, {}, sums, rays_);
   }
-  room_.count = 0;
-  shared_by_corners_ = by_block_corners;
+  const Rgb& whole = scene_.sun_normal_irradiance;
+  const float per_sun = whole.r + whole.g + whole.b > 0.0f ? 1.0f / (whole.r + whole.g + whole.b) : 0.0f;
+  for (int i = 0; i < l.count; ++i) {
+    const float w = l.coverage[i];
+    glm::vec4 lost(w * (l.sky[i].before - l.sky[i].after), w), shares(0.0f);
+    for (int c = 0; c < 3; ++c) {
+      shares.x += w * l.sky[i].before[c] / 3.0f;
+      shares.y += w * per_sun * sums.past_room[c][i];
+      shares.z += w * per_sun * (sums.past_room[c][i] - sums.past_both[c][i]);
+    }
+    frame_.lost_sky[l.pixel[i]] = lost;
+    frame_.room[l.pixel[i]] = shares;
+    frame_.surface[l.pixel[i]] = {l.triangle[i], glm::vec3(p.x[i], p.y[i], p.z[i])};
+  }
+  l.count = 0;
 }
 
-/// The four corners of a block when all are of a kind and lie on one smooth piece of surface.
-bool BlockShader::find_corners(int column, int row, PictureShader::GridPoint::Kind kind) {
+/// The four corners of a block when all are of a kind and on one piece of surface: what they agree on of the sun, whose
+/// shadows are too sharp for interpolation, holds between them.
+bool BlockShader::find_sun_corners(int column, int row, GridPoint::Kind kind) {
   const int columns = view_.block_columns();
-  if (!scene_.settings.share_visibility || column + 1 >= columns || row + 1 >= view_.block_rows())
+  if (shared_.sun_groups_ == 0 || !scene_.settings.share_visibility || column + 1 >= columns ||
+      row + 1 >= view_.block_rows())
     return false;
-  const std::size_t groups = shared_.sky_groups_ + shared_.sun_groups_;
-  const PictureShader::GridPoint* first = nullptr;
+  const GridPoint& first = shared_.grid_[static_cast<std::size_t>(row) * columns + column];
   for (int k = 0; k < 4; ++k) {
     const std::size_t i = static_cast<std::size_t>(row + k / 2) * columns + (column + k % 2);
-    const PictureShader::GridPoint& g = shared_.grid_[i];
-    first = k == 0 ? &g : first;
-    if (g.kind != kind || glm::dot(g.normal, first->normal) < kSameSideCosine)
+    if (!shared_.grid_[i].receives || !speaks_for(shared_.grid_[i], kind, first.position, first.normal))
       return false;
-    if (kind == PictureShader::GridPoint::Kind::room &&
-        std::fabs(glm::dot(g.position - first->position, first->normal)) > kSamePlane_m)
-      return false;
-    const std::span<const LightBits> bits(&shared_.bits_[i * groups], groups);
-    sky_corners_[k] = bits.first(shared_.sky_groups_);
-    sun_corners_[k] = bits.last(shared_.sun_groups_);
+    sun_corners_[k] = {&shared_.sun_bits_[i * shared_.sun_groups_], shared_.sun_groups_};
   }
   return true;
 }
 
 void BlockShader::shade(int column, int row) {
   const bool receives = shared_.receives_[static_cast<std::size_t>(row) * view_.block_columns() + column] != 0;
+  const PixelBox pixels{column * kBlockSide, row * kBlockSide, std::min((column + 1) * kBlockSide, frame_.box.x1),
+                        std::min((row + 1) * kBlockSide, frame_.box.y1)};
   bool has_edge = false, has_object = false;
-  shared_by_corners_ = false;
-  for (int pass = 0; pass < 2; ++pass) { // what the block shows decides how its points are shaded
-    for (int k = 0; k < kLanes; ++k) {
-      const int x = column * kBlockSide + k % kBlockSide, y = row * kBlockSide + k / kBlockSide;
-      if (!frame_.box.contains(x, y))
-        continue;
-      const bool edge = view_.is_edge(x, y);
-      const ObjectHit& hit = view_.object(x, y);
-      if (pass == 0) {
-        has_edge = has_edge || edge;
-        has_object = has_object || hit.samples > 0;
-        continue;
-      }
-      int covered = edge ? 0 : hit.samples;
-      const std::size_t pixel = frame_.index(x, y);
-      if (edge)
+  for (int y = std::max(pixels.y0, frame_.box.y0); y < pixels.y1; ++y)
+    for (int x = std::max(pixels.x0, frame_.box.x0); x < pixels.x1; ++x) {
+      has_edge = has_edge || view_.is_edge(x, y);
+      has_object = has_object || view_.object(x, y).samples > 0;
+    }
+  if (!has_object && !receives)
+    return;
+  const GridPoint::Kind kind = has_object ? GridPoint::Kind::object : GridPoint::Kind::room;
+  sun_corner_count_ = !has_edge && find_sun_corners(column, row, kind) ? 4 : 0;
+  for (int y = std::max(pixels.y0, frame_.box.y0); y < pixels.y1; ++y)
+    for (int x = std::max(pixels.x0, frame_.box.x0); x < pixels.x1; ++x) {
+      int covered = 0;
+      if (view_.is_edge(x, y)) {
         for (const ObjectHit& part : view_.edge_hits(x, y)) {
           covered += part.samples;
-          add_object(part, pixel);
+          add_object(part, x, y);
         }
-      else if (hit.samples > 0)
-        add_object(hit, pixel);
+      } else if (const ObjectHit& hit = view_.object(x, y); hit.samples > 0) {
+        covered = hit.samples;
+        add_object(hit, x, y);
+      }
       if (receives && covered < kCoverageSamples)
-        add_room(x, y, 1.0f - static_cast<float>(covered) / kCoverageSamples, pixel);
+        add_room(x, y, 1.0f - static_cast<float>(covered) / kCoverageSamples);
     }
-    if (pass == 0 && !has_object && !receives)
-      return;
-    if (pass == 0 && !has_edge)
-      shared_by_corners_ = find_corners(
-          column, row, has_object ? PictureShader::GridPoint::Kind::object : PictureShader::GridPoint::Kind::room);
-  }
   if (objects_.count > 0)
     shade_objects();
   if (room_.count > 0)

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
 #include "runtime/trace/picture_shader.h"
 
@@ -23,27 +22,32 @@ public:
   std::uint64_t rays() const { return rays_; }
 
 private:
+  using GridPoint = PictureShader::GridPoint;
+  /// Shares of the open sky at a point.
+  struct SkyShare {
+    Rgb before{1.0f}, after{1.0f};
+    bool known = false;
+  };
   /// Points of one kind, up to a full set of lanes.
   struct Lanes {
     PointBlock points, starts;
     int count = 0;
+    std::uint32_t unknown = 0;      ///< lanes whose share of the sky is to be traced
     std::size_t pixel[kLanes] = {}; ///< in the frame
-    float share[kLanes] = {};       ///< of the pixel
+    float coverage[kLanes] = {};    ///< of the pixel
+    SkyShare sky[kLanes];
     std::uint32_t triangle[kLanes] = {};
     Rgb reflectance[kLanes] = {}, indirect[kLanes] = {}, open_sky[kLanes] = {};
   };
-  using Corners = std::array<std::span<const LightBits>, 4>;
 
-  void add_object(const ObjectHit& hit, std::size_t pixel);
-  void add_room(int x, int y, float share, std::size_t pixel);
-  void trace_representatives(const Lanes& lanes, PointOf point_of);
+  void add_object(const ObjectHit& hit, int x, int y);
+  void add_room(int x, int y, float coverage);
+  SkyShare interpolate(GridPoint::Kind kind, int x, int y, const glm::vec3& position, const glm::vec3& normal) const;
+  void trace_unknown(Lanes& lanes, bool on_object);
   void shade_objects();
   void shade_room();
-  bool find_corners(int column, int row, PictureShader::GridPoint::Kind kind);
-  std::span<const std::span<const LightBits>> corners(bool sun) const {
-    const Corners& c = sun ? sun_corners_ : sky_corners_;
-    return {c.data(), shared_by_corners_ ? c.size() : 0};
-  }
+  bool find_sun_corners(int column, int row, GridPoint::Kind kind);
+  bool speaks_for(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position, const glm::vec3& normal) const;
 
   const PictureShader& shared_;
   const TracedScene& scene_;
@@ -52,9 +56,8 @@ private:
   ShadowCasters casters_;
   Lanes objects_, room_;
   BlockedLights sky_blocked_, sun_blocked_;
-  Corners sky_corners_, sun_corners_;
-  bool shared_by_corners_ = false;
-  std::vector<LightBits> own_bits_; ///< of the representatives of a block without corners
+  std::array<std::span<const LightBits>, 4> sun_corners_;
+  std::size_t sun_corner_count_ = 0; ///< 4 where the corners speak for the block, else 0
   std::uint64_t rays_ = 0;
 };
 

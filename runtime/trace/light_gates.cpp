@@ -76,7 +76,19 @@ std::uint32_t received_lanes(const PointBlock& p, const Gate* gates, std::size_t
 
 } // namespace
 
-void PointBlock::bound() {
+void PointBlock::set(int k, const glm::vec3& p, const glm::vec3& n) {
+  x[k] = p.x;
+  y[k] = p.y;
+  z[k] = p.z;
+  nx[k] = n.x;
+  ny[k] = n.y;
+  nz[k] = n.z;
+}
+
+void PointBlock::close(int count) {
+  for (int k = count; k < kLanes; ++k)
+    set(k, {x[0], y[0], z[0]}, glm::vec3(0.0f));
+  lanes = (1u << count) - 1u;
   glm::vec3 lo(x[0], y[0], z[0]), hi = lo;
   for (int k = 0; k < kLanes; ++k) {
     lo = glm::vec3(std::min(lo.x, x[k]), std::min(lo.y, y[k]), std::min(lo.z, z[k]));

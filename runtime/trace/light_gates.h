@@ -25,7 +25,9 @@ struct alignas(64) PointBlock {
   std::uint32_t lanes = 0;                  ///< bits of the used lanes
   glm::vec3 centre{0.0f};                   ///< of a sphere around the points
   float radius = 0.0f;
-  void bound();
+  void set(int lane, const glm::vec3& position, const glm::vec3& normal);
+  /// The first `count` lanes are used. The others repeat the first point, so that vector code needs no masks.
+  void close(int count);
 };
 
 /// Directions of sixteen lights; the last block repeats its last light.

@@ -46,17 +46,27 @@ void add(LaneSums& sums, const Rgb& irradiance, const float (&e)[3][kLanes], std
   }
 }
 
-/// Lanes that face w and whose ray along it meets the sphere.
+float safe_inverse(float d) { return 1.0f / (std::fabs(d) > 1e-12f ? d : std::copysign(1e-12f, d)); }
+
+/// Lanes that face w and whose ray along it meets the casters' box.
 DAYLIT_LANE_CLONES
-std::uint32_t lanes_near(const PointBlock& p, const glm::vec3& w, const glm::vec3& centre, float radius) {
-  const float wx = w.x, wy = w.y, wz = w.z, cx = centre.x, cy = centre.y, cz = centre.z, reach2 = radius * radius;
+std::uint32_t lanes_near(const PointBlock& p, const glm::vec3& w, const ShadowCasters& casters) {
+  const float wx = w.x, wy = w.y, wz = w.z, ix = safe_inverse(wx), iy = safe_inverse(wy), iz = safe_inverse(wz);
+  // Sides that a ray along w enters and leaves by.
+  const glm::vec3 &lo = casters.low, &hi = casters.high;
+  const float in_x = ix > 0 ? lo.x : hi.x, out_x = ix > 0 ? hi.x : lo.x, in_y = iy > 0 ? lo.y : hi.y,
+              out_y = iy > 0 ? hi.y : lo.y, in_z = iz > 0 ? lo.z : hi.z, out_z = iz > 0 ? hi.z : lo.z;
   std::uint32_t lanes = 0;
 #pragma omp simd reduction(| : lanes)
   for (int k = 0; k < kLanes; ++k) {
-    const float x = cx - p.x[k], y = cy - p.y[k], z = cz - p.z[k];
-    const float along = x * wx + y * wy + z * wz, square = x * x + y * y + z * z - along * along;
+    const float ax = (in_x - p.x[k]) * ix, ay = (in_y - p.y[k]) * iy, az = (in_z - p.z[k]) * iz;
+    const float bx = (out_x - p.x[k]) * ix, by = (out_y - p.y[k]) * iy, bz = (out_z - p.z[k]) * iz;
+    float enter = ax > ay ? ax : ay, leave = bx < by ? bx : by;
+    enter = az > enter ? az : enter;
+    leave = bz < leave ? bz : leave;
+    enter = enter > 0.0f ? enter : 0.0f;
     const float cosine = p.nx[k] * wx + p.ny[k] * wy + p.nz[k] * wz;
-    lanes |= (along > -radius) & (square < reach2) & (cosine > 0.0f) ? 1u << k : 0u;
+    lanes |= (leave >= enter) & (cosine > 0.0f) ? 1u << k : 0u;
   }
   return lanes & p.lanes;
 }
@@ -158,6 +168,7 @@ void find_blocked_lights(const LightGates& lights, const ShadowCasters& casters,
   blocked.lanes = 0;
   RayBlock block;
   bool aimed = false;
+  alignas(64) float e[3][kLanes];
   for (std::size_t j = 0; j < lights.size();) {
     const Agreement agreed = agree(corners, j / kLanes);
     const std::size_t last = std::min(lights.size(), (j / kLanes + 1) * kLanes);
@@ -168,18 +179,20 @@ void find_blocked_lights(const LightGates& lights, const ShadowCasters& casters,
       const glm::vec3& w = lights.direction(j);
       if (only_near && !block_near(points, w, casters))
         continue;
-      const std::uint32_t facing =
-          only_near ? lanes_near(points, w, casters.centre, casters.radius) : lanes_facing(points, w);
+      const std::uint32_t facing = only_near ? lanes_near(points, w, casters) : lanes_facing(points, w);
       if (facing == 0)
         continue;
       std::uint32_t lanes = facing;
       if (!(agreed.blocked & bit)) {
+        lanes &= lights.received(j, points, e); // much cheaper than a ray
+        if (lanes == 0)
+          continue;
         if (!aimed)
           aim(block, starts, tnear);
         aimed = true;
         turn(block, w);
-        rays += count(facing);
-        lanes = casters.objects->occluded(facing, block);
+        rays += count(lanes);
+        lanes = casters.objects->occluded(lanes, block);
       }
       if (lanes)
         blocked.entries.push_back({static_cast<std::uint32_t>(j), lanes});

@@ -27,6 +27,7 @@ struct ShadowCasters {
   const PacketScene* occluders = nullptr; ///< the parts of the room that can stand between a point and the sky
   glm::vec3 centre{0.0f};                 ///< sphere around the objects, relative to the scenes' origin
   float radius = 0.0f;
+  glm::vec3 low{0.0f}, high{0.0f}; ///< box around the objects
 };
 
 /// Cone that holds all light directions of a group: which blocks the objects can shadow at all.

@@ -151,6 +151,12 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.positions.clear();
   for (const glm::dvec3& p : objects.positions)
     scene.positions.emplace_back(p - scene.origin);
+  constexpr float kMargin_m = 1e-4f; // of the rays' single precision
+  scene.low = scene.high = scene.positions.empty() ? glm::vec3(0.0f) : scene.positions[0];
+  for (const glm::vec3& p : scene.positions) {
+    scene.low = glm::min(scene.low, p - kMargin_m);
+    scene.high = glm::max(scene.high, p + kMargin_m);
+  }
   scene.normals = objects.normals;
   scene.reflectance = objects.reflectance;
   scene.sphere = objects.bounds();

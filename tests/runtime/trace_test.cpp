@@ -60,12 +60,12 @@ glm::vec4 at(const std::vector<glm::vec4>& pass, const RenderedFrame& frame, int
 }
 
 struct Difference {
-  double object = 0, lost = 0; ///< RMS, by the mean radiance of the object and by the mean share lost
+  double object = 0, lost = 0; ///< RMS: radiance of the object by its mean; share of the sky's light lost, where any is
 };
 
 /// Over the pixels that neither picture has at an edge.
 Difference compare(const RenderedFrame& a, const RenderedFrame& b) {
-  double object = 0, object_mean = 0, lost = 0, lost_mean = 0;
+  double object = 0, object_mean = 0, lost = 0;
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {
       const glm::vec4 p = at(a.object, a, x, y), q = at(b.object, b, x, y);
@@ -75,21 +75,14 @@ Difference compare(const RenderedFrame& a, const RenderedFrame& b) {
       } else if (p.w < 0.001f && q.w < 0.001f) {
         const float s = at(a.lost_sky, a, x, y).y, t = at(b.lost_sky, b, x, y).y;
         lost += static_cast<double>((s - t) * (s - t)) * static_cast<double>(t > 0.0f || s > 0.0f);
-        lost_mean += static_cast<double>(t);
       }
     }
-  const auto count = [&](const std::vector<glm::vec4>& pass, float least) {
-    double n = 0;
-    for (const glm::vec4& p : pass)
-      n += p.w > least || (least < 0.0f && p.y > 0.0f);
-    return n;
-  };
-  const double object_count = count(b.object, 0.999f);
-  double lost_count = 0;
+  double object_count = 0, lost_count = 0;
+  for (const glm::vec4& p : b.object)
+    object_count += p.w > 0.999f;
   for (const glm::vec4& p : b.lost_sky)
     lost_count += p.y > 0.0f;
-  return {std::sqrt(object / object_count) / (object_mean / object_count),
-          std::sqrt(lost / lost_count) / (lost_mean / lost_count)};
+  return {std::sqrt(object / object_count) / (object_mean / object_count), std::sqrt(lost / lost_count)};
 }
 
 TEST(TracedRenderer, lost_light_equals_the_slow_twin_at_every_pixel) {
@@ -134,7 +127,7 @@ TEST(TracedRenderer, agrees_with_open_gl) {
     ASSERT_TRUE(drawn && traced);
     const Difference d = compare(*traced, *drawn);
     EXPECT_LT(d.object, with_sun ? 0.06 : 0.03) << "texels and bias of the shadow maps";
-    EXPECT_LT(d.lost, 0.08);
+    EXPECT_LT(d.lost, 0.04) << "interpolation smooths the steps of 64 lights, each 1.6 %";
     double covered = 0, both = 0;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
@@ -153,7 +146,7 @@ TEST(TracedRenderer, sharing_visibility_changes_little) {
   ASSERT_TRUE(all && shared);
   const Difference d = compare(*shared, *all);
   EXPECT_LT(d.object, 0.02);
-  EXPECT_LT(d.lost, 0.03);
+  EXPECT_LT(d.lost, 0.04) << "steps of 64 lights, each 1.6 %, on 128 pixels";
 }
 
 TEST(TracedRenderer, the_picture_does_not_depend_on_what_was_drawn_before) {
