@@ -121,7 +121,7 @@ void Session::State::note_what_is_left_out() {
   if (renderer->room_occluders() == 0)
     skipped.emplace_back("shadows of the room: nothing in it stands between the object and the windows (exact)");
   const int regions = volume.partition.size(), stored = static_cast<int>(volume.stored_region.size());
-  if (stored < regions)
+  if (!volume.compact && stored < regions)
     skipped.push_back(std::to_string(regions - stored) + " of " + std::to_string(regions) +
                       " sky regions: no window sees them (exact)");
 }
