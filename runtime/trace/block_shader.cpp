@@ -15,7 +15,7 @@ constexpr float kSameSideCosine = 0.8f;
 constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
 constexpr float kSamePlane_m = 1e-3f;
 constexpr float kLeastWeight = 0.2f; // of the four corners together
-constexpr float kSteepShare = 0.35f;  // corners that differ by more do not speak for what is between: contact shadows
+constexpr float kSteepShare = 0.35f; // corners that differ by more do not speak for what is between: contact shadows
 
 /// Part of a whole, 1 where there is no whole.
 float share_of(float part, float whole) { return whole > 0.0f ? part / whole : 1.0f; }
@@ -90,11 +90,12 @@ BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int 
 
 void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const ObjectPoint point = object_point(scene_, view_.eye(), hit);
-  Lanes& l = objects_;
+  const SkyShare sky = interpolate(GridPoint::Kind::object, x, y, point.position, point.normal);
+  Lanes& l = sky.known ? objects_ : outlines_;
   const int i = l.count++;
   l.points.set(i, point.position, point.normal);
   l.starts.set(i, point.start, point.normal);
-  l.sky[i] = interpolate(GridPoint::Kind::object, x, y, point.position, point.normal);
+  l.sky[i] = sky;
   l.unknown |= l.sky[i].known ? 0u : 1u << i;
   l.pixel[i] = frame_.index(x, y);
   l.coverage[i] = static_cast<float>(hit.samples) / kCoverageSamples;
@@ -108,7 +109,7 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
     l.open_sky[i] += b[k] * (point.back ? v.open_sky_back : v.open_sky_front);
   }
   if (l.count == kLanes)
-    shade_objects();
+    shade_objects(l, sky.known ? sun_corner_count_ : 0);
 }
 
 void BlockShader::add_room(int x, int y, float coverage) {
@@ -154,13 +155,12 @@ void BlockShader::trace_unknown(Lanes& l, bool on_object) {
   l.unknown = 0;
 }
 
-void BlockShader::shade_objects() {
-  Lanes& l = objects_;
+void BlockShader::shade_objects(Lanes& l, std::size_t sun_corner_count) {
   l.points.close(l.count);
   l.starts.close(l.count);
   trace_unknown(l, true);
   const LightGates& sun = scene_.sun.lights;
-  const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count_);
+  const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count);
   LaneSums sums;
   if (sun.size() > 0) {
     find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners, sun_blocked_, rays_);
@@ -252,9 +252,14 @@ void BlockShader::shade(int column, int row) {
         add_room(x, y, 1.0f - static_cast<float>(covered) / kCoverageSamples);
     }
   if (objects_.count > 0)
-    shade_objects();
+    shade_objects(objects_, sun_corner_count_);
   if (room_.count > 0)
     shade_room();
+}
+
+void BlockShader::finish_row() {
+  if (outlines_.count > 0)
+    shade_objects(outlines_, 0);
 }
 
 } // namespace daylit

@@ -19,6 +19,8 @@ public:
   BlockShader(const PictureShader& shared, const TracedScene& scene, const VisibleSurfaces& view, RenderedFrame& frame)
       : shared_(shared), scene_(scene), view_(view), frame_(frame), casters_(scene.casters()) {}
   void shade(int column, int row);
+  /// Shades what is left. Call at the end of each row of blocks: what shares a ray block must not depend on threads.
+  void finish_row();
   std::uint64_t rays() const { return rays_; }
 
 private:
@@ -44,7 +46,7 @@ private:
   void add_room(int x, int y, float coverage);
   SkyShare interpolate(GridPoint::Kind kind, int x, int y, const glm::vec3& position, const glm::vec3& normal) const;
   void trace_unknown(Lanes& lanes, bool on_object);
-  void shade_objects();
+  void shade_objects(Lanes& lanes, std::size_t sun_corner_count);
   void shade_room();
   bool find_sun_corners(int column, int row, GridPoint::Kind kind);
   bool speaks_for(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position, const glm::vec3& normal) const;
@@ -54,7 +56,7 @@ private:
   const VisibleSurfaces& view_;
   RenderedFrame& frame_;
   ShadowCasters casters_;
-  Lanes objects_, room_;
+  Lanes objects_, outlines_, room_; ///< outlines: points of objects that no grid point speaks for, of several blocks
   BlockedLights sky_blocked_, sun_blocked_;
   std::array<std::span<const LightBits>, 4> sun_corners_;
   std::size_t sun_corner_count_ = 0; ///< 4 where the corners speak for the block, else 0

@@ -149,9 +149,11 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
   const int first = frame.box.y0 / kBlockSide, last = (frame.box.y1 + kBlockSide - 1) / kBlockSide;
   tbb::parallel_for(tbb::blocked_range<int>(first, last), [&](const tbb::blocked_range<int>& range) {
     BlockShader shader(*this, scene, view, frame);
-    for (int row = range.begin(); row != range.end(); ++row)
+    for (int row = range.begin(); row != range.end(); ++row) {
       for (int column = frame.box.x0 / kBlockSide; column * kBlockSide < frame.box.x1; ++column)
         shader.shade(column, row);
+      shader.finish_row();
+    }
     rays += shader.rays();
   });
   return rays;
