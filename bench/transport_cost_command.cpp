@@ -61,8 +61,7 @@ Result<Bake> bake(const BenchRoom& room, int patches, int regions, const CommonO
     return partition.error();
   ProgressLine progress(common.quiet);
   const double start = process_seconds();
-  const auto volume =
-      precompute::bake_room(room.file, *partition, options, progress.callback(), result.report);
+  const auto volume = precompute::bake_room(room.file, *partition, options, progress.callback(), result.report);
   progress.clear();
   if (!volume)
     return volume.error();

@@ -14,11 +14,11 @@ namespace daylit::bench {
 
 /// How fine, and how close a case has to come.
 struct SelftestQuality {
-  int patches = 2000;      ///< of every room
+  int patches = 2000;              ///< of every room
   double visibility_rays = 229376; ///< per unit of form factor, of partly hidden pairs
-  int sky_rows_px = 512;   ///< height of the sky images
-  int sky_regions = 1024;  ///< of the uniform partition, where a case uses one
-  double tolerance = 0.02; ///< largest relative deviation
+  int sky_rows_px = 512;           ///< height of the sky images
+  int sky_regions = 1024;          ///< of the uniform partition, where a case uses one
+  double tolerance = 0.02;         ///< largest relative deviation
 };
 
 /// "normal" (2 %) and "high" (0.5 %), with the patches and rays of daylit-precompute's qualities of these names.

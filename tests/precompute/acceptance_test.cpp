@@ -22,8 +22,7 @@ struct Run {
 /// Bakes one of the reference rooms with the installed program; empty grid: defaults.
 Result<Run> bake_with_program(const std::string& scene, const std::string& grid) {
   const std::string room = (test::kTruthFolder / (scene == "S1" ? "s1_daylit_cornell.obj" : "s3_furnace.obj")).string();
-  const std::string output =
-      ::testing::TempDir() + "acceptance_" + scene + std::to_string(::getpid()) + ".volume";
+  const std::string output = ::testing::TempDir() + "acceptance_" + scene + std::to_string(::getpid()) + ".volume";
   rusage before{}, after{};
   ::getrusage(RUSAGE_CHILDREN, &before);
   std::string command = DAYLIT_BINARY_DIR "/bin/daylit-precompute '" + room + "' -o '" + output + "' --quiet";
