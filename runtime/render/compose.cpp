@@ -101,6 +101,7 @@ void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCame
              const ComposeSettings& settings, Composite& result) {
   result.picture = photo; // assignment keeps the memory of the last frame
   result.touched.assign(photo.texels.size(), 0);
+  result.coverage.assign(photo.texels.size(), 0.0f);
   const DrawnPicture drawn{frame, camera};
   const PixelBox box = drawn.photo_box().clipped(photo.width, photo.height);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
@@ -114,6 +115,7 @@ void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCame
                             std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
         if (coverage < kLeastCoverage && !shadow)
           continue;
+        result.coverage[static_cast<std::size_t>(y) * photo.width + x] = coverage;
         const Rgb before = photo.at(x, y);
         Rgb background = before;
         if (shadow && coverage < 1.0f)

@@ -79,7 +79,7 @@ Result<Rgb8Image> png_of(const Photograph& photo, const Composite& composite) {
 RgbImage object_mask(const Composite& composite) {
   RgbImage mask(composite.picture.width, composite.picture.height);
   for (std::size_t i = 0; i < mask.texels.size(); ++i)
-    mask.texels[i] = Rgb(composite.touched[i] == 2 ? 1.0f : 0.0f);
+    mask.texels[i] = Rgb(composite.coverage[i]);
   return mask;
 }
 
