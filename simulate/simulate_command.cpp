@@ -11,7 +11,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "scene/aperture.h"
 #include "scene/atomic_file.h"
 #include "scene/config.h"
 #include "scene/image_formats.h"
@@ -68,12 +67,6 @@ Result<TraceScene> build_scene(const SimulateConfig& config) {
   const auto room = read_room(config.run.room_model);
   if (!room)
     return room.error();
-  const auto rays = RayScene::build(room->room);
-  if (!rays)
-    return rays.error();
-  const auto apertures = find_apertures(room->room, *rays);
-  if (!apertures)
-    return apertures.error();
   const auto object = read_objects(config.run.objects);
   if (!object)
     return object.error();
@@ -84,7 +77,7 @@ Result<TraceScene> build_scene(const SimulateConfig& config) {
       return made.error();
     board = *made;
   }
-  return TraceScene::make(room->room, apertures->list, SkyLight(config.sky_model), &*object, glm::dmat4(1.0), board);
+  return TraceScene::of_room(room->room, SkyLight(config.sky_model), &*object, glm::dmat4(1.0), board);
 }
 
 std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
