@@ -201,6 +201,8 @@ Result<void> run_simulate(const SimulateArguments& a) {
   const auto config = read_scene_config(a);
   if (!config)
     return config.error();
+  for (const std::string& note : a.quiet ? std::vector<std::string>{} : config->sky_notes)
+    std::fprintf(stderr, "%s\n", note.c_str());
   const auto scene = build_scene(*config);
   if (!scene)
     return scene.error();
