@@ -14,8 +14,7 @@
 //   [light]    samples
 //   [output]   png, exr, size = [width, height]
 // SCENE.toml has no images, lenses or volume; it adds
-//   [sky]      model = "uniform" | "overcast" | "clear", zenith_radiance, ground_albedo or ground_radiance,
-//              sun = { azimuth, elevation (degrees) or direction, diameter (degrees), normal_irradiance }
+//   [sky]      the sky in words: scene/sky_description.h
 //   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
 //   [simulate] samples, sensor_noise, marker_board
 //   [path]     camera = [[x, y, z, target x, y, z], ...], sun = [[azimuth, elevation], ...] (degrees): what moves while
@@ -94,7 +93,8 @@ struct CameraKey {
 /// What daylit-simulate adds to the same scene.
 struct SimulateConfig {
   RunConfig run;      ///< object, room and output as above; sky and interior images are what is produced
-  SkyModel sky_model; ///< [sky] model = "overcast" | "uniform" | "clear", zenith_radiance, sun_direction ...
+  SkyModel sky_model; ///< [sky]
+  std::vector<std::string> sky_notes; ///< what reading the sky had to say: weather row, limits
   int fisheye_width_px = 512, fisheye_height_px = 496;
   double fisheye_fov = 3.3161255787892263; ///< 190 degrees
   double interior_fov = 0.9;               ///< horizontal, radians

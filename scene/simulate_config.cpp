@@ -3,10 +3,10 @@
 #include <numbers>
 
 #include <fmt/format.h>
-#include <glm/geometric.hpp>
 
 #include "scene/config.h"
 #include "scene/detail/config_sections.h"
+#include "scene/detail/sky_section.h"
 
 namespace daylit {
 
@@ -16,59 +16,10 @@ using detail::ConfigFile;
 using detail::TomlSection;
 
 constexpr double kRadians = std::numbers::pi / 180.0;
-constexpr double kMaxRadiance = 1e12;
 
 glm::dvec3 direction_of(double azimuth_deg, double elevation_deg) {
   const double a = azimuth_deg * kRadians, e = elevation_deg * kRadians;
   return {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
-}
-
-void read_sun(TomlSection section, std::optional<SunDisc>& sun) {
-  if (!section)
-    return;
-  SunDisc disc;
-  double azimuth = 0.0, elevation = 45.0, diameter = disc.angular_radius * 2.0 / kRadians;
-  glm::dvec3 direction(0.0);
-  const bool angles = section.read("azimuth", azimuth, {-720.0, 720.0});
-  const bool high = section.read("elevation", elevation, {0.0, 90.0});
-  if (section.read("direction", direction, {-1e9, 1e9})) {
-    if (angles || high)
-      section.problem("direction", "given together with azimuth or elevation; keep one");
-    if (!(glm::length(direction) > 1e-6))
-      section.problem("direction", "has no length");
-    else
-      disc.direction = glm::normalize(direction);
-  } else {
-    disc.direction = direction_of(azimuth, elevation);
-  }
-  if (section.read("diameter", diameter, {0.01, 30.0}))
-    disc.angular_radius = 0.5 * diameter * kRadians;
-  if (std::asin(std::clamp(disc.direction.z, -1.0, 1.0)) < disc.angular_radius)
-    section.problem("", "the sun touches the horizon; raise its elevation");
-  if (!section.read_rgb("normal_irradiance", disc.normal_irradiance, {0.0, kMaxRadiance}) &&
-      !section.has("normal_irradiance"))
-    section.problem("", "needs normal_irradiance");
-  section.finish();
-  sun = disc;
-}
-
-void read_sky_model(TomlSection sky, SkyModel& model) {
-  std::string kind = "overcast";
-  sky.read_word("model", kind, {"uniform", "overcast", "clear"});
-  model.kind = kind == "uniform" ? SkyModel::Kind::uniform
-               : kind == "clear" ? SkyModel::Kind::clear
-                                 : SkyModel::Kind::overcast;
-  sky.read_rgb("zenith_radiance", model.zenith_radiance, {0.0, kMaxRadiance});
-  const bool albedo = sky.read("ground_albedo", model.ground_albedo, {0.0, 1.0});
-  if (sky.read_rgb("ground_radiance", model.ground_radiance, {0.0, kMaxRadiance})) {
-    if (albedo)
-      sky.problem("ground_radiance", "given together with ground_albedo; keep one");
-    model.ground_albedo = -1.0f;
-  }
-  read_sun(sky.section("sun"), model.sun);
-  if (model.kind == SkyModel::Kind::clear && !model.sun)
-    sky.problem("model", "a clear sky needs sun = { azimuth, elevation, normal_irradiance }");
-  sky.finish();
 }
 
 void read_cameras(TomlSection& root, SimulateConfig& config) {
@@ -150,8 +101,12 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path) {
   for (const char* required : {"sky", "room", "pose"})
     if (!root.has(required))
       file->report(1, fmt::format("section [{}] is missing", required));
-  if (TomlSection sky = root.section("sky"))
-    read_sky_model(sky, config.sky_model);
+  if (TomlSection sky = root.section("sky")) {
+    SkyDescription description;
+    detail::read_sky_section(sky, description);
+    config.sky_model = description.model;
+    config.sky_notes = std::move(description.notes);
+  }
   read_cameras(root, config);
   if (TomlSection room = root.section("room")) {
     if (!room.read("model", config.run.room_model) && !room.has("model"))
@@ -196,16 +151,7 @@ std::string path_toml(const SimulateConfig& c) {
 } // namespace
 
 std::string to_toml(const SimulateConfig& c) {
-  static constexpr const char* kKind[] = {"uniform", "overcast", "clear"};
-  const SkyModel& sky = c.sky_model;
-  std::string out = fmt::format("[sky]\nmodel = \"{}\"\nzenith_radiance = {}\n", kKind[static_cast<int>(sky.kind)],
-                                detail::text(sky.zenith_radiance));
-  out += sky.ground_albedo >= 0.0f ? fmt::format("ground_albedo = {}\n", sky.ground_albedo)
-                                   : fmt::format("ground_radiance = {}\n", detail::text(sky.ground_radiance));
-  if (sky.sun)
-    out += fmt::format("sun = {{ direction = {}, diameter = {}, normal_irradiance = {} }}\n",
-                       detail::text(sky.sun->direction), detail::text(sky.sun->angular_radius * 2.0 / kRadians),
-                       detail::text(sky.sun->normal_irradiance));
+  std::string out = detail::sky_toml(c.sky_model);
   out +=
       fmt::format("\n[fisheye]\nsize = [{}, {}]\nfov = {}\n\n[interior]\nfov = {}\n", c.fisheye_width_px,
                   c.fisheye_height_px, detail::text(c.fisheye_fov / kRadians), detail::text(c.interior_fov / kRadians));

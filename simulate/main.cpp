@@ -17,14 +17,20 @@ CLI::App* add_irradiance(CLI::App& app, IrradianceArguments& a) {
       "irradiance at points by path tracing: `x y z nx ny nz` per line on stdin, `r g b se_r se_g se_b` on "
       "stdout, indirect light only unless --total");
   command->add_option("ROOM", a.room, "room model: OBJ, z up, metres")->required();
-  command->add_option("--sky", a.sky, "sky image: EXR or Radiance .hdr")->required();
-  command->add_option("--projection", a.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
-  command->add_option("--sky-rotation", a.sky_rotation_deg, "degrees, turns the sky counter-clockwise about z");
-  command->add_option("--forward", a.forward, "forward axis of an angular map")->expected(3)->delimiter(',');
-  command->add_option("--sky-up", a.sky_up, "up axis of an angular map")->expected(3)->delimiter(',');
-  command->add_option("--ground-albedo", a.ground_albedo, "fills what a fish-eye does not see")
-      ->check(CLI::Range(0.0, 1.0))
+  command
+      ->add_option("--sky", a.sky.file,
+                   "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)")
+      ->required();
+  command->add_option("--time", a.sky.time, "weather tapes: \"06-21 12:30\", local standard time");
+  command->add_option("--projection", a.sky.projection, "equirect, angular or fisheye:LENS.yaml")
       ->capture_default_str();
+  command->add_option("--sky-rotation", a.sky.rotation_deg, "degrees, turns the sky counter-clockwise about z");
+  command->add_option("--forward", a.sky.forward, "forward axis of an angular map")->expected(3)->delimiter(',');
+  command->add_option("--sky-up", a.sky.up, "up axis of an angular map")->expected(3)->delimiter(',');
+  command
+      ->add_option("--ground-albedo", a.ground_albedo,
+                   "fills what a fish-eye does not see (0.2); ground of a sky in words")
+      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--spp", a.samples, "paths per point")->check(CLI::Range(16, 1 << 26))->capture_default_str();
   command->add_option("--up", a.up, "axis that points up in the model")->check(CLI::IsMember({"y", "z"}));
   CLI::Option* sh = command->add_flag("--sh", a.coefficients,

@@ -221,6 +221,8 @@ Result<void> run_simulate(const SimulateArguments& a) {
   const auto config = read_scene_config(a);
   if (!config)
     return config.error();
+  for (const std::string& note : a.quiet ? std::vector<std::string>{} : config->sky_notes)
+    std::fprintf(stderr, "%s\n", note.c_str());
   const OutputConfig& output = config->run.output;
   const int width = output.width_px > 0 ? output.width_px : 512, height = output.height_px > 0 ? output.height_px : 496;
   const LensModel interior_lens = ideal_pinhole(width, height, config->interior_fov);

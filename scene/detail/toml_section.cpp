@@ -188,6 +188,14 @@ bool TomlSection::read(const std::string& key, glm::dvec3& value, Range range) {
   return true;
 }
 
+bool TomlSection::read_array(const std::string& key, std::span<double> values, Range range) {
+  std::vector<double> n;
+  if (!read_numbers(key, n, values.size(), range))
+    return false;
+  std::copy(n.begin(), n.end(), values.begin());
+  return true;
+}
+
 bool TomlSection::read_rgb(const std::string& key, Rgb& value, Range range) {
   glm::dvec3 v(0.0);
   const bool good = is_number(key) ? read(key, v.x, range) : read(key, v, range);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -61,6 +62,7 @@ public:
   bool read(const std::string& key, bool& value);
   bool read(const std::string& key, std::vector<int>& value, Range range = {});
   bool read(const std::string& key, glm::dvec3& value, Range range = {});
+  bool read_array(const std::string& key, std::span<double> values, Range range = {}); ///< exactly so many
   /// Three numbers, or one number for all channels.
   bool read_rgb(const std::string& key, Rgb& value, Range range = {});
   /// Row-major, flat or one array per row.
