@@ -10,7 +10,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr std::size_t kPoints = 64;
+constexpr std::size_t kPoints = 128;
 constexpr double kClearance = 0.04; ///< of the room's longest side: nearer to a patch its own shape shows
 
 struct Ratio {
