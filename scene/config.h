@@ -17,6 +17,8 @@
 //   [sky]      the sky in words: scene/sky_description.h
 //   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
 //   [simulate] samples, sensor_noise, marker_board
+//   [path]     camera = [[x, y, z, target x, y, z], ...], sun = [[azimuth, elevation], ...] (degrees): what moves while
+//              a sequence is recorded, keys at equal steps of time from its first frame to its last
 
 #include <filesystem>
 #include <optional>
@@ -83,6 +85,11 @@ struct RunConfig {
   OutputConfig output;
 };
 
+/// Where the camera is and what it looks at, world metres.
+struct CameraKey {
+  glm::dvec3 position{0.0}, target{0.0};
+};
+
 /// What daylit-simulate adds to the same scene.
 struct SimulateConfig {
   RunConfig run;      ///< object, room and output as above; sky and interior images are what is produced
@@ -94,7 +101,13 @@ struct SimulateConfig {
   bool marker_board = true;                ///< a printed board stands in the scene
   double sensor_noise = 0.0;               ///< relative standard deviation per pixel
   int samples_per_pixel = 64;
+  std::vector<CameraKey> camera_path; ///< [path] camera; empty: it stands at [pose]
+  std::vector<glm::dvec3> sun_path;   ///< [path] sun, unit directions; empty: it stands
+  bool moves() const { return !camera_path.empty() || !sun_path.empty(); }
 };
+
+/// The scene at time t of its path, 0 (first frame) to 1 (last): camera and sun between their keys, linearly.
+SimulateConfig at_time(const SimulateConfig& config, double t);
 
 /// Error: missing, not TOML, or every unknown key, wrong type, value out of range and missing part, each with its line.
 /// That a named file exists is checked by whoever reads it.

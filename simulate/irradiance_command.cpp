@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "scene/aperture.h"
 #include "scene/program.h"
 #include "scene/room_formats.h"
 #include "simulate/irradiance.h"
@@ -68,15 +67,11 @@ Result<TraceScene> read_scene(const IrradianceArguments& a) {
   const auto room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
   if (!room)
     return room.error();
-  const auto rays = RayScene::build(room->room);
-  if (!rays)
-    return rays.error();
-  const auto apertures = find_apertures(room->room, *rays);
-  if (!apertures)
-    return apertures.error();
-  for (const std::string& note : a.quiet ? std::vector<std::string>{} : apertures->report.notes)
+  std::vector<std::string> notes;
+  auto scene = TraceScene::of_room(room->room, *sky, nullptr, glm::dmat4(1.0), std::nullopt, &notes);
+  for (const std::string& note : a.quiet ? std::vector<std::string>{} : notes)
     std::fprintf(stderr, "%s\n", note.c_str());
-  return TraceScene::make(room->room, apertures->list, *sky);
+  return scene;
 }
 
 std::string numbers(std::span<const Rgb> values, const char* separator) {

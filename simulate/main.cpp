@@ -55,7 +55,8 @@ void add_simulate(CLI::App& app, SimulateArguments& a) {
       ->expected(2)
       ->delimiter(',')
       ->check(CLI::Range(16, 8192));
-  app.add_option("--frames", a.frames, "frames, each with its own sensor noise")->check(CLI::Range(1, 9999));
+  app.add_option("--frames", a.frames, "frames along the scene's [path], each with its own sensor noise")
+      ->check(CLI::Range(1, 9999));
   app.add_option("--spp", a.samples, "paths per pixel where the object can be seen (default: as the scene says)")
       ->check(CLI::Range(16, 1 << 20));
 }
@@ -66,6 +67,7 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
   command->add_option("--result", a.result, "linear EXR under test (default: DIR/result.exr)");
   command->add_option("--result-mask", a.result_mask,
                       "EXR, 1 where the result shows the object (default: DIR/result-mask.exr where it is there)");
+  command->add_option("--frame", a.frame, "of a sequence")->check(CLI::Range(0, 9999));
   command->add_option("-o,--output", a.output, "PNG: result, truth, four times their difference");
   return command;
 }

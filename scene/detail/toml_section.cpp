@@ -224,6 +224,21 @@ bool TomlSection::read(const std::string& key, glm::dmat4& value) {
   return true;
 }
 
+bool TomlSection::read_rows(const std::string& key, std::size_t columns, std::vector<double>& values, Range range) {
+  const toml::node* node = find(key);
+  if (!node)
+    return false;
+  const toml::array* rows = node->as_array();
+  bool good = rows && !rows->empty() && rows->size() <= 100000;
+  for (std::size_t k = 0; good && k < rows->size(); ++k)
+    good = rows->get(k)->is_array() && rows->get(k)->as_array()->size() == columns;
+  if (!good) {
+    problem(key, fmt::format("expected a list of lists of {} numbers", columns));
+    return false;
+  }
+  return read_numbers(key, values, rows->size() * columns, range);
+}
+
 bool TomlSection::read_size(const std::string& key, int& width, int& height) {
   std::vector<int> size;
   if (!read(key, size, {1, 32768}))

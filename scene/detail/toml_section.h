@@ -68,6 +68,8 @@ public:
   /// Row-major, flat or one array per row.
   bool read(const std::string& key, glm::dmat3& value);
   bool read(const std::string& key, glm::dmat4& value);
+  /// Rows of `columns` numbers, as an array of arrays; one row at least.
+  bool read_rows(const std::string& key, std::size_t columns, std::vector<double>& values, Range range = {});
   /// [width, height], each 1..32768.
   bool read_size(const std::string& key, int& width, int& height);
   /// One of the words, else a problem with a suggestion.
