@@ -19,7 +19,7 @@ using detail::ConfigFile;
 using detail::TomlSection;
 
 constexpr double kRadians = std::numbers::pi / 180.0;
-constexpr float kMinAlbedo = 0.0f, kMaxAlbedo = 1.0f;
+constexpr double kMinAlbedo = 0.0, kMaxAlbedo = 1.0;
 
 void read_ground(TomlSection& sky, GroundFill& ground) {
   if (!sky.has("ground"))
