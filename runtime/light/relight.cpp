@@ -88,4 +88,15 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
   return radiance;
 }
 
+std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, const Sh9Rgb& sky,
+                                      std::span<const VertexTransfer> world_transfer,
+                                      std::span<const Rgb> reflectance) {
+  std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
+  for (std::size_t i = 0; i < radiance.size(); ++i) {
+    radiance[i].front += reflected_radiance(sky, world_transfer[i].front, reflectance[i]);
+    radiance[i].back += reflected_radiance(sky, world_transfer[i].back, reflectance[i]);
+  }
+  return radiance;
+}
+
 } // namespace daylit

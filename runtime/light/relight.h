@@ -40,6 +40,11 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
 struct TwoSided {
   Rgb front{0.0f}, back{0.0f};
 };
+/// All that leaves each vertex, as far as nine coefficients go: `indirect` and the reflected light of `sky`, the
+/// radiance that arrives straight from the sky, shadowed by the object itself.
+std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, const Sh9Rgb& sky,
+                                      std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance);
+
 /// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the
 /// object straight from sky and sun; only what one part of the object reflects to another is taken from it here, the
 /// rest is drawn with shadows.
