@@ -8,6 +8,7 @@
 #include <mutex>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -20,6 +21,7 @@
 #include "runtime/light/room_planes.h"
 #include "runtime/light/window_sampler.h"
 #include "scene/aperture.h"
+#include "sh/sh9.h"
 
 namespace daylit {
 
@@ -32,7 +34,10 @@ constexpr double kNear = 1.6;             // radii: within are fine cells, beyon
 constexpr double kLeastShare = 0.002;     // of the cosine-weighted hemisphere
 constexpr double kSkin = 0.01;            // of an object's radius: its own facets cast no shadow closer than this
 constexpr int kSunSamples = 8;
-constexpr int kWindowPoints = 6; // per side: visibility of a window from a receiver
+constexpr int kAround = 128;           // directions in which an object looks around
+constexpr double kInset = 0.1;         // of the box: its eight points lie inside
+constexpr double kSurroundRadii = 4.0; // shadows further away are not looked for
+constexpr int kWindowPoints = 6;       // per side: visibility of a window from a receiver
 constexpr std::uint32_t kOutside = 0xFFFFFFFFu;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -99,6 +104,20 @@ Caster make_caster(const PlacedPart& part) {
   return c;
 }
 
+/// A point of the room that an object sees, and the share of the windows' light that the objects keep from it.
+struct SeenPoint {
+  std::uint32_t triangle = 0;
+  glm::dvec3 position{0.0}, direction{0.0};
+  float lost_share = 0.0f, weight_sr = 0.0f;
+};
+
+/// The room around an object, from eight points of its box.
+struct Surround {
+  Bounds box; ///< own frame
+  std::array<std::vector<SeenPoint>, 8> seen;
+  std::array<Sh9Rgb, 8> change{};
+};
+
 } // namespace
 
 struct RoomChangeField::State {
@@ -108,6 +127,7 @@ struct RoomChangeField::State {
   std::vector<Aperture> apertures;
   RoomPlanes planes;
   std::vector<Caster> casters;
+  std::vector<Surround> surrounds; ///< one per caster
   std::vector<TwoSided> radiance;
   std::vector<DirectionalLight> sun;
   Rgb whole_sun{0.0f};
@@ -119,8 +139,12 @@ struct RoomChangeField::State {
 
   bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& w, Covered& hit, double& distance) const;
   void trace_caster(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
+  bool covered(const glm::dvec3& x, const glm::dvec3& w) const;
+  Surround look_around(const Caster& caster) const;
+  Sh9Rgb change_of(std::span<const SeenPoint> seen) const;
   Receiver trace(const glm::dvec3& x, const glm::dvec3& n, int count) const;
-  float window_share(const glm::dvec3& x, const glm::dvec3& n) const;
+  /// Past the room; with `objects`, past them too.
+  float window_share(const glm::dvec3& x, const glm::dvec3& n, bool objects) const;
   Rgb sun_at(const DirectionalLight& light, const glm::dvec3& x, const glm::dvec3& n) const;
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
   Rgb radiance_behind(const Covered& c, std::size_t number) const;
@@ -150,6 +174,68 @@ bool RoomChangeField::State::cast(std::size_t which, const glm::dvec3& x, const 
   hit.back = glm::dot(area, glm::vec3(direction)) > 0.0f;
   distance = static_cast<double>(found.distance) * c.scale;
   return true;
+}
+
+/// Some object lies in a direction.
+bool RoomChangeField::State::covered(const glm::dvec3& x, const glm::dvec3& w) const {
+  for (const Caster& c : casters) {
+    const glm::dvec3 to = c.sphere.centre - x;
+    const double along = glm::dot(to, w), r2 = c.sphere.radius * c.sphere.radius, d2 = glm::dot(to, to);
+    if (d2 > r2 && (along <= 0.0 || d2 - along * along > r2))
+      continue;
+    const glm::dvec3 origin = c.object_from_world * (x - c.place) / c.scale;
+    if (c.part.rays->occluded(c.part.rays->to_local(origin), glm::vec3(c.object_from_world * w), 0.0f, kInfinity))
+      return true;
+  }
+  return false;
+}
+
+/// The room around an object is looked at as if no object stood there: what hides it is in the transfer vectors.
+Surround RoomChangeField::State::look_around(const Caster& caster) const {
+  Surround surround;
+  for (const glm::vec3& p : caster.part.positions)
+    surround.box.include(glm::dvec3(p));
+  if (surround.box.empty())
+    return surround;
+  for (int k = 0; k < 8; ++k) {
+    const glm::dvec3 t(k & 1 ? 1 - kInset : kInset, k & 2 ? 1 - kInset : kInset, k & 4 ? 1 - kInset : kInset);
+    const glm::dvec3 eye(caster.part.world_from_object * glm::dvec4(surround.box.min + t * surround.box.size(), 1.0));
+    for (int i = 0; i < kAround; ++i) {
+      const glm::dvec2 u = lattice_point(i, kAround);
+      const double z = 1.0 - 2.0 * u.x, r = std::sqrt(std::max(0.0, 1.0 - z * z)), turn = 2.0 * std::numbers::pi * u.y;
+      const glm::dvec3 w(r * std::cos(turn), r * std::sin(turn), z);
+      RayHit hit;
+      if (!rays.closest(rays.to_local(eye), glm::vec3(w), 0.0f, kInfinity, hit))
+        continue;
+      const glm::dvec3 n = planes[planes.facing_of(hit.triangle, w)].normal;
+      const glm::dvec3 position = eye + static_cast<double>(hit.distance) * w;
+      if (glm::length(position - caster.sphere.centre) > kSurroundRadii * caster.sphere.radius)
+        continue;
+      const float lost = window_share(position + kAir * n, n, false) - window_share(position + kAir * n, n, true);
+      surround.seen[k].push_back(
+          {hit.triangle, position, w, lost, static_cast<float>(4.0 * std::numbers::pi / kAround)});
+    }
+  }
+  return surround;
+}
+
+Sh9Rgb RoomChangeField::State::change_of(std::span<const SeenPoint> seen) const {
+  Sh9Rgb sum{};
+  for (const SeenPoint& p : seen) {
+    const RoomPoint point = room_light.at_surface(p.triangle, p.position, p.direction);
+    Rgb lost = p.lost_share * point.open_sky_irradiance;
+    if (!sun.empty()) {
+      DirectionalLight light = sun[sun.size() / 2];
+      light.irradiance = whole_sun;
+      const glm::dvec3 n = planes[planes.facing_of(p.triangle, p.direction)].normal, x = p.position + kAir * n;
+      if (const Rgb arrives = sun_at(light, x, n); arrives != Rgb(0.0f) && covered(x, light.direction))
+        lost += arrives;
+    }
+    const std::array<float, 9> y = sh::evaluate9(glm::vec3(p.direction));
+    for (int i = 0; i < 9; ++i)
+      sum[i] -= (p.weight_sr * y[i] * std::numbers::inv_pi_v<float>)*point.reflectance * lost;
+  }
+  return sum;
 }
 
 void RoomChangeField::State::trace_caster(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count,
@@ -197,12 +283,12 @@ Receiver RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n,
   Receiver receiver;
   for (std::size_t k = 0; k < casters.size(); ++k)
     trace_caster(k, x, n, count, receiver);
-  receiver.sky_share = window_share(x, n);
+  receiver.sky_share = window_share(x, n, false);
   return receiver;
 }
 
 /// Share of the windows, weighted by what a uniform sky sends through them, that x sees past the room.
-float RoomChangeField::State::window_share(const glm::dvec3& x, const glm::dvec3& n) const {
+float RoomChangeField::State::window_share(const glm::dvec3& x, const glm::dvec3& n, bool objects) const {
   double seen = 0.0, all = 0.0;
   for (const Aperture& a : apertures)
     for (int i = 0; i < kWindowPoints; ++i)
@@ -216,7 +302,8 @@ float RoomChangeField::State::window_share(const glm::dvec3& x, const glm::dvec3
         if (glm::dot(n, d) <= 0.0 || glm::dot(a.inward, d) >= 0.0)
           continue;
         all += weight;
-        if (!rays.occluded(rays.to_local(x), glm::vec3(d), 0.0f, 0.9999f))
+        if (!rays.occluded(rays.to_local(x), glm::vec3(d), 0.0f, 0.9999f) &&
+            !(objects && covered(x, d / std::sqrt(r2))))
           seen += weight;
       }
   return all > 0.0 ? static_cast<float>(seen / all) : 1.0f;
@@ -326,6 +413,9 @@ void RoomChangeField::set_objects(std::vector<PlacedPart> parts) {
     s.casters.push_back(make_caster(part));
     smallest = std::min(smallest, std::max(s.casters.back().sphere.radius, 1e-3));
   }
+  s.surrounds.assign(s.casters.size(), {});
+  tbb::parallel_for(std::size_t{0}, s.casters.size(),
+                    [&](std::size_t k) { s.surrounds[k] = s.look_around(s.casters[k]); });
   for (Lattice* lattice : {&s.fine, &s.coarse}) {
     lattice->cells.clear();
     lattice->nodes.clear();
@@ -341,25 +431,46 @@ Rgb RoomChangeField::State::reflected_sun(const glm::dvec3& x, const glm::dvec3&
   const Rgb irradiance = sun_at(light, x + kAir * n, n);
   if (irradiance == Rgb(0.0f))
     return irradiance;
-  for (std::size_t k = 0; k < casters.size(); ++k) {
-    Covered ignored;
-    double distance = 0.0;
-    if (cast(k, x + std::max(kAir, kSkin * casters[k].sphere.radius) * n, light.direction, ignored, distance))
-      return Rgb(0.0f);
-  }
+  double skin = kAir;
+  for (const Caster& c : casters)
+    skin = std::max(skin, kSkin * c.sphere.radius);
+  if (covered(x + skin * n, light.direction))
+    return Rgb(0.0f);
   return reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
-void RoomChangeField::set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
-                                std::span<const glm::vec3> normals, std::span<const Rgb> reflectance,
-                                const std::optional<DetectedSun>& detected) {
+void RoomChangeField::set_sun(const std::optional<DetectedSun>& detected) {
   State& s = *state_;
-  s.radiance = std::move(radiance);
   // Every sun counts, also one that does not reach the objects: they may stand before a patch of it.
   s.whole_sun = detected ? detected->normal_irradiance : Rgb(0.0f);
   s.sun.clear();
   for (int k = 0; detected && k < kSunSamples; ++k)
     s.sun.push_back({sun_disc_direction(detected->direction, k, kSunSamples), s.whole_sun / float{kSunSamples}});
+  tbb::parallel_for(std::size_t{0}, s.surrounds.size(), [&](std::size_t k) {
+    for (int c = 0; c < 8; ++c)
+      s.surrounds[k].change[c] = s.change_of(s.surrounds[k].seen[c]);
+  });
+}
+
+Sh9Rgb RoomChangeField::arriving_change(std::size_t part, const glm::dvec3& x) const {
+  const Caster& caster = state_->casters[part];
+  const Surround& surround = state_->surrounds[part];
+  const glm::dvec3 local = caster.object_from_world * (x - caster.place) / caster.scale;
+  const glm::dvec3 size = glm::max(surround.box.size(), glm::dvec3(1e-9));
+  const glm::dvec3 t = glm::clamp(((local - surround.box.min) / size - kInset) / (1.0 - 2.0 * kInset), 0.0, 1.0);
+  Sh9Rgb sum{};
+  for (int k = 0; k < 8; ++k) {
+    const double weight = (k & 1 ? t.x : 1 - t.x) * (k & 2 ? t.y : 1 - t.y) * (k & 4 ? t.z : 1 - t.z);
+    for (int i = 0; i < 9; ++i)
+      sum[i] += static_cast<float>(weight) * surround.change[k][i];
+  }
+  return sum;
+}
+
+void RoomChangeField::set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
+                                std::span<const glm::vec3> normals, std::span<const Rgb> reflectance) {
+  State& s = *state_;
+  s.radiance = std::move(radiance);
   if (!s.sun.empty())
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {

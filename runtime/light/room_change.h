@@ -6,8 +6,9 @@
 // At a point x of the room, Delta E(x) = integral over the directions that an object covers of
 // (L_object - L_room behind it) cos dw. What is behind is looked up where the ray meets the room, not in the nine
 // coefficients: next to a sunlit floor these are wrong by a factor at the horizon, where objects stand. Sky behind the
-// object counts as zero: its loss is the direct shadow, drawn elsewhere. The light that reaches the objects, and the
-// room behind them, are those of the room without objects: second-order changes are left out.
+// object counts as zero: its loss is the direct shadow, drawn elsewhere. What is behind is the room without objects;
+// the objects themselves see the room with their own direct shadow on it (arriving_change); further bounces are left
+// out.
 //
 // Rays are traced at the corners of square cells on the room's planes, finer near an object, when a point nearby is
 // asked for first; they hold until an object moves. What they carry is renewed with the light.
@@ -50,11 +51,15 @@ public:
 
   /// The parts must live until the next call.
   void set_objects(std::vector<PlacedPart> parts);
+  /// The light of a frame; room_light must hold the same frame's.
+  void set_sun(const std::optional<DetectedSun>& sun);
+  /// Nine coefficients of the change of radiance that arrives at a point of a part because the objects keep direct
+  /// light from the room around them. From eight points of the part's box, trilinear.
+  Sh9Rgb arriving_change(std::size_t part, const glm::dvec3& x) const;
   /// `radiance`: that leaves each vertex of all objects, on both sides, but for the sun's, which is added here with
-  /// shadows. room_light must hold the same frame's light.
+  /// shadows. Call after set_sun().
   void set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
-                 std::span<const glm::vec3> normals, std::span<const Rgb> reflectance,
-                 const std::optional<DetectedSun>& sun);
+                 std::span<const glm::vec3> normals, std::span<const Rgb> reflectance);
 
   /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
   bool reaches(const glm::dvec3& x) const;

@@ -6,6 +6,9 @@
 #include <optional>
 #include <utility>
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include "runtime/light/relight.h"
 #include "runtime/light/room_change.h"
 #include "runtime/light/room_light.h"
@@ -88,6 +91,7 @@ struct Session::State {
   void sample();
   Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
   Result<void> draw(StageClock& clock);
+  void see_own_shadow();
   void change_room();
   void compose_picture(const RgbImage& photo);
   void warn();
@@ -219,6 +223,7 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   const std::size_t count = surface.positions.size();
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
   indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
+  see_own_shadow();
   std::vector<glm::dvec3> points;
   std::vector<glm::vec3> normals;
   std::vector<Rgb VertexLight::*> sides;
@@ -246,6 +251,24 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   return light;
 }
 
+/// The objects stand in a room on which they cast shadows: what they see of it changes their indirect light.
+void Session::State::see_own_shadow() {
+  if (!room_change)
+    return;
+  room_change->set_sun(sun);
+  const ObjectSurface& surface = objects.surface;
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
+    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        const Sh9Rgb change = room_change->arriving_change(k, surface.positions[i]);
+        indirect[i].front = add_reflected(indirect[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
+        indirect[i].back = add_reflected(indirect[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
+      }
+    });
+  }
+}
+
 Result<void> Session::State::draw(StageClock& clock) {
   if (const auto r = renderer->set_lights(lights); !r)
     return r.error();
@@ -271,9 +294,9 @@ void Session::State::change_room() {
   if (!room_change)
     return;
   const ObjectSurface& surface = objects.surface;
-  const Sh9Rgb sky = direct_coefficients(pyramid, cells, {}, volume.apertures, sphere.centre);
-  room_change->set_light(vertex_radiance(indirect, sky, objects.transfer, surface.reflectance), surface.positions,
-                         surface.normals, surface.reflectance, sun);
+  const std::vector<DirectionalLight> windows = window_lights(pyramid, cells, sphere.centre);
+  room_change->set_light(vertex_radiance(indirect, windows, surface.normals, objects.transfer, surface.reflectance),
+                         surface.positions, surface.normals, surface.reflectance);
   if (!has_view)
     change_picture.set_view(camera, *room_rays);
   has_view = true;
