@@ -10,10 +10,6 @@ namespace daylit {
 
 namespace {
 
-// A grid point speaks for points nearby on the same smooth piece of surface.
-constexpr float kSameSideCosine = 0.8f;
-constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
-constexpr float kSamePlane_m = 1e-3f;
 constexpr float kLeastWeight = 0.2f; // of the four corners together
 constexpr float kSteepShare = 0.35f; // corners that differ by more do not speak for what is between: contact shadows
 
@@ -50,15 +46,6 @@ ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const O
   return point;
 }
 
-bool BlockShader::speaks_for(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position,
-                             const glm::vec3& normal) const {
-  if (g.kind != kind || glm::dot(g.normal, normal) < kSameSideCosine)
-    return false;
-  const glm::vec3 d = position - g.position;
-  return kind == GridPoint::Kind::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m
-                                       : glm::dot(d, d) < std::pow(kSamePieceShare * casters_.radius, 2.0f);
-}
-
 /// Bilinear between the corners of the pixel's block that lie on its piece of surface.
 BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int y, const glm::vec3& position,
                                                const glm::vec3& normal) const {
@@ -75,7 +62,7 @@ BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int 
     if (weight[k] <= 0.0f || u >= columns || v >= view_.block_rows())
       continue;
     const GridPoint& g = shared_.grid_[static_cast<std::size_t>(v) * columns + u];
-    if (!speaks_for(g, kind, position, normal))
+    if (!PictureShader::speaks_for(g, kind, position, normal, casters_.radius))
       continue;
     before += weight[k] * g.before;
     after += weight[k] * g.after;
@@ -96,7 +83,10 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   l.points.set(i, point.position, point.normal);
   l.starts.set(i, point.start, point.normal);
   l.sky[i] = sky;
-  l.unknown |= l.sky[i].known ? 0u : 1u << i;
+  if (!sky.known) {
+    l.unknown |= 1u << i;
+    hint(l, GridPoint::Kind::object, x, y, point.position, point.normal);
+  }
   l.pixel[i] = frame_.index(x, y);
   l.coverage[i] = static_cast<float>(hit.samples) / kCoverageSamples;
   l.reflectance[i] = l.indirect[i] = l.open_sky[i] = Rgb(0.0f);
@@ -126,10 +116,31 @@ void BlockShader::add_room(int x, int y, float coverage) {
   const int i = l.count++;
   l.points.set(i, position, n);
   l.sky[i] = sky;
-  l.unknown |= sky.known ? 0u : 1u << i;
+  if (!sky.known) {
+    l.unknown |= 1u << i;
+    hint(l, GridPoint::Kind::room, x, y, position, n);
+  }
   l.pixel[i] = frame_.index(x, y);
   l.triangle[i] = scene_.room_triangle[hit.triangle];
   l.coverage[i] = coverage;
+}
+
+/// Asks the traced grid points around for the newest lane. Where they lie about the normal does not matter here, only
+/// what stands before them.
+void BlockShader::hint(Lanes& l, GridPoint::Kind kind, int x, int y, const glm::vec3& position,
+                       const glm::vec3& normal) {
+  if (!scene_.settings.share_visibility)
+    return;
+  neighbours_.clear();
+  const int columns = view_.block_columns(), column = x / kBlockSide, row = y / kBlockSide;
+  for (int v = std::max(row - 1, 0); v <= std::min(row + 2, view_.block_rows() - 1); ++v)
+    for (int u = std::max(column - 1, 0); u <= std::min(column + 2, columns - 1); ++u) {
+      const std::size_t i = static_cast<std::size_t>(v) * columns + u;
+      const GridPoint& g = shared_.grid_[i];
+      if (g.traced && PictureShader::stands_by(g, kind, position, normal, casters_.radius))
+        neighbours_.push_back(&shared_.sky_words_[i * shared_.sky_word_count_]);
+    }
+  l.hints.set(l.count - 1, neighbours_);
 }
 
 /// Shares of the lanes that no grid point speaks for.
@@ -141,7 +152,9 @@ void BlockShader::trace_unknown(Lanes& l, bool on_object) {
   const float tnear = on_object ? 0.0f : kOwnSurface_m;
   const LightGates& lights = scene_.sky.lights;
   l.points.lanes = l.unknown;
-  find_blocked_lights(lights, casters_, l.points, starts, tnear, !on_object, {}, sky_blocked_, rays_);
+  find_blocked_lights(lights, casters_, l.points, starts, tnear, !on_object, {}, l.hints.verdicts(), sky_blocked_,
+                      rays_);
+  l.hints.reset(lights.size());
   LaneSums sums; // no light blocked: nothing is lost of the open sky, its sums stay zero
   if (sky_blocked_.lanes != 0 || (on_object && lights.room_may_block_any()))
     sum_lights(lights, sky_blocked_, casters_, l.points, starts, tnear,
@@ -163,7 +176,7 @@ void BlockShader::shade_objects(Lanes& l, std::size_t sun_corner_count) {
   const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count);
   LaneSums sums;
   if (sun.size() > 0) {
-    find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners, sun_blocked_, rays_);
+    find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners, {}, sun_blocked_, rays_);
     sum_lights(sun, sun_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::on_objects, corners, sums, rays_);
   }
   for (int i = 0; i < l.count; ++i) {
@@ -185,7 +198,7 @@ void BlockShader::shade_room() {
   const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count_);
   LaneSums sums;
   if (sun.size() > 0) {
-    find_blocked_lights(sun, casters_, p, p, kOwnSurface_m, true, corners, sun_blocked_, rays_);
+    find_blocked_lights(sun, casters_, p, p, kOwnSurface_m, true, corners, {}, sun_blocked_, rays_);
     sum_lights(sun, sun_blocked_, casters_, p, p, kOwnSurface_m, RoomShadow::everywhere, {}, sums, rays_);
   }
   const Rgb& whole = scene_.sun_normal_irradiance;
@@ -215,7 +228,8 @@ bool BlockShader::find_sun_corners(int column, int row, GridPoint::Kind kind) {
   const GridPoint& first = shared_.grid_[static_cast<std::size_t>(row) * columns + column];
   for (int k = 0; k < 4; ++k) {
     const std::size_t i = static_cast<std::size_t>(row + k / 2) * columns + (column + k % 2);
-    if (!shared_.grid_[i].receives || !speaks_for(shared_.grid_[i], kind, first.position, first.normal))
+    if (!shared_.grid_[i].receives ||
+        !PictureShader::speaks_for(shared_.grid_[i], kind, first.position, first.normal, casters_.radius))
       return false;
     sun_corners_[k] = {&shared_.sun_bits_[i * shared_.sun_groups_], shared_.sun_groups_};
   }

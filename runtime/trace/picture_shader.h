@@ -52,18 +52,31 @@ private:
     enum class Kind : std::uint8_t { none, object, room } kind = Kind::none;
     bool receives = false; ///< its share is to be found; else nothing is lost
     glm::vec3 normal{0.0f}, position{0.0f}, start{0.0f};
+    bool traced = false;           ///< its lights were asked one by one: sky_words_ knows them
     Rgb before{1.0f}, after{1.0f}; ///< shares of the open sky received without and with the objects
   };
   PixelBox affected_box(const TracedScene& scene, const VisibleSurfaces& view);
   GridPoint grid_point(const TracedScene& scene, const VisibleSurfaces& view, int column, int row) const;
   std::uint64_t trace_grid(const TracedScene& scene, const VisibleSurfaces& view, const PixelBox& box);
-  std::uint64_t trace_tile(const TracedScene& scene, const PixelBox& tile, GridPoint::Kind kind, int columns);
+  std::uint64_t find_grid_row(const TracedScene& scene, const VisibleSurfaces& view, const PixelBox& blocks, int row);
+  std::uint64_t trace_tile(const TracedScene& scene, const PixelBox& blocks, const PixelBox& tile, int columns,
+                           bool coarse);
+  bool interpolate_share(const PixelBox& blocks, int columns, int column, int row, float radius,
+                         std::vector<const LightWord*>& neighbours);
+  /// The point lies on the same smooth piece of surface as g, close by. `radius`: of the objects.
+  static bool speaks_for(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position, const glm::vec3& normal,
+                         float radius);
+  /// It lies close by and faces the same way at all: what stands before it is likely to be the same.
+  static bool stands_by(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position, const glm::vec3& normal,
+                        float radius);
+  class ShareTracer;
 
   friend class BlockShader;
   std::vector<std::uint8_t> receives_; ///< per block of the picture: some light may lose its way to it
   std::vector<GridPoint> grid_;        ///< per block of the picture
+  std::vector<LightWord> sky_words_;   ///< per block and 64 lights of the sky
   std::vector<LightBits> sun_bits_;    ///< per block and group of lights
-  std::size_t sun_groups_ = 0;
+  std::size_t sky_word_count_ = 0, sun_groups_ = 0;
 };
 
 } // namespace daylit
