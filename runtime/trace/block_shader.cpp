@@ -70,9 +70,11 @@ BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int 
     least = std::min(least, g.after.g);
     most = std::max(most, g.after.g);
   }
-  if (sum < kLeastWeight || most - least > kSteepShare)
+  // The room beside an object: what its hidden corners would say is the shadow where both touch.
+  share.between = sum > 0.999f;
+  if (sum < (kind == GridPoint::Kind::room ? 0.999f : kLeastWeight) || most - least > kSteepShare)
     return share;
-  return {before / sum, after / sum, true};
+  return {before / sum, after / sum, true, share.between};
 }
 
 void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
@@ -118,7 +120,8 @@ void BlockShader::add_room(int x, int y, float coverage) {
   l.sky[i] = sky;
   if (!sky.known) {
     l.unknown |= 1u << i;
-    hint(l, GridPoint::Kind::room, x, y, position, n);
+    if (sky.between)
+      hint(l, GridPoint::Kind::room, x, y, position, n);
   }
   l.pixel[i] = frame_.index(x, y);
   l.triangle[i] = scene_.room_triangle[hit.triangle];

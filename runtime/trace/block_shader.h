@@ -32,6 +32,7 @@ private:
   struct SkyShare {
     Rgb before{1.0f}, after{1.0f};
     bool known = false;
+    bool between = false; ///< grid points on all sides speak for the point
   };
   /// Points of one kind, up to a full set of lanes.
   struct Lanes {

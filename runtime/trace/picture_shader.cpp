@@ -174,6 +174,8 @@ bool PictureShader::interpolate_share(const PixelBox& blocks, int columns, int c
     low = glm::min(low, glm::min(coarse.after, coarse.before));
     high = glm::max(high, glm::max(coarse.after, coarse.before));
   }
+  if (!all && g.kind == GridPoint::Kind::room)
+    neighbours.clear(); // beside an object: what is hidden may be the shadow where both touch
   low = high - low;
   if (!all || std::max({low.r, low.g, low.b}) > kSmoothShare)
     return false;
