@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "runtime/trace/object_point.h"
+
 namespace daylit {
 
 namespace {
@@ -18,36 +20,8 @@ float share_of(float part, float whole) { return whole > 0.0f ? part / whole : 1
 
 } // namespace
 
-ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit) {
-  const auto& t = scene.triangles[hit.triangle];
-  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
-  const glm::vec3 p[3] = {scene.positions[t[0]], scene.positions[t[1]], scene.positions[t[2]]};
-  ObjectPoint point;
-  for (int k = 0; k < 3; ++k) {
-    point.position += b[k] * p[k];
-    point.normal += b[k] * scene.normals[t[k]];
-  }
-  const glm::vec3 facet = glm::cross(p[1] - p[0], p[2] - p[0]), to_eye = eye - point.position;
-  const float length = glm::length(point.normal);
-  point.normal = length > 0.0f ? point.normal / length : facet / std::max(glm::length(facet), 1e-30f);
-  // The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes.
-  point.back = glm::dot(facet, to_eye) < 0.0f && glm::dot(point.normal, to_eye) < 0.0f;
-  const float side = point.back ? -1.0f : 1.0f;
-  point.normal *= side;
-  // A facet of a smooth surface shadows its own neighbours near the terminator. Rays start on the surface that the
-  // normals describe: the mean of the point's projections onto the vertices' tangent planes, where these lie outside
-  // (Hanika 2021, "Hacking the Shadow Terminator").
-  point.start = point.position;
-  for (int k = 0; k < 3; ++k) {
-    const glm::vec3 n = side * scene.normals[t[k]];
-    point.start -= b[k] * std::min(0.0f, glm::dot(point.position - p[k], n)) * n;
-  }
-  point.start += std::max(2e-5f, 3e-4f * static_cast<float>(scene.sphere.radius)) * point.normal;
-  return point;
-}
-
 /// Bilinear between the corners of the pixel's block that lie on its piece of surface.
-BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int y, const glm::vec3& position,
+BlockShader::SkyShare BlockShader::interpolate(Layer layer, int x, int y, const glm::vec3& position,
                                                const glm::vec3& normal) const {
   SkyShare share;
   if (!scene_.settings.share_visibility)
@@ -61,8 +35,8 @@ BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int 
     const int u = column + (k & 1), v = row + (k >> 1);
     if (weight[k] <= 0.0f || u >= columns || v >= view_.block_rows())
       continue;
-    const GridPoint& g = shared_.grid_[static_cast<std::size_t>(v) * columns + u];
-    if (!PictureShader::speaks_for(g, kind, position, normal, casters_.radius))
+    const GridPoint& g = grid_.at(layer, u, v);
+    if (!speaks_for(g, layer, position, normal, casters_.radius))
       continue;
     before += weight[k] * g.before;
     after += weight[k] * g.after;
@@ -72,14 +46,14 @@ BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int 
   }
   // The room beside an object: what its hidden corners would say is the shadow where both touch.
   share.between = sum > 0.999f;
-  if (sum < (kind == GridPoint::Kind::room ? 0.999f : kLeastWeight) || most - least > kSteepShare)
+  if (sum < (layer == Layer::room ? 0.999f : kLeastWeight) || most - least > kSteepShare)
     return share;
   return {before / sum, after / sum, true, share.between};
 }
 
 void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const ObjectPoint point = object_point(scene_, view_.eye(), hit);
-  const SkyShare sky = interpolate(GridPoint::Kind::object, x, y, point.position, point.normal);
+  const SkyShare sky = interpolate(Layer::object, x, y, point.position, point.normal);
   Lanes& l = sky.known ? objects_ : outlines_;
   const int i = l.count++;
   l.points.set(i, point.position, point.normal);
@@ -87,7 +61,7 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   l.sky[i] = sky;
   if (!sky.known) {
     l.unknown |= 1u << i;
-    hint(l, GridPoint::Kind::object, x, y, point.position, point.normal);
+    hint(l, Layer::object, x, y, point.position, point.normal);
   }
   l.pixel[i] = frame_.index(x, y);
   l.coverage[i] = static_cast<float>(hit.samples) / kCoverageSamples;
@@ -111,7 +85,7 @@ void BlockShader::add_room(int x, int y, float coverage) {
     return;
   glm::vec3 n = scene_.room_normals[hit.triangle];
   n = glm::dot(n, view_.eye() - position) < 0.0f ? -n : n;
-  const SkyShare sky = interpolate(GridPoint::Kind::room, x, y, position, n);
+  const SkyShare sky = interpolate(Layer::room, x, y, position, n);
   if (sky.known && sky.before == sky.after && scene_.sun.lights.size() == 0)
     return; // nothing is lost here
   Lanes& l = room_;
@@ -121,7 +95,7 @@ void BlockShader::add_room(int x, int y, float coverage) {
   if (!sky.known) {
     l.unknown |= 1u << i;
     if (sky.between)
-      hint(l, GridPoint::Kind::room, x, y, position, n);
+      hint(l, Layer::room, x, y, position, n);
   }
   l.pixel[i] = frame_.index(x, y);
   l.triangle[i] = scene_.room_triangle[hit.triangle];
@@ -130,18 +104,16 @@ void BlockShader::add_room(int x, int y, float coverage) {
 
 /// Asks the traced grid points around for the newest lane. Where they lie about the normal does not matter here, only
 /// what stands before them.
-void BlockShader::hint(Lanes& l, GridPoint::Kind kind, int x, int y, const glm::vec3& position,
-                       const glm::vec3& normal) {
+void BlockShader::hint(Lanes& l, Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal) {
   if (!scene_.settings.share_visibility)
     return;
   neighbours_.clear();
   const int columns = view_.block_columns(), column = x / kBlockSide, row = y / kBlockSide;
   for (int v = std::max(row - 1, 0); v <= std::min(row + 2, view_.block_rows() - 1); ++v)
     for (int u = std::max(column - 1, 0); u <= std::min(column + 2, columns - 1); ++u) {
-      const std::size_t i = static_cast<std::size_t>(v) * columns + u;
-      const GridPoint& g = shared_.grid_[i];
-      if (g.traced && PictureShader::stands_by(g, kind, position, normal, casters_.radius))
-        neighbours_.push_back(&shared_.sky_words_[i * shared_.sky_word_count_]);
+      const GridPoint& g = grid_.at(layer, u, v);
+      if (g.traced && stands_by(g, layer, position, normal, casters_.radius))
+        neighbours_.push_back(grid_.sky_words(layer, u, v));
     }
   l.hints.set(l.count - 1, neighbours_);
 }
@@ -223,24 +195,23 @@ void BlockShader::shade_room() {
 
 /// The four corners of a block when all are of a kind and on one piece of surface: what they agree on of the sun, whose
 /// shadows are too sharp for interpolation, holds between them.
-bool BlockShader::find_sun_corners(int column, int row, GridPoint::Kind kind) {
-  const int columns = view_.block_columns();
-  if (shared_.sun_groups_ == 0 || !scene_.settings.share_visibility || column + 1 >= columns ||
-      row + 1 >= view_.block_rows())
+bool BlockShader::find_sun_corners(int column, int row, Layer layer) {
+  if (scene_.sun.lights.size() == 0 || !scene_.settings.share_visibility || column + 1 >= grid_.columns() ||
+      row + 1 >= grid_.rows())
     return false;
-  const GridPoint& first = shared_.grid_[static_cast<std::size_t>(row) * columns + column];
+  const GridPoint& first = grid_.at(layer, column, row);
   for (int k = 0; k < 4; ++k) {
-    const std::size_t i = static_cast<std::size_t>(row + k / 2) * columns + (column + k % 2);
-    if (!shared_.grid_[i].receives ||
-        !PictureShader::speaks_for(shared_.grid_[i], kind, first.position, first.normal, casters_.radius))
+    const int u = column + k % 2, v = row + k / 2;
+    const GridPoint& g = grid_.at(layer, u, v);
+    if (!g.receives || !speaks_for(g, layer, first.position, first.normal, casters_.radius))
       return false;
-    sun_corners_[k] = {&shared_.sun_bits_[i * shared_.sun_groups_], shared_.sun_groups_};
+    sun_corners_[k] = grid_.sun_bits(layer, u, v);
   }
   return true;
 }
 
 void BlockShader::shade(int column, int row) {
-  const bool receives = shared_.receives_[static_cast<std::size_t>(row) * view_.block_columns() + column] != 0;
+  const bool receives = receives_[static_cast<std::size_t>(row) * view_.block_columns() + column] != 0;
   const PixelBox pixels{column * kBlockSide, row * kBlockSide, std::min((column + 1) * kBlockSide, frame_.box.x1),
                         std::min((row + 1) * kBlockSide, frame_.box.y1)};
   bool has_edge = false, has_object = false;
@@ -251,8 +222,8 @@ void BlockShader::shade(int column, int row) {
     }
   if (!has_object && !receives)
     return;
-  const GridPoint::Kind kind = has_object ? GridPoint::Kind::object : GridPoint::Kind::room;
-  sun_corner_count_ = !has_edge && find_sun_corners(column, row, kind) ? 4 : 0;
+  const Layer layer = has_object ? Layer::object : Layer::room;
+  sun_corner_count_ = !has_edge && find_sun_corners(column, row, layer) ? 4 : 0;
   for (int y = std::max(pixels.y0, frame_.box.y0); y < pixels.y1; ++y)
     for (int x = std::max(pixels.x0, frame_.box.x0); x < pixels.x1; ++x) {
       int covered = 0;

@@ -71,6 +71,9 @@ public:
   glm::vec3 direction(float x, float y) const { return corner_ + x * right_ + y * down_; }
   const glm::vec3& eye() const { return eye_; }
   std::size_t edge_pixels() const { return edges_.size(); }
+  glm::ivec2 edge_pixel(std::size_t k) const {
+    return {static_cast<int>(edges_[k].pixel) % width_, static_cast<int>(edges_[k].pixel) / width_};
+  }
 
 private:
   static constexpr std::uint32_t kNoEdge = 0xFFFFFFFFu;
