@@ -210,6 +210,19 @@ bool BlockShader::find_sun_corners(int column, int row, Layer layer) {
   return true;
 }
 
+/// A block that shows one plane of the room, all of whose corners keep the light of the sky; without a sun.
+bool BlockShader::loses_nothing(int column, int row) const {
+  if (!scene_.settings.share_visibility || scene_.sun.lights.size() > 0 || !view_.is_plain(column, row) ||
+      column + 1 >= grid_.columns() || row + 1 >= grid_.rows())
+    return false;
+  for (int k = 0; k < 4; ++k) {
+    const GridPoint& g = grid_.at(Layer::room, column + k % 2, row + k / 2);
+    if (!g.exists || g.before != g.after)
+      return false;
+  }
+  return true;
+}
+
 void BlockShader::shade(int column, int row) {
   const bool receives = receives_[static_cast<std::size_t>(row) * view_.block_columns() + column] != 0;
   const PixelBox pixels{column * kBlockSide, row * kBlockSide, std::min((column + 1) * kBlockSide, frame_.box.x1),
@@ -220,7 +233,7 @@ void BlockShader::shade(int column, int row) {
       has_edge = has_edge || view_.is_edge(x, y);
       has_object = has_object || view_.object(x, y).samples > 0;
     }
-  if (!has_object && !receives)
+  if (!has_object && (!receives || loses_nothing(column, row)))
     return;
   const Layer layer = has_object ? Layer::object : Layer::room;
   sun_corner_count_ = !has_edge && find_sun_corners(column, row, layer) ? 4 : 0;
