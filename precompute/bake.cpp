@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <optional>
+#include <span>
 
+#include "precompute/probe_fit.h"
 #include "precompute/probes.h"
 #include "radiosity/gather.h"
 
@@ -110,29 +113,126 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
   return one;
 }
 
+/// Coefficients at the probes for the sky's regions and for the held-out skies, and at the held-out points:
+/// [point][lm][channel * columns + column].
+struct Transported {
+  std::vector<float> regions, skies_at_probes, skies_at_points;
+};
+
+constexpr int kHeldOutRays = 4; ///< times those of a probe
+
 /// The interior transport: from the first light to the coefficients at the points, by whichever side has fewer columns.
-Result<std::vector<float>> transport(const Problem& problem, const radiosity::ExchangeMatrix& exchange,
-                                     const radiosity::FirstBounce& light, const ProbePoints& points,
-                                     const BakeOptions& options, const Progress& progress, BakeReport& report,
-                                     StageClock& clock) {
-  const radiosity::SolveOptions solve{.tolerance = options.tolerance, .store = options.store};
-  const radiosity::GatherOptions gather{.rays = options.gather_rays};
-  report.adjoint = 9 * points.at.size() < light.columns();
-  const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
-  const radiosity::FirstBounce& forward = report.adjoint ? driving : light;
-  const auto radiosity =
-      radiosity::solve_radiosity(problem.elements, exchange, forward, solve, progress, &report.solve);
-  if (!radiosity)
-    return radiosity.error();
-  report.energy = radiosity::audit_energy(problem.elements, exchange, forward, *radiosity);
-  clock.finish("solve");
-  auto coefficients =
-      report.adjoint ? radiosity::adjoint_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
-                                                       exchange, light, solve, gather, progress, &report.solve)
-                     : radiosity::gather_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
-                                                      *radiosity, gather, progress);
-  clock.finish("volume");
-  return coefficients;
+class Transport {
+public:
+  Transport(const Problem& problem, const radiosity::ExchangeMatrix& exchange, const BakeOptions& options,
+            const Progress& progress, BakeReport& report, StageClock& clock)
+      : problem_(problem), exchange_(exchange), progress_(progress), report_(report),
+        clock_(clock), solve_{.tolerance = options.tolerance, .store = options.store}, gather_{
+                                                                                           .rays =
+                                                                                               options.gather_rays} {}
+
+  /// `skies`: the first light of held-out skies, no columns where none are asked for; `held_out`: points of the audit.
+  Result<Transported> run(const radiosity::FirstBounce& regions, const radiosity::FirstBounce& skies,
+                          std::span<const glm::dvec3> points, std::span<const glm::dvec3> held_out) const {
+    report_.adjoint = 9 * points.size() < regions.columns();
+    const auto next = static_cast<std::int32_t>(report_.regions);
+    const radiosity::FirstBounce light = joined(regions, skies, next);
+    const radiosity::FirstBounce forward =
+        report_.adjoint ? joined(whole_sky(regions), skies, next) : radiosity::FirstBounce{};
+    const radiosity::FirstBounce& driving = report_.adjoint ? forward : light;
+    const auto radiosity =
+        radiosity::solve_radiosity(problem_.elements, exchange_, driving, solve_, progress_, &report_.solve);
+    if (!radiosity)
+      return radiosity.error();
+    report_.energy = radiosity::audit_energy(problem_.elements, exchange_, driving, *radiosity);
+    clock_.finish("solve");
+    auto all = coefficients(light, *radiosity, points);
+    if (!all)
+      return all.error();
+    Transported out{std::move(*all), {}, {}};
+    clock_.finish("volume");
+    if (skies.columns() == 0)
+      return out;
+    out.skies_at_probes = split_columns(out.regions, light.columns(), skies.columns());
+    const auto direct =
+        radiosity::gather_coefficients(held_out, problem_.elements, problem_.mesh, problem_.patch_rays,
+                                       columns_of(*radiosity, driving.columns() - skies.columns(), skies.columns()),
+                                       {.rays = kHeldOutRays * gather_.rays}, progress_);
+    if (!direct)
+      return direct.error();
+    out.skies_at_points = *direct;
+    return out;
+  }
+
+private:
+  Result<std::vector<float>> coefficients(const radiosity::FirstBounce& light, const radiosity::Radiosity& radiosity,
+                                          std::span<const glm::dvec3> points) const {
+    return report_.adjoint
+               ? radiosity::adjoint_coefficients(points, problem_.elements, problem_.mesh, problem_.patch_rays,
+                                                 exchange_, light, solve_, gather_, progress_, &report_.solve)
+               : radiosity::gather_coefficients(points, problem_.elements, problem_.mesh, problem_.patch_rays,
+                                                radiosity, gather_, progress_);
+  }
+
+  const Problem& problem_;
+  const radiosity::ExchangeMatrix& exchange_;
+  const Progress& progress_;
+  BakeReport& report_;
+  StageClock& clock_;
+  radiosity::SolveOptions solve_;
+  radiosity::GatherOptions gather_;
+};
+
+/// The audit of these probes and the first light of its skies; neither where none is asked for.
+struct HeldOutLight {
+  std::optional<Audit> audit;
+  radiosity::FirstBounce skies;
+};
+
+Result<HeldOutLight> held_out_light(const Problem& problem, const Room& room, const ProbeSet& probes,
+                                    const BakeOptions& options, const Progress& progress) {
+  HeldOutLight out;
+  if (!options.audit)
+    return out;
+  Result<Audit> audit = Audit::prepare(room, problem.apertures.list, probes, options.held_out);
+  if (!audit)
+    return audit.error();
+  const auto light = radiosity::first_bounce(problem.elements, problem.mesh, problem.patch_rays, problem.apertures.list,
+                                             held_out_partition(), progress);
+  if (!light)
+    return light.error();
+  out.skies = audit->first_light(*light, problem.elements);
+  out.audit = std::move(*audit);
+  return out;
+}
+
+/// Probe values for linear interpolation, of the regions and of the held-out skies alike.
+void fit_to_interpolation(const Problem& problem, const ProbeSet& probes,
+                          const std::vector<std::size_t>& probe_of_point, Transported& coefficients) {
+  const ProbeFit fit = ProbeFit::make(probes, probe_of_point, [&](std::size_t a, std::size_t b) {
+    const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
+    return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
+  });
+  const std::size_t points = std::max<std::size_t>(probe_of_point.size(), 1);
+  fit.apply(coefficients.regions, coefficients.regions.size() / points);
+  fit.apply(coefficients.skies_at_probes, coefficients.skies_at_probes.size() / points);
+}
+
+/// Constant regions as they are, nodes in factors.
+Result<void> store(std::vector<float>& coefficients, const std::vector<std::size_t>& probe_of_point,
+                   const radiosity::FirstBounce& light, const BakeOptions& options, const Progress& progress,
+                   BasisVolume& volume, BakeReport& report) {
+  if (!volume.partition.interpolated()) {
+    volume.stored_region = light.region;
+    store_basis(coefficients, probe_of_point, light.columns(), volume);
+    return {};
+  }
+  auto compact = compact_sky(coefficients, volume.probes, probe_of_point, volume.partition, light.region,
+                             {.error = options.compact_error}, progress, &report.compact);
+  if (!compact)
+    return compact.error();
+  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
+  return {};
 }
 
 } // namespace
@@ -199,29 +299,39 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
 
+  const auto held_out = held_out_light(*problem, file.room, *probes, options, progress);
+  if (!held_out)
+    return held_out.error();
+  if (options.audit)
+    clock.finish("held-out skies");
+
   const ProbePoints points(*probes, problem->mesh.origin);
-  const auto coefficients = transport(*problem, *exchange, *light, points, options, progress, report, clock);
-  if (!coefficients)
-    return coefficients.error();
+  std::vector<glm::dvec3> held_out_points = held_out->audit ? held_out->audit->points() : std::vector<glm::dvec3>{};
+  for (glm::dvec3& p : held_out_points)
+    p -= problem->mesh.origin;
+  auto transported = Transport(*problem, *exchange, options, progress, report, clock)
+                         .run(*light, held_out->skies, points.at, held_out_points);
+  if (!transported)
+    return transported.error();
   BasisVolume volume{.partition = partition,
                      .probes = std::move(*probes),
-                     .stored_region = light->region,
+                     .stored_region = {},
                      .basis = {},
                      .compact = {},
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  if (!partition.interpolated()) {
-    store_basis(*coefficients, points.probe, light->columns(), volume);
-    return volume;
+  fit_to_interpolation(*problem, volume.probes, points.probe, *transported);
+  if (const Result<void> stored = store(transported->regions, points.probe, *light, options, progress, volume, report);
+      !stored)
+    return stored.error();
+  if (partition.interpolated())
+    clock.finish("fine sky");
+  if (held_out->audit) {
+    report.audit =
+        held_out->audit->judge(volume, transported->skies_at_points, transported->skies_at_probes, points.probe);
+    clock.finish("audit");
   }
-  auto compact = compact_sky(*coefficients, volume.probes, points.probe, partition, light->region,
-                             {.error = options.compact_error}, progress, &report.compact);
-  if (!compact)
-    return compact.error();
-  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
-  volume.stored_region.clear();
-  clock.finish("fine sky");
   return volume;
 }
 

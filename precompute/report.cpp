@@ -66,6 +66,12 @@ std::string to_json(const BakeReport& r, bool times) {
                      {"bytes", r.compact.bytes},
                      {"rms_error", r.compact.rms_error},
                      {"largest_error", r.compact.largest_error}};
+  for (const SkyError& s : r.audit.sky)
+    j["audit"].push_back({{"sky", s.sky},
+                          {"error", s.total},
+                          {"sky_part", s.sky_part},
+                          {"probe_part", s.grid_part},
+                          {"irradiance", s.irradiance}});
   for (const StageTime& s : r.stages)
     if (times)
       j["seconds"][s.name] = s.seconds;
