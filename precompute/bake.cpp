@@ -4,6 +4,7 @@
 #include <chrono>
 #include <numeric>
 
+#include "precompute/detail/node_sharpening.h"
 #include "precompute/probes.h"
 #include "radiosity/gather.h"
 
@@ -135,6 +136,35 @@ Result<std::vector<float>> transport(const Problem& problem, const radiosity::Ex
   return coefficients;
 }
 
+/// A sky of nodes: the light on the surfaces node by node, then the factors from the surfaces to the probes.
+Result<void> bake_fine_sky(const Problem& problem, const radiosity::ExchangeMatrix& exchange,
+                           std::vector<radiosity::FirstBounceRow> rows, const ProbePoints& points,
+                           const BakeOptions& options, const Progress& progress, BasisVolume& volume,
+                           BakeReport& report, StageClock& clock) {
+  SurfaceLightReport surfaces;
+  detail::sharpen_nodes(volume.partition, rows);
+  const auto light = surface_light(problem.elements, exchange, std::move(rows), options.clusters,
+                                   {.tolerance = options.tolerance, .store = options.store}, progress, surfaces);
+  if (!light)
+    return light.error();
+  report.solve = surfaces.solve;
+  report.energy = surfaces.energy;
+  clock.finish("solve");
+  const radiosity::GatherHits hits = radiosity::gather_hits(points.at, problem.elements, problem.mesh,
+                                                            problem.patch_rays, {.rays = options.gather_rays});
+  clock.finish("rays");
+  const auto gather = [&](std::size_t point, float* nine_rows) { hits.weights(point, nine_rows); };
+  auto compact = compact_sky(*light, gather, volume.probes, points.probe, volume.partition,
+                             {.error = options.compact_error}, progress, &report.compact);
+  if (!compact)
+    return compact.error();
+  report.regions_stored = static_cast<int>(report.compact.nodes);
+  report.first_bounce.regions_skipped = report.regions - report.regions_stored;
+  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
+  clock.finish("fine sky");
+  return {};
+}
+
 } // namespace
 
 Result<BakeOptions> quality_options(const std::string& name, bool given_points) {
@@ -181,8 +211,16 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.probes_valid = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
   clock.finish("probes");
 
-  const auto light = radiosity::first_bounce(elements, problem->mesh, problem->patch_rays, problem->apertures.list,
-                                             partition, progress, &report.first_bounce);
+  // One element of a fine sky sees some of thousands of nodes: rows, not a table.
+  const bool fine = partition.interpolated();
+  auto rows = fine ? radiosity::first_bounce_rows(elements, problem->mesh, problem->patch_rays, problem->apertures.list,
+                                                  partition, progress, &report.first_bounce)
+                   : Result<std::vector<radiosity::FirstBounceRow>>(std::vector<radiosity::FirstBounceRow>{});
+  if (!rows)
+    return rows.error();
+  const auto light = fine ? Result<radiosity::FirstBounce>(radiosity::FirstBounce{})
+                          : radiosity::first_bounce(elements, problem->mesh, problem->patch_rays,
+                                                    problem->apertures.list, partition, progress, &report.first_bounce);
   if (!light)
     return light.error();
   report.regions = partition.size();
@@ -200,9 +238,6 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   clock.finish("form factors");
 
   const ProbePoints points(*probes, problem->mesh.origin);
-  const auto coefficients = transport(*problem, *exchange, *light, points, options, progress, report, clock);
-  if (!coefficients)
-    return coefficients.error();
   BasisVolume volume{.partition = partition,
                      .probes = std::move(*probes),
                      .stored_region = light->region,
@@ -211,17 +246,15 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  if (!partition.interpolated()) {
-    store_basis(*coefficients, points.probe, light->columns(), volume);
-    return volume;
+  if (fine) {
+    const Result<void> done =
+        bake_fine_sky(*problem, *exchange, std::move(*rows), points, options, progress, volume, report, clock);
+    return done ? Result<BasisVolume>(std::move(volume)) : Result<BasisVolume>(done.error());
   }
-  auto compact = compact_sky(*coefficients, volume.probes, points.probe, partition, light->region,
-                             {.error = options.compact_error}, progress, &report.compact);
-  if (!compact)
-    return compact.error();
-  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
-  volume.stored_region.clear();
-  clock.finish("fine sky");
+  const auto coefficients = transport(*problem, *exchange, *light, points, options, progress, report, clock);
+  if (!coefficients)
+    return coefficients.error();
+  store_basis(*coefficients, points.probe, light->columns(), volume);
   return volume;
 }
 

@@ -66,7 +66,7 @@ Result<void> run(const Arguments& a) {
   if (!options)
     return options.error();
   // A grid keeps a fine sky in few bytes; given points are few enough to keep theirs whole.
-  const std::string regions = !a.regions.empty() ? a.regions : (a.points.empty() ? "fine:1024" : "uniform:256");
+  const std::string regions = !a.regions.empty() ? a.regions : (a.points.empty() ? "fine:16384" : "uniform:256");
   const Result<SkyPartition> partition = SkyPartition::parse(regions);
   if (!partition)
     return partition.error();
@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
   app.add_option("--regions", a.regions,
                  "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun\n"
-                 "(default: fine:1024; with --points uniform:256)");
+                 "(default: fine:16384; with --points uniform:256)");
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
       app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);

@@ -16,6 +16,18 @@ struct GatherOptions {
   int rays = 1024; ///< per point, over the whole sphere
 };
 
+/// What points in the air see: the element met by each of their rays, -1 for none or a black side.
+struct GatherHits {
+  std::size_t elements = 0;
+  int rays = 0;
+  std::vector<std::int32_t> element; ///< [point][ray]
+
+  /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
+  void weights(std::size_t point, float* nine_rows) const;
+};
+GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
+                       const RayScene& patches, const GatherOptions& options);
+
 /// Nine SH coefficients of the indirect radiance at points in the air: L_lm = integral L(x, w) Y_lm(w) dw with
 /// L = B / pi of the surface met by the ray (Grosch et al. 2007, eq. 2).
 /// `points`: metres, relative to the mesh origin. Result: [point][coefficient][column], columns as in Radiosity.

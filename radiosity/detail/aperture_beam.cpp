@@ -37,7 +37,7 @@ ApertureBeam::LitPart clip_left(const ApertureBeam::LitPart& p, const glm::dvec2
 } // namespace
 
 SkyDirections SkyDirections::make(const SkyPartition& partition, int count) {
-  const int side = std::max(2, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
+  const int side = std::max(partition.interpolated() ? 1 : 2, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
   SkyDirections d;
   for (int r = 0; r < partition.size(); ++r)
     for (int i = 0; i < side; ++i)
