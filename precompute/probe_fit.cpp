@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -76,6 +77,19 @@ void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) con
         out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);
     }
   });
+}
+
+void ProbeFit::apply(std::size_t point, std::size_t numbers, const std::function<void(std::size_t, float*)>& values_of,
+                     float* out) const {
+  values_of(point, out);
+  std::vector<float> other(numbers);
+  const auto of_point = std::ranges::equal_range(rows_, point, {}, &Row::point);
+  for (const Row& row : of_point)
+    for (const auto& [from, share] : {std::pair{row.a, -kShare}, {row.middle, 2.0f * kShare}, {row.b, -kShare}}) {
+      values_of(from, other.data());
+      for (std::size_t k = 0; k < numbers; ++k)
+        out[k] += share * other[k];
+    }
 }
 
 } // namespace daylit::precompute
