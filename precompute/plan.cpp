@@ -19,8 +19,8 @@ constexpr double kSunShare = 2.0;
 constexpr int kFewestPatches = 200, kMostPatches = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
-constexpr std::array<int, 4> kNodes{512, 1024, 2048, 4096};
-constexpr int kNodesWithoutSun = 256;
+constexpr std::array<int, 5> kNodes{256, 512, 1024, 2048, 4096};
+constexpr double kNodeShare = 0.3;          ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 1024; ///< at most, ~ 1 / target: beyond, time grows faster than errors fall
 constexpr double kClearlyFiner = 1.8;       ///< ratio of patches from which a difference tells an error
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
@@ -171,11 +171,14 @@ private:
     const auto sun_with = [&](int nodes) {
       return sun_error(plan, sky_parts(*SkyPartition::fine(nodes), plan.options.compact_error).sun);
     };
-    int nodes = pilot_.grid_sun > 0 ? kNodes.front() : kNodesWithoutSun;
-    for (const int more : kNodes)
-      if (pilot_.grid_sun > 0 && more > nodes && more <= kNodesAtTwoPercent * 0.02 / target &&
-          sun_with(nodes) > kSunShare * target)
+    const auto smooth_with = [](int nodes) { return laws.node_error * 1024 / nodes; };
+    int nodes = kNodes.front();
+    for (const int more : kNodes) {
+      const bool sun =
+          pilot_.grid_sun > 0 && more <= kNodesAtTwoPercent * 0.02 / target && sun_with(nodes) > kSunShare * target;
+      if (more > nodes && (sun || smooth_with(nodes) > kNodeShare * target))
         nodes = more;
+    }
     plan.regions = "fine:" + std::to_string(nodes);
     return {};
   }
