@@ -41,11 +41,13 @@ double wall_seconds() {
 struct Timing {
   std::vector<double> wall_ms, cpu_ms;
   std::map<std::string, std::vector<double>> stages;
+  std::vector<double> shadow_rays;
   void add(double wall, double cpu, const FrameReport& report) {
     wall_ms.push_back(1e3 * wall);
     cpu_ms.push_back(1e3 * cpu);
     for (const auto& [name, ms] : report.stage_ms)
       stages[name].push_back(ms);
+    shadow_rays.push_back(static_cast<double>(report.shadow_rays));
   }
 };
 
@@ -61,7 +63,8 @@ nlohmann::json to_json(const Timing& t) {
   nlohmann::json j{{"wall_ms", median(t.wall_ms)},
                    {"wall_ms_best", *std::min_element(t.wall_ms.begin(), t.wall_ms.end())},
                    {"cpu_ms", median(t.cpu_ms)},
-                   {"frames_per_second", 1e3 / median(t.wall_ms)}};
+                   {"frames_per_second", 1e3 / median(t.wall_ms)},
+                   {"shadow_rays", median(t.shadow_rays)}};
   for (const auto& [name, ms] : t.stages)
     j["stage_ms"][name] = median(ms);
   return j;

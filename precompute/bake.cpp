@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <chrono>
 #include <numeric>
+#include <optional>
+#include <span>
 
 #include "precompute/detail/node_sharpening.h"
+#include "precompute/probe_fit.h"
 #include "precompute/probes.h"
 #include "radiosity/gather.h"
 
@@ -111,36 +114,124 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
   return one;
 }
 
-/// The interior transport: from the first light to the coefficients at the points, by whichever side has fewer columns.
-Result<std::vector<float>> transport(const Problem& problem, const radiosity::ExchangeMatrix& exchange,
-                                     const radiosity::FirstBounce& light, const ProbePoints& points,
-                                     const BakeOptions& options, const Progress& progress, BakeReport& report,
-                                     StageClock& clock) {
-  const radiosity::SolveOptions solve{.tolerance = options.tolerance, .store = options.store};
-  const radiosity::GatherOptions gather{.rays = options.gather_rays};
-  report.adjoint = 9 * points.at.size() < light.columns();
-  const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
-  const radiosity::FirstBounce& forward = report.adjoint ? driving : light;
-  const auto radiosity =
-      radiosity::solve_radiosity(problem.elements, exchange, forward, solve, progress, &report.solve);
-  if (!radiosity)
-    return radiosity.error();
-  report.energy = radiosity::audit_energy(problem.elements, exchange, forward, *radiosity);
-  clock.finish("solve");
-  auto coefficients =
-      report.adjoint ? radiosity::adjoint_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
-                                                       exchange, light, solve, gather, progress, &report.solve)
-                     : radiosity::gather_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
-                                                      *radiosity, gather, progress);
-  clock.finish("volume");
-  return coefficients;
+/// Coefficients at the probes for the sky's regions and for the held-out skies, and at the held-out points:
+/// [point][lm][channel * columns + column].
+struct Transported {
+  std::vector<float> regions, skies_at_probes, skies_at_points;
+};
+
+constexpr int kHeldOutRays = 4; ///< times those of a probe
+
+/// The interior transport: from the first light to the coefficients at the points, by whichever side has fewer
+/// columns.
+class Transport {
+public:
+  Transport(const Problem& problem, const radiosity::ExchangeMatrix& exchange, const BakeOptions& options,
+            const Progress& progress, BakeReport& report, StageClock& clock)
+      : problem_(problem), exchange_(exchange), progress_(progress), report_(report),
+        clock_(clock), solve_{.tolerance = options.tolerance, .store = options.store}, gather_{
+                                                                                           .rays =
+                                                                                               options.gather_rays} {}
+
+  /// `skies`: the first light of held-out skies, no columns where none are asked for; `held_out`: points of the
+  /// audit.
+  /// `hits`: what the points see, where that is known.
+  Result<Transported> run(const radiosity::FirstBounce& regions, const radiosity::FirstBounce& skies,
+                          std::span<const glm::dvec3> points, const radiosity::GatherHits* hits,
+                          std::span<const glm::dvec3> held_out) const {
+    report_.adjoint = 9 * points.size() < regions.columns();
+    const auto next = static_cast<std::int32_t>(report_.regions);
+    const radiosity::FirstBounce light = joined(regions, skies, next);
+    const radiosity::FirstBounce forward =
+        report_.adjoint ? joined(whole_sky(regions), skies, next) : radiosity::FirstBounce{};
+    const radiosity::FirstBounce& driving = report_.adjoint ? forward : light;
+    const auto radiosity =
+        radiosity::solve_radiosity(problem_.elements, exchange_, driving, solve_, progress_, &report_.solve);
+    if (!radiosity)
+      return radiosity.error();
+    report_.energy = radiosity::audit_energy(problem_.elements, exchange_, driving, *radiosity);
+    clock_.finish("solve");
+    auto all =
+        hits ? Result<std::vector<float>>(hits->coefficients(*radiosity)) : coefficients(light, *radiosity, points);
+    if (!all)
+      return all.error();
+    Transported out{std::move(*all), {}, {}};
+    clock_.finish("volume");
+    if (skies.columns() == 0)
+      return out;
+    out.skies_at_probes = split_columns(out.regions, light.columns(), skies.columns());
+    const auto direct =
+        radiosity::gather_coefficients(held_out, problem_.elements, problem_.mesh, problem_.patch_rays,
+                                       columns_of(*radiosity, driving.columns() - skies.columns(), skies.columns()),
+                                       {.rays = kHeldOutRays * gather_.rays}, progress_);
+    if (!direct)
+      return direct.error();
+    out.skies_at_points = *direct;
+    return out;
+  }
+
+private:
+  Result<std::vector<float>> coefficients(const radiosity::FirstBounce& light, const radiosity::Radiosity& radiosity,
+                                          std::span<const glm::dvec3> points) const {
+    return report_.adjoint
+               ? radiosity::adjoint_coefficients(points, problem_.elements, problem_.mesh, problem_.patch_rays,
+                                                 exchange_, light, solve_, gather_, progress_, &report_.solve)
+               : radiosity::gather_coefficients(points, problem_.elements, problem_.mesh, problem_.patch_rays,
+                                                radiosity, gather_, progress_);
+  }
+
+  const Problem& problem_;
+  const radiosity::ExchangeMatrix& exchange_;
+  const Progress& progress_;
+  BakeReport& report_;
+  StageClock& clock_;
+  radiosity::SolveOptions solve_;
+  radiosity::GatherOptions gather_;
+};
+
+/// The audit of these probes and the first light of its skies; neither where none is asked for.
+struct HeldOutLight {
+  std::optional<Audit> audit;
+  radiosity::FirstBounce skies;
+};
+
+Result<HeldOutLight> held_out_light(const Problem& problem, const Room& room, const ProbeSet& probes,
+                                    const BakeOptions& options, const Progress& progress) {
+  HeldOutLight out;
+  if (!options.audit)
+    return out;
+  Result<Audit> audit = Audit::prepare(room, problem.apertures.list, probes, options.held_out);
+  if (!audit)
+    return audit.error();
+  const auto light = radiosity::first_bounce(problem.elements, problem.mesh, problem.patch_rays, problem.apertures.list,
+                                             held_out_partition(), progress);
+  if (!light)
+    return light.error();
+  out.skies = audit->first_light(*light, problem.elements);
+  out.audit = std::move(*audit);
+  return out;
+}
+
+/// Probe values for linear interpolation.
+ProbeFit fit_to_interpolation(const Problem& problem, const ProbeSet& probes,
+                              const std::vector<std::size_t>& probe_of_point) {
+  return ProbeFit::make(probes, probe_of_point, [&](std::size_t a, std::size_t b) {
+    const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
+    return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
+  });
+}
+
+/// A first light of no regions on the same elements.
+radiosity::FirstBounce without_columns(const radiosity::FirstBounce& light) {
+  return {
+      .elements = light.elements, .channels = light.channels, .region = {}, .irradiance = {}, .opening = light.opening};
 }
 
 /// A sky of nodes: the light on the surfaces node by node, then the factors from the surfaces to the probes.
 Result<void> bake_fine_sky(const Problem& problem, const radiosity::ExchangeMatrix& exchange,
-                           std::vector<radiosity::FirstBounceRow> rows, const ProbePoints& points,
-                           const BakeOptions& options, const Progress& progress, BasisVolume& volume,
-                           BakeReport& report, StageClock& clock) {
+                           std::vector<radiosity::FirstBounceRow> rows, const ProbePoints& points, const ProbeFit& fit,
+                           const radiosity::GatherHits& hits, const BakeOptions& options, const Progress& progress,
+                           BasisVolume& volume, BakeReport& report, StageClock& clock) {
   SurfaceLightReport surfaces;
   detail::sharpen_nodes(volume.partition, rows);
   const auto light = surface_light(problem.elements, exchange, std::move(rows), options.clusters,
@@ -150,10 +241,10 @@ Result<void> bake_fine_sky(const Problem& problem, const radiosity::ExchangeMatr
   report.solve = surfaces.solve;
   report.energy = surfaces.energy;
   clock.finish("solve");
-  const radiosity::GatherHits hits = radiosity::gather_hits(points.at, problem.elements, problem.mesh,
-                                                            problem.patch_rays, {.rays = options.gather_rays});
-  clock.finish("rays");
-  const auto gather = [&](std::size_t point, float* nine_rows) { hits.weights(point, nine_rows); };
+  const auto one = [&](std::uint32_t point, float* nine_rows) { hits.weights(point, nine_rows); };
+  const auto gather = [&](std::span<const std::uint32_t> some, float* rows_of_some) {
+    fit.apply(some, 9 * hits.elements, one, rows_of_some);
+  };
   auto compact = compact_sky(*light, gather, volume.probes, points.probe, volume.partition,
                              {.error = options.compact_error}, progress, &report.compact);
   if (!compact)
@@ -237,24 +328,56 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
 
+  const auto held_out = held_out_light(*problem, file.room, *probes, options, progress);
+  if (!held_out)
+    return held_out.error();
+  if (options.audit)
+    clock.finish("held-out skies");
+
   const ProbePoints points(*probes, problem->mesh.origin);
+  std::vector<glm::dvec3> held_out_points = held_out->audit ? held_out->audit->points() : std::vector<glm::dvec3>{};
+  for (glm::dvec3& p : held_out_points)
+    p -= problem->mesh.origin;
+  radiosity::GatherHits hits;
+  if (fine) {
+    hits =
+        radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays, {.rays = options.gather_rays});
+    clock.finish("rays");
+  }
+  Result<Transported> transported = Transported{};
+  if (!fine || options.audit) {
+    transported = Transport(*problem, *exchange, options, progress, report, clock)
+                      .run(fine ? without_columns(held_out->skies) : *light, held_out->skies, points.at,
+                           fine ? &hits : nullptr, held_out_points);
+    if (!transported)
+      return transported.error();
+  }
   BasisVolume volume{.partition = partition,
                      .probes = std::move(*probes),
-                     .stored_region = light->region,
+                     .stored_region = {},
                      .basis = {},
                      .compact = {},
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
+  const ProbeFit fit = fit_to_interpolation(*problem, volume.probes, points.probe);
+  const std::size_t count = std::max<std::size_t>(points.probe.size(), 1);
+  fit.apply(transported->regions, transported->regions.size() / count);
+  fit.apply(transported->skies_at_probes, transported->skies_at_probes.size() / count);
   if (fine) {
-    const Result<void> done =
-        bake_fine_sky(*problem, *exchange, std::move(*rows), points, options, progress, volume, report, clock);
-    return done ? Result<BasisVolume>(std::move(volume)) : Result<BasisVolume>(done.error());
+    const Result<void> done = bake_fine_sky(*problem, *exchange, std::move(*rows), points, fit, hits, options, progress,
+                                            volume, report, clock);
+    if (!done)
+      return done.error();
+  } else {
+    volume.stored_region = light->region;
+    store_basis(transported->regions, points.probe, light->columns(), volume);
   }
-  const auto coefficients = transport(*problem, *exchange, *light, points, options, progress, report, clock);
-  if (!coefficients)
-    return coefficients.error();
-  store_basis(*coefficients, points.probe, light->columns(), volume);
+  if (held_out->audit) {
+    report.audit =
+        held_out->audit->judge(volume, transported->skies_at_points, transported->skies_at_probes, points.probe);
+    clock.finish("audit");
+  }
   return volume;
 }
 

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
-#include <numbers>
 #include <optional>
 
 #include <CLI/CLI.hpp>
@@ -15,8 +14,7 @@
 #include "precompute/probe_text.h"
 #include "scene/direct_sky.h"
 #include "scene/program.h"
-#include "scene/sky_image.h"
-#include "scene/sky_partition.h"
+#include "scene/sky.h"
 #include "scene/volume_file.h"
 
 namespace {
@@ -27,25 +25,23 @@ using namespace daylit::precompute;
 constexpr std::size_t kBlock_lines = 4096;
 
 struct Arguments {
-  std::filesystem::path volume, sky;
-  std::string projection = "equirect";
-  double sky_rotation_deg = 0;
-  std::vector<double> forward{1, 0, 0}, sky_up{0, 0, 1};
+  std::filesystem::path volume;
+  SkyArguments sky;
   double ground_albedo = -1, efficacy = 0; ///< efficacy: 0 prints irradiance
   bool coefficients = false, total = false, info = false, quiet = false, json = false;
   int threads = 0;
 };
 
-Result<SkyImage> read_sky(const Arguments& a) {
-  const glm::dvec3 forward(a.forward[0], a.forward[1], a.forward[2]), up(a.sky_up[0], a.sky_up[1], a.sky_up[2]);
-  const Result<SkyProjection> projection =
-      parse_projection(a.projection, a.sky_rotation_deg * std::numbers::pi / 180.0, forward, up);
-  if (!projection)
-    return projection.error();
-  GroundFill ground;
+Result<Sky> read_sky(const Arguments& a) {
+  SkyArguments arguments = a.sky;
   if (a.ground_albedo >= 0)
-    ground = {GroundFill::Kind::albedo, static_cast<float>(a.ground_albedo)};
-  return daylit::read_sky(a.sky, *projection, ground);
+    arguments.ground_albedo = a.ground_albedo;
+  Result<OpenedSky> opened = open_sky(arguments);
+  if (!opened)
+    return opened.error();
+  for (const std::string& note : a.quiet ? std::vector<std::string>{} : opened->notes)
+    std::fprintf(stderr, "daylit-probe: %s\n", note.c_str());
+  return std::move(opened->sky);
 }
 
 /// Everything that one point needs; queries are thread-safe.
@@ -132,7 +128,7 @@ Result<void> run(const Arguments& a) {
     std::printf("%s\n", volume_info(*volume).c_str());
     return {};
   }
-  const Result<SkyImage> sky = read_sky(a);
+  const Result<Sky> sky = read_sky(a);
   if (!sky)
     return sky.error();
   Result<LightFieldSampler> sampler = LightFieldSampler::make(*volume);
@@ -143,7 +139,7 @@ Result<void> run(const Arguments& a) {
     return scene.error();
   Probe probe{combine(*volume, region_radiance(*sky, volume->partition)), *sampler, {}};
   if (a.total)
-    probe.direct.emplace(volume->apertures, *scene, *sky);
+    probe.direct.emplace(volume->room, volume->apertures, *scene, *sky);
   return answer_lines(a, probe);
 }
 
@@ -156,12 +152,17 @@ int main(int argc, char** argv) {
                "Example: echo 2 3 0.8  0 0 1 | daylit-probe room.volume --sky sky.exr"};
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.add_option("VOLUME", a.volume, "made by daylit-precompute")->required();
-  auto* sky = app.add_option("--sky", a.sky, "sky image: EXR or Radiance .hdr");
-  app.add_option("--projection", a.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
-  app.add_option("--sky-rotation", a.sky_rotation_deg, "turns the sky counter-clockwise about z, degrees");
-  app.add_option("--forward", a.forward, "angular maps: direction of the centre, x,y,z")->delimiter(',')->expected(3);
-  app.add_option("--sky-up", a.sky_up, "angular maps: direction up in the image, x,y,z")->delimiter(',')->expected(3);
-  app.add_option("--ground-albedo", a.ground_albedo, "fills what the sky image does not cover")
+  auto* sky = app.add_option("--sky", a.sky.file,
+                             "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)");
+  app.add_option("--time", a.sky.time, "weather tapes: \"06-21 12:30\", local standard time");
+  app.add_option("--projection", a.sky.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
+  app.add_option("--sky-rotation", a.sky.rotation_deg, "turns the sky counter-clockwise about z, degrees");
+  app.add_option("--forward", a.sky.forward, "angular maps: direction of the centre, x,y,z")
+      ->delimiter(',')
+      ->expected(3);
+  app.add_option("--sky-up", a.sky.up, "angular maps: direction up in the image, x,y,z")->delimiter(',')->expected(3);
+  app.add_option("--ground-albedo", a.ground_albedo,
+                 "fills what the sky picture does not cover; ground of a sky in words")
       ->check(CLI::Range(0.0, 1.0));
   auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 numbers");
   app.add_flag("--total", a.total, "adds the light that comes straight through the windows")->excludes(sh);

@@ -63,6 +63,12 @@ std::string to_json(const BakeReport& r, bool times) {
         {"nodes", r.compact.nodes},   {"sources", r.compact.sources},     {"clusters", r.compact.clusters},
         {"bricks", r.compact.bricks}, {"mean_rank", r.compact.mean_rank}, {"half_float_share", r.compact.half_share},
         {"bytes", r.compact.bytes},   {"rms_error", r.compact.rms_error}, {"largest_error", r.compact.largest_error}};
+  for (const SkyError& s : r.audit.sky)
+    j["audit"].push_back({{"sky", s.sky},
+                          {"error", s.total},
+                          {"sky_part", s.sky_part},
+                          {"probe_part", s.grid_part},
+                          {"irradiance", s.irradiance}});
   for (const StageTime& s : r.stages)
     if (times)
       j["seconds"][s.name] = s.seconds;

@@ -10,7 +10,9 @@
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
+#include "radiosity/detail/near_patches.h"
 #include "radiosity/detail/sampling.h"
+#include "radiosity/polygon_kernel.h"
 
 namespace daylit::radiosity {
 
@@ -23,15 +25,36 @@ constexpr int kOutdoorRays = 24; // all of them lost in the sky: the outside of 
 constexpr double kRaised = 1.0, kBeside = 64.0, kBesideAtLeast = 8.0;
 constexpr double kSeedDepth = 16.0; // of the points in the openings where the search starts
 constexpr int kWitnesses = 4, kWitnessesNeeded = 2;
+// Two sides of a narrow gap that meet few of each other's rays are joined by segments between the parts that face.
+constexpr double kJoinReach = 0.5; // of the longest edge: farther ones are met by rays
+constexpr int kJoins = 8, kJoinsNeeded = 2;
+constexpr double kJoinHeight = 16.0; // over each other's plane; less is a rounding, no gap
 
 glm::dvec3 centroid(const Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
 
+double longest_edge_m(const Patch& p) {
+  return std::max({glm::distance(p.corner[0], p.corner[1]), glm::distance(p.corner[1], p.corner[2]),
+                   glm::distance(p.corner[2], p.corner[0])});
+}
+
 /// Smallest height of the triangle, metres.
-double height_m(const Patch& p) {
-  double longest = 0;
-  for (int k = 0; k < 3; ++k)
-    longest = std::max(longest, glm::distance(p.corner[k], p.corner[(k + 1) % 3]));
-  return 2.0 * p.area_m2 / longest;
+double height_m(const Patch& p) { return 2.0 * p.area_m2 / longest_edge_m(p); }
+
+/// The part of a triangle in front of a plane; empty when it rises above it by less than `least_m`.
+SmallPolygon part_above(const Patch& p, const glm::dvec3& point, const glm::dvec3& normal, double least_m) {
+  double highest = 0;
+  for (const glm::dvec3& c : p.corner)
+    highest = std::max(highest, glm::dot(c - point, normal));
+  return highest < least_m ? SmallPolygon{}
+                           : clip_to_front({{p.corner[0], p.corner[1], p.corner[2]}, 3}, point, normal);
+}
+
+/// A point of a convex polygon of three or four corners, spread over all of it.
+glm::dvec3 on_polygon(const SmallPolygon& p, const glm::dvec2& u) {
+  const auto at = [&](int k) { return p.corner[static_cast<std::size_t>(k)]; };
+  if (p.size < 4)
+    return on_triangle({at(0), at(1), at(2)}, u);
+  return glm::mix(glm::mix(at(0), at(1), u.x), glm::mix(at(3), at(2), u.x), u.y);
 }
 
 struct Side {
@@ -55,7 +78,8 @@ struct RayEnd {
 class SideSearch {
 public:
   SideSearch(const PatchMesh& mesh, const RayScene& scene)
-      : mesh_(mesh), scene_(scene), offset_m_(scene.surface_offset()), reached_(mesh.patches.size(), {false, false}) {}
+      : mesh_(mesh), scene_(scene), near_(mesh), offset_m_(scene.surface_offset()),
+        reached_(mesh.patches.size(), {false, false}) {}
 
   double offset_m() const { return offset_m_; }
 
@@ -147,7 +171,7 @@ private:
     std::vector<std::array<char, 2>> lit(mesh_.patches.size(), {0, 0});
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.patches.size()), [&](std::uint32_t i) {
       for (int side = 0; side < 2; ++side)
-        lit[i][side] = !reached_[i][side] && sees_light({i, side});
+        lit[i][side] = !reached_[i][side] && (sees_light({i, side}) || sees_neighbour({i, side}));
     });
     for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
       for (int side = 0; side < 2; ++side)
@@ -170,8 +194,35 @@ private:
     return false;
   }
 
+  /// A reached side close by sees this one, though hardly a ray from its middle arrives there: a gap much narrower
+  /// than its patches.
+  bool sees_neighbour(const Side& s) const {
+    bool found = false;
+    near_.visit(s.patch, kJoinReach * longest_edge_m(mesh_.patches[s.patch]), [&](std::uint32_t patch) {
+      for (int side = 0; side < 2 && !found; ++side)
+        found = reached_[patch][side] && joined(s, {patch, side});
+      return !found;
+    });
+    return found;
+  }
+
+  bool joined(const Side& s, const Side& t) const {
+    const Patch &p = mesh_.patches[s.patch], &q = mesh_.patches[t.patch];
+    const double least_m = kJoinHeight * offset_m_;
+    const SmallPolygon from = part_above(p, q.corner[0], outward(t), least_m);
+    const SmallPolygon to = from.size < 3 ? from : part_above(q, p.corner[0], outward(s), least_m);
+    int seen = 0;
+    for (std::uint32_t k = 0; k < kJoins && to.size >= 3 && seen < kJoinsNeeded; ++k) {
+      const RayEnd start = end_on(s, on_polygon(from, r2_point(k, random_shift(ray_seed(s, t.patch)))));
+      const RayEnd end = end_on(t, on_polygon(to, r2_point(k, random_shift(ray_seed(t, s.patch)))));
+      seen += scene_.occluded(scene_.to_local(start.point), glm::vec3(end.point - start.point), 0.0f, 1.0f) ? 0 : 1;
+    }
+    return seen >= kJoinsNeeded;
+  }
+
   const PatchMesh& mesh_;
   const RayScene& scene_;
+  NearPatches near_;
   double offset_m_;
   std::vector<std::array<bool, 2>> reached_;
   std::vector<Side> frontier_;

@@ -23,48 +23,16 @@ namespace {
 constexpr int kScoutRays = 64, kOpenSkyRays = 1024;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Direction uniform in the solid angle of a spherical triangle (Arvo 1995); corners are unit vectors.
-glm::dvec3 on_spherical_triangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec2& u) {
-  const glm::dvec3 nab = glm::normalize(glm::cross(a, b)), nac = glm::normalize(glm::cross(a, c));
-  const double cos_alpha = std::clamp(glm::dot(nab, nac), -1.0, 1.0), alpha = std::acos(cos_alpha);
-  const double area = u.x * spherical_triangle_sr(a, b, c), cos_c = glm::dot(a, b);
-  const double s = std::sin(area - alpha), t = std::cos(area - alpha), sin_alpha = std::sin(alpha);
-  const double p = t - cos_alpha, q = s + sin_alpha * cos_c;
-  const double denominator = (q * s + p * t) * sin_alpha;
-  const double numerator = (t * q - s * p) * cos_alpha - q;
-  const double cos_b = std::abs(denominator) > 1e-300 ? std::clamp(numerator / denominator, -1.0, 1.0) : 1.0;
-  const glm::dvec3 towards_c = c - glm::dot(c, a) * a;
-  const double length = glm::length(towards_c);
-  const glm::dvec3 c_hat =
-      length > 0 ? cos_b * a + std::sqrt(std::max(0.0, 1.0 - cos_b * cos_b)) * (towards_c / length) : a;
-  const double z = 1.0 - u.y * (1.0 - glm::dot(c_hat, b));
-  const glm::dvec3 off = c_hat - glm::dot(c_hat, b) * b;
-  const double off_length = glm::length(off);
-  return off_length > 0 ? z * b + std::sqrt(std::max(0.0, 1.0 - z * z)) * (off / off_length) : b;
-}
-
 // Directions stand for the whole sphere, at least so many; fewer do for an element that has a wide view of an opening.
 constexpr int kDirections = 16384, kWideDirections = 8192;
 constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of kWideDirections
-constexpr int kPartialRays = 8;       // per direction, for an element that is partly in the shade; one for the others
+constexpr int kScoutingRays = 2;      // per direction: is an element partly in the shade?
+constexpr int kPartialRays = 16;      // per direction, for one that is
 constexpr int kFewestDirections = 48; // an opening that an element sees under fewer is sampled in its solid angle
 constexpr double kShade = 1e-9;       // relative: rounding of sums
 // Rays start this share of the way to the middle: closer to a wall than their first gap they would pass through it.
 constexpr double kOffEdges = 1e-3;
 constexpr int kSamples = 1024; // of such an opening
-
-struct Sweep {
-  SkyDirections sky;
-  std::vector<std::vector<std::uint32_t>> entering; ///< per piece: directions that come in through it
-
-  Sweep(const SkyPartition& partition, const std::vector<AperturePiece>& pieces, int count)
-      : sky(SkyDirections::make(partition, count)), entering(pieces.size()) {
-    for (std::size_t p = 0; p < pieces.size(); ++p)
-      for (std::uint32_t k = 0; k < sky.w.size(); ++k)
-        if (glm::dot(sky.w[k], pieces[p].inward) < 0.0)
-          entering[p].push_back(k);
-  }
-};
 
 struct Task {
   const ElementSet& set;
@@ -73,7 +41,7 @@ struct Task {
   const std::vector<Aperture>& apertures;
   const SkyPartition& partition;
   std::vector<AperturePiece> pieces;
-  Sweep fine, wide;
+  SkySweep fine, wide;
   OpenPaths paths;
   std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
   std::atomic<int> open_sky{0};
@@ -115,8 +83,10 @@ bool meets_first(const Task& task, const Aperture& aperture, const glm::dvec3& w
 /// first, which then has the light.
 std::optional<glm::dvec3> pane_share(const Task& task, const Aperture& aperture, const glm::dvec3& from,
                                      const glm::dvec3& d) {
+  if (task.apertures.size() == 1)
+    return glm::dvec3(pane_transmittance(aperture, glm::dot(d, aperture.inward)));
   const glm::dvec3 world = from + task.mesh.origin;
-  if (task.apertures.size() > 1 && !meets_first(task, aperture, world, d))
+  if (!meets_first(task, aperture, world, d))
     return std::nullopt;
   return glm::dvec3(aperture_transmittance(task.apertures, world, d, kInfinity));
 }
@@ -199,17 +169,20 @@ void sample_aperture(Task& task, const Element& e, const Aperture& aperture, con
 
 /// One direction after another, the lit part of the element by an exact clip. Unless the way is clear, `rays` rays from
 /// the lit part decide.
-Accumulator sweep_beam(Task& task, const Element& e, const ApertureBeam& beam, const Sweep& sweep, std::size_t index,
+Accumulator sweep_beam(Task& task, const Element& e, const ApertureBeam& beam, const SkySweep& sweep, std::size_t index,
                        bool clear, int rays, std::uint64_t seed) {
   const Aperture& aperture = task.apertures[task.pieces[index].aperture];
   const glm::dvec2 shift = random_shift(seed);
   Accumulator acc;
   RayBatch batch(task, aperture, acc);
   std::uint32_t sample = 0;
-  for (const std::uint32_t k : sweep.entering[index]) {
-    const glm::dvec3& w = sweep.sky.w[k];
-    if (!beam.may_meet(w))
+  const EnteringDirections& entering = sweep.entering[index];
+  const std::vector<float> cosine = entering.cosines(beam.axis());
+  for (std::size_t number = 0; number < cosine.size(); ++number) {
+    if (cosine[number] < beam.cos_spread())
       continue;
+    const std::uint32_t k = entering.number[number];
+    const glm::dvec3& w = sweep.sky.w[k];
     const ApertureBeam::LitPart part = beam.lit(w);
     const double weight = sweep.sky.solid_angle_sr[k] * glm::dot(w, e.normal) * part.area_m2 / e.area_m2;
     if (!(weight > 0.0))
@@ -256,10 +229,10 @@ void receive_through(Task& task, std::size_t element, std::size_t index, Receive
   const double exact =
       exchange_area_unoccluded(e.corner, e.normal, piece.corner, piece.inward) / e.area_m2 * std::numbers::pi;
   const std::uint64_t seed = mix_bits(element * 4099 + index);
-  const Sweep& sweep = exact > kWide_sr ? task.wide : task.fine;
+  const SkySweep& sweep = exact > kWide_sr ? task.wide : task.fine;
   const bool clear = task.paths.clear(e, index, beam.front());
   task.clear.fetch_add(clear ? 1 : 0, std::memory_order_relaxed);
-  Accumulator acc = sweep_beam(task, e, beam, sweep, index, clear, 1, seed);
+  Accumulator acc = sweep_beam(task, e, beam, sweep, index, clear, kScoutingRays, seed);
   if (acc.directions < kFewestDirections)
     acc = sample_small(task, e, beam, index, seed);
   else if (acc.visible > kShade * acc.total && acc.visible < (1.0 - kShade) * acc.total)

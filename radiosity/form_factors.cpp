@@ -80,6 +80,7 @@ struct Tile {
   const Cluster &a, &b;
   std::vector<float> values;
   std::vector<PairQuery> queries;
+  std::vector<FacingParts> parts; ///< of queries whose elements face each other in part
   std::uint64_t facing = 0, near = 0, clear = 0, hidden = 0;
 
   Tile(const Cluster& rows, const Cluster& columns)
@@ -87,9 +88,27 @@ struct Tile {
   float& at(std::uint32_t i, std::uint32_t j) { return values[std::size_t{i - a.first} * b.size() + (j - b.first)]; }
 };
 
+/// What two elements show each other of their fronts.
+struct NearPair {
+  SmallPolygon a, b;
+  bool cut; ///< one of them in part only
+
+  NearPair(const Element& p, const Element& q)
+      : a(clip_to_front({{p.corner[0], p.corner[1], p.corner[2]}, 3}, q.corner[0], q.normal)),
+        b(clip_to_front({{q.corner[0], q.corner[1], q.corner[2]}, 3}, p.corner[0], p.normal)),
+        cut(rises_from_behind(p, q) || rises_from_behind(q, p)) {}
+  double exchange_m2() const { return a.size < 3 || b.size < 3 ? 0.0 : exchange_area_unoccluded(a, b); }
+
+private:
+  static bool rises_from_behind(const Element& p, const Element& q) {
+    return std::ranges::any_of(p.corner,
+                               [&](const glm::dvec3& c) { return glm::dot(c - q.corner[0], q.normal) < 0.0; });
+  }
+};
+
 /// The unoccluded exchange of a pair, with what is known of its visibility.
-void enter_pair(const Problem& problem, Tile& tile, std::uint32_t i, std::uint32_t j, PairState state,
-                PairShadow shadow) {
+void enter_pair(const Problem& problem, Tile& tile, const PairShadows* shadows, std::uint32_t i, std::uint32_t j,
+                PairState state, PairShadow shadow) {
   ++tile.facing;
   float& g = tile.at(i, j);
   if (shadow == kHiddenPair) {
@@ -97,19 +116,27 @@ void enter_pair(const Problem& problem, Tile& tile, std::uint32_t i, std::uint32
     g = 0.0f;
     return;
   }
+  const std::uint64_t seed = std::uint64_t{problem.tree.order()[i]} << 32 | problem.tree.order()[j];
+  PairQuery query{i, j, seed, 0.0f, state == kNear};
   if (state == kNear) {
-    const Element &p = problem.element(i), &q = problem.element(j);
-    g = static_cast<float>(exchange_area_unoccluded(p.corner, p.normal, q.corner, q.normal));
+    const NearPair pair(problem.element(i), problem.element(j));
+    g = static_cast<float>(pair.exchange_m2());
     ++tile.near;
+    if (shadow == kMixedPair && g > 0.0f && pair.cut) {
+      if (shadows && shadows->clear(pair.a, pair.b))
+        shadow = kClearPair;
+      query.parts = static_cast<std::int32_t>(tile.parts.size());
+      if (shadow == kMixedPair)
+        tile.parts.emplace_back(pair.a, pair.b, problem.shift);
+    }
   }
   if (shadow == kClearPair) {
     ++tile.clear;
     return;
   }
-  const std::uint64_t seed = std::uint64_t{problem.tree.order()[i]} << 32 | problem.tree.order()[j];
-  const float smaller = std::min(problem.arrays.area[i], problem.arrays.area[j]);
+  query.form_factor = g / std::min(problem.arrays.area[i], problem.arrays.area[j]);
   if (g > 0.0f)
-    tile.queries.push_back({i, j, seed, g / smaller, state == kNear, 0.0f});
+    tile.queries.push_back(query);
 }
 
 /// What may stand between the pairs of a tile; nothing: too much to look at one by one.
@@ -133,12 +160,12 @@ void compute_tile(Problem& problem, const PlanTile& plan, Tile& tile) {
       shadows->row(i, shadow.data());
     for (std::uint32_t j = first; j < tile.b.last; ++j)
       if (state[j - first] != kNotFacing)
-        enter_pair(problem, tile, i, j, static_cast<PairState>(state[j - first]),
+        enter_pair(problem, tile, shadows ? &*shadows : nullptr, i, j, static_cast<PairState>(state[j - first]),
                    static_cast<PairShadow>(shadow[j - tile.b.first]));
   }
   if (!tile.queries.empty()) {
     PairVisibility visibility(problem.arrays, problem.scene, problem.options.visibility_rays);
-    problem.counters.rays += visibility.resolve(tile.queries);
+    problem.counters.rays += visibility.resolve(tile.queries, tile.parts);
     for (const PairQuery& q : tile.queries)
       tile.at(q.i, q.j) *= q.share;
   }

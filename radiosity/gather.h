@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "radiosity/elements.h"
@@ -21,9 +22,12 @@ struct GatherHits {
   std::size_t elements = 0;
   int rays = 0;
   std::vector<std::int32_t> element; ///< [point][ray]
+  std::vector<glm::vec2> turn;       ///< cosine and sine of each ray's azimuth, before a point's own turn
 
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
   void weights(std::size_t point, float* nine_rows) const;
+  /// As gather_coefficients(): cheap for few columns.
+  std::vector<float> coefficients(const Radiosity& radiosity) const;
 };
 GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
                        const RayScene& patches, const GatherOptions& options);

@@ -14,10 +14,11 @@
 //   [light]    samples
 //   [output]   png, exr, size = [width, height]
 // SCENE.toml has no images, lenses or volume; it adds
-//   [sky]      model = "uniform" | "overcast" | "clear", zenith_radiance, ground_albedo or ground_radiance,
-//              sun = { azimuth, elevation (degrees) or direction, diameter (degrees), normal_irradiance }
+//   [sky]      the sky in words: scene/sky_description.h
 //   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
 //   [simulate] samples, sensor_noise, marker_board
+//   [path]     camera = [[x, y, z, target x, y, z], ...], sun = [[azimuth, elevation], ...] (degrees): what moves while
+//              a sequence is recorded, keys at equal steps of time from its first frame to its last
 
 #include <filesystem>
 #include <optional>
@@ -84,17 +85,29 @@ struct RunConfig {
   OutputConfig output;
 };
 
+/// Where the camera is and what it looks at, world metres.
+struct CameraKey {
+  glm::dvec3 position{0.0}, target{0.0};
+};
+
 /// What daylit-simulate adds to the same scene.
 struct SimulateConfig {
   RunConfig run;      ///< object, room and output as above; sky and interior images are what is produced
-  SkyModel sky_model; ///< [sky] model = "overcast" | "uniform" | "clear", zenith_radiance, sun_direction ...
+  SkyModel sky_model; ///< [sky]
+  std::vector<std::string> sky_notes; ///< what reading the sky had to say: weather row, limits
   int fisheye_width_px = 512, fisheye_height_px = 496;
   double fisheye_fov = 3.3161255787892263; ///< 190 degrees
   double interior_fov = 0.9;               ///< horizontal, radians
   bool marker_board = true;                ///< a printed board stands in the scene
   double sensor_noise = 0.0;               ///< relative standard deviation per pixel
   int samples_per_pixel = 64;
+  std::vector<CameraKey> camera_path; ///< [path] camera; empty: it stands at [pose]
+  std::vector<glm::dvec3> sun_path;   ///< [path] sun, unit directions; empty: it stands
+  bool moves() const { return !camera_path.empty() || !sun_path.empty(); }
 };
+
+/// The scene at time t of its path, 0 (first frame) to 1 (last): camera and sun between their keys, linearly.
+SimulateConfig at_time(const SimulateConfig& config, double t);
 
 /// Error: missing, not TOML, or every unknown key, wrong type, value out of range and missing part, each with its line.
 /// That a named file exists is checked by whoever reads it.

@@ -9,36 +9,34 @@
 
 #include "scene/ray_scene.h"
 #include "scene/room.h"
-#include "scene/sky_image.h"
+#include "scene/sky.h"
 
 namespace daylit {
 
-/// Quadrature over the spherical polygons under which the apertures appear. A texel much brighter than the mean (the
-/// sun) is not left to chance: what it has above a cap is added texel by texel. Keeps references: room data and sky
+/// Integral over what a WindowView sees: radiance at the middle of small cells times their exact cosine-weighted area.
+/// Small bright things are not left to the cells: the sun of a description is the visible part of its disc, and what a
+/// texel of a picture has above a cap (a sun) is the visible part of that texel. Keeps references: room data and sky
 /// must outlive it. Thread-safe.
 class DirectSky {
 public:
-  DirectSky(const std::vector<Aperture>& apertures, const RayScene& scene, const SkyImage& sky);
+  DirectSky(const Room& room, const std::vector<Aperture>& apertures, const RayScene& scene, const Sky& sky);
 
   /// Irradiance (radiance unit x sr) on a surface at `point` facing `unit_normal`, without any reflection.
   Rgb irradiance(const glm::dvec3& point, const glm::dvec3& unit_normal) const;
 
 private:
-  struct BrightTexel {
-    std::size_t index = 0;
-    Rgb excess{0.0f}; ///< radiance above the cap
+  struct BrightSpot {
+    std::vector<glm::dvec3> cone;
+    glm::dvec3 radiance{0.0}; ///< above the cap, scaled so that the cone has the spot's energy
   };
-  struct Receiver;
-  glm::dvec3 polygon_light(const Receiver& at, std::size_t aperture) const;
-  glm::dvec3 bright_light(const Receiver& at) const;
-  bool enters_elsewhere_first(const glm::dvec3& p, const glm::dvec3& d, std::size_t aperture) const;
-  bool sees_sky(const Receiver& at, const glm::dvec3& d) const;
+  void find_bright_texels(const SkyImage& image);
 
+  const Room& room_;
   const std::vector<Aperture>& apertures_;
   const RayScene& scene_;
-  const SkyImage& sky_;
-  float cap_ = 0.0f;
-  std::vector<BrightTexel> bright_;
+  const Sky& sky_;
+  float cap_ = 0.0f; ///< luminance of the cells' radiance at most; 0: none
+  std::vector<BrightSpot> bright_;
 };
 
 } // namespace daylit

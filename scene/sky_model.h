@@ -1,7 +1,7 @@
 #pragma once
 
-// Analytic skies: what daylit-simulate lights its rooms with. Directions are unit vectors in the world frame (z up)
-// that point to where the light comes from; radiances are linear Rec. 709 RGB.
+// Analytic skies. Directions are unit vectors in the world frame (z up) that point to where the light comes from;
+// radiances are linear Rec. 709 RGB.
 
 #include <optional>
 
@@ -9,6 +9,7 @@
 
 #include "scene/result.h"
 #include "scene/rgb_image.h"
+#include "scene/sky_distribution.h"
 
 namespace daylit {
 
@@ -16,7 +17,7 @@ namespace daylit {
 struct SunDisc {
   glm::dvec3 direction{0.0, 0.0, 1.0}; ///< unit, towards the sun
   double angular_radius = 0.00465;     ///< radians (0.533 degrees across), 0 < angular_radius < pi/2
-  Rgb normal_irradiance{0.0f};         ///< on a plane facing the sun, radiance unit x sr
+  Rgb normal_irradiance{0.0f};         ///< on a plane facing the sun, radiance unit x sr; zero: it only shapes the sky
   double solid_angle_sr() const;
   /// normal_irradiance / (pi sin^2 angular_radius): exact for a uniform disc.
   Rgb radiance() const;
@@ -25,12 +26,15 @@ struct SunDisc {
 
 /// Parameters of a sky. The member functions prepare an AnalyticSky each time; whoever asks more than once keeps one.
 struct SkyModel {
-  enum class Kind { uniform, overcast, clear } kind = Kind::overcast;
-  Rgb zenith_radiance{1.0f}; ///< uniform: everywhere above the horizon
+  enum class Kind { uniform, overcast, clear, general } kind = Kind::overcast;
+  SkyDistribution distribution; ///< kind general
+  Rgb zenith_radiance{1.0f};    ///< uniform: everywhere above the horizon
+  /// Scales the sky instead of zenith_radiance: horizontal irradiance of the sky without the sun, radiance unit x sr.
+  std::optional<Rgb> diffuse_horizontal;
   Rgb ground_radiance{0.0f}; ///< below the horizon, unless ground_albedo >= 0
   float ground_albedo =
       0.2f; ///< ground radiance = albedo * horizontal irradiance (sky + sun) / pi; < 0: use ground_radiance
-  std::optional<SunDisc> sun; ///< clear: shapes the sky around it (CIE S 011 type 12), and is the disc itself
+  std::optional<SunDisc> sun; ///< shapes the sky around it (clear, general), and is the disc itself
 
   /// Sky or ground radiance without the sun disc.
   Rgb sky_radiance(const glm::dvec3& unit_direction) const;
@@ -43,8 +47,9 @@ struct SkyModel {
 /// A SkyModel with its normalisation and its ground evaluated once: a few flops per query, safe to share by threads.
 /// uniform:  L = Lz
 /// overcast: L = Lz (1 + 2 sin g) / 3, g = altitude (CIE S 011 type 16, Moon & Spencer 1942)
-/// clear:    L = Lz f(chi) phi(Z) / (f(Zs) phi(0)), CIE S 011 / ISO 15469 type 12 (a -1, b -0.32, c 10, d -3, e 0.45);
-///           without a sun f is 1: gradation only.
+/// clear:    CIE S 011 / ISO 15469 type 12
+/// general:  any SkyDistribution
+/// The last two: L = Lz l(Z, chi) / l(0, Zs), or E_diffuse l / (integral of l cos Z); without a sun f is 1.
 class AnalyticSky {
 public:
   explicit AnalyticSky(const SkyModel& model);
@@ -59,11 +64,11 @@ public:
 
 private:
   SkyModel model_;
-  double inverse_zenith_ = 1.0; ///< 1 / (f(Zs) phi(0))
+  Rgb scale_{0.0f}; ///< radiance where relative_radiance() is 1
   Rgb ground_{0.0f}, diffuse_horizontal_{0.0f};
 
-  /// L / Lz above the horizon.
   double relative_radiance(const glm::dvec3& unit_direction) const;
+  double relative_integral() const;
 };
 
 } // namespace daylit

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include <fmt/format.h>
+
 #include "scene/image_formats.h"
 #include "simulate/picture_error.h"
 
@@ -38,16 +40,18 @@ Rgb8Image side_by_side(const std::vector<Rgb8Image>& pictures) {
 
 Result<void> run_compare(const CompareArguments& a) {
   PictureErrorInput in;
-  const std::filesystem::path result = a.result.empty() ? a.folder / "result.exr" : a.result;
-  const std::pair<std::filesystem::path, RgbImage*> files[] = {{result, &in.result},
-                                                               {a.folder / "truth.exr", &in.truth},
-                                                               {a.folder / "interior.exr", &in.room},
-                                                               {a.folder / "mask.exr", &in.coverage},
-                                                               {a.folder / "se.exr", &in.standard_error.emplace()}};
+  const std::string suffix = (a.frame == 0 ? "" : fmt::format("_{:04}", a.frame)) + ".exr";
+  const std::filesystem::path result = a.result.empty() ? a.folder / ("result" + suffix) : a.result;
+  const std::pair<std::filesystem::path, RgbImage*> files[] = {
+      {result, &in.result},
+      {a.folder / ("truth" + suffix), &in.truth},
+      {a.folder / ("interior" + suffix), &in.room},
+      {a.folder / ("mask" + suffix), &in.coverage},
+      {a.folder / ("se" + suffix), &in.standard_error.emplace()}};
   for (const auto& [path, image] : files)
     if (const auto read = read_into(path, *image); !read)
       return read;
-  const std::filesystem::path beside = a.folder / "result-mask.exr";
+  const std::filesystem::path beside = a.folder / ("result-mask" + suffix);
   const bool has_mask = !a.result_mask.empty() || (a.result.empty() && std::filesystem::exists(beside));
   if (has_mask)
     if (const auto read = read_into(a.result_mask.empty() ? beside : a.result_mask, in.result_coverage.emplace());

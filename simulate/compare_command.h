@@ -9,6 +9,7 @@ namespace daylit {
 /// daylit-simulate compare DIR: a result against truth.exr, interior.exr, mask.exr and se.exr of the folder.
 struct CompareArguments {
   std::filesystem::path folder, result, result_mask, output;
+  int frame = 0; ///< of a sequence
   bool json = false;
 };
 

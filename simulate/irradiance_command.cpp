@@ -3,15 +3,12 @@
 #include <cmath>
 #include <cstdio>
 #include <iostream>
-#include <memory>
-#include <numbers>
 #include <sstream>
 #include <vector>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "scene/aperture.h"
 #include "scene/program.h"
 #include "scene/room_formats.h"
 #include "simulate/irradiance.h"
@@ -46,34 +43,35 @@ Result<std::vector<Receiver>> read_receivers(std::istream& in, bool with_normal)
   return receivers;
 }
 
-Result<SkyImage> read_sky_of(const IrradianceArguments& a) {
-  const auto projection =
-      parse_projection(a.projection, a.sky_rotation_deg * std::numbers::pi / 180.0,
-                       {a.forward[0], a.forward[1], a.forward[2]}, {a.sky_up[0], a.sky_up[1], a.sky_up[2]});
-  if (!projection)
-    return projection.error();
-  const bool partial = std::holds_alternative<FisheyeProjection>(*projection);
-  const GroundFill ground{partial ? GroundFill::Kind::albedo : GroundFill::Kind::none,
-                          static_cast<float>(a.ground_albedo)};
-  return read_sky(a.sky, *projection, ground);
+constexpr double kUsualAlbedo = 0.2;
+
+Result<SkyLight> read_sky_of(const IrradianceArguments& a) {
+  SkyArguments arguments = a.sky;
+  if (a.ground_albedo >= 0.0)
+    arguments.ground_albedo = a.ground_albedo;
+  else if (arguments.projection.starts_with("fisheye"))
+    arguments.ground_albedo = kUsualAlbedo;
+  const auto opened = open_sky(arguments);
+  if (!opened)
+    return opened.error();
+  for (const std::string& note : a.quiet ? std::vector<std::string>{} : opened->notes)
+    std::fprintf(stderr, "%s\n", note.c_str());
+  const Sky& sky = opened->sky;
+  return sky.image() ? SkyLight(sky.image()) : SkyLight(sky.described()->model());
 }
 
 Result<TraceScene> read_scene(const IrradianceArguments& a) {
-  auto sky = read_sky_of(a);
+  const auto sky = read_sky_of(a);
   if (!sky)
     return sky.error();
   const auto room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
   if (!room)
     return room.error();
-  const auto rays = RayScene::build(room->room);
-  if (!rays)
-    return rays.error();
-  const auto apertures = find_apertures(room->room, *rays);
-  if (!apertures)
-    return apertures.error();
-  for (const std::string& note : a.quiet ? std::vector<std::string>{} : apertures->report.notes)
+  std::vector<std::string> notes;
+  auto scene = TraceScene::of_room(room->room, *sky, nullptr, glm::dmat4(1.0), std::nullopt, &notes);
+  for (const std::string& note : a.quiet ? std::vector<std::string>{} : notes)
     std::fprintf(stderr, "%s\n", note.c_str());
-  return TraceScene::make(room->room, apertures->list, SkyLight(std::make_shared<const SkyImage>(*std::move(sky))));
+  return scene;
 }
 
 std::string numbers(std::span<const Rgb> values, const char* separator) {

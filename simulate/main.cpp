@@ -17,14 +17,20 @@ CLI::App* add_irradiance(CLI::App& app, IrradianceArguments& a) {
       "irradiance at points by path tracing: `x y z nx ny nz` per line on stdin, `r g b se_r se_g se_b` on "
       "stdout, indirect light only unless --total");
   command->add_option("ROOM", a.room, "room model: OBJ, z up, metres")->required();
-  command->add_option("--sky", a.sky, "sky image: EXR or Radiance .hdr")->required();
-  command->add_option("--projection", a.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
-  command->add_option("--sky-rotation", a.sky_rotation_deg, "degrees, turns the sky counter-clockwise about z");
-  command->add_option("--forward", a.forward, "forward axis of an angular map")->expected(3)->delimiter(',');
-  command->add_option("--sky-up", a.sky_up, "up axis of an angular map")->expected(3)->delimiter(',');
-  command->add_option("--ground-albedo", a.ground_albedo, "fills what a fish-eye does not see")
-      ->check(CLI::Range(0.0, 1.0))
+  command
+      ->add_option("--sky", a.sky.file,
+                   "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)")
+      ->required();
+  command->add_option("--time", a.sky.time, "weather tapes: \"06-21 12:30\", local standard time");
+  command->add_option("--projection", a.sky.projection, "equirect, angular or fisheye:LENS.yaml")
       ->capture_default_str();
+  command->add_option("--sky-rotation", a.sky.rotation_deg, "degrees, turns the sky counter-clockwise about z");
+  command->add_option("--forward", a.sky.forward, "forward axis of an angular map")->expected(3)->delimiter(',');
+  command->add_option("--sky-up", a.sky.up, "up axis of an angular map")->expected(3)->delimiter(',');
+  command
+      ->add_option("--ground-albedo", a.ground_albedo,
+                   "fills what a fish-eye does not see (0.2); ground of a sky in words")
+      ->check(CLI::Range(0.0, 1.0));
   command->add_option("--spp", a.samples, "paths per point")->check(CLI::Range(16, 1 << 26))->capture_default_str();
   command->add_option("--up", a.up, "axis that points up in the model")->check(CLI::IsMember({"y", "z"}));
   CLI::Option* sh = command->add_flag("--sh", a.coefficients,
@@ -49,7 +55,8 @@ void add_simulate(CLI::App& app, SimulateArguments& a) {
       ->expected(2)
       ->delimiter(',')
       ->check(CLI::Range(16, 8192));
-  app.add_option("--frames", a.frames, "frames, each with its own sensor noise")->check(CLI::Range(1, 9999));
+  app.add_option("--frames", a.frames, "frames along the scene's [path], each with its own sensor noise")
+      ->check(CLI::Range(1, 9999));
   app.add_option("--spp", a.samples, "paths per pixel where the object can be seen (default: as the scene says)")
       ->check(CLI::Range(16, 1 << 20));
 }
@@ -60,6 +67,7 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
   command->add_option("--result", a.result, "linear EXR under test (default: DIR/result.exr)");
   command->add_option("--result-mask", a.result_mask,
                       "EXR, 1 where the result shows the object (default: DIR/result-mask.exr where it is there)");
+  command->add_option("--frame", a.frame, "of a sequence")->check(CLI::Range(0, 9999));
   command->add_option("-o,--output", a.output, "PNG: result, truth, four times their difference");
   return command;
 }

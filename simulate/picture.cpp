@@ -26,11 +26,6 @@ constexpr int kShadowShare = 4;
 constexpr float kVisibleChange = 0.01f;
 constexpr int kNeighbourhood = 4, kMaskMargin = 2; // pixels
 
-struct PixelEstimate {
-  Rgb room{0.0f}, truth{0.0f}, standard_error{0.0f};
-  float coverage = 0.0f;
-};
-
 struct Camera {
   const LensModel& lens;
   glm::vec3 origin;
@@ -116,15 +111,51 @@ void store(InteriorPictures& p, std::size_t i, const PixelEstimate& e) {
   p.coverage.texels[i] = Rgb(e.coverage);
 }
 
-} // namespace
-
-Result<InteriorPictures> render_interior(const TraceScene& scene, const LensModel& lens,
-                                         const glm::dmat4& world_from_camera, const PictureSettings& settings,
-                                         const Progress& progress) {
+Result<void> check_settings(const TraceScene& scene, const PictureSettings& settings) {
   if (settings.base_samples < 2 * kPictureBatches || settings.samples < 2 * kPictureBatches)
     return Error{ErrorCode::usage, "too few samples per pixel", "--spp", "use at least 16"};
   if (!scene.has_object())
     return Error{ErrorCode::usage, "the scene has no object", "render_interior", ""};
+  return {};
+}
+
+} // namespace
+
+Result<std::vector<PixelEstimate>> render_pixels(const TraceScene& scene, const LensModel& lens,
+                                                 const glm::dmat4& world_from_camera,
+                                                 std::span<const glm::ivec2> pixels, const PictureSettings& settings,
+                                                 const Progress& progress) {
+  if (const auto good = check_settings(scene, settings); !good)
+    return good.error();
+  const PathTracer tracer(scene);
+  const Camera camera{lens, scene.to_local(glm::dvec3(world_from_camera[3])), glm::dmat3(world_from_camera)};
+  std::vector<PixelEstimate> estimates(pixels.size());
+  std::atomic<bool> stop{false};
+  std::atomic<std::size_t> done{0};
+  tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+    if (stop.load(std::memory_order_relaxed))
+      return;
+    const auto [x, y] = std::pair(pixels[i].x, pixels[i].y);
+    PixelEstimate e = estimate_pixel(tracer, camera, x, y, settings.base_samples, settings.seed);
+    // A single pixel has no neighbours to average: half the change that counts is enough to look closer.
+    const float change = std::abs(luminance(e.truth) - luminance(e.room));
+    if (e.coverage > 0.0f || change > 0.5f * kVisibleChange * luminance(e.room))
+      e = estimate_pixel(tracer, camera, x, y, settings.samples, settings.seed);
+    estimates[i] = e;
+    if (const std::size_t n = ++done; progress && n % 64 == 0)
+      if (!progress("pixels", static_cast<double>(n) / static_cast<double>(pixels.size())))
+        stop.store(true);
+  });
+  if (stop.load())
+    return interrupted_error("rendering");
+  return estimates;
+}
+
+Result<InteriorPictures> render_interior(const TraceScene& scene, const LensModel& lens,
+                                         const glm::dmat4& world_from_camera, const PictureSettings& settings,
+                                         const Progress& progress) {
+  if (const auto good = check_settings(scene, settings); !good)
+    return good.error();
   const PathTracer tracer(scene);
   const Camera camera{lens, scene.to_local(glm::dvec3(world_from_camera[3])), glm::dmat3(world_from_camera)};
   const int width = lens.width_px, height = lens.height_px;

@@ -2,7 +2,11 @@
 
 // What cameras record: the interior picture with and without the object, and the fish-eye picture of the sky.
 
+#include <span>
+#include <vector>
+
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 
 #include "scene/lens.h"
 #include "scene/program.h"
@@ -33,6 +37,19 @@ struct InteriorPictures {
 Result<InteriorPictures> render_interior(const TraceScene& scene, const LensModel& lens,
                                          const glm::dmat4& world_from_camera, const PictureSettings& settings,
                                          const Progress& progress = {});
+
+/// One pixel of each of these pictures.
+struct PixelEstimate {
+  Rgb room{0.0f}, truth{0.0f}, standard_error{0.0f};
+  float coverage = 0.0f;
+};
+
+/// The same pictures at some pixels only: `samples` where the object or its effect shows, `base_samples` elsewhere.
+/// A pixel has the bits of render_interior() where both give it the same number of samples.
+Result<std::vector<PixelEstimate>> render_pixels(const TraceScene& scene, const LensModel& lens,
+                                                 const glm::dmat4& world_from_camera,
+                                                 std::span<const glm::ivec2> pixels, const PictureSettings& settings,
+                                                 const Progress& progress = {});
 
 /// The radiance that a fish-eye records: pixel means of the sky over the part of the pixel inside the field. The sun is
 /// splatted by equal-area points of its disc, so that the sum of radiance x solid angle holds its energy exactly.

@@ -139,7 +139,19 @@ Result<SimulateConfig> sample_scene(const std::string& name, int width_px, int h
   teapot.position = {1.90, 1.90, 0.0};
   teapot.rotation_deg = {0.0, 0.0, -150.0};
   scene.run.objects.push_back(teapot);
-  scene.run.world_from_camera = look_at({2.25, 2.72, 0.92}, {1.93, 1.90, 0.045});
+  const glm::dvec3 eye(2.25, 2.72, 0.92), target(1.93, 1.90, 0.045);
+  scene.run.world_from_camera = look_at(eye, target);
+  for (const double turn : {-20.0, -10.0, 0.0, 10.0, 20.0}) { // a quarter of a minute's walk around the teapot
+    const double c = std::cos(turn * kRadians), s = std::sin(turn * kRadians);
+    const glm::dvec3 d = eye - target;
+    scene.camera_path.push_back({target + glm::dvec3(c * d.x - s * d.y, s * d.x + c * d.y, d.z), target});
+  }
+  if (scene.sky_model.sun) { // half an hour
+    const glm::dvec3 at = scene.sky_model.sun->direction;
+    const double azimuth = std::atan2(at.y, at.x) / kRadians, elevation = std::asin(at.z) / kRadians;
+    for (const double step : {-1.0, 1.0})
+      scene.sun_path.push_back(sun_at(azimuth + 3.0 * step, elevation + 1.5 * step, Rgb(1.0f)).direction);
+  }
   MarkerConfig marker;
   marker.ids = {23};
   marker.size_m = 0.08;

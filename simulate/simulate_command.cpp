@@ -11,7 +11,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "scene/aperture.h"
 #include "scene/atomic_file.h"
 #include "scene/config.h"
 #include "scene/image_formats.h"
@@ -64,16 +63,12 @@ Result<MarkerBoard> board_of(const MarkerConfig& marker) {
   return board;
 }
 
+} // namespace
+
 Result<TraceScene> build_scene(const SimulateConfig& config) {
   const auto room = read_room(config.run.room_model);
   if (!room)
     return room.error();
-  const auto rays = RayScene::build(room->room);
-  if (!rays)
-    return rays.error();
-  const auto apertures = find_apertures(room->room, *rays);
-  if (!apertures)
-    return apertures.error();
   const auto object = read_objects(config.run.objects);
   if (!object)
     return object.error();
@@ -84,8 +79,10 @@ Result<TraceScene> build_scene(const SimulateConfig& config) {
       return made.error();
     board = *made;
   }
-  return TraceScene::make(room->room, apertures->list, SkyLight(config.sky_model), &*object, glm::dmat4(1.0), board);
+  return TraceScene::of_room(room->room, SkyLight(config.sky_model), &*object, glm::dmat4(1.0), board);
 }
+
+namespace {
 
 std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
   std::error_code ec;
@@ -116,8 +113,10 @@ struct Frame {
   InteriorPictures interior;
 };
 
+std::string frame_suffix(int number) { return number == 0 ? "" : fmt::format("_{:04}", number); }
+
 Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder, int number) {
-  const std::string suffix = number == 0 ? "" : fmt::format("_{:04}", number);
+  const std::string suffix = frame_suffix(number);
   const auto& p = frame.interior;
   const float exposure = preview_exposure(p.room);
   Rgb8Image mask{p.coverage.width, p.coverage.height, {}};
@@ -141,13 +140,13 @@ Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder
   return {};
 }
 
-Result<void> write_cameras(const SimulateConfig& config, const LensModel& sky, const LensModel& interior,
-                           const std::filesystem::path& folder) {
-  if (const auto done = write_lens(folder / "sky.yaml", sky); !done)
-    return done;
-  if (const auto done = write_lens(folder / "interior.yaml", interior); !done)
-    return done;
-  return write_file_atomically(folder / "CONFIG.toml", to_toml(run_config(config, folder)));
+/// What daylit-run draws this frame from.
+Result<void> write_run_config(const SimulateConfig& config, const std::filesystem::path& folder, int number) {
+  RunConfig run = run_config(config, folder);
+  const std::string suffix = frame_suffix(number);
+  for (auto* path : {&run.sky.image, &run.interior.image, &run.output.png, &run.output.exr, &run.output.mask})
+    *path = path->stem().string() + suffix + path->extension().string();
+  return write_file_atomically(folder / ("CONFIG" + suffix + ".toml"), to_toml(run));
 }
 
 void report(const InteriorPictures& p, double seconds, bool json) {
@@ -195,15 +194,35 @@ Result<SimulateConfig> read_scene_config(const SimulateArguments& a) {
   return read_simulate_config(*written);
 }
 
+/// One moment of a scene and what its cameras see.
+struct Moment {
+  SimulateConfig config;
+  Frame frame;
+};
+
+Result<Moment> record(const SimulateConfig& config, const LensModel& sky_lens, const LensModel& interior_lens,
+                      const SimulateArguments& a, ProgressLine& line) {
+  const auto scene = build_scene(config);
+  if (!scene)
+    return scene.error();
+  auto sky = render_sky_frame(AnalyticSky(config.sky_model), sky_lens);
+  if (!sky)
+    return sky.error();
+  const PictureSettings settings{a.samples > 0 ? a.samples : config.samples_per_pixel, kBaseSamples, a.seed};
+  auto pictures = render_interior(*scene, interior_lens, *config.run.world_from_camera, settings, line.callback());
+  if (!pictures)
+    return pictures.error();
+  return Moment{config, {std::move(*sky), std::move(*pictures)}};
+}
+
 } // namespace
 
 Result<void> run_simulate(const SimulateArguments& a) {
   const auto config = read_scene_config(a);
   if (!config)
     return config.error();
-  const auto scene = build_scene(*config);
-  if (!scene)
-    return scene.error();
+  for (const std::string& note : a.quiet ? std::vector<std::string>{} : config->sky_notes)
+    std::fprintf(stderr, "%s\n", note.c_str());
   const OutputConfig& output = config->run.output;
   const int width = output.width_px > 0 ? output.width_px : 512, height = output.height_px > 0 ? output.height_px : 496;
   const LensModel interior_lens = ideal_pinhole(width, height, config->interior_fov);
@@ -212,27 +231,30 @@ Result<void> run_simulate(const SimulateArguments& a) {
 
   ProgressLine line(a.quiet);
   const auto start = Clock::now();
-  const auto sky = render_sky_frame(AnalyticSky(config->sky_model), sky_lens);
-  if (!sky)
-    return sky.error();
-  const PictureSettings settings{a.samples > 0 ? a.samples : config->samples_per_pixel, kBaseSamples, a.seed};
-  const auto pictures =
-      render_interior(*scene, interior_lens, *config->run.world_from_camera, settings, line.callback());
-  if (!pictures)
-    return pictures.error();
+  std::optional<Moment> moment;
   for (int frame = 0; frame < a.frames; ++frame) {
-    Frame noisy{*sky, *pictures};
+    if (frame == 0 || config->moves()) {
+      const double t = a.frames > 1 ? static_cast<double>(frame) / (a.frames - 1) : 0.0;
+      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, sky_lens, interior_lens, a, line);
+      if (!recorded)
+        return recorded.error();
+      moment.emplace(std::move(*recorded));
+    }
+    Frame noisy = moment->frame;
     const auto key = [&](int k) { return combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(k)); };
     add_sensor_noise(noisy.sky, config->sensor_noise, key(2 * frame));
     add_sensor_noise(noisy.interior.room, config->sensor_noise, key(2 * frame + 1));
     if (const auto done = write_frame(noisy, a.folder, frame); !done)
       return done;
+    if (const auto done = write_run_config(moment->config, a.folder, frame); !done)
+      return done;
   }
-  if (const auto done = write_cameras(*config, sky_lens, interior_lens, a.folder); !done)
-    return done;
+  for (const auto& [lens, name] : {std::pair{&sky_lens, "sky.yaml"}, {&interior_lens, "interior.yaml"}})
+    if (const auto done = write_lens(a.folder / name, *lens); !done)
+      return done;
   line.clear();
   if (!a.quiet || a.json)
-    report(*pictures, seconds_since(start), a.json);
+    report(moment->frame.interior, seconds_since(start), a.json);
   return {};
 }
 

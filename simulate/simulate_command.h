@@ -3,11 +3,16 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
-#include "scene/program.h"
+#include "scene/config.h"
 #include "scene/result.h"
+#include "simulate/trace_scene.h"
 
 namespace daylit {
+
+/// The room, objects, marker board and light of a scene file, to trace.
+Result<TraceScene> build_scene(const SimulateConfig& config);
 
 /// daylit-simulate SCENE.toml -o DIR, or --demo NAME -o DIR.
 struct SimulateArguments {
@@ -21,8 +26,9 @@ struct SimulateArguments {
 };
 
 /// Writes sky.exr, sky.yaml, interior.exr, interior.yaml, truth.exr, se.exr, mask.exr, mask.png, interior.png,
-/// truth.png and CONFIG.toml. With --frames N > 1 the pictures of frame k > 0 carry its number (truth_0001.exr) and
-/// another sensor noise.
+/// truth.png and CONFIG.toml. With --frames N > 1 camera and sun go along the scene's [path]; the pictures and the
+/// configuration of frame k > 0 carry its number (truth_0001.exr, CONFIG_0001.toml). Each frame has its own sensor
+/// noise.
 Result<void> run_simulate(const SimulateArguments& arguments);
 
 } // namespace daylit

@@ -9,6 +9,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "scene/aperture.h"
+
 namespace daylit {
 
 namespace {
@@ -71,6 +73,20 @@ Result<TraceScene> TraceScene::make(const Room& room, const std::vector<Aperture
     if (const auto placed = scene.place_object(*object, world_from_object, list.vertices, first_object_vertex); !placed)
       return placed.error();
   return scene;
+}
+
+Result<TraceScene> TraceScene::of_room(const Room& room, const SkyLight& sky, const ObjectMesh* object,
+                                       const glm::dmat4& world_from_object, const std::optional<MarkerBoard>& board,
+                                       std::vector<std::string>* notes) {
+  const auto rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  const auto apertures = find_apertures(room, *rays);
+  if (!apertures)
+    return apertures.error();
+  if (notes)
+    *notes = apertures->report.notes;
+  return make(room, apertures->list, sky, object, world_from_object, board);
 }
 
 Result<void> TraceScene::place_object(const ObjectMesh& object, const glm::dmat4& world_from_object,

@@ -35,6 +35,11 @@ public:
                                  const ObjectMesh* object = nullptr,
                                  const glm::dmat4& world_from_object = glm::dmat4(1.0),
                                  const std::optional<MarkerBoard>& board = std::nullopt);
+  /// The same with the openings that find_apertures() sees in the room; its notes go to `notes`.
+  static Result<TraceScene> of_room(const Room& room, const SkyLight& sky, const ObjectMesh* object = nullptr,
+                                    const glm::dmat4& world_from_object = glm::dmat4(1.0),
+                                    const std::optional<MarkerBoard>& board = std::nullopt,
+                                    std::vector<std::string>* notes = nullptr);
 
   const ApertureSampler& apertures() const { return apertures_; }
   const SkyLight& sky() const { return sky_; }

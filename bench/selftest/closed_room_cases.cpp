@@ -1,6 +1,5 @@
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
@@ -14,7 +13,6 @@ namespace {
 
 using List = std::vector<Comparison>;
 using Points = std::vector<radiosity::SurfacePoint>;
-constexpr double kPi = std::numbers::pi;
 constexpr double kHuge_m = 500.0; // the larger ground of CIE 171
 
 /// Compares irradiances at points with one formula per point.

@@ -95,7 +95,8 @@ Result<List> compare_daylight(const DaylitRoom& room, const Opening& opening, co
   const auto image = sky_image(q.sky_rows_px, sky.radiance);
   if (!image)
     return image.error();
-  const DirectSky direct(room.apertures, room.rays, *image);
+  const Sky outside(*image);
+  const DirectSky direct(room.room, room.apertures, room.rays, outside);
   const RadianceOf through = [&](const glm::dvec3& w) { return sky.radiance(w) * opening.keeps(w); };
   List list;
   for (const Receiver& r : receivers) {

@@ -16,6 +16,7 @@ namespace {
 constexpr std::size_t kMostCorners = 8;   // of a piece
 constexpr std::size_t kMostSheets = 2000; // with more, rays are cheaper than asking every plane
 constexpr double kTolerance = 1e-7;       // of the room's size
+constexpr double kCosineRounding = 1e-6;  // of cosines in single precision
 constexpr double kGrazing = 1e-9;         // cosine below which an element receives nothing
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
@@ -34,7 +35,34 @@ ApertureBeam::LitPart clip_left(const ApertureBeam::LitPart& p, const glm::dvec2
   return out;
 }
 
+#define DAYLIT_VECTOR __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+
+DAYLIT_VECTOR void products(const glm::vec3& a, const float* x, const float* y, const float* z, std::size_t count,
+                            float* out) {
+  const float ax = a.x, ay = a.y, az = a.z;
+  for (std::size_t k = 0; k < count; ++k)
+    out[k] = ax * x[k] + ay * y[k] + az * z[k];
+}
+
 } // namespace
+
+std::vector<float> EnteringDirections::cosines(const glm::dvec3& axis) const {
+  std::vector<float> result(number.size());
+  products(glm::vec3(axis), x.data(), y.data(), z.data(), number.size(), result.data());
+  return result;
+}
+
+SkySweep::SkySweep(const SkyPartition& partition, const std::vector<AperturePiece>& pieces, int count)
+    : sky(SkyDirections::make(partition, count)), entering(pieces.size()) {
+  for (std::size_t p = 0; p < pieces.size(); ++p)
+    for (std::uint32_t k = 0; k < sky.w.size(); ++k)
+      if (glm::dot(sky.w[k], pieces[p].inward) < 0.0) {
+        entering[p].x.push_back(static_cast<float>(sky.w[k].x));
+        entering[p].y.push_back(static_cast<float>(sky.w[k].y));
+        entering[p].z.push_back(static_cast<float>(sky.w[k].z));
+        entering[p].number.push_back(k);
+      }
+}
 
 SkyDirections SkyDirections::make(const SkyPartition& partition, int count) {
   const int side = std::max(partition.interpolated() ? 1 : 2, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
@@ -95,7 +123,7 @@ ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
   // Every way from element to opening lies in this cone around the way between their middles.
   const double distance = glm::distance(middle, centre), sine = (radius + reach) / std::max(distance, 1e-300);
   axis_ = distance > 0 ? (middle - centre) / distance : glm::dvec3(0.0);
-  cos_spread_ = sine < 1.0 ? std::sqrt(1.0 - sine * sine) - 1e-12 : -2.0;
+  cos_spread_ = sine < 1.0 ? static_cast<float>(std::sqrt(1.0 - sine * sine) - kCosineRounding) : -2.0f;
 }
 
 bool ApertureBeam::covers_element(const LitPart& shadow) const {

@@ -33,6 +33,23 @@ struct AperturePiece {
 };
 std::vector<AperturePiece> aperture_pieces(const std::vector<Aperture>& apertures, const glm::dvec3& origin);
 
+/// Directions that come in through one piece, one array per coordinate.
+struct EnteringDirections {
+  std::vector<float> x, y, z;
+  std::vector<std::uint32_t> number; ///< in SkyDirections
+
+  /// Of the angles with an axis.
+  std::vector<float> cosines(const glm::dvec3& axis) const;
+};
+
+/// Directions for all of the sky, and which of them come in through each piece.
+struct SkySweep {
+  SkyDirections sky;
+  std::vector<EnteringDirections> entering;
+
+  SkySweep(const SkyPartition& partition, const std::vector<AperturePiece>& pieces, int count);
+};
+
 /// One element and one piece of an opening. Seen along a direction w, the opening's shadow on the element's plane is
 /// its outline moved by -h w / (n . w), h the height of a corner over the plane: an exact clip gives the lit part.
 class ApertureBeam {
@@ -43,8 +60,9 @@ public:
   /// The corners of the piece in front of the element.
   const std::vector<glm::dvec3>& front() const { return front_; }
 
-  /// False for directions that cannot meet the element through the opening; quick, and sometimes true in vain.
-  bool may_meet(const glm::dvec3& w) const { return glm::dot(w, axis_) >= cos_spread_; }
+  /// Only directions whose cosine with the axis is at least cos_spread() can meet the element through the opening.
+  const glm::dvec3& axis() const { return axis_; }
+  float cos_spread() const { return cos_spread_; }
 
   struct LitPart {
     std::array<glm::dvec2, 12> corner; ///< in the element's plane
@@ -63,7 +81,7 @@ private:
   /// As they are; u, v and height over the element's plane, in the order in which their shadows turn left.
   std::vector<glm::dvec3> front_, corner_;
   glm::dvec3 axis_{0.0}; ///< towards the middle of the piece
-  double cos_spread_ = -1;
+  float cos_spread_ = -2;
 };
 
 /// Decides without rays that nothing can stand between an element and an opening, nor outside the opening.

@@ -58,26 +58,27 @@ DAYLIT_VECTOR void edge_sides(const Against& plane, const Against& edge, std::ui
   }
 }
 
-/// Part of a triangle on one side of a plane: height over the plane and over every edge plane of its corners.
+/// A convex polygon, or its part on one side of a plane: height over the plane and over every edge plane of its
+/// corners.
 struct Side {
   int size = 0;
-  std::array<float, 5> height;
-  std::array<std::array<float, kMostEdges>, 5> inside;
+  std::array<float, 6> height;
+  std::array<std::array<float, kMostEdges>, 6> inside;
 };
 
-/// The part of a triangle above (sign 1) or below (-1) the plane.
-Side part(const Side& triangle, float sign, std::size_t edges) {
+/// The part of a polygon of at most four corners above (sign 1) or below (-1) the plane.
+Side part(const Side& whole, float sign, std::size_t edges) {
   Side out;
   const auto add = [&](float h, int a, int b, float t) {
     const auto to = static_cast<std::size_t>(out.size++), p = static_cast<std::size_t>(a),
                q = static_cast<std::size_t>(b);
     out.height[to] = h;
     for (std::size_t e = 0; e < edges; ++e)
-      out.inside[to][e] = triangle.inside[p][e] + t * (triangle.inside[q][e] - triangle.inside[p][e]);
+      out.inside[to][e] = whole.inside[p][e] + t * (whole.inside[q][e] - whole.inside[p][e]);
   };
-  for (int k = 0; k < 3; ++k) {
-    const int next = (k + 1) % 3;
-    const float h = triangle.height[static_cast<std::size_t>(k)], g = triangle.height[static_cast<std::size_t>(next)];
+  for (int k = 0; k < whole.size; ++k) {
+    const int next = (k + 1) % whole.size;
+    const float h = whole.height[static_cast<std::size_t>(k)], g = whole.height[static_cast<std::size_t>(next)];
     if (sign * h >= 0.0f)
       add(h, k, k, 0.0f);
     if ((h > 0.0f && g < 0.0f) || (h < 0.0f && g > 0.0f))
@@ -100,13 +101,26 @@ bool passes_outside(const Side& a, const Side& b, std::size_t edges, float toler
   return clear;
 }
 
+/// Nothing of the obstacle stands between two polygons that its plane may cut.
+bool parts_are_clear(const Side& a, const Side& b, std::size_t edges, float tolerance) {
+  float low = a.height[0], high = low;
+  for (const Side* side : {&a, &b})
+    for (std::size_t k = 0; k < static_cast<std::size_t>(side->size); ++k) {
+      low = std::min(low, side->height[k]);
+      high = std::max(high, side->height[k]);
+    }
+  return low >= -tolerance || high <= tolerance ||
+         (passes_outside(part(a, 1, edges), part(b, -1, edges), edges, tolerance) &&
+          passes_outside(part(a, -1, edges), part(b, 1, edges), edges, tolerance));
+}
+
 } // namespace
 
 PairShadows::PairShadows(const PairArrays& arrays, const std::vector<Obstacle>& obstacles,
                          const std::vector<std::uint32_t>& used, const glm::dvec3& shift, std::uint32_t first,
                          std::uint32_t last, float tolerance_m)
-    : arrays_(arrays), first_(first), count_(last - first), tolerance_(tolerance_m), side_(count_), outside_(count_),
-      inside_(count_) {
+    : arrays_(arrays), shift_(shift), first_(first), count_(last - first), tolerance_(tolerance_m), side_(count_),
+      outside_(count_), inside_(count_) {
   const auto plane_of = [&](const glm::dvec3& normal, const glm::dvec3& point) {
     return Plane{static_cast<float>(normal.x), static_cast<float>(normal.y), static_cast<float>(normal.z),
                  static_cast<float>(glm::dot(normal, point + shift))};
@@ -183,8 +197,27 @@ bool PairShadows::cut_pair_is_clear(const Prepared& o, std::uint32_t i, std::uin
       column.inside[c][e] = o.inside[e][c * count_ + j];
     }
   }
-  return passes_outside(part(one, 1, edges), part(column, -1, edges), edges, tolerance_) &&
-         passes_outside(part(one, -1, edges), part(column, 1, edges), edges, tolerance_);
+  return parts_are_clear(one, column, edges, tolerance_);
+}
+
+bool PairShadows::clear(const SmallPolygon& a, const SmallPolygon& b) const {
+  return std::ranges::all_of(obstacles_, [&](const Prepared& o) {
+    const std::size_t edges = o.edge.size();
+    if (edges > kMostEdges)
+      return false;
+    const auto side_of = [&](const SmallPolygon& p) {
+      Side side;
+      side.size = p.size;
+      for (std::size_t c = 0; c < static_cast<std::size_t>(p.size); ++c) {
+        const glm::vec3 at(p.corner[c] + shift_);
+        side.height[c] = o.plane.at(at.x, at.y, at.z);
+        for (std::size_t e = 0; e < edges; ++e)
+          side.inside[c][e] = o.edge[e].at(at.x, at.y, at.z);
+      }
+      return side;
+    };
+    return parts_are_clear(side_of(a), side_of(b), edges, tolerance_);
+  });
 }
 
 } // namespace daylit::radiosity

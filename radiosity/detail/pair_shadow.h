@@ -8,6 +8,7 @@
 
 #include "radiosity/detail/obstacles.h"
 #include "radiosity/detail/pair_kernel.h"
+#include "radiosity/polygon_kernel.h"
 
 namespace daylit::radiosity {
 
@@ -29,6 +30,10 @@ public:
   /// shadow[j - first] of element i with every column j.
   void row(std::uint32_t i, std::int32_t* shadow);
 
+  /// No segment between two polygons of at most four corners (unshifted coordinates) meets an obstacle: for elements of
+  /// which only parts face each other.
+  bool clear(const SmallPolygon& a, const SmallPolygon& b) const;
+
 private:
   /// Heights over one plane of the three corners of every column.
   using Heights = std::vector<float>; ///< [corner][column]
@@ -47,6 +52,7 @@ private:
   bool cut_pair_is_clear(const Prepared& o, std::uint32_t i, std::uint32_t j) const;
 
   const PairArrays& arrays_;
+  glm::dvec3 shift_;
   std::uint32_t first_, count_;
   float tolerance_;
   std::vector<Prepared> obstacles_;

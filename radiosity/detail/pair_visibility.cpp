@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/geometric.hpp>
+
 #include "radiosity/detail/sampling.h"
 
 namespace daylit::radiosity {
@@ -66,7 +68,20 @@ DAYLIT_VECTOR void connect(const float (*from)[16], const float (*to)[16], const
   }
 }
 
+FacingParts::Part fan_of(const SmallPolygon& p, const glm::dvec3& shift) {
+  FacingParts::Part part;
+  for (std::size_t k = 1; k + 1 < static_cast<std::size_t>(p.size) && part.count < 2; ++k) {
+    const glm::dvec3 &a = p.corner[0], &b = p.corner[k], &c = p.corner[k + 1];
+    part.triangle[part.count] = {glm::vec3(a + shift), glm::vec3(b + shift), glm::vec3(c + shift)};
+    part.area[part.count++] = static_cast<float>(0.5 * glm::length(glm::cross(b - a, c - a)));
+  }
+  return part;
+}
+
 } // namespace
+
+FacingParts::FacingParts(const SmallPolygon& a, const SmallPolygon& b, const glm::dvec3& shift)
+    : from(fan_of(a, shift)), to(fan_of(b, shift)) {}
 
 void PairVisibility::sample(const Lanes& lanes, float gap, RayPacket16& packet, float* weight) {
   alignas(64) float u[4][16];
@@ -76,18 +91,44 @@ void PairVisibility::sample(const Lanes& lanes, float gap, RayPacket16& packet, 
   connect(lanes.from, lanes.to, lanes.normal_from, lanes.normal_to, u, gap, packet, weight);
 }
 
-void PairVisibility::set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index) {
-  const auto triangle = [&](float(*out)[16], float(*normal)[16], std::uint32_t i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const float corner = arrays_.corner[axis][i];
-      out[axis][lane] = corner;
-      out[3 + axis][lane] = arrays_.corner[3 + axis][i] - corner;
-      out[6 + axis][lane] = arrays_.corner[6 + axis][i] - corner;
-      normal[axis][lane] = arrays_.normal[axis][i];
+/// Corner and edges of both triangles; of parts, the pair of triangles whose turn it is, and `index` in its sequence.
+void PairVisibility::set_triangles(std::size_t lane, const PairQuery& query, std::uint32_t& index) {
+  lanes_.scale[lane] = 1.0f;
+  if (query.parts < 0) {
+    const auto whole = [&](float(*out)[16], std::uint32_t i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const float corner = arrays_.corner[axis][i];
+        out[axis][lane] = corner;
+        out[3 + axis][lane] = arrays_.corner[3 + axis][i] - corner;
+        out[6 + axis][lane] = arrays_.corner[6 + axis][i] - corner;
+      }
+    };
+    whole(lanes_.from, query.i);
+    whole(lanes_.to, query.j);
+    return;
+  }
+  const FacingParts& parts = (*parts_)[static_cast<std::size_t>(query.parts)];
+  const std::uint32_t turns = parts.from.count * parts.to.count, turn = index % turns;
+  index /= turns;
+  const auto one = [&](float(*out)[16], const FacingParts::Part& part, std::uint32_t which) {
+    const auto& t = part.triangle[which];
+    for (int axis = 0; axis < 3; ++axis) {
+      out[axis][lane] = t[0][axis];
+      out[3 + axis][lane] = t[1][axis] - t[0][axis];
+      out[6 + axis][lane] = t[2][axis] - t[0][axis];
     }
+    lanes_.scale[lane] *= part.area[which];
   };
-  triangle(lanes_.from, lanes_.normal_from, query.i);
-  triangle(lanes_.to, lanes_.normal_to, query.j);
+  one(lanes_.from, parts.from, turn % parts.from.count);
+  one(lanes_.to, parts.to, turn / parts.from.count);
+}
+
+void PairVisibility::set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index) {
+  set_triangles(lane, query, index);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    lanes_.normal_from[axis][lane] = arrays_.normal[axis][query.i];
+    lanes_.normal_to[axis][lane] = arrays_.normal[axis][query.j];
+  }
   const std::uint64_t a = mix_bits(query.seed), b = mix_bits(query.seed + 0x9E3779B97F4A7C15ull);
   const auto unit = [](std::uint64_t bits) { return static_cast<float>(bits & 0xFFFFFFu) * 0x1p-24f; };
   lanes_.shift[0][lane] = unit(a);
@@ -104,16 +145,17 @@ void PairVisibility::shoot(std::size_t lanes) {
   const std::uint32_t blocked = scene_.occluded16(packet, static_cast<int>(lanes));
   for (std::size_t k = 0; k < lanes; ++k) {
     Tally& t = tally_[slot_[k]];
-    t.total += weight[k];
+    const float share = weight[k] * lanes_.scale[k];
+    t.total += share;
     const std::uint32_t hit = blocked >> k & 1u;
-    t.seen += hit != 0 ? 0.0f : weight[k];
+    t.seen += hit != 0 ? 0.0f : share;
     t.blocked += hit;
   }
 }
 
 void PairVisibility::add_rays(const PairQuery& query, std::size_t slot, std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t k = first; k < last; ++k) {
-    if (used_ == 0 && k + 16 <= last && k > first && slot_[0] == slot && slot_[15] == slot) {
+    if (query.parts < 0 && used_ == 0 && k + 16 <= last && k > first && slot_[0] == slot && slot_[15] == slot) {
       for (std::uint32_t lane = 0; lane < 16; ++lane) // the lanes still hold this pair
         lanes_.index[lane] = k + lane;
       shoot(16);
@@ -137,7 +179,8 @@ void PairVisibility::flush(const PairQuery& any) {
   used_ = 0;
 }
 
-std::uint64_t PairVisibility::resolve(std::vector<PairQuery>& queries) {
+std::uint64_t PairVisibility::resolve(std::vector<PairQuery>& queries, const std::vector<FacingParts>& parts) {
+  parts_ = &parts;
   tally_.assign(queries.size(), {});
   const auto wanted = [&](const PairQuery& q) {
     const double rays = std::min(rays_ * static_cast<double>(q.form_factor), static_cast<double>(kMost));

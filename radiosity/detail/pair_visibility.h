@@ -2,21 +2,40 @@
 
 // Visible shares of many pairs of elements, by rays.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "radiosity/detail/pair_kernel.h"
+#include "radiosity/polygon_kernel.h"
 #include "scene/ray_scene.h"
 
 namespace daylit::radiosity {
 
+/// What two elements of which the plane of one cuts the other show of their fronts: triangles, in the coordinates of
+/// the ray scene. Rays between whole elements might never meet a narrow part.
+struct FacingParts {
+  struct Part {
+    std::array<std::array<glm::vec3, 3>, 2> triangle;
+    std::array<float, 2> area{};
+    std::uint32_t count = 0;
+  };
+  Part from, to;
+
+  /// Of polygons of at most four corners.
+  FacingParts(const SmallPolygon& a, const SmallPolygon& b, const glm::dvec3& shift);
+};
+
 /// A pair whose visible share is wanted.
 struct PairQuery {
-  std::uint32_t i, j; ///< tree positions
-  std::uint64_t seed; ///< of its sample points
-  float form_factor;  ///< the larger of F_ij and F_ji, unoccluded
-  bool near;          ///< the kernel varies over the pair
-  float share = 0;    ///< result: kernel-weighted share of the unblocked rays, 0..1
+  std::uint32_t i, j;      ///< tree positions
+  std::uint64_t seed;      ///< of its sample points
+  float form_factor;       ///< the larger of F_ij and F_ji, unoccluded
+  bool near;               ///< the kernel varies over the pair
+  float share = 0;         ///< result: kernel-weighted share of the unblocked rays, 0..1
+  std::int32_t parts = -1; ///< which of the FacingParts the rays run between; none: the whole triangles
 };
 
 /// Low-discrepancy rays in proportion to the form factor, so that every pair adds the same error to its row's sum.
@@ -27,7 +46,7 @@ public:
       : arrays_(arrays), scene_(scene), rays_(rays) {}
 
   /// Sets the share of every query (at least one); returns the number of rays.
-  std::uint64_t resolve(std::vector<PairQuery>& queries);
+  std::uint64_t resolve(std::vector<PairQuery>& queries, const std::vector<FacingParts>& parts);
 
 private:
   struct Tally {
@@ -39,8 +58,10 @@ private:
     float from[9][16], to[9][16]; ///< corner and two edges of both triangles
     float normal_from[3][16], normal_to[3][16];
     float shift[4][16];
+    float scale[16]; ///< of the kernel: areas of parts
     std::uint32_t index[16];
   };
+  void set_triangles(std::size_t lane, const PairQuery& query, std::uint32_t& index);
   void set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index);
   void add_rays(const PairQuery& query, std::size_t slot, std::uint32_t first, std::uint32_t last);
   void flush(const PairQuery& any);
@@ -50,6 +71,7 @@ private:
   const PairArrays& arrays_;
   const RayScene& scene_;
   double rays_;
+  const std::vector<FacingParts>* parts_ = nullptr; ///< of the queries in hand
   Lanes lanes_;
   std::size_t slot_[16];
   std::size_t used_ = 0;

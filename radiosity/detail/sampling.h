@@ -76,4 +76,25 @@ inline double spherical_triangle_sr(const glm::dvec3& a, const glm::dvec3& b, co
   return 2.0 * std::atan2(volume, 1.0 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
 }
 
+/// Direction uniform in the solid angle of a spherical triangle (Arvo 1995); corners are unit vectors.
+inline glm::dvec3 on_spherical_triangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
+                                        const glm::dvec2& u) {
+  const glm::dvec3 nab = glm::normalize(glm::cross(a, b)), nac = glm::normalize(glm::cross(a, c));
+  const double cos_alpha = std::clamp(glm::dot(nab, nac), -1.0, 1.0), alpha = std::acos(cos_alpha);
+  const double area = u.x * spherical_triangle_sr(a, b, c), cos_c = glm::dot(a, b);
+  const double s = std::sin(area - alpha), t = std::cos(area - alpha), sin_alpha = std::sin(alpha);
+  const double p = t - cos_alpha, q = s + sin_alpha * cos_c;
+  const double denominator = (q * s + p * t) * sin_alpha;
+  const double numerator = (t * q - s * p) * cos_alpha - q;
+  const double cos_b = std::abs(denominator) > 1e-300 ? std::clamp(numerator / denominator, -1.0, 1.0) : 1.0;
+  const glm::dvec3 towards_c = c - glm::dot(c, a) * a;
+  const double length = glm::length(towards_c);
+  const glm::dvec3 c_hat =
+      length > 0 ? cos_b * a + std::sqrt(std::max(0.0, 1.0 - cos_b * cos_b)) * (towards_c / length) : a;
+  const double z = 1.0 - u.y * (1.0 - glm::dot(c_hat, b));
+  const glm::dvec3 off = c_hat - glm::dot(c_hat, b) * b;
+  const double off_length = glm::length(off);
+  return off_length > 0 ? z * b + std::sqrt(std::max(0.0, 1.0 - z * z)) * (off / off_length) : b;
+}
+
 } // namespace daylit::radiosity

@@ -140,8 +140,9 @@ Result<PhotoScale> scale_from_marker(const RunConfig& config, const InteriorInpu
     return Error{ErrorCode::geometry_invalid, "the marker lies outside the room or inside furniture",
                  "[marker] world_from_board",
                  "measure the place of the marker's centre in the room's frame, in metres"};
-  const Rgb irradiance_here =
-      irradiance(*around, glm::vec3(normal)) + DirectSky(volume->apertures, *rays, sky).irradiance(place, normal);
+  const Sky outside(sky);
+  const DirectSky direct(volume->room, volume->apertures, *rays, outside);
+  const Rgb irradiance_here = irradiance(*around, glm::vec3(normal)) + direct.irradiance(place, normal);
   return scale_from_marker(*input.marker_white, irradiance_here, config.marker->white_reflectance,
                            config.interior.colour_matrix);
 }

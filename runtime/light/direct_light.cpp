@@ -104,6 +104,7 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
                                       std::min(double{kMaxDivisions}, most)));
       append_cells(patch, a, divisions, cells);
     }
+  const std::vector<Aperture> list(apertures.begin(), apertures.end());
   for (ApertureCell& cell : cells) {
     int crossed = 0;
     const glm::dvec3 to_cell = cell.centre - sphere.centre;
@@ -112,7 +113,7 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
       continue;
     const double seen_sr = std::fabs(glm::dot(cell.inward, to_cell)) / distance * cell.area_m2 / (distance * distance);
     cell.level = pyramid_level(pyramid, to_cell / distance, seen_sr);
-    const Rgb all = aperture_transmittance({apertures.begin(), apertures.end()}, sphere.centre, to_cell / distance,
+    const Rgb all = aperture_transmittance(list, sphere.centre, to_cell / distance,
                                            std::numeric_limits<double>::infinity(), &crossed);
     if (crossed > 1) {
       cell.transmittance = all / static_cast<float>(crossed);

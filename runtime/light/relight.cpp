@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <numeric>
 
 #include <glm/common.hpp>
 #include <tbb/blocked_range.h>
@@ -33,6 +34,36 @@ std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, s
       probes[i].count = sampler.weights(positions[i], probes[i].probe, probes[i].weight);
   });
   return probes;
+}
+
+std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> triangles,
+                                 std::vector<VertexProbes>& probes) {
+  const auto without = static_cast<std::size_t>(
+      std::count_if(probes.begin(), probes.end(), [](const VertexProbes& p) { return p.count == 0; }));
+  if (without == 0 || without == probes.size())
+    return without;
+  std::vector<std::uint32_t> first(probes.size() + 1, 0), around; // triangles at each vertex
+  for (const auto& t : triangles)
+    for (const std::uint32_t v : t)
+      ++first[v + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  around.resize(first.back());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t i = 0; i < triangles.size(); ++i)
+    for (const std::uint32_t v : triangles[i])
+      around[next[v]++] = i;
+  std::vector<std::uint32_t> ring; // grows from the border of the lit vertices inwards, in order
+  for (std::uint32_t v = 0; v < probes.size(); ++v)
+    if (probes[v].count > 0)
+      ring.push_back(v);
+  for (std::size_t k = 0; k < ring.size(); ++k)
+    for (std::uint32_t i = first[ring[k]]; i < first[ring[k] + 1]; ++i)
+      for (const std::uint32_t v : triangles[around[i]])
+        if (probes[v].count == 0) {
+          probes[v] = probes[ring[k]];
+          ring.push_back(v);
+        }
+  return without;
 }
 
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,

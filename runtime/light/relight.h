@@ -30,6 +30,12 @@ struct VertexProbes {
 /// Positions in world metres.
 std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions);
 
+/// A vertex without a light field (inside a wall, below the floor that the object stands on) is seen by nobody, but it
+/// is interpolated into triangles that are: it takes the probes of the nearest vertex along the mesh that has some,
+/// counted in edges. An object that has none anywhere stays dark. Returns how many had none.
+std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> triangles,
+                                 std::vector<VertexProbes>& probes);
+
 /// Reflected radiance on both sides of the surface.
 struct TwoSided {
   Rgb front{0.0f}, back{0.0f};

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
 
 namespace daylit {
 
@@ -30,38 +32,58 @@ TileCone tile_cone(const SkyMap& map, int x0, int x1, int y0, int y1) {
 
 } // namespace
 
+void WindowSampler::append_band(const WindowCone& cone, int y0, int y1, std::vector<Row>& rows,
+                                std::vector<Texel>& texels) const {
+  const double texel_radius = 0.75 * std::numbers::pi / map_->height; // half a diagonal at the equator, rounded up
+  std::vector<std::pair<int, glm::dvec2>> columns; // that some tile of the band allows, with their horizontal direction
+  for (int x0 = 0; x0 < map_->width; x0 += kTile) {
+    const int x1 = std::min(x0 + kTile, map_->width);
+    const TileCone bound = tile_cone(*map_, x0, x1, y0, y1);
+    for (int x = x0; x < x1 && cone.allows(bound.axis, bound.half_angle); ++x) {
+      const double azimuth = 2.0 * std::numbers::pi * (0.5 - (x + 0.5) / map_->width);
+      columns.emplace_back(x, glm::dvec2(std::cos(azimuth), std::sin(azimuth)));
+    }
+  }
+  for (int y = y0; y < y1; ++y) {
+    Row row{y, texels.size(), 0, 0.0, 0.0};
+    const double theta = std::numbers::pi * (y + 0.5) / map_->height, s = std::sin(theta), z = std::cos(theta);
+    const double texel_sr = map_->solid_angle_sr(y);
+    for (const auto& [x, horizontal] : columns) {
+      const double radiance = static_cast<double>(luminance(map_->at(x, y)));
+      const glm::dvec3 w(s * horizontal.x, s * horizontal.y, z);
+      if (!(radiance > 0.0) || !cone.allows(w, texel_radius))
+        continue;
+      // The floor keeps every allowed texel samplable although its centre may be seen by no point of the sphere.
+      row.weight += radiance * std::sqrt(std::max(cone.visible_share(w), 0.01)) * texel_sr;
+      texels.push_back({x, row.weight});
+    }
+    row.last = texels.size();
+    if (row.weight > 0.0)
+      rows.push_back(row);
+  }
+}
+
 WindowSampler::WindowSampler(const SkyMap& map, const WindowCone& cone) : map_(&map) {
   if (cone.empty())
     return;
-  const double texel_radius = 0.75 * std::numbers::pi / map.height; // half a diagonal at the equator, rounded up
-  const int tiles_x = (map.width + kTile - 1) / kTile;
-  for (int y = 0; y < map.height; ++y) {
-    Row row{y, texels_.size(), 0, 0.0, 0.0};
-    const int y0 = y - y % kTile, y1 = std::min(y0 + kTile, map.height);
-    for (int tile = 0; tile < tiles_x; ++tile) {
-      const int x0 = tile * kTile, x1 = std::min(x0 + kTile, map.width);
-      const TileCone bound = tile_cone(map, x0, x1, y0, y1);
-      if (!cone.allows(bound.axis, bound.half_angle))
-        continue;
-      for (int x = x0; x < x1; ++x) {
-        const double radiance = static_cast<double>(luminance(map.at(x, y)));
-        if (!(radiance > 0.0))
-          continue;
-        const glm::dvec3 w = map.direction(x + 0.5, y + 0.5);
-        if (!cone.allows(w, texel_radius))
-          continue;
-        // The floor keeps every allowed texel samplable although its centre may be seen by no point of the sphere.
-        const double share = std::max(cone.visible_share(w), 0.01);
-        row.weight += radiance * std::sqrt(share) * map.solid_angle_sr(y);
-        texels_.push_back({x, row.weight});
-      }
+  struct Band {
+    std::vector<Row> rows;
+    std::vector<Texel> texels;
+  };
+  std::vector<Band> bands(static_cast<std::size_t>((map.height + kTile - 1) / kTile));
+  tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t b) {
+    const int y0 = static_cast<int>(b) * kTile;
+    append_band(cone, y0, std::min(y0 + kTile, map.height), bands[b].rows, bands[b].texels);
+  });
+  for (const Band& band : bands) {
+    for (Row row : band.rows) {
+      row.first += texels_.size();
+      row.last += texels_.size();
+      total_ += row.weight;
+      row.cumulative = total_;
+      rows_.push_back(row);
     }
-    row.last = texels_.size();
-    if (row.weight <= 0.0)
-      continue;
-    total_ += row.weight;
-    row.cumulative = total_;
-    rows_.push_back(row);
+    texels_.insert(texels_.end(), band.texels.begin(), band.texels.end());
   }
 }
 

@@ -48,6 +48,8 @@ private:
     double cumulative = 0.0;         ///< weight of the rows up to and including this one
     double weight = 0.0;
   };
+  /// Rows of a band of tiles, their texels appended to `texels`.
+  void append_band(const WindowCone& cone, int y0, int y1, std::vector<Row>& rows, std::vector<Texel>& texels) const;
   const Row* find_row(int row) const;
   const Texel* find_texel(const Row& row, int column) const;
   double texel_weight(const Row& row, const Texel& texel) const;

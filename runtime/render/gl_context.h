@@ -20,15 +20,18 @@ public:
   virtual Result<void> make_current() = 0;
   /// Address of a GL entry point, null when the driver has none.
   virtual void* resolve(const char* name) = 0;
-  /// "egl surfaceless", "egl device"
+  /// "egl surfaceless", "egl device", "osmesa", "window"
   virtual std::string backend() const = 0;
 };
 
 enum class GlBackend {
-  egl, ///< no window, no display server: surfaceless Mesa, else the first EGL device
+  egl,    ///< no window, no display server: surfaceless Mesa, else the first EGL device
+  osmesa, ///< the processor draws; needs one library and no driver files (gone from Mesa 25.1 on)
 };
 
 /// Error device: what the driver said, and the package that helps.
 Result<std::unique_ptr<GlContext>> create_gl_context(GlBackend backend = GlBackend::egl);
+Result<std::unique_ptr<GlContext>> create_egl_context();
+Result<std::unique_ptr<GlContext>> create_osmesa_context();
 
 } // namespace daylit

@@ -34,10 +34,21 @@ public:
     EGLint configs = 0;
     if (!eglChooseConfig(display_, config_attributes, &config, 1, &configs) || configs == 0)
       config = EGL_NO_CONFIG_KHR;
-    const EGLint context_attributes[] = {
-        EGL_CONTEXT_MAJOR_VERSION,           4,       EGL_CONTEXT_MINOR_VERSION, 5, EGL_CONTEXT_OPENGL_PROFILE_MASK,
-        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+    // Without its last pair the list asks for no word about resets, which some drivers cannot give.
+    EGLint context_attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                   4,
+                                   EGL_CONTEXT_MINOR_VERSION,
+                                   5,
+                                   EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                   EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                   EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                                   EGL_LOSE_CONTEXT_ON_RESET,
+                                   EGL_NONE};
     context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, context_attributes);
+    if (context_ == EGL_NO_CONTEXT) {
+      context_attributes[6] = EGL_NONE;
+      context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, context_attributes);
+    }
     if (context_ == EGL_NO_CONTEXT)
       return egl_error("no OpenGL 4.5 core context");
     return make_current();
@@ -45,7 +56,9 @@ public:
 
   Result<void> make_current() override {
     if (!eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_))
-      return egl_error("the context cannot be made current without a surface");
+      return Error{ErrorCode::device,
+                   "the context cannot be made current (EGL code " + std::to_string(eglGetError()) + "): it is lost",
+                   "EGL", "create the renderer again"};
     return {};
   }
 
@@ -75,7 +88,7 @@ EGLDisplay device_display() {
 
 } // namespace
 
-Result<std::unique_ptr<GlContext>> create_gl_context(GlBackend) {
+Result<std::unique_ptr<GlContext>> create_egl_context() {
   Error last{ErrorCode::device, "no EGL display", "EGL", "install libegl1 and libgl1-mesa-dri"};
   const std::pair<EGLDisplay (*)(), const char*> platforms[] = {{surfaceless_display, "egl surfaceless"},
                                                                 {device_display, "egl device"}};

@@ -18,6 +18,11 @@ Result<GlFunctions> load_gl(const std::function<void*(const char*)>& resolve) {
 }
 
 Result<void> check_gl(const GlFunctions& gl, const std::string& where) {
+  if (gl.GetGraphicsResetStatus() != GL_NO_ERROR) {
+    gl.lost = true;
+    return Error{ErrorCode::device, "the graphics processor was reset: everything drawn with it is lost", where,
+                 "create the renderer again"};
+  }
   const GLenum code = gl.GetError();
   if (code == GL_NO_ERROR)
     return {};

@@ -44,6 +44,7 @@
   X(FINISH, Finish)                                                                                                    \
   X(FRONTFACE, FrontFace)                                                                                              \
   X(GETERROR, GetError)                                                                                                \
+  X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)                                                                    \
   X(GETINTEGERV, GetIntegerv)                                                                                          \
   X(GETPROGRAMINFOLOG, GetProgramInfoLog)                                                                              \
   X(GETPROGRAMIV, GetProgramiv)                                                                                        \
@@ -84,12 +85,15 @@ struct GlFunctions {
 #define DAYLIT_GL_MEMBER(TYPE, NAME) PFNGL##TYPE##PROC NAME = nullptr;
   DAYLIT_GL_FUNCTIONS(DAYLIT_GL_MEMBER)
 #undef DAYLIT_GL_MEMBER
+  /// Set when the context is gone for good: what it held went with it, no object is deleted any more.
+  mutable bool lost = false;
 };
 
 /// Error device: lists the entry points that the driver lacks.
 Result<GlFunctions> load_gl(const std::function<void*(const char*)>& resolve);
 
-/// Error device naming the GL error code when one is pending since the last call.
+/// Error device naming the GL error code when one is pending since the last call, or when the graphics processor was
+/// reset.
 Result<void> check_gl(const GlFunctions& gl, const std::string& where);
 
 } // namespace daylit

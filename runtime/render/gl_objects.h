@@ -38,7 +38,7 @@ public:
     return *this;
   }
   ~GlHandle() {
-    if (!name_)
+    if (!name_ || gl_->lost)
       return;
     if constexpr (kind == GlKind::texture)
       gl_->DeleteTextures(1, &name_);

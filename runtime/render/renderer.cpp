@@ -6,8 +6,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/light/orthonormal.h"
-#include "runtime/render/bounds.h"
+#include "runtime/render/light_blocks.h"
 #include "runtime/render/render_targets.h"
 #include "runtime/render/shaders.h"
 #include "runtime/render/shadow_maps.h"
@@ -25,22 +24,6 @@ std::span<const std::byte> bytes_of(const std::vector<T>& v) {
   return std::as_bytes(std::span<const T>(v));
 }
 
-// std140 layouts of shaders/lighting.glsl.
-struct GpuLight {
-  glm::vec4 right, up, toward, irradiance;
-};
-struct GpuAperture {
-  glm::vec4 plane, transmittance;
-  glm::ivec4 edge_range;
-};
-
-/// A block must be backed over its whole declared size.
-template <class T>
-std::span<const std::byte> padded(std::vector<T>& v, int capacity) {
-  v.resize(static_cast<std::size_t>(capacity));
-  return bytes_of(v);
-}
-
 } // namespace
 
 struct Renderer::State {
@@ -54,11 +37,8 @@ struct Renderer::State {
   GlVertexArray room_array, occluder_array, object_array;
   int room_vertex_count = 0, occluder_vertex_count = 0, object_index_count = 0;
   std::size_t object_vertex_count = 0;
-  GlBuffer lights, apertures, aperture_edges;
-  int sky_lights = 0, sun_lights = 0, aperture_count = 0;
-  glm::vec4 sky_cone{0.0f}, sun_cone{0.0f};
+  LightBlocks light_blocks;
   ShadowMaps object_sky, object_sun, room_sky, room_sun;
-  Rgb sun_normal_irradiance{0.0f};
   RenderTargets targets;
   RenderCamera camera;
   BoundingSphere sphere; ///< world
@@ -67,12 +47,18 @@ struct Renderer::State {
   Result<void> start(const Room& room, std::span<const Aperture> room_apertures);
   Result<void> build_programs();
   void upload_room(const Room& room, const std::vector<std::uint32_t>& occluders);
-  Result<void> upload_apertures(std::span<const Aperture> list);
   Result<void> draw_shadow_maps();
   void set_uniforms(const GlProgram& program);
   void draw_picture();
 
   BoundingSphere scene_sphere() const { return {sphere.centre - origin, std::max(sphere.radius, 1e-6)}; }
+  /// Several contexts may share a thread: each call takes its own.
+  Result<void> take_context() const {
+    auto current = context->make_current();
+    if (!current && gl)
+      gl->lost = true;
+    return current;
+  }
   double room_extent() const { return room_radius + glm::length(sphere.centre - origin); }
 };
 
@@ -125,37 +111,6 @@ void Renderer::State::upload_room(const Room& room, const std::vector<std::uint3
   occluder_array = make_vertex_array(gl, {{occluder_vertices.name(), {3, 3}}}, 0);
 }
 
-Result<void> Renderer::State::upload_apertures(std::span<const Aperture> list) {
-  std::vector<GpuAperture> planes;
-  std::vector<glm::vec4> edges;
-  const auto plane_through = [&](const glm::dvec3& n, const glm::dvec3& p) {
-    return glm::vec4(glm::vec3(n), static_cast<float>(-glm::dot(n, p - origin)));
-  };
-  for (const Aperture& a : list) {
-    const int first = static_cast<int>(edges.size());
-    glm::dvec3 middle(0.0);
-    for (const glm::dvec3& c : a.corners)
-      middle += c / static_cast<double>(a.corners.size());
-    for (std::size_t k = 0; k < a.corners.size(); ++k) {
-      const glm::dvec3 corner = a.corners[k], span = a.corners[(k + 1) % a.corners.size()] - corner;
-      glm::dvec3 n = glm::cross(a.inward, span);
-      if (glm::length(n) <= 0.0)
-        continue;
-      n = glm::normalize(n);
-      edges.push_back(plane_through(glm::dot(n, middle - corner) < 0.0 ? -n : n, corner));
-    }
-    planes.push_back({plane_through(a.inward, a.corners[0]), glm::vec4(a.transmittance, a.refractive_index),
-                      glm::ivec4(first, static_cast<int>(edges.size()), 0, 0)});
-  }
-  if (planes.size() > kMaxApertures || edges.size() > kMaxApertureEdges)
-    return Error{ErrorCode::limit_exceeded, std::to_string(planes.size()) + " windows and holes are too many to draw",
-                 "room", "at most " + std::to_string(kMaxApertures) + ": merge neighbouring panes"};
-  aperture_count = static_cast<int>(planes.size());
-  apertures = make_buffer(gl, padded(planes, kMaxApertures));
-  aperture_edges = make_buffer(gl, padded(edges, kMaxApertureEdges));
-  return {};
-}
-
 Result<void> Renderer::State::start(const Room& room, std::span<const Aperture> room_apertures) {
   if (const auto current = context->make_current(); !current)
     return current;
@@ -168,10 +123,10 @@ Result<void> Renderer::State::start(const Room& room, std::span<const Aperture> 
   origin = room.bounds().empty() ? glm::dvec3(0.0) : room.bounds().centre();
   room_radius = room.bounds().empty() ? 1.0 : 0.5 * glm::length(room.bounds().size());
   upload_room(room, occluding_triangles(room, room_apertures));
-  if (const auto uploaded = upload_apertures(room_apertures); !uploaded)
-    return uploaded;
-  std::vector<GpuLight> no_lights;
-  lights = make_buffer(gl, padded(no_lights, kMaxLights));
+  auto blocks = LightBlocks::make(gl, room_apertures, origin);
+  if (!blocks)
+    return blocks.error();
+  light_blocks = std::move(*blocks);
   for (auto [maps, texels] : {std::pair{&object_sky, settings.sky_map_texels},
                               {&object_sun, settings.sun_map_texels},
                               {&room_sky, settings.sky_map_texels},
@@ -201,11 +156,14 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 Renderer::~Renderer() {
   if (state_ && state_->context)
-    (void)state_->context->make_current(); // the handles are deleted in their own context
+    if (!state_->context->make_current() && state_->gl)
+      state_->gl->lost = true; // else the handles are deleted in their own context
 }
 
 Result<void> Renderer::set_camera(const RenderCamera& camera) {
   State& s = *state_;
+  if (const auto current = s.take_context(); !current)
+    return current;
   if (camera.width_px != s.targets.width_px() || camera.height_px != s.targets.height_px()) {
     auto targets = RenderTargets::make(s.gl, camera.width_px, camera.height_px, s.settings.coverage_samples);
     if (!targets)
@@ -218,6 +176,8 @@ Result<void> Renderer::set_camera(const RenderCamera& camera) {
 
 Result<void> Renderer::set_objects(const ObjectSurface& objects) {
   State& s = *state_;
+  if (const auto current = s.take_context(); !current)
+    return current;
   std::vector<glm::vec3> vertices; // position, normal, reflectance
   vertices.reserve(3 * objects.positions.size());
   for (std::size_t i = 0; i < objects.positions.size(); ++i) {
@@ -239,6 +199,8 @@ Result<void> Renderer::set_objects(const ObjectSurface& objects) {
 
 Result<void> Renderer::set_vertex_light(std::span<const VertexLight> light) {
   State& s = *state_;
+  if (const auto current = s.take_context(); !current)
+    return current;
   if (light.size() != s.object_vertex_count)
     return Error{ErrorCode::value_invalid,
                  "light for " + std::to_string(light.size()) + " vertices, the objects have " +
@@ -249,26 +211,9 @@ Result<void> Renderer::set_vertex_light(std::span<const VertexLight> light) {
 }
 
 Result<void> Renderer::set_lights(const LightSet& lights) {
-  State& s = *state_;
-  if (lights.size() > kMaxLights)
-    return Error{ErrorCode::limit_exceeded, std::to_string(lights.size()) + " light samples", "renderer",
-                 "at most " + std::to_string(kMaxLights)};
-  std::vector<GpuLight> gpu_lights;
-  s.sun_normal_irradiance = Rgb(0.0f);
-  for (const auto* group : {&lights.sky, &lights.sun})
-    for (const DirectionalLight& l : *group) {
-      const OrthonormalBasis basis(l.direction);
-      gpu_lights.push_back({glm::vec4(glm::vec3(basis.u), 0.0f), glm::vec4(glm::vec3(basis.v), 0.0f),
-                            glm::vec4(glm::vec3(l.direction), 0.0f), glm::vec4(l.irradiance, 0.0f)});
-      if (group == &lights.sun)
-        s.sun_normal_irradiance += l.irradiance;
-    }
-  s.sky_lights = static_cast<int>(lights.sky.size());
-  s.sun_lights = static_cast<int>(lights.sun.size());
-  s.sky_cone = bounding_cone(lights.sky);
-  s.sun_cone = bounding_cone(lights.sun);
-  refill_buffer(s.gl, s.lights, padded(gpu_lights, kMaxLights));
-  return check_gl(*s.gl, "uploading lights");
+  if (const auto current = state_->take_context(); !current)
+    return current;
+  return state_->light_blocks.set_lights(lights);
 }
 
 Result<void> Renderer::State::draw_shadow_maps() {
@@ -282,12 +227,13 @@ Result<void> Renderer::State::draw_shadow_maps() {
     int first, count;
     double extent;
   };
+  const int sky_lights = light_blocks.sky_lights(), sun_lights = light_blocks.sun_lights();
   const Group groups[] = {
       {&object_sky, &object_array, object_index_count, true, 0, sky_lights, bounds.radius},
       {&object_sun, &object_array, object_index_count, true, sky_lights, sun_lights, bounds.radius},
       {&room_sky, &occluder_array, occluder_vertex_count, false, 0, sky_lights, room_extent()},
       {&room_sun, &occluder_array, occluder_vertex_count, false, sky_lights, sun_lights, room_extent()}};
-  gl->BindBufferBase(GL_UNIFORM_BUFFER, 0, lights.name());
+  light_blocks.bind();
   for (const Group& g : groups)
     if (const auto drawn = g.maps->draw(shadow_program.name(), g.array->name(), g.vertices, g.indexed, g.first, g.count,
                                         bounds, g.extent);
@@ -307,20 +253,13 @@ void Renderer::State::set_uniforms(const GlProgram& program) {
   gl->ProgramUniform3fv(p, at("sphere_centre"), 1, &centre.x);
   gl->ProgramUniform1f(p, at("sphere_radius"), static_cast<float>(scene_sphere().radius));
   gl->ProgramUniform1f(p, at("room_extent"), static_cast<float>(room_extent()));
-  gl->ProgramUniform4fv(p, at("sky_cone"), 1, &sky_cone.x);
-  gl->ProgramUniform4fv(p, at("sun_cone"), 1, &sun_cone.x);
-  gl->ProgramUniform1i(p, at("sky_lights"), sky_lights);
-  gl->ProgramUniform1i(p, at("sun_lights"), sun_lights);
-  gl->ProgramUniform1i(p, at("aperture_count"), aperture_count);
-  gl->ProgramUniform3fv(p, at("sun_normal_irradiance"), 1, &sun_normal_irradiance.x);
+  light_blocks.set_uniforms(p);
   gl->ProgramUniform1i(p, at("room_occludes"), occluder_vertex_count > 0 ? 1 : 0);
 }
 
 void Renderer::State::draw_picture() {
   targets.bind_and_clear();
-  gl->BindBufferBase(GL_UNIFORM_BUFFER, 0, lights.name());
-  gl->BindBufferBase(GL_UNIFORM_BUFFER, 1, apertures.name());
-  gl->BindBufferBase(GL_UNIFORM_BUFFER, 2, aperture_edges.name());
+  light_blocks.bind();
   const GLuint textures[] = {object_sky.texture(), object_sun.texture(), room_sky.texture(), room_sun.texture()};
   for (GLuint unit = 0; unit < std::size(textures); ++unit)
     gl->BindTextureUnit(unit, textures[unit]);
@@ -364,7 +303,7 @@ Result<std::vector<std::uint8_t>> Renderer::vertices_in_view() {
 
 Result<void> Renderer::draw(RenderedFrame& frame) {
   State& s = *state_;
-  if (const auto current = s.context->make_current(); !current)
+  if (const auto current = s.take_context(); !current)
     return current.error();
   if (s.targets.width_px() == 0)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};

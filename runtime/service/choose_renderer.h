@@ -12,6 +12,7 @@ namespace daylit {
 enum class Backend {
   automatic, ///< OpenGL where a graphics processor runs it, rays elsewhere
   opengl,
+  osmesa, ///< OpenGL by the library that needs no driver: slow, for comparison
   rays,
   rays_unshared, ///< every pixel traces every light: the slow twin of rays
 };

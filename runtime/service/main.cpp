@@ -45,7 +45,8 @@ nlohmann::json to_json(const FrameReport& report, int frame) {
             {"object_light", report.reused.object_light},
             {"drawn", report.reused.drawn},
             {"picture", report.reused.picture}}},
-          {"skipped", report.skipped}};
+          {"skipped", report.skipped},
+          {"warnings", report.warnings}};
 }
 
 void print_report(const FrameReport& report, int frame) {
@@ -146,9 +147,18 @@ Result<void> run(const Options& options) {
   for (int k = 0; k < options.frames; ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));
-    const auto frame = session->render({*sky, photo, 1, 1}); // a replayed file is one picture
+    auto frame = session->render({*sky, photo, 1, 1}); // a replayed file is one picture
+    if (!frame && frame.error().code == ErrorCode::device) {
+      std::fprintf(stderr, "daylit-run: %s; starting the renderer again\n", frame.error().message().c_str());
+      if (const auto again = session->recreate_renderer(); !again)
+        return again;
+      frame = session->render({*sky, photo, 1, 1});
+    }
     if (!frame)
       return frame.error();
+    if (k == 0)
+      for (const std::string& warning : (*frame)->report.warnings)
+        std::fprintf(stderr, "daylit-run: %s\n", warning.c_str());
     if (options.json)
       std::printf("%s\n", to_json((*frame)->report, k).dump().c_str());
     else if (!options.quiet)
@@ -169,9 +179,12 @@ int main(int argc, char** argv) {
   app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
   app.add_flag("--replay", options.replay, "run the recorded inputs named in the file (the default without cameras)");
   app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));
-  const std::map<std::string, daylit::Backend> backends{
-      {"auto", daylit::Backend::automatic}, {"gl", daylit::Backend::opengl}, {"rays", daylit::Backend::rays}};
-  app.add_option("--renderer", options.backend, "auto, gl (OpenGL) or rays (on the processor)")
+  const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
+                                                        {"gl", daylit::Backend::opengl},
+                                                        {"osmesa", daylit::Backend::osmesa},
+                                                        {"rays", daylit::Backend::rays}};
+  app.add_option("--renderer", options.backend,
+                 "auto, gl (OpenGL), osmesa (OpenGL without a driver) or rays (on the processor)")
       ->transform(CLI::CheckedTransformer(backends));
   app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::Range(0, 1024));
   app.add_flag("--quiet", options.quiet, "print errors only");

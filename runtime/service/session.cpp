@@ -1,5 +1,6 @@
 #include "runtime/service/session.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <optional>
@@ -66,6 +67,7 @@ struct Session::State {
   LightSet lights;
   std::vector<ApertureCell> cells;
   std::vector<VertexProbes> vertex_probes;
+  std::size_t vertices_outside = 0; ///< of the light field
   RenderedFrame drawn;
   Frame frame;
   bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false;
@@ -74,12 +76,14 @@ struct Session::State {
   Result<void> set_camera(const glm::dmat4& world_from_camera);
   Result<void> start_renderer();
   Result<void> move_objects();
+  void find_probes();
   void note_what_is_left_out();
   void measure_sky(const SkyImage& sky, StageClock& clock);
   void sample();
   Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
   Result<void> draw(StageClock& clock);
   void compose_picture(const RgbImage& photo);
+  void warn();
   void report_frame();
 };
 
@@ -109,15 +113,13 @@ Result<void> Session::State::move_objects() {
   return renderer->set_objects(objects.surface);
 }
 
-void Session::State::note_what_is_left_out() {
-  std::size_t dark = 0;
+void Session::State::find_probes() {
   vertex_probes = find_vertex_probes(*sampler, objects.surface.positions);
+  vertices_outside = spread_vertex_probes(objects.surface.triangles, vertex_probes);
   has_probes = true;
-  for (const VertexProbes& p : vertex_probes)
-    dark += p.count == 0;
-  if (dark > 0)
-    notes.push_back(std::to_string(dark) + " of " + std::to_string(vertex_probes.size()) +
-                    " object vertices lie outside the room or inside furniture: no indirect light there");
+}
+
+void Session::State::note_what_is_left_out() {
   if (renderer->room_occluders() == 0)
     skipped.emplace_back("shadows of the room: nothing in it stands between the object and the windows (exact)");
   const int regions = volume.partition.size(), stored = static_cast<int>(volume.stored_region.size());
@@ -256,6 +258,30 @@ void Session::State::compose_picture(const RgbImage& photo) {
   compose(photo, drawn, camera, look_up, settings, frame.composite);
 }
 
+void Session::State::warn() {
+  std::vector<std::string>& warnings = frame.report.warnings;
+  const std::size_t vertices = vertex_probes.size();
+  if (vertices > 0 && vertices_outside == vertices)
+    warnings.emplace_back(
+        "the objects lie outside the room or inside furniture: they get no indirect light; move them, "
+        "or check [[object]] position");
+  else if (vertices_outside > 0)
+    warnings.push_back(std::to_string(vertices_outside) + " of " + std::to_string(vertices) +
+                       " object vertices lie outside the room or inside furniture: they take the indirect light of "
+                       "their neighbours; move the object if that part can be seen");
+  if (glm::length(camera.eye() - sphere.centre) < sphere.radius + kNearPlane_m)
+    warnings.emplace_back(
+        "the camera stands among the objects: what is nearer than 1 cm is not drawn; move one of them");
+  if (frame.report.object_pixels == 0)
+    warnings.emplace_back("no pixel shows an object: check its position, the camera's pose and what stands before it");
+  const SkyMap& whole = pyramid.back();
+  if (!sun && std::all_of(whole.radiance.begin(), whole.radiance.end(), [](const Rgb& c) { return c == Rgb(0.0f); }))
+    warnings.emplace_back("the sky is black: no light to draw with; check [sky] image");
+  else if (lights.size() == 0)
+    warnings.emplace_back(
+        "no window lets light through to the objects: they get indirect light only; check [room] model");
+}
+
 void Session::State::report_frame() {
   FrameReport& report = frame.report;
   report.sky_lights = lights.sky.size();
@@ -264,6 +290,7 @@ void Session::State::report_frame() {
   report.shadow_pixels = frame.composite.shadow_pixels;
   report.vertices = objects.surface.positions.size();
   report.skipped = skipped;
+  warn();
   if (lights.sun_found && lights.sun.empty())
     report.skipped.emplace_back("the sun: no window lets it through to the object (exact)");
   if (lights.sky.empty())
@@ -317,8 +344,7 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   }
   reused.probes = s.has_probes;
   if (!s.has_probes) {
-    s.vertex_probes = find_vertex_probes(*s.sampler, s.objects.surface.positions);
-    s.has_probes = true;
+    s.find_probes();
     clock.end("probes");
   }
   reused.object_light = s.has_object_light;
@@ -336,6 +362,14 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   }
   s.report_frame();
   return &std::as_const(s.frame);
+}
+
+Result<void> Session::recreate_renderer() {
+  State& s = *state_;
+  s.renderer.reset();
+  if (const auto started = s.start_renderer(); !started)
+    return started;
+  return s.renderer->set_camera(s.camera);
 }
 
 const std::vector<std::string>& Session::notes() const { return state_->notes; }

@@ -37,6 +37,7 @@ struct FrameReport {
   std::size_t vertices_lit = 0, vertices = 0;
   std::uint64_t shadow_rays = 0;
   std::vector<std::string> skipped;
+  std::vector<std::string> warnings; ///< where the user must act, each with what to do
 };
 
 struct Frame {
@@ -71,6 +72,10 @@ public:
   /// The frame is the session's own and holds until the next call. Error: the picture has another size than announced;
   /// graphics failed.
   Result<const Frame*> render(const FrameInput& input);
+
+  /// After render() has failed with ErrorCode::device (context lost, out of graphics memory): a new renderer for the
+  /// same camera, objects and light. Error: it does not start either.
+  Result<void> recreate_renderer();
 
   const std::vector<std::string>& notes() const;
   std::string renderer_description() const;

@@ -143,9 +143,9 @@ void BlockShader::trace_unknown(Lanes& l, bool on_object) {
   l.points.lanes = l.unknown;
   find_blocked_lights(lights, casters_, l.points, starts, tnear, !on_object, {}, sky_blocked_, rays_);
   LaneSums sums; // no light blocked: nothing is lost of the open sky, its sums stay zero
-  if (sky_blocked_.lanes != 0 || (on_object && !casters_.occluders->empty()))
+  if (sky_blocked_.lanes != 0 || (on_object && lights.room_may_block_any()))
     sum_lights(lights, sky_blocked_, casters_, l.points, starts, tnear,
-               on_object ? RoomShadow::everywhere : RoomShadow::where_blocked, {}, sums, rays_);
+               on_object ? RoomShadow::on_objects : RoomShadow::where_blocked, {}, sums, rays_);
   l.points.lanes = all;
   for (int i = 0; i < l.count; ++i)
     for (int c = 0; c < 3 && (l.unknown >> i & 1u); ++c) {
@@ -164,7 +164,7 @@ void BlockShader::shade_objects(Lanes& l, std::size_t sun_corner_count) {
   LaneSums sums;
   if (sun.size() > 0) {
     find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners, sun_blocked_, rays_);
-    sum_lights(sun, sun_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::everywhere, corners, sums, rays_);
+    sum_lights(sun, sun_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::on_objects, corners, sums, rays_);
   }
   for (int i = 0; i < l.count; ++i) {
     Rgb direct = l.open_sky[i] * l.sky[i].after;

@@ -101,7 +101,7 @@ void PointBlock::close(int count) {
 LightGates::LightGates(std::span<const DirectionalLight> lights, std::span<const Aperture> apertures,
                        const glm::dvec3& origin) {
   for (const DirectionalLight& l : lights) {
-    Light light{glm::vec3(l.direction), l.irradiance, static_cast<std::uint32_t>(gates_.size()), 0};
+    Light light{glm::vec3(l.direction), l.irradiance, static_cast<std::uint32_t>(gates_.size()), 0, true};
     for (const Aperture& a : apertures) {
       const double approach = -glm::dot(a.inward, l.direction);
       if (approach <= 0.0 || a.corners.size() < 3)
@@ -124,6 +124,14 @@ LightGates::LightGates(std::span<const DirectionalLight> lights, std::span<const
       block.y[k] = w.y;
       block.z[k] = w.z;
     }
+  }
+}
+
+void LightGates::find_room_shadows(const OccluderReach& room, const glm::vec3& centre, float radius) {
+  room_may_block_any_ = false;
+  for (Light& l : lights_) {
+    l.room_may_block = room.meets(l.direction, centre, radius);
+    room_may_block_any_ = room_may_block_any_ || l.room_may_block;
   }
 }
 

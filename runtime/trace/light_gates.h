@@ -14,6 +14,7 @@
 #include <glm/vec4.hpp>
 
 #include "runtime/light/direct_light.h"
+#include "runtime/trace/occluder_reach.h"
 #include "runtime/trace/packet_scene.h"
 
 namespace daylit {
@@ -50,6 +51,12 @@ public:
   const Rgb& irradiance(std::size_t light) const { return lights_[light].irradiance; }
   const std::vector<DirectionBlock>& direction_blocks() const { return blocks_; }
 
+  /// Which lights the room can keep from the objects; all until this is called.
+  void find_room_shadows(const OccluderReach& room, const glm::vec3& centre, float radius);
+  /// The room can stand between the objects and the light.
+  bool room_may_block(std::size_t light) const { return lights_[light].room_may_block; }
+  bool room_may_block_any() const { return room_may_block_any_; }
+
   /// Share e of the light's irradiance that each lane receives with nothing in the way: cosine x panes, per channel.
   /// Returns the lanes with any light.
   std::uint32_t received(std::size_t light, const PointBlock& points, float (&e)[3][kLanes]) const;
@@ -59,11 +66,13 @@ private:
     glm::vec3 direction{0.0f};
     Rgb irradiance{0.0f};
     std::uint32_t first_gate = 0, last_gate = 0;
+    bool room_may_block = true;
   };
   std::vector<Light> lights_;
   std::vector<DirectionBlock> blocks_;
   std::vector<Gate> gates_;
   std::vector<glm::vec4> planes_;
+  bool room_may_block_any_ = true;
 };
 
 } // namespace daylit

@@ -92,11 +92,11 @@ std::uint64_t PictureShader::trace_tile(const TracedScene& scene, const PixelBox
   starts.close(count);
   thread_local BlockedLights blocked; // keeps its memory
   find_blocked_lights(scene.sky.lights, casters, points, starts, tnear, !on_object, {}, blocked, rays);
-  if (blocked.lanes == 0 && (!on_object || casters.occluders->empty()))
+  if (blocked.lanes == 0 && (!on_object || !scene.sky.lights.room_may_block_any()))
     return rays;
   LaneSums sums;
   sum_lights(scene.sky.lights, blocked, casters, points, starts, tnear,
-             on_object ? RoomShadow::everywhere : RoomShadow::where_blocked, {}, sums, rays);
+             on_object ? RoomShadow::on_objects : RoomShadow::where_blocked, {}, sums, rays);
   for (int k = 0; k < count; ++k)
     for (int c = 0; c < 3; ++c)
       if (const float whole = sums.unblocked[c][k]; whole > 0.0f) {

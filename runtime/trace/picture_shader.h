@@ -23,6 +23,7 @@ struct TracedScene {
   TraceSettings settings;
   glm::dvec3 origin{0.0};
   PacketScene objects, occluders;
+  OccluderReach occluder_reach;
   std::vector<glm::vec3> room_normals;      ///< unit, per triangle of the room's ray scene
   std::vector<std::uint32_t> room_triangle; ///< the same in Room::triangles
   std::vector<glm::vec3> positions, normals;

@@ -121,7 +121,7 @@ bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const 
 void trace_point(const LightGates& lights, const ShadowCasters& casters, const glm::vec3& start,
                  const glm::vec3& normal, PointOf point_of, std::span<LightBits> bits, std::uint64_t& rays) {
   RayBlock block;
-  const bool past_room = point_of == PointOf::object && !casters.occluders->empty();
+  const bool past_room = point_of == PointOf::object && lights.room_may_block_any();
   const float tnear = point_of == PointOf::object ? 0.0f : kOwnSurface_m;
   std::fill(block.org_x, block.org_x + kLanes, start.x);
   std::fill(block.org_y, block.org_y + kLanes, start.y);
@@ -205,7 +205,8 @@ void sum_lights(const LightGates& lights, const BlockedLights& blocked, const Sh
                 const PointBlock& points, const PointBlock& starts, float tnear, RoomShadow room_shadow,
                 std::span<const std::span<const LightBits>> corners, LaneSums& sums, std::uint64_t& rays) {
   RayBlock block;
-  const bool room_blocks = !casters.occluders->empty();
+  const bool on_objects = room_shadow == RoomShadow::on_objects;
+  const bool room_blocks = on_objects ? lights.room_may_block_any() : !casters.occluders->empty();
   if (room_blocks)
     aim(block, starts, tnear);
   alignas(64) float e[3][kLanes];
@@ -220,7 +221,9 @@ void sum_lights(const LightGates& lights, const BlockedLights& blocked, const Sh
     if (lit == 0)
       continue;
     const std::uint32_t bit = 1u << (j % kLanes);
-    std::uint32_t asked = lit & (room_shadow == RoomShadow::everywhere ? ~0u : behind), by_room = 0;
+    std::uint32_t asked = lit & (room_shadow == RoomShadow::where_blocked ? behind : ~0u), by_room = 0;
+    if (on_objects && !lights.room_may_block(j))
+      asked = 0;
     if (agreed.room_blocked & bit)
       by_room = asked;
     else if (asked && room_blocks && !(agreed.room_clear & bit)) {

@@ -79,6 +79,7 @@ void find_blocked_lights(const LightGates& lights, const ShadowCasters& casters,
 enum class RoomShadow {
   where_blocked, ///< looked for only along rays that the objects block: enough for what the objects take
   everywhere,    ///< for every light: past_room is exact
+  on_objects,    ///< the same; the points lie on the objects, so that most lights need no rays
 };
 
 /// Light that the room keeps from a point is lost to nobody. `corners`: asked about the room; none for points of it.

@@ -114,6 +114,7 @@ Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Ap
   const std::vector<std::uint32_t> occluding = occluding_triangles(room, apertures);
   const RoomMesh occluders = room_mesh(room, scene.origin, occluding);
   state->occluder_count = occluding.size();
+  scene.occluder_reach = OccluderReach(occluders.vertices, occluders.triangles);
   scene.room_triangle = whole.source;
   for (const std::uint32_t i : whole.source) {
     const glm::dvec3 n = area_normal(room, room.triangles[i]);
@@ -222,6 +223,9 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   const auto start = std::chrono::steady_clock::now();
   s.find_surfaces();
+  const ShadowCasters casters = s.scene.casters();
+  for (LightGroup* group : {&s.scene.sky, &s.scene.sun}) // rays start a little outside the surface
+    group->lights.find_room_shadows(s.scene.occluder_reach, casters.centre, 1.01f * casters.radius);
   const std::uint64_t rays = s.shader.shade(s.scene, s.view, frame);
   s.times = {0.0, milliseconds_since(start), 0.0, rays};
   return {};

@@ -188,6 +188,14 @@ bool TomlSection::read(const std::string& key, glm::dvec3& value, Range range) {
   return true;
 }
 
+bool TomlSection::read_array(const std::string& key, std::span<double> values, Range range) {
+  std::vector<double> n;
+  if (!read_numbers(key, n, values.size(), range))
+    return false;
+  std::copy(n.begin(), n.end(), values.begin());
+  return true;
+}
+
 bool TomlSection::read_rgb(const std::string& key, Rgb& value, Range range) {
   glm::dvec3 v(0.0);
   const bool good = is_number(key) ? read(key, v.x, range) : read(key, v, range);
@@ -214,6 +222,21 @@ bool TomlSection::read(const std::string& key, glm::dmat4& value) {
     for (int column = 0; column < 4; ++column)
       value[column][row] = n[4 * row + column];
   return true;
+}
+
+bool TomlSection::read_rows(const std::string& key, std::size_t columns, std::vector<double>& values, Range range) {
+  const toml::node* node = find(key);
+  if (!node)
+    return false;
+  const toml::array* rows = node->as_array();
+  bool good = rows && !rows->empty() && rows->size() <= 100000;
+  for (std::size_t k = 0; good && k < rows->size(); ++k)
+    good = rows->get(k)->is_array() && rows->get(k)->as_array()->size() == columns;
+  if (!good) {
+    problem(key, fmt::format("expected a list of lists of {} numbers", columns));
+    return false;
+  }
+  return read_numbers(key, values, rows->size() * columns, range);
 }
 
 bool TomlSection::read_size(const std::string& key, int& width, int& height) {

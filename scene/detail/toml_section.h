@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -61,11 +62,14 @@ public:
   bool read(const std::string& key, bool& value);
   bool read(const std::string& key, std::vector<int>& value, Range range = {});
   bool read(const std::string& key, glm::dvec3& value, Range range = {});
+  bool read_array(const std::string& key, std::span<double> values, Range range = {}); ///< exactly so many
   /// Three numbers, or one number for all channels.
   bool read_rgb(const std::string& key, Rgb& value, Range range = {});
   /// Row-major, flat or one array per row.
   bool read(const std::string& key, glm::dmat3& value);
   bool read(const std::string& key, glm::dmat4& value);
+  /// Rows of `columns` numbers, as an array of arrays; one row at least.
+  bool read_rows(const std::string& key, std::size_t columns, std::vector<double>& values, Range range = {});
   /// [width, height], each 1..32768.
   bool read_size(const std::string& key, int& width, int& height);
   /// One of the words, else a problem with a suggestion.

@@ -39,7 +39,7 @@ constexpr double kFurnishedArea_m2 = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2
 
 struct Found {
   std::size_t patches = 0, elements = 0;
-  double area_m2 = 0;
+  double area_m2 = 0, facing_south_m2 = 0;
 };
 
 Found find(const Room& room, double edge_m) {
@@ -50,9 +50,11 @@ Found find(const Room& room, double edge_m) {
   EXPECT_TRUE(mesh);
   const auto scene = patch_scene(*mesh);
   const ElementSet set = find_elements(room, *mesh, *scene, apertures->list);
-  Found found{mesh->patches.size(), set.elements.size(), 0.0};
-  for (const Element& e : set.elements)
+  Found found{.patches = mesh->patches.size(), .elements = set.elements.size()};
+  for (const Element& e : set.elements) {
     found.area_m2 += e.area_m2;
+    found.facing_south_m2 += e.normal.y < -0.5 ? e.area_m2 : 0.0;
+  }
   return found;
 }
 
@@ -75,6 +77,20 @@ TEST(Elements, walls_one_millimetre_apart_keep_their_gap_dark_where_it_is_closed
   Room room = furnished_room();
   testing::add_box(room, {0, 0, 0}, {4, 5.001, 2.8}, 0b001000u, true);
   EXPECT_NEAR(find(room, 0.25).area_m2, kFurnishedArea_m2, 1e-9);
+}
+
+TEST(Elements, both_faces_of_a_gap_one_millimetre_wide_are_found_to_its_end_where_it_is_open) {
+  // A skin round the room, open to the south: what an element sees is an element, however few rays go along the gap.
+  Room room = testing::room_with_window_hole(0.5f);
+  testing::add_box(room, {-0.001, -0.001, -0.001}, {4.001, 5.001, 2.801}, 0b111011u, false);
+  const double inside = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2, south = 4 * 2.8;
+  const double skin = 2 * 5.002 * (4.002 + 2.802), skin_north = 4.002 * 2.802;
+  for (const double edge_m : {1.5, 0.4}) {
+    const Found found = find(room, edge_m);
+    // The outside of the south wall sees hardly anything but sky, and only its border is kept.
+    EXPECT_NEAR(found.area_m2 - found.facing_south_m2, 2 * (inside - south) + 1.6 * 1.2 + skin, 1e-6) << edge_m;
+    EXPECT_GT(found.facing_south_m2, south + skin_north) << edge_m;
+  }
 }
 
 TEST(Elements, every_facet_of_a_sphere_is_found_though_each_is_its_own_plane) {

@@ -27,15 +27,11 @@ Result<TraceScene> sample_trace_scene(const std::string& name, const glm::dvec3&
   const auto room = sample_room();
   if (!room)
     return room.error();
-  const auto rays = RayScene::build(room->room);
-  const auto apertures = find_apertures(room->room, *rays);
-  if (!apertures)
-    return apertures.error();
   const ObjectMesh teapot = tessellate_teapot(4, 0.25, Rgb(0.7f));
   ObjectConfig object;
   object.position = object_position;
-  return TraceScene::make(room->room, apertures->list, SkyLight(sample_scene(name, 64, 62)->sky_model), &teapot,
-                          object_transform(object));
+  return TraceScene::of_room(room->room, SkyLight(sample_scene(name, 64, 62)->sky_model), &teapot,
+                             object_transform(object));
 }
 
 TEST(SampleRoom, has_one_window_of_the_stated_size_and_is_tight) {

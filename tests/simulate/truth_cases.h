@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "scene/aperture.h"
 #include "scene/room_formats.h"
 #include "simulate/irradiance.h"
 
@@ -60,25 +59,14 @@ inline Result<SkyImage> truth_sky(const std::string& name) {
   return SkyImage::make(std::move(image), EquirectProjection{}, {}, name);
 }
 
-inline Result<TraceScene> scene_from_obj(const std::filesystem::path& obj, const SkyLight& sky) {
-  const auto room = read_room(obj);
-  if (!room)
-    return room.error();
-  const auto rays = RayScene::build(room->room);
-  if (!rays)
-    return rays.error();
-  const auto apertures = find_apertures(room->room, *rays);
-  if (!apertures)
-    return apertures.error();
-  return TraceScene::make(room->room, apertures->list, sky);
-}
-
 inline Result<TraceScene> truth_scene(const std::string& scene, const std::string& sky_name) {
   auto sky = truth_sky(sky_name);
   if (!sky)
     return sky.error();
-  return scene_from_obj(kTruthFolder / (scene == "S1" ? "s1_daylit_cornell.obj" : "s3_furnace.obj"),
-                        SkyLight(std::make_shared<const SkyImage>(*std::move(sky))));
+  const auto room = read_room(kTruthFolder / (scene == "S1" ? "s1_daylit_cornell.obj" : "s3_furnace.obj"));
+  if (!room)
+    return room.error();
+  return TraceScene::of_room(room->room, SkyLight(std::make_shared<const SkyImage>(*std::move(sky))));
 }
 
 /// sqrt(mean (a - t)^2) / sqrt(mean t^2) over receivers and channels.

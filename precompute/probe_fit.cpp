@@ -1,0 +1,109 @@
+#include "precompute/probe_fit.h"
+
+#include <algorithm>
+#include <array>
+
+#include <tbb/parallel_for.h>
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr float kShare = 1.0f / 12.0f;
+constexpr std::size_t kChunk = 256; ///< numbers of all points at a time
+constexpr std::int64_t kNone = -1;
+
+} // namespace
+
+ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
+                        const std::function<bool(std::size_t, std::size_t)>& sees) {
+  ProbeFit fit;
+  fit.points_ = probe_of_point.size();
+  if (!grid.is_grid)
+    return fit;
+  std::vector<std::int64_t> point_of(grid.size(), kNone);
+  for (std::size_t p = 0; p < probe_of_point.size(); ++p)
+    point_of[probe_of_point[p]] = static_cast<std::int64_t>(p);
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.count.x),
+                                          static_cast<std::size_t>(grid.count.x) *
+                                              static_cast<std::size_t>(grid.count.y)};
+  // linked[axis][probe]: the probe and the next one along the axis are in the air and see each other.
+  std::array<std::vector<std::uint8_t>, 3> linked;
+  const auto place = [&](std::size_t probe, std::size_t axis) {
+    return static_cast<int>(probe / stride[axis]) % grid.count[static_cast<int>(axis)];
+  };
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    linked[axis].assign(grid.size(), 0);
+    tbb::parallel_for(std::size_t{0}, probe_of_point.size(), [&](std::size_t p) {
+      const std::size_t probe = probe_of_point[p], next = probe + stride[axis];
+      linked[axis][probe] =
+          place(probe, axis) + 1 < grid.count[static_cast<int>(axis)] && point_of[next] != kNone && sees(probe, next);
+    });
+  }
+  for (std::size_t p = 0; p < probe_of_point.size(); ++p)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t probe = probe_of_point[p], s = stride[axis];
+      const int here = place(probe, axis), count = grid.count[static_cast<int>(axis)];
+      const auto link = [&](int steps) { // between the probes at here + steps and here + steps + 1
+        return here + steps >= 0 && here + steps + 1 < count &&
+               linked[axis][probe + static_cast<std::size_t>(static_cast<std::int64_t>(s) * steps)] != 0;
+      };
+      for (const int middle : {0, 1, -1})
+        if (link(middle - 1) && link(middle)) {
+          const auto at = [&](int steps) {
+            return static_cast<std::uint32_t>(
+                point_of[probe + static_cast<std::size_t>(static_cast<std::int64_t>(s) * steps)]);
+          };
+          fit.rows_.push_back({static_cast<std::uint32_t>(p), at(middle - 1), at(middle), at(middle + 1)});
+          break;
+        }
+    }
+  return fit;
+}
+
+void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) const {
+  const std::size_t chunks = (numbers_per_point + kChunk - 1) / kChunk;
+  tbb::parallel_for(std::size_t{0}, rows_.empty() ? 0 : chunks, [&](std::size_t c) {
+    const std::size_t first = c * kChunk, count = std::min(kChunk, numbers_per_point - first);
+    std::vector<float> before(points_ * count);
+    for (std::size_t p = 0; p < points_; ++p)
+      std::copy_n(values.data() + p * numbers_per_point + first, count, before.data() + p * count);
+    for (const Row& row : rows_) {
+      float* out = values.data() + row.point * numbers_per_point + first;
+      const float *a = before.data() + row.a * count, *m = before.data() + row.middle * count,
+                  *b = before.data() + row.b * count;
+      for (std::size_t k = 0; k < count; ++k)
+        out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);
+    }
+  });
+}
+
+void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+                     const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
+  const auto rows_of = [&](std::uint32_t p) { return std::ranges::equal_range(rows_, p, {}, &Row::point); };
+  std::vector<std::uint32_t> needed(points.begin(), points.end());
+  for (const std::uint32_t p : points)
+    for (const Row& row : rows_of(p))
+      needed.insert(needed.end(), {row.a, row.middle, row.b});
+  std::ranges::sort(needed);
+  const auto repeated = std::ranges::unique(needed);
+  needed.erase(repeated.begin(), repeated.end());
+  std::vector<float> values(needed.size() * numbers_per_point);
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    value(needed[i], values.data() + i * numbers_per_point);
+  const auto at = [&](std::uint32_t p) {
+    return values.data() +
+           static_cast<std::size_t>(std::ranges::lower_bound(needed, p) - needed.begin()) * numbers_per_point;
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    float* out = result + i * numbers_per_point;
+    std::copy_n(at(points[i]), numbers_per_point, out);
+    for (const Row& row : rows_of(points[i])) {
+      const float *a = at(row.a), *m = at(row.middle), *b = at(row.b);
+      for (std::size_t k = 0; k < numbers_per_point; ++k)
+        out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);
+    }
+  }
+}
+
+} // namespace daylit::precompute

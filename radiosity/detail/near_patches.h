@@ -1,0 +1,42 @@
+#pragma once
+
+// Patches close to a given one: boxes of runs of patches, which the order of a mesh keeps compact.
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+#include "radiosity/detail/cluster_tree.h"
+#include "radiosity/patches.h"
+
+namespace daylit::radiosity {
+
+class NearPatches {
+public:
+  explicit NearPatches(const PatchMesh& mesh);
+
+  /// Calls visit(patch) for every patch whose box is at most `reach_m` from that of `patch`; stops when it says false.
+  template <class Visit>
+  void visit(std::uint32_t patch, double reach_m, const Visit& visit) const {
+    const Box& own = box_[0][patch];
+    for (std::uint32_t top = 0; top < box_[2].size(); ++top)
+      for (std::uint32_t run = first(2, top, own, reach_m); run < end(2, top); ++run)
+        for (std::uint32_t p = first(1, run, own, reach_m); p < end(1, run); ++p)
+          if (p != patch && distance(box_[0][p], own) <= reach_m && !visit(p))
+            return;
+  }
+
+private:
+  static constexpr std::uint32_t kRun = 16;
+  std::uint32_t end(std::size_t level, std::uint32_t k) const {
+    return std::min((k + 1) * kRun, static_cast<std::uint32_t>(box_[level - 1].size()));
+  }
+  /// The first child of box k of a level, or its end when the box is too far away.
+  std::uint32_t first(std::size_t level, std::uint32_t k, const Box& own, double reach_m) const {
+    return distance(box_[level][k], own) <= reach_m ? k * kRun : end(level, k);
+  }
+
+  std::vector<Box> box_[3]; ///< of patches, of runs of kRun, of runs of runs
+};
+
+} // namespace daylit::radiosity

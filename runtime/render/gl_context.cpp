@@ -1,0 +1,9 @@
+#include "runtime/render/gl_context.h"
+
+namespace daylit {
+
+Result<std::unique_ptr<GlContext>> create_gl_context(GlBackend backend) {
+  return backend == GlBackend::osmesa ? create_osmesa_context() : create_egl_context();
+}
+
+} // namespace daylit
