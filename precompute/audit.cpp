@@ -175,28 +175,4 @@ AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact
   return report;
 }
 
-radiosity::Radiosity columns_of(const radiosity::Radiosity& all, std::size_t first, std::size_t count) {
-  const std::size_t columns = all.columns / 3;
-  radiosity::Radiosity out{all.elements, 3 * count, {}, all.copy_of};
-  out.b.reserve(all.elements * 3 * count);
-  for (std::size_t e = 0; e < all.elements; ++e)
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float* from = all.row(e) + c * columns + first;
-      out.b.insert(out.b.end(), from, from + count);
-    }
-  return out;
-}
-
-std::vector<float> split_columns(std::vector<float>& values, std::size_t columns, std::size_t count) {
-  const std::size_t rows = columns > 0 ? values.size() / columns : 0, kept = columns - count;
-  std::vector<float> last;
-  last.reserve(rows * count);
-  for (std::size_t r = 0; r < rows; ++r) {
-    last.insert(last.end(), values.data() + r * columns + kept, values.data() + (r + 1) * columns);
-    std::copy_n(values.data() + r * columns, kept, values.data() + r * kept); // never ahead of what is read
-  }
-  values.resize(rows * kept);
-  return last;
-}
-
 } // namespace daylit::precompute

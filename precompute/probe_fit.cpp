@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -76,6 +77,34 @@ void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) con
         out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);
     }
   });
+}
+
+void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+                     const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
+  const auto rows_of = [&](std::uint32_t p) { return std::ranges::equal_range(rows_, p, {}, &Row::point); };
+  std::vector<std::uint32_t> needed(points.begin(), points.end());
+  for (const std::uint32_t p : points)
+    for (const Row& row : rows_of(p))
+      needed.insert(needed.end(), {row.a, row.middle, row.b});
+  std::ranges::sort(needed);
+  const auto repeated = std::ranges::unique(needed);
+  needed.erase(repeated.begin(), repeated.end());
+  std::vector<float> values(needed.size() * numbers_per_point);
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    value(needed[i], values.data() + i * numbers_per_point);
+  const auto at = [&](std::uint32_t p) {
+    return values.data() +
+           static_cast<std::size_t>(std::ranges::lower_bound(needed, p) - needed.begin()) * numbers_per_point;
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    float* out = result + i * numbers_per_point;
+    std::copy_n(at(points[i]), numbers_per_point, out);
+    for (const Row& row : rows_of(points[i])) {
+      const float *a = at(row.a), *m = at(row.middle), *b = at(row.b);
+      for (std::size_t k = 0; k < numbers_per_point; ++k)
+        out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);
+    }
+  }
 }
 
 } // namespace daylit::precompute

@@ -82,7 +82,8 @@ std::vector<int> scattered(int n) {
 } // namespace
 
 SkyDirections SkyDirections::make(const SkyPartition& partition, int count) {
-  const int side = std::max(2, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
+  const int side = std::max(partition.interpolated() ? 1 : 2,
+                            static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
   const std::vector<int> within = scattered(side);
   const auto at = [&](int i, int j) { return (i + (within[static_cast<std::size_t>(j)] + 0.5) / side) / side; };
   SkyDirections d;

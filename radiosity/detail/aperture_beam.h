@@ -22,7 +22,7 @@ struct SkyDirections {
   std::vector<std::int32_t> region;
   std::vector<double> solid_angle_sr; ///< of the share that a direction stands for
 
-  /// At least `count` directions, and at least 2 x 2 in a region.
+  /// At least `count` directions, and at least 2 x 2 in a constant region. A node may be its own direction alone.
   static SkyDirections make(const SkyPartition& partition, int count);
 };
 

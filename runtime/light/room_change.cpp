@@ -28,26 +28,38 @@ namespace daylit {
 namespace {
 
 constexpr double kAir = 1e-3;             // receivers lie this far before their surface, metres
-constexpr int kRays = 96;                 // per object and receiver
-constexpr double kFineShare = 1.0 / 12.0; // of an object's radius: cells near it
+constexpr int kRays = 48;                 // per object and receiver
+constexpr double kFineShare = 1.0 / 8.0; // of an object's radius: cells near it
 constexpr double kNear = 1.6;             // radii: within are fine cells, beyond four times as wide
 constexpr double kLeastShare = 0.002;     // of the cosine-weighted hemisphere
 constexpr double kSkin = 0.01;            // of an object's radius: its own facets cast no shadow closer than this
+constexpr float kLeastWeight = 0.02f;     // of the corners in sight
 constexpr int kSunSamples = 8;
 constexpr int kAround = 128;           // directions in which an object looks around
 constexpr double kInset = 0.1;         // of the box: its eight points lie inside
 constexpr double kSurroundRadii = 4.0; // shadows further away are not looked for
-constexpr int kWindowPoints = 6;       // per side: visibility of a window from a receiver
-constexpr std::uint32_t kOutside = 0xFFFFFFFFu;
+constexpr int kWindowPoints = 4;       // per side: visibility of a window from a receiver
+constexpr int kPatchPoints = 5;
+constexpr double kPatch_m = 0.35; // of the room behind objects: its light without the sun is kept per patch
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// Part of a plane of the room, seen from one side, of one material.
+struct Patch {
+  bool lit = false; ///< some point of it lies in the air of the room
+  glm::dvec3 point{0.0}, normal{0.0};
+  VertexProbes probes;
+  Rgb reflectance{0.5f}, irradiance{0.0f}; ///< without the sun's
+  std::atomic<std::uint64_t> light_number{0};
+  std::mutex renewing;
+};
 
 /// One direction that an object covers.
 struct Covered {
   std::array<std::uint32_t, 3> vertex{};
   float u = 0.0f, v = 0.0f, weight = 0.0f; ///< cos dw, sr
   bool back = false;
-  std::uint32_t behind = kOutside; ///< triangle of the room
-  glm::dvec3 position{0.0}, direction{0.0};
+  Patch* behind = nullptr;  ///< null: the sky
+  glm::dvec3 position{0.0}; ///< behind it
 };
 
 /// What does not depend on the light.
@@ -69,6 +81,7 @@ struct Cell {
   std::array<Node*, 4> corner{};
 };
 
+using PatchMap = tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Patch>, LatticeHash>;
 using CellMap = tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash>;
 using NodeMap = tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash>;
 struct Lattice {
@@ -133,12 +146,18 @@ struct RoomChangeField::State {
   Rgb whole_sun{0.0f};
   std::uint64_t light_number = 0;
   Lattice fine, coarse;
+  std::span<const SkyMap> pyramid;
+  std::vector<ApertureCell> windows; ///< coarse: what lights the room far from the objects
+  mutable PatchMap patches;          ///< hold as long as the room
 
   State(const Room& r, const RayScene& s, std::span<const Aperture> a, const RoomLight& l)
       : room(r), rays(s), room_light(l), apertures(a.begin(), a.end()), planes(r) {}
 
   bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& w, Covered& hit, double& distance) const;
   void trace_caster(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
+  bool sees(const glm::dvec3& a, const glm::dvec3& b) const {
+    return !rays.occluded(rays.to_local(a), glm::vec3(b - a), 0.0f, 1.0f);
+  }
   bool covered(const glm::dvec3& x, const glm::dvec3& w) const;
   Surround look_around(const Caster& caster) const;
   Sh9Rgb change_of(std::span<const SeenPoint> seen) const;
@@ -147,6 +166,8 @@ struct RoomChangeField::State {
   float window_share(const glm::dvec3& x, const glm::dvec3& n, bool objects) const;
   Rgb sun_at(const DirectionalLight& light, const glm::dvec3& x, const glm::dvec3& n) const;
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
+  Patch* patch_at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  Rgb irradiance_of(Patch& patch) const;
   Rgb radiance_behind(const Covered& c, std::size_t number) const;
   RoomChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
                  const glm::dvec3& direction) const;
@@ -271,9 +292,8 @@ void RoomChangeField::State::trace_caster(std::size_t which, const glm::dvec3& x
     hit.weight = static_cast<float>((whole ? std::numbers::pi : 2.0 * std::numbers::pi * (1.0 - cos_max) * cosine) /
                                     static_cast<double>(count));
     if (ends) {
-      hit.behind = room_hit.triangle;
       hit.position = x + static_cast<double>(room_hit.distance) * w;
-      hit.direction = w;
+      hit.behind = patch_at(room_hit.triangle, hit.position, w);
     }
     receiver.covered.push_back(hit);
   }
@@ -321,19 +341,58 @@ Rgb RoomChangeField::State::sun_at(const DirectionalLight& light, const glm::dve
   return static_cast<float>(cosine) * pane * light.irradiance;
 }
 
+/// The middle of the patch, or else the first of some points around it, that lies on the room's surface and in its air.
+Patch* RoomChangeField::State::patch_at(std::uint32_t triangle, const glm::dvec3& x,
+                                        const glm::dvec3& direction) const {
+  const std::uint32_t facing = planes.facing_of(triangle, direction);
+  const RoomFacing& f = planes[facing];
+  const LatticeKey place{static_cast<std::int64_t>(std::floor(glm::dot(f.u, x) / kPatch_m)),
+                         static_cast<std::int64_t>(std::floor(glm::dot(f.v, x) / kPatch_m)), facing};
+  const std::uint32_t material = room.triangles[triangle].material;
+  const LatticeKey key{place.i, place.j, facing * static_cast<std::uint32_t>(room.materials.size()) + material};
+  if (const auto found = patches.find(key); found != patches.end())
+    return found->second.get();
+  auto made = std::make_unique<Patch>();
+  made->normal = f.normal;
+  made->reflectance = room.materials[material].reflectance;
+  for (int k = 0; k < kPatchPoints * kPatchPoints && !made->lit; ++k) {
+    const int step = (k + kPatchPoints * kPatchPoints / 2) % (kPatchPoints * kPatchPoints); // the middle first
+    const double s = (step % kPatchPoints + 0.5) / kPatchPoints, t = (step / kPatchPoints + 0.5) / kPatchPoints;
+    made->point = f.corner(place.i, place.j, kPatch_m) + kPatch_m * (s * f.u + t * f.v);
+    RayHit below;
+    const glm::dvec3 air = made->point + kAir * f.normal;
+    if (!rays.closest(rays.to_local(air), glm::vec3(-f.normal), 0.0f, static_cast<float>(2.0 * kAir), below) ||
+        room.triangles[below.triangle].material != material)
+      continue;
+    made->probes = room_light.probes_at(air);
+    made->lit = made->probes.count > 0;
+  }
+  return patches.emplace(key, std::move(made)).first->second.get();
+}
+
+Rgb RoomChangeField::State::irradiance_of(Patch& patch) const {
+  if (patch.lit && patch.light_number.load(std::memory_order_acquire) != light_number) {
+    const std::lock_guard lock(patch.renewing);
+    if (patch.light_number.load(std::memory_order_relaxed) != light_number) {
+      patch.irradiance = room_light.indirect_irradiance(patch.normal, patch.probes) +
+                         open_sky_irradiance(pyramid, windows, patch.point, patch.normal);
+      patch.light_number.store(light_number, std::memory_order_release);
+    }
+  }
+  return patch.irradiance;
+}
+
 /// The room's radiance that the object hides.
 Rgb RoomChangeField::State::radiance_behind(const Covered& c, std::size_t number) const {
-  if (c.behind == kOutside)
+  if (!c.behind)
     return Rgb(0.0f);
-  const RoomPoint point = room_light.at_surface(c.behind, c.position, c.direction);
-  Rgb irradiance = point.indirect_irradiance + point.open_sky_irradiance;
+  Rgb irradiance = irradiance_of(*c.behind);
   if (!sun.empty()) { // one of the disc's samples stands for all
     DirectionalLight light = sun[number % sun.size()];
     light.irradiance = whole_sun;
-    const glm::dvec3 n = planes[planes.facing_of(c.behind, c.direction)].normal;
-    irradiance += sun_at(light, c.position + kAir * n, n);
+    irradiance += sun_at(light, c.position + kAir * c.behind->normal, c.behind->normal);
   }
-  return point.reflectance * irradiance * std::numbers::inv_pi_v<float>;
+  return c.behind->reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
 RoomChange RoomChangeField::State::lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
@@ -373,8 +432,7 @@ const Cell& RoomChangeField::State::cell(const Lattice& lattice, const LatticeKe
   made->open = true;
   constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
   for (const auto& way : kWays)
-    made->open =
-        made->open && !rays.occluded(rays.to_local(air[way[0]]), glm::vec3(air[way[1]] - air[way[0]]), 0.0f, 1.0f);
+    made->open = made->open && sees(air[way[0]], air[way[1]]);
   return *lattice.cells.emplace(key, std::move(made)).first->second;
 }
 
@@ -439,8 +497,11 @@ Rgb RoomChangeField::State::reflected_sun(const glm::dvec3& x, const glm::dvec3&
   return reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
-void RoomChangeField::set_sun(const std::optional<DetectedSun>& detected) {
+void RoomChangeField::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& detected) {
   State& s = *state_;
+  s.pyramid = pyramid;
+  s.windows =
+      aperture_cells(s.apertures, {s.room.bounds().empty() ? glm::dvec3(0.0) : s.room.bounds().centre(), 0.0}, pyramid);
   // Every sun counts, also one that does not reach the objects: they may stand before a patch of it.
   s.whole_sun = detected ? detected->normal_irradiance : Rgb(0.0f);
   s.sun.clear();
@@ -498,18 +559,23 @@ RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, cons
   const glm::dvec2 lower = glm::floor(p);
   const LatticeKey key{static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing};
   const Cell& cell = s.cell(lattice, key);
-  if (!cell.open)
-    return evaluate(triangle, x, direction, kRays);
   const glm::vec2 t(p - lower);
   const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
   RoomChange sum;
+  float whole = 0.0f;
   for (int k = 0; k < 4; ++k) {
     const glm::dvec3 corner = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m);
+    // A cell that furniture cuts, or that reaches out of the room: corners in sight stand for the others.
+    if (!cell.open && !s.sees(x + kAir * f.normal, corner + kAir * f.normal))
+      continue;
     const RoomChange& c = s.current(*cell.corner[k], corner, triangle, f.normal);
     sum.irradiance += weight[k] * c.irradiance;
     sum.before += weight[k] * c.before;
+    whole += weight[k];
   }
-  return sum;
+  if (whole < kLeastWeight)
+    return evaluate(triangle, x, direction, kRays);
+  return {sum.irradiance / whole, sum.before / whole};
 }
 
 RoomChange RoomChangeField::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,

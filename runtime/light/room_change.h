@@ -51,13 +51,13 @@ public:
 
   /// The parts must live until the next call.
   void set_objects(std::vector<PlacedPart> parts);
-  /// The light of a frame; room_light must hold the same frame's.
-  void set_sun(const std::optional<DetectedSun>& sun);
+  /// The light of a frame; room_light must hold the same frame's, and `pyramid` lives until the next.
+  void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun);
   /// Nine coefficients of the change of radiance that arrives at a point of a part because the objects keep direct
   /// light from the room around them. From eight points of the part's box, trilinear.
   Sh9Rgb arriving_change(std::size_t part, const glm::dvec3& x) const;
   /// `radiance`: that leaves each vertex of all objects, on both sides, but for the sun's, which is added here with
-  /// shadows. Call after set_sun().
+  /// shadows. Call after set_sky().
   void set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
                  std::span<const glm::vec3> normals, std::span<const Rgb> reflectance);
 

@@ -163,6 +163,16 @@ RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const
   return s.point(triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, x, n)});
 }
 
+VertexProbes RoomLight::probes_at(const glm::dvec3& x) const {
+  VertexProbes probes;
+  probes.count = state_->sampler.weights(x, probes.probe, probes.weight);
+  return probes;
+}
+
+Rgb RoomLight::indirect_irradiance(const glm::dvec3& n, const VertexProbes& probes) const {
+  return state_->indirect_at(n, probes);
+}
+
 std::size_t RoomLight::cells_kept() const { return state_->cells.size(); }
 
 } // namespace daylit

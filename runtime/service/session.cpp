@@ -255,7 +255,7 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
 void Session::State::see_own_shadow() {
   if (!room_change)
     return;
-  room_change->set_sun(sun);
+  room_change->set_sky(pyramid, sun);
   const ObjectSurface& surface = objects.surface;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();

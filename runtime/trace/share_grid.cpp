@@ -95,15 +95,21 @@ void ShareGrid::Tracer::flush() {
       }
 }
 
+/// The corners of blocks that show an outline, and the coarse points around these.
 void ShareGrid::mark_outlines(const VisibleSurfaces& view) {
   at_outline_.assign(static_cast<std::size_t>(columns_) * rows_, 0);
+  const auto mark = [&](int column, int row) {
+    if (column >= blocks_.x0 && row >= blocks_.y0 && column < blocks_.x1 && row < blocks_.y1)
+      at_outline_[static_cast<std::size_t>(row) * columns_ + column] = 1;
+  };
   for (std::size_t k = 0; k < view.edge_pixels(); ++k) {
     const glm::ivec2 block = view.edge_pixel(k) / kBlockSide;
-    for (int corner = 0; corner < 4; ++corner) {
-      const int column = block.x + (corner & 1), row = block.y + (corner >> 1);
-      if (column < columns_ && row < rows_)
-        at_outline_[static_cast<std::size_t>(row) * columns_ + column] = 1;
-    }
+    for (int v = -1; v <= 2; ++v)
+      for (int u = -1; u <= 2; ++u) {
+        const bool corner = u >= 0 && u <= 1 && v >= 0 && v <= 1;
+        if (corner || is_coarse(block.x + u, block.y + v))
+          mark(block.x + u, block.y + v);
+      }
   }
 }
 
@@ -218,10 +224,10 @@ std::uint64_t ShareGrid::trace(const TracedScene& scene, const VisibleSurfaces& 
   points_.assign(2 * static_cast<std::size_t>(columns_) * rows_, {});
   sky_words_.resize(points_.size() * sky_word_count_);
   sun_bits_.assign(points_.size() * sun_groups_, {});
-  mark_outlines(view);
   // One block more on the far sides: its top left pixel is a corner of the last blocks.
   blocks_ = {box.x0 / kBlockSide, box.y0 / kBlockSide, std::min((box.x1 - 1) / kBlockSide + 2, columns_),
              std::min((box.y1 - 1) / kBlockSide + 2, rows_)};
+  mark_outlines(view);
   std::atomic<std::uint64_t> rays{0};
   tbb::parallel_for(tbb::blocked_range<int>(blocks_.y0, blocks_.y1, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)

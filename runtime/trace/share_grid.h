@@ -66,7 +66,7 @@ private:
   class Tracer;
   int columns_ = 0, rows_ = 0;
   PixelBox blocks_;                      ///< that are traced, in blocks
-  std::vector<std::uint8_t> at_outline_; ///< per block: it is a corner of a block that shows an outline
+  std::vector<std::uint8_t> at_outline_; ///< per block: its room counts though an object hides it
   std::vector<GridPoint> points_;        ///< per block and layer
   std::vector<LightWord> sky_words_;     ///< per point and 64 lights of the sky
   std::vector<LightBits> sun_bits_;      ///< per point and group of lights
