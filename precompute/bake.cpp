@@ -1,8 +1,11 @@
 #include "precompute/bake.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <map>
 #include <numeric>
+#include <span>
 
 #include "precompute/probes.h"
 #include "radiosity/gather.h"
@@ -51,15 +54,48 @@ void store_basis(const std::vector<float>& coefficients, const std::vector<std::
       }
 }
 
-/// The transport problem of a room: mesh, unknowns and the two ray scenes.
+/// The transport problem of a room: mesh, probes, unknowns and the two ray scenes.
 struct Problem {
   RayScene room_scene, patch_rays;
   Apertures apertures;
+  ProbeSet probes;
   radiosity::PatchMesh mesh;
   radiosity::ElementSet elements;
 };
 
-Result<Problem> set_up(const Room& room, const BakeOptions& options) {
+/// Positions of the valid probes, relative to the mesh origin, each place once, and which probes stand there.
+struct ProbePoints {
+  std::vector<glm::dvec3> at;
+  std::vector<std::size_t> probe; ///< valid probes
+  std::vector<std::size_t> place; ///< of each of these, in `at`
+
+  ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) {
+    std::map<std::array<float, 3>, std::size_t> known;
+    for (std::size_t i = 0; i < probes.size(); ++i)
+      if (probes.valid[i]) {
+        const glm::vec3& p = probes.positions[i];
+        const auto [found, added] = known.try_emplace({p.x, p.y, p.z}, at.size());
+        if (added)
+          at.push_back(probes.origin + glm::dvec3(p) - mesh_origin);
+        probe.push_back(i);
+        place.push_back(found->second);
+      }
+  }
+
+  /// Rows of places to rows of probes.
+  std::vector<float> spread(std::vector<float> rows) const {
+    if (at.size() == probe.size())
+      return rows;
+    const std::size_t width = rows.size() / at.size();
+    std::vector<float> all;
+    for (const std::size_t p : place)
+      all.insert(all.end(), rows.begin() + static_cast<std::ptrdiff_t>(p * width),
+                 rows.begin() + static_cast<std::ptrdiff_t>((p + 1) * width));
+    return all;
+  }
+};
+
+Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport& report, StageClock& clock) {
   Problem p;
   Result<RayScene> room_scene = RayScene::build(room);
   if (!room_scene)
@@ -69,6 +105,11 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options) {
   if (!apertures)
     return apertures.error();
   p.apertures = std::move(*apertures);
+  Result<ProbeSet> probes = place_probes(room, p.room_scene, p.apertures.list, options);
+  if (!probes)
+    return probes.error();
+  p.probes = std::move(*probes);
+  clock.finish("probes");
   Result<radiosity::PatchMesh> mesh =
       radiosity::mesh_patches(room, {.edge_m = options.patch_edge_m, .target_patches = options.target_patches});
   if (!mesh)
@@ -78,23 +119,22 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options) {
   if (!patch_rays)
     return patch_rays.error();
   p.patch_rays = *patch_rays;
-  p.elements = radiosity::find_elements(room, p.mesh, p.patch_rays, p.apertures.list);
+  // A grid has probes wherever light comes; given points may all stand in one of several rooms.
+  const ProbePoints points(p.probes, p.mesh.origin);
+  p.elements = radiosity::find_elements(room, p.mesh, p.patch_rays, p.apertures.list,
+                                        options.points.empty() ? std::span<const glm::dvec3>{} : points.at);
+  report.apertures = p.apertures.report;
+  report.patches = p.mesh.patches.size();
+  report.patch_edge_m = p.mesh.edge_m;
+  report.elements = p.elements.elements.size();
+  report.sides_skipped = p.elements.sides_skipped;
+  report.sides_without_path = p.elements.sides_without_path;
+  report.probes = p.probes.size();
+  report.probes_valid = points.probe.size();
+  report.probes_repeated = points.probe.size() - points.at.size();
+  clock.finish("mesh");
   return p;
 }
-
-/// Positions of the valid probes, relative to the mesh origin, and which probe each is.
-struct ProbePoints {
-  std::vector<glm::dvec3> at;
-  std::vector<std::size_t> probe;
-
-  ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) {
-    for (std::size_t i = 0; i < probes.size(); ++i)
-      if (probes.valid[i]) {
-        probe.push_back(i);
-        at.push_back(probes.origin + glm::dvec3(probes.positions[i]) - mesh_origin);
-      }
-  }
-};
 
 /// All regions of the sky at once, for the audit when no region is solved by itself.
 radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
@@ -163,23 +203,10 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                          const Progress& progress, BakeReport& report) {
   StageClock clock(report);
   report.room = file.report;
-  Result<Problem> problem = set_up(file.room, options);
+  Result<Problem> problem = set_up(file.room, options, report, clock);
   if (!problem)
     return problem.error();
   const radiosity::ElementSet& elements = problem->elements;
-  report.apertures = problem->apertures.report;
-  report.patches = problem->mesh.patches.size();
-  report.patch_edge_m = problem->mesh.edge_m;
-  report.elements = elements.elements.size();
-  report.sides_skipped = elements.sides_skipped;
-  clock.finish("mesh");
-
-  Result<ProbeSet> probes = place_probes(file.room, problem->room_scene, problem->apertures.list, options);
-  if (!probes)
-    return probes.error();
-  report.probes = probes->size();
-  report.probes_valid = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
-  clock.finish("probes");
 
   const auto light = radiosity::first_bounce(elements, problem->mesh, problem->patch_rays, problem->apertures.list,
                                              partition, progress, &report.first_bounce);
@@ -199,12 +226,13 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
 
-  const ProbePoints points(*probes, problem->mesh.origin);
-  const auto coefficients = transport(*problem, *exchange, *light, points, options, progress, report, clock);
-  if (!coefficients)
-    return coefficients.error();
+  const ProbePoints points(problem->probes, problem->mesh.origin);
+  auto places = transport(*problem, *exchange, *light, points, options, progress, report, clock);
+  if (!places)
+    return places.error();
+  const std::vector<float> coefficients = points.spread(std::move(*places));
   BasisVolume volume{.partition = partition,
-                     .probes = std::move(*probes),
+                     .probes = std::move(problem->probes),
                      .stored_region = light->region,
                      .basis = {},
                      .compact = {},
@@ -212,10 +240,10 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .apertures = problem->apertures.list,
                      .provenance = {}};
   if (!partition.interpolated()) {
-    store_basis(*coefficients, points.probe, light->columns(), volume);
+    store_basis(coefficients, points.probe, light->columns(), volume);
     return volume;
   }
-  auto compact = compact_sky(*coefficients, volume.probes, points.probe, partition, light->region,
+  auto compact = compact_sky(coefficients, volume.probes, points.probe, partition, light->region,
                              {.error = options.compact_error}, progress, &report.compact);
   if (!compact)
     return compact.error();
