@@ -14,7 +14,7 @@
 
 #include "bench/command.h"
 #include "bench/frame_scene.h"
-#include "runtime/input/marker_pose.h"
+#include "runtime/input/marker_tracker.h"
 
 namespace daylit::bench {
 
@@ -77,15 +77,16 @@ const char* name_of(Motion m) {
 }
 
 /// One frame as a live system does it. Everything: a new sky, a new camera picture, the marker found in it.
-Result<void> one_frame(const FrameScene& scene, Session& session, Motion motion, int k, Timing& timing) {
+Result<void> one_frame(const FrameScene& scene, Session& session, MarkerTracker& tracker, Motion motion, int k,
+                       Timing& timing) {
   const double cpu = process_seconds(), wall = wall_seconds();
   const std::size_t which = motion == Motion::everything ? static_cast<std::size_t>(k) % scene.skies.size() : 0;
   double marker_ms = 0.0;
   if (motion == Motion::everything) {
-    const MarkerConfig& marker = *scene.config.marker;
-    const auto pose =
-        marker_pose(scene.photo_bytes[which], scene.interior_lens,
-                    BoardLayout::single(marker.dictionary, marker.ids.at(0), marker.size_m), marker.world_from_board);
+    const auto seen = tracker.find(scene.photo_bytes[which]);
+    if (!seen)
+      return seen.error();
+    const auto pose = marker_pose(*seen, scene.interior_lens, tracker.board(), scene.config.marker->world_from_board);
     if (!pose)
       return pose.error();
     if (const auto r = session.set_pose(pose->world_from_camera); !r)
@@ -110,8 +111,10 @@ Result<void> one_frame(const FrameScene& scene, Session& session, Motion motion,
 
 Result<nlohmann::json> time_motion(const FrameScene& scene, Session& session, Motion motion, int frames) {
   Timing warm_up, timing;
+  const MarkerConfig& marker = *scene.config.marker;
+  MarkerTracker tracker(BoardLayout::single(marker.dictionary, marker.ids.at(0), marker.size_m));
   for (int k = 0; k < frames + 2; ++k)
-    if (const auto r = one_frame(scene, session, motion, k, k < 2 ? warm_up : timing); !r)
+    if (const auto r = one_frame(scene, session, tracker, motion, k, k < 2 ? warm_up : timing); !r)
       return r.error();
   return to_json(timing);
 }

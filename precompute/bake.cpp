@@ -1,9 +1,13 @@
 #include "precompute/bake.h"
 
 #include <algorithm>
-#include <chrono>
 #include <numeric>
+#include <optional>
+#include <span>
 
+#include "precompute/detail/node_sharpening.h"
+#include "precompute/detail/transport_problem.h"
+#include "precompute/probe_fit.h"
 #include "precompute/probes.h"
 #include "radiosity/gather.h"
 
@@ -11,21 +15,9 @@ namespace daylit::precompute {
 
 namespace {
 
-class StageClock {
-public:
-  explicit StageClock(BakeReport& report) : report_(report), start_(now()), last_(start_) {}
-  void finish(const char* name) {
-    const auto t = now();
-    report_.stages.push_back({name, std::chrono::duration<double>(t - last_).count()});
-    last_ = t;
-    report_.total_seconds = std::chrono::duration<double>(t - start_).count();
-  }
-
-private:
-  static std::chrono::steady_clock::time_point now() { return std::chrono::steady_clock::now(); }
-  BakeReport& report_;
-  std::chrono::steady_clock::time_point start_, last_;
-};
+using detail::ProbePoints;
+using detail::Problem;
+using detail::StageClock;
 
 Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
                               const BakeOptions& options) {
@@ -51,51 +43,6 @@ void store_basis(const std::vector<float>& coefficients, const std::vector<std::
       }
 }
 
-/// The transport problem of a room: mesh, unknowns and the two ray scenes.
-struct Problem {
-  RayScene room_scene, patch_rays;
-  Apertures apertures;
-  radiosity::PatchMesh mesh;
-  radiosity::ElementSet elements;
-};
-
-Result<Problem> set_up(const Room& room, const BakeOptions& options) {
-  Problem p;
-  Result<RayScene> room_scene = RayScene::build(room);
-  if (!room_scene)
-    return room_scene.error();
-  p.room_scene = *room_scene;
-  Result<Apertures> apertures = find_apertures(room, p.room_scene);
-  if (!apertures)
-    return apertures.error();
-  p.apertures = std::move(*apertures);
-  Result<radiosity::PatchMesh> mesh =
-      radiosity::mesh_patches(room, {.edge_m = options.patch_edge_m, .target_patches = options.target_patches});
-  if (!mesh)
-    return mesh.error();
-  p.mesh = std::move(*mesh);
-  Result<RayScene> patch_rays = radiosity::patch_scene(p.mesh);
-  if (!patch_rays)
-    return patch_rays.error();
-  p.patch_rays = *patch_rays;
-  p.elements = radiosity::find_elements(room, p.mesh, p.patch_rays, p.apertures.list);
-  return p;
-}
-
-/// Positions of the valid probes, relative to the mesh origin, and which probe each is.
-struct ProbePoints {
-  std::vector<glm::dvec3> at;
-  std::vector<std::size_t> probe;
-
-  ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) {
-    for (std::size_t i = 0; i < probes.size(); ++i)
-      if (probes.valid[i]) {
-        probe.push_back(i);
-        at.push_back(probes.origin + glm::dvec3(probes.positions[i]) - mesh_origin);
-      }
-  }
-};
-
 /// All regions of the sky at once, for the audit when no region is solved by itself.
 radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
   radiosity::FirstBounce one{.elements = light.elements,
@@ -110,29 +57,112 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
   return one;
 }
 
-/// The interior transport: from the first light to the coefficients at the points, by whichever side has fewer columns.
-Result<std::vector<float>> transport(const Problem& problem, const radiosity::ExchangeMatrix& exchange,
-                                     const radiosity::FirstBounce& light, const ProbePoints& points,
-                                     const BakeOptions& options, const Progress& progress, BakeReport& report,
-                                     StageClock& clock) {
-  const radiosity::SolveOptions solve{.tolerance = options.tolerance, .store = options.store};
-  const radiosity::GatherOptions gather{.rays = options.gather_rays};
-  report.adjoint = 9 * points.at.size() < light.columns();
+/// What all ways to the volume share. Points are the valid probes; `fit` turns light there into probe values.
+struct Stage {
+  const Problem& problem;
+  const radiosity::ExchangeMatrix& exchange;
+  const ProbePoints& points;
+  const radiosity::GatherHits& hits; ///< of the points
+  const ProbeFit& fit;
+  const BakeOptions& options;
+  const Progress& progress;
+  StageClock& clock;
+
+  radiosity::SolveOptions solve() const { return {.tolerance = options.tolerance, .store = options.store}; }
+};
+
+/// Constant regions: the interior transport from the first light to the coefficients at the points, by whichever side
+/// has fewer columns.
+Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, BasisVolume& volume,
+                          BakeReport& report) {
+  report.adjoint = 9 * s.points.at.size() < light.columns();
   const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
   const radiosity::FirstBounce& forward = report.adjoint ? driving : light;
   const auto radiosity =
-      radiosity::solve_radiosity(problem.elements, exchange, forward, solve, progress, &report.solve);
+      radiosity::solve_radiosity(s.problem.elements, s.exchange, forward, s.solve(), s.progress, &report.solve);
   if (!radiosity)
     return radiosity.error();
-  report.energy = radiosity::audit_energy(problem.elements, exchange, forward, *radiosity);
-  clock.finish("solve");
-  auto coefficients =
-      report.adjoint ? radiosity::adjoint_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
-                                                       exchange, light, solve, gather, progress, &report.solve)
-                     : radiosity::gather_coefficients(points.at, problem.elements, problem.mesh, problem.patch_rays,
-                                                      *radiosity, gather, progress);
-  clock.finish("volume");
-  return coefficients;
+  report.energy = radiosity::audit_energy(s.problem.elements, s.exchange, forward, *radiosity);
+  s.clock.finish("solve");
+  auto coefficients = report.adjoint ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light,
+                                                                       s.solve(), s.progress, &report.solve)
+                                     : radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
+  if (!coefficients)
+    return coefficients.error();
+  s.fit.apply(*coefficients, 27 * light.columns());
+  volume.stored_region = light.region;
+  store_basis(*coefficients, s.points.probe, light.columns(), volume);
+  s.clock.finish("volume");
+  return {};
+}
+
+/// A sky of nodes: the light on the surfaces node by node, then the factors from the surfaces to the probes.
+Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow> rows, BasisVolume& volume,
+                           BakeReport& report) {
+  SurfaceLightReport surfaces;
+  detail::sharpen_nodes(volume.partition, rows);
+  const auto light = surface_light(s.problem.elements, s.exchange, std::move(rows), s.options.clusters, s.solve(),
+                                   s.progress, surfaces);
+  if (!light)
+    return light.error();
+  report.solve = surfaces.solve;
+  report.energy = surfaces.energy;
+  s.clock.finish("solve");
+  const auto gather = [&](std::size_t point, float* nine_rows) {
+    s.fit.apply(
+        point, 9 * s.hits.elements, [&](std::size_t p, float* rows_of) { s.hits.weights(p, rows_of); }, nine_rows);
+  };
+  auto compact = compact_sky(*light, gather, volume.probes, s.points.probe, volume.partition,
+                             {.error = s.options.compact_error}, s.progress, &report.compact);
+  if (!compact)
+    return compact.error();
+  report.regions_stored = static_cast<int>(report.compact.nodes);
+  report.first_bounce.regions_skipped = report.regions - report.regions_stored;
+  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
+  s.clock.finish("fine sky");
+  return {};
+}
+
+constexpr int kHeldOutRays = 4; ///< times those of a probe
+
+/// The error of the finished volume: held-out skies taken straight to the probes and to the held-out points.
+Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& volume) {
+  Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out);
+  if (!audit)
+    return audit.error();
+  const radiosity::ElementSet& elements = s.problem.elements;
+  const auto light = radiosity::first_bounce(elements, s.problem.mesh, s.problem.patch_rays, s.problem.apertures.list,
+                                             held_out_partition(), s.progress);
+  if (!light)
+    return light.error();
+  const auto radiosity = radiosity::solve_radiosity(elements, s.exchange, audit->first_light(*light, elements),
+                                                    {.tolerance = s.options.tolerance}, s.progress);
+  if (!radiosity)
+    return radiosity.error();
+  std::vector<glm::dvec3> points = audit->points();
+  for (glm::dvec3& p : points)
+    p -= s.problem.mesh.origin;
+  const auto at_points =
+      radiosity::gather_coefficients(radiosity::gather_hits(points, elements, s.problem.mesh, s.problem.patch_rays,
+                                                            {.rays = kHeldOutRays * s.options.gather_rays}),
+                                     *radiosity, s.progress);
+  if (!at_points)
+    return at_points.error();
+  auto at_probes = radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
+  if (!at_probes)
+    return at_probes.error();
+  s.fit.apply(*at_probes, 9 * radiosity->columns);
+  AuditReport report = audit->judge(volume, *at_points, *at_probes, s.points.probe);
+  s.clock.finish("audit");
+  return report;
+}
+
+/// Nothing stands between neighbouring probes whose values are fitted together.
+ProbeFit fit_of(const Problem& problem, const ProbeSet& probes, const ProbePoints& points) {
+  return ProbeFit::make(probes, points.probe, [&](std::size_t a, std::size_t b) {
+    const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
+    return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
+  });
 }
 
 } // namespace
@@ -163,7 +193,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                          const Progress& progress, BakeReport& report) {
   StageClock clock(report);
   report.room = file.report;
-  Result<Problem> problem = set_up(file.room, options);
+  Result<Problem> problem = detail::set_up(file.room, options);
   if (!problem)
     return problem.error();
   const radiosity::ElementSet& elements = problem->elements;
@@ -181,8 +211,16 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.probes_valid = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
   clock.finish("probes");
 
-  const auto light = radiosity::first_bounce(elements, problem->mesh, problem->patch_rays, problem->apertures.list,
-                                             partition, progress, &report.first_bounce);
+  // One element of a fine sky sees some of thousands of nodes: rows, not a table.
+  const bool fine = partition.interpolated();
+  auto rows = fine ? radiosity::first_bounce_rows(elements, problem->mesh, problem->patch_rays, problem->apertures.list,
+                                                  partition, progress, &report.first_bounce)
+                   : Result<std::vector<radiosity::FirstBounceRow>>(std::vector<radiosity::FirstBounceRow>{});
+  if (!rows)
+    return rows.error();
+  const auto light = fine ? Result<radiosity::FirstBounce>(radiosity::FirstBounce{})
+                          : radiosity::first_bounce(elements, problem->mesh, problem->patch_rays,
+                                                    problem->apertures.list, partition, progress, &report.first_bounce);
   if (!light)
     return light.error();
   report.regions = partition.size();
@@ -200,28 +238,29 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   clock.finish("form factors");
 
   const ProbePoints points(*probes, problem->mesh.origin);
-  const auto coefficients = transport(*problem, *exchange, *light, points, options, progress, report, clock);
-  if (!coefficients)
-    return coefficients.error();
+  const ProbeFit fit = fit_of(*problem, *probes, points);
+  const radiosity::GatherHits hits =
+      radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays, {.rays = options.gather_rays});
+  clock.finish("rays");
   BasisVolume volume{.partition = partition,
                      .probes = std::move(*probes),
-                     .stored_region = light->region,
+                     .stored_region = {},
                      .basis = {},
                      .compact = {},
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  if (!partition.interpolated()) {
-    store_basis(*coefficients, points.probe, light->columns(), volume);
-    return volume;
+  const Stage stage{*problem, *exchange, points, hits, fit, options, progress, clock};
+  if (const Result<void> done =
+          fine ? bake_fine_sky(stage, std::move(*rows), volume, report) : bake_regions(stage, *light, volume, report);
+      !done)
+    return done.error();
+  if (options.audit) {
+    auto audited = audit(stage, file.room, volume);
+    if (!audited)
+      return audited.error();
+    report.audit = std::move(*audited);
   }
-  auto compact = compact_sky(*coefficients, volume.probes, points.probe, partition, light->region,
-                             {.error = options.compact_error}, progress, &report.compact);
-  if (!compact)
-    return compact.error();
-  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
-  volume.stored_region.clear();
-  clock.finish("fine sky");
   return volume;
 }
 

@@ -8,7 +8,9 @@
 
 #include <glm/vec3.hpp>
 
+#include "precompute/audit.h"
 #include "precompute/compact_sky.h"
+#include "precompute/surface_light.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/solve.h"
@@ -33,6 +35,9 @@ struct BakeOptions {
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double compact_error = 0.03;           ///< of the factors of a fine sky
+  std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
+  bool audit = false;                    ///< measure the error at held-out points and skies
+  std::vector<glm::dvec3> held_out;      ///< world metres, of the audit; empty: chosen
 };
 
 /// "draft", "normal", "high". At given points the transport is finer: no interpolation hides its error there, and no
@@ -57,6 +62,7 @@ struct BakeReport {
   bool adjoint = false; ///< solved from the probes towards the light: fewer columns
   radiosity::EnergyBalance energy;
   CompactReport compact; ///< fine skies only
+  AuditReport audit;     ///< empty without BakeOptions::audit
   std::vector<StageTime> stages;
   double total_seconds = 0;
 };

@@ -11,20 +11,27 @@
 #include <tbb/parallel_for.h>
 
 #include "precompute/detail/factors.h"
-#include "precompute/detail/node_sharpening.h"
+#include "precompute/detail/sun_metric.h"
 #include "radiosity/detail/sampling.h"
 
 namespace daylit::precompute {
 
 namespace {
 
-constexpr std::size_t kSketch = 160;     ///< columns of the range finder: the largest rank
-constexpr std::size_t kProjections = 32; ///< random signs that measure norms
+constexpr std::size_t kSketch = 144;     ///< columns of the range finder: the largest rank
+constexpr std::size_t kProjections = 16; ///< random signs that measure norms
 constexpr double kFloor = 0.05;          ///< of the brightest node: what dimmer nodes are measured against
 constexpr double kByteShare = 0.5;       ///< of the allowed error: what rounding to bytes may add
 
 /// Number `index` of a sequence of +1 and -1.
 float random_sign(std::uint64_t index) { return radiosity::mix_bits(index * 2 + 1) >> 63 != 0 ? 1.0f : -1.0f; }
+
+std::vector<float> random_signs(std::uint64_t seed, std::size_t count) {
+  std::vector<float> s(count);
+  for (std::size_t k = 0; k < s.size(); ++k)
+    s[k] = random_sign(seed * 0x100000000ull + k);
+  return s;
+}
 
 /// Splits along the longest side at the median until every group is small.
 void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& position, std::size_t most,
@@ -48,103 +55,142 @@ void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& positi
   split(points.subspan(points.size() / 2), position, most, groups);
 }
 
-void scale_nodes(std::vector<float>& rows, const std::vector<float>& weight) {
-  for (std::size_t k = 0; k < rows.size(); ++k)
-    rows[k] *= weight[k % weight.size()];
-}
-
 /// One brick on its way: numbers of points, and what the stages leave behind.
 struct Brick {
   std::vector<std::uint32_t> point;
-  std::vector<float> projected; ///< [projection][node]: random signs times the block, in the end weighted by node
+  std::vector<float> projected; ///< [projection][source]: random signs times the transport
   detail::Factors factors;
-  double unseen = 0; ///< weighted squared norm of what the sketch missed
+  double unseen = 0; ///< squared error of what the sketch missed
+
+  std::size_t numbers() const { return point.size() * 9; } ///< of one colour
 };
 
-class Compression {
+/// Transport from the light on the sources to the points of a brick, as products with few columns. Rows are
+/// [colour][point * 9 + lm], colour after colour.
+class Transport {
 public:
-  Compression(std::span<const float> coefficients, std::size_t columns, const detail::NodeSharpening& sharpening)
-      : coefficients_(coefficients), columns_(columns), sharpening_(sharpening) {}
-
-  std::size_t nodes() const { return sharpening_.region.size(); }
-
-  /// The brick's part of the coefficients, [point, lm, channel][column].
-  std::vector<float> block(const Brick& b) const {
-    std::vector<float> a(b.point.size() * 27 * columns_);
-    for (std::size_t p = 0; p < b.point.size(); ++p)
-      std::copy_n(coefficients_.data() + b.point[p] * 27 * columns_, 27 * columns_, a.data() + p * 27 * columns_);
-    return a;
-  }
-
-  void project(std::size_t number, Brick& b) const {
-    const std::vector<float> a = block(b);
-    const std::size_t rows = b.point.size() * 27;
-    const std::vector<float> raw = detail::multiply_transposed(signs(number, rows), a, rows, kProjections, columns_);
-    b.projected = sharpening_.apply(raw, kProjections, columns_);
-  }
-
-  /// Randomised singular value decomposition (Halko, Martinsson, Tropp 2011, algorithm 4.4, one power iteration: the
-  /// singular values fall slowly, and the first sketch alone would miss half of them).
-  void factorise(std::size_t number, const std::vector<float>& node_weight, Brick& b) const {
-    const std::vector<float> a = block(b);
-    const std::size_t rows = b.point.size() * 27;
-    std::vector<float> sketch(nodes() * kSketch);
-    for (std::size_t k = 0; k < sketch.size(); ++k)
-      sketch[k] = random_sign(k);
-    std::size_t width = kSketch;
-    for (int pass = 0;; ++pass) {
-      const std::vector<float> seen =
-          detail::multiply(a, to_columns(sketch, node_weight, width), rows, columns_, width);
-      const detail::Basis range = detail::orthonormal_range(seen, rows, width);
-      const std::vector<float> raw = detail::multiply_transposed(range.q, a, rows, range.rank, columns_);
-      std::vector<float> coordinates = sharpening_.apply(raw, range.rank, columns_);
-      scale_nodes(coordinates, node_weight);
-      if (pass == 1 || range.rank == 0) {
-        b.factors = detail::factorise(range, rows, std::move(coordinates), nodes());
-        scale_nodes(b.projected, node_weight);
-        std::vector<double> missed2(nodes(), 0.0);
-        b.factors.add_error2(detail::Factors::Stored::exactly, signs(number, rows), b.projected, kProjections, missed2);
-        b.unseen = std::accumulate(missed2.begin(), missed2.end(), 0.0);
-        return;
-      }
-      width = range.rank;
-      sketch.resize(nodes() * width);
-      for (std::size_t k = 0; k < width; ++k)
-        for (std::size_t i = 0; i < nodes(); ++i)
-          sketch[i * width + k] = coordinates[k * nodes() + i];
+  Transport(const SurfaceLight& light, const GatherRows& gather) : light_(light), gather_(gather) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      bounced_[c].resize(light.elements * light.clusters);
+      for (std::size_t e = 0; e < light.elements; ++e)
+        std::copy_n(light.bounced.data() + (e * 3 + c) * light.clusters, light.clusters,
+                    bounced_[c].data() + e * light.clusters);
     }
   }
 
-  std::vector<float> signs(std::size_t number, std::size_t rows) const {
-    std::vector<float> s(rows * kProjections);
-    for (std::size_t k = 0; k < s.size(); ++k)
-      s[k] = random_sign((number + 1) * 0x100000000ull + k);
-    return s;
+  std::size_t sources() const { return light_.source.size(); }
+
+  /// [numbers][element] of a brick.
+  std::vector<float> gather(const Brick& b) const {
+    std::vector<float> rows(b.numbers() * light_.elements);
+    for (std::size_t p = 0; p < b.point.size(); ++p)
+      gather_(b.point[p], rows.data() + p * 9 * light_.elements);
+    return rows;
   }
 
-private:
-  /// Weights and sharpening folded into a matrix over nodes: [column][width].
-  std::vector<float> to_columns(const std::vector<float>& over_nodes, const std::vector<float>& node_weight,
-                                std::size_t width) const {
-    std::vector<float> out(columns_ * width, 0.0f);
-    for (const detail::NodeSharpening::Term& t : sharpening_.terms)
+  /// Radiosity [colour][element][width] of the room under irradiance [source][width].
+  std::vector<float> radiate(const std::vector<float>& irradiance, std::size_t width) const {
+    std::vector<float> mean(light_.clusters * width, 0.0f), all;
+    for (std::size_t s = 0; s < sources(); ++s)
       for (std::size_t k = 0; k < width; ++k)
-        out[t.column * width + k] += t.weight * node_weight[t.node] * over_nodes[t.node * width + k];
+        mean[light_.cluster[s] * width + k] += light_.share[s] * irradiance[s * width + k];
+    for (int c = 0; c < 3; ++c) {
+      std::vector<float> b =
+          detail::multiply(bounced_[static_cast<std::size_t>(c)], mean, light_.elements, light_.clusters, width);
+      for (std::size_t s = 0; s < sources(); ++s)
+        for (std::size_t k = 0; k < width; ++k)
+          b[light_.source[s] * width + k] += light_.reflectance[s][c] * irradiance[s * width + k];
+      all.insert(all.end(), b.begin(), b.end());
+    }
+    return all;
+  }
+
+  /// What the points of a brick receive, [row][width].
+  std::vector<float> receive(const Brick& b, const std::vector<float>& gather, const std::vector<float>& radiosity,
+                             std::size_t width) const {
+    std::vector<float> rows(3 * b.numbers() * width);
+    for (std::size_t c = 0; c < 3; ++c)
+      detail::multiply_into(gather, std::span(radiosity).subspan(c * light_.elements * width, light_.elements * width),
+                            b.numbers(), light_.elements, width,
+                            std::span(rows).subspan(c * b.numbers() * width, b.numbers() * width));
+    return rows;
+  }
+
+  /// The adjoint: [width][source] from weights of the rows [row][width].
+  std::vector<float> adjoint(const Brick& b, const std::vector<float>& gather, const std::vector<float>& weights,
+                             std::size_t width) const {
+    std::vector<float> out(width * sources(), 0.0f), by_cluster(width * light_.clusters, 0.0f);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::vector<float> v =
+          detail::multiply_transposed(std::span(weights).subspan(c * b.numbers() * width, b.numbers() * width), gather,
+                                      b.numbers(), width, light_.elements);
+      const std::vector<float> further = detail::multiply(v, bounced_[c], width, light_.elements, light_.clusters);
+      for (std::size_t k = 0; k < by_cluster.size(); ++k)
+        by_cluster[k] += further[k];
+      for (std::size_t k = 0; k < width; ++k)
+        for (std::size_t s = 0; s < sources(); ++s)
+          out[k * sources() + s] +=
+              light_.reflectance[s][static_cast<int>(c)] * v[k * light_.elements + light_.source[s]];
+    }
+    for (std::size_t k = 0; k < width; ++k)
+      for (std::size_t s = 0; s < sources(); ++s)
+        out[k * sources() + s] += light_.share[s] * by_cluster[k * light_.clusters + light_.cluster[s]];
     return out;
   }
 
-  std::span<const float> coefficients_;
-  std::size_t columns_;
-  const detail::NodeSharpening& sharpening_;
+private:
+  const SurfaceLight& light_;
+  const GatherRows& gather_;
+  std::array<std::vector<float>, 3> bounced_; ///< [element][cluster]
 };
 
-/// Squared norm of every node's response, from the projections of all bricks.
-std::vector<double> node_norms2(const std::vector<Brick>& bricks, std::size_t nodes) {
-  std::vector<double> sum(nodes, 0.0);
-  for (const Brick& b : bricks)
-    for (std::size_t k = 0; k < b.projected.size(); ++k)
-      sum[k % nodes] += static_cast<double>(b.projected[k]) * static_cast<double>(b.projected[k]) / kProjections;
-  return sum;
+void scale_sources(std::vector<float>& rows, const std::vector<float>& sigma) {
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    rows[k] *= sigma[k % sigma.size()];
+}
+
+/// Randomised singular value decomposition in the metric of suns (Halko, Martinsson, Tropp 2011, algorithm 4.4, one
+/// power iteration: the singular values fall slowly, and the first sketch alone would miss half of them).
+/// `first`: radiosity of the room under kSketch random suns.
+void factorise(const Transport& transport, const detail::SunMetric& metric, const std::vector<float>& first,
+               std::size_t number, Brick& b) {
+  const std::vector<float> gather = transport.gather(b);
+  const std::size_t rows = 3 * b.numbers(), sources = transport.sources();
+  std::vector<float> seen = transport.receive(b, gather, first, kSketch);
+  std::size_t width = kSketch;
+  for (int pass = 0;; ++pass) {
+    const detail::Basis range = detail::orthonormal_range(seen, rows, width);
+    std::vector<float> coordinates =
+        range.rank > 0 ? transport.adjoint(b, gather, range.q, range.rank) : std::vector<float>{};
+    scale_sources(coordinates, metric.sigma);
+    if (pass == 1 || range.rank == 0) {
+      b.factors = detail::factorise(range, rows, std::move(coordinates), sources, metric.correlation);
+      scale_sources(b.projected, metric.sigma);
+      const std::vector<float> missed = b.factors.remainder(
+          detail::Factors::Stored::exactly, random_signs(number + 1, rows * kProjections), b.projected, kProjections);
+      b.unseen = detail::metric_trace(missed, metric.correlation, kProjections, sources) / kProjections;
+      return;
+    }
+    width = range.rank;
+    std::vector<float> sun = detail::multiply_by_transposed(metric.correlation, coordinates, sources, sources, width);
+    for (std::size_t s = 0; s < sources; ++s)
+      for (std::size_t k = 0; k < width; ++k)
+        sun[s * width + k] *= metric.sigma[s];
+    seen = transport.receive(b, gather, transport.radiate(sun, width), width);
+  }
+}
+
+/// Irradiance [source][kSketch] of random suns, each node weighted by `weight`.
+std::vector<float> random_suns(const detail::SunColumns& columns, const std::vector<float>& weight) {
+  std::vector<float> sun(columns.sources * kSketch, 0.0f);
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k) {
+      const float value = columns.value[k] * weight[j];
+      float* row = sun.data() + columns.source[k] * kSketch;
+      for (std::size_t i = 0; i < kSketch; ++i)
+        row[i] += value * random_sign(j * kSketch + i);
+    }
+  return sun;
 }
 
 std::vector<float> node_weights(const std::vector<double>& norm2) {
@@ -157,7 +203,7 @@ std::vector<float> node_weights(const std::vector<double>& norm2) {
 
 /// Keeps the strongest components of all bricks together, until what is left is below `allowed`; then the strongest
 /// roundings become half floats, until the rest of them is below its share.
-void select(std::vector<Brick>& bricks, double allowed) {
+void select(std::vector<Brick>& bricks, const std::vector<float>& metric, double allowed) {
   struct Component {
     double power;
     std::size_t brick;
@@ -178,9 +224,13 @@ void select(std::vector<Brick>& bricks, double allowed) {
     ++rank[list[k].brick];
   std::vector<Component> rounding;
   double total = 0;
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
+  std::vector<std::vector<double>> byte_error2(bricks.size());
+  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     bricks[b].factors.keep(rank[b]);
-    for (const double r : bricks[b].factors.byte_error2()) {
+    byte_error2[b] = bricks[b].factors.byte_error2(metric);
+  });
+  for (std::size_t b = 0; b < bricks.size(); ++b) {
+    for (const double r : byte_error2[b]) {
       rounding.push_back({r, b});
       total += r;
     }
@@ -194,14 +244,15 @@ void select(std::vector<Brick>& bricks, double allowed) {
     total -= c.power;
     limit = 0;
   }
-  for (Brick& b : bricks)
-    b.factors.mark_halves(limit);
+  for (std::size_t b = 0; b < bricks.size(); ++b)
+    bricks[b].factors.mark_halves(byte_error2[b], limit);
 }
 
-CompactBasis assemble(const std::vector<Brick>& bricks, const detail::NodeSharpening& sharpening,
+CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& light, const std::vector<float>& sigma,
                       std::span<const std::size_t> probe_of_point) {
   CompactBasis basis;
-  basis.node = sharpening.region;
+  basis.sources = static_cast<std::uint32_t>(light.source.size());
+  basis.light = detail::store_first_light(light, sigma);
   std::vector<const detail::Factors*> factors;
   for (const Brick& b : bricks) {
     factors.push_back(&b.factors);
@@ -213,61 +264,95 @@ CompactBasis assemble(const std::vector<Brick>& bricks, const detail::NodeSharpe
   return basis;
 }
 
-} // namespace
-
-Result<CompactBasis> compact_sky(std::span<const float> coefficients, const ProbeSet& probes,
-                                 std::span<const std::size_t> probe_of_point, const SkyPartition& partition,
-                                 std::span<const std::int32_t> stored, const CompactOptions& options,
-                                 const Progress& progress, CompactReport* report) {
-  const auto start = std::chrono::steady_clock::now();
-  openblas_set_num_threads(1); // bricks are independent: parallel over them
-  const detail::NodeSharpening sharpening = detail::sharpen_nodes(partition, stored);
-  const Compression work(coefficients, stored.size(), sharpening);
+std::vector<Brick> make_bricks(const ProbeSet& probes, std::span<const std::size_t> probe_of_point,
+                               std::size_t brick_probes) {
   std::vector<glm::vec3> position;
   for (const std::size_t p : probe_of_point)
     position.push_back(probes.positions[p]);
   std::vector<std::uint32_t> order(position.size());
   std::iota(order.begin(), order.end(), 0u);
   std::vector<std::vector<std::uint32_t>> groups;
-  if (!order.empty() && work.nodes() > 0)
-    split(order, position, options.brick_probes, groups);
+  if (!order.empty())
+    split(order, position, brick_probes, groups);
   std::vector<Brick> bricks(groups.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+  for (std::size_t b = 0; b < groups.size(); ++b) {
     std::ranges::sort(groups[b]);
     bricks[b].point = std::move(groups[b]);
-    work.project(b, bricks[b]);
-  });
-  const std::vector<double> norm2 = node_norms2(bricks, work.nodes());
-  const std::vector<float> weight = node_weights(norm2);
+  }
+  return bricks;
+}
+
+CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bricks, const SurfaceLight& light,
+                        const detail::SunColumns& columns, const std::vector<float>& weight,
+                        const std::vector<float>& sigma) {
+  CompactReport report{.nodes = columns.size(),
+                       .sources = light.source.size(),
+                       .clusters = light.clusters,
+                       .bricks = basis.brick.size(),
+                       .bytes = basis.bytes()};
+  const double components = static_cast<double>(basis.half_scale.size() + basis.byte_scale.size());
+  report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.brick.size(), 1));
+  report.half_share = static_cast<double>(basis.half_scale.size()) / std::max(components, 1.0);
+  std::vector<double> error2(columns.size(), 0.0);
+  for (std::size_t b = 0; b < bricks.size(); ++b) {
+    std::vector<float> missed = bricks[b].factors.remainder(detail::Factors::Stored::rounded,
+                                                            random_signs(b + 1, 3 * bricks[b].numbers() * kProjections),
+                                                            bricks[b].projected, kProjections);
+    for (std::size_t k = 0; k < missed.size(); ++k)
+      missed[k] /= sigma[k % sigma.size()];
+    columns.add_norms2(missed, error2);
+  }
+  double sum = 0;
+  for (std::size_t j = 0; j < error2.size(); ++j) {
+    const double e = error2[j] / kProjections * static_cast<double>(weight[j]) * static_cast<double>(weight[j]);
+    report.largest_error = std::max(report.largest_error, std::sqrt(e));
+    sum += e;
+  }
+  report.rms_error = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(error2.size(), 1)));
+  return report;
+}
+
+} // namespace
+
+Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeSet& probes,
+                                 std::span<const std::size_t> probe_of_point, const SkyPartition& partition,
+                                 const CompactOptions& options, const Progress& progress, CompactReport* report) {
+  const auto start = std::chrono::steady_clock::now();
+  openblas_set_num_threads(1); // bricks are independent: parallel over them
+  const Transport transport(light, gather);
+  const detail::SunColumns columns = detail::SunColumns::of(light, partition.size());
+  std::vector<Brick> bricks = make_bricks(probes, probe_of_point, options.brick_probes);
+  if (light.source.empty())
+    bricks.clear();
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    if (stop)
-      return;
-    work.factorise(b, weight, bricks[b]);
-    if (!progress("fine sky", static_cast<double>(++done) / static_cast<double>(bricks.size())))
-      stop = true;
+  const auto for_each_brick = [&](const auto& body) {
+    tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+      if (!stop)
+        body(b);
+      if (!progress("fine sky", static_cast<double>(++done) / static_cast<double>(2 * bricks.size())))
+        stop = true;
+    });
+  };
+  for_each_brick([&](std::size_t b) {
+    bricks[b].projected = transport.adjoint(bricks[b], transport.gather(bricks[b]),
+                                            random_signs(b + 1, 3 * bricks[b].numbers() * kProjections), kProjections);
   });
+  std::vector<double> norm2(columns.size(), 0.0);
+  for (const Brick& b : bricks)
+    columns.add_norms2(b.projected, norm2);
+  for (double& n : norm2)
+    n /= kProjections;
+  const std::vector<float> weight = node_weights(norm2);
+  const detail::SunMetric metric(columns, weight);
+  const std::vector<float> first = transport.radiate(random_suns(columns, weight), kSketch);
+  for_each_brick([&](std::size_t b) { factorise(transport, metric, first, b, bricks[b]); });
   if (stop)
     return interrupted_error("fine sky");
-  select(bricks, options.error * options.error * static_cast<double>(norm2.size()));
-  CompactBasis basis = assemble(bricks, sharpening, probe_of_point);
-  for (const float w : weight)
-    basis.node_scale.push_back(1.0f / w);
+  select(bricks, metric.correlation, options.error * options.error * static_cast<double>(norm2.size()));
+  CompactBasis basis = assemble(bricks, light, metric.sigma, probe_of_point);
   if (report) {
-    std::vector<double> error2(norm2.size(), 0.0);
-    for (std::size_t b = 0; b < bricks.size(); ++b)
-      bricks[b].factors.add_error2(detail::Factors::Stored::rounded, work.signs(b, bricks[b].point.size() * 27),
-                                   bricks[b].projected, kProjections, error2);
-    const double components = static_cast<double>(basis.half_scale.size() + basis.byte_scale.size());
-    *report = {basis.node.size(), basis.brick.size(), basis.bytes(), 0, 0, 0, 0, 0};
-    report->mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.brick.size(), 1));
-    report->half_share = static_cast<double>(basis.half_scale.size()) / std::max(components, 1.0);
-    for (std::size_t i = 0; i < error2.size(); ++i)
-      report->largest_error = std::max(report->largest_error, std::sqrt(error2[i]));
-    report->rms_error = std::accumulate(error2.begin(), error2.end(), 0.0) /
-                        static_cast<double>(std::max<std::size_t>(error2.size(), 1));
-    report->rms_error = std::sqrt(report->rms_error);
+    *report = report_of(basis, bricks, light, columns, weight, metric.sigma);
     report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   return basis;

@@ -1,5 +1,6 @@
 // daylit-precompute: room in, basis irradiance volume out.
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <span>
@@ -7,9 +8,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "precompute/bake.h"
 #include "precompute/check_command.h"
 #include "precompute/checkpoint.h"
+#include "precompute/planned_bake.h"
 #include "precompute/probes.h"
 #include "precompute/room_frame.h"
 #include "scene/checksum.h"
@@ -21,7 +22,7 @@ using namespace daylit;
 
 struct Arguments {
   std::filesystem::path room, output, points;
-  std::string regions, grid, quality = "normal", up = "z";
+  std::string regions, grid, max_error, quality = "normal", up = "z";
   double spacing_m = 0, patch_size_m = 0;
   int threads = 0, patches = 0;
   bool quiet = false, json = false, drop_bad_faces = false, resume = false;
@@ -36,40 +37,110 @@ Result<glm::ivec3> parse_grid(const std::string& text) {
   return n;
 }
 
-Result<precompute::BakeOptions> to_options(const Arguments& a) {
-  Result<precompute::BakeOptions> options = precompute::quality_options(a.quality, !a.points.empty());
-  if (!options)
-    return options;
+/// "2", "2%" or "2 %" as a share. What is no number is refused here; what cannot be reached, by the plan.
+Result<double> parse_percent(const std::string& text) {
+  double value = 0;
+  int end = 0;
+  if (std::sscanf(text.c_str(), "%lf %n", &value, &end) != 1 || !std::isfinite(value))
+    return Error{ErrorCode::usage, "'" + text + "' is no error in per cent", "--max-error", "a number, as 2 or 2%"};
+  const std::string_view rest = std::string_view(text).substr(static_cast<std::size_t>(end));
+  if (!rest.empty() && rest != "%")
+    return Error{ErrorCode::usage, "'" + text + "' is no error in per cent", "--max-error", "a number, as 2 or 2%"};
+  return 0.01 * value;
+}
+
+Result<double> target_of(const Arguments& a) {
+  if (!a.max_error.empty())
+    return parse_percent(a.max_error);
+  if (a.quality == "draft")
+    return 0.04;
+  if (a.quality == "normal")
+    return 0.02;
+  if (a.quality == "high")
+    return 0.01;
+  return Error{ErrorCode::usage, "unknown quality '" + a.quality + "'", "--quality", "use draft, normal or high"};
+}
+
+Result<precompute::PlanRequest> to_request(const Arguments& a) {
+  precompute::PlanRequest request;
+  const Result<double> target = target_of(a);
+  if (!target)
+    return target.error();
+  request.max_error = *target;
+  request.must_reach = !a.max_error.empty();
   if (!a.grid.empty()) {
     const Result<glm::ivec3> grid = parse_grid(a.grid);
     if (!grid)
       return grid.error();
-    options->grid = *grid;
+    request.grid = *grid;
   }
-  if (a.spacing_m > 0)
-    options->spacing_m = a.spacing_m;
-  options->patch_edge_m = a.patch_size_m;
-  if (a.patches > 0)
-    options->target_patches = a.patches;
+  request.spacing_m = a.spacing_m;
+  request.patch_edge_m = a.patch_size_m;
+  request.patches = a.patches;
+  request.regions = a.regions;
   if (!a.points.empty()) {
     Result<std::vector<glm::dvec3>> points = precompute::read_points(a.points);
     if (!points)
       return points.error();
-    options->points = std::move(*points);
+    request.points = std::move(*points);
   }
-  return options;
+  if (!a.regions.empty())
+    if (const Result<SkyPartition> partition = SkyPartition::parse(a.regions); !partition)
+      return partition.error();
+  return request;
+}
+
+/// Nothing is left to plan: patches, probes and sky are all given, and no error is asked for.
+bool all_given(const Arguments& a) {
+  return a.max_error.empty() && (a.patches > 0 || a.patch_size_m > 0) &&
+         (!a.grid.empty() || a.spacing_m > 0 || !a.points.empty()) && !a.regions.empty();
+}
+
+struct Outcome {
+  BasisVolume volume;
+  BasisPrecision precision = BasisPrecision::float32;
+  std::string stored_report, report_json, text;
+};
+
+Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
+                              radiosity::WorkStore& store, const Progress& progress) {
+  Result<precompute::BakeOptions> options = precompute::quality_options(a.quality, !a.points.empty());
+  if (!options)
+    return options.error();
+  options->grid = request.grid;
+  if (request.spacing_m > 0)
+    options->spacing_m = request.spacing_m;
+  options->patch_edge_m = request.patch_edge_m;
+  if (request.patches > 0)
+    options->target_patches = request.patches;
+  options->points = request.points;
+  options->store = &store;
+  precompute::BakeReport report;
+  auto volume = precompute::bake_room(room, *SkyPartition::parse(request.regions), *options, progress, report);
+  if (!volume)
+    return volume.error();
+  return Outcome{std::move(*volume), BasisPrecision::float32, to_json(report, false), to_json(report), to_text(report)};
+}
+
+Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
+                                radiosity::WorkStore& store, ProgressLine& progress) {
+  const auto announce = [&](const std::string& text) {
+    progress.clear();
+    if (!a.quiet)
+      std::fputs(text.c_str(), stderr);
+  };
+  auto baked = precompute::bake_to_error(room, request, &store, progress.callback(), announce);
+  if (!baked)
+    return baked.error();
+  return Outcome{std::move(baked->volume), baked->plan.precision, to_json(*baked, false), to_json(*baked),
+                 to_text(baked->report) + to_text(baked->plan, baked->measured)};
 }
 
 Result<void> run(const Arguments& a) {
   set_thread_count(a.threads);
-  Result<precompute::BakeOptions> options = to_options(a);
-  if (!options)
-    return options.error();
-  // A grid keeps a fine sky in few bytes; given points are few enough to keep theirs whole.
-  const std::string regions = !a.regions.empty() ? a.regions : (a.points.empty() ? "fine:1024" : "uniform:256");
-  const Result<SkyPartition> partition = SkyPartition::parse(regions);
-  if (!partition)
-    return partition.error();
+  const Result<precompute::PlanRequest> request = to_request(a);
+  if (!request)
+    return request.error();
   const Result<RoomFile> room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
   if (!room)
     return room.error();
@@ -78,28 +149,27 @@ Result<void> run(const Arguments& a) {
   std::filesystem::path checkpoint_path = a.output;
   checkpoint_path += ".checkpoint";
   std::string identity = DAYLIT_VERSION "\n" + a.command_line + "\n" + room->content_hash + "\n";
-  for (const glm::dvec3& p : options->points)
+  for (const glm::dvec3& p : request->points)
     identity.append(reinterpret_cast<const char*>(&p), sizeof p);
   Result<std::unique_ptr<precompute::Checkpoint>> checkpoint =
       precompute::Checkpoint::open(checkpoint_path, checksum64(std::as_bytes(std::span(identity))), a.resume);
   if (!checkpoint)
     return checkpoint.error();
-  options->store = checkpoint->get();
-  precompute::BakeReport report;
   ProgressLine progress(a.quiet);
-  Result<BasisVolume> volume = precompute::bake_room(*room, *partition, *options, progress.callback(), report);
-  if (!volume)
-    return volume.error();
-  volume->provenance = {DAYLIT_VERSION, a.command_line, a.room.filename().string(), room->content_hash,
-                        precompute::to_json(report, false)};
-  if (const Result<void> written = write_volume(a.output, *volume); !written)
+  Result<Outcome> baked = all_given(a) ? bake_as_given(a, *request, *room, **checkpoint, progress.callback())
+                                       : bake_as_planned(a, *request, *room, **checkpoint, progress);
+  if (!baked)
+    return baked.error();
+  baked->volume.provenance = {DAYLIT_VERSION, a.command_line, a.room.filename().string(), room->content_hash,
+                              baked->stored_report};
+  if (const Result<void> written = write_volume(a.output, baked->volume, baked->precision); !written)
     return written.error();
   (*checkpoint)->remove();
   progress.clear();
   if (a.json)
-    std::printf("%s\n", precompute::to_json(report).c_str());
+    std::printf("%s\n", baked->report_json.c_str());
   else if (!a.quiet)
-    std::fprintf(stderr, "%s%s: %.2f MB\n", precompute::to_text(report).c_str(), a.output.c_str(),
+    std::fprintf(stderr, "%s%s: %.2f MB\n", baked->text.c_str(), a.output.c_str(),
                  static_cast<double>(std::filesystem::file_size(a.output)) / 1e6);
   return {};
 }
@@ -132,21 +202,25 @@ int main(int argc, char** argv) {
   app.add_option("ROOM", a.room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
   app.add_option("--regions", a.regions,
-                 "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun\n"
-                 "(default: fine:1024; with --points uniform:256)");
+                 "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun (default: planned)");
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
       app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
   auto* points = app.add_option("--points", a.points, "file of probe positions, x y z per line: no grid");
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
-  auto* patch_size = app.add_option("--patch-size", a.patch_size_m,
-                                    "longest patch edge, metres (default: about 2,500 patches; 4,000 with --points)")
+  auto* patch_size = app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: planned)")
                          ->check(CLI::PositiveNumber);
   app.add_option("--patches", a.patches, "about this many patches; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);
-  app.add_option("--quality", a.quality, "draft, normal or high")->capture_default_str();
+  auto* max_error =
+      app.add_option("--max-error", a.max_error,
+                     "error of the coefficients in per cent, nrms, that decides patches, probes, sky and\n"
+                     "rays; what is given beside it is kept. Twice as much under a small sun");
+  app.add_option("--quality", a.quality, "draft, normal or high: a --max-error of 4, 2 or 1 %")
+      ->capture_default_str()
+      ->excludes(max_error);
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");
   app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, which an interrupted run leaves");

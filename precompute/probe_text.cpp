@@ -136,9 +136,12 @@ std::string volume_info(const BasisVolume& volume) {
   nlohmann::ordered_json info;
   info["format_version"] = volume_format_version(volume);
   info["frame"] = "right-handed, z up, metres";
-  info["sky"] = {{"partition", volume.partition.name()},
-                 {"regions", volume.partition.size()},
-                 {"stored", volume.compact ? volume.compact->node.size() : volume.stored_region.size()}};
+  info["sky"] = {
+      {"partition", volume.partition.name()},
+      {"regions", volume.partition.size()},
+      {"stored", volume.compact ? static_cast<std::size_t>(volume.partition.size()) : volume.stored_region.size()}};
+  if (volume.compact)
+    info["sky"]["sources"] = volume.compact->sources;
   info["probes"] = probes_info(volume.probes);
   info["basis_bytes"] = volume.compact ? volume.compact->bytes() : volume.basis.size() * sizeof(float);
   const Bounds bounds = volume.room.bounds();

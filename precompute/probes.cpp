@@ -20,21 +20,6 @@ constexpr double kAuxiliarySpacing = 0.3; // metres, of the grid that decides ab
 
 glm::dvec3 world(const ProbeSet& probes, std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); }
 
-/// No surface and no aperture between two points of the room.
-bool open_between(const glm::dvec3& a, const glm::dvec3& b, const RayScene& scene,
-                  const std::vector<Aperture>& apertures) {
-  const glm::dvec3 d = b - a;
-  const double distance = glm::length(d);
-  if (distance <= 0.0)
-    return true;
-  const glm::dvec3 u = d / distance;
-  int crossed = 0;
-  if (scene.occluded(scene.to_local(a), glm::vec3(u), 0.0f, static_cast<float>(distance)))
-    return false;
-  (void)aperture_transmittance(apertures, a, u, distance, &crossed);
-  return crossed == 0;
-}
-
 /// Points a hand's breadth inside every aperture.
 std::vector<glm::dvec3> air_seeds(const std::vector<Aperture>& apertures, double step_m) {
   std::vector<glm::dvec3> seeds;
@@ -80,10 +65,36 @@ private:
 };
 
 int axis_count(double length_m, double spacing_m) {
-  return std::max(2, static_cast<int>(std::ceil(length_m / spacing_m - 1e-9)) + 1);
+  return std::max(2, static_cast<int>(std::ceil(std::min(length_m / spacing_m, 1e6) - 1e-9)) + 1);
+}
+
+double wall_margin(double size_m, double spacing_m) {
+  return std::min(kWallMargin, 0.1 * std::min(spacing_m, 0.5 * size_m));
 }
 
 } // namespace
+
+bool open_between(const glm::dvec3& a, const glm::dvec3& b, const RayScene& scene,
+                  const std::vector<Aperture>& apertures) {
+  const glm::dvec3 d = b - a;
+  const double distance = glm::length(d);
+  if (distance <= 0.0)
+    return true;
+  const glm::dvec3 u = d / distance;
+  int crossed = 0;
+  if (scene.occluded(scene.to_local(a), glm::vec3(u), 0.0f, static_cast<float>(distance)))
+    return false;
+  (void)aperture_transmittance(apertures, a, u, distance, &crossed);
+  return crossed == 0;
+}
+
+glm::ivec3 grid_size(const Bounds& room, double spacing_m) {
+  const glm::dvec3 size = room.size();
+  glm::ivec3 count(0);
+  for (int k = 0; k < 3; ++k)
+    count[k] = axis_count(size[k] - 2.0 * wall_margin(size[k], spacing_m), spacing_m);
+  return count;
+}
 
 Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m) {
   const glm::dvec3 size = room.size();
@@ -92,8 +103,7 @@ Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double s
   grid.origin = room.centre();
   glm::dvec3 low;
   for (int k = 0; k < 3; ++k) {
-    const double margin = std::min(kWallMargin, 0.1 * std::min(spacing_m, 0.5 * size[k]));
-    const double span = size[k] - 2.0 * margin;
+    const double span = size[k] - 2.0 * wall_margin(size[k], spacing_m);
     grid.count[k] = count[k] > 0 ? count[k] : axis_count(span, spacing_m);
     grid.spacing[k] = grid.count[k] > 1 ? span / (grid.count[k] - 1) : span;
     low[k] = -0.5 * span;

@@ -13,6 +13,9 @@
 
 namespace daylit::precompute {
 
+/// Probes per axis of make_grid() with this spacing.
+glm::ivec3 grid_size(const Bounds& room, double spacing_m);
+
 /// Regular grid over the room's bounds whose outer probes stand a small margin off the walls.
 /// `count` per axis >= 2, or zero on all axes: the spacing decides (metres, at most `spacing_m` apart).
 Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m);
@@ -25,6 +28,10 @@ void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>
 /// Free points (world metres): valid when a walk over an auxiliary grid reaches a probe that sees them.
 Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const Bounds& room, const RayScene& scene,
                              const std::vector<Aperture>& apertures);
+
+/// No surface and no aperture between two points of the room.
+bool open_between(const glm::dvec3& a, const glm::dvec3& b, const RayScene& scene,
+                  const std::vector<Aperture>& apertures);
 
 /// "x y z" per line, '#' starts a comment. Error: file, line, what is wrong.
 Result<std::vector<glm::dvec3>> read_points(const std::filesystem::path& path);

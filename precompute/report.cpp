@@ -59,13 +59,16 @@ std::string to_json(const BakeReport& r, bool times) {
                {"duplicate_faces", r.room.duplicate_faces},
                {"notes", r.room.notes}};
   if (r.compact.nodes > 0)
-    j["fine_sky"] = {{"nodes", r.compact.nodes},
-                     {"bricks", r.compact.bricks},
-                     {"mean_rank", r.compact.mean_rank},
-                     {"half_float_share", r.compact.half_share},
-                     {"bytes", r.compact.bytes},
-                     {"rms_error", r.compact.rms_error},
-                     {"largest_error", r.compact.largest_error}};
+    j["fine_sky"] = {
+        {"nodes", r.compact.nodes},   {"sources", r.compact.sources},     {"clusters", r.compact.clusters},
+        {"bricks", r.compact.bricks}, {"mean_rank", r.compact.mean_rank}, {"half_float_share", r.compact.half_share},
+        {"bytes", r.compact.bytes},   {"rms_error", r.compact.rms_error}, {"largest_error", r.compact.largest_error}};
+  for (const SkyError& s : r.audit.sky)
+    j["audit"].push_back({{"sky", s.sky},
+                          {"error", s.total},
+                          {"sky_part", s.sky_part},
+                          {"probe_part", s.grid_part},
+                          {"irradiance", s.irradiance}});
   for (const StageTime& s : r.stages)
     if (times)
       j["seconds"][s.name] = s.seconds;
@@ -107,10 +110,11 @@ std::string to_text(const BakeReport& r) {
       r.energy.absorbed / std::max(r.energy.entering, 1e-300), r.energy.leaving / std::max(r.energy.entering, 1e-300),
       r.energy.imbalance, r.energy.worst_closure, r.energy.mean_closure);
   if (r.compact.nodes > 0)
-    text +=
-        format("fine sky   %zu directions in %zu bricks of rank %.0f, %.1f MB; error %.2f %% rms, %.2f %% at worst\n",
-               r.compact.nodes, r.compact.bricks, r.compact.mean_rank, static_cast<double>(r.compact.bytes) / 1e6,
-               100 * r.compact.rms_error, 100 * r.compact.largest_error);
+    text += format(
+        "fine sky   %zu directions on %zu pieces of surface, %zu bricks of rank %.0f, %.1f MB; error %.2f %% rms, "
+        "%.2f %% at worst\n",
+        r.compact.nodes, r.compact.sources, r.compact.bricks, r.compact.mean_rank,
+        static_cast<double>(r.compact.bytes) / 1e6, 100 * r.compact.rms_error, 100 * r.compact.largest_error);
   text += "seconds    ";
   for (const StageTime& s : r.stages)
     text += format("%s %.2f, ", s.name.c_str(), s.seconds);

@@ -19,6 +19,8 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
     local.spacing_m /= frame.unit_m;
   for (glm::dvec3& p : local.points)
     p = frame.to_local(p);
+  for (glm::dvec3& p : local.held_out)
+    p = frame.to_local(p);
   return local;
 }
 
@@ -26,6 +28,8 @@ void report_in_world(const RoomFrame& frame, BakeReport& report) {
   report.patch_edge_m *= frame.unit_m;
   report.apertures.window_area_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.hole_area_m2 *= frame.unit_m * frame.unit_m;
+  for (glm::dvec3& p : report.audit.points)
+    p = frame.to_world(p);
 }
 
 void volume_in_world(const RoomFrame& frame, const RoomFile& file, const BakeOptions& options, BasisVolume& volume) {

@@ -275,33 +275,26 @@ void receive_open_sky(Task& task, std::size_t index, std::uint64_t seed, Receive
   escapes(kOpenSkyRays, kScoutRays, true);
 }
 
-/// One element's regions with light, in increasing order.
-struct SparseRow {
-  std::vector<std::int32_t> region;
-  std::vector<Rgb> value;
-  float opening = 0;
-};
-
-SparseRow squeeze(const Received& received) {
-  SparseRow row;
+FirstBounceRow squeeze(const Received& received) {
+  FirstBounceRow row;
   for (std::size_t i = 0; i < received.region.size(); ++i)
     if (received.region[i] != glm::dvec3(0.0)) {
       row.region.push_back(static_cast<std::int32_t>(i));
-      row.value.emplace_back(received.region[i]);
+      row.irradiance.emplace_back(received.region[i]);
     }
   row.opening = static_cast<float>(received.opening);
   return row;
 }
 
 /// Keeps the columns in which any element receives light, and one channel where all panes are colourless.
-FirstBounce compact(const std::vector<SparseRow>& rows, int regions) {
+FirstBounce compact(const std::vector<FirstBounceRow>& rows, int regions) {
   std::vector<std::int32_t> column(regions, -1);
   FirstBounce result;
   result.channels = 1;
-  for (const SparseRow& row : rows)
+  for (const FirstBounceRow& row : rows)
     for (std::size_t k = 0; k < row.region.size(); ++k) {
       column[row.region[k]] = 0;
-      if (row.value[k] != Rgb(row.value[k].r))
+      if (row.irradiance[k] != Rgb(row.irradiance[k].r))
         result.channels = 3;
     }
   for (int i = 0; i < regions; ++i)
@@ -316,19 +309,20 @@ FirstBounce compact(const std::vector<SparseRow>& rows, int regions) {
     result.opening[e] = rows[e].opening;
     for (int c = 0; c < result.channels; ++c)
       for (std::size_t k = 0; k < rows[e].region.size(); ++k)
-        result.row(e, c)[column[rows[e].region[k]]] = rows[e].value[k][c];
+        result.row(e, c)[column[rows[e].region[k]]] = rows[e].irradiance[k][c];
   }
   return result;
 }
 
 } // namespace
 
-Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
-                                 const std::vector<Aperture>& apertures, const SkyPartition& partition,
-                                 const Progress& progress, FirstBounceReport* report) {
+Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const PatchMesh& mesh,
+                                                      const RayScene& scene, const std::vector<Aperture>& apertures,
+                                                      const SkyPartition& partition, const Progress& progress,
+                                                      FirstBounceReport* report) {
   const auto start = std::chrono::steady_clock::now();
   Task task(set, mesh, scene, apertures, partition);
-  std::vector<SparseRow> rows(set.elements.size());
+  std::vector<FirstBounceRow> rows(set.elements.size());
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   tbb::parallel_for(std::size_t{0}, set.elements.size(), [&](std::size_t i) {
@@ -344,11 +338,22 @@ Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, c
   });
   if (stop)
     return interrupted_error("first bounce");
-  FirstBounce result = compact(rows, partition.size());
   if (report)
     *report = {task.rays,     task.clear,
-               task.sampled,  partition.size() - static_cast<int>(result.columns()),
+               task.sampled,  0,
                task.open_sky, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+  return rows;
+}
+
+Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
+                                 const std::vector<Aperture>& apertures, const SkyPartition& partition,
+                                 const Progress& progress, FirstBounceReport* report) {
+  const auto rows = first_bounce_rows(set, mesh, scene, apertures, partition, progress, report);
+  if (!rows)
+    return rows.error();
+  FirstBounce result = compact(*rows, partition.size());
+  if (report)
+    report->regions_skipped = partition.size() - static_cast<int>(result.columns());
   return result;
 }
 

@@ -38,11 +38,24 @@ struct FirstBounceReport {
   double seconds = 0;
 };
 
-/// Thousands of directions, four or more for each region. Per element, aperture and direction: the part of the element
-/// that parallel light through the aperture meets, by an exact polygon clip, so that a region's energy is that of the
-/// beam (no noise from points); rays from that part only where something may stand in the way. The sum is scaled to
-/// the exact form factor. Apertures that an element sees under few directions are sampled uniformly in their solid
-/// angle instead. Whatever else escapes is found by cosine-distributed rays. Error: interrupted.
+/// The light on one element, only the regions that give any, in increasing order.
+struct FirstBounceRow {
+  std::vector<std::int32_t> region;
+  std::vector<Rgb> irradiance; ///< sr
+  float opening = 0;           ///< as FirstBounce::opening
+};
+
+/// first_bounce() for thousands of regions, of which an element sees some: one row per element.
+Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const PatchMesh& mesh,
+                                                      const RayScene& scene, const std::vector<Aperture>& apertures,
+                                                      const SkyPartition& partition, const Progress& progress,
+                                                      FirstBounceReport* report = nullptr);
+
+/// Thousands of directions, four or more for each region, one for a node. Per element, aperture and direction: the part
+/// of the element that parallel light through the aperture meets, by an exact polygon clip, so that a region's energy
+/// is that of the beam (no noise from points); rays from that part only where something may stand in the way. The sum
+/// is scaled to the exact form factor. Apertures that an element sees under few directions are sampled uniformly in
+/// their solid angle instead. Whatever else escapes is found by cosine-distributed rays. Error: interrupted.
 Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
                                  const Progress& progress, FirstBounceReport* report = nullptr);

@@ -18,34 +18,42 @@ namespace {
 
 constexpr std::size_t kChunk = 32; ///< points per dense product
 
-/// Adds one point's nine rows of weights: coefficient = weights . B.
-void trace_point(const glm::dvec3& point, std::uint64_t index, const ElementSet& set, const PatchMesh& mesh,
-                 const RayScene& scene, int rays, float* weights) {
+glm::vec3 ray_direction(std::size_t k, std::size_t rays, const glm::dvec2& shift) {
+  return glm::vec3(fibonacci_direction(static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(rays), shift));
+}
+
+/// The elements that a point's rays meet.
+void trace_point(const glm::dvec3& point, std::size_t index, const ElementSet& set, const PatchMesh& mesh,
+                 const RayScene& scene, std::span<std::int32_t> met) {
   const glm::dvec2 shift = random_shift(index);
-  const std::size_t n = set.elements.size();
-  // dw = 4 pi / rays, L = B / pi.
-  const float share = 4.0f / static_cast<float>(rays);
-  for (int k = 0; k < rays; ++k) {
-    const glm::vec3 d(fibonacci_direction(static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(rays), shift));
+  for (std::size_t k = 0; k < met.size(); ++k) {
+    const glm::vec3 d = ray_direction(k, met.size(), shift);
     RayHit hit;
-    if (!scene.closest(scene.to_local(point), d, 0.0f, std::numeric_limits<float>::infinity(), hit))
+    met[k] = scene.closest(scene.to_local(point), d, 0.0f, std::numeric_limits<float>::infinity(), hit)
+                 ? set.hit(mesh, hit.triangle, d)
+                 : -1;
+  }
+}
+
+/// Adds one point's nine rows of weights: coefficient = weights . B.
+void add_weights(std::size_t index, std::span<const std::int32_t> met, std::size_t elements, float* weights) {
+  // dw = 4 pi / rays, L = B / pi.
+  const float share = 4.0f / static_cast<float>(met.size());
+  const glm::dvec2 shift = random_shift(index);
+  for (std::size_t k = 0; k < met.size(); ++k) {
+    if (met[k] < 0)
       continue;
-    const std::int32_t element = set.hit(mesh, hit.triangle, d);
-    if (element < 0)
-      continue;
-    const auto y = sh::evaluate9(d);
+    const auto y = sh::evaluate9(ray_direction(k, met.size(), shift));
     for (std::size_t l = 0; l < 9; ++l)
-      weights[l * n + static_cast<std::size_t>(element)] += share * y[l];
+      weights[l * elements + static_cast<std::size_t>(met[k])] += share * y[l];
   }
 }
 
 /// Nine rows of weights for each of the points first .. first + count - 1.
-std::vector<float> trace_points(std::span<const glm::dvec3> points, std::size_t first, std::size_t count,
-                                const ElementSet& set, const PatchMesh& mesh, const RayScene& scene, int rays) {
-  const std::size_t n = set.elements.size();
-  std::vector<float> weights(count * 9 * n, 0.0f);
+std::vector<float> weights_of(const GatherHits& hits, std::size_t first, std::size_t count) {
+  std::vector<float> weights(count * 9 * hits.elements);
   for (std::size_t p = 0; p < count; ++p)
-    trace_point(points[first + p], first + p, set, mesh, scene, rays, weights.data() + p * 9 * n);
+    hits.weights(first + p, weights.data() + p * 9 * hits.elements);
   return weights;
 }
 
@@ -68,22 +76,37 @@ std::vector<float> channel_of(const FirstBounce& light, int channel) {
 
 } // namespace
 
-Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
-                                               const PatchMesh& mesh, const RayScene& patches,
-                                               const Radiosity& radiosity, const GatherOptions& options,
+GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
+                       const RayScene& patches, const GatherOptions& options) {
+  const auto rays = static_cast<std::size_t>(options.rays);
+  GatherHits hits{set.elements.size(), options.rays, std::vector<std::int32_t>(points.size() * rays)};
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
+    trace_point(points[p], p, set, mesh, patches, std::span(hits.element).subspan(p * rays, rays));
+  });
+  return hits;
+}
+
+void GatherHits::weights(std::size_t point, float* nine_rows) const {
+  const auto count = static_cast<std::size_t>(rays);
+  std::fill_n(nine_rows, 9 * elements, 0.0f);
+  add_weights(point, std::span(element).subspan(point * count, count), elements, nine_rows);
+}
+
+Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
                                                const Progress& progress) {
   openblas_set_num_threads(1);
-  const std::size_t n = set.elements.size(), columns = radiosity.columns, regions = columns / 3;
-  std::vector<float> result(points.size() * 9 * columns, 0.0f);
-  const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
+  const std::size_t points = hits.points(), columns = radiosity.columns, regions = columns / 3;
+  std::vector<float> result(points * 9 * columns, 0.0f);
+  const std::size_t chunks = (points + kChunk - 1) / kChunk;
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
     if (stop || columns == 0)
       return;
-    const std::size_t first = c * kChunk, count = std::min(kChunk, points.size() - first);
-    const std::vector<float> weights = trace_points(points, first, count, set, mesh, patches, options.rays);
-    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(n), stride = static_cast<int>(columns);
+    const std::size_t first = c * kChunk, count = std::min(kChunk, points - first);
+    const std::vector<float> weights = weights_of(hits, first, count);
+    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements),
+               stride = static_cast<int>(columns);
     float* out = result.data() + first * 9 * columns;
     for (std::size_t channel = 0; channel < 3; ++channel)
       if (radiosity.copy_of[channel] == static_cast<int>(channel))
@@ -99,16 +122,13 @@ Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> point
   return result;
 }
 
-Result<std::vector<float>> adjoint_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
-                                                const PatchMesh& mesh, const RayScene& patches,
+Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const ElementSet& set,
                                                 const ExchangeMatrix& exchange, const FirstBounce& light,
-                                                const SolveOptions& solve, const GatherOptions& options,
-                                                const Progress& progress, SolveReport* report) {
-  const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * points.size();
-  std::vector<float> weights(rows * n), result(rows * 3 * regions, 0.0f);
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
-    trace_point(points[p], p, set, mesh, patches, options.rays, weights.data() + p * 9 * n);
-  });
+                                                const SolveOptions& solve, const Progress& progress,
+                                                SolveReport* report) {
+  const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * hits.points();
+  const std::vector<float> weights = weights_of(hits, 0, hits.points());
+  std::vector<float> result(rows * 3 * regions, 0.0f);
   const std::array<int, 3> copy_of = equal_channels(set, light);
   SolveReport total;
   total.channels = 0;

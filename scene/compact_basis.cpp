@@ -36,18 +36,18 @@ std::vector<Place> places(const CompactBasis& basis) {
   return list;
 }
 
-/// Amplitude of every component per colour: the sky seen by the node factors.
+/// Amplitude of every component per colour: the light on the sources seen by their factors.
 struct Amplitudes {
   std::array<std::vector<float>, 3> half, byte; ///< whole tiles
 };
 
-std::vector<ColouredRow> lit_nodes(const CompactBasis& basis, std::span<const Rgb> region_radiance) {
+/// The sources that are not in the dark.
+std::vector<ColouredRow> lit_sources(std::span<const Rgb> irradiance) {
   std::vector<ColouredRow> rows;
-  for (std::size_t i = 0; i < basis.node.size(); ++i) {
-    const Rgb radiance = basis.node_scale[i] * region_radiance[static_cast<std::size_t>(basis.node[i])];
-    if (radiance != Rgb(0.0f))
-      rows.push_back({static_cast<std::uint32_t>(i), {radiance.r, radiance.g, radiance.b}});
-  }
+  rows.reserve(irradiance.size());
+  for (std::size_t i = 0; i < irradiance.size(); ++i)
+    if (const Rgb& e = irradiance[i]; e != Rgb(0.0f))
+      rows.push_back({static_cast<std::uint32_t>(i), {e.r, e.g, e.b}});
   return rows;
 }
 
@@ -65,7 +65,7 @@ Amplitudes amplitudes(const CompactBasis& basis, const std::vector<ColouredRow>&
     a.byte[c].assign(byte_tiles.size() * kTileNumbers, 0.0f);
   }
   const detail::TileKernels& kernels = detail::tile_kernels();
-  const std::size_t stride = basis.node.size() * kTileNumbers;
+  const std::size_t stride = std::size_t{basis.sources} * kTileNumbers;
   tbb::parallel_for(std::size_t{0}, half_tiles.size() + byte_tiles.size(), [&](std::size_t t) {
     const bool half = t < half_tiles.size();
     const std::size_t tile = half ? t : t - half_tiles.size();
@@ -75,9 +75,9 @@ Amplitudes amplitudes(const CompactBasis& basis, const std::vector<ColouredRow>&
     float* const sum[3] = {planes[0].data() + tile * kTileNumbers, planes[1].data() + tile * kTileNumbers,
                            planes[2].data() + tile * kTileNumbers};
     if (half)
-      kernels.add_half_colours(basis.node_half.data() + tile * stride, rows, sum);
+      kernels.add_half_colours(basis.source_half.data() + tile * stride, rows, sum);
     else
-      kernels.add_byte_colours(basis.node_byte.data() + tile * stride, rows, sum);
+      kernels.add_byte_colours(basis.source_byte.data() + tile * stride, rows, sum);
   });
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < basis.half_scale.size(); ++k)
@@ -126,7 +126,8 @@ void combine_bricks(const CompactBasis& basis, std::span<const Rgb> region_radia
       mark(half_tiles, at[b].half, basis.brick[b].half_rank);
       mark(byte_tiles, at[b].byte, basis.brick[b].byte_rank);
     }
-  const Amplitudes a = amplitudes(basis, lit_nodes(basis, region_radiance), half_tiles, byte_tiles);
+  const Amplitudes a =
+      amplitudes(basis, lit_sources(received(basis.light, basis.sources, region_radiance)), half_tiles, byte_tiles);
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     if (bricks[b] != 0)
       combine_brick(basis, basis.brick[b], at[b], a, result);
@@ -140,8 +141,8 @@ Error broken(const char* what) {
 } // namespace
 
 std::size_t CompactBasis::bytes() const {
-  return node_half.size() * 2 + node_byte.size() + probe_half.size() * 2 + probe_byte.size() +
-         4 * (2 * node.size() + probe.size() + 3 * brick.size() + half_scale.size() + byte_scale.size());
+  return light.bytes() + source_half.size() * 2 + source_byte.size() + probe_half.size() * 2 + probe_byte.size() +
+         4 * (probe.size() + 3 * brick.size() + half_scale.size() + byte_scale.size());
 }
 
 void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) {
@@ -161,14 +162,8 @@ void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance,
 }
 
 Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t probes) {
-  std::int32_t last = -1;
-  for (const std::int32_t n : basis.node) {
-    if (n <= last || n >= regions)
-      return broken("a node is out of order or out of range");
-    last = n;
-  }
-  if (basis.node_scale.size() != basis.node.size())
-    return broken("the nodes and their scales differ in number");
+  if (const Result<void> good = check_first_light(basis.light, basis.sources, regions); !good)
+    return good;
   std::vector<std::uint8_t> seen(probes, 0);
   for (const std::uint32_t p : basis.probe) {
     if (p >= probes || seen[p] != 0)
@@ -184,19 +179,18 @@ Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t p
     for (int k = 0; k < 5; ++k)
       sizes[k] += part[k];
   }
-  const auto rows = static_cast<double>(basis.node.size()) * kTileNumbers;
+  const auto rows = static_cast<double>(basis.sources) * kTileNumbers;
   const auto differ = [](double expected, std::size_t size) { return expected != static_cast<double>(size); };
   if (differ(sizes[0], basis.probe.size()) || differ(sizes[1], basis.half_scale.size()) ||
       differ(sizes[2], basis.byte_scale.size()) || differ(sizes[3], basis.probe_half.size()) ||
       differ(sizes[4], basis.probe_byte.size()) ||
-      differ(rows * static_cast<double>(tiles_of(basis.half_scale.size())), basis.node_half.size()) ||
-      differ(rows * static_cast<double>(tiles_of(basis.byte_scale.size())), basis.node_byte.size()))
+      differ(rows * static_cast<double>(tiles_of(basis.half_scale.size())), basis.source_half.size()) ||
+      differ(rows * static_cast<double>(tiles_of(basis.byte_scale.size())), basis.source_byte.size()))
     return broken("the factors do not match the bricks");
   const auto finite = [](float x) { return std::isfinite(x); };
   const auto finite_half = [](std::uint16_t h) { return (h & 0x7c00u) != 0x7c00u; };
-  if (!std::ranges::all_of(basis.node_scale, finite) || !std::ranges::all_of(basis.half_scale, finite) ||
-      !std::ranges::all_of(basis.byte_scale, finite) || !std::ranges::all_of(basis.node_half, finite_half) ||
-      !std::ranges::all_of(basis.probe_half, finite_half))
+  if (!std::ranges::all_of(basis.half_scale, finite) || !std::ranges::all_of(basis.byte_scale, finite) ||
+      !std::ranges::all_of(basis.source_half, finite_half) || !std::ranges::all_of(basis.probe_half, finite_half))
     return broken("a factor is not finite");
   return {};
 }

@@ -1,9 +1,11 @@
 #pragma once
 
-// A basis for thousands of sky directions in a small file. The probes are grouped into bricks; in each brick the
-// transport from all directions is a product of two factors,
-//   basis[node][probe, lm, channel] = node_scale[node] * sum_k scale[k] * node_factor[node][k] * probe_factor[k][probe,
-//   lm, channel],
+// A basis for thousands of sky directions in a small file, in two steps. The sky lights the surfaces: the irradiance of
+// each piece of surface (a source) is a sparse sum over the sky's nodes, kept at full angular resolution. The surfaces
+// light the probes: in each brick of neighbouring probes the transport from all sources is a product of two factors,
+//   irradiance[source] = sum_node light[source, node] * radiance[node]
+//   field[probe, lm, channel] = sum_k probe_factor[k][probe, lm, channel] * scale[k] *
+//                               sum_source source_factor[source][k] * irradiance[source],
 // whose rank follows from the error. Components that carry most of the light are half floats, the others bytes.
 
 #include <array>
@@ -11,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "scene/first_light.h"
 #include "scene/result.h"
 #include "scene/rgb_image.h"
 
@@ -25,13 +28,13 @@ struct CompactBasis {
     std::uint32_t probes = 0, half_rank = 0, byte_rank = 0;
     std::size_t tiles() const { return (std::size_t{probes} * 9 + 127) / 128; } ///< of one colour
   };
-  std::vector<std::int32_t> node; ///< region of each row of the node factors, increasing
-  std::vector<float> node_scale;  ///< of each row: dim directions are kept as exactly as bright ones
+  std::uint32_t sources = 0;
+  FirstLight light; ///< on each source
   std::vector<Brick> brick;
   std::vector<std::uint32_t> probe;          ///< numbers of the probes, brick by brick, each at most once
   std::vector<float> half_scale, byte_scale; ///< of each component, brick by brick
-  std::vector<std::uint16_t> node_half;      ///< [tile][node][128], components of all bricks side by side
-  std::vector<std::int8_t> node_byte;
+  std::vector<std::uint16_t> source_half;    ///< [tile][source][128], components of all bricks side by side
+  std::vector<std::int8_t> source_byte;
   std::vector<std::uint16_t> probe_half; ///< brick by brick: [channel][tile][component][128], numbers probe * 9 + lm
   std::vector<std::int8_t> probe_byte;
 
@@ -39,7 +42,7 @@ struct CompactBasis {
 };
 
 /// Coefficients at all probes, those of no brick zero; `result` has one entry per probe of the volume.
-/// Nodes that are black are not read. Independent of the thread count.
+/// Sources in the dark are not read. Independent of the thread count.
 void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result);
 
 /// The same bits at the probes of the bricks that hold `wanted`; others are left alone. Reads only what these need.

@@ -106,12 +106,20 @@ Result<SkyPartition> SkyPartition::reinhart(int k) {
 }
 
 Result<SkyPartition> SkyPartition::fine(int nodes) {
-  const Result<SkyPartition> regions = uniform(nodes);
-  if (!regions || nodes < 16)
-    return partition_error("the number of nodes must be even and in 16..100000", "fine:" + std::to_string(nodes));
-  SkyPartition out = regions->with_interpolation(true);
-  out.name_ = "fine:" + std::to_string(nodes);
-  return out;
+  const std::string text = "fine:" + std::to_string(nodes);
+  if (nodes < 16 || nodes > kMaxRegions)
+    return partition_error("the number of nodes must be in 16..100000", text);
+  const double side = std::sqrt(2 * kTwoPi / nodes);
+  const int rows = std::max(1, static_cast<int>(std::lround(0.5 * kPi / side)));
+  std::vector<UpperBand> upper;
+  for (int i = 0; i < rows; ++i) {
+    const double low = 0.5 * kPi * i / rows, high = 0.5 * kPi * (i + 1) / rows;
+    const double around = kTwoPi * std::cos(0.5 * (low + high));
+    upper.push_back({i == 0 ? 0.0 : upper.back().sin_high, i + 1 == rows ? 1.0 : std::sin(high),
+                     4 * std::max(1, static_cast<int>(std::lround(0.25 * around / side)))});
+  }
+  const Result<SkyPartition> regions = from_bands(mirrored(upper, true), text);
+  return regions ? Result<SkyPartition>(regions->with_interpolation(true)) : regions;
 }
 
 SkyPartition SkyPartition::with_interpolation(bool on) const {

@@ -43,7 +43,8 @@ public:
   static SkyPartition tregenza();
   /// Reinhart MF:K (K = 1 is Tregenza; 2 is 577 + 577) with the zenith cap undivided. 1 <= K <= 12.
   static Result<SkyPartition> reinhart(int k);
-  /// The regions of uniform(N) as nodes: for thousands of directions, kept as a compact basis.
+  /// About N nodes, evenly spaced, in bands of a multiple of four: every vertical plane along an axis passes through
+  /// nodes, so that the hat functions of the directions that a window in it sees end at the plane.
   static Result<SkyPartition> fine(int nodes);
   /// "uniform:64", "tregenza", "reinhart:2", "fine:4096".
   static Result<SkyPartition> parse(const std::string& text);

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -40,7 +41,11 @@ VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) 
   VolumeCombiner c;
   c.probes_ = volume.probes.size();
   c.compact_ = volume.compact;
-  c.region_ = volume.compact ? volume.compact->node : volume.stored_region;
+  c.region_ = volume.stored_region;
+  if (volume.compact) {
+    c.region_.resize(static_cast<std::size_t>(volume.partition.size()));
+    std::iota(c.region_.begin(), c.region_.end(), 0);
+  }
   const std::size_t rows = c.region_.size(), numbers = c.probes_ * 9;
   c.tiles_ = (numbers + kTileNumbers - 1) / kTileNumbers;
   c.current_.assign(rows, Rgb(0.0f));

@@ -99,16 +99,26 @@ std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   auto basis = std::make_shared<CompactBasis>();
   std::vector<std::uint32_t> probes, half, byte;
   constexpr std::uint64_t tile = detail::kTileNumbers;
-  reader.read("compact.node", "I32", {}, basis->node);
-  reader.read("compact.node_scale", "F32", {}, basis->node_scale);
+  std::vector<std::uint32_t> runs, sources;
+  reader.read("compact.sources", "U32", {}, sources);
+  basis->sources = sources.size() == 1 ? sources[0] : 0; // no factor fits 0 sources: check_compact() refuses it
+  FirstLight& light = basis->light;
+  reader.read("compact.light_scale", "F32", {}, light.scale);
+  reader.read("compact.light_first_run", "U32", {}, light.first_run);
+  reader.read("compact.light_first_weight", "U32", {}, light.first_weight);
+  reader.read("compact.light_run", "U32", {2}, runs);
+  reader.read("compact.light_weight", "F16", {}, light.weight);
+  light.run.reserve(runs.size() / 2);
+  for (std::size_t r = 0; r < runs.size(); r += 2)
+    light.run.push_back({runs[r], runs[r + 1]});
   reader.read("compact.probe", "U32", {}, basis->probe);
   reader.read("compact.brick_probes", "U32", {}, probes);
   reader.read("compact.half_rank", "U32", {}, half);
   reader.read("compact.byte_rank", "U32", {}, byte);
   reader.read("compact.half_scale", "F32", {}, basis->half_scale);
   reader.read("compact.byte_scale", "F32", {}, basis->byte_scale);
-  reader.read("compact.node_half", "F16", {basis->node.size(), tile}, basis->node_half);
-  reader.read("compact.node_byte", "I8", {basis->node.size(), tile}, basis->node_byte);
+  reader.read("compact.source_half", "F16", {basis->sources, tile}, basis->source_half);
+  reader.read("compact.source_byte", "I8", {basis->sources, tile}, basis->source_byte);
   reader.read("compact.probe_half", "F16", {tile}, basis->probe_half);
   reader.read("compact.probe_byte", "I8", {tile}, basis->probe_byte);
   basis->brick.reserve(probes.size());

@@ -24,7 +24,7 @@ struct FlatVolume {
   std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
   std::vector<std::uint16_t> half_basis;
   std::vector<float> basis_scale;
-  std::vector<std::uint32_t> brick_probes, half_rank, byte_rank;
+  std::vector<std::uint32_t> brick_probes, half_rank, byte_rank, light_runs, sources;
   std::vector<std::uint8_t> is_window;
 };
 
@@ -57,12 +57,16 @@ FlatVolume flatten(const BasisVolume& volume) {
     append3(flat.aperture_transmittance, a.transmittance);
     flat.aperture_index.push_back(a.refractive_index);
   }
-  if (volume.compact)
+  if (volume.compact) {
     for (const CompactBasis::Brick& b : volume.compact->brick) {
       flat.brick_probes.push_back(b.probes);
       flat.half_rank.push_back(b.half_rank);
       flat.byte_rank.push_back(b.byte_rank);
     }
+    for (const FirstLight::Run& r : volume.compact->light.run)
+      flat.light_runs.insert(flat.light_runs.end(), {r.first_region, r.count});
+    flat.sources = {volume.compact->sources};
+  }
   return flat;
 }
 
@@ -108,19 +112,23 @@ Tensors basis_tensors(const BasisVolume& volume, const FlatVolume& flat) {
 }
 
 Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
-  const std::uint64_t nodes = basis.node.size(), bricks = basis.brick.size(), tile = detail::kTileNumbers;
-  const std::uint64_t row = std::max<std::uint64_t>(nodes * tile, 1);
+  const std::uint64_t sources = basis.sources, bricks = basis.brick.size(), tile = detail::kTileNumbers;
+  const std::uint64_t row = std::max<std::uint64_t>(sources * tile, 1), rows = basis.light.rows();
   return {
-      {"compact.node", "I32", {nodes}, bytes_of(basis.node)},
-      {"compact.node_scale", "F32", {basis.node_scale.size()}, bytes_of(basis.node_scale)},
+      {"compact.sources", "U32", {1}, bytes_of(flat.sources)},
+      {"compact.light_scale", "F32", {rows}, bytes_of(basis.light.scale)},
+      {"compact.light_first_run", "U32", {rows + 1}, bytes_of(basis.light.first_run)},
+      {"compact.light_first_weight", "U32", {rows + 1}, bytes_of(basis.light.first_weight)},
+      {"compact.light_run", "U32", {basis.light.run.size(), 2}, bytes_of(flat.light_runs)},
+      {"compact.light_weight", "F16", {basis.light.weight.size()}, bytes_of(basis.light.weight)},
       {"compact.probe", "U32", {basis.probe.size()}, bytes_of(basis.probe)},
       {"compact.brick_probes", "U32", {bricks}, bytes_of(flat.brick_probes)},
       {"compact.half_rank", "U32", {bricks}, bytes_of(flat.half_rank)},
       {"compact.byte_rank", "U32", {bricks}, bytes_of(flat.byte_rank)},
       {"compact.half_scale", "F32", {basis.half_scale.size()}, bytes_of(basis.half_scale)},
       {"compact.byte_scale", "F32", {basis.byte_scale.size()}, bytes_of(basis.byte_scale)},
-      {"compact.node_half", "F16", {basis.node_half.size() / row, nodes, tile}, bytes_of(basis.node_half)},
-      {"compact.node_byte", "I8", {basis.node_byte.size() / row, nodes, tile}, bytes_of(basis.node_byte)},
+      {"compact.source_half", "F16", {basis.source_half.size() / row, sources, tile}, bytes_of(basis.source_half)},
+      {"compact.source_byte", "I8", {basis.source_byte.size() / row, sources, tile}, bytes_of(basis.source_byte)},
       {"compact.probe_half", "F16", {basis.probe_half.size() / tile, tile}, bytes_of(basis.probe_half)},
       {"compact.probe_byte", "I8", {basis.probe_byte.size() / tile, tile}, bytes_of(basis.probe_byte)},
   };

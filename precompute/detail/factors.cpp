@@ -6,6 +6,7 @@
 
 #include <cblas.h>
 
+#include "radiosity/detail/sampling.h"
 #include "scene/detail/tile_kernels.h"
 
 // LAPACK, part of OpenBLAS: eigenvalues and eigenvectors of a symmetric matrix.
@@ -69,30 +70,60 @@ double byte_rounding2(std::span<const float> row) {
 }
 
 std::int8_t to_byte(float unit) { return static_cast<std::int8_t>(std::lround(127.0f * unit)); }
+/// Rounded up or down by chance, right in the mean: number k of a row that is smooth, of which a sun takes many
+/// neighbours at once. Plain rounding would be off by the same amount in all of them.
+std::int8_t to_byte_dithered(float unit, std::size_t k) {
+  const double chance = radiosity::unit_interval(radiosity::mix_bits(k)) - 0.5;
+  return static_cast<std::int8_t>(std::clamp(std::lround(127.0 * static_cast<double>(unit) + chance), -127l, 127l));
+}
 float scale_of(std::span<const float> row) {
   const float most = largest(row);
   return most > 0 ? most : 1.0f;
 }
 
 /// What remains of a row after it was stored.
-std::vector<float> rounded(std::span<const float> row, bool half) {
+std::vector<float> rounded(std::span<const float> row, bool half, bool dithered) {
   const float scale = scale_of(row);
   std::vector<float> out(row.size());
-  for (std::size_t k = 0; k < row.size(); ++k)
-    out[k] = half ? scale * daylit::detail::from_half(daylit::detail::to_half(row[k] / scale))
-                  : scale / 127.0f * static_cast<float>(to_byte(row[k] / scale));
+  for (std::size_t k = 0; k < row.size(); ++k) {
+    const float unit = row[k] / scale;
+    out[k] = half ? scale * daylit::detail::from_half(daylit::detail::to_half(unit))
+                  : scale / 127.0f * static_cast<float>(dithered ? to_byte_dithered(unit, k) : to_byte(unit));
+  }
   return out;
 }
 
 } // namespace
 
-std::vector<float> multiply(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
-                            std::size_t columns) {
-  std::vector<float> c(rows * columns);
+void multiply_into(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
+                   std::size_t columns, std::span<float> c) {
   cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, static_cast<int>(rows), static_cast<int>(columns),
               static_cast<int>(inner), 1.0f, a.data(), static_cast<int>(inner), b.data(), static_cast<int>(columns),
               0.0f, c.data(), static_cast<int>(columns));
+}
+
+std::vector<float> multiply(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
+                            std::size_t columns) {
+  std::vector<float> c(rows * columns);
+  multiply_into(a, b, rows, inner, columns, c);
   return c;
+}
+
+std::vector<float> multiply_by_transposed(std::span<const float> a, std::span<const float> b, std::size_t rows,
+                                          std::size_t inner, std::size_t columns) {
+  std::vector<float> c(rows * columns);
+  cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasTrans, static_cast<int>(rows), static_cast<int>(columns),
+              static_cast<int>(inner), 1.0f, a.data(), static_cast<int>(inner), b.data(), static_cast<int>(inner), 0.0f,
+              c.data(), static_cast<int>(columns));
+  return c;
+}
+
+double metric_trace(std::span<const float> a, std::span<const float> metric, std::size_t rows, std::size_t columns) {
+  const std::vector<float> seen = multiply(a, metric, rows, columns, columns);
+  double sum = 0;
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    sum += static_cast<double>(seen[k]) * static_cast<double>(a[k]);
+  return sum;
 }
 
 std::vector<float> multiply_transposed(std::span<const float> a, std::span<const float> b, std::size_t inner,
@@ -123,23 +154,25 @@ Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size
   return basis;
 }
 
-Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t nodes) {
+Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
+                  std::span<const float> metric) {
   Factors f;
   f.rows = rows;
-  f.nodes = nodes;
+  f.sources = sources;
   const std::size_t n = range.rank;
   if (n == 0)
     return f;
   std::vector<double> values;
-  const std::vector<double> vectors =
-      eigenvectors(gram(std::vector<double>(coordinates.begin(), coordinates.end()), n, f.nodes), n, values);
+  const std::vector<float> seen = multiply(coordinates, metric, n, sources, sources);
+  const std::vector<float> product = multiply_by_transposed(coordinates, seen, n, sources, n);
+  const std::vector<double> vectors = eigenvectors(std::vector<double>(product.begin(), product.end()), n, values);
   std::vector<float> turn(n * n); // row k: component k, strongest first
   for (std::size_t k = 0; k < n; ++k) {
     f.power.push_back(std::max(values[n - 1 - k], 0.0));
     for (std::size_t i = 0; i < n; ++i)
       turn[k * n + i] = static_cast<float>(vectors[(n - 1 - k) * n + i]);
   }
-  f.node_factor = multiply(turn, coordinates, n, n, f.nodes);
+  f.source_factor = multiply(turn, coordinates, n, n, sources);
   f.row_factor = multiply(turn, transposed(range.q, rows, n), n, n, rows);
   f.half.assign(n, 0);
   return f;
@@ -148,21 +181,30 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
 void Factors::keep(std::size_t rank) {
   power.resize(rank);
   half.resize(rank);
-  node_factor.resize(rank * nodes);
+  source_factor.resize(rank * sources);
   row_factor.resize(rank * rows);
-  node_factor.shrink_to_fit();
+  source_factor.shrink_to_fit();
   row_factor.shrink_to_fit();
 }
 
-std::vector<double> Factors::byte_error2() const {
+std::vector<double> Factors::byte_error2(std::span<const float> metric) const {
+  std::vector<float> off = source_factor;
+  for (std::size_t k = 0; k < rank(); ++k) {
+    const std::vector<float> kept = rounded(row_of(source_factor, k, sources), false, true);
+    for (std::size_t s = 0; s < sources; ++s)
+      off[k * sources + s] -= kept[s];
+  }
+  const std::vector<float> seen = multiply(off, metric, rank(), sources, sources);
   std::vector<double> error(rank());
-  for (std::size_t k = 0; k < rank(); ++k)
-    error[k] = power[k] * (byte_rounding2(row_of(node_factor, k, nodes)) + byte_rounding2(row_of(row_factor, k, rows)));
+  for (std::size_t k = 0; k < rank(); ++k) {
+    error[k] = power[k] * byte_rounding2(row_of(row_factor, k, rows));
+    for (std::size_t s = 0; s < sources; ++s)
+      error[k] += static_cast<double>(off[k * sources + s]) * static_cast<double>(seen[k * sources + s]);
+  }
   return error;
 }
 
-void Factors::mark_halves(double byte_error2_limit) {
-  const std::vector<double> error = byte_error2();
+void Factors::mark_halves(const std::vector<double>& error, double byte_error2_limit) {
   std::vector<std::size_t> order(rank());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_partition(order, [&](std::size_t k) { return error[k] > byte_error2_limit; });
@@ -170,32 +212,34 @@ void Factors::mark_halves(double byte_error2_limit) {
   for (std::size_t k = 0; k < rank(); ++k) {
     sorted.half[k] = error[order[k]] > byte_error2_limit ? 1 : 0;
     sorted.power[k] = power[order[k]];
-    std::ranges::copy(row_of(node_factor, order[k], nodes), sorted.node_factor.begin() + std::ptrdiff_t(k * nodes));
+    std::ranges::copy(row_of(source_factor, order[k], sources),
+                      sorted.source_factor.begin() + std::ptrdiff_t(k * sources));
     std::ranges::copy(row_of(row_factor, order[k], rows), sorted.row_factor.begin() + std::ptrdiff_t(k * rows));
   }
   *this = std::move(sorted);
 }
 
-void Factors::add_error2(Stored stored, std::span<const float> signs, std::span<const float> projected,
-                         std::size_t projections, std::vector<double>& error2) const {
-  std::vector<float> node = node_factor, row = row_factor;
+std::vector<float> Factors::remainder(Stored stored, std::span<const float> signs, std::span<const float> projected,
+                                      std::size_t projections) const {
+  std::vector<float> source = source_factor, row = row_factor;
   for (std::size_t k = 0; stored == Stored::rounded && k < rank(); ++k) {
-    std::ranges::copy(rounded(row_of(node_factor, k, nodes), half[k] != 0), node.begin() + std::ptrdiff_t(k * nodes));
-    std::ranges::copy(rounded(row_of(row_factor, k, rows), half[k] != 0), row.begin() + std::ptrdiff_t(k * rows));
+    std::ranges::copy(rounded(row_of(source_factor, k, sources), half[k] != 0, true),
+                      source.begin() + std::ptrdiff_t(k * sources));
+    std::ranges::copy(rounded(row_of(row_factor, k, rows), half[k] != 0, false),
+                      row.begin() + std::ptrdiff_t(k * rows));
   }
-  std::vector<float> given(projections * nodes, 0.0f);
-  if (rank() > 0) {
-    const std::vector<float> seen = transposed(multiply(row, signs, rank(), rows, projections), rank(), projections);
-    given = multiply(seen, node, projections, rank(), nodes);
-  }
-  for (std::size_t k = 0; k < given.size(); ++k) {
-    const double d = static_cast<double>(projected[k]) - static_cast<double>(given[k]);
-    error2[k % nodes] += d * d / static_cast<double>(projections);
-  }
+  std::vector<float> left(projected.begin(), projected.end());
+  if (rank() == 0)
+    return left;
+  const std::vector<float> seen = transposed(multiply(row, signs, rank(), rows, projections), rank(), projections);
+  const std::vector<float> given = multiply(seen, source, projections, rank(), sources);
+  for (std::size_t k = 0; k < left.size(); ++k)
+    left[k] -= given[k];
+  return left;
 }
 
 void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) {
-  const std::size_t nodes = basis.node.size();
+  const std::size_t sources = basis.sources;
   std::size_t halves = 0, bytes = 0;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     const auto count = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->half, 1));
@@ -205,8 +249,8 @@ void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) 
     bytes += basis.brick[b].byte_rank;
   }
   const auto tiles = [](std::size_t n) { return (n + kTileNumbers - 1) / kTileNumbers; };
-  basis.node_half.assign(tiles(halves) * nodes * kTileNumbers, 0);
-  basis.node_byte.assign(tiles(bytes) * nodes * kTileNumbers, 0);
+  basis.source_half.assign(tiles(halves) * sources * kTileNumbers, 0);
+  basis.source_byte.assign(tiles(bytes) * sources * kTileNumbers, 0);
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     const Factors& f = *bricks[b];
     const std::size_t brick_tiles = basis.brick[b].tiles(), half_rank = basis.brick[b].half_rank,
@@ -216,18 +260,19 @@ void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) 
     basis.probe_byte.resize(byte_at + 3 * brick_tiles * byte_rank * kTileNumbers, 0);
     for (std::size_t k = 0; k < f.rank(); ++k) {
       const bool half = f.half[k] != 0;
-      const std::span<const float> node = row_of(f.node_factor, k, nodes), row = row_of(f.row_factor, k, f.rows);
-      const float node_scale = scale_of(node), row_scale = scale_of(row);
+      const std::span<const float> source = row_of(f.source_factor, k, sources), row = row_of(f.row_factor, k, f.rows);
+      const float source_scale = scale_of(source), row_scale = scale_of(row);
       const std::size_t component = half ? basis.half_scale.size() : basis.byte_scale.size();
-      for (std::size_t i = 0; i < nodes; ++i) {
-        const std::size_t at = (component / kTileNumbers * nodes + i) * kTileNumbers + component % kTileNumbers;
+      for (std::size_t i = 0; i < sources; ++i) {
+        const std::size_t at = (component / kTileNumbers * sources + i) * kTileNumbers + component % kTileNumbers;
         if (half)
-          basis.node_half[at] = daylit::detail::to_half(node[i] / node_scale);
+          basis.source_half[at] = daylit::detail::to_half(source[i] / source_scale);
         else
-          basis.node_byte[at] = to_byte(node[i] / node_scale);
+          basis.source_byte[at] = to_byte_dithered(source[i] / source_scale, i);
       }
-      for (std::size_t i = 0; i < f.rows; ++i) { // row = (probe * 9 + lm) * 3 + channel
-        const std::size_t number = i / 3, tile = i % 3 * brick_tiles + number / kTileNumbers;
+      const std::size_t numbers = f.rows / 3;
+      for (std::size_t i = 0; i < f.rows; ++i) {
+        const std::size_t number = i % numbers, tile = i / numbers * brick_tiles + number / kTileNumbers;
         if (half)
           basis.probe_half[half_at + (tile * half_rank + k) * kTileNumbers + number % kTileNumbers] =
               daylit::detail::to_half(row[i] / row_scale);
@@ -236,7 +281,7 @@ void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) 
               to_byte(row[i] / row_scale);
       }
       (half ? basis.half_scale : basis.byte_scale)
-          .push_back(half ? node_scale * row_scale : node_scale * row_scale / (127.0f * 127.0f));
+          .push_back(half ? source_scale * row_scale : source_scale * row_scale / (127.0f * 127.0f));
     }
   }
 }

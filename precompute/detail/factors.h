@@ -17,6 +17,15 @@ std::vector<float> multiply(std::span<const float> a, std::span<const float> b, 
 std::vector<float> multiply_transposed(std::span<const float> a, std::span<const float> b, std::size_t inner,
                                        std::size_t rows, std::size_t columns);
 
+/// The first of these into memory that exists.
+void multiply_into(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
+                   std::size_t columns, std::span<float> c);
+/// [rows][columns] = a b^T with a [rows][inner], b [columns][inner]
+std::vector<float> multiply_by_transposed(std::span<const float> a, std::span<const float> b, std::size_t rows,
+                                          std::size_t inner, std::size_t columns);
+/// Trace of a metric a^T, a is [rows][columns].
+double metric_trace(std::span<const float> a, std::span<const float> metric, std::size_t rows, std::size_t columns);
+
 /// Orthonormal columns: q is [rows][rank].
 struct Basis {
   std::vector<float> q;
@@ -25,32 +34,33 @@ struct Basis {
 /// Of the range of `a` [rows][columns]; directions below 1e-5 of the strongest are dropped.
 Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns);
 
-/// basis[node][row] = sum_k node_factor[k][node] row_factor[row][k], strongest component first.
+/// transport[row][source] = sum_k row_factor[k][row] source_factor[k][source], strongest component first. Sources are
+/// in units of their metric: the irradiance of each has mean square 1.
 struct Factors {
-  std::size_t rows = 0, nodes = 0;
-  std::vector<double> power;      ///< of each component: squared norm
-  std::vector<float> node_factor; ///< [component][node]
-  std::vector<float> row_factor;  ///< [component][row], orthonormal
-  std::vector<std::uint8_t> half; ///< 1: kept as half floats, else as bytes
+  std::size_t rows = 0, sources = 0;
+  std::vector<double> power;        ///< of each component: squared norm in the metric
+  std::vector<float> source_factor; ///< [component][source]
+  std::vector<float> row_factor;    ///< [component][row], orthonormal; rows are [colour][number]
+  std::vector<std::uint8_t> half;   ///< 1: kept as half floats, else as bytes
 
   std::size_t rank() const { return power.size(); }
   void keep(std::size_t rank);
-  /// Squared error that each component would take from rounding both factors to bytes: uniform rounding of width
-  /// max / 127, relative to the mean square of each factor.
-  std::vector<double> byte_error2() const;
+  /// Squared error that each component takes from rounding both factors to bytes, in the metric: the roundings of
+  /// neighbouring sources are alike where a factor is smooth, and a sun lights many of them.
+  std::vector<double> byte_error2(std::span<const float> metric) const;
   /// Components whose error is above the limit become half floats, and come first.
-  void mark_halves(double byte_error2_limit);
-  /// Adds to every node the squared norm of (what `projected` saw - what the factors give), from random signs
-  /// [row][projection] and projected [projection][node].
+  void mark_halves(const std::vector<double>& byte_error2, double limit);
+  /// What the factors leave of `projected` [projection][source], the transport times random signs [row][projection].
   enum class Stored { exactly, rounded };
-  void add_error2(Stored stored, std::span<const float> signs, std::span<const float> projected,
-                  std::size_t projections, std::vector<double>& error2) const;
+  std::vector<float> remainder(Stored stored, std::span<const float> signs, std::span<const float> projected,
+                               std::size_t projections) const;
 };
 
-/// From q^T A [rank][node] to the singular components of the block; nodes as their weights made them.
-Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t nodes);
+/// From q^T A [rank][source] to the singular components of the block in the metric [source][source].
+Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
+                  std::span<const float> metric);
 
-/// Rounds the factors of all bricks into the tiles of `basis`, whose bricks and nodes are set.
+/// Rounds the factors of all bricks into the tiles of `basis`, whose bricks and sources are set.
 void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis);
 
 } // namespace daylit::precompute::detail

@@ -5,11 +5,13 @@
 #include <map>
 #include <numbers>
 
+#include <tbb/parallel_for.h>
+
 namespace daylit::precompute::detail {
 
 namespace {
 
-constexpr double kBlur = 1.0 / 24 + 1.0 / 12;
+constexpr double kBlur = 1.0 / 12;
 
 using Stencil = std::map<int, double>; ///< region -> weight
 
@@ -48,38 +50,46 @@ Stencil stencil_of(const SkyPartition& partition, std::size_t b, int cell) {
   return s;
 }
 
-} // namespace
+/// Which nodes a region's light goes to.
+struct Term {
+  std::int32_t node;
+  float weight;
+};
 
-NodeSharpening sharpen_nodes(const SkyPartition& partition, std::span<const std::int32_t> stored) {
-  std::vector<std::int32_t> column(static_cast<std::size_t>(partition.size()), -1);
-  for (std::size_t k = 0; k < stored.size(); ++k)
-    column[static_cast<std::size_t>(stored[k])] = static_cast<std::int32_t>(k);
-  NodeSharpening result;
+std::vector<std::vector<Term>> terms_of(const SkyPartition& partition) {
+  std::vector<std::vector<Term>> terms(static_cast<std::size_t>(partition.size()));
   for (std::size_t b = 0; b < partition.bands().size(); ++b)
     for (int cell = 0; cell < partition.bands()[b].cells; ++cell) {
-      const int region = partition.bands()[b].first_region + cell;
-      bool lit = false;
-      for (const auto& [from, weight] : stencil_of(partition, b, cell)) {
-        const std::int32_t k = column[static_cast<std::size_t>(from)];
-        if (k < 0 || weight == 0)
-          continue;
-        if (!lit)
-          result.region.push_back(region);
-        lit = true;
-        const double per_solid_angle = partition.solid_angle_sr(region) / partition.solid_angle_sr(from);
-        result.terms.push_back({static_cast<std::uint32_t>(result.region.size() - 1), static_cast<std::uint32_t>(k),
-                                static_cast<float>(weight * per_solid_angle)});
-      }
+      const int node = partition.bands()[b].first_region + cell;
+      for (const auto& [from, weight] : stencil_of(partition, b, cell))
+        if (weight != 0)
+          terms[static_cast<std::size_t>(from)].push_back(
+              {node, static_cast<float>(weight * partition.solid_angle_sr(node) / partition.solid_angle_sr(from))});
     }
-  return result;
+  return terms;
 }
 
-std::vector<float> NodeSharpening::apply(std::span<const float> values, std::size_t rows, std::size_t columns) const {
-  std::vector<float> out(rows * region.size(), 0.0f);
-  for (std::size_t r = 0; r < rows; ++r)
-    for (const Term& t : terms)
-      out[r * region.size() + t.node] += t.weight * values[r * columns + t.column];
-  return out;
+} // namespace
+
+void sharpen_nodes(const SkyPartition& partition, std::vector<radiosity::FirstBounceRow>& rows) {
+  const std::vector<std::vector<Term>> terms = terms_of(partition);
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
+    radiosity::FirstBounceRow& row = rows[i];
+    std::vector<std::int32_t> touched;
+    std::vector<Rgb> sum(row.region.empty() ? 0 : terms.size(), Rgb(0.0f));
+    for (std::size_t k = 0; k < row.region.size(); ++k)
+      for (const Term& t : terms[static_cast<std::size_t>(row.region[k])]) {
+        touched.push_back(t.node);
+        sum[static_cast<std::size_t>(t.node)] += t.weight * row.irradiance[k];
+      }
+    std::ranges::sort(touched);
+    const auto repeated = std::ranges::unique(touched);
+    touched.erase(repeated.begin(), repeated.end());
+    row.irradiance.clear();
+    for (const std::int32_t node : touched)
+      row.irradiance.push_back(sum[static_cast<std::size_t>(node)]);
+    row.region = std::move(touched);
+  });
 }
 
 } // namespace daylit::precompute::detail

@@ -6,9 +6,14 @@
 #include <optional>
 #include <utility>
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include "runtime/light/relight.h"
+#include "runtime/light/room_change.h"
 #include "runtime/light/room_light.h"
 #include "runtime/object/virtual_objects.h"
+#include "runtime/render/change_picture.h"
 #include "runtime/service/picture_memory.h"
 #include "scene/volume_file.h"
 
@@ -53,6 +58,8 @@ struct Session::State {
   std::optional<RayScene> room_rays;
   std::unique_ptr<PictureRenderer> renderer;
   std::optional<RoomLight> room_light;
+  std::optional<RoomChangeField> room_change; ///< empty: not drawn
+  ChangePicture change_picture;
   std::optional<SkyResampler> resampler;
   std::shared_ptr<const SkyGeometry> region_geometry; ///< what region_sums was made for
   std::optional<RegionSums> region_sums;
@@ -68,9 +75,11 @@ struct Session::State {
   std::vector<ApertureCell> cells;
   std::vector<VertexProbes> vertex_probes;
   std::size_t vertices_outside = 0; ///< of the light field
+  std::vector<TwoSided> indirect;
   RenderedFrame drawn;
   Frame frame;
-  bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false;
+  bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
+       has_view = false;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
   Result<void> set_camera(const glm::dmat4& world_from_camera);
@@ -82,6 +91,8 @@ struct Session::State {
   void sample();
   Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
   Result<void> draw(StageClock& clock);
+  void see_own_shadow();
+  void change_room();
   void compose_picture(const RgbImage& photo);
   void warn();
   void report_frame();
@@ -94,7 +105,7 @@ Result<void> Session::State::set_camera(const glm::dmat4& world_from_camera) {
   if (same_view(*made, camera))
     return {};
   camera = std::move(*made);
-  has_drawn = has_object_light = false;
+  has_drawn = has_object_light = has_view = false;
   return renderer->set_camera(camera);
 }
 
@@ -110,6 +121,13 @@ Result<void> Session::State::start_renderer() {
 Result<void> Session::State::move_objects() {
   sphere = objects.surface.bounds();
   has_samples = has_probes = has_object_light = has_drawn = false;
+  if (room_change) {
+    std::vector<PlacedPart> parts;
+    for (const VirtualObjects::Part& part : objects.parts)
+      parts.push_back(
+          {&part.rays, part.mesh.triangles, part.mesh.positions, part.first_vertex, part.world_from_object});
+    room_change->set_objects(std::move(parts));
+  }
   return renderer->set_objects(objects.surface);
 }
 
@@ -150,6 +168,8 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
     return rays.error();
   room_rays.emplace(std::move(*rays));
   room_light.emplace(volume.room, *room_rays, *sampler);
+  if (config.room_change)
+    room_change.emplace(volume.room, *room_rays, volume.apertures, *room_light);
   auto read_lens_file = read_lens(config.interior.lens);
   if (!read_lens_file)
     return read_lens_file.error();
@@ -202,8 +222,8 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   const ObjectSurface& surface = objects.surface;
   const std::size_t count = surface.positions.size();
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
-  const std::vector<TwoSided> indirect =
-      relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
+  indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
+  see_own_shadow();
   std::vector<glm::dvec3> points;
   std::vector<glm::vec3> normals;
   std::vector<Rgb VertexLight::*> sides;
@@ -231,6 +251,24 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   return light;
 }
 
+/// The objects stand in a room on which they cast shadows: what they see of it changes their indirect light.
+void Session::State::see_own_shadow() {
+  if (!room_change)
+    return;
+  room_change->set_sky(pyramid, sun);
+  const ObjectSurface& surface = objects.surface;
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
+    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        const Sh9Rgb change = room_change->arriving_change(k, surface.positions[i]);
+        indirect[i].front = add_reflected(indirect[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
+        indirect[i].back = add_reflected(indirect[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
+      }
+    });
+  }
+}
+
 Result<void> Session::State::draw(StageClock& clock) {
   if (const auto r = renderer->set_lights(lights); !r)
     return r.error();
@@ -245,7 +283,24 @@ Result<void> Session::State::draw(StageClock& clock) {
   clock.end("render");
   frame.report.shadow_rays = renderer->times().shadow_rays;
   has_drawn = has_object_light = true;
+  change_room();
+  if (room_change)
+    clock.end("room_change");
   return {};
+}
+
+/// What the objects do to the room's indirect light, in the camera's view.
+void Session::State::change_room() {
+  if (!room_change)
+    return;
+  const ObjectSurface& surface = objects.surface;
+  const std::vector<DirectionalLight> windows = window_lights(pyramid, cells, sphere.centre);
+  room_change->set_light(vertex_radiance(indirect, windows, surface.normals, objects.transfer, surface.reflectance),
+                         surface.positions, surface.normals, surface.reflectance);
+  if (!has_view)
+    change_picture.set_view(camera, *room_rays);
+  has_view = true;
+  change_picture.update(*room_change);
 }
 
 void Session::State::compose_picture(const RgbImage& photo) {
@@ -255,7 +310,7 @@ void Session::State::compose_picture(const RgbImage& photo) {
       return room_light->at(camera.eye(), direction);
     return room_light->at_surface(seen->triangle, drawn.origin + glm::dvec3(seen->position), direction);
   };
-  compose(photo, drawn, camera, look_up, settings, frame.composite);
+  compose(photo, drawn, camera, look_up, settings, frame.composite, room_change ? &change_picture : nullptr);
 }
 
 void Session::State::warn() {

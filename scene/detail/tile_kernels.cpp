@@ -66,6 +66,13 @@ void add_colours_baseline(const Number* tile, std::span<const ColouredRow> rows,
     }
 }
 
+void dot_baseline(const std::uint16_t* weight, const float* plane, std::size_t stride, std::size_t count,
+                  float sum[3]) {
+  for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t c = 0; c < 3; ++c)
+      sum[c] += from_half(weight[k]) * plane[c * stride + k];
+}
+
 void interleave_baseline(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
   for (std::size_t k = 0; k < count; ++k) {
     rgb[3 * k] = r[k];
@@ -258,6 +265,41 @@ constexpr Interleave16 interleave_tables() {
 }
 constexpr Interleave16 kInterleave = interleave_tables();
 
+DAYLIT_AVX2 float add_lanes(__m256 x) {
+  const __m128 four = _mm_add_ps(_mm256_castps256_ps128(x), _mm256_extractf128_ps(x, 1));
+  const __m128 two = _mm_add_ps(four, _mm_movehl_ps(four, four));
+  return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
+}
+
+DAYLIT_AVX2 void dot_avx2(const std::uint16_t* weight, const float* plane, std::size_t stride, std::size_t count,
+                          float sum[3]) {
+  __m256 s[3] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
+  std::size_t k = 0;
+  for (; k + 8 <= count; k += 8) {
+    const __m256 w = load8(weight + k);
+#pragma GCC unroll 3
+    for (std::size_t c = 0; c < 3; ++c)
+      s[c] = _mm256_fmadd_ps(w, _mm256_loadu_ps(plane + c * stride + k), s[c]);
+  }
+  for (std::size_t c = 0; c < 3; ++c)
+    sum[c] += add_lanes(s[c]);
+  dot_baseline(weight + k, plane + k, stride, count - k, sum);
+}
+
+DAYLIT_AVX512 void dot_avx512(const std::uint16_t* weight, const float* plane, std::size_t stride, std::size_t count,
+                              float sum[3]) {
+  __m512 s[3] = {_mm512_setzero_ps(), _mm512_setzero_ps(), _mm512_setzero_ps()};
+  for (std::size_t k = 0; k < count; k += 16) {
+    const auto in = static_cast<__mmask16>(count - k >= 16 ? 0xffffu : (1u << (count - k)) - 1u);
+    const __m512 w = _mm512_cvtph_ps(_mm256_maskz_loadu_epi16(in, weight + k));
+#pragma GCC unroll 3
+    for (std::size_t c = 0; c < 3; ++c)
+      s[c] = _mm512_fmadd_ps(w, _mm512_maskz_loadu_ps(in, plane + c * stride + k), s[c]);
+  }
+  for (std::size_t c = 0; c < 3; ++c)
+    sum[c] += add_lanes(_mm256_add_ps(_mm512_castps512_ps256(s[c]), _mm512_extractf32x8_ps(s[c], 1)));
+}
+
 DAYLIT_AVX512 void interleave_avx512(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
   std::size_t k = 0;
   for (; k + 16 <= count; k += 16) {
@@ -304,11 +346,12 @@ DAYLIT_AVX2 float sum_avx2(const std::byte* data, std::size_t size) {
 
 const std::array<TileKernels, 3> kAll{{
     {"baseline", add_baseline<float>, add_baseline<std::uint16_t>, add_baseline<std::int8_t>,
-     add_colours_baseline<std::uint16_t>, add_colours_baseline<std::int8_t>, interleave_baseline, sum_baseline},
+     add_colours_baseline<std::uint16_t>, add_colours_baseline<std::int8_t>, dot_baseline, interleave_baseline,
+     sum_baseline},
     {"avx2", add_avx2<float>, add_avx2<std::uint16_t>, add_avx2<std::int8_t>, add_colours_avx2<std::uint16_t>,
-     add_colours_avx2<std::int8_t>, interleave_baseline, sum_avx2},
+     add_colours_avx2<std::int8_t>, dot_avx2, interleave_baseline, sum_avx2},
     {"avx512", add_avx512<float>, add_avx512<std::uint16_t>, add_avx512<std::int8_t>, add_colours_avx512<std::uint16_t>,
-     add_colours_avx512<std::int8_t>, interleave_avx512, sum_avx512},
+     add_colours_avx512<std::int8_t>, dot_avx512, interleave_avx512, sum_avx512},
 }};
 
 std::size_t usable_count() {

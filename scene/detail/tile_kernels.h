@@ -44,6 +44,9 @@ struct TileKernels {
   AddRows<std::int8_t> add_byte;
   AddColours<std::uint16_t> add_half_colours;
   AddColours<std::int8_t> add_byte_colours;
+  /// sum[c] += sum_k weight[k] * plane[c * stride + k], weights in half floats.
+  void (*dot_half_planes)(const std::uint16_t* weight, const float* plane, std::size_t stride, std::size_t count,
+                          float sum[3]);
   /// rgb[3 k + c] = plane_c[k]
   void (*interleave)(const float* r, const float* g, const float* b, std::size_t count, float* rgb);
   float (*sum_bytes)(const std::byte* data, std::size_t size); ///< a plain read: the yardstick of the benchmark

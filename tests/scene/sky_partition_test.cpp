@@ -174,5 +174,22 @@ TEST(SkyPartition, hat_is_one_at_its_own_centre) {
   }
 }
 
+TEST(SkyPartition, hats_of_nodes_behind_a_vertical_plane_along_an_axis_end_at_the_plane) {
+  for (const int nodes : {16, 300, 16384}) {
+    const SkyPartition p = *SkyPartition::fine(nodes);
+    EXPECT_NEAR(p.size(), nodes, nodes < 100 ? 16 : 0.1 * nodes);
+    for (int axis = 0; axis < 2; ++axis)
+      for (int k = 1; k < 500; ++k) {
+        const double z = -1.0 + k / 250.0, turn = k * 0.61803398875;
+        glm::dvec3 d(std::cos(6.2831853 * turn) * std::sqrt(1 - z * z),
+                     std::sin(6.2831853 * turn) * std::sqrt(1 - z * z), z);
+        for (const RegionWeight& w : p.interpolation(d))
+          if (w.weight > 1e-9) {
+            EXPECT_GT(p.centre(w.region)[axis] * d[axis], -1e-9) << nodes << " " << k;
+          }
+      }
+  }
+}
+
 } // namespace
 } // namespace daylit

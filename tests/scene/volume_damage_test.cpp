@@ -28,15 +28,19 @@ BasisVolume compact_volume() {
   volume.stored_region.clear();
   volume.basis.clear();
   auto basis = std::make_shared<CompactBasis>();
-  basis->node = {0, 3, 7, 15};
-  basis->node_scale = {1.0f, 0.5f, 2.0f, 0.25f};
+  basis->sources = 4;
+  basis->light.scale = {1.0f, 0.5f, 2.0f, 0.25f};
+  basis->light.first_run = {0, 1, 1, 3, 4};
+  basis->light.first_weight = {0, 3, 3, 6, 8};
+  basis->light.run = {{0, 3}, {2, 1}, {9, 2}, {14, 2}};
+  basis->light.weight.assign(8, 0x3900);
   basis->brick = {{7, 1, 2}, {5, 2, 0}};
   for (std::uint32_t p = 0; p < 12; ++p)
     basis->probe.push_back(11 - p);
   basis->half_scale = {1.0f, 0.5f, 0.25f};
   basis->byte_scale = {0.01f, 0.02f};
-  basis->node_half.assign(4 * 128, 0x3800);
-  basis->node_byte.assign(4 * 128, -5);
+  basis->source_half.assign(4 * 128, 0x3800);
+  basis->source_byte.assign(4 * 128, -5);
   basis->probe_half.assign(3 * 128 * 3, 0x3555);
   basis->probe_byte.assign(3 * 128 * 2, 77);
   volume.compact = std::move(basis);
@@ -75,8 +79,9 @@ bool same_content(const BasisVolume& a, const BasisVolume& b) {
   if (!same(a.basis, b.basis) || !same(a.stored_region, b.stored_region) ||
       !same(a.probes.positions, b.probes.positions) || (a.compact == nullptr) != (b.compact == nullptr))
     return false;
-  return !a.compact || (same(a.compact->probe_half, b.compact->probe_half) &&
-                        same(a.compact->node_byte, b.compact->node_byte) && same(a.compact->probe, b.compact->probe));
+  return !a.compact ||
+         (same(a.compact->probe_half, b.compact->probe_half) && same(a.compact->source_byte, b.compact->source_byte) &&
+          same(a.compact->probe, b.compact->probe));
 }
 
 /// Reads within twice the file, and uses what was read.

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/aperture.h"
 #include "scene/direct_sky.h"
 #include "tests/simulate/truth_cases.h"
 

@@ -1,0 +1,178 @@
+#include "precompute/audit.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr std::size_t kPoints = 128;
+constexpr double kClearance = 0.04; ///< of the room's longest side: nearer to a patch its own shape shows
+
+struct Ratio {
+  double error2 = 0, power2 = 0;
+  void add(double value, double truth) {
+    error2 += (value - truth) * (value - truth);
+    power2 += truth * truth;
+  }
+  double nrms() const { return power2 > 0 ? std::sqrt(error2 / power2) : 0.0; }
+};
+
+/// Coefficient (l, c) of row `point` for one column of [point][lm][channel * columns + column].
+struct Column {
+  std::span<const float> values;
+  std::size_t columns, column;
+  Sh9Rgb at(std::size_t point) const {
+    Sh9Rgb out{};
+    for (std::size_t l = 0; l < 9; ++l)
+      for (int c = 0; c < 3; ++c)
+        out[l][c] = values[((point * 9 + l) * 3 + static_cast<std::size_t>(c)) * columns + column];
+    return out;
+  }
+};
+
+void add(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
+  for (std::size_t l = 0; l < 9; ++l)
+    for (int c = 0; c < 3; ++c)
+      ratio.add(static_cast<double>(value[l][c]), static_cast<double>(truth[l][c]));
+}
+
+void add_irradiance(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
+  for (int axis = 0; axis < 6; ++axis) {
+    glm::vec3 n(0.0f);
+    n[axis / 2] = axis % 2 == 0 ? 1.0f : -1.0f;
+    const Rgb a = irradiance(value, n), b = irradiance(truth, n);
+    for (int c = 0; c < 3; ++c)
+      ratio.add(static_cast<double>(a[c]), static_cast<double>(b[c]));
+  }
+}
+
+std::vector<glm::dvec3> candidates_in(const Room& room, const ProbeSet& probes) {
+  std::vector<glm::dvec3> out;
+  if (!probes.is_grid) {
+    const std::size_t step = std::max<std::size_t>(1, probes.size() / kPoints);
+    for (std::size_t i = 0; i < probes.size(); i += step)
+      out.push_back(probes.origin + glm::dvec3(probes.positions[i]));
+    return out;
+  }
+  const glm::dvec3 size = room.bounds().size();
+  for (double clearance = kClearance * std::max({size.x, size.y, size.z}); out.empty(); clearance *= 0.25) {
+    out = spread_points(room, 4 * kPoints, clearance);
+    if (clearance < 1e-6 * size.x)
+      break;
+  }
+  return out;
+}
+
+} // namespace
+
+double AuditReport::smooth(double SkyError::*part) const {
+  double worst = 0;
+  for (const SkyError& s : sky)
+    worst = s.is_sun ? worst : std::max(worst, s.*part);
+  return worst;
+}
+
+double AuditReport::sun(double SkyError::*part) const {
+  double sum = 0;
+  int suns = 0;
+  for (const SkyError& s : sky)
+    if (s.is_sun) {
+      sum += (s.*part) * (s.*part);
+      ++suns;
+    }
+  return suns > 0 ? std::sqrt(sum / suns) : 0.0;
+}
+
+double mesh_difference(const AuditReport& coarse, const AuditReport& fine) {
+  // Points that one of the two grids does not reach are in one list only; the order is the same.
+  std::vector<std::array<std::size_t, 2>> common;
+  for (std::size_t i = 0, j = 0; i < coarse.points.size() && j < fine.points.size();) {
+    const glm::dvec3 &a = coarse.points[i], &b = fine.points[j];
+    if (glm::length(a - b) <= 1e-9 * (glm::length(a) + glm::length(b)))
+      common.push_back({i++, j++});
+    else if (coarse.points.size() - i > fine.points.size() - j)
+      ++i;
+    else
+      ++j;
+  }
+  double worst = 0;
+  for (std::size_t s = 0; s < fine.sky.size() && !fine.sky[s].is_sun; ++s) {
+    Ratio r;
+    for (const auto& [i, j] : common)
+      for (std::size_t k = 0; k < 27; ++k)
+        r.add(static_cast<double>(coarse.exact[(s * coarse.points.size() + i) * 27 + k]),
+              static_cast<double>(fine.exact[(s * fine.points.size() + j) * 27 + k]));
+    worst = std::max(worst, r.nrms());
+  }
+  return worst;
+}
+
+Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
+                             std::vector<glm::dvec3> candidates) {
+  BasisVolume empty{.partition = held_out_partition(),
+                    .probes = probes,
+                    .stored_region = {},
+                    .basis = {},
+                    .compact = {},
+                    .room = room,
+                    .apertures = apertures,
+                    .provenance = {}};
+  const auto sampler = LightFieldSampler::make(empty);
+  if (!sampler)
+    return sampler.error();
+  Audit audit;
+  audit.sampler_ = *sampler;
+  if (candidates.empty())
+    candidates = candidates_in(room, probes);
+  std::array<std::uint32_t, 8> probe;
+  std::array<float, 8> weight;
+  for (const glm::dvec3& p : candidates)
+    if (audit.points_.size() < kPoints && sampler->weights(p, probe, weight) > 0)
+      audit.points_.push_back(p);
+  return audit;
+}
+
+radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::ElementSet& set) {
+  skies_ = smooth_skies();
+  for (HeldOutSky& sun : suns(light, set))
+    skies_.push_back(std::move(sun));
+  return precompute::first_light(light, skies_);
+}
+
+AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
+                         std::span<const float> exact_at_probes, std::span<const std::size_t> probe_of_point) const {
+  AuditReport report{points_, {}, {}};
+  for (std::size_t s = 0; s < skies_.size(); ++s) {
+    std::vector<Rgb> radiance;
+    for (const float r : radiance_on(volume.partition, skies_[s]))
+      radiance.emplace_back(r);
+    const LightField field = combine(volume, radiance);
+    const Column at_points{exact_at_points, skies_.size(), s}, at_probes{exact_at_probes, skies_.size(), s};
+    LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
+    Ratio total, sky_part, grid_part, received;
+    for (std::size_t p = 0; p < probe_of_point.size(); ++p) {
+      exact.probe[probe_of_point[p]] = at_probes.at(p);
+      add(sky_part, field.probe[probe_of_point[p]], exact.probe[probe_of_point[p]]);
+    }
+    for (std::size_t p = 0; p < points_.size(); ++p) {
+      const Sh9Rgb truth = at_points.at(p);
+      const Sh9Rgb got = sampler_.sample(field, points_[p]).value_or(Sh9Rgb{});
+      add(total, got, truth);
+      add(grid_part, sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth);
+      add_irradiance(received, got, truth);
+      for (std::size_t l = 0; l < 9; ++l)
+        for (int c = 0; c < 3; ++c)
+          report.exact.push_back(truth[l][c]);
+    }
+    report.sky.push_back(
+        {skies_[s].name, skies_[s].is_sun, total.nrms(), sky_part.nrms(), grid_part.nrms(), received.nrms()});
+  }
+  return report;
+}
+
+} // namespace daylit::precompute

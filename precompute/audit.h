@@ -1,0 +1,68 @@
+#pragma once
+
+// The measured error of a bake: its volume against the same transport taken directly, at points off the grid and under
+// skies that are no sum of its regions (held_out.h). What the mesh itself does wrong is not in here: two bakes on
+// meshes of different fineness tell that (mesh_difference).
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "precompute/held_out.h"
+#include "radiosity/solve.h"
+#include "scene/aperture.h"
+#include "scene/volume.h"
+
+namespace daylit::precompute {
+
+/// Errors of the nine coefficients, nrms over points, coefficients and channels, under one sky.
+struct SkyError {
+  std::string sky;
+  bool is_sun = false;
+  double total = 0;      ///< the volume at the points against the transport there
+  double sky_part = 0;   ///< at the probes: what regions, nodes and stored precision change
+  double grid_part = 0;  ///< exact probes, interpolated to the points
+  double irradiance = 0; ///< total, as irradiance on six axes
+};
+
+struct AuditReport {
+  std::vector<glm::dvec3> points; ///< where, world metres; empty: no audit
+  std::vector<SkyError> sky;
+  std::vector<float> exact; ///< [sky][point][lm][channel], the direct transport
+
+  /// Worst smooth sky, and rms over the suns (0: none reaches the room).
+  double smooth(double SkyError::*part) const;
+  double sun(double SkyError::*part) const;
+};
+
+/// Direct transport at the same points under the same skies on two meshes: nrms difference, worst smooth sky.
+/// The suns' rms is left out: suns stand elsewhere on another mesh.
+double mesh_difference(const AuditReport& coarse, const AuditReport& fine);
+
+/// The audit of one bake, through its stages.
+class Audit {
+public:
+  /// Keeps those of `candidates` at which the volume can be asked; empty: 64 points spread over the room's air, or a
+  /// share of the given probes. `probes` with their validity. Errors of LightFieldSampler.
+  static Result<Audit> prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
+                               std::vector<glm::dvec3> candidates);
+
+  const std::vector<glm::dvec3>& points() const { return points_; }
+  /// First light of the held-out skies; also chooses the suns. `light`: of held_out_partition().
+  radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, const radiosity::ElementSet& set);
+  std::size_t skies() const { return skies_.size(); }
+
+  /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky]; probes in the order of `probe_of_point`.
+  AuditReport judge(const BasisVolume& volume, std::span<const float> exact_at_points,
+                    std::span<const float> exact_at_probes, std::span<const std::size_t> probe_of_point) const;
+
+private:
+  LightFieldSampler sampler_;
+  std::vector<glm::dvec3> points_;
+  std::vector<HeldOutSky> skies_;
+};
+
+} // namespace daylit::precompute

@@ -1,0 +1,125 @@
+#include "precompute/detail/sun_metric.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+#include "scene/detail/tile_kernels.h"
+
+namespace daylit::precompute::detail {
+
+namespace {
+
+constexpr std::int32_t kLargestGap = 4; ///< between the nodes of one run; zeros are cheaper than another run
+
+float mean(const Rgb& c) { return (c.r + c.g + c.b) / 3.0f; }
+
+bool tinted(const SurfaceLight& light) {
+  for (const radiosity::FirstBounceRow& row : light.light)
+    for (const Rgb& x : row.irradiance)
+      if (x != Rgb(x.r))
+        return true;
+  return false;
+}
+
+void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, FirstLight& out) {
+  float most = 0;
+  for (const Rgb& x : row.irradiance)
+    most = std::max(most, std::abs(x[colour]));
+  std::int32_t next = -kLargestGap - 1;
+  for (std::size_t k = 0; k < row.region.size(); ++k) {
+    const std::int32_t region = row.region[k];
+    if (next < 0 || region - next > kLargestGap)
+      out.run.push_back({static_cast<std::uint32_t>(region), 0});
+    else
+      out.weight.insert(out.weight.end(), static_cast<std::size_t>(region - next), 0);
+    out.weight.push_back(most > 0 ? daylit::detail::to_half(row.irradiance[k][colour] / most) : std::uint16_t{0});
+    next = region + 1;
+    out.run.back().count = static_cast<std::uint32_t>(next) - out.run.back().first_region;
+  }
+  out.scale.push_back(most / unit);
+  out.first_run.push_back(static_cast<std::uint32_t>(out.run.size()));
+  out.first_weight.push_back(static_cast<std::uint32_t>(out.weight.size()));
+}
+
+} // namespace
+
+SunColumns SunColumns::of(const SurfaceLight& light, int regions) {
+  std::vector<std::size_t> count(static_cast<std::size_t>(regions), 0);
+  for (const radiosity::FirstBounceRow& row : light.light)
+    for (const std::int32_t r : row.region)
+      ++count[static_cast<std::size_t>(r)];
+  SunColumns c;
+  c.sources = light.source.size();
+  std::vector<std::size_t> next(count.size());
+  std::size_t end = 0;
+  for (std::size_t r = 0; r < count.size(); ++r) {
+    next[r] = end;
+    if (count[r] == 0)
+      continue;
+    c.node.push_back(static_cast<std::int32_t>(r));
+    c.begin.push_back(end);
+    end += count[r];
+  }
+  c.begin.push_back(end);
+  c.source.resize(end);
+  c.value.resize(end);
+  for (std::size_t s = 0; s < light.light.size(); ++s)
+    for (std::size_t k = 0; k < light.light[s].region.size(); ++k) {
+      const std::size_t at = next[static_cast<std::size_t>(light.light[s].region[k])]++;
+      c.source[at] = static_cast<std::uint32_t>(s);
+      c.value[at] = mean(light.light[s].irradiance[k]);
+    }
+  return c;
+}
+
+void SunColumns::add_norms2(std::span<const float> rows, std::vector<double>& norm2) const {
+  const std::size_t count = sources > 0 ? rows.size() / sources : 0;
+  std::vector<float> by_source(rows.size()); // [source][row]: one column reads whole lines
+  for (std::size_t r = 0; r < count; ++r)
+    for (std::size_t s = 0; s < sources; ++s)
+      by_source[s * count + r] = rows[r * sources + s];
+  tbb::parallel_for(std::size_t{0}, size(), [&](std::size_t j) {
+    std::vector<float> sum(count, 0.0f);
+    for (std::size_t k = begin[j]; k < begin[j + 1]; ++k)
+      for (std::size_t r = 0; r < count; ++r)
+        sum[r] += value[k] * by_source[source[k] * count + r];
+    for (const float x : sum)
+      norm2[j] += static_cast<double>(x) * static_cast<double>(x);
+  });
+}
+
+SunMetric::SunMetric(const SunColumns& columns, std::span<const float> weight) : sigma(columns.sources, 0.0f) {
+  const std::size_t n = columns.sources;
+  correlation.assign(n * n, 0.0f);
+  // Row by row, so that no two threads meet: the columns that light a source, one after another.
+  std::vector<std::vector<std::pair<std::uint32_t, float>>> lit(n);
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
+      lit[columns.source[k]].emplace_back(static_cast<std::uint32_t>(j), columns.value[k] * weight[j] * weight[j]);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t s) {
+    float* row = correlation.data() + s * n;
+    for (const auto& [j, value] : lit[s])
+      for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
+        row[columns.source[k]] += value * columns.value[k];
+  });
+  for (std::size_t s = 0; s < n; ++s)
+    sigma[s] = std::max(std::sqrt(correlation[s * n + s]), 1e-30f);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t s) {
+    for (std::size_t t = 0; t < n; ++t)
+      correlation[s * n + t] /= sigma[s] * sigma[t];
+  });
+}
+
+FirstLight store_first_light(const SurfaceLight& light, std::span<const float> unit) {
+  FirstLight out;
+  out.first_run.push_back(0);
+  out.first_weight.push_back(0);
+  for (int colour = 0; colour < (tinted(light) ? 3 : 1); ++colour)
+    for (std::size_t s = 0; s < light.light.size(); ++s)
+      append_row(light.light[s], colour, unit[s], out);
+  return out;
+}
+
+} // namespace daylit::precompute::detail

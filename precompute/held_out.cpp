@@ -1,0 +1,237 @@
+#include "precompute/held_out.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <numeric>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
+constexpr std::array<double, 3> kSunAltitudes{9.4, 23.1, 41.7}; // degrees: on no row of a usual subdivision
+constexpr double kSunHeight = 0.53;                             // degrees
+constexpr int kSunCells = 680, kSkyCells = 72, kSkyBands = 18;  // per turn; bands of 5 degrees above the horizon
+constexpr double kFaintest = 0.1; ///< of the brightest sun: bands of fainter ones are left out
+constexpr int kSide = 4;          ///< samples of a region along each side
+constexpr std::size_t kMostTries = 64;
+
+/// Regions of the three bands, first and last + 1.
+struct SunBand {
+  int first, last;
+};
+
+struct Layout {
+  SkyPartition partition;
+  std::vector<SunBand> suns;
+};
+
+Layout make_layout() {
+  std::vector<double> altitude;
+  for (int k = -kSkyBands; k <= kSkyBands; ++k)
+    altitude.push_back(90.0 * k / kSkyBands);
+  for (const double a : kSunAltitudes) {
+    altitude.push_back(a - 0.5 * kSunHeight);
+    altitude.push_back(a + 0.5 * kSunHeight);
+  }
+  std::ranges::sort(altitude);
+  std::vector<SkyBand> bands;
+  std::vector<SunBand> suns;
+  int next = 0;
+  for (std::size_t i = 0; i + 1 < altitude.size(); ++i) {
+    const bool sun =
+        altitude[i + 1] - altitude[i] < 1.01 * kSunHeight &&
+        std::ranges::any_of(kSunAltitudes, [&](double a) { return altitude[i] < a && a < altitude[i + 1]; });
+    const int cells = sun ? kSunCells : kSkyCells;
+    const double low = i == 0 ? -1.0 : bands.back().sin_high;
+    const double high = i + 2 == altitude.size() ? 1.0
+                        : altitude[i + 1] == 0.0 ? 0.0
+                                                 : std::sin(altitude[i + 1] * kDegree);
+    bands.push_back({low, high, cells, next, false});
+    if (sun)
+      suns.push_back({next, next + cells});
+    next += cells;
+  }
+  return {*SkyPartition::from_bands(std::move(bands), "held out"), suns};
+}
+
+const Layout& layout() {
+  static const Layout the_layout = make_layout();
+  return the_layout;
+}
+
+double glow(const glm::dvec3& d, double azimuth_deg, double altitude_deg, double width_deg) {
+  const double a = azimuth_deg * kDegree, h = altitude_deg * kDegree;
+  const double away = std::acos(std::clamp(
+      glm::dot(d, glm::dvec3(std::cos(h) * std::cos(a), std::cos(h) * std::sin(a), std::sin(h))), -1.0, 1.0));
+  return std::exp(-0.5 * away * away / (width_deg * width_deg * kDegree * kDegree));
+}
+
+double ground_or(const glm::dvec3& d, double sky) { return d.z > 0.0 ? sky : 0.6; }
+
+} // namespace
+
+const SkyPartition& held_out_partition() { return layout().partition; }
+
+std::vector<HeldOutSky> smooth_skies() {
+  using Radiance = std::function<double(const glm::dvec3&)>;
+  const std::array<std::pair<const char*, Radiance>, 5> models = {
+      {{"uniform", [](const glm::dvec3&) { return 1.0; }},
+       {"overcast", [](const glm::dvec3& d) { return ground_or(d, 10.0 * (1.0 + 2.0 * d.z) / 3.0); }},
+       {"slope east", [](const glm::dvec3& d) { return 1.0 + 0.9 * d.x; }},
+       {"slope north", [](const glm::dvec3& d) { return 1.0 + 0.9 * d.y; }},
+       {"glow", [](const glm::dvec3& d) {
+          // One wide glow in each quarter, so that some of it is seen from any window.
+          return ground_or(d, 0.5 + 4.0 * (glow(d, 27, 15, 20) + glow(d, 117, 15, 20) + glow(d, 207, 15, 20) +
+                                           glow(d, 297, 15, 20)));
+        }}}};
+  const SkyPartition& partition = held_out_partition();
+  std::vector<HeldOutSky> skies;
+  for (const auto& [name, radiance] : models) {
+    HeldOutSky sky{name, false, std::vector<float>(static_cast<std::size_t>(partition.size()))};
+    for (int r = 0; r < partition.size(); ++r) {
+      double sum = 0;
+      for (int k = 0; k < kSide * kSide; ++k)
+        sum += radiance(partition.sample(r, (k % kSide + 0.5) / kSide, (k / kSide + 0.5) / kSide));
+      sky.radiance[static_cast<std::size_t>(r)] = static_cast<float>(sum / (kSide * kSide));
+    }
+    skies.push_back(std::move(sky));
+  }
+  return skies;
+}
+
+std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::ElementSet& set) {
+  std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0);
+  for (std::size_t e = 0; e < light.elements; ++e)
+    for (std::size_t k = 0; k < light.columns(); ++k)
+      flux[static_cast<std::size_t>(light.region[k])] +=
+          set.elements[e].area_m2 * static_cast<double>(light.row(e, 1)[k]);
+  double brightest = 0;
+  for (const SunBand& band : layout().suns)
+    brightest = std::max(brightest, *std::max_element(flux.begin() + band.first, flux.begin() + band.last));
+  std::vector<HeldOutSky> skies;
+  for (const SunBand& band : layout().suns) {
+    const double band_flux = std::accumulate(flux.begin() + band.first, flux.begin() + band.last, 0.0);
+    if (!(*std::max_element(flux.begin() + band.first, flux.begin() + band.last) > kFaintest * brightest))
+      continue;
+    for (const double share : {1.0 / 3, 2.0 / 3}) {
+      double sum = 0;
+      int region = band.first;
+      while (region + 1 < band.last && (sum += flux[static_cast<std::size_t>(region)]) < share * band_flux)
+        ++region;
+      if (!(flux[static_cast<std::size_t>(region)] > kFaintest * brightest))
+        continue;
+      HeldOutSky sky{"sun", true, std::vector<float>(flux.size(), 0.0f)};
+      const glm::dvec3 d = held_out_partition().centre(region);
+      sky.name += " " + std::to_string(std::lround(std::atan2(d.y, d.x) / kDegree)) + "," +
+                  std::to_string(std::lround(std::asin(d.z) / kDegree));
+      sky.radiance[static_cast<std::size_t>(region)] = 1.0f;
+      skies.push_back(std::move(sky));
+    }
+  }
+  return skies;
+}
+
+radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies) {
+  radiosity::FirstBounce out{
+      .elements = light.elements, .channels = light.channels, .region = {}, .irradiance = {}, .opening = light.opening};
+  for (std::size_t s = 0; s < skies.size(); ++s)
+    out.region.push_back(static_cast<std::int32_t>(s));
+  for (std::size_t e = 0; e < light.elements; ++e)
+    for (int c = 0; c < light.channels; ++c)
+      for (const HeldOutSky& sky : skies) {
+        double sum = 0;
+        for (std::size_t k = 0; k < light.columns(); ++k)
+          sum += static_cast<double>(light.row(e, c)[k]) *
+                 static_cast<double>(sky.radiance[static_cast<std::size_t>(light.region[k])]);
+        out.irradiance.push_back(static_cast<float>(sum));
+      }
+  return out;
+}
+
+std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& sky) {
+  const SkyPartition& fine = held_out_partition();
+  const auto n = static_cast<std::size_t>(partition.size());
+  std::vector<double> light(n, 0.0), covered(n, 0.0);
+  for (int r = 0; r < fine.size(); ++r) {
+    const double share_sr = fine.solid_angle_sr(r) / (kSide * kSide);
+    const double radiance = static_cast<double>(sky.radiance[static_cast<std::size_t>(r)]);
+    if (sky.is_sun && radiance == 0.0)
+      continue;
+    for (int k = 0; k < kSide * kSide; ++k) {
+      const glm::dvec3 d = fine.sample(r, (k % kSide + 0.5) / kSide, (k / kSide + 0.5) / kSide);
+      const auto add = [&](int region, double weight) {
+        light[static_cast<std::size_t>(region)] += weight * share_sr * radiance;
+        covered[static_cast<std::size_t>(region)] += weight * share_sr;
+      };
+      if (partition.interpolated())
+        for (const RegionWeight& w : partition.interpolation(d))
+          add(w.region, w.weight);
+      else
+        add(partition.region_of(d), 1.0);
+    }
+  }
+  std::vector<float> out(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const int region = static_cast<int>(i);
+    const double own_sr = partition.solid_angle_sr(region);
+    // Of a smooth sky the samples' own solid angle divides, so that their number leaves no trace.
+    const double whole_sr = partition.interpolated() ? partition.hat_sr(region) : own_sr;
+    const double scale = sky.is_sun ? 1.0 / own_sr : covered[i] > 0.0 ? whole_sr / (covered[i] * own_sr) : 0.0;
+    out[i] = static_cast<float>(light[i] * scale);
+  }
+  return out;
+}
+
+namespace {
+
+/// Squared distance from p to the triangle abc (Ericson, Real-Time Collision Detection, 5.1.5).
+double distance2(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
+  const glm::dvec3 n = glm::cross(b - a, c - a);
+  const double area2 = glm::dot(n, n);
+  const auto to_segment = [&](const glm::dvec3& u, const glm::dvec3& v) {
+    const glm::dvec3 d = v - u;
+    const double length2 = glm::dot(d, d);
+    const glm::dvec3 off = p - (u + (length2 > 0 ? std::clamp(glm::dot(p - u, d) / length2, 0.0, 1.0) : 0.0) * d);
+    return glm::dot(off, off);
+  };
+  if (area2 > 0 && glm::dot(glm::cross(b - a, p - a), n) >= 0 && glm::dot(glm::cross(c - b, p - b), n) >= 0 &&
+      glm::dot(glm::cross(a - c, p - c), n) >= 0) {
+    const double height = glm::dot(p - a, n);
+    return height * height / area2;
+  }
+  return std::min({to_segment(a, b), to_segment(b, c), to_segment(c, a)});
+}
+
+} // namespace
+
+std::vector<glm::dvec3> spread_points(const Room& room, std::size_t count, double clearance) {
+  constexpr std::array<double, 3> kStep{0.8191725133961645, 0.6710436067037893,
+                                        0.5497004779019703}; // 1/g, 1/g^2, 1/g^3
+  const Bounds bounds = room.bounds();
+  const glm::dvec3 low = bounds.min + clearance, size = bounds.size() - 2.0 * clearance;
+  std::vector<glm::dvec3> points;
+  if (!(std::min({size.x, size.y, size.z}) > 0.0))
+    return points;
+  for (std::size_t k = 1; k <= count * kMostTries && points.size() < count; ++k) {
+    glm::dvec3 p;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double x = 0.5 + static_cast<double>(k) * kStep[static_cast<std::size_t>(axis)];
+      p[axis] = low[axis] + size[axis] * (x - std::floor(x));
+    }
+    const bool free = std::ranges::none_of(room.triangles, [&](const RoomTriangle& t) {
+      return distance2(p, room.corner(t, 0), room.corner(t, 1), room.corner(t, 2)) < clearance * clearance;
+    });
+    if (free)
+      points.push_back(p);
+  }
+  return points;
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,282 @@
+#include "precompute/plan.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "precompute/plan_laws.h"
+#include "precompute/probes.h"
+
+namespace daylit::precompute {
+
+namespace {
+
+// Shares of the target. Together 0.92 of it; a bake that misses is repeated with better knowledge.
+constexpr double kMeshShare = 0.45, kGridShare = 0.76, kSkyShare = 0.24;
+constexpr double kPointsShare = 0.30; ///< of the mesh at given points, where no grid adds to it
+constexpr double kSunShare = 2.0;
+constexpr int kFewestPatches = 200, kMostPatches = 60000;
+constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
+constexpr double kMostProbes = 2e6;
+constexpr std::array<int, 5> kNodes{256, 512, 1024, 2048, 4096};
+constexpr double kNodeShare = 0.3;          ///< of the target, before compression
+constexpr double kNodesAtTwoPercent = 1024; ///< at most, ~ 1 / target: beyond, time grows faster than errors fall
+constexpr double kClearlyFiner = 1.8;       ///< ratio of patches from which a difference tells an error
+constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
+constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
+constexpr int kGatherRays = 1024;   ///< per probe at 2 %
+
+const PlanLaws& laws = kPlanLaws;
+
+double grid_part(const Pilot& pilot, double spacing_m, double rays, double at_pilot) {
+  const double curved = at_pilot * std::pow(spacing_m / pilot.spacing_m, laws.grid_exponent);
+  return std::hypot(curved, ray_noise(rays));
+}
+
+double mesh_part(const Pilot& pilot, double patches) {
+  return pilot.mesh_error * std::pow(static_cast<double>(pilot.fine.patches) / patches, laws.mesh_exponent);
+}
+
+struct SkyParts {
+  double smooth = 0, sun = 0;
+};
+
+SkyParts sky_parts(const SkyPartition& partition, double compact_error) {
+  const double n = partition.size();
+  if (!partition.interpolated())
+    return {laws.region_error * 64 / n,
+            n <= 256 ? laws.region_sun : laws.region_sun * std::pow(256 / n, laws.region_sun_exponent)};
+  return {std::hypot(laws.node_error * 1024 / n, laws.compact_smooth * compact_error),
+          std::hypot(laws.node_sun * std::pow(1024 / n, laws.node_sun_exponent), laws.node_sun_floor)};
+}
+
+double seconds_of(const std::vector<StageTime>& stages, const std::string& name) {
+  double sum = 0;
+  for (const StageTime& s : stages)
+    sum += s.name == name ? s.seconds : 0.0;
+  return sum;
+}
+
+/// What a bake costs, in multiplications and rays; the pilot's own seconds tell what they take here.
+struct Work {
+  double patches, probes, columns, channels, gather_rays;
+  double product() const { return 9 * probes * patches * columns * channels; }
+  double solve() const { return patches * patches * columns * channels + patches * patches * patches * channels / 3; }
+  double rays() const { return probes * gather_rays; }
+};
+
+double predicted_seconds(const Pilot& pilot, const Work& work, double visibility_rays, bool fine) {
+  const Work own{static_cast<double>(pilot.fine.patches), static_cast<double>(pilot.probes), 64 * pilot.stored_share,
+                 static_cast<double>(pilot.channels), pilot.gather_rays};
+  const double more = work.patches / own.patches;
+  const double model = laws.ray_s * own.rays() + laws.product_s * own.product();
+  const double speed = model > 0 ? std::clamp(seconds_of(pilot.stages, "volume") / model, 0.1, 10.0) : 1.0;
+  double s = pilot.seconds + laws.start_s;
+  s += more * (seconds_of(pilot.stages, "mesh") + seconds_of(pilot.stages, "first bounce") +
+               seconds_of(pilot.stages, "held-out skies"));
+  s += seconds_of(pilot.stages, "form factors") * std::pow(more, laws.exchange_exponent) *
+       std::pow(visibility_rays / pilot.visibility_rays, laws.visibility_exponent);
+  s += speed * (laws.ray_s * work.rays() + laws.product_s * (work.product() + work.solve()));
+  if (fine)
+    s += speed * laws.compress_s * work.probes * work.columns;
+  return s;
+}
+
+double predicted_bytes(const Work& work, const SkyPartition& partition, double compact_error,
+                       BasisPrecision precision) {
+  if (partition.interpolated())
+    return work.probes * laws.compact_bytes * std::pow(0.03 / compact_error, laws.compact_exponent) *
+           std::pow(partition.size() / 1024.0, laws.compact_node_exponent);
+  return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
+}
+
+/// The settings on their way, with what they are predicted to do.
+class Planner {
+public:
+  Planner(const Pilot& pilot, const PlanRequest& request) : pilot_(pilot), request_(request) {}
+
+  Result<Plan> plan(double target) const {
+    Plan plan;
+    plan.max_error = target;
+    plan.options.points = request_.points;
+    plan.options.audit = true;
+    plan.options.held_out = pilot_.fine.audit.points;
+    const double finer = 0.02 / target;
+    plan.options.visibility_rays = kRowRays * std::clamp(finer, 1.0 / 14, 8.0);
+    const bool grid = request_.points.empty();
+    plan.options.gather_rays =
+        static_cast<int>(kGatherRays * std::clamp(std::pow(finer, 1.2), 0.25, 64.0) * (grid ? 1 : 2));
+    plan.options.patch_edge_m = request_.patch_edge_m;
+    plan.options.target_patches = choose_patches(target);
+    choose_grid(target, plan.options);
+    if (const Result<void> sky = choose_sky(target, plan); !sky)
+      return sky.error();
+    predict(plan);
+    return plan;
+  }
+
+private:
+  int choose_patches(double target) const {
+    if (request_.patches > 0)
+      return request_.patches;
+    const double allowed = target * (request_.points.empty() ? kMeshShare : kPointsShare);
+    const double more = std::pow(pilot_.mesh_error / allowed, 1.0 / laws.mesh_exponent);
+    return static_cast<int>(
+        std::clamp(more * static_cast<double>(pilot_.fine.patches), double(kFewestPatches), double(kMostPatches)));
+  }
+
+  void choose_grid(double target, BakeOptions& options) const {
+    options.grid = request_.grid;
+    options.spacing_m = request_.spacing_m;
+    if (options.grid.x > 0 || options.spacing_m > 0 || !request_.points.empty())
+      return;
+    const glm::dvec3 size = pilot_.bounds.size();
+    const double columns = 3 * 1024 * pilot_.stored_share;
+    // Steps of 1.5 %: the number of probes jumps where one more fits along an axis.
+    for (double spacing = 0.5 * std::max({size.x, size.y, size.z});; spacing /= 1.015) {
+      const glm::ivec3 count = grid_size(pilot_.bounds, spacing);
+      const double probes = static_cast<double>(count.x) * count.y * count.z;
+      if (probes > kMostProbes || probes * 27 / 3 * columns * pilot_.air_share > kMostFloats)
+        return;
+      options.spacing_m = spacing;
+      if (grid_part(pilot_, mean_spacing(pilot_.bounds, count), options.gather_rays, pilot_.grid_error) <=
+          kGridShare * target)
+        return;
+    }
+  }
+
+  double spacing_of(const BakeOptions& options) const {
+    return mean_spacing(pilot_.bounds, options.grid.x > 0 ? options.grid : grid_size(pilot_.bounds, options.spacing_m));
+  }
+
+  double sun_error(const Plan& plan, double sky_sun) const {
+    if (pilot_.grid_sun <= 0)
+      return 0;
+    const double mesh = mesh_part(pilot_, plan.options.target_patches);
+    const double grid = request_.points.empty()
+                            ? grid_part(pilot_, spacing_of(plan.options), plan.options.gather_rays, pilot_.grid_sun)
+                            : 0;
+    return std::hypot(mesh, std::hypot(grid, sky_sun));
+  }
+
+  Result<void> choose_sky(double target, Plan& plan) const {
+    plan.precision = target >= 0.005 ? BasisPrecision::float16 : BasisPrecision::float32;
+    plan.options.compact_error = std::clamp(kSkyShare * target / laws.compact_smooth, kMinCompact, kMaxCompact);
+    plan.regions = request_.regions;
+    if (!plan.regions.empty()) {
+      const auto partition = SkyPartition::parse(plan.regions);
+      return partition ? Result<void>{} : partition.error();
+    }
+    const auto sun_with = [&](int nodes) {
+      return sun_error(plan, sky_parts(*SkyPartition::fine(nodes), plan.options.compact_error).sun);
+    };
+    const auto smooth_with = [](int nodes) { return laws.node_error * 1024 / nodes; };
+    int nodes = kNodes.front();
+    for (const int more : kNodes) {
+      const bool sun =
+          pilot_.grid_sun > 0 && more <= kNodesAtTwoPercent * 0.02 / target && sun_with(nodes) > kSunShare * target;
+      if (more > nodes && (sun || smooth_with(nodes) > kNodeShare * target))
+        nodes = more;
+    }
+    plan.regions = "fine:" + std::to_string(nodes);
+    return {};
+  }
+
+  void predict(Plan& plan) const {
+    Prediction& p = plan.predicted;
+    const SkyPartition partition = *SkyPartition::parse(plan.regions);
+    const SkyParts sky = sky_parts(partition, plan.options.compact_error);
+    // A fixed edge: as many patches as the pilot's at its edge, by area.
+    double patches = plan.options.target_patches;
+    if (plan.options.patch_edge_m > 0)
+      patches = static_cast<double>(pilot_.fine.patches) *
+                std::pow(pilot_.fine.patch_edge_m / plan.options.patch_edge_m, 2.0);
+    p.mesh = mesh_part(pilot_, patches);
+    p.sky = sky.smooth;
+    double probes = static_cast<double>(request_.points.size());
+    if (request_.points.empty()) {
+      p.grid = grid_part(pilot_, spacing_of(plan.options), plan.options.gather_rays, pilot_.grid_error);
+      const glm::ivec3 count =
+          plan.options.grid.x > 0 ? plan.options.grid : grid_size(pilot_.bounds, plan.options.spacing_m);
+      probes = static_cast<double>(count.x) * count.y * count.z * pilot_.air_share;
+    } else {
+      p.grid = ray_noise(plan.options.gather_rays);
+    }
+    p.total = std::hypot(p.mesh, std::hypot(p.grid, p.sky));
+    p.sun = sun_error(plan, sky.sun);
+    const Work work{patches, probes, partition.size() * pilot_.stored_share, static_cast<double>(pilot_.channels),
+                    static_cast<double>(plan.options.gather_rays)};
+    p.seconds = predicted_seconds(pilot_, work, plan.options.visibility_rays, partition.interpolated());
+    p.bytes = predicted_bytes(work, partition, plan.options.compact_error, plan.precision);
+  }
+
+  const Pilot& pilot_;
+  const PlanRequest& request_;
+};
+
+constexpr double kFinest = 1e-4; ///< the target at which every setting is at its limit
+
+} // namespace
+
+Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request) {
+  const Planner planner(pilot, request);
+  const double asked = request.max_error;
+  const Result<Plan> finest = planner.plan(kFinest);
+  if (!finest)
+    return finest.error();
+  const double reachable = finest->predicted.total;
+  if (!(asked > 0) || asked < kFinest || (request.must_reach && asked < reachable) || !(asked < 1)) {
+    char text[160];
+    std::snprintf(text, sizeof(text), "%g %% is no error that can be planned for this room; the smallest is %.2g %%",
+                  100 * asked, 100 * std::max(reachable * 1.02, kFinest));
+    return Error{ErrorCode::value_invalid, text, "--max-error",
+                 request.regions.empty() && request.patches == 0 && request.spacing_m == 0 && request.grid.x == 0
+                     ? "ask for a larger one"
+                     : "ask for a larger one, or leave the number of regions, patches and probes to the plan"};
+  }
+  return planner.plan(asked);
+}
+
+Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report) {
+  Pilot better = pilot;
+  const Measured m = measured_error(pilot, report);
+  const double patches = static_cast<double>(report.patches);
+  better.mesh_error = m.mesh * std::pow(patches / static_cast<double>(pilot.fine.patches), laws.mesh_exponent);
+  if (!plan.options.points.empty())
+    return better;
+  const glm::ivec3 count =
+      plan.options.grid.x > 0 ? plan.options.grid : grid_size(pilot.bounds, plan.options.spacing_m);
+  const double back = std::pow(pilot.spacing_m / mean_spacing(pilot.bounds, count), laws.grid_exponent);
+  better.grid_error = back * without_noise(report.audit.smooth(&SkyError::grid_part), plan.options.gather_rays);
+  better.grid_sun = back * without_noise(report.audit.sun(&SkyError::grid_part), plan.options.gather_rays);
+  return better;
+}
+
+double estimated_mesh_error(const Pilot& pilot, const BakeReport& report) {
+  // Against the finest pilot mesh that is clearly coarser; on a mesh no finer than any, the pilot's law stands.
+  const auto patches = static_cast<double>(report.patches);
+  for (const PilotMesh* mesh : {&pilot.fine, &pilot.coarse}) {
+    const double ratio = patches / static_cast<double>(std::max<std::size_t>(mesh->patches, 1));
+    if (ratio > kClearlyFiner)
+      return mesh_difference(mesh->audit, report.audit) / (std::pow(ratio, laws.mesh_exponent) - 1.0);
+  }
+  return mesh_part(pilot, patches);
+}
+
+Measured measured_error(const Pilot& pilot, const BakeReport& report) {
+  Measured m;
+  m.mesh = estimated_mesh_error(pilot, report);
+  m.volume = report.audit.smooth(&SkyError::total);
+  m.total = std::hypot(m.volume, m.mesh);
+  m.irradiance = std::hypot(report.audit.smooth(&SkyError::irradiance), m.mesh);
+  const double sun = report.audit.sun(&SkyError::total);
+  m.sun = sun > 0 ? std::hypot(sun, m.mesh) : 0.0;
+  m.points = report.audit.points.size();
+  for (const SkyError& s : report.audit.sky)
+    if (!s.is_sun && s.total >= m.volume)
+      m.worst_sky = s.sky;
+  return m;
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,63 @@
+#pragma once
+
+// From an error to settings. A pilot measures the room, the laws carry what it found to other settings, and the plan is
+// the cheapest choice whose predicted error stays below what was asked, with a reserve.
+
+#include <string>
+
+#include "precompute/bake.h"
+#include "precompute/pilot.h"
+#include "scene/volume_file.h"
+
+namespace daylit::precompute {
+
+/// What a bake with these settings would be like. Errors: nrms of the coefficients at points off the grid.
+struct Prediction {
+  double mesh = 0, grid = 0, sky = 0; ///< parts under smooth skies
+  double total = 0;                   ///< root of the sum of their squares
+  double sun = 0;                     ///< all parts under a small sun, 0: none comes in
+  double seconds = 0;                 ///< whole run, pilot included
+  double bytes = 0;                   ///< file
+};
+
+/// What the user has fixed; all else is the plan's.
+struct PlanRequest {
+  double max_error = 0.02;        ///< of the coefficients under smooth skies; a small sun may err twice as much
+  double patch_edge_m = 0;        ///< > 0: fixed
+  int patches = 0;                ///< > 0: fixed
+  glm::ivec3 grid{0};             ///< > 0: fixed
+  double spacing_m = 0;           ///< > 0: fixed
+  std::vector<glm::dvec3> points; ///< not empty: no grid
+  std::string regions;            ///< not empty: fixed
+  /// False: what was fixed may make the target impossible, and the rest is planned as if it did not.
+  bool must_reach = true;
+};
+
+struct Plan {
+  BakeOptions options;
+  std::string regions; ///< as SkyPartition::parse() reads it
+  BasisPrecision precision = BasisPrecision::float32;
+  double max_error = 0;
+  Prediction predicted;
+};
+
+/// Pure function of its arguments; a smaller target never gives fewer patches, probes, rays or nodes.
+/// Error value_invalid: the target is not a positive number or out of reach; names the smallest that can be planned.
+Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request);
+
+/// The pilot as it would have been had it known what a bake by `plan` measured.
+Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report);
+
+/// Measured error of a finished bake: the audit's, and the mesh's from the pilot's coefficients beside its own.
+struct Measured {
+  double mesh = 0, volume = 0, total = 0, irradiance = 0, sun = 0;
+  std::string worst_sky;
+  std::size_t points = 0;
+};
+Measured measured_error(const Pilot& pilot, const BakeReport& report);
+
+/// Lines for a person: before and after.
+std::string to_text(const Plan& plan);
+std::string to_text(const Plan& plan, const Measured& measured);
+
+} // namespace daylit::precompute

@@ -1,0 +1,52 @@
+#pragma once
+
+// How error, time and size follow from the settings of a bake. One table: measured on S1, S3 and the rooms of
+// daylit-bench, measured again by `daylit-bench plan`. What depends on the room is measured in the room (pilot.h); what
+// is here is only how it changes from the pilot's settings to those of the plan.
+
+#include <algorithm>
+#include <cmath>
+
+namespace daylit::precompute {
+
+struct PlanLaws {
+  // Errors are nrms of the coefficients at points off the grid, worst of the smooth skies (audit.h).
+  double mesh_exponent = 1.2;    ///< mesh error ~ patches^-mesh_exponent
+  double mesh_of_halving = 0.85; ///< mesh error at P patches / difference between P/2 and P
+  double grid_exponent = 1.9;    ///< grid error without noise ~ spacing^grid_exponent (mean spacing, after ProbeFit)
+  double region_error = 0.057;   ///< sky error of 64 constant regions; ~ 1 / regions
+  double region_sun = 0.55;      ///< the same of a small sun, at most; ~ regions^-region_sun_exponent beyond 256
+  double region_sun_exponent = 0.95;
+  double node_error = 0.003; ///< sky error of 1,024 nodes without compression; ~ 1 / nodes
+  double node_sun = 0.055;   ///< the same of a small sun; ~ nodes^-node_sun_exponent ...
+  double node_sun_exponent = 1.1;
+  double node_sun_floor = 0.04;       ///< ... and never below
+  double compact_smooth = 0.29;       ///< sky error / CompactOptions::error
+  double gather_noise = 0.0072;       ///< grid error of 1,024 rays per probe ...
+  double gather_noise_exponent = 0.9; ///< ... ~ rays^-this
+  double half_float = 0.0003;         ///< error of half floats
+
+  // Seconds on the two threads of the machine of the measurement; the pilot tells how fast another one is.
+  double start_s = 0.05;
+  double exchange_exponent = 1.3;     ///< form factors ~ patches^this ...
+  double visibility_exponent = 0.3;   ///< ... and visibility rays^this
+  double ray_s = 1.3e-7;              ///< per gather ray
+  double product_s = 1.0e-11;         ///< per multiplication of the dense products
+  double compress_s = 4.5e-7;         ///< per probe and stored node
+  double compact_bytes = 2100;        ///< compact file per probe, at error 0.03 and 1,024 nodes
+  double compact_exponent = 0.7;      ///< ~ error^-this
+  double compact_node_exponent = 0.3; ///< ~ nodes^this
+};
+
+inline constexpr PlanLaws kPlanLaws{};
+
+inline double ray_noise(double rays_per_probe) {
+  return kPlanLaws.gather_noise * std::pow(1024 / rays_per_probe, kPlanLaws.gather_noise_exponent);
+}
+/// A grid error that was measured with noise in it; at least half of it is taken for real.
+inline double without_noise(double error, double rays_per_probe) {
+  const double noise = ray_noise(rays_per_probe);
+  return std::sqrt(std::max(error * error - noise * noise, 0.25 * error * error));
+}
+
+} // namespace daylit::precompute

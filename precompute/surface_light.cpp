@@ -1,0 +1,177 @@
+#include "precompute/surface_light.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <queue>
+
+namespace daylit::precompute {
+
+namespace {
+
+/// Where an element is, how it is turned and what it reflects: clusters are small in all of these.
+using Place = std::array<double, 9>;
+
+std::vector<Place> places(const radiosity::ElementSet& set, const std::vector<std::uint32_t>& source) {
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+  for (const radiosity::Element& e : set.elements)
+    for (const glm::dvec3& c : e.corner) {
+      low = glm::min(low, c);
+      high = glm::max(high, c);
+    }
+  const double size = set.elements.empty() ? 1.0 : std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  std::vector<Place> list;
+  for (const std::uint32_t i : source) {
+    const radiosity::Element& e = set.elements[i];
+    const glm::dvec3 p = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0, n = size * e.normal,
+                     r = size * glm::dvec3(e.reflectance);
+    list.push_back({p.x, p.y, p.z, n.x, n.y, n.z, r.x, r.y, r.z});
+  }
+  return list;
+}
+
+struct Group {
+  double extent = 0; ///< longest side
+  int axis = 0;
+  std::size_t begin = 0, end = 0;
+  bool operator<(const Group& other) const { // ties must not depend on the heap
+    return extent != other.extent ? extent < other.extent : begin > other.begin;
+  }
+};
+
+Group measured(const std::vector<Place>& at, const std::vector<std::uint32_t>& order, std::size_t begin,
+               std::size_t end) {
+  Group g{-1, 0, begin, end};
+  for (int axis = 0; axis < 9; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    double low = at[order[begin]][a], high = low;
+    for (std::size_t k = begin; k < end; ++k) {
+      low = std::min(low, at[order[k]][a]);
+      high = std::max(high, at[order[k]][a]);
+    }
+    if (high - low > g.extent) {
+      g.extent = high - low;
+      g.axis = axis;
+    }
+  }
+  return g;
+}
+
+/// Splits the longest group in half until there are enough.
+void find_clusters(const radiosity::ElementSet& set, std::size_t most, SurfaceLight& light) {
+  const std::vector<Place> at = places(set, light.source);
+  std::vector<std::uint32_t> order(light.source.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::priority_queue<Group> groups;
+  std::vector<Group> done;
+  if (!order.empty())
+    groups.push(measured(at, order, 0, order.size()));
+  while (!groups.empty() && groups.size() + done.size() < most) {
+    const Group g = groups.top();
+    groups.pop();
+    if (g.end - g.begin < 2) {
+      done.push_back(g);
+      continue;
+    }
+    const std::size_t middle = g.begin + (g.end - g.begin) / 2;
+    const auto axis = static_cast<std::size_t>(g.axis);
+    std::sort(order.begin() + std::ptrdiff_t(g.begin), order.begin() + std::ptrdiff_t(g.end),
+              [&](std::uint32_t a, std::uint32_t b) {
+                return at[a][axis] != at[b][axis] ? at[a][axis] < at[b][axis] : a < b;
+              });
+    groups.push(measured(at, order, g.begin, middle));
+    groups.push(measured(at, order, middle, g.end));
+  }
+  for (; !groups.empty(); groups.pop())
+    done.push_back(groups.top());
+  light.clusters = done.size();
+  light.cluster.resize(light.source.size());
+  light.share.resize(light.source.size());
+  for (std::size_t k = 0; k < done.size(); ++k) {
+    double area = 0;
+    for (std::size_t i = done[k].begin; i < done[k].end; ++i)
+      area += set.elements[light.source[order[i]]].area_m2;
+    for (std::size_t i = done[k].begin; i < done[k].end; ++i) {
+      light.cluster[order[i]] = static_cast<std::uint32_t>(k);
+      light.share[order[i]] = static_cast<float>(set.elements[light.source[order[i]]].area_m2 / area);
+    }
+  }
+}
+
+/// One column per cluster, and the whole sky as the last one, for the audit.
+radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const std::vector<float>& opening) {
+  const std::size_t columns = light.clusters + 1;
+  radiosity::FirstBounce first{.elements = light.elements,
+                               .channels = 1,
+                               .region = std::vector<std::int32_t>(columns),
+                               .irradiance = std::vector<float>(light.elements * columns, 0.0f),
+                               .opening = opening};
+  std::iota(first.region.begin(), first.region.end(), 0);
+  for (std::size_t s = 0; s < light.source.size(); ++s) {
+    float* row = first.row(light.source[s], 0);
+    row[light.cluster[s]] = 1.0f;
+    double sky = 0;
+    for (const Rgb& x : light.light[s].irradiance)
+      sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
+    row[light.clusters] = static_cast<float>(sky);
+  }
+  return first;
+}
+
+/// The last column alone.
+radiosity::EnergyBalance audit_sky(const radiosity::ElementSet& set, const radiosity::ExchangeMatrix& exchange,
+                                   const radiosity::FirstBounce& first, const radiosity::Radiosity& all) {
+  const std::size_t columns = first.columns();
+  radiosity::FirstBounce sky{
+      .elements = first.elements, .channels = 1, .region = {0}, .irradiance = {}, .opening = first.opening};
+  radiosity::Radiosity b{.elements = all.elements, .columns = 3, .b = {}, .copy_of = all.copy_of};
+  for (std::size_t e = 0; e < first.elements; ++e) {
+    sky.irradiance.push_back(first.row(e, 0)[columns - 1]);
+    for (std::size_t c = 0; c < 3; ++c)
+      b.b.push_back(all.row(e)[(c + 1) * columns - 1]);
+  }
+  return radiosity::audit_energy(set, exchange, sky, b);
+}
+
+/// Takes the light that a cluster sends out itself off the solution.
+void keep_further_bounces(const radiosity::Radiosity& solved, SurfaceLight& light) {
+  const std::size_t n = light.clusters, columns = n + 1;
+  light.bounced.resize(light.elements * 3 * n);
+  for (std::size_t e = 0; e < light.elements; ++e)
+    for (std::size_t c = 0; c < 3; ++c)
+      std::copy_n(solved.row(e) + static_cast<std::size_t>(solved.copy_of[c]) * columns, n,
+                  light.bounced.data() + (e * 3 + c) * n);
+  for (std::size_t s = 0; s < light.source.size(); ++s)
+    for (std::size_t c = 0; c < 3; ++c)
+      light.bounced[(light.source[s] * 3 + c) * n + light.cluster[s]] -= light.reflectance[s][static_cast<int>(c)];
+}
+
+} // namespace
+
+Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const radiosity::ExchangeMatrix& exchange,
+                                   std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
+                                   const radiosity::SolveOptions& options, const Progress& progress,
+                                   SurfaceLightReport& report) {
+  SurfaceLight light;
+  light.elements = set.elements.size();
+  std::vector<float> opening;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    opening.push_back(rows[i].opening);
+    if (rows[i].region.empty())
+      continue;
+    light.source.push_back(static_cast<std::uint32_t>(i));
+    light.reflectance.push_back(set.elements[i].reflectance);
+    light.light.push_back(std::move(rows[i]));
+  }
+  find_clusters(set, clusters, light);
+  const radiosity::FirstBounce first = cluster_columns(light, opening);
+  const auto solved = radiosity::solve_radiosity(set, exchange, first, options, progress, &report.solve);
+  if (!solved)
+    return solved.error();
+  report.energy = audit_sky(set, exchange, first, *solved);
+  keep_further_bounces(*solved, light);
+  return light;
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,39 @@
+#pragma once
+
+// The light between surfaces as the fine sky needs it: which elements the sky lights from where, and what a lit element
+// gives the others in two parts. What it sends out itself is exact. What comes back after further bounces is smooth, so
+// it is solved once for each cluster of neighbouring elements, from the mean light on the cluster.
+
+#include <cstdint>
+#include <vector>
+
+#include "radiosity/first_bounce.h"
+#include "radiosity/solve.h"
+#include "scene/program.h"
+
+namespace daylit::precompute {
+
+struct SurfaceLight {
+  std::size_t elements = 0, clusters = 0;
+  std::vector<std::uint32_t> source;            ///< elements that the sky lights, increasing
+  std::vector<radiosity::FirstBounceRow> light; ///< of each source
+  std::vector<std::uint32_t> cluster;           ///< of each source
+  std::vector<float> share;                     ///< of each source: its area / that of its cluster
+  std::vector<Rgb> reflectance;                 ///< of each source
+  /// [element][channel * clusters + cluster]: radiosity after one or more further bounces for irradiance 1 on a
+  /// cluster.
+  std::vector<float> bounced;
+};
+
+struct SurfaceLightReport {
+  radiosity::SolveReport solve;
+  radiosity::EnergyBalance energy; ///< of the whole sky
+};
+
+/// At most `clusters` of them. Errors as solve_radiosity().
+Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const radiosity::ExchangeMatrix& exchange,
+                                   std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
+                                   const radiosity::SolveOptions& options, const Progress& progress,
+                                   SurfaceLightReport& report);
+
+} // namespace daylit::precompute
