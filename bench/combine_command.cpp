@@ -1,8 +1,10 @@
 // daylit-bench combine: time of combining a volume beside a plain read of the same bytes, on one core, and the error
 // of half floats.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <random>
 
@@ -12,7 +14,9 @@
 #include "bench/command.h"
 #include "bench/timing.h"
 #include "scene/detail/tile_kernels.h"
+#include "scene/local_combiner.h"
 #include "scene/volume_combiner.h"
+#include "scene/volume_file.h"
 
 namespace daylit::bench {
 namespace {
@@ -20,6 +24,7 @@ namespace {
 struct Arguments {
   std::vector<int> regions = {64, 290, 1154};
   std::vector<int> grids = {8, 16, 24};
+  std::string volume; ///< not empty: this one instead
 };
 
 std::vector<Rgb> random_sky(int regions, unsigned seed) {
@@ -112,7 +117,115 @@ nlohmann::json measure(int regions, int grid) {
           {"unchanged_us", 1e6 * steps[1]}};
 }
 
+double wall_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
+}
+
+/// The valid probes nearest to the middle of the grid.
+std::vector<std::uint32_t> probes_in_the_middle(const ProbeSet& probes, std::size_t count) {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t p = 0; p < probes.size(); ++p)
+    if (probes.valid[p] != 0)
+      order.push_back(p);
+  std::ranges::sort(order, {}, [&](std::uint32_t p) {
+    const glm::vec3& x = probes.positions[p];
+    return std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
+  });
+  order.resize(std::min(order.size(), count));
+  return order;
+}
+
+double relative_error(const std::vector<Sh9Rgb>& some, const LightField& all, std::span<const std::uint32_t> probes) {
+  double error = 0, power = 0;
+  for (std::size_t i = 0; i < probes.size(); ++i)
+    for (std::size_t l = 0; l < 9; ++l)
+      for (int c = 0; c < 3; ++c) {
+        const double t = double(all.probe[probes[i]][l][c]), d = double(some[i][l][c]) - t;
+        error += d * d;
+        power += t * t;
+      }
+  return std::sqrt(error / std::max(power, 1e-300));
+}
+
+/// A baked volume: all of it, and the probes of one object.
+Result<nlohmann::json> measure_file(const std::string& path) {
+  const auto volume = read_volume(path);
+  if (!volume)
+    return volume.error();
+  if (!volume->compact)
+    return Error{ErrorCode::value_invalid, "the volume has no compact basis", path, "bake it with --regions fine:N"};
+  const std::vector<Rgb> a = random_sky(volume->partition.size(), 1), b = random_sky(volume->partition.size(), 2);
+  VolumeCombiner combiner = VolumeCombiner::make(*volume);
+  const CompactBasis& basis = *volume->compact;
+  const auto first_part = std::as_bytes(std::span(basis.source_half)),
+             second = std::as_bytes(std::span(basis.source_byte)), third = std::as_bytes(std::span(basis.probe_half)),
+             fourth = std::as_bytes(std::span(basis.probe_byte));
+  volatile float sink = 0;
+  bool odd = false;
+  double wall = 1e9;
+  for (int r = 0; r < 200; ++r) {
+    const double start = wall_seconds();
+    combiner.update((odd = !odd) ? a : b);
+    wall = std::min(wall, wall_seconds() - start);
+  }
+  set_thread_count(1);
+  const auto times = alternate(
+      100, [&] { combiner.update((odd = !odd) ? a : b); }, [&] { received(basis.light, basis.sources, a); },
+      [&] {
+        for (const auto part : {first_part, second, third, fourth})
+          sink = sink + detail::tile_kernels().sum_bytes(part.data(), part.size());
+      });
+  nlohmann::json row = {{"volume_megabytes", double(basis.bytes()) / 1e6},
+                        {"combine_ms", 1e3 * wall},
+                        {"combine_one_core_ms", 1e3 * times[0]},
+                        {"first_light_ms", 1e3 * times[1]},
+                        {"read_ms", 1e3 * times[2]}};
+  combiner.update(a);
+  for (const std::size_t count : {8, 64}) {
+    const std::vector<std::uint32_t> probes = probes_in_the_middle(volume->probes, count);
+    const double start = thread_seconds();
+    const auto local = LocalCombiner::make(*volume, probes);
+    const double made = thread_seconds() - start;
+    if (!local)
+      return local.error();
+    std::vector<Sh9Rgb> field(probes.size());
+    const auto object = alternate(
+        500, [&] { local->combine((odd = !odd) ? a : b, field); }, [&] { combiner.combine_at(a, probes); });
+    local->combine(a, field);
+    row["objects"].push_back({{"probes", probes.size()},
+                              {"rank", local->rank()},
+                              {"kilobytes", double(local->bytes()) / 1e3},
+                              {"move_ms", 1e3 * made},
+                              {"frame_us", 1e6 * object[0]},
+                              {"without_us", 1e6 * object[1]},
+                              {"error", relative_error(field, combiner.field(), probes)}});
+  }
+  return row;
+}
+
+Result<void> run_file(const Arguments& a, const CommonOptions& options) {
+  const auto row = measure_file(a.volume);
+  if (!row)
+    return row.error();
+  if (!options.json) {
+    const auto number = [&](const char* key) { return (*row)[key].get<double>(); };
+    std::printf("%.1f MB, combined in %.3f ms (one core %.3f, of it the light on the surfaces %.3f; plain read %.3f)\n",
+                number("volume_megabytes"), number("combine_ms"), number("combine_one_core_ms"),
+                number("first_light_ms"), number("read_ms"));
+    for (const auto& o : (*row)["objects"])
+      std::printf(
+          "%2d probes: %.1f us per sky at rank %d (%.0f kB), %.1f ms after a move; %.0f us without; error %.2f %%\n",
+          o["probes"].get<int>(), o["frame_us"].get<double>(), o["rank"].get<int>(), o["kilobytes"].get<double>(),
+          o["move_ms"].get<double>(), o["without_us"].get<double>(), 100 * o["error"].get<double>());
+  }
+  return deliver({{"machine", machine()}, {"rows", {*row}}}, options);
+}
+
 Result<void> run(const Arguments& a, const CommonOptions& options) {
+  if (!a.volume.empty())
+    return run_file(a, options);
   set_thread_count(1);
   nlohmann::json document = {{"machine", machine()}, {"threads", 1}};
   document["vectors"] = detail::tile_kernels().name;
@@ -142,6 +255,7 @@ Command add_combine(CLI::App& program) {
   CLI::App* parser =
       program.add_subcommand("combine", "combining a volume against a plain read of its bytes, one core");
   parser->add_option("--regions", arguments->regions, "numbers of sky regions")->delimiter(',')->capture_default_str();
+  parser->add_option("--volume", arguments->volume, "a baked volume with a fine sky instead");
   parser->add_option("--grids", arguments->grids, "probes per axis")
       ->delimiter(',')
       ->capture_default_str()

@@ -108,9 +108,9 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
   report.solve = surfaces.solve;
   report.energy = surfaces.energy;
   s.clock.finish("solve");
-  const auto gather = [&](std::size_t point, float* nine_rows) {
-    s.fit.apply(
-        point, 9 * s.hits.elements, [&](std::size_t p, float* rows_of) { s.hits.weights(p, rows_of); }, nine_rows);
+  const auto one = [&](std::uint32_t point, float* nine_rows) { s.hits.weights(point, nine_rows); };
+  const auto gather = [&](std::span<const std::uint32_t> some, float* rows_of_some) {
+    s.fit.apply(some, 9 * s.hits.elements, one, rows_of_some);
   };
   auto compact = compact_sky(*light, gather, volume.probes, s.points.probe, volume.partition,
                              {.error = s.options.compact_error}, s.progress, &report.compact);

@@ -23,6 +23,8 @@ constexpr std::size_t kProjections = 16; ///< random signs that measure norms
 constexpr double kFloor = 0.05;          ///< of the brightest node: what dimmer nodes are measured against
 constexpr double kByteShare = 0.5;       ///< of the allowed error: what rounding to bytes may add
 
+constexpr std::size_t kMostKept = 100'000'000; ///< numbers of gather rows; more are worked out twice
+
 /// Number `index` of a sequence of +1 and -1.
 float random_sign(std::uint64_t index) { return radiosity::mix_bits(index * 2 + 1) >> 63 != 0 ? 1.0f : -1.0f; }
 
@@ -58,6 +60,7 @@ void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& positi
 /// One brick on its way: numbers of points, and what the stages leave behind.
 struct Brick {
   std::vector<std::uint32_t> point;
+  std::vector<float> gather;    ///< rows of the points, where they are kept from one stage to the next
   std::vector<float> projected; ///< [projection][source]: random signs times the transport
   detail::Factors factors;
   double unseen = 0; ///< squared error of what the sketch missed
@@ -83,8 +86,7 @@ public:
   /// [numbers][element] of a brick.
   std::vector<float> gather(const Brick& b) const {
     std::vector<float> rows(b.numbers() * light_.elements);
-    for (std::size_t p = 0; p < b.point.size(); ++p)
-      gather_(b.point[p], rows.data() + p * 9 * light_.elements);
+    gather_(b.point, rows.data());
     return rows;
   }
 
@@ -154,7 +156,8 @@ void scale_sources(std::vector<float>& rows, const std::vector<float>& sigma) {
 /// `first`: radiosity of the room under kSketch random suns.
 void factorise(const Transport& transport, const detail::SunMetric& metric, const std::vector<float>& first,
                std::size_t number, Brick& b) {
-  const std::vector<float> gather = transport.gather(b);
+  const std::vector<float> gather = b.gather.empty() ? transport.gather(b) : std::move(b.gather);
+  b.gather = {};
   const std::size_t rows = 3 * b.numbers(), sources = transport.sources();
   std::vector<float> seen = transport.receive(b, gather, first, kSketch);
   std::size_t width = kSketch;
@@ -334,9 +337,14 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
         stop = true;
     });
   };
+  const bool keep = 9 * probe_of_point.size() * light.elements <= kMostKept;
   for_each_brick([&](std::size_t b) {
-    bricks[b].projected = transport.adjoint(bricks[b], transport.gather(bricks[b]),
-                                            random_signs(b + 1, 3 * bricks[b].numbers() * kProjections), kProjections);
+    Brick& brick = bricks[b];
+    brick.gather = transport.gather(brick);
+    brick.projected =
+        transport.adjoint(brick, brick.gather, random_signs(b + 1, 3 * brick.numbers() * kProjections), kProjections);
+    if (!keep)
+      brick.gather = {};
   });
   std::vector<double> norm2(columns.size(), 0.0);
   for (const Brick& b : bricks)

@@ -33,8 +33,8 @@ struct CompactReport {
   double seconds = 0;
 };
 
-/// Fills the nine rows [lm][element] of a point: coefficient = sum over elements of row * radiosity.
-using GatherRows = std::function<void(std::size_t point, float* nine_rows)>;
+/// Fills nine rows [lm][element] for each of some points: coefficient = sum over elements of row * radiosity.
+using GatherRows = std::function<void(std::span<const std::uint32_t> points, float* rows)>;
 
 /// Point p is probe probe_of_point[p]. `partition` is one of nodes. Errors: interrupted.
 Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeSet& probes,

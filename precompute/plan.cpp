@@ -48,7 +48,7 @@ SkyParts sky_parts(const SkyPartition& partition, double compact_error) {
     return {laws.region_error * 64 / n,
             n <= 256 ? laws.region_sun : laws.region_sun * std::pow(256 / n, laws.region_sun_exponent)};
   return {std::hypot(laws.node_error * 1024 / n, laws.compact_smooth * compact_error),
-          std::hypot(laws.node_sun * std::pow(1024 / n, laws.node_sun_exponent), laws.node_sun_floor)};
+          std::hypot(laws.node_sun * std::pow(1024 / n, laws.node_sun_exponent), laws.compact_sun * compact_error)};
 }
 
 double seconds_of(const std::vector<StageTime>& stages, const std::string& name) {
@@ -79,7 +79,7 @@ double predicted_seconds(const Pilot& pilot, const Work& work, double visibility
        std::pow(visibility_rays / pilot.visibility_rays, laws.visibility_exponent);
   s += speed * (laws.ray_s * work.rays() + laws.product_s * (work.product() + work.solve()));
   if (fine)
-    s += speed * laws.compress_s * work.probes * work.columns;
+    s += speed * laws.compress_s * work.probes * work.patches;
   return s;
 }
 
@@ -205,7 +205,10 @@ private:
     }
     p.total = std::hypot(p.mesh, std::hypot(p.grid, p.sky));
     p.sun = sun_error(plan, sky.sun);
-    const Work work{patches, probes, partition.size() * pilot_.stored_share, static_cast<double>(pilot_.channels),
+    // A fine sky is solved for its clusters, whatever the number of nodes.
+    const double columns =
+        partition.interpolated() ? static_cast<double>(plan.options.clusters) : partition.size() * pilot_.stored_share;
+    const Work work{patches, probes, columns, static_cast<double>(pilot_.channels),
                     static_cast<double>(plan.options.gather_rays)};
     p.seconds = predicted_seconds(pilot_, work, plan.options.visibility_rays, partition.interpolated());
     p.bytes = predicted_bytes(work, partition, plan.options.compact_error, plan.precision);

@@ -18,9 +18,9 @@ struct PlanLaws {
   double region_sun = 0.55;      ///< the same of a small sun, at most; ~ regions^-region_sun_exponent beyond 256
   double region_sun_exponent = 0.95;
   double node_error = 0.003; ///< sky error of 1,024 nodes without compression; ~ 1 / nodes
-  double node_sun = 0.055;   ///< the same of a small sun; ~ nodes^-node_sun_exponent ...
-  double node_sun_exponent = 1.1;
-  double node_sun_floor = 0.04;       ///< ... and never below
+  double node_sun = 0.17;    ///< the same of a small sun; ~ nodes^-node_sun_exponent
+  double node_sun_exponent = 0.74;
+  double compact_sun = 1.12;          ///< a sun's error / CompactOptions::error
   double compact_smooth = 0.29;       ///< sky error / CompactOptions::error
   double gather_noise = 0.0072;       ///< grid error of 1,024 rays per probe ...
   double gather_noise_exponent = 0.9; ///< ... ~ rays^-this
@@ -32,8 +32,8 @@ struct PlanLaws {
   double visibility_exponent = 0.3;   ///< ... and visibility rays^this
   double ray_s = 1.3e-7;              ///< per gather ray
   double product_s = 1.0e-11;         ///< per multiplication of the dense products
-  double compress_s = 4.5e-7;         ///< per probe and stored node
-  double compact_bytes = 2100;        ///< compact file per probe, at error 0.03 and 1,024 nodes
+  double compress_s = 4e-7;           ///< of a fine sky, per probe and patch
+  double compact_bytes = 2350;        ///< compact file per probe, at error 0.03 and 1,024 nodes
   double compact_exponent = 0.7;      ///< ~ error^-this
   double compact_node_exponent = 0.3; ///< ~ nodes^this
 };

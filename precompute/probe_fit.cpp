@@ -79,17 +79,32 @@ void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) con
   });
 }
 
-void ProbeFit::apply(std::size_t point, std::size_t numbers, const std::function<void(std::size_t, float*)>& values_of,
-                     float* out) const {
-  values_of(point, out);
-  std::vector<float> other(numbers);
-  const auto of_point = std::ranges::equal_range(rows_, point, {}, &Row::point);
-  for (const Row& row : of_point)
-    for (const auto& [from, share] : {std::pair{row.a, -kShare}, {row.middle, 2.0f * kShare}, {row.b, -kShare}}) {
-      values_of(from, other.data());
-      for (std::size_t k = 0; k < numbers; ++k)
-        out[k] += share * other[k];
+void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+                     const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
+  const auto rows_of = [&](std::uint32_t p) { return std::ranges::equal_range(rows_, p, {}, &Row::point); };
+  std::vector<std::uint32_t> needed(points.begin(), points.end());
+  for (const std::uint32_t p : points)
+    for (const Row& row : rows_of(p))
+      needed.insert(needed.end(), {row.a, row.middle, row.b});
+  std::ranges::sort(needed);
+  const auto repeated = std::ranges::unique(needed);
+  needed.erase(repeated.begin(), repeated.end());
+  std::vector<float> values(needed.size() * numbers_per_point);
+  for (std::size_t i = 0; i < needed.size(); ++i)
+    value(needed[i], values.data() + i * numbers_per_point);
+  const auto at = [&](std::uint32_t p) {
+    return values.data() +
+           static_cast<std::size_t>(std::ranges::lower_bound(needed, p) - needed.begin()) * numbers_per_point;
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    float* out = result + i * numbers_per_point;
+    std::copy_n(at(points[i]), numbers_per_point, out);
+    for (const Row& row : rows_of(points[i])) {
+      const float *a = at(row.a), *m = at(row.middle), *b = at(row.b);
+      for (std::size_t k = 0; k < numbers_per_point; ++k)
+        out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);
     }
+  }
 }
 
 } // namespace daylit::precompute

@@ -23,16 +23,16 @@ public:
                        const std::function<bool(std::size_t, std::size_t)>& sees);
   /// `values`: [point][numbers_per_point], changed in place. Same bits for any thread count.
   void apply(std::span<float> values, std::size_t numbers_per_point) const;
-  /// The same for one point whose numbers, and those of its neighbours, come from `values_of(point, numbers)`.
-  void apply(std::size_t point, std::size_t numbers, const std::function<void(std::size_t, float*)>& values_of,
-             float* out) const;
+  /// The same for some points, whose neighbours' values are asked for: [i] belongs to points[i].
+  void apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+             const std::function<void(std::uint32_t point, float* values)>& value, float* result) const;
 
 private:
   /// A second difference that a point takes: outer, middle, outer.
   struct Row {
     std::uint32_t point, a, middle, b;
   };
-  std::vector<Row> rows_; ///< by point
+  std::vector<Row> rows_; ///< in the order of their points
   std::size_t points_ = 0;
 };
 

@@ -35,18 +35,43 @@ void trace_point(const glm::dvec3& point, std::size_t index, const ElementSet& s
   }
 }
 
-/// Adds one point's nine rows of weights: coefficient = weights . B.
-void add_weights(std::size_t index, std::span<const std::int32_t> met, std::size_t elements, float* weights) {
-  // dw = 4 pi / rays, L = B / pi.
-  const float share = 4.0f / static_cast<float>(met.size());
+std::vector<glm::vec2> ray_turns(std::size_t rays) {
+  std::vector<glm::vec2> turn(rays);
+  for (std::size_t k = 0; k < rays; ++k) {
+    const glm::vec3 d = ray_direction(k, rays, {0.0, 0.0});
+    turn[k] = glm::normalize(glm::vec2(d));
+  }
+  return turn;
+}
+
+/// Calls add(element, share of the harmonics, nine of them) for every ray of a point that meets an element. dw = 4 pi /
+/// rays, L = B / pi. The directions are those of the rays, by a turn of the ones of shift 0.
+template <class Add>
+void for_each_hit(std::size_t index, std::span<const std::int32_t> met, std::span<const glm::vec2> turn,
+                  const Add& add) {
   const glm::dvec2 shift = random_shift(index);
+  const double own = 2.0 * std::numbers::pi * shift.y, n = static_cast<double>(met.size());
+  const auto c = static_cast<float>(std::cos(own)), s = static_cast<float>(std::sin(own));
+  const float share = 4.0f / static_cast<float>(met.size());
   for (std::size_t k = 0; k < met.size(); ++k) {
     if (met[k] < 0)
       continue;
-    const auto y = sh::evaluate9(ray_direction(k, met.size(), shift));
-    for (std::size_t l = 0; l < 9; ++l)
-      weights[l * elements + static_cast<std::size_t>(met[k])] += share * y[l];
+    const auto z = static_cast<float>(1.0 - 2.0 * (static_cast<double>(k) + 0.25 + 0.5 * shift.x) / n);
+    const float r = std::sqrt(std::max(0.0f, 1.0f - z * z));
+    auto y = sh::evaluate9(glm::vec3(r * (turn[k].x * c - turn[k].y * s), r * (turn[k].x * s + turn[k].y * c), z));
+    for (float& x : y)
+      x *= share;
+    add(static_cast<std::size_t>(met[k]), y);
   }
+}
+
+/// Adds one point's nine rows of weights: coefficient = weights . B.
+void add_weights(std::size_t index, std::span<const std::int32_t> met, std::span<const glm::vec2> turn,
+                 std::size_t elements, float* weights) {
+  for_each_hit(index, met, turn, [&](std::size_t element, const auto& y) {
+    for (std::size_t l = 0; l < 9; ++l)
+      weights[l * elements + element] += y[l];
+  });
 }
 
 /// Nine rows of weights for each of the points first .. first + count - 1.
@@ -79,7 +104,7 @@ std::vector<float> channel_of(const FirstBounce& light, int channel) {
 GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
                        const RayScene& patches, const GatherOptions& options) {
   const auto rays = static_cast<std::size_t>(options.rays);
-  GatherHits hits{set.elements.size(), options.rays, std::vector<std::int32_t>(points.size() * rays)};
+  GatherHits hits{set.elements.size(), options.rays, std::vector<std::int32_t>(points.size() * rays), ray_turns(rays)};
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
     trace_point(points[p], p, set, mesh, patches, std::span(hits.element).subspan(p * rays, rays));
   });
@@ -89,7 +114,7 @@ GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set
 void GatherHits::weights(std::size_t point, float* nine_rows) const {
   const auto count = static_cast<std::size_t>(rays);
   std::fill_n(nine_rows, 9 * elements, 0.0f);
-  add_weights(point, std::span(element).subspan(point * count, count), elements, nine_rows);
+  add_weights(point, std::span(element).subspan(point * count, count), turn, elements, nine_rows);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "radiosity/elements.h"
@@ -21,6 +22,7 @@ struct GatherHits {
   std::size_t elements = 0;
   int rays = 0;
   std::vector<std::int32_t> element; ///< [point][ray]
+  std::vector<glm::vec2> turn;       ///< cosine and sine of each ray's azimuth, before a point's own turn
 
   std::size_t points() const { return rays > 0 ? element.size() / static_cast<std::size_t>(rays) : 0; }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.

@@ -12,6 +12,7 @@
 
 #include "precompute/compact_sky.h"
 #include "precompute/detail/node_sharpening.h"
+#include "scene/local_combiner.h"
 #include "scene/volume_combiner.h"
 #include "scene/volume_file.h"
 
@@ -112,8 +113,12 @@ std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
 
 CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr) {
   auto basis = compact_sky(
-      c.light, [&](std::size_t p, float* rows) { c.gather(p, rows); }, c.probes, c.probe_of_point, c.partition,
-      {.error = error, .brick_probes = 40}, kQuiet, report);
+      c.light,
+      [&](std::span<const std::uint32_t> points, float* rows) {
+        for (std::size_t i = 0; i < points.size(); ++i)
+          c.gather(points[i], rows + i * 9 * c.light.elements);
+      },
+      c.probes, c.probe_of_point, c.partition, {.error = error, .brick_probes = 40}, kQuiet, report);
   EXPECT_TRUE(basis) << basis.error().message();
   return *basis;
 }
@@ -200,6 +205,40 @@ TEST(CompactSky, probes_of_one_object_have_the_bits_of_the_full_combination) {
   for (std::size_t i = 0; i < wanted.size(); ++i)
     EXPECT_EQ(std::memcmp(&some[i], &combiner.field().probe[wanted[i]], sizeof(Sh9Rgb)), 0);
   EXPECT_EQ(some[3], Sh9Rgb{}); // an invalid probe
+}
+
+TEST(CompactSky, local_combiner_gives_the_field_of_the_full_combination_at_its_probes) {
+  const Case c = make_case(5);
+  BasisVolume volume{.partition = c.partition,
+                     .probes = c.probes,
+                     .stored_region = {},
+                     .basis = {},
+                     .compact = std::make_shared<const CompactBasis>(compress(c, 0.02)),
+                     .room = {},
+                     .apertures = {},
+                     .provenance = {}};
+  const std::vector<std::uint32_t> wanted{0, 1, 5, 6, 61, 62, 66, 3}; // of more than one brick; the last is invalid
+  const auto local = LocalCombiner::make(volume, wanted, 0.005);
+  ASSERT_TRUE(local);
+  EXPECT_LE(local->rank(), 64u);
+  double error = 0, power = 0;
+  for (int k = 0; k < 40; ++k) {
+    const std::vector<Rgb> radiance =
+        sun(c.partition, glm::normalize(glm::dvec3(std::cos(0.2 * k), 1.0, std::sin(0.7 * k))));
+    std::vector<Sh9Rgb> all(c.probes.size()), some(wanted.size());
+    combine(*volume.compact, radiance, all);
+    local->combine(radiance, some);
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+      for (std::size_t l = 0; l < 9; ++l)
+        for (int ch = 0; ch < 3; ++ch) {
+          const double t = static_cast<double>(all[wanted[i]][l][ch]), d = static_cast<double>(some[i][l][ch]) - t;
+          error += d * d;
+          power += t * t;
+        }
+    EXPECT_EQ(some[7], Sh9Rgb{});
+  }
+  EXPECT_LT(std::sqrt(error / power), 0.006);
+  EXPECT_FALSE(LocalCombiner::make(volume, std::vector<std::uint32_t>{125}));
 }
 
 TEST(CompactSky, file_keeps_every_bit_and_is_refused_when_a_size_is_wrong) {
