@@ -12,6 +12,7 @@
 #include "runtime/light/relight.h"
 #include "runtime/light/room_change.h"
 #include "runtime/light/room_light.h"
+#include "runtime/light/steady_sun.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/render/change_picture.h"
 #include "runtime/service/picture_memory.h"
@@ -38,6 +39,18 @@ private:
   FrameReport& report_;
   Clock::time_point start_, last_;
 };
+
+/// Adds a light of the given irradiance on a plane facing it to the mean radiance of the regions.
+void add_distant_light(const SkyPartition& partition, const glm::dvec3& direction, const Rgb& irradiance,
+                       std::vector<Rgb>& regions) {
+  if (!partition.interpolated()) {
+    const int region = partition.region_of(direction);
+    regions[region] += irradiance / static_cast<float>(partition.solid_angle_sr(region));
+    return;
+  }
+  for (const RegionWeight& w : partition.interpolation(direction))
+    regions[w.region] += irradiance * static_cast<float>(w.weight / partition.solid_angle_sr(w.region));
+}
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
@@ -67,6 +80,7 @@ struct Session::State {
 
   // The light of the last sky.
   PictureMemory sky_memory, photo_memory;
+  SteadySun steady_sun;
   std::optional<DetectedSun> sun;
   std::vector<SkyMap> pyramid;
   LightField field;
@@ -191,16 +205,19 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
 void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   if (!resampler || !resampler->fits(sky))
     resampler = SkyResampler::make(sky);
-  sun = find_sun(sky, resampler->pixel_directions());
+  const auto measured = find_sun(sky, resampler->pixel_directions());
+  sun = steady_sun.update(sky, measured);
   SkyMap map;
-  resampler->resample(sky, sun ? &*sun : nullptr, map);
+  resampler->resample(sky, measured ? &*measured : nullptr, map);
   pyramid = sky_map_pyramid(map);
   clock.end("sky");
   if (!region_sums || region_geometry != sky.geometry()) {
     region_sums = RegionSums::make(sky.geometry(), volume.partition);
     region_geometry = sky.geometry();
   }
-  const std::vector<Rgb> regions = region_sums->reduce(sky);
+  std::vector<Rgb> regions = region_sums->reduce(sky);
+  if (sun) // the regions hold the sun as this frame measured it
+    add_distant_light(volume.partition, sun->direction, sun->normal_irradiance - measured->normal_irradiance, regions);
   clock.end("regions");
   field = combine(volume, regions);
   clock.end("combine");
