@@ -32,6 +32,7 @@ struct Arguments {
   std::vector<int> size{512, 496};
   int frames = 60, stride = 8, samples = 0;
   std::string renderer = "rays", regions = "fine:1024";
+  bool room_change = true;
 };
 
 /// Sums over pixels and channels.
@@ -157,6 +158,7 @@ Result<Sequence> make_sequence(const Arguments& a, const std::string& name, cons
   std::string tag = a.regions;
   std::replace(tag.begin(), tag.end(), ':', '-');
   s.run = scene->run;
+  s.run.room_change = a.room_change;
   s.run.world_from_camera = at_time(*scene, 0.0).run.world_from_camera;
   s.run.volume = std::filesystem::path(a.folder) / ("room-" + tag + ".volume");
   s.run.interior.lens = folder / "interior.yaml";
@@ -238,9 +240,13 @@ Result<nlohmann::ordered_json> one_scene(const Arguments& a, const std::string& 
 }
 
 Result<void> run(const Arguments& a, const CommonOptions& options) {
-  nlohmann::ordered_json document{{"machine", machine()}, {"size", a.size},
-                                  {"stride", a.stride},   {"renderer", a.renderer},
-                                  {"regions", a.regions}, {"scenes", nlohmann::json::array()}};
+  nlohmann::ordered_json document{{"machine", machine()},
+                                  {"size", a.size},
+                                  {"stride", a.stride},
+                                  {"renderer", a.renderer},
+                                  {"regions", a.regions},
+                                  {"room_change", a.room_change},
+                                  {"scenes", nlohmann::json::array()}};
   for (const std::string& name : a.scenes) {
     ProgressLine line(options.quiet || options.json);
     const auto scene = one_scene(a, name, line.callback(), !options.json);
@@ -265,6 +271,7 @@ Command add_sequence(CLI::App& program) {
   parser->add_option("--stride", a->stride, "one pixel in stride x stride is traced")->check(CLI::Range(1, 64));
   parser->add_option("--spp", a->samples, "paths per pixel of the truth (default: as the scene says)");
   parser->add_option("--renderer", a->renderer, "rays or gl")->check(CLI::IsMember({"rays", "gl"}));
+  parser->add_flag("!--no-room-change", a->room_change, "leave out what the object does to the room's indirect light");
   parser->add_option("--regions", a->regions, "of the volume, as for daylit-precompute");
   return {parser, [a](const CommonOptions& options) { return run(*a, options); }};
 }

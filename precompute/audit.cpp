@@ -10,7 +10,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr std::size_t kPoints = 64;
+constexpr std::size_t kPoints = 128;
 constexpr double kClearance = 0.04; ///< of the room's longest side: nearer to a patch its own shape shows
 
 struct Ratio {
@@ -173,30 +173,6 @@ AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact
         {skies_[s].name, skies_[s].is_sun, total.nrms(), sky_part.nrms(), grid_part.nrms(), received.nrms()});
   }
   return report;
-}
-
-radiosity::Radiosity columns_of(const radiosity::Radiosity& all, std::size_t first, std::size_t count) {
-  const std::size_t columns = all.columns / 3;
-  radiosity::Radiosity out{all.elements, 3 * count, {}, all.copy_of};
-  out.b.reserve(all.elements * 3 * count);
-  for (std::size_t e = 0; e < all.elements; ++e)
-    for (std::size_t c = 0; c < 3; ++c) {
-      const float* from = all.row(e) + c * columns + first;
-      out.b.insert(out.b.end(), from, from + count);
-    }
-  return out;
-}
-
-std::vector<float> split_columns(std::vector<float>& values, std::size_t columns, std::size_t count) {
-  const std::size_t rows = columns > 0 ? values.size() / columns : 0, kept = columns - count;
-  std::vector<float> last;
-  last.reserve(rows * count);
-  for (std::size_t r = 0; r < rows; ++r) {
-    last.insert(last.end(), values.data() + r * columns + kept, values.data() + (r + 1) * columns);
-    std::copy_n(values.data() + r * columns, kept, values.data() + r * kept); // never ahead of what is read
-  }
-  values.resize(rows * kept);
-  return last;
 }
 
 } // namespace daylit::precompute

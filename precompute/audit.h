@@ -65,10 +65,4 @@ private:
   std::vector<HeldOutSky> skies_;
 };
 
-/// The columns first .. first + count - 1 of each channel.
-radiosity::Radiosity columns_of(const radiosity::Radiosity& all, std::size_t first, std::size_t count);
-
-/// Takes the last `count` columns of each channel out of `values`, [row][channel * columns + column], and returns them.
-std::vector<float> split_columns(std::vector<float>& values, std::size_t columns, std::size_t count);
-
 } // namespace daylit::precompute

@@ -155,26 +155,6 @@ radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::spa
   return out;
 }
 
-radiosity::FirstBounce joined(const radiosity::FirstBounce& light, const radiosity::FirstBounce& extra,
-                              std::int32_t first_region) {
-  if (extra.columns() == 0)
-    return light;
-  radiosity::FirstBounce out{.elements = light.elements,
-                             .channels = std::max(light.channels, extra.channels),
-                             .region = light.region,
-                             .irradiance = {},
-                             .opening = light.opening};
-  for (std::size_t k = 0; k < extra.columns(); ++k)
-    out.region.push_back(first_region + static_cast<std::int32_t>(k));
-  out.irradiance.reserve(out.elements * static_cast<std::size_t>(out.channels) * out.columns());
-  for (std::size_t e = 0; e < out.elements; ++e)
-    for (int c = 0; c < out.channels; ++c) {
-      out.irradiance.insert(out.irradiance.end(), light.row(e, c), light.row(e, c) + light.columns());
-      out.irradiance.insert(out.irradiance.end(), extra.row(e, c), extra.row(e, c) + extra.columns());
-    }
-  return out;
-}
-
 std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& sky) {
   const SkyPartition& fine = held_out_partition();
   const auto n = static_cast<std::size_t>(partition.size());

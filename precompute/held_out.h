@@ -38,10 +38,6 @@ std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosit
 /// First light of the skies: column s is sky s.
 radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies);
 
-/// `extra` beside `light`, in columns after it; their regions are numbered from `first_region` on.
-radiosity::FirstBounce joined(const radiosity::FirstBounce& light, const radiosity::FirstBounce& extra,
-                              std::int32_t first_region);
-
 /// What a sky puts on the regions or nodes of another partition: mean radiance per region, or the integral with the
 /// hat functions over the solid angle of the node.
 std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& sky);

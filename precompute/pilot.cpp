@@ -14,7 +14,9 @@ constexpr int kPatches = 640, kRegions = 64;
 constexpr double kProbes = 900;
 constexpr double kVisibilityRays = 16384; // more change the error of the light by less than a thousandth of itself
 constexpr int kGatherRays = 1024;
-constexpr std::size_t kPoints = 64;
+constexpr double kCoarser = 1.4; ///< spacing of the coarser pilot
+constexpr double kLeast = 1e-6;
+constexpr std::size_t kPoints = 128;
 
 /// A cube's worth of probes whatever the room's proportions; at least 3 along the shortest side.
 double pilot_spacing(const Bounds& bounds) {
@@ -31,6 +33,20 @@ std::vector<glm::dvec3> share_of(const std::vector<glm::dvec3>& points) {
   return out;
 }
 
+double grid_error(const BakeReport& report, bool sun) {
+  const double error = sun ? report.audit.sun(&SkyError::grid_part) : report.audit.smooth(&SkyError::grid_part);
+  return without_noise(error, kGatherRays);
+}
+
+/// The law of halving at the ratio that the mesher really gave.
+double mesh_error(const Pilot& pilot) {
+  const double ratio =
+      static_cast<double>(pilot.fine.patches) / static_cast<double>(std::max<std::size_t>(pilot.coarse.patches, 1));
+  const double of_difference = kPlanLaws.mesh_of_halving * (std::pow(2.0, kPlanLaws.mesh_exponent) - 1.0) /
+                               std::max(std::pow(ratio, kPlanLaws.mesh_exponent) - 1.0, 0.1);
+  return of_difference * mesh_difference(pilot.coarse.audit, pilot.fine.audit);
+}
+
 } // namespace
 
 double mean_spacing(const Bounds& room, const glm::ivec3& probes) {
@@ -43,41 +59,40 @@ Result<Pilot> run_pilot(const RoomFile& room, const std::vector<glm::dvec3>& poi
   pilot.bounds = room.room.bounds();
   const SkyPartition sky = *SkyPartition::uniform(kRegions);
   BakeOptions options;
-  options.target_patches = kPatches / 2;
   options.visibility_rays = kVisibilityRays;
   options.gather_rays = kGatherRays;
-  options.spacing_m = pilot_spacing(pilot.bounds);
   options.audit = true;
   options.held_out = share_of(points);
-  BakeReport coarse, fine;
-  const auto first = bake_room(room, sky, options, progress, coarse);
-  if (!first)
-    return first.error();
-  options.target_patches = kPatches;
-  options.held_out = coarse.audit.points;
-  const auto second = bake_room(room, sky, options, progress, fine);
-  if (!second)
-    return second.error();
-  pilot.patches = fine.patches;
-  pilot.probes = fine.probes_valid;
-  pilot.patch_edge_m = fine.patch_edge_m;
-  pilot.spacing_m = mean_spacing(pilot.bounds, second->probes.count);
-  pilot.air_share = static_cast<double>(fine.probes_valid) / static_cast<double>(std::max<std::size_t>(fine.probes, 1));
-  pilot.stored_share = static_cast<double>(fine.regions_stored) / fine.regions;
-  pilot.channels = fine.solve.channels;
-  // The law of halving at the ratio that the mesher really gave.
-  const double ratio =
-      static_cast<double>(fine.patches) / static_cast<double>(std::max<std::size_t>(coarse.patches, 1));
-  const double of_difference = kPlanLaws.mesh_of_halving * (std::pow(2.0, kPlanLaws.mesh_exponent) - 1.0) /
-                               std::max(std::pow(ratio, kPlanLaws.mesh_exponent) - 1.0, 0.1);
-  pilot.mesh_error = of_difference * mesh_difference(coarse.audit, fine.audit);
-  pilot.grid_error = fine.audit.smooth(&SkyError::grid_part);
-  pilot.grid_sun = fine.audit.sun(&SkyError::grid_part);
+  double log_grid = 0, log_sun = 0;
+  BakeReport report;
+  // Mesh and grid of the first are coarser: two meshes whose difference tells the error, two spacings for one law.
+  for (const bool finer : {false, true}) {
+    options.target_patches = finer ? kPatches : kPatches / 2;
+    options.spacing_m = pilot_spacing(pilot.bounds) * (finer ? 1.0 : kCoarser);
+    report = BakeReport{};
+    const auto volume = bake_room(room, sky, options, progress, report);
+    if (!volume)
+      return volume.error();
+    pilot.seconds += report.total_seconds;
+    options.held_out = report.audit.points;
+    (finer ? pilot.fine : pilot.coarse) = {report.patches, report.patch_edge_m, report.audit};
+    pilot.spacing_m = mean_spacing(pilot.bounds, volume->probes.count);
+    const double reach = kPlanLaws.grid_exponent * std::log(pilot.spacing_m);
+    log_grid += 0.5 * (std::log(std::max(grid_error(report, false), kLeast)) - reach);
+    log_sun += 0.5 * (std::log(std::max(grid_error(report, true), kLeast)) - reach);
+  }
+  const double here = kPlanLaws.grid_exponent * std::log(pilot.spacing_m);
+  pilot.grid_error = std::exp(log_grid + here);
+  pilot.grid_sun = grid_error(report, true) > 0 ? std::exp(log_sun + here) : 0.0;
+  pilot.mesh_error = mesh_error(pilot);
+  pilot.probes = report.probes_valid;
+  pilot.air_share =
+      static_cast<double>(report.probes_valid) / static_cast<double>(std::max<std::size_t>(report.probes, 1));
+  pilot.stored_share = static_cast<double>(report.regions_stored) / report.regions;
+  pilot.channels = report.solve.channels;
   pilot.gather_rays = options.gather_rays;
   pilot.visibility_rays = options.visibility_rays;
-  pilot.stages = fine.stages;
-  pilot.seconds = coarse.total_seconds + fine.total_seconds;
-  pilot.audit = std::move(fine.audit);
+  pilot.stages = report.stages;
   return pilot;
 }
 

@@ -6,22 +6,28 @@
 
 namespace daylit::precompute {
 
-/// Settings and outcome of the finer of the two.
-struct Pilot {
-  Bounds bounds;                       ///< of the room, world metres
-  std::size_t patches = 0, probes = 0; ///< in the air
+/// One of the two: what later bakes on finer meshes are compared with.
+struct PilotMesh {
+  std::size_t patches = 0;
   double patch_edge_m = 0;
-  double spacing_m = 0;    ///< geometric mean of the three axes
+  AuditReport audit; ///< points for the audits to come, and the coefficients there
+};
+
+/// What the two found. Errors are nrms of the coefficients, without the noise of the rays.
+struct Pilot {
+  Bounds bounds; ///< of the room, world metres
+  PilotMesh coarse, fine;
+  std::size_t probes = 0;  ///< in the air, of the finer bake
+  double spacing_m = 0;    ///< of the finer bake, geometric mean of the three axes
   double air_share = 1;    ///< of the grid's probes
   double stored_share = 1; ///< of the regions: those that windows see
   int channels = 3;
-  double mesh_error = 0; ///< at `patches`
+  double mesh_error = 0; ///< of the finer mesh
   double grid_error = 0; ///< at `spacing_m`, worst smooth sky
   double grid_sun = 0;   ///< the same, rms over small suns; 0: no sun comes in
   double gather_rays = 0, visibility_rays = 0;
   std::vector<StageTime> stages; ///< of the finer bake
   double seconds = 0;            ///< of both
-  AuditReport audit;             ///< of the finer bake: points for the audits to come, coefficients to compare with
 };
 
 /// `points`: where the volume is asked for; empty: anywhere in the room's air. Errors of the bake.

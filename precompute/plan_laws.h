@@ -4,15 +4,18 @@
 // daylit-bench, measured again by `daylit-bench plan`. What depends on the room is measured in the room (pilot.h); what
 // is here is only how it changes from the pilot's settings to those of the plan.
 
+#include <algorithm>
+#include <cmath>
+
 namespace daylit::precompute {
 
 struct PlanLaws {
   // Errors are nrms of the coefficients at points off the grid, worst of the smooth skies (audit.h).
-  double mesh_exponent = 1.2;   ///< mesh error ~ patches^-mesh_exponent
-  double mesh_of_halving = 0.7; ///< mesh error at P patches / difference between P/2 and P
-  double grid_exponent = 1.6;   ///< grid error ~ spacing^grid_exponent (mean spacing, after ProbeFit)
-  double region_error = 0.057;  ///< sky error of 64 constant regions; ~ 1 / regions
-  double region_sun = 0.55;     ///< the same of a small sun, at most; ~ regions^-region_sun_exponent beyond 256
+  double mesh_exponent = 1.2;    ///< mesh error ~ patches^-mesh_exponent
+  double mesh_of_halving = 0.85; ///< mesh error at P patches / difference between P/2 and P
+  double grid_exponent = 1.9;    ///< grid error without noise ~ spacing^grid_exponent (mean spacing, after ProbeFit)
+  double region_error = 0.057;   ///< sky error of 64 constant regions; ~ 1 / regions
+  double region_sun = 0.55;      ///< the same of a small sun, at most; ~ regions^-region_sun_exponent beyond 256
   double region_sun_exponent = 0.95;
   double node_error = 0.003; ///< sky error of 1,024 nodes without compression; ~ 1 / nodes
   double node_sun = 0.17;    ///< the same of a small sun; ~ nodes^-node_sun_exponent
@@ -36,5 +39,14 @@ struct PlanLaws {
 };
 
 inline constexpr PlanLaws kPlanLaws{};
+
+inline double ray_noise(double rays_per_probe) {
+  return kPlanLaws.gather_noise * std::pow(1024 / rays_per_probe, kPlanLaws.gather_noise_exponent);
+}
+/// A grid error that was measured with noise in it; at least half of it is taken for real.
+inline double without_noise(double error, double rays_per_probe) {
+  const double noise = ray_noise(rays_per_probe);
+  return std::sqrt(std::max(error * error - noise * noise, 0.25 * error * error));
+}
 
 } // namespace daylit::precompute

@@ -1,16 +1,18 @@
 // daylit-probe: light at points of a room, from its volume and a sky. Needs neither CGAL nor the radiosity solver.
 
 #include <atomic>
-#include <cmath>
+#include <charconv>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <optional>
 
 #include <CLI/CLI.hpp>
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
+#include "precompute/probe_matrix.h"
 #include "precompute/probe_text.h"
 #include "scene/direct_sky.h"
 #include "scene/program.h"
@@ -28,7 +30,11 @@ struct Arguments {
   std::filesystem::path volume;
   SkyArguments sky;
   double ground_albedo = -1, efficacy = 0; ///< efficacy: 0 prints irradiance
-  bool coefficients = false, total = false, info = false, quiet = false, json = false;
+  bool coefficients = false, total = false, info = false, positions = false, quiet = false, json = false;
+  std::optional<ShLayout> layout; ///< of the coefficients
+  std::string matrix;             ///< sky patches of the matrix that is asked for
+  MatrixFormat format = MatrixFormat::ascii;
+  std::string command_line;
   int threads = 0;
 };
 
@@ -80,7 +86,9 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
   const auto flush = [&] {
     answers.assign(points.size(), {});
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-      if (a.coefficients)
+      if (a.layout)
+        answers[i] = layout_text(probe.sampler.sample(probe.field, points[i].position), *a.layout, a.json);
+      else if (a.coefficients)
         answers[i] = coefficients_text(probe.sampler.sample(probe.field, points[i].position), a.json);
       else if (a.efficacy > 0)
         answers[i] = illuminance_text(probe.irradiance_at(points[i]), a.efficacy, a.json);
@@ -119,28 +127,124 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
   return {};
 }
 
+/// "tregenza" or "reinhart:K", in the order and orientation of Radiance.
+Result<ReinhartPatches> parse_patches(const std::string& text) {
+  const std::string prefix = "reinhart:";
+  int k = text == "tregenza" ? 1 : 0;
+  if (text.starts_with(prefix))
+    std::from_chars(text.data() + prefix.size(), text.data() + text.size(), k);
+  if (text != "tregenza" && text != prefix + std::to_string(k))
+    return Error{ErrorCode::usage, "\"" + text + "\" is no subdivision of the sky", "--mtx", "tregenza or reinhart:K"};
+  return ReinhartPatches::make(k);
+}
+
+Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const LightFieldSampler& sampler,
+                          const RayScene& scene) {
+  const Result<ReinhartPatches> patches = parse_patches(a.matrix);
+  if (!patches)
+    return patches.error();
+  std::vector<ProbePoint> points;
+  for (std::string line; std::getline(std::cin, line);) {
+    const Result<ProbePoint> point = parse_probe_point(line, points.size() + 1, !a.coefficients);
+    if (!point)
+      return point.error();
+    points.push_back(*point);
+  }
+  ProgressLine progress(a.quiet);
+  const Result<RadianceMatrix> matrix =
+      daylight_matrix(volume, sampler, scene, points, *patches, {a.coefficients, a.total}, progress.callback());
+  if (!matrix)
+    return matrix.error();
+  progress.clear();
+  const std::string text = matrix_text(*matrix, a.format, a.command_line);
+  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+    return Error{ErrorCode::io, "the matrix could not be written", "stdout", ""};
+  return {};
+}
+
+void print_positions(const ProbeSet& probes) {
+  for (std::size_t i = 0; i < probes.size(); ++i)
+    if (probes.valid[i]) {
+      const glm::dvec3 p = probes.origin + glm::dvec3(probes.positions[i]);
+      std::printf("%.9g %.9g %.9g\n", p.x, p.y, p.z);
+    }
+}
+
 Result<void> run(const Arguments& a) {
   set_thread_count(a.threads);
   const Result<BasisVolume> volume = read_volume(a.volume);
   if (!volume)
     return volume.error();
-  if (a.info) {
+  if (a.info)
     std::printf("%s\n", volume_info(*volume).c_str());
+  if (a.positions)
+    print_positions(volume->probes);
+  if (a.info || a.positions)
     return {};
-  }
-  const Result<Sky> sky = read_sky(a);
-  if (!sky)
-    return sky.error();
   Result<LightFieldSampler> sampler = LightFieldSampler::make(*volume);
   if (!sampler)
     return sampler.error();
   const Result<RayScene> scene = RayScene::build(volume->room);
   if (!scene)
     return scene.error();
+  if (!a.matrix.empty())
+    return print_matrix(a, *volume, *sampler, *scene);
+  const Result<Sky> sky = read_sky(a);
+  if (!sky)
+    return sky.error();
   Probe probe{combine(*volume, region_radiance(*sky, volume->partition)), *sampler, {}};
   if (a.total)
     probe.direct.emplace(volume->room, volume->apertures, *scene, *sky);
   return answer_lines(a, probe);
+}
+
+void add_sky_options(CLI::App& app, Arguments& a) {
+  app.add_option("--sky", a.sky.file,
+                 "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)");
+  app.add_option("--time", a.sky.time, "weather tapes: \"06-21 12:30\", local standard time");
+  app.add_option("--projection", a.sky.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
+  app.add_option("--sky-rotation", a.sky.rotation_deg, "turns the sky counter-clockwise about z, degrees");
+  app.add_option("--forward", a.sky.forward, "angular maps: direction of the centre, x,y,z")
+      ->delimiter(',')
+      ->expected(3);
+  app.add_option("--sky-up", a.sky.up, "angular maps: direction up in the image, x,y,z")->delimiter(',')->expected(3);
+  app.add_option("--ground-albedo", a.ground_albedo,
+                 "fills what the sky picture does not cover; ground of a sky in words")
+      ->check(CLI::Range(0.0, 1.0));
+}
+
+void add_output_options(CLI::App& app, Arguments& a) {
+  auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 numbers");
+  auto* total =
+      app.add_flag("--total", a.total, "adds the light that comes straight through the windows")->excludes(sh);
+  auto* lux = app.add_option_function<double>(
+                     "--lux", [&a](double efficacy) { a.efficacy = efficacy > 0 ? efficacy : kLumensPerWatt; },
+                     "prints illuminance in lx, one number; lumens per watt of the sky (179 if none is given; 1 for a "
+                     "sky in cd/m2)")
+                  ->expected(0, 1)
+                  ->check(CLI::PositiveNumber)
+                  ->excludes(sh);
+  const std::map<std::string, ShLayout> layouts{
+      {"unity", ShLayout::unity}, {"unreal", ShLayout::unreal}, {"three", ShLayout::three}};
+  auto* layout = app.add_option("--layout", a.layout,
+                                "reads `x y z`, prints the 27 numbers of an engine: unity, unreal or three (docs/"
+                                "interchange.md)")
+                     ->transform(CLI::CheckedTransformer(layouts))
+                     ->excludes(sh)
+                     ->excludes(lux)
+                     ->excludes(total);
+  const std::map<std::string, MatrixFormat> formats{
+      {"ascii", MatrixFormat::ascii}, {"float", MatrixFormat::float32}, {"double", MatrixFormat::float64}};
+  auto* matrix = app.add_option("--mtx", a.matrix,
+                                "prints the daylight coefficients of all points as a Radiance matrix, for the patches "
+                                "tregenza or reinhart:K; needs no sky")
+                     ->excludes(layout)
+                     ->excludes(lux);
+  app.add_option("--format", a.format, "of the matrix: ascii, float or double")
+      ->transform(CLI::CheckedTransformer(formats))
+      ->needs(matrix);
+  app.add_flag("--info", a.info, "prints what the volume holds, as JSON, and ends");
+  app.add_flag("--positions", a.positions, "prints `x y z` of the valid probes and ends");
 }
 
 } // namespace
@@ -152,39 +256,21 @@ int main(int argc, char** argv) {
                "Example: echo 2 3 0.8  0 0 1 | daylit-probe room.volume --sky sky.exr"};
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.add_option("VOLUME", a.volume, "made by daylit-precompute")->required();
-  auto* sky = app.add_option("--sky", a.sky.file,
-                             "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)");
-  app.add_option("--time", a.sky.time, "weather tapes: \"06-21 12:30\", local standard time");
-  app.add_option("--projection", a.sky.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
-  app.add_option("--sky-rotation", a.sky.rotation_deg, "turns the sky counter-clockwise about z, degrees");
-  app.add_option("--forward", a.sky.forward, "angular maps: direction of the centre, x,y,z")
-      ->delimiter(',')
-      ->expected(3);
-  app.add_option("--sky-up", a.sky.up, "angular maps: direction up in the image, x,y,z")->delimiter(',')->expected(3);
-  app.add_option("--ground-albedo", a.ground_albedo,
-                 "fills what the sky picture does not cover; ground of a sky in words")
-      ->check(CLI::Range(0.0, 1.0));
-  auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 numbers");
-  app.add_flag("--total", a.total, "adds the light that comes straight through the windows")->excludes(sh);
-  auto* lux = app.add_option("--lux", a.efficacy,
-                             "prints illuminance in lx, one number; lumens per watt of the sky image (179 if none is "
-                             "given; 1 for a sky in cd/m2)")
-                  ->expected(0, 1)
-                  ->check(CLI::PositiveNumber)
-                  ->excludes(sh);
-  auto* info = app.add_flag("--info", a.info, "prints what the volume holds, as JSON, and ends");
+  add_sky_options(app, a);
+  add_output_options(app, a);
   app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
   app.add_flag("--quiet", a.quiet, "does not count points outside on stderr");
   app.add_flag("--json", a.json, "one JSON object per line");
   try {
     app.parse(argc, argv);
-    if (lux->count() > 0 && a.efficacy == 0)
-      a.efficacy = kLumensPerWatt;
-    if (info->count() == 0 && sky->count() == 0)
+    if (a.sky.file.empty() && !a.info && !a.positions && a.matrix.empty())
       throw CLI::RequiredError("--sky");
+    a.coefficients = a.coefficients || a.layout;
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitDone : kExitUsage;
   }
+  for (int i = 0; i < argc; ++i)
+    a.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
   watch_for_interrupt();
   return run_program("daylit-probe", a.json, [&] { return run(a); });
 }

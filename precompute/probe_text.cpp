@@ -22,6 +22,14 @@ std::string numbers_text(std::span<const float> numbers, const char* separator) 
   return text;
 }
 
+std::string sh_numbers_text(std::optional<std::array<float, 27>> numbers, bool json) {
+  if (!numbers && json)
+    return "{\"sh\":null}\n";
+  if (!numbers)
+    numbers.emplace().fill(std::numeric_limits<float>::quiet_NaN());
+  return json ? "{\"sh\":[" + numbers_text(*numbers, ",") + "]}\n" : numbers_text(*numbers, " ") + "\n";
+}
+
 nlohmann::ordered_json json3(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 nlohmann::ordered_json materials_info(const Room& room) {
@@ -110,13 +118,14 @@ std::string illuminance_text(const std::optional<Rgb>& e, double efficacy, bool 
 }
 
 std::string coefficients_text(const std::optional<Sh9Rgb>& sh, bool json) {
-  if (!sh && json)
-    return "{\"sh\":null}\n";
-  std::array<float, 27> numbers;
-  numbers.fill(std::numeric_limits<float>::quiet_NaN());
+  std::array<float, 27> numbers{};
   for (std::size_t i = 0; sh && i < 27; ++i)
     numbers[i] = (*sh)[i / 3][static_cast<int>(i % 3)];
-  return json ? "{\"sh\":[" + numbers_text(numbers, ",") + "]}\n" : numbers_text(numbers, " ") + "\n";
+  return sh_numbers_text(sh ? std::optional(numbers) : std::nullopt, json);
+}
+
+std::string layout_text(const std::optional<Sh9Rgb>& sh, ShLayout layout, bool json) {
+  return sh_numbers_text(sh ? std::optional(to_engine(*sh, layout)) : std::nullopt, json);
 }
 
 bool is_outside(const std::string& answer, bool json) {

@@ -10,6 +10,8 @@
 
 #include "scene/result.h"
 #include "scene/rgb_image.h"
+#include "scene/sh_layout.h"
+#include "scene/sky_description.h"
 #include "scene/volume.h"
 
 namespace daylit::precompute {
@@ -24,13 +26,13 @@ Result<ProbePoint> parse_probe_point(const std::string& line, std::size_t line_n
 
 /// One line with its end; empty optional: outside the room.
 std::string irradiance_text(const std::optional<Rgb>& irradiance, bool json);
-/// Luminous flux per radiant flux of daylight that is given per channel in watts: 179 lm/W (Ward 1994).
-constexpr double kLumensPerWatt = 179.0;
 /// Illuminance in lx: `efficacy` times the luminance of linear Rec. 709 colours; efficacy 1 for skies in cd/m2.
 double illuminance(const Rgb& irradiance, double efficacy);
 std::string illuminance_text(const std::optional<Rgb>& irradiance, double efficacy, bool json);
 /// 27 numbers, coefficient-major: L00.r L00.g L00.b L1-1.r ...
 std::string coefficients_text(const std::optional<Sh9Rgb>& coefficients, bool json);
+/// The same light as 27 numbers in the order and axes of an engine.
+std::string layout_text(const std::optional<Sh9Rgb>& coefficients, ShLayout layout, bool json);
 bool is_outside(const std::string& answer, bool json);
 
 /// What the file holds, as one JSON object.

@@ -75,16 +75,10 @@ void add_weights(std::size_t index, std::span<const std::int32_t> met, std::span
 }
 
 /// Nine rows of weights for each of the points first .. first + count - 1.
-std::vector<float> trace_points(std::span<const glm::dvec3> points, std::size_t first, std::size_t count,
-                                const ElementSet& set, const PatchMesh& mesh, const RayScene& scene, int rays) {
-  const std::size_t n = set.elements.size();
-  std::vector<float> weights(count * 9 * n, 0.0f);
-  std::vector<std::int32_t> met(static_cast<std::size_t>(rays));
-  const std::vector<glm::vec2> turn = ray_turns(met.size());
-  for (std::size_t p = 0; p < count; ++p) {
-    trace_point(points[first + p], first + p, set, mesh, scene, met);
-    add_weights(first + p, met, turn, n, weights.data() + p * 9 * n);
-  }
+std::vector<float> weights_of(const GatherHits& hits, std::size_t first, std::size_t count) {
+  std::vector<float> weights(count * 9 * hits.elements);
+  for (std::size_t p = 0; p < count; ++p)
+    hits.weights(first + p, weights.data() + p * 9 * hits.elements);
   return weights;
 }
 
@@ -123,39 +117,21 @@ void GatherHits::weights(std::size_t point, float* nine_rows) const {
   add_weights(point, std::span(element).subspan(point * count, count), turn, elements, nine_rows);
 }
 
-std::vector<float> GatherHits::coefficients(const Radiosity& radiosity) const {
-  const std::size_t columns = radiosity.columns, regions = columns / 3, count = static_cast<std::size_t>(rays),
-                    points = count > 0 ? element.size() / count : 0;
-  std::vector<float> result(points * 9 * columns, 0.0f);
-  tbb::parallel_for(std::size_t{0}, points, [&](std::size_t p) {
-    float* out = result.data() + p * 9 * columns;
-    for_each_hit(p, std::span(element).subspan(p * count, count), turn, [&](std::size_t e, const auto& y) {
-      const float* row = radiosity.row(e);
-      for (std::size_t l = 0; l < 9; ++l)
-        for (std::size_t k = 0; k < columns; ++k)
-          out[l * columns + k] += y[l] * row[k];
-    });
-    copy_channels(out, 9, regions, radiosity.copy_of);
-  });
-  return result;
-}
-
-Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
-                                               const PatchMesh& mesh, const RayScene& patches,
-                                               const Radiosity& radiosity, const GatherOptions& options,
+Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
                                                const Progress& progress) {
   openblas_set_num_threads(1);
-  const std::size_t n = set.elements.size(), columns = radiosity.columns, regions = columns / 3;
-  std::vector<float> result(points.size() * 9 * columns, 0.0f);
-  const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
+  const std::size_t points = hits.points(), columns = radiosity.columns, regions = columns / 3;
+  std::vector<float> result(points * 9 * columns, 0.0f);
+  const std::size_t chunks = (points + kChunk - 1) / kChunk;
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
     if (stop || columns == 0)
       return;
-    const std::size_t first = c * kChunk, count = std::min(kChunk, points.size() - first);
-    const std::vector<float> weights = trace_points(points, first, count, set, mesh, patches, options.rays);
-    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(n), stride = static_cast<int>(columns);
+    const std::size_t first = c * kChunk, count = std::min(kChunk, points - first);
+    const std::vector<float> weights = weights_of(hits, first, count);
+    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements),
+               stride = static_cast<int>(columns);
     float* out = result.data() + first * 9 * columns;
     for (std::size_t channel = 0; channel < 3; ++channel)
       if (radiosity.copy_of[channel] == static_cast<int>(channel))
@@ -171,17 +147,13 @@ Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> point
   return result;
 }
 
-Result<std::vector<float>> adjoint_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
-                                                const PatchMesh& mesh, const RayScene& patches,
+Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const ElementSet& set,
                                                 const ExchangeMatrix& exchange, const FirstBounce& light,
-                                                const SolveOptions& solve, const GatherOptions& options,
-                                                const Progress& progress, SolveReport* report) {
-  const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * points.size();
-  std::vector<float> weights(rows * n), result(rows * 3 * regions, 0.0f);
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
-    const std::vector<float> nine = trace_points(points, p, 1, set, mesh, patches, options.rays);
-    std::ranges::copy(nine, weights.begin() + static_cast<std::ptrdiff_t>(p * 9 * n));
-  });
+                                                const SolveOptions& solve, const Progress& progress,
+                                                SolveReport* report) {
+  const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * hits.points();
+  const std::vector<float> weights = weights_of(hits, 0, hits.points());
+  std::vector<float> result(rows * 3 * regions, 0.0f);
   const std::array<int, 3> copy_of = equal_channels(set, light);
   SolveReport total;
   total.channels = 0;

@@ -24,29 +24,25 @@ struct GatherHits {
   std::vector<std::int32_t> element; ///< [point][ray]
   std::vector<glm::vec2> turn;       ///< cosine and sine of each ray's azimuth, before a point's own turn
 
+  std::size_t points() const { return rays > 0 ? element.size() / static_cast<std::size_t>(rays) : 0; }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
   void weights(std::size_t point, float* nine_rows) const;
-  /// As gather_coefficients(): cheap for few columns.
-  std::vector<float> coefficients(const Radiosity& radiosity) const;
 };
+/// `points`: metres, relative to the mesh origin.
 GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
                        const RayScene& patches, const GatherOptions& options);
 
 /// Nine SH coefficients of the indirect radiance at points in the air: L_lm = integral L(x, w) Y_lm(w) dw with
 /// L = B / pi of the surface met by the ray (Grosch et al. 2007, eq. 2).
-/// `points`: metres, relative to the mesh origin. Result: [point][coefficient][column], columns as in Radiosity.
-/// Errors: interrupted.
-Result<std::vector<float>> gather_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
-                                               const PatchMesh& mesh, const RayScene& patches,
-                                               const Radiosity& radiosity, const GatherOptions& options,
+/// Result: [point][coefficient][column], columns as in Radiosity. Errors: interrupted.
+Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
                                                const Progress& progress);
 
 /// The same from the first light, without the radiosity of the room: adjoint solves for the 9 rows of every point.
 /// Cheaper where the points are fewer than a ninth of the sky regions. `report` as solve_adjoint().
-Result<std::vector<float>> adjoint_coefficients(std::span<const glm::dvec3> points, const ElementSet& set,
-                                                const PatchMesh& mesh, const RayScene& patches,
+Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const ElementSet& set,
                                                 const ExchangeMatrix& exchange, const FirstBounce& light,
-                                                const SolveOptions& solve, const GatherOptions& options,
-                                                const Progress& progress, SolveReport* report = nullptr);
+                                                const SolveOptions& solve, const Progress& progress,
+                                                SolveReport* report = nullptr);
 
 } // namespace daylit::radiosity

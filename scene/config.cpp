@@ -19,7 +19,7 @@ using detail::ConfigFile;
 using detail::TomlSection;
 
 constexpr double kRadians = std::numbers::pi / 180.0;
-constexpr float kMinAlbedo = 0.0f, kMaxAlbedo = 1.0f;
+constexpr double kMinAlbedo = 0.0, kMaxAlbedo = 1.0;
 
 void read_ground(TomlSection& sky, GroundFill& ground) {
   if (!sky.has("ground"))
@@ -154,7 +154,7 @@ std::string to_toml(const RunConfig& c) {
   out += fmt::format("\n[room]\nmodel = {}\nvolume = {}\n", detail::quoted(c.room_model.string()),
                      detail::quoted(c.volume.string()));
   out += detail::objects_toml(c.objects);
-  out += fmt::format("\n[light]\nsamples = {}\n", c.light_samples);
+  out += fmt::format("\n[light]\nsamples = {}\nroom_change = {}\n", c.light_samples, c.room_change);
   return out + detail::output_toml(c.output);
 }
 

@@ -11,7 +11,7 @@
 //   [pose]     world_from_camera, or position and look_at
 //   [room]     model, volume
 //   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
-//   [light]    samples
+//   [light]    samples, room_change = true | false
 //   [output]   png, exr, size = [width, height]
 // SCENE.toml has no images, lenses or volume; it adds
 //   [sky]      the sky in words: scene/sky_description.h
@@ -81,7 +81,8 @@ struct RunConfig {
   std::optional<glm::dmat4> world_from_camera; ///< [pose] (else [marker] is there): camera x right, y down, z forward
   std::filesystem::path room_model, volume;    ///< [room]
   std::vector<ObjectConfig> objects;
-  int light_samples = 64; ///< [light] samples
+  int light_samples = 64;  ///< [light] samples
+  bool room_change = true; ///< [light] room_change: the objects' effect on the room's indirect light is drawn
   OutputConfig output;
 };
 

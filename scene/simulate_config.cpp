@@ -160,7 +160,7 @@ std::string to_toml(const SimulateConfig& c) {
   out += path_toml(c) + detail::marker_toml(c.run.marker) + detail::pose_toml(c.run.world_from_camera);
   out += fmt::format("\n[room]\nmodel = {}\n", detail::quoted(c.run.room_model.string()));
   out += detail::objects_toml(c.run.objects);
-  out += fmt::format("\n[light]\nsamples = {}\n", c.run.light_samples);
+  out += fmt::format("\n[light]\nsamples = {}\nroom_change = {}\n", c.run.light_samples, c.run.room_change);
   return out + detail::output_toml(c.run.output);
 }
 

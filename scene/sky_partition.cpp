@@ -38,14 +38,18 @@ std::vector<SkyBand> mirrored(const std::vector<UpperBand>& upper, bool centred)
 }
 
 /// Reinhart & Walkenhorst 2001, as Radiance's MF:k subdivision: rows of 90/(7k + 1/2) degrees, k times the cells of
-/// Tregenza's row, and an undivided cap of half a row.
+/// Tregenza's row, and an undivided cap of half a row. One cell of each row is centred on north (+y) as there: rows of
+/// 4 n cells then have one centred on +x as well, rows of 4 n + 2 have a border there.
 std::vector<SkyBand> reinhart_bands(int k) {
   const double row = 0.5 * kPi / (7 * k + 0.5);
   std::vector<UpperBand> upper;
   for (int i = 0; i < 7 * k; ++i)
     upper.push_back({std::sin(row * i), std::sin(row * (i + 1)), k * kTregenzaCells[static_cast<std::size_t>(i / k)]});
   upper.push_back({upper.back().sin_high, 1.0, 1});
-  return mirrored(upper, true);
+  std::vector<SkyBand> bands = mirrored(upper, true);
+  for (SkyBand& band : bands)
+    band.centred = band.cells == 1 || band.cells % 4 == 0;
+  return bands;
 }
 
 /// n equal cells above the horizon: a cap of one cell, then collars of about equal height whose borders are moved so

@@ -39,7 +39,7 @@ class SkyPartition {
 public:
   /// N equal-solid-angle regions (N even, 2..100000), as square as bands allow.
   static Result<SkyPartition> uniform(int regions);
-  /// Tregenza's 145 patches above the horizon and their mirror image below: 290 regions.
+  /// Tregenza's 145 patches (scene/radiance_matrix.h) above the horizon and their mirror image below: 290 regions.
   static SkyPartition tregenza();
   /// Reinhart MF:K (K = 1 is Tregenza; 2 is 577 + 577) with the zenith cap undivided. 1 <= K <= 12.
   static Result<SkyPartition> reinhart(int k);

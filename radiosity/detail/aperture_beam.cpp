@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <numeric>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -64,13 +66,31 @@ SkySweep::SkySweep(const SkyPartition& partition, const std::vector<AperturePiec
       }
 }
 
+namespace {
+
+/// k -> k m mod n with m prime to n and near the golden section of it: neighbours become far apart.
+std::vector<int> scattered(int n) {
+  int m = std::max(1, static_cast<int>(std::lround(n / std::numbers::phi)));
+  while (std::gcd(m, n) != 1)
+    ++m;
+  std::vector<int> order(static_cast<std::size_t>(n));
+  for (int k = 0; k < n; ++k)
+    order[static_cast<std::size_t>(k)] = k * m % n;
+  return order;
+}
+
+} // namespace
+
 SkyDirections SkyDirections::make(const SkyPartition& partition, int count) {
-  const int side = std::max(partition.interpolated() ? 1 : 2, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
+  const int side = std::max(partition.interpolated() ? 1 : 2,
+                            static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
+  const std::vector<int> within = scattered(side);
+  const auto at = [&](int i, int j) { return (i + (within[static_cast<std::size_t>(j)] + 0.5) / side) / side; };
   SkyDirections d;
   for (int r = 0; r < partition.size(); ++r)
     for (int i = 0; i < side; ++i)
       for (int j = 0; j < side; ++j) {
-        d.w.push_back(partition.sample(r, (i + 0.5) / side, (j + 0.5) / side));
+        d.w.push_back(partition.sample(r, at(i, j), at(j, i)));
         d.region.push_back(r);
         d.solid_angle_sr.push_back(partition.solid_angle_sr(r) / (side * side));
       }

@@ -14,8 +14,9 @@
 
 namespace daylit::radiosity {
 
-/// Directions that stand for the regions of a partition, region after region: the same number for each, at the middles
-/// of a square of equal shares of its solid angle.
+/// Directions that stand for the regions of a partition, region after region: the same number for each, one in every
+/// square of n x n equal shares of its solid angle and in every row and column of n^2 (Chiu, Shirley & Wang 1994),
+/// since the edges of shadows run along the rows of a plain grid.
 struct SkyDirections {
   std::vector<glm::dvec3> w; ///< unit
   std::vector<std::int32_t> region;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <glm/geometric.hpp>
 
@@ -11,8 +12,9 @@ namespace daylit::radiosity {
 
 namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr int kPatience = 16;            // obstacles looked at in search of one that hides everything
-constexpr double kTouchTolerance = 1e-7; // of the room's size: rounding of coplanar corners
+constexpr int kPatience = 16;              // obstacles looked at in search of one that hides everything
+constexpr std::uint32_t kMostPlanes = 128; // of a curved cluster, looked at one by one
+constexpr double kTouchTolerance = 1e-7;   // of the room's size: rounding of coplanar corners
 
 double cross2(double ax, double ay, double bx, double by) { return ax * by - ay * bx; }
 
@@ -70,6 +72,26 @@ std::span<const glm::dvec3> holding_points(const ClusterTree& tree, const Cluste
   return storage;
 }
 
+/// Highest and lowest height of a box over a plane.
+double high(const Box& box, const glm::dvec3& point, const glm::dvec3& normal) {
+  const glm::dvec3 middle = 0.5 * (box.lo + box.hi), half = 0.5 * (box.hi - box.lo);
+  return glm::dot(middle - point, normal) + glm::dot(half, glm::abs(normal));
+}
+
+/// Range of n . (q - p) for all normals n in the cone, p and q in two boxes.
+struct ConeHeights {
+  double low = -kInfinity, high = kInfinity;
+  ConeHeights(const NormalCone& cone, const Box& p, const Box& q) {
+    const glm::dvec3 way = 0.5 * (q.lo + q.hi - p.lo - p.hi);
+    const double length = glm::length(way), reach = 0.5 * (diameter(p) + diameter(q));
+    if (cone.angle > std::numbers::pi || !(length > 0.0))
+      return;
+    const double angle = std::acos(std::clamp(glm::dot(way, cone.axis) / length, -1.0, 1.0));
+    high = length * std::cos(std::max(angle - cone.angle, 0.0)) + reach;
+    low = length * std::cos(std::min(angle + cone.angle, std::numbers::pi)) - reach;
+  }
+};
+
 /// Distances from a plane, of the points of one cluster.
 struct Heights {
   std::vector<double> of;
@@ -101,6 +123,43 @@ BlockVisibility::Range BlockVisibility::heights(const ClusterTree& tree, const C
     for (int k = 0; k < 8; ++k)
       add({k & 1 ? c.box.hi.x : c.box.lo.x, k & 2 ? c.box.hi.y : c.box.lo.y, k & 4 ? c.box.hi.z : c.box.lo.z});
   return range;
+}
+
+bool BlockVisibility::behind(const ClusterTree& tree, const Cluster& a, const Cluster& b) const {
+  if (a.plane >= 0)
+    return heights(tree, b, a.point, a.normal).high <= tolerance_m_;
+  if (ConeHeights(a.cone, a.box, b.box).high <= tolerance_m_)
+    return true;
+  return a.size() <= kMostPlanes && std::ranges::all_of(tree.planes(a), [&](const ItemPlane& p) {
+           return high(b.box, p.point, p.normal) <= tolerance_m_ ||
+                  (b.corners > 0 && heights(tree, b, p.point, p.normal).high <= tolerance_m_);
+         });
+}
+
+bool BlockVisibility::in_front(const ClusterTree& tree, const Cluster& a, const Cluster& b) const {
+  if (a.plane >= 0)
+    return heights(tree, b, a.point, a.normal).low >= -tolerance_m_;
+  if (ConeHeights(a.cone, a.box, b.box).low >= -tolerance_m_)
+    return true;
+  return a.size() <= kMostPlanes && std::ranges::all_of(tree.planes(a), [&](const ItemPlane& p) {
+           return high(b.box, p.point, -p.normal) <= tolerance_m_ ||
+                  (b.corners > 0 && heights(tree, b, p.point, p.normal).low >= -tolerance_m_);
+         });
+}
+
+bool BlockVisibility::shielded(const ClusterTree& tree, const Cluster& c, const Cluster& o) const {
+  const auto below = [&](const glm::dvec3& point, const glm::dvec3& normal) {
+    return high(o.box, point, normal) <= tolerance_m_ ||
+           (o.leaf() && std::ranges::all_of(obstacles_[hierarchy_.order()[o.first]].corner, [&](const glm::dvec3& q) {
+              return glm::dot(q - point, normal) <= tolerance_m_;
+            }));
+  };
+  if (c.plane >= 0)
+    return below(c.point, c.normal);
+  if (ConeHeights(c.cone, c.box, o.box).high <= tolerance_m_)
+    return true;
+  return c.size() <= kMostPlanes &&
+         std::ranges::all_of(tree.planes(c), [&](const ItemPlane& p) { return below(p.point, p.normal); });
 }
 
 /// A segment from height ha to hb over the obstacle's plane crosses it at (ha b - hb a) / (ha - hb), a projective map
@@ -138,6 +197,13 @@ Sight BlockVisibility::past_obstacle(const ClusterTree& tree, const Cluster& a, 
   return hidden ? Sight::hidden : Sight::mixed;
 }
 
+bool BlockVisibility::one_side(const Cluster& o, const Cluster& a, const Cluster& b) const {
+  if (o.plane >= 0)
+    return false; // has been asked
+  const ConeHeights ha(o.cone, o.box, a.box), hb(o.cone, o.box, b.box);
+  return std::min(ha.low, hb.low) >= -tolerance_m_ || std::max(ha.high, hb.high) <= tolerance_m_;
+}
+
 template <class Visit>
 bool BlockVisibility::search(const ClusterTree& tree, const Cluster& a, const Cluster& b, const Visit& visit) const {
   std::array<std::int32_t, 128> stack;
@@ -151,7 +217,8 @@ bool BlockVisibility::search(const ClusterTree& tree, const Cluster& a, const Cl
       if (std::min(ra.low, rb.low) >= -tolerance_m_ || std::max(ra.high, rb.high) <= tolerance_m_)
         continue; // both on one side: segments between them do not cross the plane
     }
-    if (outside_shaft(a.box, b.box, o.box, tolerance_m_))
+    if (outside_shaft(a.box, b.box, o.box, tolerance_m_) || shielded(tree, a, o) || shielded(tree, b, o) ||
+        one_side(o, a, b))
       continue;
     if (o.leaf()) {
       const std::uint32_t item = hierarchy_.order()[o.first];

@@ -47,6 +47,21 @@ std::vector<glm::dvec3> planar_hull(std::vector<glm::dvec3> points, const glm::d
   return hull;
 }
 
+NormalCone cone_of(std::span<const ClusterItem> items, std::span<const std::uint32_t> which) {
+  glm::dvec3 sum(0.0);
+  for (const std::uint32_t i : which)
+    sum += items[i].normal;
+  const double length = glm::length(sum);
+  if (!(length > 0.1 * static_cast<double>(which.size())))
+    return {};
+  NormalCone cone{sum / length, 0.0};
+  double least = 1;
+  for (const std::uint32_t i : which)
+    least = std::min(least, glm::dot(cone.axis, items[i].normal));
+  cone.angle = std::acos(std::clamp(least, -1.0, 1.0));
+  return cone;
+}
+
 } // namespace
 
 double distance(const Box& a, const Box& b) {
@@ -81,6 +96,8 @@ ClusterTree::ClusterTree(std::span<const ClusterItem> items, std::uint32_t leaf_
   if (!items.empty())
     build(items, 0, static_cast<std::uint32_t>(items.size()), 0);
   key_ = {};
+  for (const std::uint32_t i : order_)
+    planes_.push_back({items[i].corner[0], items[i].normal});
 }
 
 std::int32_t ClusterTree::build(std::span<const ClusterItem> items, std::uint32_t first, std::uint32_t last,
@@ -111,6 +128,7 @@ std::int32_t ClusterTree::build(std::span<const ClusterItem> items, std::uint32_
     c.point = item.corner[0];
     c.normal = item.normal;
   }
+  c.cone = cone_of(items, std::span(order_).subspan(first, last - first));
   outline_of(items, c);
   if (last - first > leaf_size_) {
     const auto begin = order_.begin() + first, end = order_.begin() + last, half = begin + (last - first) / 2;

@@ -24,6 +24,16 @@ struct ClusterItem {
   std::uint32_t plane = 0;            ///< items of one number lie in one plane and look the same way
 };
 
+struct ItemPlane {
+  glm::dvec3 point, normal;
+};
+
+/// Holds the normals of all items.
+struct NormalCone {
+  glm::dvec3 axis{0.0}; ///< unit
+  double angle = 4.0;   ///< half the opening, radians; above pi: no cone
+};
+
 struct Cluster {
   std::uint32_t first = 0, last = 0;           ///< positions [first, last) in ClusterTree::order
   std::int32_t child[2] = {-1, -1};            ///< both -1: a leaf
@@ -31,6 +41,7 @@ struct Cluster {
   glm::dvec3 point{0.0}, normal{0.0};          ///< of that plane
   std::uint32_t first_corner = 0, corners = 0; ///< outline: points whose hull holds the cluster; none: use the box
   Box box{};
+  NormalCone cone{};
 
   bool leaf() const { return child[0] < 0; }
   std::uint32_t size() const { return last - first; }
@@ -44,6 +55,8 @@ public:
   const std::vector<Cluster>& clusters() const { return clusters_; } ///< [0] is the root
   const Cluster& operator[](std::int32_t i) const { return clusters_[static_cast<std::size_t>(i)]; }
   std::span<const glm::dvec3> outline(const Cluster& c) const { return {corners_.data() + c.first_corner, c.corners}; }
+  /// The planes of a cluster's items, in tree order.
+  std::span<const ItemPlane> planes(const Cluster& c) const { return {planes_.data() + c.first, c.size()}; }
 
 private:
   std::int32_t build(std::span<const ClusterItem> items, std::uint32_t first, std::uint32_t last, int depth);
@@ -54,6 +67,7 @@ private:
   std::vector<std::uint32_t> order_;
   std::vector<Cluster> clusters_;
   std::vector<glm::dvec3> corners_;
+  std::vector<ItemPlane> planes_;
   std::vector<std::array<double, 6>> key_; ///< per item: where its plane (large planes) or itself lies
 };
 

@@ -52,20 +52,13 @@ private:
   using Pair = std::array<std::int32_t, 2>;
 
   bool cannot_see(const Cluster& a, const Cluster& b) const {
-    return (a.plane >= 0 && a.plane == b.plane) || behind(a, b) || behind(b, a);
-  }
-  /// All of b lies behind the plane of a.
-  bool behind(const Cluster& a, const Cluster& b) const {
-    return a.plane >= 0 && BlockVisibility::heights(tree_, b, a.point, a.normal).high <= visibility_.tolerance_m();
-  }
-  bool in_front(const Cluster& a, const Cluster& b) const {
-    return a.plane >= 0 && BlockVisibility::heights(tree_, b, a.point, a.normal).low >= -visibility_.tolerance_m();
+    return (a.plane >= 0 && a.plane == b.plane) || visibility_.behind(tree_, a, b) || visibility_.behind(tree_, b, a);
   }
   /// Neither horizon nor touching edges disturb the kernel between the two.
   bool smooth(const Cluster& a, const Cluster& b) const {
     return std::min(a.size(), b.size()) >= options_.min_size &&
            distance(a.box, b.box) >= options_.separation * std::max(diameter(a.box), diameter(b.box)) &&
-           in_front(a, b) && in_front(b, a);
+           visibility_.in_front(tree_, a, b) && visibility_.in_front(tree_, b, a);
   }
 
   static ExchangePlan nothing(std::uint64_t black_pairs) {

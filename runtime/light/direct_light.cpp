@@ -138,6 +138,19 @@ Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const Apertur
   return Rgb(sum);
 }
 
+std::vector<DirectionalLight> window_lights(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                                            const glm::dvec3& x) {
+  std::vector<DirectionalLight> lights;
+  for (const ApertureCell& cell : cells) {
+    const glm::dvec3 d = cell.centre - x;
+    const double r = glm::length(d), facing = -glm::dot(cell.inward, d);
+    if (facing > 0.0)
+      lights.push_back({d / r, static_cast<float>(facing * cell.area_m2 / (r * r * r)) * through(cell, facing / r) *
+                                   pyramid[cell.level].interpolate(d / r)});
+  }
+  return lights;
+}
+
 Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                            std::span<const DirectionalLight> sun, std::span<const Aperture> apertures,
                            const glm::dvec3& x) {
@@ -147,13 +160,8 @@ Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const Aper
     for (int i = 0; i < 9; ++i)
       sum[i] += y[i] * flux;
   };
-  for (const ApertureCell& cell : cells) {
-    const glm::dvec3 d = cell.centre - x;
-    const double r = glm::length(d), facing = -glm::dot(cell.inward, d);
-    if (facing > 0.0)
-      add(d / r, static_cast<float>(facing * cell.area_m2 / (r * r * r)) * through(cell, facing / r) *
-                     pyramid[cell.level].interpolate(d / r));
-  }
+  for (const DirectionalLight& l : window_lights(pyramid, cells, x))
+    add(l.direction, l.irradiance);
   const std::vector<Aperture> list(apertures.begin(), apertures.end());
   for (const DirectionalLight& l : sun) {
     int crossed = 0;

@@ -60,6 +60,10 @@ Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const Apertur
 std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                                      std::span<const glm::dvec3> x, std::span<const glm::vec3> n);
 
+/// The cells as directional lights at x.
+std::vector<DirectionalLight> window_lights(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                                            const glm::dvec3& x);
+
 /// Nine coefficients of the unshadowed radiance that arrives at x from sky and sun through the apertures.
 Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                            std::span<const DirectionalLight> sun, std::span<const Aperture> apertures,

@@ -5,10 +5,12 @@
 #include <numeric>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include "runtime/light/sh_rotation.h"
+#include "sh/sh9.h"
 
 namespace daylit {
 
@@ -25,6 +27,13 @@ Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, cons
   for (int i = 0; i < 9; ++i)
     sum += light[i] * transfer[i];
   return glm::max(reflectance * sum * std::numbers::inv_pi_v<float>, Rgb(0.0f));
+}
+
+Rgb add_reflected(const Rgb& radiance, const Sh9Rgb& change, const TransferVector& transfer, const Rgb& reflectance) {
+  Rgb sum(0.0f);
+  for (int i = 0; i < 9; ++i)
+    sum += change[i] * transfer[i];
+  return glm::max(radiance + reflectance * sum * std::numbers::inv_pi_v<float>, Rgb(0.0f));
 }
 
 std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions) {
@@ -83,6 +92,46 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
       const Rgb rho = reflectance[i];
       radiance[i] = {reflected_radiance(light, t.front, rho) + rho * reflected_radiance(arriving, t.bounce, rho),
                      reflected_radiance(light, t.back, rho)};
+    }
+  });
+  return radiance;
+}
+
+namespace {
+
+/// Irradiance of one side: exact without shadow, times the share that the object leaves in nine coefficients.
+Rgb shadowed_irradiance(std::span<const DirectionalLight> windows, const Sh9Rgb& coefficients, const glm::vec3& n,
+                        const TransferVector& transfer) {
+  Rgb open(0.0f), shadowed(0.0f), share(0.0f);
+  for (const DirectionalLight& l : windows)
+    open += std::max(0.0f, glm::dot(n, glm::vec3(l.direction))) * l.irradiance;
+  for (int i = 0; i < 9; ++i)
+    shadowed += coefficients[i] * transfer[i];
+  const Rgb whole = irradiance(coefficients, n);
+  for (int c = 0; c < 3; ++c)
+    share[c] = whole[c] > 0.0f ? std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f) : 1.0f;
+  return open * share;
+}
+
+} // namespace
+
+std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
+                                      std::span<const glm::vec3> normals,
+                                      std::span<const VertexTransfer> world_transfer,
+                                      std::span<const Rgb> reflectance) {
+  Sh9Rgb coefficients{};
+  for (const DirectionalLight& l : windows) {
+    const std::array<float, 9> y = sh::evaluate9(glm::vec3(l.direction));
+    for (int i = 0; i < 9; ++i)
+      coefficients[i] += y[i] * l.irradiance;
+  }
+  std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const Rgb share = reflectance[i] * std::numbers::inv_pi_v<float>;
+      radiance[i].front += share * shadowed_irradiance(windows, coefficients, normals[i], world_transfer[i].front);
+      if (world_transfer[i].back != TransferVector{})
+        radiance[i].back += share * shadowed_irradiance(windows, coefficients, -normals[i], world_transfer[i].back);
     }
   });
   return radiance;

@@ -9,6 +9,7 @@
 
 #include <glm/mat3x3.hpp>
 
+#include "runtime/light/direct_light.h"
 #include "runtime/object/transfer.h"
 #include "scene/volume.h"
 
@@ -20,6 +21,10 @@ std::vector<VertexTransfer> rotate_transfer(std::span<const VertexTransfer> tran
 
 /// rho/pi sum_lm L_lm C_lm, never below zero: nine coefficients can ring negative, radiance cannot.
 Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& world_transfer, const Rgb& reflectance);
+
+/// `radiance` with the reflection of a change of light, which may be negative; the sum may not.
+Rgb add_reflected(const Rgb& radiance, const Sh9Rgb& change, const TransferVector& world_transfer,
+                  const Rgb& reflectance);
 
 /// Which probes light each vertex: found once per placement of the object, because it costs visibility rays.
 struct VertexProbes {
@@ -40,6 +45,14 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
 struct TwoSided {
   Rgb front{0.0f}, back{0.0f};
 };
+/// All that leaves each vertex but for the sun's light: `indirect`, and what it reflects of the windows' light.
+/// `windows`: that light at the objects' middle, unshadowed. The irradiance is summed over them, because nine
+/// coefficients put light on the side that faces away; the share that the object itself blocks is that of the
+/// coefficients.
+std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
+                                      std::span<const glm::vec3> normals,
+                                      std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance);
+
 /// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the
 /// object straight from sky and sun; only what one part of the object reflects to another is taken from it here, the
 /// rest is drawn with shadows.

@@ -11,8 +11,8 @@
 #include <glm/vec2.hpp>
 #include <tbb/concurrent_unordered_map.h>
 
-#include "runtime/light/orthonormal.h"
 #include "runtime/light/relight.h"
+#include "runtime/light/room_planes.h"
 
 namespace daylit {
 
@@ -20,30 +20,6 @@ namespace {
 
 // Probes answer for the air: a point on a wall is asked for this far in front of it, metres.
 constexpr double kAir = 1e-3;
-constexpr double kPlaneTolerance_m = 1e-6;
-
-/// A plane of the room seen from one side, with its lattice.
-struct Facing {
-  glm::dvec3 normal{0.0}, u{0.0}, v{0.0};
-  double height = 0.0; ///< dot(normal, x) on the plane
-  glm::dvec3 corner(std::int64_t i, std::int64_t j) const {
-    return height * normal + kRoomLightCell_m * (static_cast<double>(i) * u + static_cast<double>(j) * v);
-  }
-};
-
-struct CellKey {
-  std::int64_t i = 0, j = 0;
-  std::uint32_t facing = 0;
-  bool operator==(const CellKey&) const = default;
-};
-struct CellHash {
-  std::size_t operator()(const CellKey& k) const {
-    std::uint64_t h = static_cast<std::uint64_t>(k.i) * 0x9E3779B97F4A7C15ull;
-    h ^= static_cast<std::uint64_t>(k.j) * 0xC2B2AE3D27D4EB4Full + (h >> 29);
-    h ^= k.facing * 0x165667B19E3779F9ull + (h << 7);
-    return static_cast<std::size_t>(h ^ (h >> 32));
-  }
-};
 
 struct CornerLight {
   Rgb indirect{0.0f}, open_sky{0.0f};
@@ -68,42 +44,15 @@ struct RoomLight::State {
   std::span<const ApertureCell> apertures;
   Rgb sun_normal_irradiance{0.0f};
   std::uint64_t frame = 0;
-  std::vector<Facing> facings; ///< 2 k and 2 k + 1: the two sides of plane k
-  std::vector<std::uint32_t> plane_of_triangle;
-  mutable tbb::concurrent_unordered_map<CellKey, std::unique_ptr<Cell>, CellHash> cells;
+  RoomPlanes planes;
+  mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
 
-  State(const Room& r, const RayScene& s, const LightFieldSampler& l) : room(r), rays(s), sampler(l) { find_planes(); }
-  void find_planes();
-  std::uint32_t facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {
-    const std::uint32_t front = 2 * plane_of_triangle[triangle];
-    return glm::dot(facings[front].normal, direction) > 0.0 ? front + 1 : front;
-  }
+  State(const Room& r, const RayScene& s, const LightFieldSampler& l) : room(r), rays(s), sampler(l), planes(r) {}
   Rgb indirect_at(const glm::dvec3& n, const VertexProbes& probes) const;
-  std::unique_ptr<Cell> make_cell(const CellKey& key) const;
-  const Cell& current_cell(const CellKey& key) const;
+  std::unique_ptr<Cell> make_cell(const LatticeKey& key) const;
+  const Cell& current_cell(const LatticeKey& key) const;
   RoomPoint point(std::uint32_t triangle, const CornerLight& light) const;
 };
-
-void RoomLight::State::find_planes() {
-  for (const RoomTriangle& t : room.triangles) {
-    const glm::dvec3 area = area_normal(room, t);
-    const glm::dvec3 n = glm::length(area) > 0.0 ? glm::normalize(area) : glm::dvec3(0.0, 0.0, 1.0);
-    const double height = glm::dot(n, room.corner(t, 0));
-    std::uint32_t plane = 0;
-    const auto count = static_cast<std::uint32_t>(facings.size() / 2);
-    // Only runs of neighbours in the file are merged: enough for the quads that rooms are made of, and linear.
-    for (plane = count > 8 ? count - 8 : 0; plane < count; ++plane)
-      if (glm::dot(facings[2 * plane].normal, n) > 1.0 - 1e-12 &&
-          std::fabs(facings[2 * plane].height - height) < kPlaneTolerance_m)
-        break;
-    if (plane == count) {
-      const OrthonormalBasis basis(n);
-      facings.push_back({n, basis.u, basis.v, height});
-      facings.push_back({-n, basis.u, basis.v, -height});
-    }
-    plane_of_triangle.push_back(plane);
-  }
-}
 
 Rgb RoomLight::State::indirect_at(const glm::dvec3& n, const VertexProbes& probes) const {
   if (probes.count == 0)
@@ -115,13 +64,13 @@ Rgb RoomLight::State::indirect_at(const glm::dvec3& n, const VertexProbes& probe
   return glm::max(irradiance(coefficients, glm::vec3(n)), Rgb(0.0f));
 }
 
-std::unique_ptr<Cell> RoomLight::State::make_cell(const CellKey& key) const {
+std::unique_ptr<Cell> RoomLight::State::make_cell(const LatticeKey& key) const {
   auto cell = std::make_unique<Cell>();
-  const Facing& f = facings[key.facing];
+  const RoomFacing& f = planes[key.facing];
   glm::dvec3 air[4];
   cell->open = true;
   for (int k = 0; k < 4; ++k) {
-    air[k] = f.corner(key.i + (k & 1), key.j + (k >> 1)) + kAir * f.normal;
+    air[k] = f.corner(key.i + (k & 1), key.j + (k >> 1), kRoomLightCell_m) + kAir * f.normal;
     cell->probes[k].count = sampler.weights(air[k], cell->probes[k].probe, cell->probes[k].weight);
     cell->open = cell->open && cell->probes[k].count > 0;
   }
@@ -132,7 +81,7 @@ std::unique_ptr<Cell> RoomLight::State::make_cell(const CellKey& key) const {
   return cell;
 }
 
-const Cell& RoomLight::State::current_cell(const CellKey& key) const {
+const Cell& RoomLight::State::current_cell(const LatticeKey& key) const {
   auto found = cells.find(key);
   if (found == cells.end())
     found = cells.emplace(key, make_cell(key)).first; // two threads may make it: the same cell, one is kept
@@ -142,11 +91,11 @@ const Cell& RoomLight::State::current_cell(const CellKey& key) const {
   const std::lock_guard lock(cell.renewing);
   if (cell.frame.load(std::memory_order_relaxed) == frame)
     return cell;
-  const Facing& f = facings[key.facing];
+  const RoomFacing& f = planes[key.facing];
   std::array<glm::dvec3, 4> corner;
   std::array<glm::vec3, 4> normal;
   for (int k = 0; k < 4; ++k) {
-    corner[k] = f.corner(key.i + (k & 1), key.j + (k >> 1));
+    corner[k] = f.corner(key.i + (k & 1), key.j + (k >> 1), kRoomLightCell_m);
     normal[k] = glm::vec3(f.normal);
   }
   const std::vector<Rgb> open_sky = open_sky_irradiance(pyramid, apertures, corner, normal);
@@ -189,8 +138,8 @@ std::optional<RoomPoint> RoomLight::at(const glm::dvec3& eye, const glm::dvec3& 
 
 RoomPoint RoomLight::at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;
-  const std::uint32_t facing = s.facing_of(triangle, direction);
-  const Facing& f = s.facings[facing];
+  const std::uint32_t facing = s.planes.facing_of(triangle, direction);
+  const RoomFacing& f = s.planes[facing];
   const glm::dvec2 p(glm::dot(f.u, x) / kRoomLightCell_m, glm::dot(f.v, x) / kRoomLightCell_m);
   const glm::dvec2 lower = glm::floor(p);
   const Cell& cell = s.current_cell({static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing});
@@ -208,10 +157,20 @@ RoomPoint RoomLight::at_surface(std::uint32_t triangle, const glm::dvec3& x, con
 
 RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;
-  const glm::dvec3 n = s.facings[s.facing_of(triangle, direction)].normal;
+  const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
   VertexProbes probes;
   probes.count = s.sampler.weights(x + kAir * n, probes.probe, probes.weight);
   return s.point(triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, x, n)});
+}
+
+VertexProbes RoomLight::probes_at(const glm::dvec3& x) const {
+  VertexProbes probes;
+  probes.count = state_->sampler.weights(x, probes.probe, probes.weight);
+  return probes;
+}
+
+Rgb RoomLight::indirect_irradiance(const glm::dvec3& n, const VertexProbes& probes) const {
+  return state_->indirect_at(n, probes);
 }
 
 std::size_t RoomLight::cells_kept() const { return state_->cells.size(); }

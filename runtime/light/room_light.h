@@ -14,6 +14,7 @@
 #include <glm/vec3.hpp>
 
 #include "runtime/light/direct_light.h"
+#include "runtime/light/relight.h"
 #include "runtime/render/compose.h"
 #include "scene/ray_scene.h"
 #include "scene/volume.h"
@@ -40,6 +41,11 @@ public:
   RoomPoint at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same without cells: the slow twin.
   RoomPoint evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+
+  /// The indirect part alone, for points that are asked for again: which probes light x, a point in the air, and what
+  /// they give a surface of normal n.
+  VertexProbes probes_at(const glm::dvec3& x) const;
+  Rgb indirect_irradiance(const glm::dvec3& n, const VertexProbes& probes) const;
 
   std::size_t cells_kept() const;
 

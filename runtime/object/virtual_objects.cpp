@@ -17,7 +17,8 @@ Result<void> VirtualObjects::place(std::size_t k, const ObjectConfig& placement)
   if (k >= parts.size() || !std::isfinite(scale) || scale <= 0.0)
     return Error{ErrorCode::value_invalid, "object " + std::to_string(k) + " cannot be placed so", "[[object]]",
                  "give an object of the configuration a positive scale"};
-  const Part& part = parts[k];
+  Part& part = parts[k];
+  part.world_from_object = world_from_object;
   const glm::mat3 rotation(linear / scale);
   for (std::size_t i = 0; i < part.mesh.positions.size(); ++i) {
     const std::size_t at = part.first_vertex + i;
@@ -45,7 +46,11 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
     all.surface.triangles.push_back({offset + t[0], offset + t[1], offset + t[2]});
   for (const VertexTransfer& t : transfer)
     all.has_back.push_back(t.back != TransferVector{});
-  all.parts.push_back({std::move(mesh), std::move(transfer), first});
+  const std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
+  auto rays = RayScene::build(positions, mesh.triangles);
+  if (!rays)
+    return rays.error();
+  all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first});
   return all.place(all.parts.size() - 1, placement);
 }
 

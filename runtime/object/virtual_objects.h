@@ -7,6 +7,7 @@
 #include "runtime/render/picture_renderer.h"
 #include "scene/config.h"
 #include "scene/program.h"
+#include "scene/ray_scene.h"
 #include "scene/result.h"
 
 namespace daylit {
@@ -17,7 +18,9 @@ struct VirtualObjects {
   struct Part {
     ObjectMesh mesh;
     std::vector<VertexTransfer> transfer;
+    RayScene rays;
     std::size_t first_vertex = 0; ///< in surface
+    glm::dmat4 world_from_object{1.0};
   };
   ObjectSurface surface;
   std::vector<VertexTransfer> transfer; ///< per vertex, world frame

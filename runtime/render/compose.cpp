@@ -9,6 +9,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "runtime/render/change_picture.h"
+
 namespace daylit {
 
 namespace {
@@ -68,23 +70,101 @@ struct DrawnPicture {
   }
 };
 
-/// The photograph's pixel after the room at it has lost light.
-Rgb shadowed(const Rgb& photo, const DrawnPixel& drawn, const RoomPoint& point, const ComposeSettings& settings) {
+/// Irradiance of the room at a pixel: without the objects, and what they take (negative: give).
+struct RoomLoss {
+  Rgb before{0.0f}, lost{0.0f};
+};
+
+RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
   const Rgb lost_sky = Rgb(drawn.lost_sky) / drawn.lost_sky.w;
   const glm::vec3 shares = glm::vec3(drawn.room) / drawn.lost_sky.w;
-  const Rgb lost = point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z;
+  return {point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance,
+          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z};
+}
+
+/// The photograph's pixel after that.
+Rgb changed(const Rgb& photo, const RoomLoss& loss, const Rgb& reflectance, const ComposeSettings& settings) {
   if (settings.mode == ShadowMode::difference) {
-    const Rgb change = point.reflectance * lost * std::numbers::inv_pi_v<float>;
+    const Rgb change = reflectance * loss.lost * std::numbers::inv_pi_v<float>;
     return glm::max(photo - settings.photo.apply(change), Rgb(0.0f));
   }
-  const Rgb before =
-      point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance;
   Rgb ratio(1.0f);
   for (int c = 0; c < 3; ++c)
-    if (before[c] > 0.0f)
-      ratio[c] = std::clamp(1.0f - lost[c] / before[c], 0.0f, 1.0f);
+    if (loss.before[c] > 0.0f)
+      ratio[c] = std::max(1.0f - loss.lost[c] / loss.before[c], 0.0f);
   return photo * ratio;
 }
+
+/// All that a pixel of the photograph is made of.
+class Compositor {
+public:
+  Compositor(const RgbImage& photo, const DrawnPicture& drawn, const RoomLookup& room, const ComposeSettings& settings,
+             const ChangePicture* change)
+      : photo_(photo), drawn_(drawn), room_(room), settings_(settings), change_(change) {}
+
+  PixelBox box() const {
+    PixelBox box = drawn_.photo_box();
+    if (change_)
+      box.include(change_->box());
+    return box.clipped(photo_.width, photo_.height);
+  }
+
+  struct Pixel {
+    Rgb value{0.0f};
+    float coverage = 0.0f;
+  };
+  /// Empty where nothing changes.
+  std::optional<Pixel> at(int x, int y) const {
+    const DrawnPixel pixel = drawn_.photo_pixel(x, y);
+    const float coverage = std::min(pixel.object.w, 1.0f);
+    const Rgb before = photo_.at(x, y);
+    Rgb background = before;
+    bool differs = coverage >= kLeastCoverage;
+    if (coverage < 1.0f)
+      if (const auto loss = loss_at(x, y, pixel)) {
+        background = changed(before, loss->loss, loss->reflectance, settings_);
+        differs = true;
+      }
+    if (!differs)
+      return std::nullopt;
+    if (coverage < kLeastCoverage)
+      return Pixel{background, coverage};
+    return Pixel{(1.0f - coverage) * background + settings_.photo.apply(Rgb(pixel.object)), coverage};
+  }
+
+private:
+  struct Loss {
+    RoomLoss loss;
+    Rgb reflectance{0.5f};
+  };
+  std::optional<Loss> loss_at(int x, int y, const DrawnPixel& pixel) const {
+    const bool shadow = pixel.lost_sky.w > 0.0f &&
+                        std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
+    const auto change = change_ ? change_->at(x, y) : std::nullopt;
+    const bool needs_room = shadow || (change && settings_.mode == ShadowMode::difference);
+    const auto point = needs_room
+                           ? room_(drawn_.camera.direction(glm::dvec2(drawn_.position(x, y))), drawn_.surface(x, y))
+                           : std::nullopt;
+    if ((needs_room && !point) || (!needs_room && !change))
+      return std::nullopt;
+    Loss loss;
+    if (point)
+      loss.reflectance = point->reflectance;
+    if (shadow)
+      loss.loss = direct_loss(pixel, *point);
+    else
+      loss.loss.before = change->before;
+    if (change)
+      loss.loss.lost -= change->irradiance;
+    return loss;
+  }
+
+  const RgbImage& photo_;
+  const DrawnPicture& drawn_;
+  const RoomLookup& room_;
+  const ComposeSettings& settings_;
+  const ChangePicture* change_;
+};
 
 bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
   for (int c = 0; c < 3; ++c)
@@ -98,37 +178,28 @@ bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
 Rgb PhotoScale::apply(const Rgb& radiance) const { return Rgb(scale * (colour_matrix * glm::dvec3(radiance))); }
 
 void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
-             const ComposeSettings& settings, Composite& result) {
+             const ComposeSettings& settings, Composite& result, const ChangePicture* change) {
   result.picture = photo; // assignment keeps the memory of the last frame
   result.touched.assign(photo.texels.size(), 0);
   result.coverage.assign(photo.texels.size(), 0.0f);
   const DrawnPicture drawn{frame, camera};
-  const PixelBox box = drawn.photo_box().clipped(photo.width, photo.height);
+  const Compositor compositor(photo, drawn, room, settings, change);
+  const PixelBox box = compositor.box();
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
   tbb::parallel_for(tbb::blocked_range<int>(box.y0, std::max(box.y0, box.y1), 4), [&](const auto& rows) {
     std::size_t count[3] = {};
     for (int y = rows.begin(); y != rows.end(); ++y)
       for (int x = box.x0; x < box.x1; ++x) {
-        const DrawnPixel pixel = drawn.photo_pixel(x, y);
-        const float coverage = std::min(pixel.object.w, 1.0f);
-        const bool shadow = pixel.lost_sky.w > 0.0f &&
-                            std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
-        if (coverage < kLeastCoverage && !shadow)
+        const auto after = compositor.at(x, y);
+        if (!after)
           continue;
-        result.coverage[static_cast<std::size_t>(y) * photo.width + x] = coverage;
-        const Rgb before = photo.at(x, y);
-        Rgb background = before;
-        if (shadow && coverage < 1.0f)
-          if (const auto point = room(camera.direction(glm::dvec2(drawn.position(x, y))), drawn.surface(x, y)))
-            background = shadowed(before, pixel, *point, settings);
-        const Rgb after = coverage < kLeastCoverage
-                              ? background
-                              : (1.0f - coverage) * background + settings.photo.apply(Rgb(pixel.object));
-        if (!exceeds(before, after, settings.threshold))
+        const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
+        result.coverage[i] = after->coverage;
+        if (!exceeds(photo.texels[i], after->value, settings.threshold))
           continue;
-        const std::uint8_t kind = coverage < kLeastCoverage ? 1 : 2;
-        result.picture.at(x, y) = after;
-        result.touched[static_cast<std::size_t>(y) * photo.width + x] = kind;
+        const std::uint8_t kind = after->coverage < kLeastCoverage ? 1 : 2;
+        result.picture.texels[i] = after->value;
+        result.touched[i] = kind;
         ++count[kind];
       }
     shadow_pixels += count[1];

@@ -47,17 +47,20 @@ struct Composite {
   RgbImage picture;                  ///< linear, in the photograph's scale
   std::vector<std::uint8_t> touched; ///< per pixel: 0 = bit-identical to the photograph, 1 = shadow, 2 = object
   std::vector<float> coverage;       ///< per pixel: share of it that visible virtual objects fill
-  std::size_t object_pixels = 0, shadow_pixels = 0;
+  std::size_t object_pixels = 0, shadow_pixels = 0; ///< shadow: every pixel of the room that changes
 };
 
 /// What the room shows along a world direction from the camera; empty where there is no surface. `seen`: the point, or
 /// null where the frame does not know it.
 using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& direction, const RoomSurface* seen)>;
 
+/// What the objects do to the indirect light of the room, where it is known (render/change_picture.h).
+class ChangePicture;
+
 /// `photo`: linear, camera.photo_width_px x photo_height_px. `room` is called, from several threads, only for pixels
 /// that lose light. Giving the last composite of the same size again saves its memory.
 void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
-             const ComposeSettings& settings, Composite& result);
+             const ComposeSettings& settings, Composite& result, const ChangePicture* change = nullptr);
 Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
                   const ComposeSettings& settings);
 

@@ -6,9 +6,17 @@
 #include <optional>
 #include <utility>
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include "runtime/light/relight.h"
+#include "runtime/light/room_change.h"
 #include "runtime/light/room_light.h"
+#include "runtime/light/steady_sun.h"
+#include "runtime/light/vertex_light.h"
 #include "runtime/object/virtual_objects.h"
+#include "runtime/render/change_picture.h"
+#include "runtime/service/frame_warnings.h"
 #include "runtime/service/picture_memory.h"
 #include "scene/volume_file.h"
 
@@ -34,6 +42,10 @@ private:
   Clock::time_point start_, last_;
 };
 
+bool is_black(const SkyMap& map) {
+  return std::all_of(map.radiance.begin(), map.radiance.end(), [](const Rgb& c) { return c == Rgb(0.0f); });
+}
+
 std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
 }
@@ -53,6 +65,8 @@ struct Session::State {
   std::optional<RayScene> room_rays;
   std::unique_ptr<PictureRenderer> renderer;
   std::optional<RoomLight> room_light;
+  std::optional<RoomChangeField> room_change; ///< empty: not drawn
+  ChangePicture change_picture;
   std::optional<SkyResampler> resampler;
   std::shared_ptr<const SkyGeometry> region_geometry; ///< what region_sums was made for
   std::optional<RegionSums> region_sums;
@@ -60,6 +74,7 @@ struct Session::State {
 
   // The light of the last sky.
   PictureMemory sky_memory, photo_memory;
+  SteadySun steady_sun;
   std::optional<DetectedSun> sun;
   std::vector<SkyMap> pyramid;
   LightField field;
@@ -68,9 +83,11 @@ struct Session::State {
   std::vector<ApertureCell> cells;
   std::vector<VertexProbes> vertex_probes;
   std::size_t vertices_outside = 0; ///< of the light field
+  std::vector<TwoSided> indirect;
   RenderedFrame drawn;
   Frame frame;
-  bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false;
+  bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
+       has_view = false;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
   Result<void> set_camera(const glm::dmat4& world_from_camera);
@@ -82,8 +99,9 @@ struct Session::State {
   void sample();
   Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
   Result<void> draw(StageClock& clock);
+  void see_own_shadow();
+  void change_room();
   void compose_picture(const RgbImage& photo);
-  void warn();
   void report_frame();
 };
 
@@ -94,7 +112,7 @@ Result<void> Session::State::set_camera(const glm::dmat4& world_from_camera) {
   if (same_view(*made, camera))
     return {};
   camera = std::move(*made);
-  has_drawn = has_object_light = false;
+  has_drawn = has_object_light = has_view = false;
   return renderer->set_camera(camera);
 }
 
@@ -110,6 +128,13 @@ Result<void> Session::State::start_renderer() {
 Result<void> Session::State::move_objects() {
   sphere = objects.surface.bounds();
   has_samples = has_probes = has_object_light = has_drawn = false;
+  if (room_change) {
+    std::vector<PlacedPart> parts;
+    for (const VirtualObjects::Part& part : objects.parts)
+      parts.push_back(
+          {&part.rays, part.mesh.triangles, part.mesh.positions, part.first_vertex, part.world_from_object});
+    room_change->set_objects(std::move(parts));
+  }
   return renderer->set_objects(objects.surface);
 }
 
@@ -150,6 +175,8 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
     return rays.error();
   room_rays.emplace(std::move(*rays));
   room_light.emplace(volume.room, *room_rays, *sampler);
+  if (config.room_change)
+    room_change.emplace(volume.room, *room_rays, volume.apertures, *room_light);
   auto read_lens_file = read_lens(config.interior.lens);
   if (!read_lens_file)
     return read_lens_file.error();
@@ -171,16 +198,19 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
 void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   if (!resampler || !resampler->fits(sky))
     resampler = SkyResampler::make(sky);
-  sun = find_sun(sky, resampler->pixel_directions());
+  const auto measured = find_sun(sky, resampler->pixel_directions());
+  sun = steady_sun.update(sky, measured);
   SkyMap map;
-  resampler->resample(sky, sun ? &*sun : nullptr, map);
+  resampler->resample(sky, measured ? &*measured : nullptr, map);
   pyramid = sky_map_pyramid(map);
   clock.end("sky");
   if (!region_sums || region_geometry != sky.geometry()) {
     region_sums = RegionSums::make(sky.geometry(), volume.partition);
     region_geometry = sky.geometry();
   }
-  const std::vector<Rgb> regions = region_sums->reduce(sky);
+  std::vector<Rgb> regions = region_sums->reduce(sky);
+  if (sun) // the regions hold the sun as this frame measured it
+    add_distant_light(volume.partition, sun->direction, sun->normal_irradiance - measured->normal_irradiance, regions);
   clock.end("regions");
   field = combine(volume, regions);
   clock.end("combine");
@@ -200,35 +230,28 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   if (!in_view)
     return in_view.error();
   const ObjectSurface& surface = objects.surface;
-  const std::size_t count = surface.positions.size();
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
-  const std::vector<TwoSided> indirect =
-      relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
-  std::vector<glm::dvec3> points;
-  std::vector<glm::vec3> normals;
-  std::vector<Rgb VertexLight::*> sides;
-  std::vector<std::size_t> vertices;
-  const auto ask = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
-    points.push_back(surface.positions[i]);
-    normals.push_back(n);
-    sides.push_back(side);
-    vertices.push_back(i);
-  };
-  std::vector<VertexLight> light(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    light[i].indirect_front = indirect[i].front;
-    light[i].indirect_back = indirect[i].back;
-    if (!(*in_view)[i])
-      continue;
-    ++report.vertices_lit;
-    ask(i, surface.normals[i], &VertexLight::open_sky_front);
-    if (objects.has_back[i])
-      ask(i, -surface.normals[i], &VertexLight::open_sky_back);
+  indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
+  see_own_shadow();
+  return light_vertices(surface, objects.has_back, *in_view, indirect, pyramid, cells, report.vertices_lit);
+}
+
+/// The objects stand in a room on which they cast shadows: what they see of it changes their indirect light.
+void Session::State::see_own_shadow() {
+  if (!room_change)
+    return;
+  room_change->set_sky(pyramid, sun);
+  const ObjectSurface& surface = objects.surface;
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
+    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        const Sh9Rgb change = room_change->arriving_change(k, surface.positions[i]);
+        indirect[i].front = add_reflected(indirect[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
+        indirect[i].back = add_reflected(indirect[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
+      }
+    });
   }
-  const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, points, normals);
-  for (std::size_t k = 0; k < open.size(); ++k)
-    light[vertices[k]].*sides[k] = open[k];
-  return light;
 }
 
 Result<void> Session::State::draw(StageClock& clock) {
@@ -245,7 +268,24 @@ Result<void> Session::State::draw(StageClock& clock) {
   clock.end("render");
   frame.report.shadow_rays = renderer->times().shadow_rays;
   has_drawn = has_object_light = true;
+  change_room();
+  if (room_change)
+    clock.end("room_change");
   return {};
+}
+
+/// What the objects do to the room's indirect light, in the camera's view.
+void Session::State::change_room() {
+  if (!room_change)
+    return;
+  const ObjectSurface& surface = objects.surface;
+  const std::vector<DirectionalLight> windows = window_lights(pyramid, cells, sphere.centre);
+  room_change->set_light(vertex_radiance(indirect, windows, surface.normals, objects.transfer, surface.reflectance),
+                         surface.positions, surface.normals, surface.reflectance);
+  if (!has_view)
+    change_picture.set_view(camera, *room_rays);
+  has_view = true;
+  change_picture.update(*room_change);
 }
 
 void Session::State::compose_picture(const RgbImage& photo) {
@@ -255,31 +295,7 @@ void Session::State::compose_picture(const RgbImage& photo) {
       return room_light->at(camera.eye(), direction);
     return room_light->at_surface(seen->triangle, drawn.origin + glm::dvec3(seen->position), direction);
   };
-  compose(photo, drawn, camera, look_up, settings, frame.composite);
-}
-
-void Session::State::warn() {
-  std::vector<std::string>& warnings = frame.report.warnings;
-  const std::size_t vertices = vertex_probes.size();
-  if (vertices > 0 && vertices_outside == vertices)
-    warnings.emplace_back(
-        "the objects lie outside the room or inside furniture: they get no indirect light; move them, "
-        "or check [[object]] position");
-  else if (vertices_outside > 0)
-    warnings.push_back(std::to_string(vertices_outside) + " of " + std::to_string(vertices) +
-                       " object vertices lie outside the room or inside furniture: they take the indirect light of "
-                       "their neighbours; move the object if that part can be seen");
-  if (glm::length(camera.eye() - sphere.centre) < sphere.radius + kNearPlane_m)
-    warnings.emplace_back(
-        "the camera stands among the objects: what is nearer than 1 cm is not drawn; move one of them");
-  if (frame.report.object_pixels == 0)
-    warnings.emplace_back("no pixel shows an object: check its position, the camera's pose and what stands before it");
-  const SkyMap& whole = pyramid.back();
-  if (!sun && std::all_of(whole.radiance.begin(), whole.radiance.end(), [](const Rgb& c) { return c == Rgb(0.0f); }))
-    warnings.emplace_back("the sky is black: no light to draw with; check [sky] image");
-  else if (lights.size() == 0)
-    warnings.emplace_back(
-        "no window lets light through to the objects: they get indirect light only; check [room] model");
+  compose(photo, drawn, camera, look_up, settings, frame.composite, room_change ? &change_picture : nullptr);
 }
 
 void Session::State::report_frame() {
@@ -290,7 +306,9 @@ void Session::State::report_frame() {
   report.shadow_pixels = frame.composite.shadow_pixels;
   report.vertices = objects.surface.positions.size();
   report.skipped = skipped;
-  warn();
+  report.warnings = frame_warnings({vertices_outside, vertex_probes.size(), report.object_pixels, lights.size(),
+                                    glm::length(camera.eye() - sphere.centre) < sphere.radius + kNearPlane_m,
+                                    !sun && is_black(pyramid.back())});
   if (lights.sun_found && lights.sun.empty())
     report.skipped.emplace_back("the sun: no window lets it through to the object (exact)");
   if (lights.sky.empty())

@@ -6,14 +6,12 @@
 
 #include <glm/geometric.hpp>
 
+#include "runtime/trace/object_point.h"
+
 namespace daylit {
 
 namespace {
 
-// A grid point speaks for points nearby on the same smooth piece of surface.
-constexpr float kSameSideCosine = 0.8f;
-constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
-constexpr float kSamePlane_m = 1e-3f;
 constexpr float kLeastWeight = 0.2f; // of the four corners together
 constexpr float kSteepShare = 0.35f; // corners that differ by more do not speak for what is between: contact shadows
 
@@ -22,45 +20,8 @@ float share_of(float part, float whole) { return whole > 0.0f ? part / whole : 1
 
 } // namespace
 
-ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit) {
-  const auto& t = scene.triangles[hit.triangle];
-  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
-  const glm::vec3 p[3] = {scene.positions[t[0]], scene.positions[t[1]], scene.positions[t[2]]};
-  ObjectPoint point;
-  for (int k = 0; k < 3; ++k) {
-    point.position += b[k] * p[k];
-    point.normal += b[k] * scene.normals[t[k]];
-  }
-  const glm::vec3 facet = glm::cross(p[1] - p[0], p[2] - p[0]), to_eye = eye - point.position;
-  const float length = glm::length(point.normal);
-  point.normal = length > 0.0f ? point.normal / length : facet / std::max(glm::length(facet), 1e-30f);
-  // The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes.
-  point.back = glm::dot(facet, to_eye) < 0.0f && glm::dot(point.normal, to_eye) < 0.0f;
-  const float side = point.back ? -1.0f : 1.0f;
-  point.normal *= side;
-  // A facet of a smooth surface shadows its own neighbours near the terminator. Rays start on the surface that the
-  // normals describe: the mean of the point's projections onto the vertices' tangent planes, where these lie outside
-  // (Hanika 2021, "Hacking the Shadow Terminator").
-  point.start = point.position;
-  for (int k = 0; k < 3; ++k) {
-    const glm::vec3 n = side * scene.normals[t[k]];
-    point.start -= b[k] * std::min(0.0f, glm::dot(point.position - p[k], n)) * n;
-  }
-  point.start += std::max(2e-5f, 3e-4f * static_cast<float>(scene.sphere.radius)) * point.normal;
-  return point;
-}
-
-bool BlockShader::speaks_for(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position,
-                             const glm::vec3& normal) const {
-  if (g.kind != kind || glm::dot(g.normal, normal) < kSameSideCosine)
-    return false;
-  const glm::vec3 d = position - g.position;
-  return kind == GridPoint::Kind::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m
-                                       : glm::dot(d, d) < std::pow(kSamePieceShare * casters_.radius, 2.0f);
-}
-
 /// Bilinear between the corners of the pixel's block that lie on its piece of surface.
-BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int y, const glm::vec3& position,
+BlockShader::SkyShare BlockShader::interpolate(Layer layer, int x, int y, const glm::vec3& position,
                                                const glm::vec3& normal) const {
   SkyShare share;
   if (!scene_.settings.share_visibility)
@@ -74,8 +35,8 @@ BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int 
     const int u = column + (k & 1), v = row + (k >> 1);
     if (weight[k] <= 0.0f || u >= columns || v >= view_.block_rows())
       continue;
-    const GridPoint& g = shared_.grid_[static_cast<std::size_t>(v) * columns + u];
-    if (!speaks_for(g, kind, position, normal))
+    const GridPoint& g = grid_.at(layer, u, v);
+    if (!speaks_for(g, layer, position, normal, casters_.radius))
       continue;
     before += weight[k] * g.before;
     after += weight[k] * g.after;
@@ -83,20 +44,25 @@ BlockShader::SkyShare BlockShader::interpolate(GridPoint::Kind kind, int x, int 
     least = std::min(least, g.after.g);
     most = std::max(most, g.after.g);
   }
-  if (sum < kLeastWeight || most - least > kSteepShare)
+  // The room beside an object: what its hidden corners would say is the shadow where both touch.
+  share.between = sum > 0.999f;
+  if (sum < (layer == Layer::room ? 0.999f : kLeastWeight) || most - least > kSteepShare)
     return share;
-  return {before / sum, after / sum, true};
+  return {before / sum, after / sum, true, share.between};
 }
 
 void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const ObjectPoint point = object_point(scene_, view_.eye(), hit);
-  const SkyShare sky = interpolate(GridPoint::Kind::object, x, y, point.position, point.normal);
+  const SkyShare sky = interpolate(Layer::object, x, y, point.position, point.normal);
   Lanes& l = sky.known ? objects_ : outlines_;
   const int i = l.count++;
   l.points.set(i, point.position, point.normal);
   l.starts.set(i, point.start, point.normal);
   l.sky[i] = sky;
-  l.unknown |= l.sky[i].known ? 0u : 1u << i;
+  if (!sky.known) {
+    l.unknown |= 1u << i;
+    hint(l, Layer::object, x, y, point.position, point.normal);
+  }
   l.pixel[i] = frame_.index(x, y);
   l.coverage[i] = static_cast<float>(hit.samples) / kCoverageSamples;
   l.reflectance[i] = l.indirect[i] = l.open_sky[i] = Rgb(0.0f);
@@ -119,17 +85,37 @@ void BlockShader::add_room(int x, int y, float coverage) {
     return;
   glm::vec3 n = scene_.room_normals[hit.triangle];
   n = glm::dot(n, view_.eye() - position) < 0.0f ? -n : n;
-  const SkyShare sky = interpolate(GridPoint::Kind::room, x, y, position, n);
+  const SkyShare sky = interpolate(Layer::room, x, y, position, n);
   if (sky.known && sky.before == sky.after && scene_.sun.lights.size() == 0)
     return; // nothing is lost here
   Lanes& l = room_;
   const int i = l.count++;
   l.points.set(i, position, n);
   l.sky[i] = sky;
-  l.unknown |= sky.known ? 0u : 1u << i;
+  if (!sky.known) {
+    l.unknown |= 1u << i;
+    if (sky.between)
+      hint(l, Layer::room, x, y, position, n);
+  }
   l.pixel[i] = frame_.index(x, y);
   l.triangle[i] = scene_.room_triangle[hit.triangle];
   l.coverage[i] = coverage;
+}
+
+/// Asks the traced grid points around for the newest lane. Where they lie about the normal does not matter here, only
+/// what stands before them.
+void BlockShader::hint(Lanes& l, Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal) {
+  if (!scene_.settings.share_visibility)
+    return;
+  neighbours_.clear();
+  const int columns = view_.block_columns(), column = x / kBlockSide, row = y / kBlockSide;
+  for (int v = std::max(row - 1, 0); v <= std::min(row + 2, view_.block_rows() - 1); ++v)
+    for (int u = std::max(column - 1, 0); u <= std::min(column + 2, columns - 1); ++u) {
+      const GridPoint& g = grid_.at(layer, u, v);
+      if (g.traced && stands_by(g, layer, position, normal, casters_.radius))
+        neighbours_.push_back(grid_.sky_words(layer, u, v));
+    }
+  l.hints.set(l.count - 1, neighbours_);
 }
 
 /// Shares of the lanes that no grid point speaks for.
@@ -141,7 +127,9 @@ void BlockShader::trace_unknown(Lanes& l, bool on_object) {
   const float tnear = on_object ? 0.0f : kOwnSurface_m;
   const LightGates& lights = scene_.sky.lights;
   l.points.lanes = l.unknown;
-  find_blocked_lights(lights, casters_, l.points, starts, tnear, !on_object, {}, sky_blocked_, rays_);
+  find_blocked_lights(lights, casters_, l.points, starts, tnear, !on_object, {}, l.hints.verdicts(), sky_blocked_,
+                      rays_);
+  l.hints.reset(lights.size());
   LaneSums sums; // no light blocked: nothing is lost of the open sky, its sums stay zero
   if (sky_blocked_.lanes != 0 || (on_object && lights.room_may_block_any()))
     sum_lights(lights, sky_blocked_, casters_, l.points, starts, tnear,
@@ -163,7 +151,7 @@ void BlockShader::shade_objects(Lanes& l, std::size_t sun_corner_count) {
   const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count);
   LaneSums sums;
   if (sun.size() > 0) {
-    find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners, sun_blocked_, rays_);
+    find_blocked_lights(sun, casters_, l.points, l.starts, 0.0f, false, corners, {}, sun_blocked_, rays_);
     sum_lights(sun, sun_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::on_objects, corners, sums, rays_);
   }
   for (int i = 0; i < l.count; ++i) {
@@ -185,7 +173,7 @@ void BlockShader::shade_room() {
   const std::span<const std::span<const LightBits>> corners(sun_corners_.data(), sun_corner_count_);
   LaneSums sums;
   if (sun.size() > 0) {
-    find_blocked_lights(sun, casters_, p, p, kOwnSurface_m, true, corners, sun_blocked_, rays_);
+    find_blocked_lights(sun, casters_, p, p, kOwnSurface_m, true, corners, {}, sun_blocked_, rays_);
     sum_lights(sun, sun_blocked_, casters_, p, p, kOwnSurface_m, RoomShadow::everywhere, {}, sums, rays_);
   }
   const Rgb& whole = scene_.sun_normal_irradiance;
@@ -207,23 +195,36 @@ void BlockShader::shade_room() {
 
 /// The four corners of a block when all are of a kind and on one piece of surface: what they agree on of the sun, whose
 /// shadows are too sharp for interpolation, holds between them.
-bool BlockShader::find_sun_corners(int column, int row, GridPoint::Kind kind) {
-  const int columns = view_.block_columns();
-  if (shared_.sun_groups_ == 0 || !scene_.settings.share_visibility || column + 1 >= columns ||
-      row + 1 >= view_.block_rows())
+bool BlockShader::find_sun_corners(int column, int row, Layer layer) {
+  if (scene_.sun.lights.size() == 0 || !scene_.settings.share_visibility || column + 1 >= grid_.columns() ||
+      row + 1 >= grid_.rows())
     return false;
-  const GridPoint& first = shared_.grid_[static_cast<std::size_t>(row) * columns + column];
+  const GridPoint& first = grid_.at(layer, column, row);
   for (int k = 0; k < 4; ++k) {
-    const std::size_t i = static_cast<std::size_t>(row + k / 2) * columns + (column + k % 2);
-    if (!shared_.grid_[i].receives || !speaks_for(shared_.grid_[i], kind, first.position, first.normal))
+    const int u = column + k % 2, v = row + k / 2;
+    const GridPoint& g = grid_.at(layer, u, v);
+    if (!g.receives || !speaks_for(g, layer, first.position, first.normal, casters_.radius))
       return false;
-    sun_corners_[k] = {&shared_.sun_bits_[i * shared_.sun_groups_], shared_.sun_groups_};
+    sun_corners_[k] = grid_.sun_bits(layer, u, v);
+  }
+  return true;
+}
+
+/// A block that shows one plane of the room, all of whose corners keep the light of the sky; without a sun.
+bool BlockShader::loses_nothing(int column, int row) const {
+  if (!scene_.settings.share_visibility || scene_.sun.lights.size() > 0 || !view_.is_plain(column, row) ||
+      column + 1 >= grid_.columns() || row + 1 >= grid_.rows())
+    return false;
+  for (int k = 0; k < 4; ++k) {
+    const GridPoint& g = grid_.at(Layer::room, column + k % 2, row + k / 2);
+    if (!g.exists || g.before != g.after)
+      return false;
   }
   return true;
 }
 
 void BlockShader::shade(int column, int row) {
-  const bool receives = shared_.receives_[static_cast<std::size_t>(row) * view_.block_columns() + column] != 0;
+  const bool receives = receives_[static_cast<std::size_t>(row) * view_.block_columns() + column] != 0;
   const PixelBox pixels{column * kBlockSide, row * kBlockSide, std::min((column + 1) * kBlockSide, frame_.box.x1),
                         std::min((row + 1) * kBlockSide, frame_.box.y1)};
   bool has_edge = false, has_object = false;
@@ -232,10 +233,10 @@ void BlockShader::shade(int column, int row) {
       has_edge = has_edge || view_.is_edge(x, y);
       has_object = has_object || view_.object(x, y).samples > 0;
     }
-  if (!has_object && !receives)
+  if (!has_object && (!receives || loses_nothing(column, row)))
     return;
-  const GridPoint::Kind kind = has_object ? GridPoint::Kind::object : GridPoint::Kind::room;
-  sun_corner_count_ = !has_edge && find_sun_corners(column, row, kind) ? 4 : 0;
+  const Layer layer = has_object ? Layer::object : Layer::room;
+  sun_corner_count_ = !has_edge && find_sun_corners(column, row, layer) ? 4 : 0;
   for (int y = std::max(pixels.y0, frame_.box.y0); y < pixels.y1; ++y)
     for (int x = std::max(pixels.x0, frame_.box.x0); x < pixels.x1; ++x) {
       int covered = 0;

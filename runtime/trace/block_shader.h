@@ -1,34 +1,35 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
 
-#include "runtime/trace/picture_shader.h"
+#include "runtime/trace/share_grid.h"
 
 namespace daylit {
-
-/// A point of an object and where its shadow rays start.
-struct ObjectPoint {
-  glm::vec3 position{0.0f}, normal{0.0f}, start{0.0f}; ///< normal: shading, on the side that is seen
-  bool back = false;                                   ///< the inside of a thin shell
-};
-ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit);
 
 /// Shades blocks of pixels of one frame; one per thread.
 class BlockShader {
 public:
-  BlockShader(const PictureShader& shared, const TracedScene& scene, const VisibleSurfaces& view, RenderedFrame& frame)
-      : shared_(shared), scene_(scene), view_(view), frame_(frame), casters_(scene.casters()) {}
+  /// `receives`: per block of the picture, whether light may be lost on its way there.
+  BlockShader(const ShareGrid& grid, std::span<const std::uint8_t> receives, const TracedScene& scene,
+              const VisibleSurfaces& view, RenderedFrame& frame)
+      : grid_(grid), receives_(receives), scene_(scene), view_(view), frame_(frame), casters_(scene.casters()) {
+    for (Lanes* lanes : {&objects_, &outlines_, &room_})
+      lanes->hints.reset(scene.sky.lights.size());
+  }
   void shade(int column, int row);
   /// Shades what is left. Call at the end of each row of blocks: what shares a ray block must not depend on threads.
   void finish_row();
   std::uint64_t rays() const { return rays_; }
 
 private:
-  using GridPoint = PictureShader::GridPoint;
   /// Shares of the open sky at a point.
   struct SkyShare {
     Rgb before{1.0f}, after{1.0f};
     bool known = false;
+    bool between = false; ///< grid points on all sides speak for the point
   };
   /// Points of one kind, up to a full set of lanes.
   struct Lanes {
@@ -37,6 +38,7 @@ private:
     std::uint32_t unknown = 0;      ///< lanes whose share of the sky is to be traced
     std::size_t pixel[kLanes] = {}; ///< in the frame
     float coverage[kLanes] = {};    ///< of the pixel
+    LightHints hints;               ///< for those
     SkyShare sky[kLanes];
     std::uint32_t triangle[kLanes] = {};
     Rgb reflectance[kLanes] = {}, indirect[kLanes] = {}, open_sky[kLanes] = {};
@@ -44,14 +46,16 @@ private:
 
   void add_object(const ObjectHit& hit, int x, int y);
   void add_room(int x, int y, float coverage);
-  SkyShare interpolate(GridPoint::Kind kind, int x, int y, const glm::vec3& position, const glm::vec3& normal) const;
+  SkyShare interpolate(Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal) const;
+  void hint(Lanes& lanes, Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal);
   void trace_unknown(Lanes& lanes, bool on_object);
   void shade_objects(Lanes& lanes, std::size_t sun_corner_count);
   void shade_room();
-  bool find_sun_corners(int column, int row, GridPoint::Kind kind);
-  bool speaks_for(const GridPoint& g, GridPoint::Kind kind, const glm::vec3& position, const glm::vec3& normal) const;
+  bool loses_nothing(int column, int row) const;
+  bool find_sun_corners(int column, int row, Layer layer);
 
-  const PictureShader& shared_;
+  const ShareGrid& grid_;
+  std::span<const std::uint8_t> receives_;
   const TracedScene& scene_;
   const VisibleSurfaces& view_;
   RenderedFrame& frame_;
@@ -59,6 +63,7 @@ private:
   Lanes objects_, outlines_, room_; ///< outlines: points of objects that no grid point speaks for, of several blocks
   BlockedLights sky_blocked_, sun_blocked_;
   std::array<std::span<const LightBits>, 4> sun_corners_;
+  std::vector<const LightWord*> neighbours_;
   std::size_t sun_corner_count_ = 0; ///< 4 where the corners speak for the block, else 0
   std::uint64_t rays_ = 0;
 };

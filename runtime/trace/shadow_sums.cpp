@@ -160,43 +160,108 @@ Agreement agree(std::span<const std::span<const LightBits>> corners, std::size_t
           static_cast<std::uint16_t>(room_clear), static_cast<std::uint16_t>(room_blocked)};
 }
 
+namespace {
+
+/// The lights that a block of points loses, one after the other.
+class BlockedSearch {
+public:
+  BlockedSearch(const LightGates& lights, const ShadowCasters& casters, const PointBlock& points,
+                const PointBlock& starts, float tnear, bool only_near)
+      : lights_(lights), casters_(casters), points_(points), only_near_(only_near) {
+    aim(block_, starts, tnear);
+  }
+  /// Lanes that face the light; of these `clear` cannot lose it.
+  std::uint32_t facing(std::size_t light, std::uint32_t& clear) const {
+    const glm::vec3& w = lights_.direction(light);
+    const std::uint32_t all = lanes_facing(points_, w);
+    clear = !only_near_ ? 0u : block_near(points_, w, casters_) ? all & ~lanes_near(points_, w, casters_) : all;
+    return all;
+  }
+  /// Of the lanes, those that receive the light with nothing in the way: much cheaper than a ray.
+  std::uint32_t received(std::size_t light, std::uint32_t lanes) {
+    return lanes ? lanes & lights_.received(light, points_, e_) : 0u;
+  }
+  std::uint32_t trace(std::size_t light, std::uint32_t lanes, std::uint64_t& rays) {
+    if (lanes == 0)
+      return 0;
+    turn(block_, lights_.direction(light));
+    rays += count(lanes);
+    return casters_.objects->occluded(lanes, block_);
+  }
+
+private:
+  const LightGates& lights_;
+  const ShadowCasters& casters_;
+  const PointBlock& points_;
+  bool only_near_;
+  RayBlock block_;
+  alignas(64) float e_[3][kLanes];
+};
+
+void add_entry(BlockedLights& blocked, std::size_t light, std::uint32_t lanes) {
+  if (lanes)
+    blocked.entries.push_back({static_cast<std::uint32_t>(light), lanes});
+  blocked.lanes |= lanes;
+}
+
+} // namespace
+
 void find_blocked_lights(const LightGates& lights, const ShadowCasters& casters, const PointBlock& points,
                          const PointBlock& starts, float tnear, bool only_near,
-                         std::span<const std::span<const LightBits>> corners, BlockedLights& blocked,
-                         std::uint64_t& rays) {
+                         std::span<const std::span<const LightBits>> corners, std::span<const Verdict> hints,
+                         BlockedLights& blocked, std::uint64_t& rays) {
   blocked.entries.clear();
+  blocked.verdicts.resize(lights.size());
   blocked.lanes = 0;
-  RayBlock block;
-  bool aimed = false;
-  alignas(64) float e[3][kLanes];
-  for (std::size_t j = 0; j < lights.size();) {
+  BlockedSearch search(lights, casters, points, starts, tnear, only_near);
+  for (std::size_t j = 0; j < lights.size(); ++j) {
     const Agreement agreed = agree(corners, j / kLanes);
-    const std::size_t last = std::min(lights.size(), (j / kLanes + 1) * kLanes);
-    for (; j < last; ++j) {
-      const std::uint32_t bit = 1u << (j % kLanes);
-      if (agreed.clear & bit)
-        continue;
-      const glm::vec3& w = lights.direction(j);
-      if (only_near && !block_near(points, w, casters))
-        continue;
-      const std::uint32_t facing = only_near ? lanes_near(points, w, casters) : lanes_facing(points, w);
-      if (facing == 0)
-        continue;
-      std::uint32_t lanes = facing;
-      if (!(agreed.blocked & bit)) {
-        lanes &= lights.received(j, points, e); // much cheaper than a ray
-        if (lanes == 0)
-          continue;
-        if (!aimed)
-          aim(block, starts, tnear);
-        aimed = true;
-        turn(block, w);
-        rays += count(lanes);
-        lanes = casters.objects->occluded(lanes, block);
-      }
-      if (lanes)
-        blocked.entries.push_back({static_cast<std::uint32_t>(j), lanes});
-      blocked.lanes |= lanes;
+    const std::uint32_t bit = 1u << (j % kLanes);
+    Verdict& verdict = blocked.verdicts[j] = hints.empty() ? Verdict{} : hints[j];
+    if (agreed.clear & bit)
+      continue;
+    std::uint32_t clear = 0;
+    const std::uint32_t lanes = search.facing(j, clear) & ~clear & ~verdict.clear;
+    if (agreed.blocked & bit)
+      verdict.blocked = lanes;
+    else {
+      const std::uint32_t lit = search.received(j, lanes);
+      const std::uint32_t lost = (lit & verdict.blocked) | search.trace(j, lit & ~verdict.blocked, rays);
+      verdict = {verdict.clear | clear | (lit & ~lost), lost};
+    }
+    add_entry(blocked, j, verdict.blocked);
+  }
+}
+
+void LightHints::reset(std::size_t lights) { verdicts_.assign(lights, {}); }
+
+void LightHints::set(int lane, std::span<const LightWord* const> neighbours) {
+  if (neighbours.size() < 2)
+    return;
+  for (std::size_t first = 0; first < verdicts_.size(); first += 64) {
+    std::uint64_t clear = ~std::uint64_t{0}, blocked = clear, one = 0, two = 0;
+    for (const LightWord* words : neighbours) {
+      const LightWord& w = words[first / 64];
+      const std::uint64_t known = w.clear | w.blocked;
+      two |= one & known;
+      one |= known;
+      clear &= ~w.blocked;
+      blocked &= ~w.clear;
+    }
+    for (std::uint64_t left = two & clear; left; left &= left - 1)
+      verdicts_[first + static_cast<std::size_t>(std::countr_zero(left))].clear |= 1u << lane;
+    for (std::uint64_t left = two & blocked; left; left &= left - 1)
+      verdicts_[first + static_cast<std::size_t>(std::countr_zero(left))].blocked |= 1u << lane;
+  }
+}
+
+void note_verdicts(const BlockedLights& blocked, int lane, LightWord* words) {
+  for (std::size_t first = 0; first < blocked.verdicts.size(); first += 64) {
+    LightWord& word = words[first / 64] = {};
+    const std::size_t last = std::min(first + 64, blocked.verdicts.size());
+    for (std::size_t j = first; j < last; ++j) {
+      word.clear |= std::uint64_t{blocked.verdicts[j].clear >> lane & 1u} << (j - first);
+      word.blocked |= std::uint64_t{blocked.verdicts[j].blocked >> lane & 1u} << (j - first);
     }
   }
 }

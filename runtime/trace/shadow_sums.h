@@ -60,21 +60,45 @@ struct Agreement {
 /// No corners (empty span): nothing is agreed on.
 Agreement agree(std::span<const std::span<const LightBits>> corners, std::size_t group);
 
+/// Lanes that do not lose a light, and lanes that do.
+struct Verdict {
+  std::uint32_t clear = 0, blocked = 0;
+};
+
 /// Lights of a group that the objects take from a block of points.
 struct BlockedLights {
   struct Entry {
     std::uint32_t light, lanes;
   };
-  std::vector<Entry> entries; ///< ascending lights
-  std::uint32_t lanes = 0;    ///< that lose any
+  std::vector<Entry> entries;    ///< ascending lights
+  std::uint32_t lanes = 0;       ///< that lose any
+  std::vector<Verdict> verdicts; ///< per light: lanes of which it is known
+};
+
+/// What is known of 64 lights at one point.
+struct LightWord {
+  std::uint64_t clear = 0, blocked = 0;
+};
+/// Writes one lane's verdicts to the words of a point.
+void note_verdicts(const BlockedLights& blocked, int lane, LightWord* words);
+
+/// What the points around those of a block say of each light: where all that know agree, two at least, it is believed.
+class LightHints {
+public:
+  void reset(std::size_t lights);
+  void set(int lane, std::span<const LightWord* const> neighbours);
+  std::span<const Verdict> verdicts() const { return verdicts_; }
+
+private:
+  std::vector<Verdict> verdicts_;
 };
 
 /// Replaces `blocked`. `starts`: where the rays of the points begin. `only_near`: the points lie on the room, lights
-/// whose rays miss the casters' sphere are skipped.
+/// whose rays miss the casters' sphere are skipped. `hints`: what needs no rays; may be empty.
 void find_blocked_lights(const LightGates& lights, const ShadowCasters& casters, const PointBlock& points,
                          const PointBlock& starts, float tnear, bool only_near,
-                         std::span<const std::span<const LightBits>> corners, BlockedLights& blocked,
-                         std::uint64_t& rays);
+                         std::span<const std::span<const LightBits>> corners, std::span<const Verdict> hints,
+                         BlockedLights& blocked, std::uint64_t& rays);
 
 enum class RoomShadow {
   where_blocked, ///< looked for only along rays that the objects block: enough for what the objects take

@@ -15,19 +15,11 @@ namespace daylit {
 
 namespace {
 
-using Triangle = std::array<std::uint32_t, 3>;
-
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// The reflecting triangles of a room, relative to an origin.
-struct RoomMesh {
-  std::vector<glm::vec3> vertices;
-  std::vector<Triangle> triangles;
-  std::vector<std::uint32_t> source; ///< in the room
-};
-
 RoomMesh room_mesh(const Room& room, const glm::dvec3& origin, std::span<const std::uint32_t> triangles) {
   RoomMesh mesh;
   for (const glm::dvec3& v : room.vertices)
@@ -60,6 +52,7 @@ constexpr float kApartShare = 0.04f;
 struct TracedRenderer::State {
   TracedScene scene;
   PacketScene room;
+  RoomMesh mesh; ///< what `room` was built from
   std::vector<Aperture> apertures;
   std::size_t occluder_count = 0;
   RenderCamera camera;
@@ -97,9 +90,9 @@ PixelBox TracedRenderer::State::object_box() const {
 
 void TracedRenderer::State::find_surfaces() {
   if (!room_is_traced)
-    view.trace_room(room);
+    view.trace_room(room, mesh);
   if (!objects_are_traced)
-    view.trace_objects(scene.objects, room, object_box(), kApartShare * static_cast<float>(scene.sphere.radius));
+    view.trace_objects(scene.objects, room, mesh, object_box(), kApartShare * static_cast<float>(scene.sphere.radius));
   room_is_traced = objects_are_traced = true;
 }
 
@@ -110,7 +103,8 @@ Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Ap
   scene.settings = settings;
   scene.origin = room.bounds().empty() ? glm::dvec3(0.0) : room.bounds().centre();
   state->apertures.assign(apertures.begin(), apertures.end());
-  const RoomMesh whole = room_mesh(room, scene.origin, reflecting_triangles(room));
+  state->mesh = room_mesh(room, scene.origin, reflecting_triangles(room));
+  const RoomMesh& whole = state->mesh;
   const std::vector<std::uint32_t> occluding = occluding_triangles(room, apertures);
   const RoomMesh occluders = room_mesh(room, scene.origin, occluding);
   state->occluder_count = occluding.size();
@@ -120,7 +114,7 @@ Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Ap
     const glm::dvec3 n = area_normal(room, room.triangles[i]);
     scene.room_normals.emplace_back(glm::length(n) > 0.0 ? glm::normalize(n) : glm::dvec3(0.0, 0.0, 1.0));
   }
-  for (auto [target, mesh] : {std::pair{&state->room, &whole}, {&scene.occluders, &occluders}}) {
+  for (auto [target, mesh] : {std::pair{&state->room, &whole}, std::pair{&scene.occluders, &occluders}}) {
     auto built = PacketScene::build(mesh->vertices, mesh->triangles);
     if (!built)
       return built.error();

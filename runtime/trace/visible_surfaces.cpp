@@ -26,6 +26,8 @@ constexpr int kEdgesPerBlock = kLanes / kCoverageSamples;
 void VisibleSurfaces::set_camera(const RenderCamera& camera, const glm::dvec3& origin) {
   width_ = camera.width_px;
   height_ = camera.height_px;
+  camera_ = camera;
+  origin_ = origin;
   const glm::dmat3 axes(camera.world_from_camera);
   eye_ = glm::vec3(camera.eye() - origin);
   right_ = glm::vec3(axes[0] / camera.fx);
@@ -52,6 +54,72 @@ void VisibleSurfaces::aim(RayBlock& rays, int lane, float x, float y) const {
   rays.tfar[lane] = std::numeric_limits<float>::infinity();
 }
 
+void VisibleSurfaces::bound_block(int column, int row) {
+  const PixelBox pixels =
+      PixelBox{column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide}.clipped(
+          width_, height_);
+  glm::vec3 lo(std::numeric_limits<float>::infinity()), hi = -lo;
+  const auto include = [&](int x, int y) {
+    const RoomHit& hit = room_[pixel_index(x, y)];
+    if (hit.triangle == kNoTriangle)
+      return;
+    const glm::vec3 p = eye_ + hit.depth * direction(static_cast<float>(x), static_cast<float>(y));
+    lo = glm::min(lo, p);
+    hi = glm::max(hi, p);
+  };
+  if (plain_[block_index(column, row)]) { // convex: its corners bound it
+    for (const int y : {pixels.y0, pixels.y1 - 1})
+      for (const int x : {pixels.x0, pixels.x1 - 1})
+        include(x, y);
+  } else
+    for (int y = pixels.y0; y < pixels.y1; ++y)
+      for (int x = pixels.x0; x < pixels.x1; ++x)
+        include(x, y);
+  blocks_[block_index(column, row)] =
+      lo.x > hi.x ? BlockBound{} : BlockBound{0.5f * (lo + hi), 0.5001f * glm::length(hi - lo)};
+}
+
+/// A row of corners, sixteen to a packet.
+void VisibleSurfaces::trace_corners(const PacketScene& room, int row) {
+  const int count = block_columns() + 1;
+  RayBlock rays;
+  HitBlock hits;
+  for (int first = 0; first < count; first += kLanes) {
+    const int lanes = std::min(kLanes, count - first);
+    for (int k = 0; k < kLanes; ++k)
+      aim(rays, k, static_cast<float>((first + std::min(k, lanes - 1)) * kBlockSide),
+          static_cast<float>(row * kBlockSide));
+    room.closest((1u << lanes) - 1u, rays, hits);
+    for (int k = 0; k < lanes; ++k)
+      corners_[static_cast<std::size_t>(row) * count + first + k] = {hits.triangle[k], hits.distance[k]};
+  }
+}
+
+/// Depths from the plane of the one triangle that the block shows; false when it may show more.
+bool VisibleSurfaces::fill_plain_block(const RoomMesh& mesh, int column, int row) {
+  const std::size_t stride = static_cast<std::size_t>(block_columns()) + 1, i = row * stride + column;
+  const std::uint32_t triangle = corners_[i].triangle;
+  if (crossed_[block_index(column, row)] || corners_[i + 1].triangle != triangle ||
+      corners_[i + stride].triangle != triangle || corners_[i + stride + 1].triangle != triangle)
+    return false;
+  const PixelBox pixels =
+      PixelBox{column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide}.clipped(
+          width_, height_);
+  const PlaneDepth plane = triangle == kNoTriangle ? PlaneDepth{} : plane_depth(mesh, triangle);
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x)
+      room_[pixel_index(x, y)] = {triangle, plane.at(static_cast<float>(x), static_cast<float>(y))};
+  return true;
+}
+
+VisibleSurfaces::PlaneDepth VisibleSurfaces::plane_depth(const RoomMesh& mesh, std::uint32_t triangle) const {
+  const auto& t = mesh.triangles[triangle];
+  const glm::vec3 p = mesh.vertices[t[0]];
+  const glm::vec3 n = glm::cross(mesh.vertices[t[1]] - p, mesh.vertices[t[2]] - p);
+  const float height = glm::dot(n, p - eye_);
+  return {glm::dot(n, corner_) / height, glm::dot(n, right_) / height, glm::dot(n, down_) / height};
+}
+
 void VisibleSurfaces::trace_room_block(const PacketScene& room, int column, int row) {
   RayBlock rays;
   HitBlock hits;
@@ -59,27 +127,27 @@ void VisibleSurfaces::trace_room_block(const PacketScene& room, int column, int 
   for (int k = 0; k < kLanes; ++k)
     aim(rays, k, static_cast<float>(x0 + k % kBlockSide), static_cast<float>(y0 + k / kBlockSide));
   room.closest(0xFFFFu, rays, hits);
-  glm::vec3 lo(std::numeric_limits<float>::infinity()), hi = -lo;
   for (int k = 0; k < kLanes; ++k) {
     const int x = x0 + k % kBlockSide, y = y0 + k / kBlockSide;
-    if (x >= width_ || y >= height_)
-      continue;
-    room_[pixel_index(x, y)] = {hits.triangle[k], hits.distance[k]};
-    if (hits.triangle[k] == kNoTriangle)
-      continue;
-    const glm::vec3 p = eye_ + hits.distance[k] * glm::vec3(rays.dir_x[k], rays.dir_y[k], rays.dir_z[k]);
-    lo = glm::min(lo, p);
-    hi = glm::max(hi, p);
+    if (x < width_ && y < height_)
+      room_[pixel_index(x, y)] = {hits.triangle[k], hits.distance[k]};
   }
-  blocks_[block_index(column, row)] =
-      lo.x > hi.x ? BlockBound{} : BlockBound{0.5f * (lo + hi), 0.5001f * glm::length(hi - lo)};
 }
 
-void VisibleSurfaces::trace_room(const PacketScene& room) {
+void VisibleSurfaces::trace_room(const PacketScene& room, const RoomMesh& mesh) {
+  crossed_ = blocks_with_outlines(mesh, camera_, origin_, kBlockSide);
+  corners_.resize(static_cast<std::size_t>(block_columns() + 1) * (block_rows() + 1));
+  plain_.assign(blocks_.size(), 0);
+  tbb::parallel_for(0, block_rows() + 1, [&](int row) { trace_corners(room, row); });
   tbb::parallel_for(tbb::blocked_range<int>(0, block_rows(), 4), [&](const tbb::blocked_range<int>& rows) {
     for (int row = rows.begin(); row != rows.end(); ++row)
-      for (int column = 0; column < block_columns(); ++column)
-        trace_room_block(room, column, row);
+      for (int column = 0; column < block_columns(); ++column) {
+        const bool plain = fill_plain_block(mesh, column, row);
+        plain_[block_index(column, row)] = plain;
+        if (!plain)
+          trace_room_block(room, column, row);
+        bound_block(column, row);
+      }
   });
 }
 
@@ -147,21 +215,39 @@ void VisibleSurfaces::add_sample(Edge& edge, const ObjectHit& sample, float apar
   edge.hits[edge.hit_count++].samples = 1;
 }
 
-void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene& room, std::size_t first,
-                                   std::size_t count, float apart_m) {
+void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
+                                   std::size_t first, std::size_t count, float apart_m) {
   RayBlock rays;
   HitBlock room_hits, object_hits;
+  std::uint32_t lanes = 0;
   for (int k = 0; k < kLanes; ++k) {
     const std::uint32_t pixel = edges_[first + std::min<std::size_t>(k / kCoverageSamples, count - 1)].pixel;
     const int s = k % kCoverageSamples;
-    aim(rays, k, static_cast<float>(pixel % width_) + kSampleX[s], static_cast<float>(pixel / width_) + kSampleY[s]);
+    const int px = static_cast<int>(pixel) % width_, py = static_cast<int>(pixel) / width_;
+    const float x = static_cast<float>(px) + kSampleX[s], y = static_cast<float>(py) + kSampleY[s];
+    aim(rays, k, x, y);
+    room_hits.triangle[k] = kNoTriangle;
+    const std::uint32_t triangle = room_[pixel_index(px, py)].triangle;
+    if (!is_plain(px / kBlockSide, py / kBlockSide))
+      lanes |= 1u << k;
+    else if (triangle != kNoTriangle) {
+      room_hits.triangle[k] = triangle;
+      room_hits.distance[k] = plane_depth(mesh, triangle).at(x, y);
+    }
   }
-  const std::uint32_t lanes = (1u << (count * kCoverageSamples)) - 1u;
-  room.closest(lanes, rays, room_hits);
+  const std::uint32_t used = (1u << (count * kCoverageSamples)) - 1u;
+  if (HitBlock traced; lanes & used) {
+    room.closest(lanes & used, rays, traced);
+    for (int k = 0; k < kLanes; ++k)
+      if (lanes >> k & 1u) {
+        room_hits.triangle[k] = traced.triangle[k];
+        room_hits.distance[k] = traced.distance[k];
+      }
+  }
   for (int k = 0; k < kLanes; ++k)
     if (room_hits.triangle[k] != kNoTriangle)
       rays.tfar[k] = room_hits.distance[k];
-  objects.closest(lanes, rays, object_hits);
+  objects.closest(used, rays, object_hits);
   for (std::size_t e = 0; e < count; ++e) {
     Edge& edge = edges_[first + e];
     for (int s = 0; s < kCoverageSamples; ++s) {
@@ -187,8 +273,8 @@ void VisibleSurfaces::clear_objects() {
   edges_.clear();
 }
 
-void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScene& room, const PixelBox& box,
-                                    float apart_m) {
+void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
+                                    const PixelBox& box, float apart_m) {
   clear_objects();
   // One pixel around, so that the edges of the objects lie in the box.
   object_box_ =
@@ -205,7 +291,7 @@ void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScen
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (edges_.size() + kEdgesPerBlock - 1) / kEdgesPerBlock, 32),
                     [&](const auto& range) {
                       for (std::size_t b = range.begin(); b != range.end(); ++b)
-                        sample_edges(objects, room, b * kEdgesPerBlock,
+                        sample_edges(objects, room, mesh, b * kEdgesPerBlock,
                                      std::min<std::size_t>(kEdgesPerBlock, edges_.size() - b * kEdgesPerBlock),
                                      apart_m);
                     });

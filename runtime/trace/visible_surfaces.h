@@ -13,6 +13,7 @@
 #include "runtime/render/pixel_box.h"
 #include "runtime/render/render_camera.h"
 #include "runtime/trace/packet_scene.h"
+#include "runtime/trace/room_outlines.h"
 
 namespace daylit {
 
@@ -44,16 +45,20 @@ struct BlockBound {
 class VisibleSurfaces {
 public:
   void set_camera(const RenderCamera& camera, const glm::dvec3& origin);
-  void trace_room(const PacketScene& room);
+  /// `mesh`: what `room` was built from.
+  void trace_room(const PacketScene& room, const RoomMesh& mesh);
   /// `box`: pixels that the objects may cover; everything outside it shows none.
   /// `apart_m`: surfaces further apart in depth are shaded separately.
-  void trace_objects(const PacketScene& objects, const PacketScene& room, const PixelBox& box, float apart_m);
+  void trace_objects(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh, const PixelBox& box,
+                     float apart_m);
 
   int width_px() const { return width_; }
   int height_px() const { return height_; }
   int block_columns() const { return (width_ + kBlockSide - 1) / kBlockSide; }
   int block_rows() const { return (height_ + kBlockSide - 1) / kBlockSide; }
   const BlockBound& block(int column, int row) const { return blocks_[block_index(column, row)]; }
+  /// The block shows one plane of the room, and so do the first pixels of the next blocks.
+  bool is_plain(int column, int row) const { return plain_[block_index(column, row)] != 0; }
   const PixelBox& object_box() const { return object_box_; }
 
   const RoomHit& room(int x, int y) const { return room_[pixel_index(x, y)]; }
@@ -71,6 +76,9 @@ public:
   glm::vec3 direction(float x, float y) const { return corner_ + x * right_ + y * down_; }
   const glm::vec3& eye() const { return eye_; }
   std::size_t edge_pixels() const { return edges_.size(); }
+  glm::ivec2 edge_pixel(std::size_t k) const {
+    return {static_cast<int>(edges_[k].pixel) % width_, static_cast<int>(edges_[k].pixel) / width_};
+  }
 
 private:
   static constexpr std::uint32_t kNoEdge = 0xFFFFFFFFu;
@@ -87,21 +95,34 @@ private:
     return static_cast<std::size_t>(row) * block_columns() + column;
   }
   void aim(RayBlock& rays, int lane, float x, float y) const;
+  /// The inverse depth of a plane is linear in the picture.
+  struct PlaneDepth {
+    float constant = 0.0f, per_x = 0.0f, per_y = 0.0f;
+    float at(float x, float y) const { return 1.0f / (constant + per_x * x + per_y * y); }
+  };
+  PlaneDepth plane_depth(const RoomMesh& mesh, std::uint32_t triangle) const;
+  void trace_corners(const PacketScene& room, int row);
+  bool fill_plain_block(const RoomMesh& mesh, int column, int row);
   void trace_room_block(const PacketScene& room, int column, int row);
+  void bound_block(int column, int row);
   void clear_objects();
   void trace_object_block(const PacketScene& objects, int x0, int y0);
   bool neighbours_differ(int x, int y, float apart_m) const;
   void find_edges(float apart_m);
-  void sample_edges(const PacketScene& objects, const PacketScene& room, std::size_t first, std::size_t count,
-                    float apart_m);
+  void sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh, std::size_t first,
+                    std::size_t count, float apart_m);
   void add_sample(Edge& edge, const ObjectHit& sample, float apart_m) const;
 
   int width_ = 0, height_ = 0;
+  RenderCamera camera_;
+  glm::dvec3 origin_{0.0};
   glm::vec3 eye_{0.0f}, corner_{0.0f}, right_{0.0f}, down_{0.0f};
   std::vector<RoomHit> room_;
   std::vector<ObjectHit> object_;
   std::vector<BlockBound> blocks_;
-  std::vector<Edge> edges_; ///< ascending pixels
+  std::vector<std::uint8_t> plain_, crossed_; ///< per block; crossed: by an edge of the room
+  std::vector<RoomHit> corners_;              ///< at the first pixel of every block, one more at the ends
+  std::vector<Edge> edges_;                   ///< ascending pixels
   std::vector<std::uint32_t> edge_of_pixel_;
   PixelBox object_box_;
 };

@@ -88,6 +88,7 @@ void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects) {
 
 void read_light(TomlSection root, RunConfig& config) {
   root.read("samples", config.light_samples, {1, 4096});
+  root.read("room_change", config.room_change);
   root.finish();
 }
 

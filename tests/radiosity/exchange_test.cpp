@@ -35,7 +35,9 @@ struct Furnished {
   ElementSet set;
   std::vector<ClusterItem> items;
 
-  explicit Furnished(int patches, bool turned = false) : room(room_with_window_hole(0.5f)) {
+  explicit Furnished(int patches, bool turned = false, int sphere = 0) : room(room_with_window_hole(0.5f)) {
+    if (sphere > 0)
+      testing::add_sphere(room, {1.4, 3.4, 1.5}, 0.6, sphere);
     add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
     add_box(room, {2.6, 2.5, 0}, {3.1, 3.4, 1.7}, 0b111110u, false);
     if (turned) // 30 degrees about z: no face but floor and ceiling is aligned with an axis
@@ -117,8 +119,8 @@ TEST(Obstacles, triangles_of_a_rectangle_become_one_and_area_is_kept) {
 }
 
 TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
-  for (const bool turned : {false, true}) {
-    const Furnished f(500, turned);
+  for (const int kind : {0, 1, 2}) {
+    const Furnished f(1300, kind == 1, kind == 2 ? 4 : 0);
     const ClusterTree tree(f.items, 8);
     const BlockVisibility visibility(convex_obstacles(f.room, f.mesh.origin));
     std::mt19937 random(1);
@@ -142,6 +144,45 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
     EXPECT_GT(clear, all / 3);
     EXPECT_GT(hidden, 10u);
   }
+}
+
+TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
+  const Furnished f(400, false, 8); // 1,280 facets, each a plane of its own
+  const ClusterTree tree(f.items, 32);
+  const BlockVisibility visibility(convex_obstacles(f.room, f.mesh.origin));
+  std::size_t curved_clear = 0, front = 0, behind = 0;
+  for (const Cluster& a : tree.clusters())
+    for (const Cluster& b : tree.clusters()) {
+      if (a.plane >= 0 || !a.leaf() || !b.leaf() || &a == &b)
+        continue;
+      const bool all_front = visibility.in_front(tree, a, b), all_behind = visibility.behind(tree, a, b);
+      front += all_front;
+      behind += all_behind;
+      curved_clear += b.leaf() && visibility.sight(tree, a, b) == Sight::clear;
+      for (std::uint32_t i = a.first; i < a.last; i += 5)
+        for (std::uint32_t j = b.first; j < b.last; j += 7) {
+          const Element &p = f.set.elements[tree.order()[i]], &q = f.set.elements[tree.order()[j]];
+          for (const glm::dvec3& c : q.corner) {
+            const double height = glm::dot(c - p.corner[0], p.normal);
+            ASSERT_TRUE((!all_front || height > -1e-5) && (!all_behind || height < 1e-5)) << i << ' ' << j;
+          }
+        }
+    }
+  std::printf("%zu clear, %zu in front, %zu behind\n", curved_clear, front, behind);
+  EXPECT_GT(curved_clear, 1000u);
+  EXPECT_GT(front, 20u);
+  EXPECT_GT(behind, 1000u);
+  // Of the pairs that face each other most are decided without a ray, though 1,300 faces may stand between.
+  ExchangeReport report;
+  const auto m = exchange_areas(f.set, f.mesh, f.room, f.rays, {}, kSilent, &report);
+  ASSERT_TRUE(m);
+  std::printf("pairs: %zu facing, %zu clear, %zu low rank, %zu by rays\n", std::size_t{report.facing_pairs},
+              std::size_t{report.clear_pairs}, std::size_t{report.low_rank_pairs}, std::size_t{report.sampled_pairs});
+  EXPECT_GT(report.clear_pairs, report.facing_pairs * 3 / 5);
+  const auto light = first_bounce(f.set, f.mesh, f.scene, f.apertures, *SkyPartition::uniform(64), kSilent);
+  const auto sums = m->row_sums();
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    EXPECT_NEAR(sums[i] / f.set.elements[i].area_m2 + static_cast<double>(light->opening[i]), 1.0, 1e-3) << i;
 }
 
 TEST(PairShadow, clear_and_hidden_pairs_agree_with_rays) {

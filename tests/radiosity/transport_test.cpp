@@ -239,7 +239,7 @@ TEST(Gather, constant_radiance_has_only_the_zeroth_coefficient) {
   Radiosity b{s.set.elements.size(), 3,
               std::vector<float>(s.set.elements.size() * 3, static_cast<float>(kPi))}; // L = 1
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0), glm::dvec3(1.2, -0.7, 0.4)};
-  const auto c = gather_coefficients(points, s.set, s.mesh, s.scene, b, {}, kSilent);
+  const auto c = gather_coefficients(gather_hits(points, s.set, s.mesh, s.scene, {}), b, kSilent);
   ASSERT_TRUE(c);
   for (std::size_t p = 0; p < 2; ++p)
     for (std::size_t l = 0; l < 9; ++l)
@@ -276,10 +276,10 @@ TEST(Adjoint, volume_to_light_equals_light_to_volume) {
   const auto b = solve_radiosity(s.set, s.exchange, *light, {.tolerance = 1e-6}, kSilent);
   ASSERT_TRUE(b);
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4)};
-  const auto forward = gather_coefficients(points, s.set, s.mesh, s.scene, *b, {}, kSilent);
+  const GatherHits hits = gather_hits(points, s.set, s.mesh, s.scene, {});
+  const auto forward = gather_coefficients(hits, *b, kSilent);
   SolveReport report;
-  const auto adjoint = adjoint_coefficients(points, s.set, s.mesh, s.scene, s.exchange, *light, {.tolerance = 1e-6}, {},
-                                            kSilent, &report);
+  const auto adjoint = adjoint_coefficients(hits, s.set, s.exchange, *light, {.tolerance = 1e-6}, kSilent, &report);
   ASSERT_TRUE(forward && adjoint);
   ASSERT_EQ(forward->size(), adjoint->size());
   EXPECT_EQ(report.channels, 3);

@@ -145,6 +145,7 @@ TEST(TracedRenderer, sharing_visibility_changes_little) {
   scene.sun = sun_through_the_window();
   const auto all = scene.trace(false), shared = scene.trace(true);
   ASSERT_TRUE(all && shared);
+  { FILE*f=fopen("/tmp/speed/lost.txt","w"); for(int y=0;y<kHeight;++y)for(int x=0;x<kWidth;++x){auto p=at(shared->lost_sky,*shared,x,y),q=at(all->lost_sky,*all,x,y);auto o=at(all->object,*all,x,y),o2=at(shared->object,*shared,x,y);fprintf(f,"%d %d %g %g %g %g %g %g %g\n",x,y,double(p.y),double(q.y),double(o.w),double(p.w),double(q.w),double(o.y),double(o2.y));}fclose(f);}
   const Difference d = compare(*shared, *all);
   EXPECT_LT(d.object, 0.02);
   EXPECT_LT(d.lost, 0.04) << "steps of 64 lights, each 1.6 %, on 128 pixels";

@@ -38,7 +38,7 @@ const std::string kWea = "place Test\nlatitude 40.78\nlongitude 73.97\ntime_zone
                          "weather_data_file_units 1\n3 21 8.5 675 95\n3 21 3.5 0 0\n3 21 18.1 50 25\n";
 
 double brute_force_horizontal(const Sky& sky) {
-  constexpr int nz = 500, na = 800;
+  constexpr int nz = 250, na = 400;
   double sum = 0.0;
   for (int i = 0; i < nz; ++i) {
     const double z = (i + 0.5) * 0.5 * kPi / nz;

@@ -18,7 +18,7 @@ glm::dvec3 direction(double zenith, double azimuth) {
 
 /// The obvious sum over the hemisphere: midpoint rule in zenith angle and azimuth.
 double brute_force_integral(const SkyDistribution& sky, double sun_zenith) {
-  constexpr int nz = 600, na = 720;
+  constexpr int nz = 400, na = 360;
   const glm::dvec3 sun = direction(sun_zenith, 0.0);
   double sum = 0.0;
   for (int i = 0; i < nz; ++i) {

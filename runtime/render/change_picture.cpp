@@ -1,0 +1,125 @@
+#include "runtime/render/change_picture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <glm/common.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace daylit {
+
+namespace {
+
+constexpr float kSameSun = 0.01f; // of what arrives: corners under the same sun
+
+bool same_sun(const Rgb& a, const Rgb& b) {
+  for (int c = 0; c < 3; ++c)
+    if (std::fabs(a[c] - b[c]) > kSameSun * std::max(a[c], b[c]))
+      return false;
+  return true;
+}
+
+} // namespace
+
+void ChangePicture::set_view(const RenderCamera& camera, const RayScene& room_rays) {
+  camera_ = &camera;
+  rays_ = &room_rays;
+  columns_ = (camera.photo_width_px + kBlock - 1) / kBlock;
+  rows_ = (camera.photo_height_px + kBlock - 1) / kBlock;
+  corners_.assign(static_cast<std::size_t>(columns_ + 1) * (rows_ + 1), {});
+  kinds_.assign(static_cast<std::size_t>(columns_) * rows_, Kind::nothing);
+  tbb::parallel_for(0, rows_ + 1, [&](int row) {
+    for (int column = 0; column <= columns_; ++column)
+      corners_[static_cast<std::size_t>(row) * (columns_ + 1) + column] = look(
+          std::min(column * kBlock, camera.photo_width_px - 1), std::min(row * kBlock, camera.photo_height_px - 1));
+  });
+}
+
+/// The room through a pixel of the photograph.
+ChangePicture::Corner ChangePicture::look(double x, double y) const {
+  Corner corner;
+  glm::dvec2 drawn(x, y);
+  if (!camera_->drawn_position.empty()) {
+    drawn = glm::dvec2(
+        camera_->drawn_position[static_cast<std::size_t>(y) * camera_->photo_width_px + static_cast<std::size_t>(x)]);
+    if (drawn.x < -1e8)
+      return corner;
+  }
+  corner.direction = camera_->direction(drawn);
+  RayHit hit;
+  corner.seen = rays_->closest(rays_->to_local(camera_->eye()), glm::vec3(corner.direction), 0.0f,
+                               std::numeric_limits<float>::infinity(), hit);
+  corner.triangle = hit.triangle;
+  corner.position = camera_->eye() + static_cast<double>(hit.distance) * corner.direction;
+  return corner;
+}
+
+void ChangePicture::light(Corner& corner) const {
+  corner.reached = corner.seen && field_->reaches(corner.position);
+  if (!corner.reached)
+    return;
+  corner.facing = field_->facing_of(corner.triangle, corner.direction);
+  corner.change = field_->at(corner.triangle, corner.position, corner.direction);
+  corner.sun = field_->sun_irradiance(corner.triangle, corner.position, corner.direction);
+}
+
+ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
+  const std::array<const Corner*, 4> four{&corner(column, row), &corner(column + 1, row), &corner(column, row + 1),
+                                          &corner(column + 1, row + 1)};
+  bool any = false, same = true;
+  for (const Corner* c : four) {
+    any = any || c->reached;
+    same = same && c->reached && c->facing == four[0]->facing && same_sun(c->sun, four[0]->sun);
+  }
+  return !any ? Kind::nothing : same ? Kind::interpolate : Kind::single;
+}
+
+void ChangePicture::update(const RoomChangeField& field) {
+  field_ = &field;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i)
+      light(corners_[i]);
+  });
+  box_ = {};
+  int x0 = columns_, y0 = rows_, x1 = 0, y1 = 0;
+  for (int row = 0; row < rows_; ++row)
+    for (int column = 0; column < columns_; ++column) {
+      const Kind kind = kind_of(column, row);
+      kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind;
+      if (kind == Kind::nothing)
+        continue;
+      x0 = std::min(x0, column), x1 = std::max(x1, column + 1);
+      y0 = std::min(y0, row), y1 = std::max(y1, row + 1);
+    }
+  if (x0 < x1)
+    box_ = PixelBox{x0 * kBlock, y0 * kBlock, x1 * kBlock, y1 * kBlock}.clipped(camera_->photo_width_px,
+                                                                                camera_->photo_height_px);
+}
+
+std::optional<PixelChange> ChangePicture::at(int x, int y) const {
+  const int column = x / kBlock, row = y / kBlock;
+  const Kind kind = kinds_[static_cast<std::size_t>(row) * columns_ + column];
+  if (kind == Kind::nothing)
+    return std::nullopt;
+  if (kind == Kind::single) {
+    Corner pixel = look(x, y);
+    light(pixel);
+    if (!pixel.reached)
+      return std::nullopt;
+    return PixelChange{pixel.change.irradiance, pixel.change.before + pixel.sun};
+  }
+  const float s = static_cast<float>(x % kBlock) / kBlock, t = static_cast<float>(y % kBlock) / kBlock;
+  const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+  PixelChange sum;
+  for (int k = 0; k < 4; ++k) {
+    const Corner& c = corner(column + (k & 1), row + (k >> 1));
+    sum.irradiance += weight[k] * c.change.irradiance;
+    sum.before += weight[k] * (c.change.before + c.sun);
+  }
+  return sum;
+}
+
+} // namespace daylit

@@ -1,0 +1,60 @@
+#pragma once
+
+// The change of the room's indirect light in the photograph's pixels: looked up at the corners of blocks of pixels and
+// interpolated where the corners lie on one side of one plane under the same sun, pixel by pixel elsewhere.
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "runtime/light/room_change.h"
+#include "runtime/render/pixel_box.h"
+#include "runtime/render/render_camera.h"
+#include "scene/ray_scene.h"
+
+namespace daylit {
+
+/// At the room's point in a pixel: change of irradiance, and irradiance without objects, sun included.
+struct PixelChange {
+  Rgb irradiance{0.0f}, before{0.0f};
+};
+
+class ChangePicture {
+public:
+  /// The room as the camera sees it; holds until the camera moves.
+  void set_view(const RenderCamera& camera, const RayScene& room_rays);
+  /// The field after its set_light().
+  void update(const RoomChangeField& field);
+
+  /// Pixels outside see no change.
+  const PixelBox& box() const { return box_; }
+  /// Empty where the room does not change, or is not seen. Thread-safe.
+  std::optional<PixelChange> at(int x, int y) const;
+
+private:
+  static constexpr int kBlock = 8; ///< pixels
+  enum class Kind : std::uint8_t { nothing, interpolate, single };
+  struct Corner {
+    bool seen = false, reached = false;
+    std::uint32_t triangle = 0, facing = 0;
+    glm::dvec3 position{0.0}, direction{0.0};
+    RoomChange change;
+    Rgb sun{0.0f};
+  };
+  const RenderCamera* camera_ = nullptr;
+  const RayScene* rays_ = nullptr;
+  const RoomChangeField* field_ = nullptr;
+  int columns_ = 0, rows_ = 0; ///< of blocks; corners are one more each way
+  std::vector<Corner> corners_;
+  std::vector<Kind> kinds_;
+  PixelBox box_;
+
+  Corner look(double x, double y) const;
+  void light(Corner& corner) const;
+  Kind kind_of(int column, int row) const;
+  const Corner& corner(int column, int row) const {
+    return corners_[static_cast<std::size_t>(row) * (columns_ + 1) + column];
+  }
+};
+
+} // namespace daylit

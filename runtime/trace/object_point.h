@@ -1,0 +1,15 @@
+#pragma once
+
+#include "runtime/trace/traced_scene.h"
+#include "runtime/trace/visible_surfaces.h"
+
+namespace daylit {
+
+/// A point of an object and where its shadow rays start.
+struct ObjectPoint {
+  glm::vec3 position{0.0f}, normal{0.0f}, start{0.0f}; ///< normal: shading, on the side that is seen
+  bool back = false;                                   ///< the inside of a thin shell
+};
+ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit);
+
+} // namespace daylit

@@ -1,0 +1,43 @@
+#pragma once
+
+// Everything that light meets, as the ray renderer keeps it.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "runtime/render/picture_renderer.h"
+#include "runtime/trace/occluder_reach.h"
+#include "runtime/trace/shadow_sums.h"
+#include "runtime/trace/traced_renderer.h"
+
+namespace daylit {
+
+struct LightGroup {
+  LightGates lights;
+  LightCone cone;
+};
+
+/// Everything that light meets, coordinates relative to `origin`.
+struct TracedScene {
+  TraceSettings settings;
+  glm::dvec3 origin{0.0};
+  PacketScene objects, occluders;
+  OccluderReach occluder_reach;
+  std::vector<glm::vec3> room_normals;      ///< unit, per triangle of the room's ray scene
+  std::vector<std::uint32_t> room_triangle; ///< the same in Room::triangles
+  std::vector<glm::vec3> positions, normals;
+  std::vector<Rgb> reflectance;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<VertexLight> light;  ///< per vertex
+  BoundingSphere sphere;           ///< around the objects, world
+  glm::vec3 low{0.0f}, high{0.0f}; ///< box around their vertices
+  LightGroup sky, sun;
+  Rgb sun_normal_irradiance{0.0f};
+
+  ShadowCasters casters() const {
+    return {&objects, &occluders, glm::vec3(sphere.centre - origin), static_cast<float>(sphere.radius), low, high};
+  }
+};
+
+} // namespace daylit

@@ -1,0 +1,167 @@
+// From an error to settings: the plan is a pure function of a pilot, so its properties are tested on invented rooms;
+// one real room shows that what is predicted comes true.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "precompute/planned_bake.h"
+#include "precompute/probe_fit.h"
+#include "scene/room_formats.h"
+
+namespace daylit::precompute {
+namespace {
+
+Pilot invented_room(double mesh_error, double grid_error, double grid_sun) {
+  Pilot pilot;
+  pilot.bounds.include({0, 0, 0});
+  pilot.bounds.include({4, 5, 2.8});
+  pilot.fine.patches = 640;
+  pilot.fine.patch_edge_m = 0.7;
+  pilot.probes = 800;
+  pilot.spacing_m = 0.4;
+  pilot.stored_share = 0.5;
+  pilot.mesh_error = mesh_error;
+  pilot.grid_error = grid_error;
+  pilot.grid_sun = grid_sun;
+  pilot.gather_rays = 1024;
+  pilot.visibility_rays = 16384;
+  pilot.stages = {{"volume", 0.2}, {"form factors", 0.2}};
+  return pilot;
+}
+
+int nodes_of(const Plan& plan) { return SkyPartition::parse(plan.regions)->size(); }
+
+TEST(Plan, smaller_target_never_gives_less_of_anything) {
+  for (const double mesh : {0.003, 0.03, 0.12})
+    for (const double grid : {0.01, 0.04})
+      for (const double sun : {0.0, 0.1}) {
+        const Pilot pilot = invented_room(mesh, grid, sun);
+        PlanRequest request;
+        Result<Plan> before = make_plan(pilot, request);
+        ASSERT_TRUE(before) << before.error().message();
+        for (request.max_error = 0.08; request.max_error > 0.003; request.max_error /= 1.3) {
+          const Result<Plan> plan = make_plan(pilot, request);
+          ASSERT_TRUE(plan) << plan.error().message();
+          if (request.max_error < 0.08) {
+            EXPECT_GE(plan->options.target_patches, before->options.target_patches);
+            EXPECT_LE(plan->options.spacing_m, before->options.spacing_m);
+            EXPECT_GE(plan->options.visibility_rays, before->options.visibility_rays);
+            EXPECT_GE(plan->options.gather_rays, before->options.gather_rays);
+            EXPECT_LE(plan->options.compact_error, before->options.compact_error);
+            EXPECT_GE(nodes_of(*plan), nodes_of(*before));
+            EXPECT_GE(plan->predicted.seconds, before->predicted.seconds);
+          }
+          EXPECT_LE(plan->predicted.total, request.max_error);
+          before = plan;
+        }
+      }
+}
+
+TEST(Plan, target_out_of_reach_is_refused_with_the_smallest_that_is_not) {
+  const Pilot pilot = invented_room(0.03, 0.04, 0.1);
+  PlanRequest request;
+  for (const double target : {0.0, -0.01, 1e-11, 1.5, std::nan("")}) {
+    request.max_error = target;
+    const Result<Plan> plan = make_plan(pilot, request);
+    ASSERT_FALSE(plan) << target;
+    EXPECT_EQ(plan.error().code, ErrorCode::value_invalid);
+    const std::size_t at = plan.error().what.find("the smallest is ");
+    ASSERT_NE(at, std::string::npos) << plan.error().what;
+    request.max_error = 0.01 * std::stod(plan.error().what.substr(at + 16));
+    EXPECT_TRUE(make_plan(pilot, request)) << "the smallest it named: " << request.max_error;
+  }
+}
+
+TEST(Plan, what_the_user_fixed_is_kept_and_may_put_the_target_out_of_reach) {
+  const Pilot pilot = invented_room(0.03, 0.04, 0.1);
+  PlanRequest request;
+  request.max_error = 0.02;
+  request.regions = "uniform:64";
+  EXPECT_FALSE(make_plan(pilot, request)); // 64 constant regions alone are worse
+  request.must_reach = false;
+  const Result<Plan> plan = make_plan(pilot, request);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->regions, "uniform:64");
+  EXPECT_GT(plan->predicted.total, 0.02);
+  request.regions.clear();
+  request.must_reach = true;
+  request.patches = 5000;
+  request.grid = glm::ivec3(20, 25, 14);
+  const Result<Plan> fixed = make_plan(pilot, request);
+  ASSERT_TRUE(fixed) << fixed.error().message();
+  EXPECT_EQ(fixed->options.target_patches, 5000);
+  EXPECT_EQ(fixed->options.grid, request.grid);
+}
+
+TEST(Plan, given_points_need_no_grid) {
+  PlanRequest request;
+  request.points = {{1, 1, 1}, {2, 2, 1}};
+  const Result<Plan> plan = make_plan(invented_room(0.03, 0.4, 0.1), request);
+  ASSERT_TRUE(plan) << plan.error().message();
+  EXPECT_EQ(plan->options.spacing_m, 0.0);
+  EXPECT_EQ(plan->options.points.size(), 2u);
+}
+
+TEST(PlannedBake, prediction_and_measurement_agree_within_a_factor_of_two_and_the_target_is_met) {
+  const auto room = read_room(DAYLIT_SOURCE_DIR "/tests/fixtures/truth/s3_furnace.obj");
+  ASSERT_TRUE(room) << room.error().message();
+  PlanRequest request;
+  request.max_error = 0.04;
+  std::string said;
+  const auto baked = bake_to_error(
+      *room, request, nullptr, [](const std::string&, double) { return true; },
+      [&](const std::string& t) { said += t; });
+  ASSERT_TRUE(baked) << baked.error().message();
+  EXPECT_NE(said.find("predicted"), std::string::npos);
+  EXPECT_LE(baked->measured.total, 0.04);
+  EXPECT_GE(baked->measured.points, 32u);
+  EXPECT_LT(std::abs(std::log2(baked->measured.total / baked->plan.predicted.total)), 1.0);
+}
+
+TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_with_0_41_of_the_error) {
+  // f = x^2 at spacing h: samples err by h^2 t (1 - t), rms h^2 sqrt(1/30); lowered by h^2/6 they err by
+  // h^2 (t (1 - t) - 1/6), rms h^2 sqrt(1/30 - 1/36). The ratio is sqrt(1/6) = 0.408.
+  ProbeSet grid;
+  grid.is_grid = true;
+  grid.count = {9, 2, 2};
+  std::vector<std::size_t> all;
+  std::vector<float> values;
+  for (int i = 0; i < 36; ++i) {
+    all.push_back(static_cast<std::size_t>(i));
+    grid.positions.emplace_back(i % 9, i / 9 % 2, i / 18);
+    values.push_back(static_cast<float>((i % 9) * (i % 9)));
+  }
+  ProbeFit::make(grid, all, [](std::size_t, std::size_t) { return true; }).apply(values, 1);
+  double fitted = 0, sampled = 0;
+  for (double x = 0.005; x < 8; x += 0.01) {
+    const int i = static_cast<int>(x);
+    const double t = x - i;
+    const auto error = [&](double a, double b) { return (1 - t) * a + t * b - x * x; };
+    fitted += std::pow(error(static_cast<double>(values[static_cast<std::size_t>(i)]),
+                             static_cast<double>(values[static_cast<std::size_t>(i) + 1])),
+                       2);
+    sampled += std::pow(error(i * i, (i + 1) * (i + 1)), 2);
+  }
+  EXPECT_NEAR(std::sqrt(fitted / sampled), std::sqrt(1.0 / 6), 0.01);
+}
+
+TEST(ProbeFit, nothing_passes_between_probes_that_do_not_see_each_other) {
+  // A wall between the probes 4 and 5: each side keeps its own values.
+  ProbeSet grid;
+  grid.is_grid = true;
+  grid.count = {9, 2, 2};
+  std::vector<std::size_t> all;
+  std::vector<float> values;
+  for (int i = 0; i < 36; ++i) {
+    all.push_back(static_cast<std::size_t>(i));
+    grid.positions.emplace_back(i % 9, i / 9 % 2, i / 18);
+    values.push_back(i % 9 < 5 ? 0.0f : 100.0f);
+  }
+  const std::vector<float> before = values;
+  ProbeFit::make(grid, all, [](std::size_t a, std::size_t b) { return (a % 9 < 5) == (b % 9 < 5); }).apply(values, 1);
+  EXPECT_EQ(values, before);
+}
+
+} // namespace
+} // namespace daylit::precompute
