@@ -20,11 +20,13 @@ namespace daylit::bench {
 
 namespace {
 
+constexpr int kPhotos = 12;
+
 struct Arguments {
   std::string folder = "out/bench-frame";
   std::vector<std::string> objects{"teapot", "blob"}, skies{"overcast", "sun"}, renderers{"rays", "gl"};
   std::vector<int> samples{16, 64, 256};
-  int frames = 20, reference_samples = 4096;
+  int frames = 20, flicker_frames = 100, reference_samples = 4096;
 };
 
 double process_seconds() {
@@ -80,7 +82,7 @@ const char* name_of(Motion m) {
 Result<void> one_frame(const FrameScene& scene, Session& session, MarkerTracker& tracker, Motion motion, int k,
                        Timing& timing) {
   const double cpu = process_seconds(), wall = wall_seconds();
-  const std::size_t which = motion == Motion::everything ? static_cast<std::size_t>(k) % scene.skies.size() : 0;
+  const std::size_t which = motion == Motion::everything ? static_cast<std::size_t>(k) % scene.photos.size() : 0;
   double marker_ms = 0.0;
   if (motion == Motion::everything) {
     const auto seen = tracker.find(scene.photo_bytes[which]);
@@ -150,29 +152,32 @@ Result<Composite> still_picture(const FrameScene& scene, Session& session, int s
 }
 
 /// Standard deviation over skies with fresh sensor noise, RMS over object pixels, by the mean.
-Result<double> flicker(const FrameScene& scene, Session& session) {
-  std::vector<RgbImage> pictures;
+Result<double> flicker(const FrameScene& scene, Session& session, int frames) {
+  std::vector<double> sums, squares; // of green, per pixel
   std::vector<std::uint8_t> touched;
-  for (std::size_t k = 0; k < scene.skies.size(); ++k) {
-    const auto frame = session.render({scene.skies[k], scene.photos[0], k + 1, 1});
+  constexpr std::uint64_t kFirstNumber = 1000; // no picture of these numbers was seen before
+  for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
+    const auto frame = session.render({scene.skies[k], scene.photos[0], kFirstNumber + k, 1});
     if (!frame)
       return frame.error();
-    pictures.push_back((*frame)->composite.picture);
+    const std::vector<Rgb>& texels = (*frame)->composite.picture.texels;
+    sums.resize(texels.size());
+    squares.resize(texels.size());
+    for (std::size_t i = 0; i < texels.size(); ++i) {
+      const double g = static_cast<double>(texels[i].g);
+      sums[i] += g;
+      squares[i] += g * g;
+    }
     touched = (*frame)->composite.touched;
   }
   double variance = 0.0, mean = 0.0;
-  const double n = static_cast<double>(pictures.size());
+  const double n = frames;
   std::size_t count = 0;
   for (std::size_t i = 0; i < touched.size(); ++i) {
     if (touched[i] != 2)
       continue;
-    double sum = 0.0, square = 0.0;
-    for (const RgbImage& p : pictures) {
-      sum += static_cast<double>(p.texels[i].g);
-      square += static_cast<double>(p.texels[i].g) * static_cast<double>(p.texels[i].g);
-    }
-    variance += std::max(0.0, square - sum * sum / n) / (n - 1.0);
-    mean += sum / n;
+    variance += std::max(0.0, squares[i] - sums[i] * sums[i] / n) / (n - 1.0);
+    mean += sums[i] / n;
     ++count;
   }
   return count ? std::sqrt(variance / static_cast<double>(count)) / (mean / static_cast<double>(count)) : 0.0;
@@ -208,7 +213,7 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     row["description"] = session->renderer_description();
     row["samples"] = samples;
     row["error"] = object_error(*picture, reference);
-    const auto noise = flicker(scene, *session);
+    const auto noise = flicker(scene, *session, renderer == "gl" ? std::min(a.flicker_frames, 5) : a.flicker_frames);
     if (!noise)
       return noise.error();
     row["flicker"] = *noise;
@@ -243,7 +248,8 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   for (const std::string& object : a.objects)
     for (const std::string& sky : a.skies) {
       ProgressLine progress(options.quiet || options.json);
-      auto scene = make_frame_scene(std::filesystem::path(a.folder) / sky, object, sky, 12, progress.callback());
+      auto scene = make_frame_scene(std::filesystem::path(a.folder) / sky, object, sky,
+                                    std::max(kPhotos, a.flicker_frames), kPhotos, progress.callback());
       progress.clear();
       if (!scene)
         return scene.error();
@@ -273,6 +279,9 @@ Command add_frame(CLI::App& program) {
   parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
   parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();
   parser->add_option("--frames", a->frames, "timed frames each")->check(CLI::Range(1, 10000))->capture_default_str();
+  parser->add_option("--flicker-frames", a->flicker_frames, "skies with fresh noise")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
   parser->add_option("--reference-samples", a->reference_samples)->check(CLI::Range(64, 65536))->capture_default_str();
   return {parser, [a](const CommonOptions& options) { return run(*a, options); }};
 }

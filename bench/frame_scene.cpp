@@ -109,7 +109,7 @@ ObjectMesh blob_mesh(double width_m, Rgb reflectance) {
 }
 
 Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
-                                    const std::string& sky, int pictures, const Progress& progress) {
+                                    const std::string& sky, int skies, int photos, const Progress& progress) {
   std::error_code ignored;
   std::filesystem::create_directories(folder, ignored);
   if (const auto written = write_sample_scene(sky, folder, kFrameWidth, kFrameHeight); !written)
@@ -143,14 +143,17 @@ Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const s
   if (!geometry)
     return geometry.error();
   const RgbImage clean_photo = plain_photo(scene.config, scene.interior_lens);
-  for (int k = 0; k < pictures; ++k) {
-    RgbImage image = *clean_sky, photo = clean_photo;
+  for (int k = 0; k < skies; ++k) {
+    RgbImage image = *clean_sky;
     add_sensor_noise(image, kSensorNoise, static_cast<std::uint32_t>(2 * k + 1));
-    add_sensor_noise(photo, kSensorNoise, static_cast<std::uint32_t>(2 * k + 2));
     auto made = SkyImage::make(std::move(image), *geometry, {GroundFill::Kind::albedo, 0.2f});
     if (!made)
       return made.error();
     scene.skies.push_back(std::move(*made));
+  }
+  for (int k = 0; k < photos; ++k) {
+    RgbImage photo = clean_photo;
+    add_sensor_noise(photo, kSensorNoise, static_cast<std::uint32_t>(2 * k + 2));
     scene.photo_bytes.push_back(to_srgb8(photo, 2.5f));
     scene.photos.push_back(std::move(photo));
   }

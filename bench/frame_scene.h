@@ -27,7 +27,7 @@ struct FrameScene {
 
 /// `object`: "teapot" (4 K triangles) or "blob" (15 K triangles, closed, bumpy). `sky`: "overcast", "sun" or "shade".
 Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
-                                    const std::string& sky, int pictures, const Progress& progress);
+                                    const std::string& sky, int skies, int photos, const Progress& progress);
 
 /// A sphere with bumps, 120 x 64 quads, standing on z = 0.
 ObjectMesh blob_mesh(double width_m, Rgb reflectance);

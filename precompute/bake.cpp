@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <optional>
 #include <span>
 
 #include "precompute/detail/node_sharpening.h"
@@ -18,16 +17,6 @@ namespace {
 using detail::ProbePoints;
 using detail::Problem;
 using detail::StageClock;
-
-Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
-                              const BakeOptions& options) {
-  if (!options.points.empty())
-    return make_points(options.points, room.bounds(), scene, apertures);
-  Result<ProbeSet> grid = make_grid(room.bounds(), options.grid, options.spacing_m);
-  if (grid)
-    mark_air(*grid, scene, apertures);
-  return grid;
-}
 
 /// [point][coefficient][channel * regions + region] -> [region][probe][coefficient][channel]
 void store_basis(const std::vector<float>& coefficients, const std::vector<std::size_t>& probe_of_point,
@@ -62,7 +51,7 @@ struct Stage {
   const Problem& problem;
   const radiosity::ExchangeMatrix& exchange;
   const ProbePoints& points;
-  const radiosity::GatherHits& hits; ///< of the points
+  const radiosity::GatherHits& hits; ///< of the points' places
   const ProbeFit& fit;
   const BakeOptions& options;
   const Progress& progress;
@@ -89,9 +78,10 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
                                      : radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
   if (!coefficients)
     return coefficients.error();
-  s.fit.apply(*coefficients, 27 * light.columns());
+  std::vector<float> of_probes = s.points.spread(std::move(*coefficients));
+  s.fit.apply(of_probes, 27 * light.columns());
   volume.stored_region = light.region;
-  store_basis(*coefficients, s.points.probe, light.columns(), volume);
+  store_basis(of_probes, s.points.probe, light.columns(), volume);
   s.clock.finish("volume");
   return {};
 }
@@ -108,7 +98,7 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
   report.solve = surfaces.solve;
   report.energy = surfaces.energy;
   s.clock.finish("solve");
-  const auto one = [&](std::uint32_t point, float* nine_rows) { s.hits.weights(point, nine_rows); };
+  const auto one = [&](std::uint32_t point, float* nine_rows) { s.hits.weights(s.points.place[point], nine_rows); };
   const auto gather = [&](std::span<const std::uint32_t> some, float* rows_of_some) {
     s.fit.apply(some, 9 * s.hits.elements, one, rows_of_some);
   };
@@ -151,14 +141,16 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   auto at_probes = radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
   if (!at_probes)
     return at_probes.error();
-  s.fit.apply(*at_probes, 9 * radiosity->columns);
-  AuditReport report = audit->judge(volume, *at_points, *at_probes, s.points.probe);
+  std::vector<float> of_probes = s.points.spread(std::move(*at_probes));
+  s.fit.apply(of_probes, 9 * radiosity->columns);
+  AuditReport report = audit->judge(volume, *at_points, of_probes, s.points.probe);
   s.clock.finish("audit");
   return report;
 }
 
 /// Nothing stands between neighbouring probes whose values are fitted together.
-ProbeFit fit_of(const Problem& problem, const ProbeSet& probes, const ProbePoints& points) {
+ProbeFit fit_of(const Problem& problem, const ProbePoints& points) {
+  const ProbeSet& probes = problem.probes;
   return ProbeFit::make(probes, points.probe, [&](std::size_t a, std::size_t b) {
     const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
     return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
@@ -193,23 +185,10 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                          const Progress& progress, BakeReport& report) {
   StageClock clock(report);
   report.room = file.report;
-  Result<Problem> problem = detail::set_up(file.room, options);
+  Result<Problem> problem = detail::set_up(file.room, options, report, clock);
   if (!problem)
     return problem.error();
   const radiosity::ElementSet& elements = problem->elements;
-  report.apertures = problem->apertures.report;
-  report.patches = problem->mesh.patches.size();
-  report.patch_edge_m = problem->mesh.edge_m;
-  report.elements = elements.elements.size();
-  report.sides_skipped = elements.sides_skipped;
-  clock.finish("mesh");
-
-  Result<ProbeSet> probes = place_probes(file.room, problem->room_scene, problem->apertures.list, options);
-  if (!probes)
-    return probes.error();
-  report.probes = probes->size();
-  report.probes_valid = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
-  clock.finish("probes");
 
   // One element of a fine sky sees some of thousands of nodes: rows, not a table.
   const bool fine = partition.interpolated();
@@ -237,13 +216,13 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
 
-  const ProbePoints points(*probes, problem->mesh.origin);
-  const ProbeFit fit = fit_of(*problem, *probes, points);
+  const ProbePoints points(problem->probes, problem->mesh.origin);
+  const ProbeFit fit = fit_of(*problem, points);
   const radiosity::GatherHits hits =
       radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays, {.rays = options.gather_rays});
   clock.finish("rays");
   BasisVolume volume{.partition = partition,
-                     .probes = std::move(*probes),
+                     .probes = std::move(problem->probes),
                      .stored_region = {},
                      .basis = {},
                      .compact = {},

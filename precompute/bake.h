@@ -52,10 +52,13 @@ struct StageTime {
 struct BakeReport {
   RoomReport room;
   ApertureReport apertures;
-  std::size_t patches = 0, elements = 0, sides_skipped = 0;
+  std::size_t patches = 0, elements = 0;
+  std::size_t sides_skipped = 0;      ///< no light reaches them
+  std::size_t sides_without_path = 0; ///< lit, but no light goes from them to any of the given points
   double patch_edge_m = 0;
   int regions = 0, regions_stored = 0;
   std::size_t probes = 0, probes_valid = 0;
+  std::size_t probes_repeated = 0; ///< given points at the place of another: gathered once
   radiosity::ExchangeReport exchange;
   radiosity::FirstBounceReport first_bounce;
   radiosity::SolveReport solve;

@@ -25,14 +25,15 @@ std::string to_json(const BakeReport& r, bool times) {
   j["patches"] = {{"count", r.patches},
                   {"longest_edge_m", r.patch_edge_m},
                   {"elements", r.elements},
-                  {"sides_skipped", r.sides_skipped}};
+                  {"sides_skipped", r.sides_skipped},
+                  {"sides_without_path", r.sides_without_path}};
   j["openings"] = {{"windows", r.apertures.window_polygons},
                    {"holes", r.apertures.hole_polygons},
                    {"window_area_m2", r.apertures.window_area_m2},
                    {"hole_area_m2", r.apertures.hole_area_m2},
                    {"unexplained_escape", r.apertures.unexplained_escape}};
   j["regions"] = {{"count", r.regions}, {"stored", r.regions_stored}, {"skipped", r.regions - r.regions_stored}};
-  j["probes"] = {{"count", r.probes}, {"valid", r.probes_valid}};
+  j["probes"] = {{"count", r.probes}, {"valid", r.probes_valid}, {"repeated", r.probes_repeated}};
   j["form_factors"] = {{"facing_pairs", r.exchange.facing_pairs},
                        {"near_pairs", r.exchange.near_pairs},
                        {"clear_pairs", r.exchange.clear_pairs},
@@ -48,6 +49,13 @@ std::string to_json(const BakeReport& r, bool times) {
   j["solve"] = {{"iterations", r.solve.iterations},   {"worst_residual", r.solve.worst_residual},
                 {"columns", r.solve.residual.size()}, {"channels", r.solve.channels},
                 {"factorised", r.solve.factorised},   {"adjoint", r.adjoint}};
+  // What was left out, and what that can cost in irradiance.
+  j["skipped"] = {{{"what", "regions that no opening shows"}, {"count", r.regions - r.regions_stored}, {"bound", 0}},
+                  {{"what", "sides that no light reaches"}, {"count", r.sides_skipped}, {"bound", 0}},
+                  {{"what", "sides without a way to any given point"}, {"count", r.sides_without_path}, {"bound", 0}},
+                  {{"what", "pairs of black surfaces"}, {"count", r.exchange.black_pairs}, {"bound", 0}},
+                  {{"what", "channels equal to another"}, {"count", 3 - r.solve.channels}, {"bound", 0}},
+                  {{"what", "points at the place of another"}, {"count", r.probes_repeated}, {"bound", 0}}};
   j["energy"] = {{"entering", r.energy.entering},
                  {"absorbed", r.energy.absorbed},
                  {"leaving", r.energy.leaving},
@@ -86,9 +94,13 @@ std::string to_text(const BakeReport& r) {
                    100 * r.apertures.unexplained_escape);
   text += format("patches    %zu (edge up to %.3f m), %zu sides in the air, %zu sides skipped: no light reaches them\n",
                  r.patches, r.patch_edge_m, r.elements, r.sides_skipped);
+  if (r.sides_without_path > 0)
+    text += format("           %zu lit sides left out: no way from them to any given point (bound 0)\n",
+                   r.sides_without_path);
   text += format("regions    %d of %d stored, %d skipped: no opening sees them (bound 0)\n", r.regions_stored,
                  r.regions, r.regions - r.regions_stored);
-  text += format("probes     %zu of %zu in the air\n", r.probes_valid, r.probes);
+  text += format("probes     %zu of %zu in the air, %zu at the place of another (gathered once, bound 0)\n",
+                 r.probes_valid, r.probes, r.probes_repeated);
   const auto millions = [](std::uint64_t pairs) { return static_cast<double>(pairs) / 1e6; };
   text +=
       format("pairs      %.2f M facing: %.2f M clear and %.2f M hidden by one face, without a ray (bound 0), %.2f M by "

@@ -18,7 +18,7 @@ namespace daylit::radiosity {
 
 namespace {
 
-constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16, kSecondLookRays = 64;
+constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16, kSecondLookRays = 64, kGreetingRays = 8;
 constexpr int kOutdoorRays = 24; // all of them lost in the sky: the outside of a wall
 // Meshes of planes that meet do not share vertices: between them are cracks one float rounding wide. A ray counts when
 // rays beside it, moved by far more than that at both ends, arrive too. Lengths in units of RayScene::surface_offset.
@@ -90,6 +90,17 @@ public:
       if (const auto met = new_side({point, d, kBeside * offset_m_}, d, mix_bits(seed) + k))
         mark(*met);
     }
+  }
+
+  /// Nothing but reached sides is seen from a point of the air, as far as a few rays tell.
+  bool familiar(const glm::dvec3& point, std::uint64_t seed) const {
+    for (std::uint32_t k = 0; k < kGreetingRays; ++k) {
+      double distance = 0.0;
+      const auto met = meets(point, sphere_direction(r2_point(k, random_shift(seed))), distance);
+      if (met && !reached_[met->patch][met->side])
+        return false;
+    }
+    return true;
   }
 
   /// Every round looks from the sides that the round before found. The set reached does not depend on any order.
@@ -253,9 +264,10 @@ Result<RayScene> patch_scene(const PatchMesh& mesh) {
   return RayScene::build(vertices, triangles);
 }
 
-ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
-                         const std::vector<Aperture>& apertures) {
-  SideSearch search(mesh, scene);
+namespace {
+
+/// From just inside the openings.
+void follow_light(SideSearch& search, const PatchMesh& mesh, const std::vector<Aperture>& apertures) {
   for (std::size_t a = 0; a < apertures.size(); ++a) {
     const glm::dvec3 middle = mean_corner(apertures[a]) - mesh.origin;
     for (std::uint32_t s = 0; s < kSeedPoints; ++s) {
@@ -267,14 +279,36 @@ ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene
     }
   }
   search.follow();
+}
+
+/// From the receivers: light takes the same ways back.
+void follow_receivers(SideSearch& search, std::span<const glm::dvec3> receivers) {
+  for (std::size_t k = 0; k < receivers.size(); ++k)
+    if (k == 0 || !search.familiar(receivers[k], mix_bits(k))) {
+      search.look_around(receivers[k], mix_bits(k));
+      search.follow();
+    }
+}
+
+} // namespace
+
+ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
+                         const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers) {
+  SideSearch light(mesh, scene), receiving(mesh, scene);
+  follow_light(light, mesh, apertures);
+  follow_receivers(receiving, receivers);
 
   ElementSet set;
   set.of_patch.assign(mesh.patches.size(), {-1, -1});
   for (std::uint32_t i = 0; i < mesh.patches.size(); ++i) {
     const Patch& p = mesh.patches[i];
     for (int side = 0; side < 2; ++side) {
-      if (!search.reached(i, side)) {
+      if (!light.reached(i, side)) {
         ++set.sides_skipped;
+        continue;
+      }
+      if (!receivers.empty() && !receiving.reached(i, side)) {
+        ++set.sides_without_path;
         continue;
       }
       Element e{p.corner, p.normal, p.area_m2, room.materials[p.material].reflectance, i};

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -29,7 +30,8 @@ struct ElementSet {
   std::vector<Element> elements;
   /// Index into elements of the front and the back of every patch, -1 where that side never meets the room's air.
   std::vector<std::array<std::int32_t, 2>> of_patch;
-  std::size_t sides_skipped = 0;
+  std::size_t sides_skipped = 0;      ///< no light reaches them
+  std::size_t sides_without_path = 0; ///< of those left out, lit but with no way for the light to any receiver
 
   /// Element met by a ray in `direction` that hit `patch`; -1: a side outside the problem, black.
   std::int32_t hit(const PatchMesh& mesh, std::uint32_t patch, const glm::vec3& direction) const;
@@ -41,8 +43,9 @@ Result<RayScene> patch_scene(const PatchMesh& mesh);
 /// Follows light from just inside the apertures: a patch side is kept when rays from the air or from a kept side meet
 /// it, and rays beside them too (cracks one rounding wide lead nowhere). A side that was not
 /// met looks for a kept one itself before it is given up, so that a small patch is not lost; what lies under furniture
-/// or outdoors is. The result does not depend on the number of threads.
+/// or outdoors is. The result does not depend on the number of threads. `receivers` (mesh frame): when there are any,
+/// only sides from which light can also get to one of them are kept.
 ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
-                         const std::vector<Aperture>& apertures);
+                         const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers = {});
 
 } // namespace daylit::radiosity

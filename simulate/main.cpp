@@ -6,10 +6,35 @@
 #include "simulate/compare_command.h"
 #include "simulate/irradiance_command.h"
 #include "simulate/simulate_command.h"
+#include "simulate/sky_command.h"
 
 namespace {
 
 using namespace daylit;
+
+void add_sky_options(CLI::App& command, SkyArguments& sky) {
+  command
+      .add_option("--sky", sky.file,
+                  "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)")
+      ->required();
+  command.add_option("--time", sky.time, "weather tapes: \"06-21 12:30\", local standard time");
+  command.add_option("--projection", sky.projection, "equirect, angular or fisheye:LENS.yaml")->capture_default_str();
+  command.add_option("--sky-rotation", sky.rotation_deg, "degrees, turns the sky counter-clockwise about z");
+  command.add_option("--forward", sky.forward, "forward axis of an angular map")->expected(3)->delimiter(',');
+  command.add_option("--sky-up", sky.up, "up axis of an angular map")->expected(3)->delimiter(',');
+}
+
+CLI::App* add_sky(CLI::App& app, SkyCommandArguments& a) {
+  CLI::App* command = app.add_subcommand(
+      "sky", "a sky as others see it: radiance `r g b` along directions `x y z` from stdin, or with -o a picture");
+  add_sky_options(*command, a.sky);
+  command->add_option("--ground-albedo", a.ground_albedo, "ground of a sky in words")->check(CLI::Range(0.0, 1.0));
+  command->add_option("-o,--output", a.output, "EXR, equirectangular, centre column along +x");
+  command->add_option("--height", a.height_px, "of the picture, pixels")
+      ->check(CLI::Range(8, 8192))
+      ->capture_default_str();
+  return command;
+}
 
 CLI::App* add_irradiance(CLI::App& app, IrradianceArguments& a) {
   CLI::App* command = app.add_subcommand(
@@ -17,16 +42,7 @@ CLI::App* add_irradiance(CLI::App& app, IrradianceArguments& a) {
       "irradiance at points by path tracing: `x y z nx ny nz` per line on stdin, `r g b se_r se_g se_b` on "
       "stdout, indirect light only unless --total");
   command->add_option("ROOM", a.room, "room model: OBJ, z up, metres")->required();
-  command
-      ->add_option("--sky", a.sky.file,
-                   "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)")
-      ->required();
-  command->add_option("--time", a.sky.time, "weather tapes: \"06-21 12:30\", local standard time");
-  command->add_option("--projection", a.sky.projection, "equirect, angular or fisheye:LENS.yaml")
-      ->capture_default_str();
-  command->add_option("--sky-rotation", a.sky.rotation_deg, "degrees, turns the sky counter-clockwise about z");
-  command->add_option("--forward", a.sky.forward, "forward axis of an angular map")->expected(3)->delimiter(',');
-  command->add_option("--sky-up", a.sky.up, "up axis of an angular map")->expected(3)->delimiter(',');
+  add_sky_options(*command, a.sky);
   command
       ->add_option("--ground-albedo", a.ground_albedo,
                    "fills what a fish-eye does not see (0.2); ground of a sky in words")
@@ -72,11 +88,17 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
   return command;
 }
 
-Result<void> run(const CLI::App& irradiance, const CLI::App& compare, const IrradianceArguments& i,
-                 const CompareArguments& c, const SimulateArguments& s) {
-  if (irradiance)
+struct Chosen {
+  const CLI::App *irradiance, *compare, *sky;
+};
+
+Result<void> run(const Chosen& chosen, const IrradianceArguments& i, const CompareArguments& c,
+                 const SkyCommandArguments& k, const SimulateArguments& s) {
+  if (*chosen.sky)
+    return run_sky(k);
+  if (*chosen.irradiance)
     return run_irradiance(i);
-  if (compare)
+  if (*chosen.compare)
     return run_compare(c);
   if (s.folder.empty() || (s.scene.empty() && s.demo.empty()))
     return Error{ErrorCode::usage, "needs SCENE.toml or --demo NAME, and -o DIR", "command line",
@@ -94,6 +116,7 @@ int main(int argc, char** argv) {
   app.fallthrough();
   IrradianceArguments irradiance;
   CompareArguments compare;
+  SkyCommandArguments sky;
   SimulateArguments simulate;
   int threads = 0;
   add_simulate(app, simulate);
@@ -103,6 +126,7 @@ int main(int argc, char** argv) {
   app.add_flag("--json", simulate.json, "the report as JSON on stdout, one object per line");
   CLI::App* irradiance_command = add_irradiance(app, irradiance);
   CLI::App* compare_command = add_compare(app, compare);
+  CLI::App* sky_command = add_sky(app, sky);
   app.require_subcommand(0, 1);
   try {
     app.parse(argc, argv);
@@ -112,8 +136,9 @@ int main(int argc, char** argv) {
   watch_for_interrupt();
   set_thread_count(threads);
   irradiance.seed = simulate.seed;
-  irradiance.quiet = simulate.quiet;
-  irradiance.json = compare.json = simulate.json;
-  return run_program("daylit-simulate", simulate.json,
-                     [&] { return run(*irradiance_command, *compare_command, irradiance, compare, simulate); });
+  irradiance.quiet = sky.quiet = simulate.quiet;
+  irradiance.json = compare.json = sky.json = simulate.json;
+  return run_program("daylit-simulate", simulate.json, [&] {
+    return run({irradiance_command, compare_command, sky_command}, irradiance, compare, sky, simulate);
+  });
 }

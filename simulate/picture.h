@@ -54,6 +54,8 @@ Result<std::vector<PixelEstimate>> render_pixels(const TraceScene& scene, const 
 /// The radiance that a fish-eye records: pixel means of the sky over the part of the pixel inside the field. The sun is
 /// splatted by equal-area points of its disc, so that the sum of radiance x solid angle holds its energy exactly.
 Result<RgbImage> render_sky_frame(const AnalyticSky& sky, const LensModel& lens);
+/// The sky as an equirectangular picture, 2 height x height, its sun spread over the texels that it covers.
+RgbImage render_sky_panorama(const AnalyticSky& sky, int height);
 
 /// Multiplies every pixel by 1 + relative_deviation x a normal deviate, clipped at zero.
 void add_sensor_noise(RgbImage& image, double relative_deviation, std::uint32_t seed);

@@ -7,7 +7,7 @@
 #include <glm/mat3x3.hpp>
 #include <tbb/parallel_for.h>
 
-#include "scene/sky_image.h"
+#include "scene/sky.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/picture.h"
 
@@ -34,21 +34,10 @@ Rgb pixel_mean(const AnalyticSky& sky, const LensModel& lens, int x, int y) {
   return weight > 0.0 ? Rgb(sum / weight) : Rgb(0.0f);
 }
 
-/// Spiral of equal areas over the disc (Vogel 1979).
-glm::dvec3 disc_point(const SunDisc& sun, int k) {
-  const double radius = 2.0 * std::sin(0.5 * sun.angular_radius) * std::sqrt((k + 0.5) / kDiscPoints);
-  const double angle = k * std::numbers::pi * (3.0 - std::sqrt(5.0));
-  const glm::dvec3 other_axis = std::abs(sun.direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
-  const glm::dvec3 t = glm::normalize(glm::cross(other_axis, sun.direction)), b = glm::cross(sun.direction, t);
-  // The chord to a point of the cap: equal chord^2 is equal area.
-  const double sine = radius * std::sqrt(1.0 - 0.25 * radius * radius);
-  return (1.0 - 0.5 * radius * radius) * sun.direction + sine * (std::cos(angle) * t + std::sin(angle) * b);
-}
-
 void splat_sun(const SunDisc& sun, const SkyGeometry& geometry, RgbImage& image) {
   std::vector<std::pair<std::size_t, int>> hits; // texel, points; a sun covers few texels
-  for (int k = 0; k < kDiscPoints; ++k) {
-    const auto texel = geometry.texel(disc_point(sun, k));
+  for (const glm::dvec3& d : disc_points(sun, kDiscPoints)) {
+    const auto texel = geometry.texel(d);
     if (!texel)
       continue;
     auto at = std::find_if(hits.begin(), hits.end(), [&](const auto& h) { return h.first == *texel; });
@@ -75,6 +64,14 @@ Result<RgbImage> render_sky_frame(const AnalyticSky& sky, const LensModel& lens)
   });
   if (sky.model().sun)
     splat_sun(*sky.model().sun, **geometry, image);
+  return image;
+}
+
+RgbImage render_sky_panorama(const AnalyticSky& sky, int height) {
+  const SkyImage plain = sky_raster(sky, height);
+  RgbImage image = plain.image();
+  if (sky.model().sun)
+    splat_sun(*sky.model().sun, *plain.geometry(), image);
   return image;
 }
 

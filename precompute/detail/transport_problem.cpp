@@ -1,8 +1,28 @@
 #include "precompute/detail/transport_problem.h"
 
+#include <array>
+#include <map>
+#include <span>
+
+#include "precompute/probes.h"
+
 namespace daylit::precompute::detail {
 
-Result<Problem> set_up(const Room& room, const BakeOptions& options) {
+namespace {
+
+Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
+                              const BakeOptions& options) {
+  if (!options.points.empty())
+    return make_points(options.points, room.bounds(), scene, apertures);
+  Result<ProbeSet> grid = make_grid(room.bounds(), options.grid, options.spacing_m);
+  if (grid)
+    mark_air(*grid, scene, apertures);
+  return grid;
+}
+
+} // namespace
+
+Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport& report, StageClock& clock) {
   Problem p;
   Result<RayScene> room_scene = RayScene::build(room);
   if (!room_scene)
@@ -12,6 +32,11 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options) {
   if (!apertures)
     return apertures.error();
   p.apertures = std::move(*apertures);
+  Result<ProbeSet> probes = place_probes(room, p.room_scene, p.apertures.list, options);
+  if (!probes)
+    return probes.error();
+  p.probes = std::move(*probes);
+  clock.finish("probes");
   Result<radiosity::PatchMesh> mesh =
       radiosity::mesh_patches(room, {.edge_m = options.patch_edge_m, .target_patches = options.target_patches});
   if (!mesh)
@@ -21,15 +46,45 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options) {
   if (!patch_rays)
     return patch_rays.error();
   p.patch_rays = *patch_rays;
-  p.elements = radiosity::find_elements(room, p.mesh, p.patch_rays, p.apertures.list);
+  // A grid has probes wherever light comes; given points may all stand in one of several rooms.
+  const ProbePoints points(p.probes, p.mesh.origin);
+  p.elements = radiosity::find_elements(room, p.mesh, p.patch_rays, p.apertures.list,
+                                        options.points.empty() ? std::span<const glm::dvec3>{} : points.at);
+  report.apertures = p.apertures.report;
+  report.patches = p.mesh.patches.size();
+  report.patch_edge_m = p.mesh.edge_m;
+  report.elements = p.elements.elements.size();
+  report.sides_skipped = p.elements.sides_skipped;
+  report.sides_without_path = p.elements.sides_without_path;
+  report.probes = p.probes.size();
+  report.probes_valid = points.probe.size();
+  report.probes_repeated = points.probe.size() - points.at.size();
+  clock.finish("mesh");
   return p;
 }
 
 ProbePoints::ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) {
+  std::map<std::array<float, 3>, std::size_t> known;
   for (std::size_t i = 0; i < probes.size(); ++i)
     if (probes.valid[i]) {
+      const glm::vec3& p = probes.positions[i];
+      const auto [found, added] = known.try_emplace({p.x, p.y, p.z}, at.size());
+      if (added)
+        at.push_back(probes.origin + glm::dvec3(p) - mesh_origin);
       probe.push_back(i);
-      at.push_back(probes.origin + glm::dvec3(probes.positions[i]) - mesh_origin);
+      place.push_back(found->second);
     }
 }
+
+std::vector<float> ProbePoints::spread(std::vector<float> rows) const {
+  if (at.size() == probe.size())
+    return rows;
+  const std::size_t width = rows.size() / at.size();
+  std::vector<float> all;
+  for (const std::size_t p : place)
+    all.insert(all.end(), rows.begin() + static_cast<std::ptrdiff_t>(p * width),
+               rows.begin() + static_cast<std::ptrdiff_t>((p + 1) * width));
+  return all;
+}
+
 } // namespace daylit::precompute::detail

@@ -33,22 +33,27 @@ private:
   std::chrono::steady_clock::time_point start_, last_;
 };
 
-/// The transport problem of a room: mesh, unknowns and the two ray scenes.
+/// The transport problem of a room: mesh, probes, unknowns and the two ray scenes.
 struct Problem {
   RayScene room_scene, patch_rays;
   Apertures apertures;
+  ProbeSet probes;
   radiosity::PatchMesh mesh;
   radiosity::ElementSet elements;
 };
 
-Result<Problem> set_up(const Room& room, const BakeOptions& options);
+/// Fills the counts of mesh, probes and unknowns in the report.
+Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport& report, StageClock& clock);
 
-/// Positions of the valid probes, relative to the mesh origin, and which probe each is.
+/// Positions of the valid probes, relative to the mesh origin, each place once, and which probes stand there.
 struct ProbePoints {
   std::vector<glm::dvec3> at;
-  std::vector<std::size_t> probe;
+  std::vector<std::size_t> probe; ///< valid probes
+  std::vector<std::size_t> place; ///< of each of these, in `at`
 
   ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin);
+  /// Rows of places to rows of probes.
+  std::vector<float> spread(std::vector<float> rows) const;
 };
 
 } // namespace daylit::precompute::detail

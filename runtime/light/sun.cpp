@@ -21,6 +21,7 @@ constexpr double kRingWidth = 0.06; // radians: wide enough for a mean, narrow e
 struct Cluster {
   glm::dvec3 excess{0.0}, centroid{0.0};
   Rgb surround{0.0f};
+  double energy = 0.0, square = 0.0; ///< sums over the pixels of their luminance and its square
 };
 
 constexpr std::size_t kChunk = 16384;
@@ -87,6 +88,9 @@ Cluster measure_cluster(const SkyImage& sky, const std::vector<glm::vec3>& direc
     const double sr = static_cast<double>(sky.solid_angle_sr()[i]);
     const glm::dvec3 excess = sr * glm::dvec3(sky.image().texels[i] - cluster.surround);
     cluster.excess += excess;
+    const double energy = std::max(static_cast<double>(luminance(Rgb(excess))), 0.0);
+    cluster.energy += energy;
+    cluster.square += energy * energy;
     cluster.centroid += static_cast<double>(std::max(luminance(Rgb(excess)), 0.0f)) * glm::dvec3(directions[i]);
   }
   return cluster;
@@ -119,6 +123,7 @@ std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::
   sun.cluster_radius = radius;
   sun.surround = cluster.surround;
   sun.normal_irradiance = glm::max(Rgb(cluster.excess), Rgb(0.0f));
+  sun.noise_share = cluster.energy > 0.0 ? std::sqrt(cluster.square) / cluster.energy : 1.0;
   return sun;
 }
 
