@@ -8,7 +8,6 @@
 
 #include "precompute/detail/transport_problem.h"
 #include "precompute/held_out.h"
-#include "precompute/probes.h"
 #include "precompute/room_frame.h"
 #include "radiosity/gather.h"
 
@@ -32,7 +31,9 @@ struct Cut {
 struct Piece {
   SkyRectangle whole;
   Cut best;
-  bool operator<(const Piece& other) const { return best.gain < other.best.gain; }
+  /// A sky that varies slowly differs more between the halves of a large rectangle: its solid angle counts too.
+  double urgency() const { return best.gain * whole.bands * whole.cells; }
+  bool operator<(const Piece& other) const { return urgency() < other.urgency(); }
 };
 
 /// Sums of the responses, so that any cut of a rectangle is judged from the sums of its rows or columns.
@@ -86,20 +87,18 @@ private:
   std::size_t numbers_;
 };
 
-std::vector<glm::dvec3> points_in(const Room& room, const detail::Problem& problem) {
-  const glm::dvec3 size = room.bounds().size();
-  Result<ProbeSet> probes = make_points(spread_points(room, kPoints, kClearance * std::max({size.x, size.y, size.z})),
-                                        room.bounds(), problem.room_scene, problem.apertures.list);
-  return probes ? detail::ProbePoints(*probes, problem.mesh.origin).at : std::vector<glm::dvec3>{};
-}
-
 /// Coefficients at points in the air for each cell, of a coarse bake.
 Result<std::vector<float>> responses(const RoomFile& file, const Progress& progress, std::size_t& numbers) {
   std::size_t collapsed = 0;
   const Room room = room_in_frame(file.room, RoomFrame::of(file.room), collapsed);
   BakeOptions options;
   options.target_patches = kPatches;
-  const auto problem = detail::set_up(room, options);
+  const glm::dvec3 size = room.bounds().size();
+  options.points = spread_points(room, kPoints, kClearance * std::max({size.x, size.y, size.z}));
+  options.grid = glm::ivec3(4); // where the room is too narrow for these
+  BakeReport report;
+  detail::StageClock clock(report);
+  const auto problem = detail::set_up(room, options, report, clock);
   if (!problem)
     return problem.error();
   const SkyPartition cells = adaptive_cells();
@@ -111,13 +110,13 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
                                                   {.visibility_rays = kVisibilityRays, .skip_black = true}, progress);
   if (!exchange)
     return exchange.error();
-  const std::vector<glm::dvec3> points = points_in(room, *problem);
+  const detail::ProbePoints points(problem->probes, problem->mesh.origin);
   const auto hits =
-      radiosity::gather_hits(points, problem->elements, problem->mesh, problem->patch_rays, {.rays = kGatherRays});
+      radiosity::gather_hits(points.at, problem->elements, problem->mesh, problem->patch_rays, {.rays = kGatherRays});
   const auto got = radiosity::adjoint_coefficients(hits, problem->elements, *exchange, *light, {}, progress);
   if (!got)
     return got.error();
-  numbers = 27 * points.size();
+  numbers = 27 * points.at.size();
   const std::size_t columns = light->columns();
   std::vector<float> out(static_cast<std::size_t>(cells.size()) * numbers, 0.0f);
   for (std::size_t k = 0; k < columns; ++k)

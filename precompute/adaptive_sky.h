@@ -28,8 +28,8 @@ std::optional<int> adaptive_regions(const std::string& regions);
 SkyPartition adaptive_cells();
 
 /// `response`: [cell][number], what radiance 1 in a cell gives. Rectangles of cells, starting from the two hemispheres;
-/// each step makes the cut, of any rectangle at any line, that lowers the squared difference between the cells and the
-/// mean of their rectangle most.
+/// each step makes the cut, at any line of any rectangle, that lowers the squared difference between the cells and the
+/// mean of their rectangle most, times the solid angle of the rectangle.
 Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::size_t numbers, int regions);
 
 } // namespace daylit::precompute
