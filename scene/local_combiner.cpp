@@ -15,6 +15,9 @@ namespace {
 using detail::kLanes;
 using detail::kTileNumbers;
 
+// Plain loops that the compiler turns into vectors of any width.
+#define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+
 constexpr std::size_t kSketch = kLanes * detail::kMostGroups;
 constexpr std::uint32_t kLargestGap = 8; ///< of unlit regions inside a run
 
@@ -90,10 +93,15 @@ Factors read_factors(const CompactBasis& basis, const std::vector<Piece>& pieces
   return f;
 }
 
+/// to[k] += x * from[k]
+DAYLIT_ANY_WIDTH void add_scaled(float x, const float* from, std::size_t count, float* to) {
+  for (std::size_t k = 0; k < count; ++k)
+    to[k] += x * from[k];
+}
+
 /// [rows][columns] = a [rows][inner] b [inner][columns]
-std::vector<float> multiply(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
-                            std::size_t columns) {
-  std::vector<float> c(rows * columns, 0.0f);
+DAYLIT_ANY_WIDTH void multiply_into(const float* a, const float* b, std::size_t rows, std::size_t inner,
+                                    std::size_t columns, float* c) {
   for (std::size_t r = 0; r < rows; ++r)
     for (std::size_t i = 0; i < inner; ++i) {
       const float x = a[r * inner + i];
@@ -102,17 +110,57 @@ std::vector<float> multiply(std::span<const float> a, std::span<const float> b, 
       for (std::size_t k = 0; k < columns; ++k)
         c[r * columns + k] += x * b[i * columns + k];
     }
+}
+
+std::vector<float> multiply(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
+                            std::size_t columns) {
+  std::vector<float> c(rows * columns, 0.0f);
+  multiply_into(a.data(), b.data(), rows, inner, columns, c.data());
   return c;
 }
 
-/// a^T a in double, a is [rows][columns].
-std::vector<double> gram(std::span<const float> a, std::size_t columns) {
-  std::vector<double> g(columns * columns, 0.0);
-  for (std::size_t r = 0; r < a.size() / columns; ++r)
-    for (std::size_t i = 0; i < columns; ++i)
+std::vector<float> transposed(std::span<const float> a, std::size_t rows, std::size_t columns) {
+  std::vector<float> t(a.size());
+  for (std::size_t r = 0; r < rows; ++r)
+    for (std::size_t c = 0; c < columns; ++c)
+      t[c * rows + r] = a[r * columns + c];
+  return t;
+}
+
+DAYLIT_ANY_WIDTH void add_gram(const float* a, std::size_t rows, std::size_t columns, double* g) {
+  for (std::size_t r = 0; r < rows; ++r)
+    for (std::size_t i = 0; i < columns; ++i) {
+      const double x = static_cast<double>(a[r * columns + i]);
       for (std::size_t k = 0; k < columns; ++k)
-        g[i * columns + k] += static_cast<double>(a[r * columns + i]) * static_cast<double>(a[r * columns + k]);
-  return g;
+        g[i * columns + k] += x * static_cast<double>(a[r * columns + k]);
+    }
+}
+
+/// The strongest principal directions of rows [row][columns], until what is left is below `left` of the whole:
+/// [columns][kept], each divided by its norm if `unit`.
+std::vector<float> principal(const std::vector<std::vector<float>>& tables, std::size_t columns, double left, bool unit,
+                             std::size_t& kept) {
+  std::vector<double> g(columns * columns, 0.0), values;
+  for (const std::vector<float>& t : tables)
+    add_gram(t.data(), columns > 0 ? t.size() / columns : 0, columns, g.data());
+  const std::vector<double> vectors = detail::symmetric_eigen(std::move(g), columns, values);
+  double total = 0, rest = 0;
+  std::vector<std::size_t> order(columns);
+  for (std::size_t k = 0; k < columns; ++k) {
+    order[k] = k;
+    values[k] = std::max(values[k], 0.0);
+    total += values[k];
+  }
+  std::ranges::sort(order, std::greater{}, [&](std::size_t k) { return values[k]; });
+  for (; !order.empty() && rest + values[order.back()] <= left * total; order.pop_back())
+    rest += values[order.back()];
+  kept = order.size();
+  std::vector<float> turn(columns * kept);
+  for (std::size_t k = 0; k < kept; ++k)
+    for (std::size_t i = 0; i < columns; ++i)
+      turn[i * kept + k] =
+          static_cast<float>(vectors[order[k] * columns + i] / (unit ? std::sqrt(values[order[k]]) : 1.0));
+  return turn;
 }
 
 /// Calls visit(source, region, weight) for every number of the first light of a colour.
@@ -146,18 +194,48 @@ std::vector<float> random_light(const CompactBasis& basis) {
   return light;
 }
 
-/// Columns k of the eigenvectors whose eigenvalues are largest, as long as what is left is above `left`.
-std::vector<std::size_t> strongest(const std::vector<double>& values, double left) {
-  std::vector<std::size_t> order(values.size());
-  for (std::size_t k = 0; k < order.size(); ++k)
-    order[k] = k;
-  std::ranges::sort(order, std::greater{}, [&](std::size_t k) { return values[k]; });
-  double rest = 0;
-  while (!order.empty() && rest + std::max(values[order.back()], 0.0) <= left) {
-    rest += std::max(values[order.back()], 0.0);
-    order.pop_back();
+/// Orthonormal columns [colour, number][width] whose span holds what random skies do to the probes (Halko, Martinsson,
+/// Tropp 2011).
+std::vector<float> range_of(const CompactBasis& basis, const Factors& f, double left, std::size_t& width) {
+  const std::vector<float> amplitude = multiply(f.source, random_light(basis), f.components, f.sources, kSketch);
+  std::vector<float> seen;
+  for (const std::vector<float>& colour : f.probe) {
+    const std::vector<float> rows = multiply(colour, amplitude, f.numbers, f.components, kSketch);
+    seen.insert(seen.end(), rows.begin(), rows.end());
   }
-  return order;
+  const std::vector<float> turn = principal({seen}, kSketch, left, true, width);
+  return multiply(seen, turn, 3 * f.numbers, kSketch, width);
+}
+
+/// The adjoint on the regions of the sky, a table [region][width] for each colour of the first light.
+std::vector<std::vector<float>> onto_regions(const CompactBasis& basis, const Factors& f, const std::vector<float>& q,
+                                             std::size_t width, std::size_t regions, std::size_t tables) {
+  std::vector<float> onto(f.components * width, 0.0f);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t n = 0; n < f.numbers; ++n)
+      for (std::size_t i = 0; i < f.components; ++i)
+        if (const float x = f.probe[c][n * f.components + i]; x != 0.0f)
+          add_scaled(x, q.data() + (c * f.numbers + n) * width, width, onto.data() + i * width);
+  const std::vector<float> by_source =
+      multiply(transposed(f.source, f.components, f.sources), onto, f.sources, f.components, width);
+  std::vector<std::vector<float>> by_region(tables, std::vector<float>(regions * width, 0.0f));
+  for (std::size_t t = 0; t < tables; ++t)
+    for_each_weight(basis, t, [&](std::size_t s, std::uint32_t region, float w) {
+      add_scaled(w, by_source.data() + s * width, width, by_region[t].data() + region * width);
+    });
+  return by_region;
+}
+
+/// Numbers [colour, number][lane] in tiles.
+std::vector<float> in_tiles(const std::vector<float>& rows, std::size_t numbers, std::size_t lanes) {
+  const std::size_t tiles = (numbers + kTileNumbers - 1) / kTileNumbers;
+  std::vector<float> out(3 * tiles * lanes * kTileNumbers, 0.0f);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t n = 0; n < numbers; ++n)
+      for (std::size_t k = 0; k < lanes; ++k)
+        out[((c * tiles + n / kTileNumbers) * lanes + k) * kTileNumbers + n % kTileNumbers] =
+            rows[(c * numbers + n) * lanes + k];
+  return out;
 }
 
 } // namespace
@@ -179,96 +257,44 @@ Result<LocalCombiner> LocalCombiner::make(const BasisVolume& volume, std::span<c
   out.regions_ = static_cast<std::size_t>(volume.partition.size());
   out.tables_ = basis.light.rows() > basis.sources ? 3 : 1;
 
-  // Range of what random skies do to the probes (Halko, Martinsson, Tropp 2011), rows of the three colours together.
-  const std::vector<float> amplitude = multiply(f.source, random_light(basis), f.components, f.sources, kSketch);
-  std::vector<float> seen;
-  for (const std::vector<float>& colour : f.probe) {
-    const std::vector<float> rows = multiply(colour, amplitude, f.numbers, f.components, kSketch);
-    seen.insert(seen.end(), rows.begin(), rows.end());
-  }
-  std::vector<double> values;
-  std::vector<double> vectors = detail::symmetric_eigen(gram(seen, kSketch), kSketch, values);
-  double total = 0;
-  for (const double v : values)
-    total += std::max(v, 0.0);
-  const std::vector<std::size_t> kept = strongest(values, 0.25 * error * error * total);
-  const std::size_t width = kept.size();
-  std::vector<float> turn(kSketch * width); // [sketch][kept]: orthonormal columns of seen * turn
-  for (std::size_t k = 0; k < width; ++k)
-    for (std::size_t i = 0; i < kSketch; ++i)
-      turn[i * width + k] = static_cast<float>(vectors[kept[k] * kSketch + i] / std::sqrt(values[kept[k]]));
-  const std::vector<float> q = multiply(seen, turn, 3 * f.numbers, kSketch, width); // [row][width]
-
-  // q^T transport: [source][width], then onto the regions.
-  std::vector<float> onto(f.components * width, 0.0f);
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t n = 0; n < f.numbers; ++n)
-      for (std::size_t i = 0; i < f.components; ++i)
-        if (const float x = f.probe[c][n * f.components + i]; x != 0.0f)
-          for (std::size_t k = 0; k < width; ++k)
-            onto[i * width + k] += x * q[(c * f.numbers + n) * width + k];
-  std::vector<float> by_source(f.sources * width, 0.0f);
-  for (std::size_t i = 0; i < f.components; ++i)
-    for (std::size_t s = 0; s < f.sources; ++s)
-      for (std::size_t k = 0; k < width; ++k)
-        by_source[s * width + k] += f.source[i * f.sources + s] * onto[i * width + k];
-  std::vector<std::vector<float>> by_region(out.tables_, std::vector<float>(out.regions_ * width, 0.0f));
-  std::vector<std::uint8_t> lit(out.regions_, 0);
-  for (std::size_t t = 0; t < out.tables_; ++t)
-    for_each_weight(basis, t, [&](std::size_t s, std::uint32_t region, float w) {
-      lit[region] = 1;
-      float* to = by_region[t].data() + region * width;
-      const float* from = by_source.data() + s * width;
-      for (std::size_t k = 0; k < width; ++k)
-        to[k] += w * from[k];
-    });
-
-  // The strongest components of what is left, in the mean over the sky.
-  std::vector<double> power(width * width, 0.0);
-  for (const std::vector<float>& table : by_region) {
-    const std::vector<double> g = gram(table, std::max<std::size_t>(width, 1));
-    for (std::size_t k = 0; k < power.size(); ++k)
-      power[k] += g[k];
-  }
-  vectors = detail::symmetric_eigen(power, width, values);
-  total = 0;
-  for (const double v : values)
-    total += std::max(v, 0.0);
-  const std::vector<std::size_t> final = strongest(values, 0.5 * error * error * total);
-  out.rank_ = final.size();
+  std::size_t width = 0;
+  const std::vector<float> q = range_of(basis, f, 0.25 * error * error, width);
+  const std::vector<std::vector<float>> by_region = onto_regions(basis, f, q, width, out.regions_, out.tables_);
+  const std::vector<float> turn = principal(by_region, width, 0.5 * error * error, false, out.rank_);
   out.groups_ = std::max<std::size_t>((out.rank_ + kLanes - 1) / kLanes, 1);
-  const std::size_t lanes = out.groups_ * kLanes, tiles = (f.numbers + kTileNumbers - 1) / kTileNumbers;
+  const std::size_t lanes = out.groups_ * kLanes;
   std::vector<float> rotate(width * lanes, 0.0f);
-  for (std::size_t k = 0; k < out.rank_; ++k)
-    for (std::size_t i = 0; i < width; ++i)
-      rotate[i * lanes + k] = static_cast<float>(vectors[final[k] * width + i]);
-  const std::vector<float> rows = multiply(q, rotate, 3 * f.numbers, width, lanes);
-  out.probe_.assign(3 * tiles * lanes * kTileNumbers, 0.0f);
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t n = 0; n < f.numbers; ++n)
-      for (std::size_t k = 0; k < lanes; ++k)
-        out.probe_[((c * tiles + n / kTileNumbers) * lanes + k) * kTileNumbers + n % kTileNumbers] =
-            rows[(c * f.numbers + n) * lanes + k];
-  for (std::uint32_t r = 0; r < lit.size(); ++r) {
-    if (lit[r] == 0)
-      continue;
-    if (out.runs_.empty() || r - (out.runs_.back().first_region + out.runs_.back().count) > kLargestGap)
-      out.runs_.push_back({r, 0});
-    out.runs_.back().count = r + 1 - out.runs_.back().first_region;
-  }
-  for (const Run& run : out.runs_)
-    out.table_rows_ += run.count;
-  for (const std::vector<float>& table : by_region) {
-    const std::vector<float> turned = multiply(table, rotate, out.regions_, width, lanes);
-    std::vector<float> most(lanes, 1e-30f);
-    for (std::size_t k = 0; k < turned.size(); ++k)
-      most[k % lanes] = std::max(most[k % lanes], std::abs(turned[k]));
-    out.scale_.insert(out.scale_.end(), most.begin(), most.end());
-    for (const Run& run : out.runs_)
-      for (std::size_t k = run.first_region * lanes; k < (run.first_region + run.count) * lanes; ++k)
-        out.table_.push_back(detail::to_half(turned[k] / most[k % lanes]));
-  }
+  for (std::size_t i = 0; i < width; ++i)
+    std::copy_n(turn.data() + i * out.rank_, out.rank_, rotate.data() + i * lanes);
+  out.probe_ = in_tiles(multiply(q, rotate, 3 * f.numbers, width, lanes), f.numbers, lanes);
+  for (const std::vector<float>& table : by_region)
+    out.add_table(multiply(table, rotate, out.regions_, width, lanes), basis.light);
   return out;
+}
+
+void LocalCombiner::add_table(const std::vector<float>& table, const FirstLight& light) {
+  const std::size_t lanes = groups_ * kLanes;
+  if (runs_.empty()) {
+    std::vector<std::uint8_t> lit(regions_, 0);
+    for (const FirstLight::Run& run : light.run)
+      std::fill_n(lit.begin() + run.first_region, run.count, std::uint8_t{1});
+    for (std::uint32_t r = 0; r < lit.size(); ++r) {
+      if (lit[r] == 0)
+        continue;
+      if (runs_.empty() || r - (runs_.back().first_region + runs_.back().count) > kLargestGap)
+        runs_.push_back({r, 0});
+      runs_.back().count = r + 1 - runs_.back().first_region;
+    }
+    for (const FirstLight::Run& run : runs_)
+      table_rows_ += run.count;
+  }
+  std::vector<float> most(lanes, 1e-30f);
+  for (std::size_t k = 0; k < table.size(); ++k)
+    most[k % lanes] = std::max(most[k % lanes], std::abs(table[k]));
+  scale_.insert(scale_.end(), most.begin(), most.end());
+  for (const FirstLight::Run& run : runs_)
+    for (std::size_t k = run.first_region * lanes; k < (run.first_region + run.count) * lanes; ++k)
+      table_.push_back(detail::to_half(table[k] / most[k % lanes]));
 }
 
 void LocalCombiner::combine(std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) const {
@@ -279,7 +305,7 @@ void LocalCombiner::combine(std::span<const Rgb> region_radiance, std::span<Sh9R
   for (std::size_t t = 0; t < tables_; ++t) {
     sum.fill(0.0f);
     const std::uint16_t* table = table_.data() + t * table_rows_ * lanes;
-    for (const Run& run : runs_) {
+    for (const FirstLight::Run& run : runs_) {
       add(table, &region_radiance[run.first_region].r, run.count, groups_, sum.data());
       table += run.count * lanes;
     }

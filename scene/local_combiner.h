@@ -18,7 +18,7 @@ public:
   static constexpr std::size_t kMostProbes = 512;
   /// Error: the volume has no compact basis; too many probes, or one that does not exist.
   static Result<LocalCombiner> make(const BasisVolume& volume, std::span<const std::uint32_t> probes,
-                                    double error = 0.005);
+                                    double error = 0.02);
 
   /// [i] belongs to probes[i]. `region_radiance` as for combine().
   void combine(std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) const;
@@ -27,17 +27,16 @@ public:
   std::size_t bytes() const;
 
 private:
-  struct Run {
-    std::uint32_t first_region = 0, count = 0;
-  };
   std::size_t probes_ = 0, rank_ = 0, groups_ = 0; ///< components, and those in groups of lanes
   std::size_t regions_ = 0;                        ///< of the sky
-  std::vector<Run> runs_;                          ///< of regions that light the probes
+  std::vector<FirstLight::Run> runs_;              ///< of regions that light the probes
   /// Half floats [table][region of the runs][component]; one table, or one for each colour where panes are tinted.
   std::vector<std::uint16_t> table_;
   std::vector<float> scale_; ///< [table][component]
   std::vector<float> probe_; ///< [colour][tile][component][128], numbers probe * 9 + lm
   std::size_t tables_ = 1, table_rows_ = 0;
+
+  void add_table(const std::vector<float>& table, const FirstLight& light);
 };
 
 } // namespace daylit

@@ -128,7 +128,9 @@ std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   return basis;
 }
 
-Result<SkyPartition> read_partition(TensorReader& reader, const std::string& name) {
+/// The map from cells to rectangles is larger in memory than in the file, so the file's size bounds it.
+Result<SkyPartition> read_partition(TensorReader& reader, const std::string& name, bool rectangles_of_cells,
+                                    std::size_t file_bytes) {
   std::vector<double> limits;
   std::vector<std::int32_t> cells;
   const std::uint64_t count = reader.read("sky.band", "F64", {2}, limits);
@@ -143,7 +145,16 @@ Result<SkyPartition> read_partition(TensorReader& reader, const std::string& nam
     bands.push_back({limits[2 * i], limits[2 * i + 1], n, static_cast<int>(first), cells[2 * i + 1] != 0});
     first += n;
   }
-  return SkyPartition::from_bands(std::move(bands), name);
+  if (!rectangles_of_cells)
+    return SkyPartition::from_bands(std::move(bands), name);
+  if (static_cast<std::size_t>(first) * sizeof(std::int32_t) > file_bytes)
+    return Error{ErrorCode::file_malformed, "more cells of the sky than the file has room for", "sky partition", ""};
+  std::vector<std::int32_t> numbers;
+  reader.read("sky.rectangle", "I32", {4}, numbers);
+  std::vector<SkyRectangle> rectangles;
+  for (std::size_t i = 0; i + 3 < numbers.size(); i += 4)
+    rectangles.push_back({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]});
+  return SkyPartition::from_rectangles(std::move(bands), std::move(rectangles), name);
 }
 
 void read_probes(TensorReader& reader, bool is_grid, ProbeSet& probes) {
@@ -234,7 +245,7 @@ Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::S
     return Error{ErrorCode::file_malformed, "this is a safetensors file, but no volume", name, ""};
   const std::string version = text_of(header, "format_version").substr(0, 20);
   if (version != std::to_string(kVolumeFormatConstantPanes) && version != std::to_string(kVolumeFormatClearGlass) &&
-      version != std::to_string(kVolumeFormatCompact))
+      version != std::to_string(kVolumeFormatCompact) && version != std::to_string(kVolumeFormatRectangles))
     return Error{ErrorCode::file_version,
                  fmt::format("volume format version {}; this program reads version {} to {}", version,
                              kVolumeFormatConstantPanes, kVolumeFormatVersion),
@@ -264,12 +275,14 @@ Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std:
     return good.error();
   TensorReader reader(bytes, *header);
   BasisVolume volume;
-  Result<SkyPartition> partition = read_partition(reader, text_of(*header, "partition"));
+  const std::string version = text_of(*header, "format_version");
+  Result<SkyPartition> partition = read_partition(reader, text_of(*header, "partition"),
+                                                  version == std::to_string(kVolumeFormatRectangles), bytes.size());
   if (!partition)
     return malformed(partition.error().what, name);
   volume.partition = std::move(*partition);
   read_probes(reader, text_of(*header, "probe_layout") == "grid", volume.probes);
-  if (text_of(*header, "format_version") == std::to_string(kVolumeFormatCompact)) {
+  if (version == std::to_string(kVolumeFormatCompact)) {
     volume.partition = volume.partition.with_interpolation(true);
     volume.compact = read_compact(reader);
   } else {

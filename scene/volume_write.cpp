@@ -19,6 +19,7 @@ namespace {
 /// Tensors of a volume as flat arrays; those that BasisVolume keeps otherwise are copied here while writing.
 struct FlatVolume {
   std::vector<double> bands, apertures, inward;
+  std::vector<std::int32_t> rectangles;
   std::vector<std::int32_t> band_cells, aperture_corners;
   std::vector<std::uint32_t> triangles, triangle_material;
   std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
@@ -39,6 +40,8 @@ FlatVolume flatten(const BasisVolume& volume) {
     flat.bands.insert(flat.bands.end(), {band.sin_low, band.sin_high});
     flat.band_cells.insert(flat.band_cells.end(), {band.cells, band.centred ? 1 : 0});
   }
+  for (const SkyRectangle& r : volume.partition.rectangles())
+    flat.rectangles.insert(flat.rectangles.end(), {r.band, r.cell, r.bands, r.cells});
   for (const RoomTriangle& t : volume.room.triangles) {
     flat.triangles.insert(flat.triangles.end(), t.vertex.begin(), t.vertex.end());
     flat.triangle_material.push_back(t.material);
@@ -156,6 +159,8 @@ Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
       {"aperture.inward", "F64", {apertures, 3}, bytes_of(flat.inward)},
       {"aperture.transmittance", "F32", {apertures, 3}, bytes_of(flat.aperture_transmittance)},
   };
+  if (!flat.rectangles.empty())
+    list.push_back({"sky.rectangle", "I32", {flat.rectangles.size() / 4, 4}, bytes_of(flat.rectangles)});
   if (has_clear_glass(volume)) {
     list.push_back({"material.refractive_index", "F32", {materials}, bytes_of(flat.refractive_index)});
     list.push_back({"aperture.refractive_index", "F32", {apertures}, bytes_of(flat.aperture_index)});
@@ -187,6 +192,8 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
 } // namespace
 
 int volume_format_version(const BasisVolume& volume) {
+  if (!volume.partition.rectangles().empty())
+    return kVolumeFormatRectangles;
   if (volume.compact)
     return kVolumeFormatCompact;
   return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;

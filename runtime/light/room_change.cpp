@@ -8,58 +8,36 @@
 #include <mutex>
 #include <numbers>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 #include <glm/vec2.hpp>
 #include <tbb/blocked_range.h>
 #include <tbb/concurrent_unordered_map.h>
 #include <tbb/parallel_for.h>
 
 #include "runtime/light/orthonormal.h"
+#include "runtime/light/own_shadow.h"
+#include "runtime/light/room_patches.h"
 #include "runtime/light/room_planes.h"
 #include "runtime/light/window_sampler.h"
-#include "scene/aperture.h"
-#include "sh/sh9.h"
+#include "runtime/light/window_sight.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr double kAir = 1e-3;             // receivers lie this far before their surface, metres
-constexpr int kRays = 48;                 // per object and receiver
+constexpr int kRays = 48;                // per object and receiver
 constexpr double kFineShare = 1.0 / 8.0; // of an object's radius: cells near it
-constexpr double kNear = 1.6;             // radii: within are fine cells, beyond four times as wide
-constexpr double kLeastShare = 0.002;     // of the cosine-weighted hemisphere
-constexpr double kSkin = 0.01;            // of an object's radius: its own facets cast no shadow closer than this
-constexpr float kLeastWeight = 0.02f;     // of the corners in sight
-constexpr int kSunSamples = 8;
-constexpr int kAround = 128;           // directions in which an object looks around
-constexpr double kInset = 0.1;         // of the box: its eight points lie inside
-constexpr double kSurroundRadii = 4.0; // shadows further away are not looked for
-constexpr int kWindowPoints = 4;       // per side: visibility of a window from a receiver
-constexpr int kPatchPoints = 5;
-constexpr double kPatch_m = 0.35; // of the room behind objects: its light without the sun is kept per patch
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// Part of a plane of the room, seen from one side, of one material.
-struct Patch {
-  bool lit = false; ///< some point of it lies in the air of the room
-  glm::dvec3 point{0.0}, normal{0.0};
-  VertexProbes probes;
-  Rgb reflectance{0.5f}, irradiance{0.0f}; ///< without the sun's
-  std::atomic<std::uint64_t> light_number{0};
-  std::mutex renewing;
-};
+constexpr double kNear = 1.6;            // radii: within are fine cells, beyond four times as wide
+constexpr double kLeastShare = 0.002;    // of the cosine-weighted hemisphere
+constexpr double kSkin = 0.01;           // of an object's radius: its own facets cast no shadow closer than this
+constexpr float kLeastWeight = 0.02f;    // of the corners in sight
 
 /// One direction that an object covers.
 struct Covered {
-  std::array<std::uint32_t, 3> vertex{};
-  float u = 0.0f, v = 0.0f, weight = 0.0f; ///< cos dw, sr
-  bool back = false;
-  Patch* behind = nullptr;  ///< null: the sky
-  glm::dvec3 position{0.0}; ///< behind it
+  PartHit object;
+  float weight = 0.0f;         ///< cos dw, sr
+  RoomPatch* behind = nullptr; ///< null: the sky
+  glm::dvec3 position{0.0};    ///< behind it
 };
 
 /// What does not depend on the light.
@@ -81,93 +59,33 @@ struct Cell {
   std::array<Node*, 4> corner{};
 };
 
-using PatchMap = tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Patch>, LatticeHash>;
-using CellMap = tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash>;
-using NodeMap = tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash>;
 struct Lattice {
   double cell_m = 0.1;
-  mutable CellMap cells;
-  mutable NodeMap nodes;
-};
-
-/// A part with its inverse motion.
-struct Caster {
-  PlacedPart part;
-  glm::dmat3 object_from_world{1.0}; ///< rotation only
-  glm::dvec3 place{0.0};
-  double scale = 1.0;
-  BoundingSphere sphere; ///< world
-};
-
-Caster make_caster(const PlacedPart& part) {
-  Caster c;
-  c.part = part;
-  const glm::dmat3 linear(part.world_from_object);
-  c.scale = std::cbrt(std::fabs(glm::determinant(linear)));
-  c.object_from_world = glm::transpose(linear / c.scale);
-  c.place = glm::dvec3(part.world_from_object[3]);
-  Bounds box;
-  for (const glm::vec3& p : part.positions)
-    box.include(glm::dvec3(p));
-  double radius = 0.0;
-  for (const glm::vec3& p : part.positions)
-    radius = std::max(radius, glm::length(glm::dvec3(p) - box.centre()));
-  if (!box.empty())
-    c.sphere = {c.place + linear * box.centre(), c.scale * radius};
-  return c;
-}
-
-/// A point of the room that an object sees, and the share of the windows' light that the objects keep from it.
-struct SeenPoint {
-  std::uint32_t triangle = 0;
-  glm::dvec3 position{0.0}, direction{0.0};
-  float lost_share = 0.0f, weight_sr = 0.0f;
-};
-
-/// The room around an object, from eight points of its box.
-struct Surround {
-  Bounds box; ///< own frame
-  std::array<std::vector<SeenPoint>, 8> seen;
-  std::array<Sh9Rgb, 8> change{};
+  mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
+  mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash> nodes;
 };
 
 } // namespace
 
 struct RoomChangeField::State {
-  const Room& room;
   const RayScene& rays;
   const RoomLight& room_light;
-  std::vector<Aperture> apertures;
   RoomPlanes planes;
-  std::vector<Caster> casters;
-  std::vector<Surround> surrounds; ///< one per caster
+  WindowSight sight;
+  RoomPatches patches;
+  OwnShadow own_shadow;
+  PlacedParts parts;
   std::vector<TwoSided> radiance;
-  std::vector<DirectionalLight> sun;
-  Rgb whole_sun{0.0f};
   std::uint64_t light_number = 0;
   Lattice fine, coarse;
-  std::span<const SkyMap> pyramid;
-  std::vector<ApertureCell> windows; ///< coarse: what lights the room far from the objects
-  mutable PatchMap patches;          ///< hold as long as the room
 
-  State(const Room& r, const RayScene& s, std::span<const Aperture> a, const RoomLight& l)
-      : room(r), rays(s), room_light(l), apertures(a.begin(), a.end()), planes(r) {}
+  State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& light)
+      : rays(room_rays), room_light(light), planes(room), sight(room_rays, apertures),
+        patches(room, room_rays, planes, light), own_shadow(room_rays, planes, light, sight) {}
 
-  bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& w, Covered& hit, double& distance) const;
-  void trace_caster(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
-  bool sees(const glm::dvec3& a, const glm::dvec3& b) const {
-    return !rays.occluded(rays.to_local(a), glm::vec3(b - a), 0.0f, 1.0f);
-  }
-  bool covered(const glm::dvec3& x, const glm::dvec3& w) const;
-  Surround look_around(const Caster& caster) const;
-  Sh9Rgb change_of(std::span<const SeenPoint> seen) const;
+  void trace_part(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
   Receiver trace(const glm::dvec3& x, const glm::dvec3& n, int count) const;
-  /// Past the room; with `objects`, past them too.
-  float window_share(const glm::dvec3& x, const glm::dvec3& n, bool objects) const;
-  Rgb sun_at(const DirectionalLight& light, const glm::dvec3& x, const glm::dvec3& n) const;
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
-  Patch* patch_at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
-  Rgb irradiance_of(Patch& patch) const;
   Rgb radiance_behind(const Covered& c, std::size_t number) const;
   RoomChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
                  const glm::dvec3& direction) const;
@@ -177,221 +95,55 @@ struct RoomChangeField::State {
   const Lattice& lattice_at(const glm::dvec3& x) const;
 };
 
-/// First point of one part along a ray.
-bool RoomChangeField::State::cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& w, Covered& hit,
-                                  double& distance) const {
-  const Caster& c = casters[which];
-  const glm::dvec3 origin = c.object_from_world * (x - c.place) / c.scale, direction = c.object_from_world * w;
-  RayHit found;
-  if (!c.part.rays->closest(c.part.rays->to_local(origin), glm::vec3(direction), 0.0f, kInfinity, found))
-    return false;
-  const auto& t = c.part.triangles[found.triangle];
-  const glm::vec3 a = c.part.positions[t[0]];
-  const glm::vec3 area = glm::cross(c.part.positions[t[1]] - a, c.part.positions[t[2]] - a);
-  const auto first = static_cast<std::uint32_t>(c.part.first_vertex);
-  hit.vertex = {first + t[0], first + t[1], first + t[2]};
-  hit.u = found.u;
-  hit.v = found.v;
-  hit.back = glm::dot(area, glm::vec3(direction)) > 0.0f;
-  distance = static_cast<double>(found.distance) * c.scale;
-  return true;
-}
-
-/// Some object lies in a direction.
-bool RoomChangeField::State::covered(const glm::dvec3& x, const glm::dvec3& w) const {
-  for (const Caster& c : casters) {
-    const glm::dvec3 to = c.sphere.centre - x;
-    const double along = glm::dot(to, w), r2 = c.sphere.radius * c.sphere.radius, d2 = glm::dot(to, to);
-    if (d2 > r2 && (along <= 0.0 || d2 - along * along > r2))
-      continue;
-    const glm::dvec3 origin = c.object_from_world * (x - c.place) / c.scale;
-    if (c.part.rays->occluded(c.part.rays->to_local(origin), glm::vec3(c.object_from_world * w), 0.0f, kInfinity))
-      return true;
-  }
-  return false;
-}
-
-/// The room around an object is looked at as if no object stood there: what hides it is in the transfer vectors.
-Surround RoomChangeField::State::look_around(const Caster& caster) const {
-  Surround surround;
-  for (const glm::vec3& p : caster.part.positions)
-    surround.box.include(glm::dvec3(p));
-  if (surround.box.empty())
-    return surround;
-  for (int k = 0; k < 8; ++k) {
-    const glm::dvec3 t(k & 1 ? 1 - kInset : kInset, k & 2 ? 1 - kInset : kInset, k & 4 ? 1 - kInset : kInset);
-    const glm::dvec3 eye(caster.part.world_from_object * glm::dvec4(surround.box.min + t * surround.box.size(), 1.0));
-    for (int i = 0; i < kAround; ++i) {
-      const glm::dvec2 u = lattice_point(i, kAround);
-      const double z = 1.0 - 2.0 * u.x, r = std::sqrt(std::max(0.0, 1.0 - z * z)), turn = 2.0 * std::numbers::pi * u.y;
-      const glm::dvec3 w(r * std::cos(turn), r * std::sin(turn), z);
-      RayHit hit;
-      if (!rays.closest(rays.to_local(eye), glm::vec3(w), 0.0f, kInfinity, hit))
-        continue;
-      const glm::dvec3 n = planes[planes.facing_of(hit.triangle, w)].normal;
-      const glm::dvec3 position = eye + static_cast<double>(hit.distance) * w;
-      if (glm::length(position - caster.sphere.centre) > kSurroundRadii * caster.sphere.radius)
-        continue;
-      const float lost = window_share(position + kAir * n, n, false) - window_share(position + kAir * n, n, true);
-      surround.seen[k].push_back(
-          {hit.triangle, position, w, lost, static_cast<float>(4.0 * std::numbers::pi / kAround)});
-    }
-  }
-  return surround;
-}
-
-Sh9Rgb RoomChangeField::State::change_of(std::span<const SeenPoint> seen) const {
-  Sh9Rgb sum{};
-  for (const SeenPoint& p : seen) {
-    const RoomPoint point = room_light.at_surface(p.triangle, p.position, p.direction);
-    Rgb lost = p.lost_share * point.open_sky_irradiance;
-    if (!sun.empty()) {
-      DirectionalLight light = sun[sun.size() / 2];
-      light.irradiance = whole_sun;
-      const glm::dvec3 n = planes[planes.facing_of(p.triangle, p.direction)].normal, x = p.position + kAir * n;
-      if (const Rgb arrives = sun_at(light, x, n); arrives != Rgb(0.0f) && covered(x, light.direction))
-        lost += arrives;
-    }
-    const std::array<float, 9> y = sh::evaluate9(glm::vec3(p.direction));
-    for (int i = 0; i < 9; ++i)
-      sum[i] -= (p.weight_sr * y[i] * std::numbers::inv_pi_v<float>)*point.reflectance * lost;
-  }
-  return sum;
-}
-
-void RoomChangeField::State::trace_caster(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count,
-                                          Receiver& receiver) const {
-  const BoundingSphere& sphere = casters[which].sphere;
+void RoomChangeField::State::trace_part(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count,
+                                        Receiver& receiver) const {
+  const BoundingSphere& sphere = parts.sphere(which);
   const glm::dvec3 to = sphere.centre - x;
   const double distance = glm::length(to), s = sphere.radius / std::max(distance, 1e-9);
   if (sphere.radius <= 0.0 || glm::dot(n, to) < -sphere.radius)
     return;
   // Close by, the sphere covers most of what x sees: then the whole hemisphere, by its cosine.
   const bool whole = s > 0.98;
-  const double cos_max = whole ? 0.0 : std::sqrt(1.0 - s * s);
-  const OrthonormalBasis basis(whole ? n : to / distance);
+  const double cos_max = whole ? 0.0 : std::sqrt(1.0 - s * s), all = 2.0 * std::numbers::pi * (1.0 - cos_max);
   const glm::dvec3 axis = whole ? n : to / distance;
+  const OrthonormalBasis basis(axis);
   for (int k = 0; k < count; ++k) {
     const glm::dvec2 u = lattice_point(k, count);
     const double up = whole ? std::sqrt(1.0 - u.x) : 1.0 - u.x * (1.0 - cos_max);
     const double side = std::sqrt(std::max(0.0, 1.0 - up * up)), turn = 2.0 * std::numbers::pi * u.y;
     const glm::dvec3 w = glm::normalize(side * std::cos(turn) * basis.u + side * std::sin(turn) * basis.v + up * axis);
     const double cosine = glm::dot(n, w);
-    Covered hit;
-    double at = 0.0, other = 0.0;
-    if (cosine <= 0.0 || !cast(which, x, w, hit, at))
+    Covered c;
+    if (cosine <= 0.0 || !parts.cast_first(which, x, w, c.object))
       continue;
-    bool hidden = false;
-    for (std::size_t o = 0; o < casters.size() && !hidden; ++o)
-      if (Covered ignored; o != which && cast(o, x, w, ignored, other))
-        hidden = other < at;
     RayHit room_hit;
-    const bool ends = rays.closest(rays.to_local(x), glm::vec3(w), 0.0f, kInfinity, room_hit);
-    if (hidden || (ends && static_cast<double>(room_hit.distance) < at))
+    const bool ends =
+        rays.closest(rays.to_local(x), glm::vec3(w), 0.0f, std::numeric_limits<float>::infinity(), room_hit);
+    if (ends && static_cast<double>(room_hit.distance) < c.object.distance)
       continue;
-    hit.weight = static_cast<float>((whole ? std::numbers::pi : 2.0 * std::numbers::pi * (1.0 - cos_max) * cosine) /
-                                    static_cast<double>(count));
+    c.weight = static_cast<float>((whole ? std::numbers::pi : all * cosine) / count);
     if (ends) {
-      hit.position = x + static_cast<double>(room_hit.distance) * w;
-      hit.behind = patch_at(room_hit.triangle, hit.position, w);
+      c.position = x + static_cast<double>(room_hit.distance) * w;
+      c.behind = patches.at(room_hit.triangle, c.position, w);
     }
-    receiver.covered.push_back(hit);
+    receiver.covered.push_back(c);
   }
 }
 
 Receiver RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, int count) const {
   Receiver receiver;
-  for (std::size_t k = 0; k < casters.size(); ++k)
-    trace_caster(k, x, n, count, receiver);
-  receiver.sky_share = window_share(x, n, false);
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    trace_part(k, x, n, count, receiver);
+  receiver.sky_share = sight.window_share(x, n, nullptr);
   return receiver;
 }
 
-/// Share of the windows, weighted by what a uniform sky sends through them, that x sees past the room.
-float RoomChangeField::State::window_share(const glm::dvec3& x, const glm::dvec3& n, bool objects) const {
-  double seen = 0.0, all = 0.0;
-  for (const Aperture& a : apertures)
-    for (int i = 0; i < kWindowPoints; ++i)
-      for (int j = 0; j < kWindowPoints; ++j) {
-        const std::size_t last = a.corners.size() - 1;
-        const double s = (i + 0.5) / kWindowPoints, t = (j + 0.5) / kWindowPoints;
-        const glm::dvec3 p = (1 - s) * ((1 - t) * a.corners[0] + t * a.corners[last]) +
-                             s * ((1 - t) * a.corners[1] + t * a.corners[std::min<std::size_t>(2, last)]);
-        const glm::dvec3 d = p - x;
-        const double r2 = glm::dot(d, d), weight = -glm::dot(a.inward, d) * glm::dot(n, d) / (r2 * r2);
-        if (glm::dot(n, d) <= 0.0 || glm::dot(a.inward, d) >= 0.0)
-          continue;
-        all += weight;
-        if (!rays.occluded(rays.to_local(x), glm::vec3(d), 0.0f, 0.9999f) &&
-            !(objects && covered(x, d / std::sqrt(r2))))
-          seen += weight;
-      }
-  return all > 0.0 ? static_cast<float>(seen / all) : 1.0f;
-}
-
-Rgb RoomChangeField::State::sun_at(const DirectionalLight& light, const glm::dvec3& x, const glm::dvec3& n) const {
-  const double cosine = glm::dot(n, light.direction);
-  int crossed = 0;
-  if (cosine <= 0.0)
-    return Rgb(0.0f);
-  const Rgb pane =
-      aperture_transmittance(apertures, x, light.direction, std::numeric_limits<double>::infinity(), &crossed);
-  if (crossed == 0 || rays.occluded(rays.to_local(x), glm::vec3(light.direction), 0.0f, kInfinity))
-    return Rgb(0.0f);
-  return static_cast<float>(cosine) * pane * light.irradiance;
-}
-
-/// The middle of the patch, or else the first of some points around it, that lies on the room's surface and in its air.
-Patch* RoomChangeField::State::patch_at(std::uint32_t triangle, const glm::dvec3& x,
-                                        const glm::dvec3& direction) const {
-  const std::uint32_t facing = planes.facing_of(triangle, direction);
-  const RoomFacing& f = planes[facing];
-  const LatticeKey place{static_cast<std::int64_t>(std::floor(glm::dot(f.u, x) / kPatch_m)),
-                         static_cast<std::int64_t>(std::floor(glm::dot(f.v, x) / kPatch_m)), facing};
-  const std::uint32_t material = room.triangles[triangle].material;
-  const LatticeKey key{place.i, place.j, facing * static_cast<std::uint32_t>(room.materials.size()) + material};
-  if (const auto found = patches.find(key); found != patches.end())
-    return found->second.get();
-  auto made = std::make_unique<Patch>();
-  made->normal = f.normal;
-  made->reflectance = room.materials[material].reflectance;
-  for (int k = 0; k < kPatchPoints * kPatchPoints && !made->lit; ++k) {
-    const int step = (k + kPatchPoints * kPatchPoints / 2) % (kPatchPoints * kPatchPoints); // the middle first
-    const double s = (step % kPatchPoints + 0.5) / kPatchPoints, t = (step / kPatchPoints + 0.5) / kPatchPoints;
-    made->point = f.corner(place.i, place.j, kPatch_m) + kPatch_m * (s * f.u + t * f.v);
-    RayHit below;
-    const glm::dvec3 air = made->point + kAir * f.normal;
-    if (!rays.closest(rays.to_local(air), glm::vec3(-f.normal), 0.0f, static_cast<float>(2.0 * kAir), below) ||
-        room.triangles[below.triangle].material != material)
-      continue;
-    made->probes = room_light.probes_at(air);
-    made->lit = made->probes.count > 0;
-  }
-  return patches.emplace(key, std::move(made)).first->second.get();
-}
-
-Rgb RoomChangeField::State::irradiance_of(Patch& patch) const {
-  if (patch.lit && patch.light_number.load(std::memory_order_acquire) != light_number) {
-    const std::lock_guard lock(patch.renewing);
-    if (patch.light_number.load(std::memory_order_relaxed) != light_number) {
-      patch.irradiance = room_light.indirect_irradiance(patch.normal, patch.probes) +
-                         open_sky_irradiance(pyramid, windows, patch.point, patch.normal);
-      patch.light_number.store(light_number, std::memory_order_release);
-    }
-  }
-  return patch.irradiance;
-}
-
-/// The room's radiance that the object hides.
+/// The room's radiance that the object hides; one of the sun's samples stands for all.
 Rgb RoomChangeField::State::radiance_behind(const Covered& c, std::size_t number) const {
   if (!c.behind)
     return Rgb(0.0f);
-  Rgb irradiance = irradiance_of(*c.behind);
-  if (!sun.empty()) { // one of the disc's samples stands for all
-    DirectionalLight light = sun[number % sun.size()];
-    light.irradiance = whole_sun;
-    irradiance += sun_at(light, c.position + kAir * c.behind->normal, c.behind->normal);
-  }
+  const glm::dvec3& n = c.behind->normal;
+  const Rgb irradiance = patches.irradiance(*c.behind) + sight.sun_sample(number, c.position + kAirGap_m * n, n);
   return c.behind->reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
@@ -400,10 +152,12 @@ RoomChange RoomChangeField::State::lit(const Receiver& receiver, std::uint32_t t
   RoomChange change;
   for (std::size_t k = 0; k < receiver.covered.size(); ++k) {
     const Covered& c = receiver.covered[k];
-    const float b[3] = {1.0f - c.u - c.v, c.u, c.v};
+    const float b[3] = {1.0f - c.object.u - c.object.v, c.object.u, c.object.v};
     Rgb object(0.0f);
-    for (int i = 0; i < 3; ++i)
-      object += b[i] * (c.back ? radiance[c.vertex[i]].back : radiance[c.vertex[i]].front);
+    for (int i = 0; i < 3; ++i) {
+      const TwoSided& vertex = radiance[c.object.vertex[i]];
+      object += b[i] * (c.object.back ? vertex.back : vertex.front);
+    }
     change.irradiance += c.weight * (object - radiance_behind(c, k));
   }
   const RoomPoint point = room_light.at_surface(triangle, x, direction);
@@ -426,19 +180,19 @@ const Cell& RoomChangeField::State::cell(const Lattice& lattice, const LatticeKe
   const RoomFacing& f = planes[key.facing];
   glm::dvec3 air[4];
   for (int k = 0; k < 4; ++k) {
-    air[k] = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m) + kAir * f.normal;
+    air[k] = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m) + kAirGap_m * f.normal;
     made->corner[k] = node(lattice, {key.i + (k & 1), key.j + (k >> 1), key.facing});
   }
   made->open = true;
   constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
   for (const auto& way : kWays)
-    made->open = made->open && sees(air[way[0]], air[way[1]]);
+    made->open = made->open && sight.sees(air[way[0]], air[way[1]]);
   return *lattice.cells.emplace(key, std::move(made)).first->second;
 }
 
 const RoomChange& RoomChangeField::State::current(Node& node, const glm::dvec3& x, std::uint32_t triangle,
                                                   const glm::dvec3& n) const {
-  std::call_once(node.traced, [&] { node.receiver = trace(x + kAir * n, n, kRays); });
+  std::call_once(node.traced, [&] { node.receiver = trace(x + kAirGap_m * n, n, kRays); });
   if (node.light_number.load(std::memory_order_acquire) != light_number) {
     const std::lock_guard lock(node.renewing);
     if (node.light_number.load(std::memory_order_relaxed) != light_number) {
@@ -450,10 +204,23 @@ const RoomChange& RoomChangeField::State::current(Node& node, const glm::dvec3& 
 }
 
 const Lattice& RoomChangeField::State::lattice_at(const glm::dvec3& x) const {
-  for (const Caster& c : casters)
-    if (glm::length(x - c.sphere.centre) < kNear * c.sphere.radius)
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    if (glm::length(x - parts.sphere(k).centre) < kNear * parts.sphere(k).radius)
       return fine;
   return coarse;
+}
+
+/// The sun's light on one side of an object's surface, reflected.
+Rgb RoomChangeField::State::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const {
+  const Rgb irradiance = sight.sun_sample(0, x + kAirGap_m * n, n);
+  if (irradiance == Rgb(0.0f))
+    return irradiance;
+  double skin = kAirGap_m;
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    skin = std::max(skin, kSkin * parts.sphere(k).radius);
+  if (parts.covered(x + skin * n, sight.sun_direction()))
+    return Rgb(0.0f);
+  return reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
 RoomChangeField::RoomChangeField(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
@@ -465,74 +232,35 @@ RoomChangeField::~RoomChangeField() = default;
 
 void RoomChangeField::set_objects(std::vector<PlacedPart> parts) {
   State& s = *state_;
-  s.casters.clear();
-  double smallest = std::numeric_limits<double>::infinity();
-  for (const PlacedPart& part : parts) {
-    s.casters.push_back(make_caster(part));
-    smallest = std::min(smallest, std::max(s.casters.back().sphere.radius, 1e-3));
-  }
-  s.surrounds.assign(s.casters.size(), {});
-  tbb::parallel_for(std::size_t{0}, s.casters.size(),
-                    [&](std::size_t k) { s.surrounds[k] = s.look_around(s.casters[k]); });
+  s.parts = PlacedParts(std::move(parts));
+  s.own_shadow.set_objects(s.parts);
   for (Lattice* lattice : {&s.fine, &s.coarse}) {
     lattice->cells.clear();
     lattice->nodes.clear();
   }
-  s.fine.cell_m = s.casters.empty() ? 1.0 : kFineShare * smallest;
+  double smallest = s.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < s.parts.size(); ++k)
+    smallest = std::min(smallest, std::max(s.parts.sphere(k).radius, 1e-3));
+  s.fine.cell_m = kFineShare * smallest;
   s.coarse.cell_m = 4.0 * s.fine.cell_m;
 }
 
-/// The sun's light on one side of an object's surface, reflected.
-Rgb RoomChangeField::State::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const {
-  DirectionalLight light = sun[sun.size() / 2];
-  light.irradiance = whole_sun;
-  const Rgb irradiance = sun_at(light, x + kAir * n, n);
-  if (irradiance == Rgb(0.0f))
-    return irradiance;
-  double skin = kAir;
-  for (const Caster& c : casters)
-    skin = std::max(skin, kSkin * c.sphere.radius);
-  if (covered(x + skin * n, light.direction))
-    return Rgb(0.0f);
-  return reflectance * irradiance * std::numbers::inv_pi_v<float>;
-}
-
-void RoomChangeField::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& detected) {
+void RoomChangeField::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun) {
   State& s = *state_;
-  s.pyramid = pyramid;
-  s.windows =
-      aperture_cells(s.apertures, {s.room.bounds().empty() ? glm::dvec3(0.0) : s.room.bounds().centre(), 0.0}, pyramid);
-  // Every sun counts, also one that does not reach the objects: they may stand before a patch of it.
-  s.whole_sun = detected ? detected->normal_irradiance : Rgb(0.0f);
-  s.sun.clear();
-  for (int k = 0; detected && k < kSunSamples; ++k)
-    s.sun.push_back({sun_disc_direction(detected->direction, k, kSunSamples), s.whole_sun / float{kSunSamples}});
-  tbb::parallel_for(std::size_t{0}, s.surrounds.size(), [&](std::size_t k) {
-    for (int c = 0; c < 8; ++c)
-      s.surrounds[k].change[c] = s.change_of(s.surrounds[k].seen[c]);
-  });
+  s.sight.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
+  s.patches.set_frame(pyramid, s.sight.apertures());
+  s.own_shadow.set_frame();
 }
 
 Sh9Rgb RoomChangeField::arriving_change(std::size_t part, const glm::dvec3& x) const {
-  const Caster& caster = state_->casters[part];
-  const Surround& surround = state_->surrounds[part];
-  const glm::dvec3 local = caster.object_from_world * (x - caster.place) / caster.scale;
-  const glm::dvec3 size = glm::max(surround.box.size(), glm::dvec3(1e-9));
-  const glm::dvec3 t = glm::clamp(((local - surround.box.min) / size - kInset) / (1.0 - 2.0 * kInset), 0.0, 1.0);
-  Sh9Rgb sum{};
-  for (int k = 0; k < 8; ++k) {
-    const double weight = (k & 1 ? t.x : 1 - t.x) * (k & 2 ? t.y : 1 - t.y) * (k & 4 ? t.z : 1 - t.z);
-    for (int i = 0; i < 9; ++i)
-      sum[i] += static_cast<float>(weight) * surround.change[k][i];
-  }
-  return sum;
+  return state_->own_shadow.change(part, x);
 }
 
 void RoomChangeField::set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
                                 std::span<const glm::vec3> normals, std::span<const Rgb> reflectance) {
   State& s = *state_;
   s.radiance = std::move(radiance);
-  if (!s.sun.empty())
+  if (s.sight.has_sun())
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const glm::dvec3 n(normals[i]);
@@ -544,10 +272,13 @@ void RoomChangeField::set_light(std::vector<TwoSided> radiance, std::span<const 
 }
 
 bool RoomChangeField::reaches(const glm::dvec3& x) const {
-  return std::any_of(state_->casters.begin(), state_->casters.end(), [&](const Caster& c) {
-    const glm::dvec3 d = c.sphere.centre - x;
-    return c.sphere.radius * c.sphere.radius > kLeastShare * glm::dot(d, d);
-  });
+  const PlacedParts& parts = state_->parts;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const glm::dvec3 d = parts.sphere(k).centre - x;
+    if (parts.sphere(k).radius * parts.sphere(k).radius > kLeastShare * glm::dot(d, d))
+      return true;
+  }
+  return false;
 }
 
 RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
@@ -566,7 +297,7 @@ RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, cons
   for (int k = 0; k < 4; ++k) {
     const glm::dvec3 corner = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m);
     // A cell that furniture cuts, or that reaches out of the room: corners in sight stand for the others.
-    if (!cell.open && !s.sees(x + kAir * f.normal, corner + kAir * f.normal))
+    if (!cell.open && !s.sight.sees(x + kAirGap_m * f.normal, corner + kAirGap_m * f.normal))
       continue;
     const RoomChange& c = s.current(*cell.corner[k], corner, triangle, f.normal);
     sum.irradiance += weight[k] * c.irradiance;
@@ -582,16 +313,12 @@ RoomChange RoomChangeField::evaluate(std::uint32_t triangle, const glm::dvec3& x
                                      int count) const {
   const State& s = *state_;
   const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
-  return s.lit(s.trace(x + kAir * n, n, count), triangle, x, direction);
+  return s.lit(s.trace(x + kAirGap_m * n, n, count), triangle, x, direction);
 }
 
 Rgb RoomChangeField::sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
-  const State& s = *state_;
-  const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
-  Rgb sum(0.0f);
-  for (const DirectionalLight& l : s.sun)
-    sum += s.sun_at(l, x + kAir * n, n);
-  return sum;
+  const glm::dvec3 n = state_->planes[state_->planes.facing_of(triangle, direction)].normal;
+  return state_->sight.sun(x + kAirGap_m * n, n);
 }
 
 std::uint32_t RoomChangeField::facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {

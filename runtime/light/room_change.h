@@ -18,21 +18,11 @@
 #include <span>
 #include <vector>
 
-#include <glm/mat4x4.hpp>
-
 #include "runtime/light/relight.h"
 #include "runtime/light/room_light.h"
+#include "runtime/object/placed_parts.h"
 
 namespace daylit {
-
-/// One rigid object. `rays`: its triangles in its own frame, numbered from 0.
-struct PlacedPart {
-  const RayScene* rays = nullptr;
-  std::span<const std::array<std::uint32_t, 3>> triangles; ///< of `rays`, vertices of the part
-  std::span<const glm::vec3> positions;                    ///< own frame
-  std::size_t first_vertex = 0;                            ///< in the light of all objects
-  glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
-};
 
 /// At a point of the room.
 struct RoomChange {

@@ -78,4 +78,15 @@ std::optional<DetectedSun> SteadySun::update(const SkyImage& sky, const std::opt
   return steady;
 }
 
+void add_distant_light(const SkyPartition& partition, const glm::dvec3& direction, const Rgb& irradiance,
+                       std::vector<Rgb>& regions) {
+  if (!partition.interpolated()) {
+    const int region = partition.region_of(direction);
+    regions[region] += irradiance / static_cast<float>(partition.solid_angle_sr(region));
+    return;
+  }
+  for (const RegionWeight& w : partition.interpolation(direction))
+    regions[w.region] += irradiance * static_cast<float>(w.weight / partition.solid_angle_sr(w.region));
+}
+
 } // namespace daylit

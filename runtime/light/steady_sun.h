@@ -12,6 +12,7 @@
 
 #include "runtime/light/sun.h"
 #include "scene/sky_image.h"
+#include "scene/sky_partition.h"
 
 namespace daylit {
 
@@ -33,5 +34,9 @@ private:
   int count_ = 0;
   double drift_ = 0.0; ///< weighted mean of the deviations in standard deviations
 };
+
+/// Adds a light of the given irradiance on a plane facing it to the mean radiance of the regions.
+void add_distant_light(const SkyPartition& partition, const glm::dvec3& direction, const Rgb& irradiance,
+                       std::vector<Rgb>& regions);
 
 } // namespace daylit

@@ -13,8 +13,10 @@
 #include "runtime/light/room_change.h"
 #include "runtime/light/room_light.h"
 #include "runtime/light/steady_sun.h"
+#include "runtime/light/vertex_light.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/render/change_picture.h"
+#include "runtime/service/frame_warnings.h"
 #include "runtime/service/picture_memory.h"
 #include "scene/volume_file.h"
 
@@ -40,16 +42,8 @@ private:
   Clock::time_point start_, last_;
 };
 
-/// Adds a light of the given irradiance on a plane facing it to the mean radiance of the regions.
-void add_distant_light(const SkyPartition& partition, const glm::dvec3& direction, const Rgb& irradiance,
-                       std::vector<Rgb>& regions) {
-  if (!partition.interpolated()) {
-    const int region = partition.region_of(direction);
-    regions[region] += irradiance / static_cast<float>(partition.solid_angle_sr(region));
-    return;
-  }
-  for (const RegionWeight& w : partition.interpolation(direction))
-    regions[w.region] += irradiance * static_cast<float>(w.weight / partition.solid_angle_sr(w.region));
+bool is_black(const SkyMap& map) {
+  return std::all_of(map.radiance.begin(), map.radiance.end(), [](const Rgb& c) { return c == Rgb(0.0f); });
 }
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
@@ -108,7 +102,6 @@ struct Session::State {
   void see_own_shadow();
   void change_room();
   void compose_picture(const RgbImage& photo);
-  void warn();
   void report_frame();
 };
 
@@ -237,35 +230,10 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   if (!in_view)
     return in_view.error();
   const ObjectSurface& surface = objects.surface;
-  const std::size_t count = surface.positions.size();
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
   indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
   see_own_shadow();
-  std::vector<glm::dvec3> points;
-  std::vector<glm::vec3> normals;
-  std::vector<Rgb VertexLight::*> sides;
-  std::vector<std::size_t> vertices;
-  const auto ask = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
-    points.push_back(surface.positions[i]);
-    normals.push_back(n);
-    sides.push_back(side);
-    vertices.push_back(i);
-  };
-  std::vector<VertexLight> light(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    light[i].indirect_front = indirect[i].front;
-    light[i].indirect_back = indirect[i].back;
-    if (!(*in_view)[i])
-      continue;
-    ++report.vertices_lit;
-    ask(i, surface.normals[i], &VertexLight::open_sky_front);
-    if (objects.has_back[i])
-      ask(i, -surface.normals[i], &VertexLight::open_sky_back);
-  }
-  const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, points, normals);
-  for (std::size_t k = 0; k < open.size(); ++k)
-    light[vertices[k]].*sides[k] = open[k];
-  return light;
+  return light_vertices(surface, objects.has_back, *in_view, indirect, pyramid, cells, report.vertices_lit);
 }
 
 /// The objects stand in a room on which they cast shadows: what they see of it changes their indirect light.
@@ -330,30 +298,6 @@ void Session::State::compose_picture(const RgbImage& photo) {
   compose(photo, drawn, camera, look_up, settings, frame.composite, room_change ? &change_picture : nullptr);
 }
 
-void Session::State::warn() {
-  std::vector<std::string>& warnings = frame.report.warnings;
-  const std::size_t vertices = vertex_probes.size();
-  if (vertices > 0 && vertices_outside == vertices)
-    warnings.emplace_back(
-        "the objects lie outside the room or inside furniture: they get no indirect light; move them, "
-        "or check [[object]] position");
-  else if (vertices_outside > 0)
-    warnings.push_back(std::to_string(vertices_outside) + " of " + std::to_string(vertices) +
-                       " object vertices lie outside the room or inside furniture: they take the indirect light of "
-                       "their neighbours; move the object if that part can be seen");
-  if (glm::length(camera.eye() - sphere.centre) < sphere.radius + kNearPlane_m)
-    warnings.emplace_back(
-        "the camera stands among the objects: what is nearer than 1 cm is not drawn; move one of them");
-  if (frame.report.object_pixels == 0)
-    warnings.emplace_back("no pixel shows an object: check its position, the camera's pose and what stands before it");
-  const SkyMap& whole = pyramid.back();
-  if (!sun && std::all_of(whole.radiance.begin(), whole.radiance.end(), [](const Rgb& c) { return c == Rgb(0.0f); }))
-    warnings.emplace_back("the sky is black: no light to draw with; check [sky] image");
-  else if (lights.size() == 0)
-    warnings.emplace_back(
-        "no window lets light through to the objects: they get indirect light only; check [room] model");
-}
-
 void Session::State::report_frame() {
   FrameReport& report = frame.report;
   report.sky_lights = lights.sky.size();
@@ -362,7 +306,9 @@ void Session::State::report_frame() {
   report.shadow_pixels = frame.composite.shadow_pixels;
   report.vertices = objects.surface.positions.size();
   report.skipped = skipped;
-  warn();
+  report.warnings = frame_warnings({vertices_outside, vertex_probes.size(), report.object_pixels, lights.size(),
+                                    glm::length(camera.eye() - sphere.centre) < sphere.radius + kNearPlane_m,
+                                    !sun && is_black(pyramid.back())});
   if (lights.sun_found && lights.sun.empty())
     report.skipped.emplace_back("the sun: no window lets it through to the object (exact)");
   if (lights.sky.empty())

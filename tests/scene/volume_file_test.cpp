@@ -118,6 +118,20 @@ TEST(VolumeFile, round_trip_is_bit_identical) {
   EXPECT_EQ(file_of(*read, "again.volume"), file);
 }
 
+TEST(VolumeFile, unequal_regions_return_as_version_5) {
+  BasisVolume volume = sample_volume();
+  volume.partition = test::rectangles();
+  volume.stored_region = {0, 1, 2, 4, 6};
+  EXPECT_EQ(volume_format_version(volume), 5);
+  const std::vector<std::uint8_t> file = file_of(volume, "rectangles.volume");
+  const Result<BasisVolume> read = parse_volume(file, "rectangles");
+  ASSERT_TRUE(read) << read.error().message();
+  ASSERT_EQ(read->partition.size(), volume.partition.size());
+  for (int r = 0; r < volume.partition.size(); ++r)
+    EXPECT_EQ(read->partition.centre(r), volume.partition.centre(r));
+  EXPECT_EQ(file_of(*read, "rectangles2.volume"), file);
+}
+
 TEST(VolumeFile, tensors_are_aligned_to_64_bytes_and_leave_no_hole) {
   const std::vector<std::uint8_t> file = file_of(sample_volume(), "aligned.volume");
   std::uint64_t length = 0;

@@ -1,0 +1,37 @@
+#include "runtime/light/vertex_light.h"
+
+namespace daylit {
+
+std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
+                                        std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,
+                                        std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                                        std::size_t& lit) {
+  const std::size_t count = surface.positions.size();
+  std::vector<glm::dvec3> points;
+  std::vector<glm::vec3> normals;
+  std::vector<Rgb VertexLight::*> sides;
+  std::vector<std::size_t> vertices;
+  const auto ask = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
+    points.push_back(surface.positions[i]);
+    normals.push_back(n);
+    sides.push_back(side);
+    vertices.push_back(i);
+  };
+  std::vector<VertexLight> light(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    light[i].indirect_front = indirect[i].front;
+    light[i].indirect_back = indirect[i].back;
+    if (!in_view[i])
+      continue;
+    ++lit;
+    ask(i, surface.normals[i], &VertexLight::open_sky_front);
+    if (has_back[i])
+      ask(i, -surface.normals[i], &VertexLight::open_sky_back);
+  }
+  const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, points, normals);
+  for (std::size_t k = 0; k < open.size(); ++k)
+    light[vertices[k]].*sides[k] = open[k];
+  return light;
+}
+
+} // namespace daylit

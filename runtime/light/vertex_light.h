@@ -1,0 +1,19 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "runtime/light/direct_light.h"
+#include "runtime/light/relight.h"
+#include "runtime/render/picture_renderer.h"
+
+namespace daylit {
+
+/// What a renderer needs to know at each vertex: `indirect`, and the open sky's irradiance where `in_view`. `has_back`:
+/// 0 where light from behind can reach nothing. Adds the number of vertices looked at to `lit`.
+std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
+                                        std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,
+                                        std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                                        std::size_t& lit);
+
+} // namespace daylit

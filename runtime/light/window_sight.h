@@ -1,0 +1,48 @@
+#pragma once
+
+// What of the windows and of the sun a point of the room sees, past the room and, where asked, past virtual objects.
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "runtime/light/direct_light.h"
+#include "runtime/object/placed_parts.h"
+#include "scene/ray_scene.h"
+
+namespace daylit {
+
+/// Points on surfaces are asked for this far in front of them, metres.
+constexpr double kAirGap_m = 1e-3;
+
+/// Keeps a reference to the room's rays.
+class WindowSight {
+public:
+  WindowSight(const RayScene& room_rays, std::span<const Aperture> apertures)
+      : rays_(room_rays), apertures_(apertures.begin(), apertures.end()) {}
+
+  void set_sun(const std::optional<DetectedSun>& sun);
+  bool has_sun() const { return !sun_.empty(); }
+  const std::vector<Aperture>& apertures() const { return apertures_; }
+
+  bool sees(const glm::dvec3& a, const glm::dvec3& b) const {
+    return !rays_.occluded(rays_.to_local(a), glm::vec3(b - a), 0.0f, 1.0f);
+  }
+  /// Share of the windows, weighted by what a uniform sky sends through them; 1 where none faces x. `parts` null: past
+  /// the room only.
+  float window_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts* parts) const;
+  /// Irradiance by the whole sun, as one of its samples sees it.
+  Rgb sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const;
+  Rgb sun(const glm::dvec3& x, const glm::dvec3& n) const; ///< the mean over all samples
+  /// Irradiance by the sun that the parts keep from x, by its middle.
+  Rgb lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
+  glm::dvec3 sun_direction() const { return sun_[sun_.size() / 2]; }
+
+private:
+  const RayScene& rays_;
+  std::vector<Aperture> apertures_;
+  std::vector<glm::dvec3> sun_; ///< directions
+  Rgb sun_normal_irradiance_{0.0f};
+};
+
+} // namespace daylit

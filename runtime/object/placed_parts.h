@@ -1,0 +1,67 @@
+#pragma once
+
+// The virtual objects as rays meet them where they stand: each keeps the ray scene of its own frame, and rays are
+// turned instead of triangles. Nothing is rebuilt when an object moves.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x4.hpp>
+
+#include "runtime/light/window_cone.h"
+#include "scene/ray_scene.h"
+
+namespace daylit {
+
+/// One rigid object. `rays`: its triangles in its own frame, numbered from 0.
+struct PlacedPart {
+  const RayScene* rays = nullptr;
+  std::span<const std::array<std::uint32_t, 3>> triangles; ///< of `rays`, vertices of the part
+  std::span<const glm::vec3> positions;                    ///< own frame
+  std::size_t first_vertex = 0;                            ///< in the light of all objects
+  glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
+};
+
+/// First point of an object along a ray.
+struct PartHit {
+  std::array<std::uint32_t, 3> vertex{}; ///< of all objects
+  float u = 0.0f, v = 0.0f;              ///< weights of corners 1 and 2
+  bool back = false;
+  double distance = 0.0; ///< metres
+};
+
+class PlacedParts {
+public:
+  PlacedParts() = default;
+  /// What the parts refer to must outlive this.
+  explicit PlacedParts(std::vector<PlacedPart> parts);
+
+  std::size_t size() const { return casters_.size(); }
+  const BoundingSphere& sphere(std::size_t which) const { return casters_[which].sphere; } ///< world; radius 0: empty
+  const Bounds& box(std::size_t which) const { return casters_[which].box; }               ///< own frame
+  glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
+  glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;
+
+  /// `direction`: unit, world.
+  bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction, PartHit& hit) const;
+  /// The same, empty where another part stands before it.
+  bool cast_first(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction, PartHit& hit) const;
+  /// Some part lies in the direction.
+  bool covered(const glm::dvec3& x, const glm::dvec3& direction) const;
+
+private:
+  struct Caster {
+    PlacedPart part;
+    glm::dmat3 own_from_world{1.0}; ///< rotation only
+    glm::dvec3 place{0.0};
+    double scale = 1.0;
+    Bounds box;
+    BoundingSphere sphere;
+  };
+  std::vector<Caster> casters_;
+};
+
+} // namespace daylit

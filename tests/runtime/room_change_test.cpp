@@ -1,0 +1,124 @@
+// What an object does to the room around it: closed forms, and the kept values against many rays.
+
+#include <gtest/gtest.h>
+
+#include "runtime/light/room_change.h"
+#include "test_session.h"
+
+namespace daylit {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// The box room under an indirect light that is the same everywhere and in all directions; a sphere in its air.
+struct Surrounded {
+  BasisVolume volume = test::box_volume({});
+  LightField field;
+  LightFieldSampler sampler = *LightFieldSampler::make(volume);
+  RayScene rays = *RayScene::build(volume.room);
+  RoomLight room_light{volume.room, rays, sampler};
+  std::vector<SkyMap> pyramid;
+  std::vector<ApertureCell> cells;
+  ObjectMesh mesh;
+  RayScene mesh_rays;
+  RoomChangeField change;
+
+  static constexpr double kRadiance = 2.0;
+  static RayScene rays_of(const ObjectMesh& mesh) {
+    return *RayScene::build(std::vector<glm::dvec3>(mesh.positions.begin(), mesh.positions.end()), mesh.triangles);
+  }
+  explicit Surrounded(float radius, const std::vector<Aperture>& windows = {}, float sky_factor = 0.0f)
+      : mesh(test::torus(0.0f, radius, 96, 64)), mesh_rays(rays_of(mesh)),
+        change(volume.room, rays, windows, room_light) {
+    Sh9Rgb light{};
+    light[0] = Rgb(static_cast<float>(kRadiance * 2.0 * std::sqrt(kPi)));
+    field.probe.assign(volume.probes.size(), light);
+    SkyMap sky = test::overcast_sky(64);
+    for (Rgb& c : sky.radiance)
+      c *= sky_factor;
+    pyramid = sky_map_pyramid(sky);
+    cells = aperture_cells(windows, {{2, 3, 1}, 0.2}, pyramid);
+    room_light.set_frame(field, pyramid, cells, {});
+  }
+  /// At a place, sending `radiance` from everywhere, under a sun.
+  void place(const glm::dvec3& at, float radiance, const std::optional<DetectedSun>& sun = {}) {
+    glm::dmat4 world(1.0);
+    world[3] = glm::dvec4(at, 1.0);
+    change.set_objects({{&mesh_rays, mesh.triangles, mesh.positions, 0, world}});
+    change.set_sky(pyramid, sun);
+    std::vector<glm::dvec3> positions;
+    for (const glm::vec3& p : mesh.positions)
+      positions.push_back(glm::dvec3(p) + at);
+    change.set_light(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}), positions,
+                     mesh.normals, mesh.reflectance);
+  }
+  std::uint32_t floor_at(const glm::dvec3& x) const {
+    RayHit hit;
+    EXPECT_TRUE(rays.closest(rays.to_local(x + glm::dvec3(0, 0, 0.5)), glm::vec3(0, 0, -1), 0.0f, 1.0f, hit));
+    return hit.triangle;
+  }
+  RoomChange at(const glm::dvec3& x) const { return change.at(floor_at(x), x, {0, 0, -1}); }
+};
+
+TEST(RoomChange, a_sphere_takes_and_gives_by_its_form_factor) {
+  // From a point below a sphere of radius r at height h: F = (r / h)^2 (Howell B-4). Behind it are walls of reflectance
+  // 0.6 under the irradiance pi L, so that Delta E = pi F (L_object - 0.6 L).
+  Surrounded s(0.2f);
+  for (const float radiance : {0.0f, 3.0f}) {
+    s.place({2.0, 2.5, 1.0}, radiance);
+    const double f = 0.2 * 0.2, expected = kPi * f * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
+    const RoomChange exact = s.change.evaluate(s.floor_at({2.0, 2.5, 0.0}), {2.0, 2.5, 0.0}, {0, 0, -1}, 4096);
+    EXPECT_NEAR(exact.irradiance.g, expected, 0.01 * std::fabs(expected)) << "4096 rays; the sphere has facets";
+    EXPECT_NEAR(s.at({2.0, 2.5, 0.0}).irradiance.g, expected, 0.03 * std::fabs(expected));
+    EXPECT_NEAR(exact.before.g, kPi * Surrounded::kRadiance, 1e-3);
+  }
+}
+
+TEST(RoomChange, kept_values_agree_with_many_rays_at_each_point) {
+  Surrounded s(0.15f);
+  s.place({2.0, 2.5, 0.16}, 0.0f);
+  double square = 0, largest = 0;
+  int count = 0;
+  for (double x = 1.45; x < 2.6; x += 0.037)
+    for (double y = 1.95; y < 3.1; y += 0.041) {
+      const glm::dvec3 p(x, y, 0.0);
+      const double kept = static_cast<double>(s.at(p).irradiance.g),
+                   exact = static_cast<double>(s.change.evaluate(s.floor_at(p), p, {0, 0, -1}, 1024).irradiance.g);
+      square += (kept - exact) * (kept - exact);
+      largest = std::max(largest, std::fabs(exact));
+      ++count;
+    }
+  EXPECT_GT(largest, 0.3 * 0.6 * kPi * Surrounded::kRadiance) << "under the sphere most of the light is gone";
+  EXPECT_LT(std::sqrt(square / count), 0.02 * largest);
+}
+
+TEST(RoomChange, a_sunlit_sphere_brightens_the_floor_beside_it) {
+  Surrounded s(0.2f, test::box_window());
+  DetectedSun sun;
+  sun.direction = glm::normalize(glm::dvec3(0.0, 1.0, 0.55));
+  sun.normal_irradiance = Rgb(1000.0f);
+  s.place({2.0, 3.3, 0.45}, 0.0f, sun);
+  // On the sun's side the floor sees the lit half, on the other the dark one.
+  const float lit = s.at({2.0, 3.75, 0.0}).irradiance.g, dark = s.at({2.0, 2.85, 0.0}).irradiance.g;
+  EXPECT_GT(lit, 10.0f);
+  EXPECT_LT(dark, 0.4f * lit);
+}
+
+TEST(RoomChange, an_object_loses_the_light_of_the_floor_that_it_shades) {
+  Surrounded s(0.2f, test::box_window(), 1.0f);
+  s.place({2.0, 3.3, 0.21}, 0.0f);
+  const Sh9Rgb below = s.change.arriving_change(0, {2.0, 3.3, 0.05});
+  EXPECT_LT(irradiance(below, {0, 0, -1}).g, 0.0f);
+  s.place({2.0, 3.3, 1.6}, 0.0f); // high up its shadow is far away
+  EXPECT_NEAR(irradiance(s.change.arriving_change(0, {2.0, 3.3, 1.6}), {0, 0, -1}).g, 0.0f, 1e-6f);
+}
+
+TEST(RoomChange, far_away_nothing_is_looked_at) {
+  Surrounded s(0.02f);
+  s.place({2.0, 2.5, 1.0}, 5.0f);
+  EXPECT_FALSE(s.change.reaches({0.2, 0.2, 0.0}));
+  EXPECT_TRUE(s.change.reaches({2.0, 2.5, 0.8}));
+}
+
+} // namespace
+} // namespace daylit
