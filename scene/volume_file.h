@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "scene/result.h"
 #include "scene/volume.h"
@@ -29,6 +30,10 @@ enum class BasisPrecision { float32, float16 };
 /// Writes the file whole or not at all. Error: the volume breaks a rule of check_volume(), or the disk does.
 Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume,
                           BasisPrecision precision = BasisPrecision::float32);
+
+/// The bytes that write_volume() writes.
+Result<std::vector<std::uint8_t>> volume_bytes(const BasisVolume& volume,
+                                               BasisPrecision precision = BasisPrecision::float32);
 
 /// Files are hostile input: every size is checked against the file before anything is allocated, no allocation is
 /// larger than twice the file, and the result satisfies check_volume(). Errors: file_missing; file_version names both

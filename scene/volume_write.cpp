@@ -189,22 +189,13 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
           {"report", p.report_json}};
 }
 
-} // namespace
+using Parts = std::span<const std::span<const std::byte>>;
 
-int volume_format_version(const BasisVolume& volume) {
-  if (!volume.partition.rectangles().empty())
-    return kVolumeFormatRectangles;
-  if (volume.compact)
-    return kVolumeFormatCompact;
-  return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;
-}
-
-Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume, BasisPrecision precision) {
-  if (Result<void> good = check_volume(volume); !good) {
-    Error error = good.error();
-    error.where = path.string();
-    return error;
-  }
+/// Hands the file, in parts that live as long as the call, to `take`.
+template <class Take>
+Result<void> with_file_parts(const BasisVolume& volume, BasisPrecision precision, Take take) {
+  if (Result<void> good = check_volume(volume); !good)
+    return good;
   FlatVolume flat = flatten(volume);
   if (precision == BasisPrecision::float16 && !volume.compact)
     halve_basis(volume, flat);
@@ -217,7 +208,41 @@ Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& 
   image.header.replace(digits, checksum.size(), checksum);
   std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(image.header))};
   parts.insert(parts.end(), image.parts.begin(), image.parts.end());
-  return write_file_atomically(path, parts);
+  return take(Parts(parts));
+}
+
+} // namespace
+
+int volume_format_version(const BasisVolume& volume) {
+  if (!volume.partition.rectangles().empty())
+    return kVolumeFormatRectangles;
+  if (volume.compact)
+    return kVolumeFormatCompact;
+  return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;
+}
+
+Result<std::vector<std::uint8_t>> volume_bytes(const BasisVolume& volume, BasisPrecision precision) {
+  std::vector<std::uint8_t> bytes;
+  const Result<void> laid_out = with_file_parts(volume, precision, [&](Parts parts) -> Result<void> {
+    for (const std::span<const std::byte> part : parts) {
+      const auto* first = reinterpret_cast<const std::uint8_t*>(part.data());
+      bytes.insert(bytes.end(), first, first + part.size());
+    }
+    return {};
+  });
+  if (!laid_out)
+    return laid_out.error();
+  return bytes;
+}
+
+Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume, BasisPrecision precision) {
+  Result<void> written =
+      with_file_parts(volume, precision, [&](Parts parts) { return write_file_atomically(path, parts); });
+  if (written)
+    return written;
+  Error error = written.error();
+  error.where = path.string();
+  return error;
 }
 
 } // namespace daylit
