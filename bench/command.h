@@ -34,6 +34,7 @@ struct Command {
 using AddCommand = Command (*)(CLI::App& program);
 
 Command add_combine(CLI::App& program);
+Command add_direct(CLI::App& program);        ///< only where everything is built
 Command add_error_vs_time(CLI::App& program); ///< only where radiosity and simulate are built
 Command add_fine_sky(CLI::App& program);      ///< only where radiosity and simulate are built
 Command add_sh(CLI::App& program);

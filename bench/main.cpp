@@ -16,7 +16,7 @@ constexpr bench::AddCommand kCommands[] = {
     bench::add_error_vs_time, bench::add_fine_sky, bench::add_transport, bench::add_transport_cost, bench::add_selftest,
 #endif
 #ifdef DAYLIT_BENCH_FRAME
-    bench::add_frame,         bench::add_sequence,
+    bench::add_direct,        bench::add_frame,    bench::add_sequence,
 #endif
 };
 
