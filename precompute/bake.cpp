@@ -107,7 +107,7 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
   s.clock.finish("solve");
   const auto one = [&](std::uint32_t point, float* nine_rows) { s.hits.weights(s.points.place[point], nine_rows); };
   const auto gather = [&](std::span<const std::uint32_t> some, float* rows_of_some) {
-    s.fit.apply(some, 9 * s.hits.elements, one, rows_of_some);
+    s.fit.apply(some, 9 * s.hits.elements(), one, rows_of_some);
   };
   auto compact = compact_sky(*light, gather, volume.probes, s.points.probe, volume.partition,
                              {.error = s.options.compact_error}, s.progress, &report.compact);
@@ -139,10 +139,11 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   std::vector<glm::dvec3> points = audit->points();
   for (glm::dvec3& p : points)
     p -= s.problem.mesh.origin;
-  const auto at_points =
-      radiosity::gather_coefficients(radiosity::gather_hits(points, elements, s.problem.mesh, s.problem.patch_rays,
-                                                            {.rays = kHeldOutRays * s.options.gather_rays}),
-                                     *radiosity, s.progress);
+  const auto seen = radiosity::gather_hits(points, elements, s.problem.mesh, s.problem.patch_rays,
+                                           {.rays = kHeldOutRays * s.options.gather_rays}, s.progress);
+  if (!seen)
+    return seen.error();
+  const auto at_points = radiosity::gather_coefficients(*seen, *radiosity, s.progress);
   if (!at_points)
     return at_points.error();
   auto at_probes = radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
@@ -227,8 +228,10 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
 
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
-  const radiosity::GatherHits hits =
-      radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays, {.rays = options.gather_rays});
+  const auto hits = radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays,
+                                           {.rays = options.gather_rays}, progress);
+  if (!hits)
+    return hits.error();
   clock.finish("rays");
   BasisVolume volume{.partition = partition,
                      .probes = std::move(problem->probes),
@@ -238,7 +241,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  const Stage stage{*problem, *exchange, points, hits, fit, options, progress, clock};
+  const Stage stage{*problem, *exchange, points, *hits, fit, options, progress, clock};
   if (const Result<void> done =
           fine ? bake_fine_sky(stage, std::move(*rows), volume, report) : bake_regions(stage, *light, volume, report);
       !done)
