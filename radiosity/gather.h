@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "radiosity/elements.h"
@@ -17,12 +16,22 @@ struct GatherOptions {
   int rays = 1024; ///< per point, over the whole sphere
 };
 
+/// The rays of every point, each point's turned about z by an angle of its own: a spherical Fibonacci lattice, in an
+/// order in which sixteen in a row are close together.
+struct RayFan {
+  static constexpr std::size_t kStride = 16;
+  std::vector<glm::vec3> direction;
+  std::vector<float> harmonics; ///< [ray][16]: nine of them times 4 / rays (dw / pi), then zeros
+
+  static RayFan of(int rays);
+};
+
 /// What points in the air see: the element met by each of their rays, -1 for none or a black side.
 struct GatherHits {
   std::size_t elements = 0;
   int rays = 0;
   std::vector<std::int32_t> element; ///< [point][ray]
-  std::vector<glm::vec2> turn;       ///< cosine and sine of each ray's azimuth, before a point's own turn
+  RayFan fan;
 
   std::size_t points() const { return rays > 0 ? element.size() / static_cast<std::size_t>(rays) : 0; }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
