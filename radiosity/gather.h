@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "radiosity/elements.h"
@@ -15,6 +14,16 @@ namespace daylit::radiosity {
 
 struct GatherOptions {
   int rays = 1024; ///< per point, over the whole sphere
+};
+
+/// The rays of every point, each point's turned about z by an angle of its own: a spherical Fibonacci lattice, in an
+/// order in which sixteen in a row are close together.
+struct RayFan {
+  static constexpr std::size_t kStride = 16;
+  std::vector<glm::vec3> direction;
+  std::vector<float> harmonics; ///< [ray][16]: nine of them times 4 / rays (dw / pi), then zeros
+
+  static RayFan of(int rays);
 };
 
 /// What points in the air see: the element met by each of their rays. Kept for as many points as kMostKeptRays allow;
@@ -28,6 +37,9 @@ public:
   std::size_t elements() const { return set_->elements.size(); }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
   void weights(std::size_t point, float* nine_rows) const;
+  const RayFan& fan() const { return fan_; }
+  /// The element met by each ray of a point, in the order of the fan; -1 for none or a black side.
+  std::vector<std::int32_t> met(std::size_t point) const;
 
 private:
   friend Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set,
@@ -39,7 +51,7 @@ private:
   std::vector<glm::dvec3> points_;
   std::size_t rays_ = 0;
   std::vector<std::int32_t> element_; ///< [point][ray] of the first points; -1 for none or a black side
-  std::vector<glm::vec2> turn_;       ///< cosine and sine of each ray's azimuth, before a point's own turn
+  RayFan fan_;
 };
 /// `points`: metres, relative to the mesh origin. Errors: interrupted.
 Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
