@@ -119,6 +119,7 @@ Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const s
     return sample.error();
   FrameScene scene;
   scene.config = sample->run;
+  scene.sky_model = sample->sky_model;
   scene.config.volume = folder / "room.volume";
   scene.config.room_model = folder / "room.obj";
   scene.config.objects[0].model = folder / (object + ".obj");

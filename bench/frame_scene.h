@@ -12,6 +12,7 @@
 #include "scene/lens.h"
 #include "scene/object_mesh.h"
 #include "scene/program.h"
+#include "scene/sky_model.h"
 
 namespace daylit::bench {
 
@@ -20,6 +21,7 @@ constexpr int kFrameWidth = 512, kFrameHeight = 496; ///< of both cameras, as in
 struct FrameScene {
   RunConfig config; ///< volume and models written to `folder`
   LensModel interior_lens;
+  SkyModel sky_model;
   std::vector<SkyImage> skies;        ///< the same sky with fresh noise
   std::vector<RgbImage> photos;       ///< linear, the same view with fresh noise
   std::vector<Rgb8Image> photo_bytes; ///< what the marker is looked for in

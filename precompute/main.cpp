@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "precompute/adaptive_sky.h"
 #include "precompute/check_command.h"
 #include "precompute/checkpoint.h"
 #include "precompute/planned_bake.h"
@@ -85,8 +86,8 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
     request.points = std::move(*points);
   }
   if (!a.regions.empty())
-    if (const Result<SkyPartition> partition = SkyPartition::parse(a.regions); !partition)
-      return partition.error();
+    if (const Result<void> good = precompute::check_regions(a.regions); !good)
+      return good.error();
   return request;
 }
 
@@ -116,7 +117,10 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   options->points = request.points;
   options->store = &store;
   precompute::BakeReport report;
-  auto volume = precompute::bake_room(room, *SkyPartition::parse(request.regions), *options, progress, report);
+  const auto partition = precompute::sky_for(room, request.regions, progress);
+  if (!partition)
+    return partition.error();
+  auto volume = precompute::bake_room(room, *partition, *options, progress, report);
   if (!volume)
     return volume.error();
   return Outcome{std::move(*volume), BasisPrecision::float32, to_json(report, false), to_json(report), to_text(report)};
@@ -202,7 +206,8 @@ int main(int argc, char** argv) {
   app.add_option("ROOM", a.room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
   app.add_option("--regions", a.regions,
-                 "uniform:N, tregenza, reinhart:K, or fine:N for a sharp sun (default: planned)");
+                 "uniform:N, tregenza, reinhart:K, adaptive:N (small where the room's light changes with the\n"
+                 "direction), or fine:N for a sharp sun (default: planned)");
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
       app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);

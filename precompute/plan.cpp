@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "precompute/adaptive_sky.h"
 #include "precompute/plan_laws.h"
 #include "precompute/probes.h"
 
@@ -42,9 +43,26 @@ struct SkyParts {
   double smooth = 0, sun = 0;
 };
 
-SkyParts sky_parts(const SkyPartition& partition, double compact_error) {
-  const double n = partition.size();
-  if (!partition.interpolated())
+/// What the laws know of a sky.
+struct SkyKind {
+  double regions = 0;
+  bool nodes = false, adaptive = false;
+
+  static SkyKind of(const std::string& text) {
+    if (const auto n = adaptive_regions(text))
+      return {static_cast<double>(*n), false, true};
+    const SkyPartition partition = *SkyPartition::parse(text);
+    return {static_cast<double>(partition.size()), partition.interpolated(), false};
+  }
+  /// Columns that are solved and kept: adaptive regions lie where light comes in.
+  double stored(double share) const { return adaptive ? regions : regions * share; }
+};
+
+SkyParts sky_parts(const SkyKind& sky, double compact_error) {
+  const double n = sky.regions;
+  if (sky.adaptive)
+    return {laws.adaptive_error * 64 / n, laws.adaptive_sun * std::pow(256 / n, laws.adaptive_sun_exponent)};
+  if (!sky.nodes)
     return {laws.region_error * 64 / n,
             n <= 256 ? laws.region_sun : laws.region_sun * std::pow(256 / n, laws.region_sun_exponent)};
   return {std::hypot(laws.node_error * 1024 / n, laws.compact_smooth * compact_error),
@@ -83,11 +101,10 @@ double predicted_seconds(const Pilot& pilot, const Work& work, double visibility
   return s;
 }
 
-double predicted_bytes(const Work& work, const SkyPartition& partition, double compact_error,
-                       BasisPrecision precision) {
-  if (partition.interpolated())
+double predicted_bytes(const Work& work, const SkyKind& sky, double compact_error, BasisPrecision precision) {
+  if (sky.nodes)
     return work.probes * laws.compact_bytes * std::pow(0.03 / compact_error, laws.compact_exponent) *
-           std::pow(partition.size() / 1024.0, laws.compact_node_exponent);
+           std::pow(sky.regions / 1024.0, laws.compact_node_exponent);
   return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
 }
 
@@ -164,12 +181,10 @@ private:
     plan.precision = target >= 0.005 ? BasisPrecision::float16 : BasisPrecision::float32;
     plan.options.compact_error = std::clamp(kSkyShare * target / laws.compact_smooth, kMinCompact, kMaxCompact);
     plan.regions = request_.regions;
-    if (!plan.regions.empty()) {
-      const auto partition = SkyPartition::parse(plan.regions);
-      return partition ? Result<void>{} : partition.error();
-    }
+    if (!plan.regions.empty())
+      return check_regions(plan.regions);
     const auto sun_with = [&](int nodes) {
-      return sun_error(plan, sky_parts(*SkyPartition::fine(nodes), plan.options.compact_error).sun);
+      return sun_error(plan, sky_parts({static_cast<double>(nodes), true}, plan.options.compact_error).sun);
     };
     const auto smooth_with = [](int nodes) { return laws.node_error * 1024 / nodes; };
     int nodes = kNodes.front();
@@ -185,8 +200,8 @@ private:
 
   void predict(Plan& plan) const {
     Prediction& p = plan.predicted;
-    const SkyPartition partition = *SkyPartition::parse(plan.regions);
-    const SkyParts sky = sky_parts(partition, plan.options.compact_error);
+    const SkyKind kind = SkyKind::of(plan.regions);
+    const SkyParts sky = sky_parts(kind, plan.options.compact_error);
     // A fixed edge: as many patches as the pilot's at its edge, by area.
     double patches = plan.options.target_patches;
     if (plan.options.patch_edge_m > 0)
@@ -206,12 +221,11 @@ private:
     p.total = std::hypot(p.mesh, std::hypot(p.grid, p.sky));
     p.sun = sun_error(plan, sky.sun);
     // A fine sky is solved for its clusters, whatever the number of nodes.
-    const double columns =
-        partition.interpolated() ? static_cast<double>(plan.options.clusters) : partition.size() * pilot_.stored_share;
+    const double columns = kind.nodes ? static_cast<double>(plan.options.clusters) : kind.stored(pilot_.stored_share);
     const Work work{patches, probes, columns, static_cast<double>(pilot_.channels),
                     static_cast<double>(plan.options.gather_rays)};
-    p.seconds = predicted_seconds(pilot_, work, plan.options.visibility_rays, partition.interpolated());
-    p.bytes = predicted_bytes(work, partition, plan.options.compact_error, plan.precision);
+    p.seconds = predicted_seconds(pilot_, work, plan.options.visibility_rays, kind.nodes);
+    p.bytes = predicted_bytes(work, kind, plan.options.compact_error, plan.precision);
   }
 
   const Pilot& pilot_;

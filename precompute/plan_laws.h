@@ -17,6 +17,9 @@ struct PlanLaws {
   double region_error = 0.057;   ///< sky error of 64 constant regions; ~ 1 / regions
   double region_sun = 0.55;      ///< the same of a small sun, at most; ~ regions^-region_sun_exponent beyond 256
   double region_sun_exponent = 0.95;
+  double adaptive_error = 0.02; ///< the same of adaptive regions
+  double adaptive_sun = 0.3;
+  double adaptive_sun_exponent = 0.7;
   double node_error = 0.003; ///< sky error of 1,024 nodes without compression; ~ 1 / nodes
   double node_sun = 0.17;    ///< the same of a small sun; ~ nodes^-node_sun_exponent
   double node_sun_exponent = 0.74;

@@ -1,5 +1,6 @@
 #include "precompute/planned_bake.h"
 
+#include "precompute/adaptive_sky.h"
 #include "precompute/room_frame.h"
 
 namespace daylit::precompute {
@@ -23,7 +24,7 @@ private:
 };
 
 Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const Progress& progress, PlannedBake& out) {
-  const auto partition = SkyPartition::parse(out.plan.regions);
+  const auto partition = sky_for(room, out.plan.regions, progress);
   if (!partition)
     return partition.error();
   out.plan.options.store = store;

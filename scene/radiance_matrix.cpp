@@ -291,7 +291,7 @@ std::vector<RegionWeight> ReinhartPatches::region_radiances(int patch, const Sky
                                                    : overlap(partition.bands()[b], row.sin_low, row.sin_high);
     const SkyBand& band = partition.bands()[b];
     for (int cell = 0; height > 0.0 && cell < band.cells; ++cell) {
-      const int region = band.first_region + cell;
+      const int region = partition.region_of_cell(band.first_region + cell);
       const double sr = height * azimuth_share(band, cell, partition.interpolated(), middle, width);
       if (sr > 0.0)
         weights.push_back({region, sr / partition.solid_angle_sr(region)});

@@ -127,7 +127,7 @@ std::vector<RegionSums::RegionRun> RegionSums::equirect_runs(const SkyGeometry& 
         const double turn = (cell + (band.centred ? -0.5 : 0.0)) / band.cells;
         const double end = (0.5 - turn + rotation / (2 * kPi)) * width, begin = end - double(width) / band.cells;
         split_columns(begin, end, width, [&](std::uint32_t column, std::uint32_t count, double fraction) {
-          runs.push_back({static_cast<std::uint32_t>(band.first_region + cell),
+          runs.push_back({static_cast<std::uint32_t>(partition.region_of_cell(band.first_region + cell)),
                           {static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(width) + column, count,
                            overlap * fraction}});
         });

@@ -183,41 +183,100 @@ const SkyBand& SkyPartition::band_of_region(int region) const {
   return *(above - 1);
 }
 
+Result<SkyPartition> SkyPartition::from_rectangles(std::vector<SkyBand> bands, std::vector<SkyRectangle> rectangles,
+                                                   std::string name) {
+  const auto bad = [&](const std::string& what) {
+    return Error{ErrorCode::value_invalid, what, "sky partition " + name, "the rectangles must cover every cell once"};
+  };
+  Result<SkyPartition> cells = from_bands(std::move(bands), name);
+  if (!cells)
+    return cells;
+  SkyPartition out = std::move(*cells);
+  if (out.size_ > kMostCells)
+    return bad("there are more than " + std::to_string(kMostCells) + " cells");
+  const int rows = static_cast<int>(out.bands_.size()), around = out.bands_.front().cells;
+  for (const SkyBand& band : out.bands_)
+    if (band.cells != around || band.centred)
+      return bad("the bands have different numbers of cells");
+  out.region_of_cell_.assign(static_cast<std::size_t>(out.size_), -1);
+  for (std::size_t r = 0; r < rectangles.size(); ++r) {
+    const SkyRectangle& e = rectangles[r];
+    if (e.band < 0 || e.cell < 0 || e.bands < 1 || e.cells < 1 || e.band > rows - e.bands || e.cell > around - e.cells)
+      return bad("rectangle " + std::to_string(r) + " reaches out of the cells");
+    const SkyBand &lowest = out.bands_[static_cast<std::size_t>(e.band)],
+                  &highest = out.bands_[static_cast<std::size_t>(e.band + e.bands - 1)];
+    if (lowest.sin_low < 0 && highest.sin_high > 0)
+      return bad("rectangle " + std::to_string(r) + " crosses the horizon");
+    for (int b = e.band; b < e.band + e.bands; ++b)
+      for (int c = e.cell; c < e.cell + e.cells; ++c) {
+        std::int32_t& region = out.region_of_cell_[static_cast<std::size_t>(b * around + c)];
+        if (region >= 0)
+          return bad("two rectangles overlap");
+        region = static_cast<std::int32_t>(r);
+      }
+  }
+  if (std::ranges::count(out.region_of_cell_, -1) > 0)
+    return bad("some cells belong to no rectangle");
+  out.size_ = static_cast<int>(rectangles.size());
+  out.rectangles_ = std::move(rectangles);
+  out.node_altitude_.clear();
+  return out;
+}
+
+SkyRectangle SkyPartition::extent(int region) const {
+  return rectangles_.empty() ? SkyRectangle{} : rectangles_[static_cast<std::size_t>(region)];
+}
+
+SkyPartition::Limits SkyPartition::limits(int region) const {
+  if (rectangles_.empty()) {
+    const SkyBand& band = band_of_region(region);
+    const double width = kTwoPi / band.cells;
+    return {band.sin_low, band.sin_high, start_azimuth(band) + width * (region - band.first_region), width,
+            band.cells == 1};
+  }
+  const SkyRectangle& r = rectangles_[static_cast<std::size_t>(region)];
+  const int around = bands_.front().cells;
+  const double width = kTwoPi / around;
+  return {bands_[static_cast<std::size_t>(r.band)].sin_low,
+          bands_[static_cast<std::size_t>(r.band + r.bands - 1)].sin_high, width * r.cell, width * r.cells,
+          r.cells == around};
+}
+
 int SkyPartition::region_of(const glm::dvec3& d) const {
   const SkyBand& band = bands_[static_cast<std::size_t>(band_of(d.z))];
   if (band.cells == 1)
     return band.first_region;
   double turns = (std::atan2(d.y, d.x) - start_azimuth(band)) / kTwoPi;
   turns -= std::floor(turns);
-  return band.first_region + std::min(static_cast<int>(turns * band.cells), band.cells - 1);
+  const int cell = band.first_region + std::min(static_cast<int>(turns * band.cells), band.cells - 1);
+  return region_of_cell(cell);
 }
 
 double SkyPartition::solid_angle_sr(int region) const {
-  const SkyBand& band = band_of_region(region);
-  return kTwoPi * (band.sin_high - band.sin_low) / band.cells;
+  const Limits l = limits(region);
+  return l.width * (l.sin_high - l.sin_low);
 }
 
 glm::dvec3 SkyPartition::centre(int region) const {
-  const SkyBand& band = band_of_region(region);
-  const double z = 0.5 * (band.sin_low + band.sin_high);
-  if (band.cells == 1)
+  const Limits l = limits(region);
+  const double z = 0.5 * (l.sin_low + l.sin_high);
+  if (l.whole_turn)
     return {0.0, 0.0, z < 0 ? -1.0 : 1.0};
   // Mean of cos(altitude) over the band, times the mean of the azimuth's cosine over the cell (a sinc).
   auto integral = [](double s) { return 0.5 * (s * std::sqrt(std::max(0.0, 1 - s * s)) + std::asin(s)); };
-  const double half = kPi / band.cells;
-  const double across =
-      (integral(band.sin_high) - integral(band.sin_low)) / (band.sin_high - band.sin_low) * std::sin(half) / half;
-  const double azimuth = start_azimuth(band) + kTwoPi * (region - band.first_region + 0.5) / band.cells;
+  const double half = 0.5 * l.width;
+  const double across = (integral(l.sin_high) - integral(l.sin_low)) / (l.sin_high - l.sin_low) * std::sin(half) / half;
+  const double azimuth = l.azimuth + half;
   return glm::normalize(glm::dvec3(across * std::cos(azimuth), across * std::sin(azimuth), z));
 }
 
 glm::dvec3 SkyPartition::sample(int region, double s, double t) const {
   // A hair inside the borders, so that rounding never moves a sample into the neighbour.
   constexpr double kInside = 1e-9;
-  const SkyBand& band = band_of_region(region);
+  const Limits l = limits(region);
   const double u = std::clamp(s, kInside, 1 - kInside), v = std::clamp(t, kInside, 1 - kInside);
-  const double azimuth = start_azimuth(band) + kTwoPi * (region - band.first_region + u) / band.cells;
-  const double z = band.sin_low + v * (band.sin_high - band.sin_low), across = std::sqrt(std::max(0.0, 1 - z * z));
+  const double azimuth = l.azimuth + l.width * u;
+  const double z = l.sin_low + v * (l.sin_high - l.sin_low), across = std::sqrt(std::max(0.0, 1 - z * z));
   return {across * std::cos(azimuth), across * std::sin(azimuth), z};
 }
 

@@ -26,6 +26,12 @@ struct SkyBand {
   bool centred = false;
 };
 
+/// A region of unequal size: `cells` azimuth cells from `cell` on, in `bands` bands from `band` on, of bands that all
+/// have the same number of cells.
+struct SkyRectangle {
+  int band = 0, cell = 0, bands = 1, cells = 1;
+};
+
 /// A region and its share in the radiance of a direction.
 struct RegionWeight {
   int region = 0;
@@ -51,10 +57,24 @@ public:
   /// Bands from a file: checked to cover the sphere once and to have the horizon as a border.
   static Result<SkyPartition> from_bands(std::vector<SkyBand> bands, std::string name);
 
+  /// Unequal regions: rectangles of the cells of `bands`, kMostCells at most. Checked to cover every cell once and not
+  /// to cross the horizon.
+  static constexpr int kMostCells = 1 << 14;
+  static Result<SkyPartition> from_rectangles(std::vector<SkyBand> bands, std::vector<SkyRectangle> rectangles,
+                                              std::string name);
+
   int size() const { return size_; }
   const std::string& name() const { return name_; }            ///< as parse() reads it
   const std::vector<SkyBand>& bands() const { return bands_; } ///< from nadir to zenith
   bool interpolated() const { return interpolated_; }
+  /// Cells are numbered as regions are without rectangles: first_region + cell.
+  int region_of_cell(int cell) const {
+    return region_of_cell_.empty() ? cell : region_of_cell_[static_cast<std::size_t>(cell)];
+  }
+  /// One per region; empty where every cell of the bands is a region by itself.
+  const std::vector<SkyRectangle>& rectangles() const { return rectangles_; }
+  /// Its cells, upwards and around: both 1 without rectangles. sample() at shares of these stays within a cell.
+  SkyRectangle extent(int region) const;
   /// The same regions as nodes, or as constants.
   SkyPartition with_interpolation(bool on) const;
   int region_of(const glm::dvec3& unit_direction) const;
@@ -74,9 +94,17 @@ private:
   std::string name_;
   int size_ = 0;
   bool interpolated_ = false;
-  std::vector<double> node_altitude_; ///< of the centres of each band's regions, radians
+  std::vector<SkyRectangle> rectangles_;
+  std::vector<std::int32_t> region_of_cell_; ///< of the bands' cells; empty without rectangles
+  std::vector<double> node_altitude_;        ///< of the centres of each band's regions, radians
   int band_of(double sin_altitude) const;
   const SkyBand& band_of_region(int region) const;
+  /// A region's limits: sines of altitude, first azimuth and width.
+  struct Limits {
+    double sin_low, sin_high, azimuth, width;
+    bool whole_turn;
+  };
+  Limits limits(int region) const;
 };
 
 /// Which pixels make up which region, worked out once for a geometry and a partition; the runtime reduces every frame

@@ -56,7 +56,8 @@ Result<void> check_probes(const ProbeSet& probes) {
 
 Result<void> check_rows(const BasisVolume& volume) {
   if (volume.compact) {
-    if (!volume.partition.interpolated() || !volume.stored_region.empty() || !volume.basis.empty())
+    if (!volume.partition.interpolated() || !volume.partition.rectangles().empty() || !volume.stored_region.empty() ||
+        !volume.basis.empty())
       return broken("a compact basis beside another one, or without nodes");
     return check_compact(*volume.compact, volume.partition.size(), volume.probes.size());
   }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "scene/result.h"
 #include "scene/volume.h"
@@ -13,10 +14,11 @@
 namespace daylit {
 
 /// Versions of the layout described in docs/volume-format.md. A reader refuses any other. Version 2 adds the refractive
-/// index of clear glass, version 4 the compact basis of a fine sky; a volume is written as the lowest that holds it.
-/// Version 3 was a compact basis without the light on the surfaces, and is refused.
-constexpr int kVolumeFormatConstantPanes = 1, kVolumeFormatClearGlass = 2, kVolumeFormatCompact = 4;
-constexpr int kVolumeFormatVersion = kVolumeFormatCompact;
+/// index of clear glass, version 4 the compact basis of a fine sky, version 5 unequal regions; a volume is written as
+/// the lowest that holds it. Version 3 was a compact basis without the light on the surfaces, and is refused.
+constexpr int kVolumeFormatConstantPanes = 1, kVolumeFormatClearGlass = 2, kVolumeFormatCompact = 4,
+              kVolumeFormatRectangles = 5;
+constexpr int kVolumeFormatVersion = kVolumeFormatRectangles;
 
 /// The version a volume is written as.
 int volume_format_version(const BasisVolume& volume);
@@ -28,6 +30,10 @@ enum class BasisPrecision { float32, float16 };
 /// Writes the file whole or not at all. Error: the volume breaks a rule of check_volume(), or the disk does.
 Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume,
                           BasisPrecision precision = BasisPrecision::float32);
+
+/// The bytes that write_volume() writes.
+Result<std::vector<std::uint8_t>> volume_bytes(const BasisVolume& volume,
+                                               BasisPrecision precision = BasisPrecision::float32);
 
 /// Files are hostile input: every size is checked against the file before anything is allocated, no allocation is
 /// larger than twice the file, and the result satisfies check_volume(). Errors: file_missing; file_version names both

@@ -6,6 +6,7 @@
 #include <memory>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -128,13 +129,16 @@ std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   return basis;
 }
 
-Result<SkyPartition> read_partition(TensorReader& reader, const std::string& name) {
+/// The map from cells to rectangles is larger in memory than in the file, so the file's size bounds it.
+Result<SkyPartition> read_partition(TensorReader& reader, const std::string& name, bool rectangles_of_cells,
+                                    std::size_t file_bytes) {
   std::vector<double> limits;
   std::vector<std::int32_t> cells;
   const std::uint64_t count = reader.read("sky.band", "F64", {2}, limits);
   if (reader.read("sky.band_cells", "I32", {2}, cells) != count)
     return Error{ErrorCode::file_malformed, "the sky bands disagree in number", "sky partition", "bake it again"};
   std::vector<SkyBand> bands;
+  bands.reserve(count); // growing by doubling would take more than twice the file
   std::int64_t first = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::int32_t n = cells[2 * i];
@@ -143,7 +147,16 @@ Result<SkyPartition> read_partition(TensorReader& reader, const std::string& nam
     bands.push_back({limits[2 * i], limits[2 * i + 1], n, static_cast<int>(first), cells[2 * i + 1] != 0});
     first += n;
   }
-  return SkyPartition::from_bands(std::move(bands), name);
+  if (!rectangles_of_cells)
+    return SkyPartition::from_bands(std::move(bands), name);
+  if (static_cast<std::size_t>(first) * sizeof(std::int32_t) > file_bytes)
+    return Error{ErrorCode::file_malformed, "more cells of the sky than the file has room for", "sky partition", ""};
+  std::vector<std::int32_t> numbers;
+  reader.read("sky.rectangle", "I32", {4}, numbers);
+  std::vector<SkyRectangle> rectangles;
+  for (std::size_t i = 0; i + 3 < numbers.size(); i += 4)
+    rectangles.push_back({numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]});
+  return SkyPartition::from_rectangles(std::move(bands), std::move(rectangles), name);
 }
 
 void read_probes(TensorReader& reader, bool is_grid, ProbeSet& probes) {
@@ -155,11 +168,45 @@ void read_probes(TensorReader& reader, bool is_grid, ProbeSet& probes) {
   probes.is_grid = is_grid;
 }
 
-bool read_materials(TensorReader& reader, const std::string& names_json, std::vector<Material>& materials) {
+/// A JSON list of strings; stops at anything else, so that nothing nested builds up.
+class NameList : public nlohmann::json_sax<nlohmann::json> {
+public:
+  explicit NameList(std::vector<Material>& materials) : materials_(materials) {}
+  bool complete() const { return next_ == materials_.size(); }
+
+  bool string(string_t& name) override {
+    if (!inside_ || complete())
+      return false;
+    materials_[next_++].name = std::move(name);
+    return true;
+  }
+  bool start_array(std::size_t) override { return !std::exchange(inside_, true); }
+  bool end_array() override { return true; }
+  bool null() override { return false; }
+  bool boolean(bool) override { return false; }
+  bool number_integer(number_integer_t) override { return false; }
+  bool number_unsigned(number_unsigned_t) override { return false; }
+  bool number_float(number_float_t, const string_t&) override { return false; }
+  bool binary(binary_t&) override { return false; }
+  bool start_object(std::size_t) override { return false; }
+  bool key(string_t&) override { return false; }
+  bool end_object() override { return false; }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override { return false; }
+
+private:
+  std::vector<Material>& materials_;
+  std::size_t next_ = 0;
+  bool inside_ = false;
+};
+
+/// A material is larger in memory than in the file, so the file's size bounds them.
+bool read_materials(TensorReader& reader, const std::string& names_json, std::size_t file_bytes,
+                    std::vector<Material>& materials) {
   std::vector<Rgb> reflectance, transmittance;
   std::vector<std::uint8_t> is_window;
   const std::uint64_t count = reader.read("material.reflectance", "F32", {3}, reflectance);
-  if (reader.read("material.transmittance", "F32", {3}, transmittance) != count ||
+  if (count * sizeof(Material) > 2 * file_bytes ||
+      reader.read("material.transmittance", "F32", {3}, transmittance) != count ||
       reader.read("material.is_window", "U8", {}, is_window) != count)
     return false;
   std::vector<float> index;
@@ -169,22 +216,11 @@ bool read_materials(TensorReader& reader, const std::string& names_json, std::ve
   materials.resize(count);
   for (std::size_t i = 0; i < count; ++i)
     materials[i] = {"", reflectance[i], transmittance[i], is_window[i] != 0, index.empty() ? 0.0f : index[i]};
-  // Strings in the order of the list; anything else in it is refused.
-  std::size_t next = 0;
-  bool good = true;
-  const auto take = [&](int depth, nlohmann::json::parse_event_t event, nlohmann::json& value) {
-    using Event = nlohmann::json::parse_event_t;
-    if (event == Event::value && depth == 1 && value.is_string() && next < materials.size())
-      materials[next++].name = value.get<std::string>();
-    else if (event == Event::value || event == Event::object_start || depth > 1)
-      good = false;
-    return depth == 0 && event != Event::value; // keeps the list itself, nothing in it
-  };
-  [[maybe_unused]] const nlohmann::json nothing = nlohmann::json::parse(names_json, take, false);
-  return good && next == materials.size();
+  NameList names(materials);
+  return nlohmann::json::sax_parse(names_json, &names) && names.complete();
 }
 
-bool read_room(TensorReader& reader, const std::string& names_json, Room& room) {
+bool read_room(TensorReader& reader, const std::string& names_json, std::size_t file_bytes, Room& room) {
   std::vector<std::array<std::uint32_t, 3>> corners;
   std::vector<std::uint32_t> material;
   reader.read("room.vertex", "F64", {3}, room.vertices);
@@ -194,7 +230,7 @@ bool read_room(TensorReader& reader, const std::string& names_json, Room& room) 
   room.triangles.resize(count);
   for (std::size_t i = 0; i < count; ++i)
     room.triangles[i] = {corners[i], material[i]};
-  return read_materials(reader, names_json, room.materials);
+  return read_materials(reader, names_json, file_bytes, room.materials);
 }
 
 bool read_apertures(TensorReader& reader, std::vector<Aperture>& apertures) {
@@ -234,7 +270,7 @@ Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::S
     return Error{ErrorCode::file_malformed, "this is a safetensors file, but no volume", name, ""};
   const std::string version = text_of(header, "format_version").substr(0, 20);
   if (version != std::to_string(kVolumeFormatConstantPanes) && version != std::to_string(kVolumeFormatClearGlass) &&
-      version != std::to_string(kVolumeFormatCompact))
+      version != std::to_string(kVolumeFormatCompact) && version != std::to_string(kVolumeFormatRectangles))
     return Error{ErrorCode::file_version,
                  fmt::format("volume format version {}; this program reads version {} to {}", version,
                              kVolumeFormatConstantPanes, kVolumeFormatVersion),
@@ -264,19 +300,21 @@ Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std:
     return good.error();
   TensorReader reader(bytes, *header);
   BasisVolume volume;
-  Result<SkyPartition> partition = read_partition(reader, text_of(*header, "partition"));
+  const std::string version = text_of(*header, "format_version");
+  Result<SkyPartition> partition = read_partition(reader, text_of(*header, "partition"),
+                                                  version == std::to_string(kVolumeFormatRectangles), bytes.size());
   if (!partition)
     return malformed(partition.error().what, name);
   volume.partition = std::move(*partition);
   read_probes(reader, text_of(*header, "probe_layout") == "grid", volume.probes);
-  if (text_of(*header, "format_version") == std::to_string(kVolumeFormatCompact)) {
+  if (version == std::to_string(kVolumeFormatCompact)) {
     volume.partition = volume.partition.with_interpolation(true);
     volume.compact = read_compact(reader);
   } else {
     reader.read("region.stored", "I32", {}, volume.stored_region);
     read_basis(reader, volume);
   }
-  if (!read_room(reader, text_of(*header, "material_names"), volume.room))
+  if (!read_room(reader, text_of(*header, "material_names"), bytes.size(), volume.room))
     return malformed(reader.problem().empty() ? "the tensors of the room disagree in number" : reader.problem(), name);
   if (!read_apertures(reader, volume.apertures) || !reader.problem().empty())
     return malformed(reader.problem().empty() ? "the tensors of the apertures disagree" : reader.problem(), name);

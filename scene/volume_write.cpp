@@ -19,6 +19,7 @@ namespace {
 /// Tensors of a volume as flat arrays; those that BasisVolume keeps otherwise are copied here while writing.
 struct FlatVolume {
   std::vector<double> bands, apertures, inward;
+  std::vector<std::int32_t> rectangles;
   std::vector<std::int32_t> band_cells, aperture_corners;
   std::vector<std::uint32_t> triangles, triangle_material;
   std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
@@ -39,6 +40,8 @@ FlatVolume flatten(const BasisVolume& volume) {
     flat.bands.insert(flat.bands.end(), {band.sin_low, band.sin_high});
     flat.band_cells.insert(flat.band_cells.end(), {band.cells, band.centred ? 1 : 0});
   }
+  for (const SkyRectangle& r : volume.partition.rectangles())
+    flat.rectangles.insert(flat.rectangles.end(), {r.band, r.cell, r.bands, r.cells});
   for (const RoomTriangle& t : volume.room.triangles) {
     flat.triangles.insert(flat.triangles.end(), t.vertex.begin(), t.vertex.end());
     flat.triangle_material.push_back(t.material);
@@ -156,6 +159,8 @@ Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
       {"aperture.inward", "F64", {apertures, 3}, bytes_of(flat.inward)},
       {"aperture.transmittance", "F32", {apertures, 3}, bytes_of(flat.aperture_transmittance)},
   };
+  if (!flat.rectangles.empty())
+    list.push_back({"sky.rectangle", "I32", {flat.rectangles.size() / 4, 4}, bytes_of(flat.rectangles)});
   if (has_clear_glass(volume)) {
     list.push_back({"material.refractive_index", "F32", {materials}, bytes_of(flat.refractive_index)});
     list.push_back({"aperture.refractive_index", "F32", {apertures}, bytes_of(flat.aperture_index)});
@@ -184,20 +189,13 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
           {"report", p.report_json}};
 }
 
-} // namespace
+using Parts = std::span<const std::span<const std::byte>>;
 
-int volume_format_version(const BasisVolume& volume) {
-  if (volume.compact)
-    return kVolumeFormatCompact;
-  return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;
-}
-
-Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume, BasisPrecision precision) {
-  if (Result<void> good = check_volume(volume); !good) {
-    Error error = good.error();
-    error.where = path.string();
-    return error;
-  }
+/// Hands the file, in parts that live as long as the call, to `take`.
+template <class Take>
+Result<void> with_file_parts(const BasisVolume& volume, BasisPrecision precision, Take take) {
+  if (Result<void> good = check_volume(volume); !good)
+    return good;
   FlatVolume flat = flatten(volume);
   if (precision == BasisPrecision::float16 && !volume.compact)
     halve_basis(volume, flat);
@@ -210,7 +208,41 @@ Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& 
   image.header.replace(digits, checksum.size(), checksum);
   std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(image.header))};
   parts.insert(parts.end(), image.parts.begin(), image.parts.end());
-  return write_file_atomically(path, parts);
+  return take(Parts(parts));
+}
+
+} // namespace
+
+int volume_format_version(const BasisVolume& volume) {
+  if (!volume.partition.rectangles().empty())
+    return kVolumeFormatRectangles;
+  if (volume.compact)
+    return kVolumeFormatCompact;
+  return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;
+}
+
+Result<std::vector<std::uint8_t>> volume_bytes(const BasisVolume& volume, BasisPrecision precision) {
+  std::vector<std::uint8_t> bytes;
+  const Result<void> laid_out = with_file_parts(volume, precision, [&](Parts parts) -> Result<void> {
+    for (const std::span<const std::byte> part : parts) {
+      const auto* first = reinterpret_cast<const std::uint8_t*>(part.data());
+      bytes.insert(bytes.end(), first, first + part.size());
+    }
+    return {};
+  });
+  if (!laid_out)
+    return laid_out.error();
+  return bytes;
+}
+
+Result<void> write_volume(const std::filesystem::path& path, const BasisVolume& volume, BasisPrecision precision) {
+  Result<void> written =
+      with_file_parts(volume, precision, [&](Parts parts) { return write_file_atomically(path, parts); });
+  if (written)
+    return written;
+  Error error = written.error();
+  error.where = path.string();
+  return error;
 }
 
 } // namespace daylit

@@ -82,18 +82,27 @@ std::vector<int> scattered(int n) {
 } // namespace
 
 SkyDirections SkyDirections::make(const SkyPartition& partition, int count) {
+  // Regions of unequal size have directions for each of their cells: equal shares of the sphere, however large the
+  // region. A large region with few directions would be off by tens of per cent.
+  int cells = 0;
+  for (int r = 0; r < partition.size(); ++r)
+    cells += partition.extent(r).bands * partition.extent(r).cells;
   const int side = std::max(partition.interpolated() ? 1 : 2,
-                            static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / partition.size()))));
+                            static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / cells))));
   const std::vector<int> within = scattered(side);
   const auto at = [&](int i, int j) { return (i + (within[static_cast<std::size_t>(j)] + 0.5) / side) / side; };
   SkyDirections d;
-  for (int r = 0; r < partition.size(); ++r)
-    for (int i = 0; i < side; ++i)
-      for (int j = 0; j < side; ++j) {
-        d.w.push_back(partition.sample(r, at(i, j), at(j, i)));
-        d.region.push_back(r);
-        d.solid_angle_sr.push_back(partition.solid_angle_sr(r) / (side * side));
-      }
+  for (int r = 0; r < partition.size(); ++r) {
+    const SkyRectangle e = partition.extent(r);
+    for (int cell = 0; cell < e.bands * e.cells; ++cell)
+      for (int i = 0; i < side; ++i)
+        for (int j = 0; j < side; ++j) {
+          d.w.push_back(
+              partition.sample(r, (cell % e.cells + at(i, j)) / e.cells, (cell / e.cells + at(j, i)) / e.bands));
+          d.region.push_back(r);
+          d.solid_angle_sr.push_back(partition.solid_angle_sr(r) / (side * side * e.bands * e.cells));
+        }
+  }
   return d;
 }
 

@@ -92,7 +92,7 @@ struct RoomChangeField::State {
   Node* node(const Lattice& lattice, const LatticeKey& key) const;
   const Cell& cell(const Lattice& lattice, const LatticeKey& key) const;
   const RoomChange& current(Node& node, const glm::dvec3& x, std::uint32_t triangle, const glm::dvec3& n) const;
-  const Lattice& lattice_at(const glm::dvec3& x) const;
+  bool near(const glm::dvec3& x) const;
 };
 
 void RoomChangeField::State::trace_part(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count,
@@ -203,11 +203,11 @@ const RoomChange& RoomChangeField::State::current(Node& node, const glm::dvec3& 
   return node.light;
 }
 
-const Lattice& RoomChangeField::State::lattice_at(const glm::dvec3& x) const {
+bool RoomChangeField::State::near(const glm::dvec3& x) const {
   for (std::size_t k = 0; k < parts.size(); ++k)
     if (glm::length(x - parts.sphere(k).centre) < kNear * parts.sphere(k).radius)
-      return fine;
-  return coarse;
+      return true;
+  return false;
 }
 
 /// The sun's light on one side of an object's surface, reflected.
@@ -281,11 +281,13 @@ bool RoomChangeField::reaches(const glm::dvec3& x) const {
   return false;
 }
 
+bool RoomChangeField::near(const glm::dvec3& x) const { return state_->near(x); }
+
 RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;
   const std::uint32_t facing = s.planes.facing_of(triangle, direction);
   const RoomFacing& f = s.planes[facing];
-  const Lattice& lattice = s.lattice_at(x);
+  const Lattice& lattice = s.near(x) ? s.fine : s.coarse;
   const glm::dvec2 p(glm::dot(f.u, x) / lattice.cell_m, glm::dot(f.v, x) / lattice.cell_m);
   const glm::dvec2 lower = glm::floor(p);
   const LatticeKey key{static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing};

@@ -53,6 +53,8 @@ public:
 
   /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
   bool reaches(const glm::dvec3& x) const;
+  /// So close to an object that its effect may be narrower than a few of its cells further away.
+  bool near(const glm::dvec3& x) const;
   RoomChange at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same without cells and with `rays` rays per object: the slow twin.
   RoomChange evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, int rays) const;

@@ -22,7 +22,21 @@ bool same_sun(const Rgb& a, const Rgb& b) {
   return true;
 }
 
+/// Largest of the channels.
+float relative(const Rgb& change, const Rgb& before) {
+  float largest = 0.0f;
+  for (int c = 0; c < 3; ++c)
+    if (change[c] != 0.0f)
+      largest = std::max(largest, before[c] > 0.0f ? std::fabs(change[c]) / before[c] : 1.0f);
+  return largest;
+}
+
 } // namespace
+
+float ChangePicture::drawn_share(const Rgb& change, const Rgb& before) {
+  const float t = std::clamp(relative(change, before) / kThreshold - 0.5f, 0.0f, 1.0f);
+  return t * t * (3.0f - 2.0f * t);
+}
 
 void ChangePicture::set_view(const RenderCamera& camera, const RayScene& room_rays) {
   camera_ = &camera;
@@ -58,12 +72,14 @@ ChangePicture::Corner ChangePicture::look(double x, double y) const {
 }
 
 void ChangePicture::light(Corner& corner) const {
+  corner.visible = false;
   corner.reached = corner.seen && field_->reaches(corner.position);
   if (!corner.reached)
     return;
   corner.facing = field_->facing_of(corner.triangle, corner.direction);
   corner.change = field_->at(corner.triangle, corner.position, corner.direction);
   corner.sun = field_->sun_irradiance(corner.triangle, corner.position, corner.direction);
+  corner.visible = drawn_share(corner.change.irradiance, corner.change.before + corner.sun) > 0.0f;
 }
 
 ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
@@ -71,7 +87,7 @@ ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
                                           &corner(column + 1, row + 1)};
   bool any = false, same = true;
   for (const Corner* c : four) {
-    any = any || c->reached;
+    any = any || c->visible || (c->reached && field_->near(c->position));
     same = same && c->reached && c->facing == four[0]->facing && same_sun(c->sun, four[0]->sun);
   }
   return !any ? Kind::nothing : same ? Kind::interpolate : Kind::single;
@@ -83,6 +99,13 @@ void ChangePicture::update(const RoomChangeField& field) {
     for (std::size_t i = range.begin(); i != range.end(); ++i)
       light(corners_[i]);
   });
+  left_out_ = 0.0f;
+  for (const Corner& c : corners_)
+    if (c.reached) {
+      const Rgb before = c.change.before + c.sun;
+      left_out_ = std::max(left_out_,
+                           (1.0f - drawn_share(c.change.irradiance, before)) * relative(c.change.irradiance, before));
+    }
   box_ = {};
   int x0 = columns_, y0 = rows_, x1 = 0, y1 = 0;
   for (int row = 0; row < rows_; ++row)
@@ -100,6 +123,17 @@ void ChangePicture::update(const RoomChangeField& field) {
 }
 
 std::optional<PixelChange> ChangePicture::at(int x, int y) const {
+  auto change = whole_at(x, y);
+  if (!change)
+    return change;
+  const float share = drawn_share(change->irradiance, change->before);
+  if (share == 0.0f)
+    return std::nullopt;
+  change->irradiance *= share;
+  return change;
+}
+
+std::optional<PixelChange> ChangePicture::whole_at(int x, int y) const {
   const int column = x / kBlock, row = y / kBlock;
   const Kind kind = kinds_[static_cast<std::size_t>(row) * columns_ + column];
   if (kind == Kind::nothing)

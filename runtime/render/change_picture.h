@@ -2,6 +2,10 @@
 
 // The change of the room's indirect light in the photograph's pixels: looked up at the corners of blocks of pixels and
 // interpolated where the corners lie on one side of one plane under the same sun, pixel by pixel elsewhere.
+//
+// The change fades with distance and never ends. It is drawn as far as it can be seen: below kThreshold of the light
+// before it, about half a code value of a bright sRGB pixel, it is brought to zero smoothly. What that leaves out is
+// below two thirds of kThreshold, and reported.
 
 #include <cstdint>
 #include <optional>
@@ -21,14 +25,21 @@ struct PixelChange {
 
 class ChangePicture {
 public:
+  static constexpr float kThreshold = 0.005f;
+  /// Share of a change that is drawn, by its size relative to the light before it: 0 below half of kThreshold, 1 above
+  /// one and a half, smooth between.
+  static float drawn_share(const Rgb& change, const Rgb& before);
+
   /// The room as the camera sees it; holds until the camera moves.
   void set_view(const RenderCamera& camera, const RayScene& room_rays);
   /// The field after its set_light().
   void update(const RoomChangeField& field);
 
+  /// Largest relative change that is not drawn, of the corners looked at.
+  float left_out() const { return left_out_; }
   /// Pixels outside see no change.
   const PixelBox& box() const { return box_; }
-  /// Empty where the room does not change, or is not seen. Thread-safe.
+  /// Empty where the room does not change visibly, or is not seen. Thread-safe.
   std::optional<PixelChange> at(int x, int y) const;
 
 private:
@@ -36,6 +47,7 @@ private:
   enum class Kind : std::uint8_t { nothing, interpolate, single };
   struct Corner {
     bool seen = false, reached = false;
+    bool visible = false; ///< some of the change is drawn here
     std::uint32_t triangle = 0, facing = 0;
     glm::dvec3 position{0.0}, direction{0.0};
     RoomChange change;
@@ -48,9 +60,11 @@ private:
   std::vector<Corner> corners_;
   std::vector<Kind> kinds_;
   PixelBox box_;
+  float left_out_ = 0.0f;
 
   Corner look(double x, double y) const;
   void light(Corner& corner) const;
+  std::optional<PixelChange> whole_at(int x, int y) const;
   Kind kind_of(int column, int row) const;
   const Corner& corner(int column, int row) const {
     return corners_[static_cast<std::size_t>(row) * (columns_ + 1) + column];

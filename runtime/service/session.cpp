@@ -305,6 +305,7 @@ void Session::State::report_frame() {
   report.object_pixels = frame.composite.object_pixels;
   report.shadow_pixels = frame.composite.shadow_pixels;
   report.vertices = objects.surface.positions.size();
+  report.room_change_left_out = room_change ? static_cast<double>(change_picture.left_out()) : 0.0;
   report.skipped = skipped;
   report.warnings = frame_warnings({vertices_outside, vertex_probes.size(), report.object_pixels, lights.size(),
                                     glm::length(camera.eye() - sphere.centre) < sphere.radius + kNearPlane_m,

@@ -24,7 +24,7 @@ float share_of(float part, float whole) { return whole > 0.0f ? part / whole : 1
 BlockShader::SkyShare BlockShader::interpolate(Layer layer, int x, int y, const glm::vec3& position,
                                                const glm::vec3& normal) const {
   SkyShare share;
-  if (!scene_.settings.share_visibility)
+  if (grid_.empty())
     return share;
   const int columns = view_.block_columns(), column = x / kBlockSide, row = y / kBlockSide;
   const float s = static_cast<float>(x % kBlockSide) / kBlockSide, t = static_cast<float>(y % kBlockSide) / kBlockSide;
@@ -105,7 +105,7 @@ void BlockShader::add_room(int x, int y, float coverage) {
 /// Asks the traced grid points around for the newest lane. Where they lie about the normal does not matter here, only
 /// what stands before them.
 void BlockShader::hint(Lanes& l, Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal) {
-  if (!scene_.settings.share_visibility)
+  if (grid_.empty())
     return;
   neighbours_.clear();
   const int columns = view_.block_columns(), column = x / kBlockSide, row = y / kBlockSide;
@@ -196,8 +196,7 @@ void BlockShader::shade_room() {
 /// The four corners of a block when all are of a kind and on one piece of surface: what they agree on of the sun, whose
 /// shadows are too sharp for interpolation, holds between them.
 bool BlockShader::find_sun_corners(int column, int row, Layer layer) {
-  if (scene_.sun.lights.size() == 0 || !scene_.settings.share_visibility || column + 1 >= grid_.columns() ||
-      row + 1 >= grid_.rows())
+  if (scene_.sun.lights.size() == 0 || grid_.empty() || column + 1 >= grid_.columns() || row + 1 >= grid_.rows())
     return false;
   const GridPoint& first = grid_.at(layer, column, row);
   for (int k = 0; k < 4; ++k) {
@@ -212,8 +211,8 @@ bool BlockShader::find_sun_corners(int column, int row, Layer layer) {
 
 /// A block that shows one plane of the room, all of whose corners keep the light of the sky; without a sun.
 bool BlockShader::loses_nothing(int column, int row) const {
-  if (!scene_.settings.share_visibility || scene_.sun.lights.size() > 0 || !view_.is_plain(column, row) ||
-      column + 1 >= grid_.columns() || row + 1 >= grid_.rows())
+  if (grid_.empty() || scene_.sun.lights.size() > 0 || !view_.is_plain(column, row) || column + 1 >= grid_.columns() ||
+      row + 1 >= grid_.rows())
     return false;
   for (int k = 0; k < 4; ++k) {
     const GridPoint& g = grid_.at(Layer::room, column + k % 2, row + k / 2);

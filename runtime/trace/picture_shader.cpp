@@ -62,9 +62,7 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
   frame.surface.resize(pixels);
   if (pixels == 0)
     return 0;
-  std::atomic<std::uint64_t> rays{0};
-  if (scene.settings.share_visibility)
-    rays += grid_.trace(scene, view, receives_, frame.box);
+  std::atomic<std::uint64_t> rays{grid_.trace(scene, view, receives_, frame.box)};
   const int first = frame.box.y0 / kBlockSide, last = (frame.box.y1 + kBlockSide - 1) / kBlockSide;
   tbb::parallel_for(tbb::blocked_range<int>(first, last), [&](const tbb::blocked_range<int>& range) {
     BlockShader shader(grid_, receives_, scene, view, frame);

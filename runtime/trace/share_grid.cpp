@@ -19,6 +19,7 @@ namespace {
 constexpr float kSameSideCosine = 0.8f;
 constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
 constexpr float kSamePlane_m = 1e-3f;
+constexpr float kLeastRadius_px = 32.0f, kLeastCoarseRadius_px = 72.0f; // of the objects in the picture
 constexpr float kSmoothShare = 0.04f; // coarse points that differ by less speak for the fine ones between
 
 bool is_near(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
@@ -214,9 +215,20 @@ std::uint64_t ShareGrid::trace_tile(const TracedScene& scene, const PixelBox& ti
   return rays;
 }
 
+/// False where the objects are too small in the picture for any sharing.
+bool ShareGrid::choose_stride(const TracedScene& scene, const VisibleSurfaces& view) {
+  const ShadowCasters casters = scene.casters();
+  const float radius_px = view.radius_px(casters.centre, casters.radius);
+  stride_ = radius_px < kLeastCoarseRadius_px ? 1 : 2;
+  return scene.settings.share_visibility && radius_px >= kLeastRadius_px;
+}
+
 std::uint64_t ShareGrid::trace(const TracedScene& scene, const VisibleSurfaces& view,
                                std::span<const std::uint8_t> receives, const PixelBox& box) {
   constexpr int kTile = 8; // blocks: its coarse points fill the lanes
+  points_.clear();
+  if (!choose_stride(scene, view))
+    return 0;
   columns_ = view.block_columns();
   rows_ = view.block_rows();
   sky_word_count_ = (scene.sky.lights.size() + 63) / 64;

@@ -4,7 +4,9 @@
 // behind them. What lies between is interpolated, or knows from here which lights it need not ask about.
 //
 // Every second point of a row and column is coarse and always traced. A fine point between coarse ones that nearly
-// agree takes their mean; else it is traced, but only for the lights that they disagree on.
+// agree takes their mean; else it is traced, but only for the lights that they disagree on. What a shadow is as wide as
+// depends on the objects, not on the picture: where they are small in it every point is coarse, and where they are
+// tiny there is no grid.
 
 #include <array>
 #include <cstdint>
@@ -38,6 +40,8 @@ public:
   std::uint64_t trace(const TracedScene& scene, const VisibleSurfaces& view, std::span<const std::uint8_t> receives,
                       const PixelBox& box);
 
+  /// Nothing is shared: every pixel asks for itself.
+  bool empty() const { return points_.empty(); }
   int columns() const { return columns_; }
   int rows() const { return rows_; }
   const GridPoint& at(Layer layer, int column, int row) const { return points_[index(layer, column, row)]; }
@@ -53,7 +57,10 @@ private:
   std::size_t index(Layer layer, int column, int row) const {
     return (static_cast<std::size_t>(row) * columns_ + column) * 2 + static_cast<std::size_t>(layer);
   }
-  bool is_coarse(int column, int row) const { return (column - blocks_.x0) % 2 == 0 && (row - blocks_.y0) % 2 == 0; }
+  bool is_coarse(int column, int row) const {
+    return (column - blocks_.x0) % stride_ == 0 && (row - blocks_.y0) % stride_ == 0;
+  }
+  bool choose_stride(const TracedScene& scene, const VisibleSurfaces& view);
   void mark_outlines(const VisibleSurfaces& view);
   GridPoint object_point_at(const TracedScene& scene, const VisibleSurfaces& view, int column, int row) const;
   GridPoint room_point_at(const TracedScene& scene, const VisibleSurfaces& view, std::span<const std::uint8_t> receives,
@@ -65,6 +72,7 @@ private:
 
   class Tracer;
   int columns_ = 0, rows_ = 0;
+  int stride_ = 2;                       ///< blocks between coarse points
   PixelBox blocks_;                      ///< that are traced, in blocks
   std::vector<std::uint8_t> at_outline_; ///< per block: its room counts though an object hides it
   std::vector<GridPoint> points_;        ///< per block and layer

@@ -32,6 +32,7 @@ void VisibleSurfaces::set_camera(const RenderCamera& camera, const glm::dvec3& o
   eye_ = glm::vec3(camera.eye() - origin);
   right_ = glm::vec3(axes[0] / camera.fx);
   down_ = glm::vec3(axes[1] / camera.fy);
+  pixel_pitch_ = static_cast<float>(1.0 / std::max(camera.fx, camera.fy));
   corner_ = glm::vec3(axes[2] - axes[0] * (camera.cx / camera.fx) - axes[1] * (camera.cy / camera.fy));
   const std::size_t pixels = static_cast<std::size_t>(width_) * height_;
   room_.resize(pixels);

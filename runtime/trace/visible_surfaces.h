@@ -2,7 +2,9 @@
 
 // What each pixel of the drawn picture shows: a point of the room, a point of a virtual object, or both in part.
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -75,6 +77,11 @@ public:
   /// Direction of unit depth through a pixel position.
   glm::vec3 direction(float x, float y) const { return corner_ + x * right_ + y * down_; }
   const glm::vec3& eye() const { return eye_; }
+  /// How large a sphere appears; at least its size where the camera stands in it.
+  float radius_px(const glm::vec3& centre, float radius) const {
+    const glm::vec3 d = centre - eye_;
+    return radius / (std::max(std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z), radius) * pixel_pitch_);
+  }
   std::size_t edge_pixels() const { return edges_.size(); }
   glm::ivec2 edge_pixel(std::size_t k) const {
     return {static_cast<int>(edges_[k].pixel) % width_, static_cast<int>(edges_[k].pixel) / width_};
@@ -116,6 +123,7 @@ private:
   int width_ = 0, height_ = 0;
   RenderCamera camera_;
   glm::dvec3 origin_{0.0};
+  float pixel_pitch_ = 1.0f; ///< at unit depth
   glm::vec3 eye_{0.0f}, corner_{0.0f}, right_{0.0f}, down_{0.0f};
   std::vector<RoomHit> room_;
   std::vector<ObjectHit> object_;

@@ -11,7 +11,8 @@ namespace daylit::detail {
 
 namespace {
 
-constexpr std::size_t kMostTensors = 64, kMostMetadata = 64, kMostDimensions = 8;
+// A compact volume with clear glass has 35 tensors, and up to as many of padding.
+constexpr std::size_t kMostTensors = 128, kMostMetadata = 64, kMostDimensions = 8;
 constexpr std::uint64_t kAlignment = 64;
 const std::string kPaddingPrefix = "_padding_";
 

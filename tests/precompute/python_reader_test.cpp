@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <sstream>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -38,22 +38,34 @@ protected:
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  BasisVolume bake(const std::string& name, const std::string& regions) {
+  /// What the program writes, read back.
+  BasisVolume bake(const std::filesystem::path& room, const std::string& name, const std::string& options) {
     const std::filesystem::path path = folder_ / name;
-    const std::string command = DAYLIT_BINARY_DIR "/bin/daylit-precompute '" + kRoom.string() + "' -o '" +
-                                path.string() + "' --quiet --grid 4,5,3 --patches 200 --regions " + regions;
-    EXPECT_EQ(std::system(command.c_str()), 0);
-    return *read_volume(path);
+    const std::string command = DAYLIT_BINARY_DIR "/bin/daylit-precompute '" + room.string() + "' -o '" +
+                                path.string() + "' --quiet " + options;
+    EXPECT_EQ(std::system(command.c_str()), 0) << command;
+    Result<BasisVolume> volume = read_volume(path);
+    EXPECT_TRUE(volume) << volume.error().message();
+    return std::move(*volume);
+  }
+  /// Two metres each way, a tinted pane in one wall: the light on the surfaces has a row per colour.
+  std::filesystem::path tinted_room() {
+    std::ofstream(folder_ / "box.mtl") << "newmtl wall\nKd 0.7 0.6 0.5\nnewmtl window\nTf 0.9 0.8 0.6\n";
+    std::ofstream(folder_ / "box.obj")
+        << "mtllib box.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 0 0 2\nv 2 0 2\nv 2 2 2\nv 0 2 2\n"
+           "v 0.5 0 0.8\nv 1.5 0 0.8\nv 1.5 0 1.7\nv 0.5 0 1.7\nusemtl wall\nf 1 2 3 4\nf 8 7 6 5\nf 2 6 7 3\n"
+           "f 3 7 8 4\nf 4 8 5 1\nf 2 1 9 10\nf 6 2 10 11\nf 5 6 11 12\nf 1 5 12 9\nusemtl window\nf 12 11 10 9\n";
+    return folder_ / "box.obj";
   }
   /// Writes radiances and returns what daylit makes of them.
   LightField radiances(const BasisVolume& volume, const std::string& name) {
-    std::vector<Rgb> radiance;
+    radiance_.clear();
     std::ofstream out(folder_ / name);
     for (int r = 0; r < volume.partition.size(); ++r) {
-      radiance.emplace_back(1.0f + 0.01f * static_cast<float>(r % 17), 0.5f, 0.25f * static_cast<float>(r % 3));
-      out << radiance.back().r << " " << radiance.back().g << " " << radiance.back().b << "\n";
+      radiance_.emplace_back(1.0f + 0.01f * static_cast<float>(r % 17), 0.5f, 0.25f * static_cast<float>(r % 3));
+      out << radiance_.back().r << " " << radiance_.back().g << " " << radiance_.back().b << "\n";
     }
-    return combine(volume, radiance);
+    return combine(volume, radiance_);
   }
   void expect_same(const LightField& field, const std::string& name) {
     std::ifstream in(folder_ / name);
@@ -66,23 +78,43 @@ protected:
         }
   }
   std::filesystem::path folder_;
+  std::vector<Rgb> radiance_; ///< of the last call of radiances()
 };
+
+std::string last_lines(const std::string& text, int lines) {
+  std::size_t at = text.size() - 1;
+  for (; lines > 0; --lines)
+    at = text.rfind('\n', at - 1);
+  return text.substr(at + 1);
+}
 
 TEST_F(PythonReader, the_lines_of_the_page_combine_as_daylit_does) {
   if (std::system("/usr/bin/python3 -c 'import numpy' 2> /dev/null") != 0)
     GTEST_SKIP() << "needs python3 with numpy";
   const std::vector<std::string> code = python_blocks(DAYLIT_SOURCE_DIR "/docs/volume-format.md");
   ASSERT_EQ(code.size(), 2u);
-  const LightField regions = radiances(bake("room.volume", "uniform:64"), "radiance.txt"),
-                   nodes = radiances(bake("fine.volume", "fine:256"), "fine.txt");
+  const std::string given = "--grid 4,5,3 --patches 200 --regions ";
+  const BasisVolume regions = bake(kRoom, "room.volume", given + "uniform:64"),
+                    nodes = bake(kRoom, "fine.volume", given + "fine:256"),
+                    defaults = bake(tinted_room(), "default.volume", "--grid 5,5,4");
+  ASSERT_TRUE(nodes.compact && defaults.compact);
+  ASSERT_EQ(defaults.compact->light.rows(), 3 * defaults.compact->sources);
+  ASSERT_TRUE(write_volume(folder_ / "half.volume", regions, BasisPrecision::float16));
+  const LightField by_region = radiances(regions, "radiance.txt"),
+                   by_half = combine(*read_volume(folder_ / "half.volume"), radiance_),
+                   by_node = radiances(nodes, "fine.txt"), by_default = radiances(defaults, "default.txt");
   std::ofstream(folder_ / "read.py")
       << "import numpy as np\nradiance = np.loadtxt('radiance.txt')\n"
       << code[0] << "np.savetxt('field.out', field.reshape(-1))\n"
-      << code[1] << "meta, v = read_volume('fine.volume')\n"
-      << "np.savetxt('fine.out', combine_compact(v, np.loadtxt('fine.txt')).reshape(-1))\n";
+      << code[1] << "meta, v = read_volume('half.volume')\n"
+      << last_lines(code[0], 2) << "np.savetxt('half.out', field.reshape(-1))\n"
+      << "for name in ('fine', 'default'):\n  meta, v = read_volume(name + '.volume')\n"
+      << "  np.savetxt(name + '.out', combine_compact(v, np.loadtxt(name + '.txt')).reshape(-1))\n";
   ASSERT_EQ(std::system(("cd '" + folder_.string() + "' && /usr/bin/python3 read.py").c_str()), 0);
-  expect_same(regions, "field.out");
-  expect_same(nodes, "fine.out");
+  expect_same(by_region, "field.out");
+  expect_same(by_half, "half.out");
+  expect_same(by_node, "fine.out");
+  expect_same(by_default, "default.out");
 }
 
 } // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "runtime/light/room_change.h"
+#include "runtime/render/change_picture.h"
+#include "scene/lens.h"
 #include "test_session.h"
 
 namespace daylit {
@@ -118,6 +120,62 @@ TEST(RoomChange, far_away_nothing_is_looked_at) {
   s.place({2.0, 2.5, 1.0}, 5.0f);
   EXPECT_FALSE(s.change.reaches({0.2, 0.2, 0.0}));
   EXPECT_TRUE(s.change.reaches({2.0, 2.5, 0.8}));
+}
+
+TEST(ChangePicture, what_is_left_out_is_bounded_and_the_rest_grows_smoothly) {
+  float left_out = 0.0f, last = 0.0f;
+  for (int k = 0; k <= 2000; ++k) {
+    const float change = 1e-5f * static_cast<float>(k);
+    const float drawn = change * ChangePicture::drawn_share(Rgb(0.5f * change, change, 0.0f), Rgb(1.0f));
+    EXPECT_GE(drawn, last) << "a larger change is drawn larger";
+    EXPECT_LT(drawn - last, 2.5e-5f) << "no step";
+    EXPECT_FLOAT_EQ(drawn, change * ChangePicture::drawn_share(Rgb(-change, 0.0f, 0.0f), Rgb(1.0f)));
+    left_out = std::max(left_out, change - drawn);
+    last = drawn;
+    if (change <= 0.5f * ChangePicture::kThreshold) {
+      EXPECT_EQ(drawn, 0.0f);
+    }
+    if (change >= 1.5f * ChangePicture::kThreshold) {
+      EXPECT_EQ(drawn, change);
+    }
+  }
+  EXPECT_LT(left_out, ChangePicture::kThreshold * 2.0f / 3.0f);
+  EXPECT_EQ(ChangePicture::drawn_share(Rgb(1e-9f), Rgb(0.0f)), 1.0f) << "where there was no light, any is a change";
+  EXPECT_EQ(ChangePicture::drawn_share(Rgb(0.0f), Rgb(0.0f)), 0.0f);
+}
+
+TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_it) {
+  Surrounded s(0.08f);
+  s.place({2.0, 2.5, 0.09}, 8.0f);
+  const auto camera =
+      make_render_camera(ideal_pinhole(320, 320, 0.9), look_at({2.0, 2.4, 2.2}, {2.0, 2.5, 0.0}), 320, 320);
+  ASSERT_TRUE(camera);
+  ChangePicture picture;
+  picture.set_view(*camera, s.rays);
+  picture.update(s.change);
+  EXPECT_GT(picture.left_out(), 0.5f * ChangePicture::kThreshold) << "the window of the share was met";
+  EXPECT_LT(picture.left_out(), ChangePicture::kThreshold * 2.0f / 3.0f);
+  int whole = 0, nothing = 0;
+  for (int y = 0; y < 320; ++y)
+    for (int x = 0; x < 320; ++x) {
+      const glm::dvec3 w = camera->direction({x, y});
+      const glm::dvec3 p = camera->eye() - camera->eye().z / w.z * w;
+      const RoomChange here = s.at(p);
+      const float relative = here.irradiance.g / here.before.g;
+      const auto drawn = picture.at(x, y);
+      if (relative > 0.02f && relative < 0.1f) { // beyond, it turns within a block of pixels
+        ASSERT_TRUE(drawn);
+        EXPECT_NEAR(drawn->irradiance.g / drawn->before.g, relative, 0.006f)
+            << "of the light before; blocks are half as wide as the object";
+        ++whole;
+      }
+      if (relative < 0.4f * ChangePicture::kThreshold) {
+        EXPECT_FALSE(drawn);
+        ++nothing;
+      }
+    }
+  EXPECT_GT(whole, 2000);
+  EXPECT_GT(nothing, 30000);
 }
 
 } // namespace

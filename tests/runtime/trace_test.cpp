@@ -67,8 +67,8 @@ struct Difference {
 /// Over the pixels that neither picture has at an edge.
 Difference compare(const RenderedFrame& a, const RenderedFrame& b) {
   double object = 0, object_mean = 0, lost = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < a.height_px; ++y)
+    for (int x = 0; x < a.width_px; ++x) {
       const glm::vec4 p = at(a.object, a, x, y), q = at(b.object, b, x, y);
       if (p.w > 0.999f && q.w > 0.999f) {
         object += static_cast<double>((p.y - q.y) * (p.y - q.y));
@@ -127,8 +127,8 @@ TEST(TracedRenderer, agrees_with_open_gl) {
     const auto traced = scene.trace();
     ASSERT_TRUE(drawn && traced);
     const Difference d = compare(*traced, *drawn);
-    EXPECT_LT(d.object, with_sun ? 0.06 : 0.03) << "texels and bias of the shadow maps";
-    EXPECT_LT(d.lost, 0.04) << "interpolation smooths the steps of 64 lights, each 1.6 %";
+    EXPECT_LT(d.object, with_sun ? 0.03 : 0.02) << "texels and bias of the shadow maps";
+    EXPECT_LT(d.lost, 0.02) << "steps of 64 lights, each 1.6 %, one texel to either side";
     double covered = 0, both = 0;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
@@ -140,15 +140,22 @@ TEST(TracedRenderer, agrees_with_open_gl) {
   }
 }
 
-TEST(TracedRenderer, sharing_visibility_changes_little) {
-  Scene scene;
-  scene.sun = sun_through_the_window();
-  const auto all = scene.trace(false), shared = scene.trace(true);
-  ASSERT_TRUE(all && shared);
-  { FILE*f=fopen("/tmp/speed/lost.txt","w"); for(int y=0;y<kHeight;++y)for(int x=0;x<kWidth;++x){auto p=at(shared->lost_sky,*shared,x,y),q=at(all->lost_sky,*all,x,y);auto o=at(all->object,*all,x,y),o2=at(shared->object,*shared,x,y);fprintf(f,"%d %d %g %g %g %g %g %g %g\n",x,y,double(p.y),double(q.y),double(o.w),double(p.w),double(q.w),double(o.y),double(o2.y));}fclose(f);}
-  const Difference d = compare(*shared, *all);
-  EXPECT_LT(d.object, 0.02);
-  EXPECT_LT(d.lost, 0.04) << "steps of 64 lights, each 1.6 %, on 128 pixels";
+/// Between two corners the lost share climbs in steps of about 1 / 64, one per light, at places spread like random
+/// ones. Around the straight line the sum of k such steps s has a variance of k s^2 t (1 - t), on average k s^2 / 6;
+/// corners further apart than 0.35, k = 22, are not interpolated. Shadows that all corners miss come on top.
+constexpr double kStepsOfInterpolation = 0.0302; // sqrt(0.35 / 64 / 6)
+
+TEST(TracedRenderer, sharing_visibility_changes_little_whatever_the_size_of_the_picture) {
+  for (const int width : {96, 176, 384}) {
+    Scene scene;
+    scene.sun = sun_through_the_window();
+    scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, width, width, 0.6);
+    const auto all = scene.trace(false), shared = scene.trace(true);
+    ASSERT_TRUE(all && shared);
+    const Difference d = compare(*shared, *all);
+    EXPECT_LT(d.object, 0.02) << width;
+    EXPECT_LT(d.lost, kStepsOfInterpolation) << width;
+  }
 }
 
 TEST(TracedRenderer, the_picture_does_not_depend_on_what_was_drawn_before) {

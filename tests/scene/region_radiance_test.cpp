@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/sky_partition.h"
+#include "tests/scene/test_volumes.h"
 
 namespace daylit {
 namespace {
@@ -36,6 +37,11 @@ RgbImage noise(int width, int height) {
   return image;
 }
 
+/// By name, and the unequal ones that have none.
+SkyPartition partition_of(const std::string& text) {
+  return text == "rectangles" ? test::rectangles() : *SkyPartition::parse(text);
+}
+
 /// Sum of L times solid angle over regions, and over pixels.
 std::pair<glm::dvec3, glm::dvec3> energies(const SkyImage& sky, const SkyPartition& partition) {
   const std::vector<Rgb> mean = region_radiance(sky, partition);
@@ -52,8 +58,8 @@ TEST(RegionRadiance, constant_sky_gives_that_constant_for_every_projection) {
                                        AngularProjection{{0.3, 1, 0.2}, {0, 0, 1}, 1.0}, tilted_fisheye(97, 97, 3.3)};
   for (const SkyProjection& projection : projections) {
     const SkyImage sky = make_sky(RgbImage(97, 97, Rgb(0.25f, 3.0f, 700.0f)), projection, 1.0f);
-    for (const char* text : {"uniform:2", "uniform:64", "uniform:1024", "tregenza", "reinhart:4"})
-      for (const Rgb& mean : region_radiance(sky, *SkyPartition::parse(text))) {
+    for (const char* text : {"uniform:2", "uniform:64", "uniform:1024", "tregenza", "reinhart:4", "rectangles"})
+      for (const Rgb& mean : region_radiance(sky, partition_of(text))) {
         ASSERT_NEAR(mean.r / 0.25f, 1.0f, 1e-6f) << text << " projection " << projection.index();
         ASSERT_NEAR(mean.g / 3.0f, 1.0f, 1e-6f);
         ASSERT_NEAR(mean.b / 700.0f, 1.0f, 1e-6f);
@@ -63,9 +69,10 @@ TEST(RegionRadiance, constant_sky_gives_that_constant_for_every_projection) {
 
 TEST(RegionRadiance, equirect_keeps_the_energy_of_every_image) {
   for (const double rotation : {0.0, 0.2, -3.0})
-    for (const char* text : {"uniform:2", "uniform:64", "uniform:1024", "tregenza", "reinhart:2", "reinhart:12"}) {
+    for (const char* text :
+         {"uniform:2", "uniform:64", "uniform:1024", "tregenza", "reinhart:2", "reinhart:12", "rectangles"}) {
       const SkyImage sky = make_sky(noise(150, 75), EquirectProjection{rotation});
-      const auto [regions, pixels] = energies(sky, *SkyPartition::parse(text));
+      const auto [regions, pixels] = energies(sky, partition_of(text));
       for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(regions[c] / pixels[c], 1.0, 1e-6) << text << " rotation " << rotation;
     }
@@ -73,24 +80,25 @@ TEST(RegionRadiance, equirect_keeps_the_energy_of_every_image) {
 
 TEST(RegionRadiance, angular_map_keeps_the_energy) {
   const SkyImage sky = make_sky(noise(256, 256), AngularProjection{});
-  for (const char* text : {"uniform:64", "uniform:1024", "tregenza"}) {
-    const auto [regions, pixels] = energies(sky, *SkyPartition::parse(text));
+  for (const char* text : {"uniform:64", "uniform:1024", "tregenza", "rectangles"}) {
+    const auto [regions, pixels] = energies(sky, partition_of(text));
     EXPECT_NEAR(regions.g / pixels.g, 1.0, 2e-4) << text; // pixels on borders are split, not clipped
   }
 }
 
 TEST(RegionRadiance, equirect_agrees_with_brute_force_sampling) {
   const SkyImage sky = make_sky(noise(30, 15), EquirectProjection{0.4});
-  const SkyPartition partition = SkyPartition::tregenza();
-  const std::vector<Rgb> mean = region_radiance(sky, partition);
-  constexpr int kSide = 200;
-  for (int r = 0; r < partition.size(); r += 13) {
-    double sum = 0;
-    for (int i = 0; i < kSide; ++i)
-      for (int j = 0; j < kSide; ++j)
-        sum += double(sky.radiance(partition.sample(r, (i + 0.5) / kSide, (j + 0.5) / kSide)).g);
-    EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 1e-2)
-        << r; // noise of the sampling at pixel edges
+  for (const SkyPartition& partition : {SkyPartition::tregenza(), test::rectangles()}) {
+    const std::vector<Rgb> mean = region_radiance(sky, partition);
+    constexpr int kSide = 200;
+    for (int r = 0; r < partition.size(); r += partition.size() < 13 ? 1 : 13) {
+      double sum = 0;
+      for (int i = 0; i < kSide; ++i)
+        for (int j = 0; j < kSide; ++j)
+          sum += double(sky.radiance(partition.sample(r, (i + 0.5) / kSide, (j + 0.5) / kSide)).g);
+      EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 1e-2)
+          << r; // noise of the sampling at pixel edges
+    }
   }
 }
 

@@ -7,6 +7,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "tests/scene/test_volumes.h"
+
 namespace daylit {
 namespace {
 
@@ -17,6 +19,7 @@ std::vector<SkyPartition> partitions() {
   for (const char* text : {"uniform:2", "uniform:4", "uniform:6", "uniform:8", "uniform:64", "uniform:1024",
                            "uniform:5000", "tregenza", "reinhart:1", "reinhart:2", "reinhart:4", "reinhart:12"})
     out.push_back(*SkyPartition::parse(text));
+  out.push_back(test::rectangles());
   return out;
 }
 
@@ -50,14 +53,14 @@ TEST(SkyPartition, region_of_a_sample_is_the_region) {
 }
 
 TEST(SkyPartition, centre_is_the_mean_direction) {
-  for (const char* text : {"uniform:64", "tregenza", "reinhart:2"}) {
-    const SkyPartition p = *SkyPartition::parse(text);
+  for (const SkyPartition& p :
+       {*SkyPartition::uniform(64), SkyPartition::tregenza(), *SkyPartition::reinhart(2), test::rectangles()}) {
     for (int r = 0; r < p.size(); ++r) {
       glm::dvec3 sum{0.0};
       for (int i = 0; i < 64; ++i)
         for (int j = 0; j < 64; ++j)
           sum += p.sample(r, (i + 0.5) / 64, (j + 0.5) / 64);
-      ASSERT_GT(glm::dot(glm::normalize(sum), p.centre(r)), 1 - 1e-6) << text << " region " << r;
+      ASSERT_GT(glm::dot(glm::normalize(sum), p.centre(r)), 1 - 1e-6) << p.name() << " region " << r;
     }
   }
 }
@@ -84,7 +87,7 @@ TEST(SkyPartition, no_region_crosses_the_horizon) {
 TEST(SkyPartition, lower_half_mirrors_the_upper_half) {
   for (const SkyPartition& p : partitions()) {
     const auto& bands = p.bands();
-    for (std::size_t i = 0; i < bands.size(); ++i) {
+    for (std::size_t i = 0; i < bands.size() && p.rectangles().empty(); ++i) {
       const SkyBand& mirror = bands[bands.size() - 1 - i];
       EXPECT_EQ(bands[i].sin_low, -mirror.sin_high);
       EXPECT_EQ(bands[i].cells, mirror.cells);
@@ -130,6 +133,26 @@ TEST(SkyPartition, bad_requests_are_errors) {
   EXPECT_FALSE(SkyPartition::from_bands({{-1, 0, 2, 0, false}, {0.1, 1, 2, 2, false}}, "gap"));
   EXPECT_FALSE(SkyPartition::from_bands({{-1, 0, 2, 0, false}, {0, 1, 2, 3, false}}, "numbering"));
   EXPECT_FALSE(SkyPartition::from_bands({}, "empty"));
+}
+
+TEST(SkyPartition, rectangles_that_overlap_leave_gaps_or_cross_the_horizon_are_errors) {
+  const std::vector<SkyBand> bands{{-1, 0, 4, 0, false}, {0, 1, 4, 4, false}};
+  const auto made = [&](std::vector<SkyRectangle> r) {
+    return SkyPartition::from_rectangles(bands, std::move(r), "t");
+  };
+  EXPECT_TRUE(made({{0, 0, 1, 4}, {1, 0, 1, 4}}));
+  EXPECT_FALSE(made({{0, 0, 2, 4}}));                                 // across the horizon
+  EXPECT_FALSE(made({{0, 0, 1, 4}, {1, 0, 1, 3}}));                   // gap
+  EXPECT_FALSE(made({{0, 0, 1, 4}, {1, 0, 1, 4}, {1, 1, 1, 1}}));     // overlap
+  EXPECT_FALSE(made({{0, 0, 1, 4}, {1, 0, 1, 5}}));                   // out of the cells
+  EXPECT_FALSE(made({{0, 0, 1, 4}, {1, 2147483647, 1, 2147483647}})); // the same, in overflow
+  EXPECT_FALSE(made({{0, 0, 1, 4}, {1, 0, 1, 4}, {-1, 0, 1, 4}}));
+  EXPECT_FALSE(made({{0, 0, 1, 4}, {1, 0, 1, 4}, {1, 0, 0, 0}}));
+  EXPECT_FALSE(made({}));
+  const std::vector<SkyBand> many{{-1, 0, 16384, 0, false}, {0, 1, 16384, 16384, false}};
+  EXPECT_FALSE(SkyPartition::from_rectangles(many, {{0, 0, 1, 16384}, {1, 0, 1, 16384}}, "many"));
+  const std::vector<SkyBand> uneven{{-1, 0, 4, 0, false}, {0, 1, 2, 4, false}};
+  EXPECT_FALSE(SkyPartition::from_rectangles(uneven, {{0, 0, 1, 4}, {1, 0, 1, 2}}, "uneven"));
 }
 
 TEST(SkyPartition, from_bands_restores_a_partition) {

@@ -52,6 +52,15 @@ inline BasisVolume grid_volume(Room room, glm::ivec3 count, int rows) {
   return volume;
 }
 
+/// Seven unequal rectangles of 4 bands of 8 cells.
+inline SkyPartition rectangles() {
+  const std::vector<SkyBand> bands{
+      {-1, -0.4, 8, 0, false}, {-0.4, 0, 8, 8, false}, {0, 0.5, 8, 16, false}, {0.5, 1, 8, 24, false}};
+  return *SkyPartition::from_rectangles(
+      bands, {{0, 0, 2, 8}, {2, 0, 1, 3}, {2, 3, 2, 1}, {2, 4, 1, 4}, {3, 0, 1, 1}, {3, 1, 1, 2}, {3, 4, 1, 4}},
+      "rectangles");
+}
+
 inline std::vector<Rgb> random_radiance(const BasisVolume& volume, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> ten(0.0f, 10.0f);

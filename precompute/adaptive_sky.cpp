@@ -1,0 +1,189 @@
+#include "precompute/adaptive_sky.h"
+
+#include <algorithm>
+#include <charconv>
+#include <queue>
+#include <string_view>
+#include <utility>
+
+#include "precompute/detail/transport_problem.h"
+#include "precompute/held_out.h"
+#include "precompute/room_frame.h"
+#include "radiosity/gather.h"
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr int kBands = 64, kCells = 128, kFewest = 16;
+constexpr int kPatches = 640, kGatherRays = 1024;
+constexpr double kVisibilityRays = 16384;
+constexpr std::size_t kPoints = 48;
+constexpr double kClearance = 0.04; ///< of the room's longest side
+constexpr std::string_view kKind = "adaptive:";
+
+struct Cut {
+  double gain = 0;
+  SkyRectangle low, high;
+};
+
+/// A rectangle and the best cut through it.
+struct Piece {
+  SkyRectangle whole;
+  Cut best;
+  /// A sky that varies slowly differs more between the halves of a large rectangle: its solid angle counts too.
+  double urgency() const { return best.gain * whole.bands * whole.cells; }
+  bool operator<(const Piece& other) const { return urgency() < other.urgency(); }
+};
+
+/// Sums of the responses, so that any cut of a rectangle is judged from the sums of its rows or columns.
+class Cutter {
+public:
+  Cutter(std::span<const float> response, std::size_t numbers) : response_(response), numbers_(numbers) {}
+
+  Piece piece(const SkyRectangle& r) const {
+    Piece out{r, {}};
+    try_cuts(r, true, out.best);
+    try_cuts(r, false, out.best);
+    return out;
+  }
+
+private:
+  /// Sum over the cells of one row (or column) of the rectangle.
+  void add_line(const SkyRectangle& r, bool rows, int line, std::vector<double>& sum) const {
+    for (int k = 0; k < (rows ? r.cells : r.bands); ++k) {
+      const int band = r.band + (rows ? line : k), cell = r.cell + (rows ? k : line);
+      const float* from = response_.data() + static_cast<std::size_t>(band * kCells + cell) * numbers_;
+      for (std::size_t i = 0; i < numbers_; ++i)
+        sum[i] += static_cast<double>(from[i]);
+    }
+  }
+
+  /// The squared difference to the mean falls by n1 n2 / n |mean1 - mean2|^2 when n cells are cut into n1 and n2.
+  void try_cuts(const SkyRectangle& r, bool rows, Cut& best) const {
+    const int lines = rows ? r.bands : r.cells;
+    std::vector<double> all(numbers_, 0.0), low(numbers_, 0.0);
+    for (int line = 0; line < lines; ++line)
+      add_line(r, rows, line, all);
+    for (int line = 1; line < lines; ++line) {
+      add_line(r, rows, line - 1, low);
+      const double share = static_cast<double>(line) / lines;
+      double apart2 = 0;
+      for (std::size_t i = 0; i < numbers_; ++i) {
+        const double d = low[i] - share * all[i];
+        apart2 += d * d;
+      }
+      const double gain = apart2 / (share * (1 - share) * r.bands * r.cells);
+      if (gain <= best.gain)
+        continue;
+      best = {gain, r, r};
+      (rows ? best.low.bands : best.low.cells) = line;
+      (rows ? best.high.bands : best.high.cells) -= line;
+      (rows ? best.high.band : best.high.cell) += line;
+    }
+  }
+
+  std::span<const float> response_;
+  std::size_t numbers_;
+};
+
+/// Coefficients at points in the air for each cell, of a coarse bake.
+Result<std::vector<float>> responses(const RoomFile& file, const Progress& progress, std::size_t& numbers) {
+  std::size_t collapsed = 0;
+  const Room room = room_in_frame(file.room, RoomFrame::of(file.room), collapsed);
+  BakeOptions options;
+  options.target_patches = kPatches;
+  const glm::dvec3 size = room.bounds().size();
+  options.points = spread_points(room, kPoints, kClearance * std::max({size.x, size.y, size.z}));
+  options.grid = glm::ivec3(4); // where the room is too narrow for these
+  BakeReport report;
+  detail::StageClock clock(report);
+  const auto problem = detail::set_up(room, options, report, clock);
+  if (!problem)
+    return problem.error();
+  const SkyPartition cells = adaptive_cells();
+  const auto light = radiosity::first_bounce(problem->elements, problem->mesh, problem->patch_rays,
+                                             problem->apertures.list, cells, progress);
+  if (!light)
+    return light.error();
+  const auto exchange = radiosity::exchange_areas(problem->elements, problem->mesh, room, problem->room_scene,
+                                                  {.visibility_rays = kVisibilityRays, .skip_black = true}, progress);
+  if (!exchange)
+    return exchange.error();
+  const detail::ProbePoints points(problem->probes, problem->mesh.origin);
+  const auto hits = radiosity::gather_hits(points.at, problem->elements, problem->mesh, problem->patch_rays,
+                                           {.rays = kGatherRays}, progress);
+  if (!hits)
+    return hits.error();
+  const auto got = radiosity::adjoint_coefficients(*hits, problem->elements, *exchange, *light, {}, progress);
+  if (!got)
+    return got.error();
+  numbers = 27 * points.at.size();
+  const std::size_t columns = light->columns();
+  std::vector<float> out(static_cast<std::size_t>(cells.size()) * numbers, 0.0f);
+  for (std::size_t k = 0; k < columns; ++k)
+    for (std::size_t i = 0; i < numbers; ++i)
+      out[static_cast<std::size_t>(light->region[k]) * numbers + i] = (*got)[i * columns + k];
+  return out;
+}
+
+} // namespace
+
+std::optional<int> adaptive_regions(const std::string& text) {
+  if (!text.starts_with(kKind))
+    return std::nullopt;
+  int n = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, code] = std::from_chars(text.data() + kKind.size(), end, n);
+  return code == std::errc() && stop == end ? n : 0;
+}
+
+SkyPartition adaptive_cells() {
+  std::vector<SkyBand> bands;
+  for (int b = 0; b < kBands; ++b)
+    bands.push_back({2.0 * b / kBands - 1.0, 2.0 * (b + 1) / kBands - 1.0, kCells, b * kCells, false});
+  return *SkyPartition::from_bands(std::move(bands), "cells");
+}
+
+Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::size_t numbers, int regions) {
+  const Cutter cutter(response, numbers);
+  std::priority_queue<Piece> open;
+  open.push(cutter.piece({0, 0, kBands / 2, kCells}));
+  open.push(cutter.piece({kBands / 2, 0, kBands / 2, kCells}));
+  while (static_cast<int>(open.size()) < regions && open.top().best.gain > 0) {
+    const Cut cut = open.top().best;
+    open.pop();
+    open.push(cutter.piece(cut.low));
+    open.push(cutter.piece(cut.high));
+  }
+  std::vector<SkyRectangle> rectangles;
+  for (; !open.empty(); open.pop())
+    rectangles.push_back(open.top().whole);
+  std::ranges::sort(rectangles, {}, [](const SkyRectangle& r) { return std::pair(r.band, r.cell); });
+  return SkyPartition::from_rectangles(adaptive_cells().bands(), std::move(rectangles),
+                                       std::string(kKind) + std::to_string(regions));
+}
+
+Result<void> check_regions(const std::string& regions) {
+  const std::optional<int> n = adaptive_regions(regions);
+  if (n && (*n < kFewest || *n > kBands * kCells))
+    return Error{ErrorCode::usage, "the number of regions must be in 16..8192", regions.substr(0, 60),
+                 "use adaptive:256"};
+  if (n)
+    return {};
+  const auto partition = SkyPartition::parse(regions);
+  return partition ? Result<void>{} : partition.error();
+}
+
+Result<SkyPartition> sky_for(const RoomFile& room, const std::string& regions, const Progress& progress) {
+  if (const Result<void> good = check_regions(regions); !good)
+    return good.error();
+  const std::optional<int> n = adaptive_regions(regions);
+  if (!n)
+    return SkyPartition::parse(regions);
+  std::size_t numbers = 0;
+  const auto response = responses(room, progress, numbers);
+  return response ? cut_where_it_changes(*response, numbers, *n) : Result<SkyPartition>(response.error());
+}
+
+} // namespace daylit::precompute

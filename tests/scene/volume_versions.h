@@ -1,0 +1,116 @@
+#pragma once
+
+// A small volume of every kind that a file can hold. A new format version enters the tests of damaged files as one line
+// of volume_versions().
+
+#include <algorithm>
+#include <cstring>
+#include <string>
+#include <utility>
+
+#include "scene/detail/volume_identity.h"
+#include "scene/volume_file.h"
+#include "tests/scene/test_volumes.h"
+
+namespace daylit::test {
+
+struct VolumeVersion {
+  const char* name;
+  int format_version;
+  BasisVolume volume;
+  BasisPrecision precision = BasisPrecision::float32;
+};
+
+inline BasisVolume plain_volume() {
+  BasisVolume volume = grid_volume(room_with_hole().room, {2, 3, 2}, 5);
+  volume.room.materials.push_back({"window_\"süd\"", Rgb(0), Rgb(0.7f, 0.8f, 0.9f), true});
+  volume.apertures = {{{{1, 0, 1}, {3, 0, 1}, {3, 0, 2}, {1, 0, 2}}, {0, 1, 0}, Rgb(1)},
+                      {{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}}, {0, -1, 0}, Rgb(0.5f)}};
+  volume.provenance = {"0.1", "daylit-precompute room.obj", "room.obj", "0123456789abcdef", "{\"t\": [1, 2]}"};
+  return volume;
+}
+
+inline BasisVolume with_clear_glass(BasisVolume volume) {
+  volume.room.materials.back().refractive_index = 1.52f;
+  volume.apertures.back().refractive_index = 1.52f;
+  return volume;
+}
+
+/// Two bricks of different rank over the nodes of a small partition; light rows for `colours` = 1 (clear panes) or 3.
+inline BasisVolume compact_volume(int colours) {
+  BasisVolume volume = plain_volume();
+  volume.partition = *SkyPartition::fine(16);
+  volume.stored_region.clear();
+  volume.basis.clear();
+  auto basis = std::make_shared<CompactBasis>();
+  basis->sources = 4;
+  FirstLight& light = basis->light;
+  light.first_run = light.first_weight = {0};
+  for (int c = 0; c < colours; ++c) {
+    light.scale.insert(light.scale.end(), {1.0f, 0.5f, 2.0f, 0.25f});
+    light.run.insert(light.run.end(), {{0, 3}, {2, 1}, {9, 2}, {14, 2}}); // of rows 0, 2, 2 and 3
+    for (const auto& [runs, weights] : {std::pair(1u, 3u), std::pair(0u, 0u), std::pair(2u, 3u), std::pair(1u, 2u)}) {
+      light.first_run.push_back(light.first_run.back() + runs);
+      light.first_weight.push_back(light.first_weight.back() + weights);
+    }
+  }
+  light.weight.assign(light.first_weight.back(), 0x3900);
+  basis->brick = {{7, 1, 2}, {5, 2, 0}};
+  for (std::uint32_t p = 0; p < 12; ++p)
+    basis->probe.push_back(11 - p);
+  basis->half_scale = {1.0f, 0.5f, 0.25f};
+  basis->byte_scale = {0.01f, 0.02f};
+  basis->source_half.assign(4 * 128, 0x3800);
+  basis->source_byte.assign(4 * 128, -5);
+  basis->probe_half.assign(3 * 128 * 3, 0x3555);
+  basis->probe_byte.assign(3 * 128 * 2, 77);
+  volume.compact = std::move(basis);
+  return volume;
+}
+
+/// Eight cells as four regions of unequal size.
+inline BasisVolume rectangle_volume() {
+  BasisVolume volume = grid_volume(room_with_hole().room, {2, 3, 2}, 4);
+  volume.partition =
+      *SkyPartition::from_rectangles({{-1.0, 0.0, 4, 0, false}, {0.0, 1.0, 4, 4, false}},
+                                     {{0, 0, 1, 4}, {1, 0, 1, 2}, {1, 2, 1, 1}, {1, 3, 1, 1}}, "adaptive");
+  return volume;
+}
+
+inline std::vector<VolumeVersion> volume_versions() {
+  std::vector<VolumeVersion> list;
+  list.push_back({"constant panes", 1, plain_volume()});
+  list.push_back({"constant panes, half floats", 1, plain_volume(), BasisPrecision::float16});
+  list.push_back({"clear glass", 2, with_clear_glass(plain_volume())});
+  list.push_back({"clear glass, half floats", 2, with_clear_glass(plain_volume()), BasisPrecision::float16});
+  list.push_back({"compact", 4, compact_volume(1)});
+  list.push_back({"compact, tinted", 4, compact_volume(3)});
+  list.push_back({"compact, clear glass", 4, with_clear_glass(compact_volume(1))});
+  list.push_back({"rectangles", 5, rectangle_volume()});
+  list.push_back({"rectangles, half floats", 5, rectangle_volume(), BasisPrecision::float16});
+  return list;
+}
+
+inline std::uint64_t header_length(std::span<const std::uint8_t> file) {
+  std::uint64_t length = 0;
+  if (file.size() >= sizeof(length))
+    std::memcpy(&length, file.data(), sizeof(length));
+  return length;
+}
+
+/// Puts the right checksum into a file that was changed, where its header is whole enough to hold one: what somebody
+/// with intent would do.
+inline void sign_volume(std::span<std::uint8_t> file) {
+  if (file.size() < 8 || header_length(file) > file.size() - 8)
+    return;
+  const std::span<const std::byte> bytes = std::as_bytes(file), head = bytes.first(8 + header_length(file));
+  const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());
+  const std::size_t key = text.find(detail::kChecksumKey), digits = key + detail::kChecksumKey.size();
+  if (key == std::string_view::npos || digits + detail::kNoChecksum.size() > text.size())
+    return;
+  const std::span<const std::byte> data = bytes.subspan(head.size());
+  const std::string sum = detail::volume_checksum(head, digits, std::span(&data, 1));
+  std::copy(sum.begin(), sum.end(), file.begin() + static_cast<std::ptrdiff_t>(digits));
+}
+
+} // namespace daylit::test
