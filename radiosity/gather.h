@@ -37,9 +37,6 @@ public:
   std::size_t elements() const { return set_->elements.size(); }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
   void weights(std::size_t point, float* nine_rows) const;
-  const RayFan& fan() const { return fan_; }
-  /// The element met by each ray of a point, in the order of the fan; -1 for none or a black side.
-  std::vector<std::int32_t> met(std::size_t point) const;
 
 private:
   friend Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set,
