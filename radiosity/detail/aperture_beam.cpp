@@ -243,6 +243,7 @@ void OpenPaths::add_sheets(const PatchMesh& mesh, const std::vector<Aperture>& a
     for (const glm::dvec3& c : p.corner)
       s.box.include(c);
   }
+  std::erase_if(sheets_, [](const Sheet& s) { return s.box.lo.x > s.box.hi.x; }); // planes of slivers have no patch
   first_opening_ = sheets_.size();
   for (const Aperture& a : apertures) {
     sheets_.push_back({a.corners[0] - mesh.origin, a.inward, nothing});

@@ -172,7 +172,11 @@ Sight BlockVisibility::past_obstacle(const ClusterTree& tree, const Cluster& a, 
   const double sign = ha.low() >= -tolerance_m_ && hb.high() <= tolerance_m_   ? 1.0
                       : ha.high() <= tolerance_m_ && hb.low() >= -tolerance_m_ ? -1.0
                                                                                : 0.0;
-  bool hidden = sign != 0.0;
+  // A cluster of several planes may face the other from the obstacle's plane itself.
+  const auto beyond = [&](const Cluster& c, const Heights& h) {
+    return c.plane >= 0 || h.low() > tolerance_m_ || h.high() < -tolerance_m_;
+  };
+  bool hidden = sign != 0.0 && beyond(a, ha) && beyond(b, hb);
   for (std::size_t k = 0; k < o.corner.size(); ++k) {
     const glm::dvec3 inward = glm::cross(o.normal, o.corner[(k + 1) % o.corner.size()] - o.corner[k]);
     const double length = glm::length(inward);

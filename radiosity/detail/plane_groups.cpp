@@ -56,6 +56,11 @@ std::vector<LocalTriangle> reflecting_triangles(const Room& room, const glm::dve
   return triangles;
 }
 
+bool lies_in(const PlaneGroup& g, const LocalTriangle& t, double tolerance_m) {
+  return std::ranges::all_of(
+      t.corner, [&](const glm::dvec3& p) { return std::abs(glm::dot(p - g.point, g.normal)) <= tolerance_m; });
+}
+
 /// Finds the group of a triangle among those of similar normal.
 class GroupIndex {
 public:
@@ -70,9 +75,9 @@ public:
       for (std::uint32_t g = 0; g < groups_.size() && best == kNone; ++g)
         best = same_plane(groups_[g], t) ? g : kNone;
     } else {
-      const glm::ivec3 cell = cell_of(t.normal);
-      for (int n = 0; n < 27; ++n)
-        best = std::min(best, find_in(cell + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1), t));
+      for (const double side : {1.0, -1.0})
+        for (int n = 0; n < 27; ++n)
+          best = std::min(best, find_in(cell_of(side * t.normal) + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1), t));
     }
     return best == kNone ? add(t) : best;
   }
@@ -83,11 +88,9 @@ private:
   /// Corners define the normal of a flat triangle no better than this, radians.
   double normal_tolerance(const LocalTriangle& t) const { return kNormalTolerance + 2.0 * tolerance_m_ / t.height_m; }
   bool same_plane(const PlaneGroup& g, const LocalTriangle& t) const {
-    if (g.material != t.material || glm::dot(g.normal, t.normal) <= 0.0 ||
-        glm::length(glm::cross(g.normal, t.normal)) > normal_tolerance(t))
+    if (g.material != t.material || glm::length(glm::cross(g.normal, t.normal)) > normal_tolerance(t))
       return false;
-    return std::ranges::all_of(
-        t.corner, [&](const glm::dvec3& p) { return std::abs(glm::dot(p - g.point, g.normal)) <= tolerance_m_; });
+    return lies_in(g, t, tolerance_m_);
   }
 
   static glm::ivec3 cell_of(const glm::dvec3& normal) { return glm::ivec3(glm::floor(normal / kNormalCell)); }
@@ -142,6 +145,34 @@ std::optional<std::array<glm::dvec2, 2>> contact(const PlaneGroup& g, const Loca
   if (hits != 2) // apart, one touching corner, or lying in the plane
     return std::nullopt;
   return std::array<glm::dvec2, 2>{hit[0], hit[1]};
+}
+
+using Flat = std::array<glm::dvec2, 3>;
+
+/// Two triangles of one plane share more than a border: no side of either separates them.
+bool overlap(const Flat& a, const Flat& b, double tolerance_m) {
+  const auto parted = [&](const Flat& p, const Flat& q) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec2 &from = p[k], side = p[(k + 1) % 3] - from;
+      const glm::dvec2 across = glm::dvec2(-side.y, side.x) / glm::length(side);
+      const double inside = glm::dot(p[(k + 2) % 3] - from, across) < 0.0 ? -1.0 : 1.0;
+      if (std::ranges::all_of(q,
+                              [&](const glm::dvec2& c) { return inside * glm::dot(c - from, across) <= tolerance_m; }))
+        return true;
+    }
+    return false;
+  };
+  return !parted(a, b) && !parted(b, a);
+}
+
+/// A face that lies on a group of another material hides that part of it.
+void cover(PlaneGroup& g, const LocalTriangle& t, double tolerance_m) {
+  const Flat flat = {g.flatten(t.corner[0]), g.flatten(t.corner[1]), g.flatten(t.corner[2])};
+  if (std::ranges::none_of(g.triangles, [&](const Flat& own) { return overlap(own, flat, tolerance_m); }))
+    return;
+  g.covered.push_back(flat);
+  for (std::size_t k = 0; k < 3; ++k)
+    g.contacts.push_back({flat[k], flat[(k + 1) % 3]});
 }
 
 /// Calls visit(i, j) for all pairs of triangles whose boxes, grown by the tolerance, overlap: a sweep along the axis
@@ -199,9 +230,13 @@ void add_contacts(const std::vector<LocalTriangle>& triangles, const std::vector
   std::ranges::sort(touching);
   const auto repeated = std::ranges::unique(touching);
   touching.erase(repeated.begin(), repeated.end());
-  for (const auto& [g, i] : touching)
+  for (const auto& [g, i] : touching) {
     if (const auto segment = contact(groups[g], triangles[i], tolerance_m))
       groups[g].contacts.push_back(*segment);
+    else if (group_of[i] < g && groups[group_of[i]].material != groups[g].material &&
+             lies_in(groups[g], triangles[i], tolerance_m))
+      cover(groups[g], triangles[i], tolerance_m);
+  }
 }
 
 } // namespace

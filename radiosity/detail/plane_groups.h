@@ -11,11 +11,13 @@
 
 namespace daylit::radiosity {
 
-/// Coplanar, equally oriented triangles of one material, in the plane's own 2-D frame.
+/// Coplanar triangles of one material, whichever way they face, in the plane's own 2-D frame.
 struct PlaneGroup {
   glm::dvec3 point{0.0}, normal{0.0}, axis_u{0.0}, axis_v{0.0}; ///< local metres; u, v, normal right-handed
   std::uint32_t material = 0;
   std::vector<std::array<glm::dvec2, 3>> triangles;
+  /// What an earlier group of another material covers of this one: there the surface is the other's.
+  std::vector<std::array<glm::dvec2, 3>> covered;
   /// Where triangles of other planes touch or cross this plane, metres in (u, v).
   std::vector<std::array<glm::dvec2, 2>> contacts;
 

@@ -84,7 +84,18 @@ std::vector<Segment2> constraints(const std::vector<Segment2>& segments) {
   return in_order(std::move(result));
 }
 
-std::vector<Segment2> border(const PlaneGroup& g, const CoverGrid& cover, double tolerance_m) {
+/// The surface of a group: its triangles without what another group covers.
+class Cover {
+public:
+  explicit Cover(const PlaneGroup& g) : own_(g.triangles), covered_(g.covered) {}
+  bool covers(const glm::dvec2& p) const { return own_.covers(p) && !covered_.covers(p); }
+
+private:
+  CoverGrid own_, covered_;
+};
+
+std::vector<Segment2> border(const PlaneGroup& g, double tolerance_m) {
+  const CoverGrid cover(g.triangles);
   std::vector<Segment2> sides;
   for (const auto& t : g.triangles)
     for (int k = 0; k < 3; ++k)
@@ -106,7 +117,7 @@ std::vector<Segment2> border(const PlaneGroup& g, const CoverGrid& cover, double
 class Refiner {
 public:
   Refiner(const PlaneGroup& group, const std::vector<Segment2>& outline, double edge_m)
-      : cover_(group.triangles), edge_m_(edge_m), fine_m_(kFineShare * edge_m) {
+      : cover_(group), edge_m_(edge_m), fine_m_(kFineShare * edge_m) {
     for (const Segment2& s : outline)
       insert_in_pieces(s);
   }
@@ -254,15 +265,15 @@ private:
   }
 
   Triangulation cdt_;
-  CoverGrid cover_;
+  Cover cover_;
   double edge_m_, fine_m_;
 };
 
 } // namespace
 
 std::vector<Segment2> find_outline(const PlaneGroup& g, double tolerance_m) {
-  const CoverGrid cover(g.triangles);
-  std::vector<Segment2> outline = border(g, cover, tolerance_m);
+  const Cover cover(g);
+  std::vector<Segment2> outline = border(g, tolerance_m);
   outline.insert(outline.end(), g.contacts.begin(), g.contacts.end());
   outline = snap_segments(outline, tolerance_m);
   // Crossings add points, and points may lie close to other lines: both until nothing is new.

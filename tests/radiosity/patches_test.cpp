@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 
@@ -119,6 +120,32 @@ TEST(Patches, overlapping_faces_of_one_wall_are_counted_once) {
   const auto mesh = mesh_patches(room, {.edge_m = 0.3});
   ASSERT_TRUE(mesh);
   EXPECT_NEAR(total_area(*mesh), 3.0, 1e-9);
+}
+
+TEST(Patches, a_face_doubled_the_other_way_round_is_counted_once) {
+  Room room;
+  room.materials.push_back({});
+  add_quad(room, {0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0});
+  add_quad(room, {0.5, 0, 0}, {0.5, 1, 0}, {1.5, 1, 0}, {1.5, 0, 0});
+  const auto mesh = mesh_patches(room, {.edge_m = 0.3});
+  ASSERT_TRUE(mesh);
+  EXPECT_EQ(mesh->planes, 1u);
+  EXPECT_NEAR(total_area(*mesh), 2.0, 1e-9);
+}
+
+TEST(Patches, of_two_materials_on_one_place_the_first_is_the_surface) {
+  Room room;
+  room.materials.resize(2);
+  add_quad(room, {1, 0.25, 0}, {1.5, 0.25, 0}, {1.5, 0.75, 0}, {1, 0.75, 0}, 0); // a picture
+  add_quad(room, {0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}, 1);                 // the wall behind it
+  add_quad(room, {2, 0, 0}, {3, 0, 0}, {3, 1, 0}, {2, 1, 0}, 0);                 // beside the wall
+  const auto mesh = mesh_patches(room, {.edge_m = 0.3});
+  ASSERT_TRUE(mesh);
+  std::array<double, 2> area{};
+  for (const Patch& p : mesh->patches)
+    area[p.material] += p.area_m2;
+  EXPECT_NEAR(area[0], 1.25, 1e-9);
+  EXPECT_NEAR(area[1], 1.75, 1e-9);
 }
 
 double face_area(const Room& room) {
