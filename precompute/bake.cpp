@@ -32,6 +32,13 @@ void store_basis(const std::vector<float>& coefficients, const std::vector<std::
       }
 }
 
+std::vector<float> openings(const std::vector<radiosity::FirstBounceRow>& rows) {
+  std::vector<float> opening;
+  for (const radiosity::FirstBounceRow& row : rows)
+    opening.push_back(row.opening);
+  return opening;
+}
+
 /// All regions of the sky at once, for the audit when no region is solved by itself.
 radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
   radiosity::FirstBounce one{.elements = light.elements,
@@ -71,7 +78,7 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
       radiosity::solve_radiosity(s.problem.elements, s.exchange, forward, s.solve(), s.progress, &report.solve);
   if (!radiosity)
     return radiosity.error();
-  report.energy = radiosity::audit_energy(s.problem.elements, s.exchange, forward, *radiosity);
+  report.energy = radiosity::audit_energy(s.problem.elements, s.exchange, forward, *radiosity, &report.closure);
   s.clock.finish("solve");
   auto coefficients = report.adjoint ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light,
                                                                        s.solve(), s.progress, &report.solve)
@@ -207,14 +214,16 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.regions_stored = static_cast<int>(light->columns());
   clock.finish("first bounce");
 
-  const auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
-                                                  {.visibility_rays = options.visibility_rays,
-                                                   .low_rank_tolerance = options.low_rank_tolerance,
-                                                   .skip_black = true,
-                                                   .store = options.store},
-                                                  progress, &report.exchange);
+  auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
+                                            {.visibility_rays = options.visibility_rays,
+                                             .low_rank_tolerance = options.low_rank_tolerance,
+                                             .skip_black = true,
+                                             .store = options.store},
+                                            progress, &report.exchange);
   if (!exchange)
     return exchange.error();
+  report.closure =
+      radiosity::close_rows(elements, fine ? openings(*rows) : light->opening, {.black_left_out = true}, *exchange);
   clock.finish("form factors");
 
   const ProbePoints points(problem->probes, problem->mesh.origin);
