@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "radiosity/detail/block_visibility.h"
+#include "radiosity/detail/sampling.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/gather.h"
@@ -16,6 +17,7 @@
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
 #include "scene/sky_partition.h"
+#include "sh/sh9.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -246,6 +248,36 @@ TEST(Gather, constant_radiance_has_only_the_zeroth_coefficient) {
   for (std::size_t p = 0; p < 2; ++p)
     for (std::size_t l = 0; l < 9; ++l)
       EXPECT_NEAR((*c)[(p * 9 + l) * 3], l == 0 ? std::sqrt(4 * kPi) : 0.0, 5e-3) << l;
+}
+
+TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
+  const Solved s = prepare(room_with_window_hole(0.5f), 300);
+  const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4),
+                                            glm::dvec3(-0.9, 0.8, -0.2)};
+  const int rays = 1000; // no multiple of a packet
+  const GatherHits hits = *gather_hits(points, s.set, s.mesh, s.scene, {.rays = rays}, kSilent);
+  const std::size_t n = s.set.elements.size();
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const double angle = 2 * kPi * random_shift(p).y;
+    const auto c = float(std::cos(angle)), t = float(std::sin(angle));
+    std::vector<float> expected(9 * n, 0.0f), weights(9 * n);
+    int other = 0;
+    for (std::size_t k = 0; k < hits.fan().direction.size(); ++k) {
+      const glm::vec3 d = hits.fan().direction[k], ray(d.x * c - d.y * t, d.x * t + d.y * c, d.z); // turned about z
+      RayHit hit;
+      const std::int32_t met =
+          s.scene.closest(s.scene.to_local(points[p]), ray, 0, 1e9f, hit) ? s.set.hit(s.mesh, hit.triangle, ray) : -1;
+      other += met != hits.kept()[p * rays + k] ? 1 : 0; // a ray along an edge may fall to either side
+      if (hits.kept()[p * rays + k] >= 0)
+        for (std::size_t l = 0; l < 9; ++l)
+          expected[l * n + static_cast<std::size_t>(hits.kept()[p * rays + k])] +=
+              float(4.0 / rays) * sh::evaluate9(ray)[l];
+    }
+    EXPECT_LE(other, 1);
+    hits.weights(p, weights.data());
+    for (std::size_t k = 0; k < weights.size(); ++k)
+      ASSERT_NEAR(weights[k], expected[k], 1e-6f) << "point " << p << " number " << k;
+  }
 }
 
 Room coloured_room() {
