@@ -174,19 +174,23 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
   return hits;
 }
 
+std::vector<std::int32_t> GatherHits::met(std::size_t point) const {
+  const auto first = element_.begin() + static_cast<std::ptrdiff_t>(std::min(point * rays_, element_.size()));
+  if ((point + 1) * rays_ <= element_.size())
+    return {first, first + static_cast<std::ptrdiff_t>(rays_)};
+  std::vector<std::int32_t> again(rays_);
+  trace_point(points_[point], point, *set_, *mesh_, *scene_, fan_, again);
+  return again;
+}
+
 void GatherHits::weights(std::size_t point, float* nine_rows) const {
-  std::vector<float> sum(elements() * RayFan::kStride, 0.0f);
-  std::vector<std::int32_t> traced;
-  const std::int32_t* met = element_.data() + point * rays_;
-  if ((point + 1) * rays_ > element_.size()) {
-    traced.resize(rays_);
-    trace_point(points_[point], point, *set_, *mesh_, *scene_, fan_, traced);
-    met = traced.data();
-  }
-  add_harmonics(met, fan_.harmonics.data(), rays_, sum.data());
+  const std::vector<std::int32_t> elements_met = met(point);
+  const std::size_t n = elements();
+  std::vector<float> sum(n * RayFan::kStride, 0.0f);
+  add_harmonics(elements_met.data(), fan_.harmonics.data(), rays_, sum.data());
   const glm::vec2 turn = turn_of(point);
-  for (std::size_t e = 0; e < elements(); ++e)
-    turn_harmonics(sum.data() + e * RayFan::kStride, turn, elements(), nine_rows + e);
+  for (std::size_t e = 0; e < n; ++e)
+    turn_harmonics(sum.data() + e * RayFan::kStride, turn, n, nine_rows + e);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,

@@ -26,20 +26,20 @@ struct RayFan {
   static RayFan of(int rays);
 };
 
-/// What points in the air see: the element met by each of their rays. Kept for as many points as `most_kept_rays`
-/// allow; those of the others are traced again whenever they are asked for, with the same result. Refers to the set,
-/// the mesh and the scene it was made of.
+/// What points in the air see: the element met by each of their rays. Kept for as many points as kMostKeptRays allow;
+/// those of the others are traced again whenever they are asked for, with the same result. Refers to the set, the mesh
+/// and the scene it was made of.
 class GatherHits {
 public:
   static constexpr std::size_t kMostKeptRays = std::size_t{1} << 27; ///< half a gigabyte
 
   std::size_t points() const { return points_.size(); }
   std::size_t elements() const { return set_->elements.size(); }
-  const RayFan& fan() const { return fan_; }
-  /// [point][ray] of the points whose rays are kept; -1: none, or a black side.
-  std::span<const std::int32_t> kept() const { return element_; }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
   void weights(std::size_t point, float* nine_rows) const;
+  const RayFan& fan() const { return fan_; }
+  /// The element met by each ray of a point, in the order of the fan; -1 for none or a black side.
+  std::vector<std::int32_t> met(std::size_t point) const;
 
 private:
   friend Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set,
@@ -50,7 +50,7 @@ private:
   const RayScene* scene_ = nullptr;
   std::vector<glm::dvec3> points_;
   std::size_t rays_ = 0;
-  std::vector<std::int32_t> element_;
+  std::vector<std::int32_t> element_; ///< [point][ray] of the first points; -1 for none or a black side
   RayFan fan_;
 };
 /// `points`: metres, relative to the mesh origin. Errors: interrupted.
