@@ -43,10 +43,10 @@ Result<std::vector<glm::dvec3>> reference_points(const Room& room, const std::ve
 Result<ReferenceLight> trace_reference(const Room& room, const std::vector<Aperture>& apertures, const BenchSky& sky,
                                        const std::vector<glm::dvec3>& points, int samples, const Progress& progress);
 
-/// Errors of a volume, nrms over points and channels.
+/// Errors of a volume, nrms over points and channels. The noise of the reference is taken out of the coefficients'
+/// (its square, from that of the error), because it is of their size.
 struct LightError {
   double coefficients = 0, irradiance = 0;
-  double nine = 0; ///< irradiance from the nine true coefficients: what no volume can go below
   double coefficient_noise = 0, irradiance_noise = 0; ///< of the reference
 };
 Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, const ReferenceLight& reference);

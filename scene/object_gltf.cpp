@@ -62,14 +62,11 @@ private:
     const int image = model_.textures[static_cast<std::size_t>(texture)].source;
     if (const auto known = images_.find(image); known != images_.end())
       return std::pair(colour, known->second);
-    auto pixels = read_image(model_, image);
-    if (!pixels)
-      return pixels.error();
-    if (pixels->width < 1 || pixels->height < 1)
-      return Error{ErrorCode::file_malformed, "an empty texture", where, "export the model again"};
-    images_[image] = static_cast<std::int32_t>(soup_.textures.size());
-    soup_.textures.push_back(std::move(*pixels));
-    return std::pair(colour, images_[image]);
+    const auto added = add_texture(soup_, read_image(model_, image), where);
+    if (!added)
+      return added.error();
+    images_[image] = *added;
+    return std::pair(colour, *added);
   }
 
   Result<void> add_vertices(const GltfTriangles& t, const GltfVertices& v, const glm::dmat4& world,
@@ -119,9 +116,7 @@ private:
         const std::uint32_t i = triangles->corners[k + c];
         const std::int32_t normal = vertices->normals.empty() ? -1 : first_normal + static_cast<std::int32_t>(i);
         const bool usable = normal >= 0 && glm::length(soup_.normals[static_cast<std::size_t>(normal)]) > 1e-6f;
-        t.corner[c] = {first + i, usable ? normal : -1};
-        if (!vertices->uv.empty())
-          t.uv[c] = vertices->uv[i];
+        t.corner[c] = {first + i, usable ? normal : -1, vertices->uv.empty() ? glm::vec2(0.0f) : vertices->uv[i]};
         if (!vertices->colour.empty())
           t.corner_colour[c] = glm::clamp(vertices->colour[i], Rgb(0.0f), Rgb(1.0f));
       }

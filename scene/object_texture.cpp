@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kTexelsPerEdge = 8.0;
 constexpr std::size_t kMostTriangles = 60'000; // made by dividing; larger meshes stay as they are
+constexpr std::size_t kMostTexels = std::size_t{1} << 25;
 
 /// A texture and its halved copies, linear.
 class Mipmaps {
@@ -63,7 +64,7 @@ double texel_span(const SoupTriangle& t, const TriangleSoup& soup) {
   const glm::vec2 size(image.width, image.height);
   double longest = 0.0;
   for (std::size_t k = 0; k < 3; ++k)
-    longest = std::max(longest, static_cast<double>(glm::length((t.uv[(k + 1) % 3] - t.uv[k]) * size)));
+    longest = std::max(longest, static_cast<double>(glm::length((t.corner[(k + 1) % 3].uv - t.corner[k].uv) * size)));
   return longest;
 }
 
@@ -87,7 +88,7 @@ void divide(const SoupTriangle& t, int n, const TriangleSoup& from, TriangleSoup
         const auto normal = [&](std::size_t k) { return from.normals[static_cast<std::size_t>(t.corner[k].normal)]; };
         to.normals.push_back(blend(i, j, normal(0), normal(1), normal(2)));
       }
-      uv.push_back(blend(i, j, t.uv[0], t.uv[1], t.uv[2]));
+      uv.push_back(blend(i, j, t.corner[0].uv, t.corner[1].uv, t.corner[2].uv));
       colour.push_back(blend(i, j, t.corner_colour[0], t.corner_colour[1], t.corner_colour[2]));
     }
   const auto index = [n](int i, int j) { return static_cast<std::uint32_t>(j * (n + 1) - j * (j - 1) / 2 + i); };
@@ -95,8 +96,7 @@ void divide(const SoupTriangle& t, int n, const TriangleSoup& from, TriangleSoup
     SoupTriangle small = t;
     for (std::size_t k = 0; k < 3; ++k) {
       const bool usable = has_normals && glm::length(to.normals[static_cast<std::size_t>(first_normal) + v[k]]) > 1e-6f;
-      small.corner[k] = {first + v[k], usable ? first_normal + static_cast<std::int32_t>(v[k]) : -1};
-      small.uv[k] = uv[v[k]];
+      small.corner[k] = {first + v[k], usable ? first_normal + static_cast<std::int32_t>(v[k]) : -1, uv[v[k]]};
       small.corner_colour[k] = colour[v[k]];
     }
     to.triangles.push_back(small);
@@ -110,6 +110,21 @@ void divide(const SoupTriangle& t, int n, const TriangleSoup& from, TriangleSoup
 }
 
 } // namespace
+
+Result<std::int32_t> add_texture(TriangleSoup& soup, Result<Rgb8Image> texture, const std::string& where) {
+  if (!texture)
+    return texture.error();
+  if (texture->width < 1 || texture->height < 1)
+    return Error{ErrorCode::file_malformed, "an empty texture", where, "export the object again"};
+  std::size_t bytes = texture->bytes.size();
+  for (const Rgb8Image& other : soup.textures)
+    bytes += other.bytes.size();
+  if (bytes > 3 * kMostTexels)
+    return Error{ErrorCode::limit_exceeded, "textures of more than 33 million texels in all", where,
+                 "scale them down: light is kept at vertices, finer ones show no more"};
+  soup.textures.push_back(std::move(*texture));
+  return static_cast<std::int32_t>(soup.textures.size()) - 1;
+}
 
 void resolve_textures(TriangleSoup& soup) {
   if (soup.textures.empty())
@@ -132,7 +147,7 @@ void resolve_textures(TriangleSoup& soup) {
   std::vector<Mipmaps> maps(soup.textures.begin(), soup.textures.end());
   for (SoupTriangle& t : soup.triangles)
     for (std::size_t k = 0; k < 3 && t.texture >= 0; ++k)
-      t.corner_colour[k] *= maps[static_cast<std::size_t>(t.texture)].mean(t.uv[k], texel_span(t, soup));
+      t.corner_colour[k] *= maps[static_cast<std::size_t>(t.texture)].mean(t.corner[k].uv, texel_span(t, soup));
   soup.textures.clear();
 }
 

@@ -22,12 +22,12 @@ namespace daylit::detail {
 struct SoupCorner {
   std::uint32_t position = 0;
   std::int32_t normal = -1; ///< -1: the file gives none
+  glm::vec2 uv{0.0f};       ///< of the triangle's texture, origin top left
 };
 struct SoupTriangle {
   std::array<SoupCorner, 3> corner;
   Rgb reflectance{0.5f};
   std::int32_t texture = -1; ///< of TriangleSoup; its colour multiplies `reflectance`
-  std::array<glm::vec2, 3> uv{};
   std::array<Rgb, 3> corner_colour{Rgb(1.0f), Rgb(1.0f), Rgb(1.0f)}; ///< multiplies `reflectance`
 };
 
@@ -37,8 +37,11 @@ struct TriangleSoup {
   std::vector<glm::vec3> normals;   ///< any length above zero
   std::vector<Rgb> vertex_colour;   ///< 0..1, empty or one per position; overrides the triangle's reflectance
   std::vector<SoupTriangle> triangles;
-  std::vector<Rgb8Image> textures; ///< sRGB, origin top left, repeated beyond 0..1
+  std::vector<Rgb8Image> textures; ///< sRGB, repeated beyond 0..1
 };
+
+/// Takes over a texture that fits in with the others. Error: empty, or more texels than an object may have.
+Result<std::int32_t> add_texture(TriangleSoup& soup, Result<Rgb8Image> texture, const std::string& where);
 
 /// Turns textures into corner colours. Reflectance lives at vertices, because light does: triangles are first divided,
 /// all into the same number (so that no crack opens), until their edges span about eight texels or the mesh has 60,000
