@@ -199,7 +199,7 @@ void print(const nlohmann::json& row) {
 }
 
 Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer,
-                     const Composite& reference, nlohmann::json head, const CommonOptions& options,
+                     const Composite& reference, const nlohmann::json& head, const CommonOptions& options,
                      nlohmann::json& document) {
   auto session = open(scene, renderer);
   if (!session)

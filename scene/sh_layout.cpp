@@ -34,15 +34,9 @@ double factor(std::size_t k, ShLayout layout) {
 }
 
 glm::dvec3 world_axes(const glm::dvec3& d, ShLayout layout) {
-  switch (layout) {
-  case ShLayout::unity:
-    return {d.x, d.z, d.y};
-  case ShLayout::unreal:
-    return {d.x, -d.y, d.z};
-  case ShLayout::three:
-    break;
-  }
-  return {d.x, -d.z, d.y};
+  if (layout == ShLayout::three)
+    return {d.x, -d.z, d.y};
+  return engine_axes(d, layout); // exchanging or mirroring axes twice changes nothing
 }
 
 struct Node {
@@ -88,16 +82,6 @@ std::size_t place(std::size_t k, std::size_t channel, ShLayout layout) {
 }
 
 } // namespace
-
-std::optional<ShLayout> parse_sh_layout(const std::string& name) {
-  if (name == "unity")
-    return ShLayout::unity;
-  if (name == "unreal")
-    return ShLayout::unreal;
-  if (name == "three")
-    return ShLayout::three;
-  return std::nullopt;
-}
 
 glm::dvec3 engine_axes(const glm::dvec3& d, ShLayout layout) {
   switch (layout) {

@@ -3,8 +3,6 @@
 // The nine coefficients of a light field as other renderers store them. Documented in docs/interchange.md.
 
 #include <array>
-#include <optional>
-#include <string>
 
 #include <glm/vec3.hpp>
 
@@ -13,9 +11,6 @@
 namespace daylit {
 
 enum class ShLayout { unity, unreal, three };
-
-/// "unity", "unreal", "three".
-std::optional<ShLayout> parse_sh_layout(const std::string& name);
 
 /// Radiance coefficients (world frame: right-handed, z up) as 27 numbers in the order and frame of the engine.
 /// unity:  SphericalHarmonicsL2, channel by channel; left-handed, y up: (x, z, y). Cosine lobe / pi and the constants

@@ -55,7 +55,7 @@ constexpr const char* kShaderLimits =
     "#define MAX_LIGHTS " DAYLIT_TEXT(DAYLIT_MAX_LIGHTS) "\n#define MAX_APERTURES " DAYLIT_TEXT(
         DAYLIT_MAX_APERTURES) "\n#define MAX_APERTURE_EDGES " DAYLIT_TEXT(DAYLIT_MAX_APERTURE_EDGES) "\n";
 
-Error shader_error(const std::string& name, const char* stage, std::string log) {
+Error shader_error(const std::string& name, const char* stage, const std::string& log) {
   return {ErrorCode::device, std::string(stage) + " failed: " + log, "shader " + name,
           "report this with the name and version of the graphics driver"};
 }

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <vector>
+
 #include <glm/vec4.hpp>
 
 #include "runtime/render/gl_objects.h"
@@ -22,7 +25,8 @@ public:
 private:
   Gl gl_;
   GlFramebuffer multi_, single_;
-  GlTexture multi_colour_[kColours], multi_depth_, single_colour_[kColours];
+  std::array<GlTexture, kColours> multi_colour_, single_colour_;
+  GlTexture multi_depth_;
   int width_ = 0, height_ = 0;
 };
 

@@ -180,7 +180,7 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
   auto read_lens_file = read_lens(config.interior.lens);
   if (!read_lens_file)
     return read_lens_file.error();
-  lens = std::move(*read_lens_file);
+  lens = *read_lens_file;
   auto loaded = load_virtual_objects(config.objects, folder_of(config.volume), progress);
   if (!loaded)
     return loaded.error();

@@ -66,7 +66,7 @@ std::uint32_t lanes_near(const PointBlock& p, const glm::vec3& w, const ShadowCa
     leave = bz < leave ? bz : leave;
     enter = enter > 0.0f ? enter : 0.0f;
     const float cosine = p.nx[k] * wx + p.ny[k] * wy + p.nz[k] * wz;
-    lanes |= (leave >= enter) & (cosine > 0.0f) ? 1u << k : 0u;
+    lanes |= ((leave >= enter) & (cosine > 0.0f)) ? 1u << k : 0u;
   }
   return lanes & p.lanes;
 }
@@ -94,7 +94,7 @@ Faced faced(const DirectionBlock& w, const glm::vec3& n, const glm::vec3& to_cen
   for (int k = 0; k < kLanes; ++k) {
     const float along = cx * w.x[k] + cy * w.y[k] + cz * w.z[k];
     facing |= nx * w.x[k] + ny * w.y[k] + nz * w.z[k] > 0.0f ? 1u << k : 0u;
-    near |= (along > -radius) & (distance2 - along * along < reach2) ? 1u << k : 0u;
+    near |= ((along > -radius) & (distance2 - along * along < reach2)) ? 1u << k : 0u;
   }
   return {facing, near};
 }

@@ -2,13 +2,17 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
+#include <tuple>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "scene/direct_sky.h"
+#include "scene/sky_description.h"
 #include "scene/volume_file.h"
 #include "tests/simulate/truth_cases.h"
 
@@ -68,6 +72,53 @@ double irradiance_error(const BasisVolume& volume, const std::string& scene, con
   return test::nrms(rows.size(), ours, [&](std::size_t i) { return rows[i].value; });
 }
 
+std::vector<double> numbers_printed_by(const std::string& command) {
+  std::vector<double> numbers;
+  FILE* pipe = ::popen(command.c_str(), "r");
+  for (double x = 0; pipe && std::fscanf(pipe, "%lf", &x) == 1;)
+    numbers.push_back(x);
+  EXPECT_TRUE(pipe && ::pclose(pipe) == 0) << command;
+  return numbers;
+}
+
+/// The skies of the reference, in words.
+const char* sky_in_words(const std::string& name) {
+  return name == "E1" ? "[sky]\nmodel = \"uniform\"\nzenith_radiance = 1\nground_radiance = 1\n"
+                      : "[sky]\nmodel = \"overcast\"\nzenith_radiance = 10\nground_radiance = 0.6\n";
+}
+
+struct PrintedError {
+  double irradiance = 0, illuminance = 0; ///< nrms
+};
+
+/// What daylit-probe prints with --total, as r g b and as lx, against the total rows.
+PrintedError error_of_program(const BasisVolume& volume, const std::string& scene, const std::string& sky_name) {
+  const std::string stem = ::testing::TempDir() + "probe_total_" + std::to_string(::getpid());
+  EXPECT_TRUE(write_volume(stem + ".volume", volume));
+  std::ofstream(stem + ".toml") << sky_in_words(sky_name);
+  const auto rows = test::truth_rows(scene, sky_name, "total");
+  std::ofstream points(stem + ".txt");
+  for (const test::TruthRow& row : rows)
+    points << fmt::format("{} {} {} {} {} {}\n", row.receiver.position.x, row.receiver.position.y,
+                          row.receiver.position.z, row.receiver.normal.x, row.receiver.normal.y, row.receiver.normal.z);
+  points.close();
+  const std::string command = fmt::format(
+      "{0}/bin/daylit-probe '{1}.volume' --sky '{1}.toml' --quiet --total < '{1}.txt'", DAYLIT_BINARY_DIR, stem);
+  const std::vector<double> rgb = numbers_printed_by(command), lx = numbers_printed_by(command + " --lux");
+  EXPECT_EQ(rgb.size(), 3 * rows.size());
+  EXPECT_EQ(lx.size(), rows.size());
+  for (const char* extension : {".volume", ".toml", ".txt"})
+    std::filesystem::remove(stem + extension);
+  if (rgb.size() != 3 * rows.size() || lx.size() != rows.size())
+    return {std::nan(""), std::nan("")};
+  const auto light = [&](std::size_t i) { return Rgb(rgb[3 * i], rgb[3 * i + 1], rgb[3 * i + 2]); };
+  const auto grey = [](double x) { return Rgb(static_cast<float>(x)); };
+  return {test::nrms(rows.size(), light, [&](std::size_t i) { return rows[i].value; }),
+          test::nrms(
+              rows.size(), [&](std::size_t i) { return grey(lx[i]); },
+              [&](std::size_t i) { return grey(kLumensPerWatt * double(luminance(rows[i].value))); })};
+}
+
 TEST(Acceptance, default_bake_is_within_three_percent_and_its_processor_time_is_printed) {
   const auto s1 = bake_with_program("S1", "");
   ASSERT_TRUE(s1) << s1.error().message();
@@ -82,8 +133,16 @@ TEST(Acceptance, default_bake_is_within_three_percent_and_its_processor_time_is_
                t3 = irradiance_error(s3->volume, "S3", "E1", "total");
   std::printf("total irradiance, default settings: S1/E1 %.3f %%, S1/E2 %.3f %%, S3/E1 %.3f %% nrms\n", 100 * t1,
               100 * t2, 100 * t3);
+  for (const auto& [run, scene, sky] :
+       {std::tuple(&*s1, "S1", "E1"), std::tuple(&*s1, "S1", "E2"), std::tuple(&*s3, "S3", "E1")}) {
+    const PrintedError printed = error_of_program(run->volume, scene, sky);
+    std::printf("daylit-probe --total, %s/%s: %.3f %%, with --lux %.3f %% nrms\n", scene, sky, 100 * printed.irradiance,
+                100 * printed.illuminance);
+    EXPECT_LE(printed.irradiance, 0.01);
+    EXPECT_LE(printed.illuminance, 0.01);
+  }
   for (const double t : {t1, t2, t3}) // direct light is met much better, so its share lowers the error
-    EXPECT_LE(t, 0.02);
+    EXPECT_LE(t, 0.01);
   std::printf("processor time of the whole run: S1 %.2f s, S3 %.2f s\n", s1->cpu_seconds, s3->cpu_seconds);
   EXPECT_LE(e1, 0.03);
   EXPECT_LE(e2, 0.03);

@@ -96,7 +96,7 @@ TEST_F(PythonReader, the_lines_of_the_page_combine_as_daylit_does) {
   const std::string given = "--grid 4,5,3 --patches 200 --regions ";
   const BasisVolume regions = bake(kRoom, "room.volume", given + "uniform:64"),
                     nodes = bake(kRoom, "fine.volume", given + "fine:256"),
-                    defaults = bake(tinted_room(), "default.volume", "--grid 5,5,4");
+                    defaults = bake(tinted_room(), "default.volume", "--grid 3,3,2 --patches 300");
   ASSERT_TRUE(nodes.compact && defaults.compact);
   ASSERT_EQ(defaults.compact->light.rows(), 3 * defaults.compact->sources);
   ASSERT_TRUE(write_volume(folder_ / "half.volume", regions, BasisPrecision::float16));
