@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -43,36 +44,48 @@ Result<DirectLightReference> DirectLightReference::make(const Room& room, std::s
   return reference;
 }
 
-std::vector<SeenPoint> DirectLightReference::seen_points(const RenderCamera& camera, int stride) const {
+/// The front of the object, nothing before it. Normals are interpolated, facets decide what is a front.
+bool DirectLightReference::seen(const glm::dvec3& eye, const glm::dvec3& w, SeenPoint& point) const {
   const State& s = *state_;
-  const glm::dvec3 eye = camera.eye();
   const float far = std::numeric_limits<float>::infinity();
-  const auto hit_at = [&](double x, double y, RayHit& hit) {
-    const glm::dvec3 w = camera.direction({x, y});
-    RayHit wall;
-    return s.object.closest(s.object.to_local(eye), glm::vec3(w), 0.0f, far, hit) &&
-           !(s.room.closest(s.room.to_local(eye), glm::vec3(w), 0.0f, far, wall) && wall.distance < hit.distance);
-  };
-  std::vector<SeenPoint> points;
+  RayHit hit, wall;
+  if (!s.object.closest(s.object.to_local(eye), glm::vec3(w), 0.0f, far, hit) ||
+      (s.room.closest(s.room.to_local(eye), glm::vec3(w), 0.0f, far, wall) && wall.distance < hit.distance))
+    return false;
+  const auto& t = s.surface.triangles[hit.triangle];
+  const double b[3] = {1.0 - static_cast<double>(hit.u) - static_cast<double>(hit.v), static_cast<double>(hit.u),
+                       static_cast<double>(hit.v)};
+  point = {eye + static_cast<double>(hit.distance) * w, glm::dvec3(0.0), Rgb(0.0f)};
+  for (int k = 0; k < 3; ++k) {
+    point.normal += b[k] * glm::dvec3(s.surface.normals[t[k]]);
+    point.reflectance += static_cast<float>(b[k]) * s.surface.reflectance[t[k]];
+  }
+  point.normal = glm::normalize(point.normal);
+  const glm::dvec3 p = s.surface.positions[t[0]];
+  return glm::dot(glm::cross(s.surface.positions[t[1]] - p, s.surface.positions[t[2]] - p), w) < 0.0;
+}
+
+std::vector<SeenPixel> DirectLightReference::seen_pixels(const RenderCamera& camera, int stride, int side) const {
+  const glm::dvec3 eye = camera.eye();
+  std::vector<SeenPixel> pixels;
+  SeenPoint point;
   for (int y = 2; y + 2 < camera.height_px; y += stride)
     for (int x = 2; x + 2 < camera.width_px; x += stride) {
-      RayHit hit, other;
-      if (!hit_at(x, y, hit) || !hit_at(x - 2, y, other) || !hit_at(x + 2, y, other) || !hit_at(x, y - 2, other) ||
-          !hit_at(x, y + 2, other)) // eroded by two pixels
-        continue;
-      const auto& t = s.surface.triangles[hit.triangle];
-      const double b[3] = {1.0 - static_cast<double>(hit.u) - static_cast<double>(hit.v), static_cast<double>(hit.u),
-                           static_cast<double>(hit.v)};
-      SeenPoint p{x, y, eye + static_cast<double>(hit.distance) * camera.direction({x, y}), {}, {}};
-      for (int k = 0; k < 3; ++k) {
-        p.normal += b[k] * glm::dvec3(s.surface.normals[t[k]]);
-        p.reflectance += static_cast<float>(b[k]) * s.surface.reflectance[t[k]];
+      bool inside = true;
+      for (const auto& [u, v] : {std::pair{-2, 0}, {2, 0}, {0, -2}, {0, 2}})
+        inside = inside && seen(eye, camera.direction({x + u, y + v}), point);
+      SeenPixel pixel{x, y, {}};
+      const std::uint32_t key = static_cast<std::uint32_t>(y * 65536 + x);
+      for (int i = 0; inside && i < side * side; ++i) {
+        const double s = side > 1 ? jitter(key, static_cast<std::uint32_t>(2 * i)) : 0.5,
+                     t = side > 1 ? jitter(key, static_cast<std::uint32_t>(2 * i + 1)) : 0.5;
+        inside = seen(eye, camera.direction({x - 0.5 + (i % side + s) / side, y - 0.5 + (i / side + t) / side}), point);
+        pixel.points.push_back(point);
       }
-      p.normal = glm::normalize(p.normal);
-      if (glm::dot(p.normal, eye - p.position) > 0.0)
-        points.push_back(p);
+      if (inside)
+        pixels.push_back(std::move(pixel));
     }
-  return points;
+  return pixels;
 }
 
 bool DirectLightReference::open(const SeenPoint& at, const glm::dvec3& w) const {
@@ -84,15 +97,14 @@ bool DirectLightReference::open(const SeenPoint& at, const glm::dvec3& w) const 
          !s.room.occluded(s.room.to_local(start), glm::vec3(w), 0.0f, far);
 }
 
-Rgb DirectLightReference::irradiance(const SeenPoint& at, const AnalyticSky& sky, int side) const {
+Rgb DirectLightReference::irradiance(const SeenPoint& at, const AnalyticSky& sky, int side, std::uint32_t seed) const {
   glm::dvec3 sum(0.0);
   for (const Aperture& a : state_->apertures) {
     const glm::dvec3 u = a.corners[1] - a.corners[0], v = a.corners.back() - a.corners[0]; // rectangular panes
     const double area = glm::length(glm::cross(u, v)) / (side * side);
-    const std::uint32_t key = static_cast<std::uint32_t>(at.y * 65536 + at.x);
     for (int i = 0; i < side * side; ++i) {
-      const double s = (i % side + jitter(key, static_cast<std::uint32_t>(2 * i))) / side,
-                   t = (i / side + jitter(key, static_cast<std::uint32_t>(2 * i + 1))) / side;
+      const double s = (i % side + jitter(seed, static_cast<std::uint32_t>(2 * i))) / side,
+                   t = (i / side + jitter(seed, static_cast<std::uint32_t>(2 * i + 1))) / side;
       const glm::dvec3 d = a.corners[0] + s * u + t * v - at.position;
       const double r2 = glm::dot(d, d);
       const glm::dvec3 w = d / std::sqrt(r2);

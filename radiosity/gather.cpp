@@ -76,9 +76,9 @@ void add_weights(std::size_t index, std::span<const std::int32_t> met, std::span
 
 /// Nine rows of weights for each of the points first .. first + count - 1.
 std::vector<float> weights_of(const GatherHits& hits, std::size_t first, std::size_t count) {
-  std::vector<float> weights(count * 9 * hits.elements);
+  std::vector<float> weights(count * 9 * hits.elements());
   for (std::size_t p = 0; p < count; ++p)
-    hits.weights(first + p, weights.data() + p * 9 * hits.elements);
+    hits.weights(first + p, weights.data() + p * 9 * hits.elements());
   return weights;
 }
 
@@ -101,20 +101,39 @@ std::vector<float> channel_of(const FirstBounce& light, int channel) {
 
 } // namespace
 
-GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
-                       const RayScene& patches, const GatherOptions& options) {
-  const auto rays = static_cast<std::size_t>(options.rays);
-  GatherHits hits{set.elements.size(), options.rays, std::vector<std::int32_t>(points.size() * rays), ray_turns(rays)};
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
-    trace_point(points[p], p, set, mesh, patches, std::span(hits.element).subspan(p * rays, rays));
+Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
+                               const RayScene& patches, const GatherOptions& options, const Progress& progress,
+                               std::size_t most_kept_rays) {
+  GatherHits hits;
+  hits.set_ = &set;
+  hits.mesh_ = &mesh;
+  hits.scene_ = &patches;
+  hits.points_.assign(points.begin(), points.end());
+  hits.rays_ = static_cast<std::size_t>(options.rays);
+  hits.turn_ = ray_turns(hits.rays_);
+  const std::size_t kept = std::min(points.size(), most_kept_rays / hits.rays_);
+  hits.element_.resize(kept * hits.rays_);
+  std::atomic<std::size_t> done{0};
+  std::atomic<bool> stop{false};
+  tbb::parallel_for(std::size_t{0}, kept, [&](std::size_t p) {
+    if (stop)
+      return;
+    trace_point(points[p], p, set, mesh, patches, std::span(hits.element_).subspan(p * hits.rays_, hits.rays_));
+    if (++done % kChunk == 0 && !progress("rays", static_cast<double>(done) / static_cast<double>(kept)))
+      stop = true;
   });
+  if (stop)
+    return interrupted_error("rays");
   return hits;
 }
 
 void GatherHits::weights(std::size_t point, float* nine_rows) const {
-  const auto count = static_cast<std::size_t>(rays);
-  std::fill_n(nine_rows, 9 * elements, 0.0f);
-  add_weights(point, std::span(element).subspan(point * count, count), turn, elements, nine_rows);
+  std::fill_n(nine_rows, 9 * elements(), 0.0f);
+  if ((point + 1) * rays_ <= element_.size())
+    return add_weights(point, std::span(element_).subspan(point * rays_, rays_), turn_, elements(), nine_rows);
+  std::vector<std::int32_t> met(rays_);
+  trace_point(points_[point], point, *set_, *mesh_, *scene_, met);
+  add_weights(point, met, turn_, elements(), nine_rows);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
@@ -130,7 +149,7 @@ Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Rad
       return;
     const std::size_t first = c * kChunk, count = std::min(kChunk, points - first);
     const std::vector<float> weights = weights_of(hits, first, count);
-    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements),
+    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements()),
                stride = static_cast<int>(columns);
     float* out = result.data() + first * 9 * columns;
     for (std::size_t channel = 0; channel < 3; ++channel)

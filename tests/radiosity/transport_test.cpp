@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -239,7 +241,7 @@ TEST(Gather, constant_radiance_has_only_the_zeroth_coefficient) {
   Radiosity b{s.set.elements.size(), 3,
               std::vector<float>(s.set.elements.size() * 3, static_cast<float>(kPi))}; // L = 1
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0), glm::dvec3(1.2, -0.7, 0.4)};
-  const auto c = gather_coefficients(gather_hits(points, s.set, s.mesh, s.scene, {}), b, kSilent);
+  const auto c = gather_coefficients(*gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent), b, kSilent);
   ASSERT_TRUE(c);
   for (std::size_t p = 0; p < 2; ++p)
     for (std::size_t l = 0; l < 9; ++l)
@@ -276,7 +278,7 @@ TEST(Adjoint, volume_to_light_equals_light_to_volume) {
   const auto b = solve_radiosity(s.set, s.exchange, *light, {.tolerance = 1e-6}, kSilent);
   ASSERT_TRUE(b);
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4)};
-  const GatherHits hits = gather_hits(points, s.set, s.mesh, s.scene, {});
+  const GatherHits hits = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
   const auto forward = gather_coefficients(hits, *b, kSilent);
   SolveReport report;
   const auto adjoint = adjoint_coefficients(hits, s.set, s.exchange, *light, {.tolerance = 1e-6}, kSilent, &report);
@@ -288,6 +290,35 @@ TEST(Adjoint, volume_to_light_equals_light_to_volume) {
     largest = std::max(largest, std::abs(x));
   for (std::size_t k = 0; k < forward->size(); ++k)
     ASSERT_NEAR((*forward)[k], (*adjoint)[k], 2e-6f * largest) << k;
+}
+
+TEST(Gather, rays_that_are_not_kept_are_traced_again_to_the_same_bits) {
+  const Solved s = prepare(coloured_room(), 300);
+  const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4), glm::dvec3(0.5, 1, 1)};
+  std::vector<float> kept(9 * s.set.elements.size()), again(kept.size());
+  const GatherHits all = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
+  for (const std::size_t most : {std::size_t{0}, std::size_t{1024}, std::size_t{2100}}) {
+    const GatherHits some = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent, most);
+    ASSERT_EQ(some.points(), 3u);
+    for (std::size_t p = 0; p < 3; ++p) {
+      all.weights(p, kept.data());
+      some.weights(p, again.data());
+      ASSERT_EQ(kept, again) << most << " " << p;
+    }
+  }
+}
+
+TEST(Gather, tracing_says_how_far_it_is_and_can_be_stopped) {
+  const Solved s = prepare(coloured_room(), 300);
+  const std::vector<glm::dvec3> points(256, glm::dvec3(0.2, 0.1, 0.4));
+  std::atomic<double> last{0};
+  ASSERT_TRUE(gather_hits(points, s.set, s.mesh, s.scene, {.rays = 16}, [&](const std::string&, double share) {
+    last = std::max(last.load(), share);
+    return true;
+  }));
+  EXPECT_EQ(last, 1.0);
+  EXPECT_FALSE(
+      gather_hits(points, s.set, s.mesh, s.scene, {.rays = 16}, [](const std::string&, double) { return false; }));
 }
 
 TEST(Solve, equal_channels_are_solved_once_and_bit_equal) {
