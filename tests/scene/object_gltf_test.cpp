@@ -212,7 +212,7 @@ TEST_F(ObjectGltf, damaged_files_are_refused_or_read_whole) {
   const std::vector<std::uint8_t> good = parts.glb();
   std::mt19937 random(7);
   int read = 0;
-  for (int k = 0; k < 1500; ++k) {
+  for (int k = 0; k < 400; ++k) {
     std::vector<std::uint8_t> bad = good;
     if (k % 3 == 0)
       bad.resize(random() % good.size());
@@ -233,7 +233,7 @@ TEST_F(ObjectGltf, damaged_files_are_refused_or_read_whole) {
       ASSERT_LE(mesh->reflectance[v].r, 1.0f);
     }
   }
-  EXPECT_GT(read, 10) << "some damage is harmless";
+  EXPECT_GT(read, 3) << "some damage is harmless";
 }
 
 } // namespace
