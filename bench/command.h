@@ -38,11 +38,12 @@ Command add_direct(CLI::App& program);        ///< only where everything is buil
 Command add_error_vs_time(CLI::App& program); ///< only where radiosity and simulate are built
 Command add_fine_sky(CLI::App& program);      ///< only where radiosity and simulate are built
 Command add_sh(CLI::App& program);
-Command add_transport(CLI::App& program);      ///< only where radiosity and simulate are built
-Command add_transport_cost(CLI::App& program); ///< the same
-Command add_selftest(CLI::App& program);       ///< the same
-Command add_frame(CLI::App& program);          ///< the same, and the runtime
-Command add_sequence(CLI::App& program);       ///< the same
+Command add_transport(CLI::App& program);       ///< only where radiosity and simulate are built
+Command add_transport_cost(CLI::App& program);  ///< the same
+Command add_transport_rooms(CLI::App& program); ///< the same
+Command add_selftest(CLI::App& program);        ///< the same
+Command add_frame(CLI::App& program);           ///< the same, and the runtime
+Command add_sequence(CLI::App& program);        ///< the same
 
 /// Writes `document` as options ask: to the file, and to stdout when --json.
 Result<void> deliver(const nlohmann::json& document, const CommonOptions& options);

@@ -1,5 +1,6 @@
-// daylit-bench error-vs-time: rooms baked to errors. For each room, target and sky the measured error beside the time
-// of the bake, the size of the file and the time to combine it; what the plan predicted beside what came out.
+// daylit-bench error-vs-time: rooms baked to errors. For each room, target and sky the error against the path tracer
+// beside the time of the bake, the size of the file and the time to combine it; what the plan predicted, and what the
+// bake measured of itself, beside it.
 
 #include <algorithm>
 #include <cstdio>
@@ -14,6 +15,7 @@
 
 #include "bench/bench_rooms.h"
 #include "bench/command.h"
+#include "bench/reference_light.h"
 #include "bench/timing.h"
 #include "precompute/planned_bake.h"
 #include "scene/volume_combiner.h"
@@ -22,8 +24,11 @@ namespace daylit::bench {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> rooms = {"cornell", "office", "l_shape"};
+  std::vector<std::string> rooms = {"office", "l_shape"};
   std::vector<double> targets = {4, 2, 1};
+  std::vector<std::filesystem::path> pictures;
+  std::string regions;
+  int points = 33, samples = 16384;
   bool append = false;
 };
 
@@ -72,14 +77,66 @@ double combine_ms(const BasisVolume& volume) {
   return 1e3 * seconds;
 }
 
-Result<nlohmann::json> measure(const NamedRoom& room, double target_percent, const Progress& progress) {
+/// A room, the skies that shine into it and the light they make.
+struct Case {
+  NamedRoom room;
+  std::vector<BenchSky> skies;
+  std::vector<ReferenceLight> light; ///< of each sky
+};
+
+Result<Case> make_case(const Arguments& a, const std::string& name, const Progress& progress) {
+  auto room = find_room(name);
+  if (!room)
+    return room.error();
+  const auto rays = RayScene::build(room->file.room);
+  if (!rays)
+    return rays.error();
+  const auto apertures = find_apertures(room->file.room, *rays);
+  if (!apertures)
+    return apertures.error();
+  auto skies = bench_skies(apertures->list, a.pictures);
+  if (!skies)
+    return skies.error();
+  const auto points = reference_points(room->file.room, apertures->list, static_cast<std::size_t>(a.points));
+  if (!points)
+    return points.error();
+  std::vector<ReferenceLight> light;
+  for (const BenchSky& sky : *skies) {
+    auto traced = trace_reference(room->file.room, apertures->list, sky, *points, a.samples, progress);
+    if (!traced)
+      return traced.error();
+    light.push_back(std::move(*traced));
+  }
+  return Case{std::move(*room), std::move(*skies), std::move(light)};
+}
+
+Result<nlohmann::json> errors(const Case& c, const BasisVolume& volume) {
+  nlohmann::json list = nlohmann::json::array();
+  for (std::size_t s = 0; s < c.skies.size(); ++s) {
+    const auto e = light_error(volume, c.skies[s], c.light[s]);
+    if (!e)
+      return e.error();
+    list.push_back({{"sky", c.skies[s].name},
+                    {"small_sun", c.skies[s].small_sun},
+                    {"coefficients", e->coefficients},
+                    {"irradiance", e->irradiance},
+                    {"reference_coefficients", e->coefficient_noise},
+                    {"reference_irradiance", e->irradiance_noise}});
+  }
+  return list;
+}
+
+Result<nlohmann::json> measure(const Case& c, const std::string& regions, double target_percent,
+                               const Progress& progress) {
   precompute::PlanRequest request;
   request.max_error = 0.01 * target_percent;
+  request.regions = regions;
+  request.must_reach = regions.empty();
   const double wall = clock_seconds(CLOCK_MONOTONIC), cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
-  const auto baked = precompute::bake_to_error(room.file, request, nullptr, progress, [](const std::string&) {});
+  const auto baked = precompute::bake_to_error(c.room.file, request, nullptr, progress, [](const std::string&) {});
   if (!baked)
     return baked.error();
-  nlohmann::json row = {{"room", room.name},
+  nlohmann::json row = {{"room", c.room.name},
                         {"target", request.max_error},
                         {"wall_seconds", clock_seconds(CLOCK_MONOTONIC) - wall},
                         {"cpu_seconds", clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu}};
@@ -93,10 +150,10 @@ Result<nlohmann::json> measure(const NamedRoom& room, double target_percent, con
     row[key] = text[key];
   row["patches"] = baked->report.patches;
   row["probes"] = baked->report.probes_valid;
-  for (const precompute::SkyError& s : baked->report.audit.sky)
-    row["skies"].push_back({{"sky", s.sky},
-                            {"error", std::hypot(s.total, baked->measured.mesh)},
-                            {"irradiance", std::hypot(s.irradiance, baked->measured.mesh)}});
+  const auto found = errors(c, baked->volume);
+  if (!found)
+    return found.error();
+  row["skies"] = *found;
   return row;
 }
 
@@ -108,11 +165,18 @@ void print_row(const nlohmann::json& row) {
               row["patches"].get<int>(), row["probes"].get<int>(), row["plan"]["regions"].get<std::string>().c_str(),
               row["predicted"]["seconds"].get<double>(), row["wall_seconds"].get<double>(),
               1e-6 * row["file_bytes"].get<double>(), row["combine_ms"].get<double>());
+  for (const nlohmann::json& sky : row["skies"]) {
+    const auto of = [&](const char* key) { return 100 * sky[key].get<double>(); };
+    std::printf("    %-32s coefficients %6.2f %% (reference %.2f)  irradiance %6.2f %% (reference %.2f)\n",
+                sky["sky"].get<std::string>().c_str(), of("coefficients"), of("reference_coefficients"),
+                of("irradiance"), of("reference_irradiance"));
+  }
 }
 
 Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {{"machine", machine()}, {"rows", nlohmann::json::array()}};
   document["machine"]["clock"] = "wall clock and process CPU time of the bake, pilot included; combine: one thread";
+  document["reference"] = {{"points", a.points}, {"paths_per_point", a.samples}};
   if (a.append && !options.output.empty())
     if (std::ifstream before(options.output); before)
       document["rows"] = nlohmann::json::parse(before)["rows"];
@@ -120,12 +184,12 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
     std::printf("room                 asked predicted measured  sun: pr. meas.  patches  probes sky         s: pr.  "
                 "  meas.      MB combine ms\n");
   for (const std::string& name : a.rooms) {
-    const auto room = find_room(name);
-    if (!room)
-      return room.error();
+    ProgressLine progress(options.quiet);
+    const auto one = make_case(a, name, progress.callback());
+    if (!one)
+      return one.error();
     for (const double target : a.targets) {
-      ProgressLine progress(options.quiet);
-      const auto row = measure(*room, target, progress.callback());
+      const auto row = measure(*one, a.regions, target, progress.callback());
       progress.clear();
       if (!row)
         return row.error();
@@ -149,6 +213,11 @@ Command add_error_vs_time(CLI::App& program) {
   parser->add_option("--targets", arguments->targets, "errors to ask for, per cent")
       ->delimiter(',')
       ->capture_default_str();
+  parser->add_option("--pictures", arguments->pictures, "equirectangular HDR pictures of skies")->delimiter(',');
+  parser->add_option("--regions", arguments->regions, "of the sky, instead of the planned ones");
+  parser->add_option("--points", arguments->points, "where light is compared")->check(CLI::Range(1, 4096));
+  parser->add_option("--samples", arguments->samples, "paths per point of the reference")
+      ->check(CLI::Range(kBatches, 1 << 22));
   parser->add_flag("--append", arguments->append, "keep the rows that the output file holds");
   return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};
 }

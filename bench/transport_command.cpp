@@ -117,7 +117,7 @@ Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, boo
                         {"nrms", s->nrms},
                         {"reference_standard_error", s->reference_error},
                         {"energy_imbalance", report.energy.imbalance},
-                        {"worst_closure", report.energy.worst_closure}};
+                        {"worst_closure", report.closure.worst}};
 }
 
 /// Every number of rays with the hierarchical matrix, the largest also with all entries kept.

@@ -111,9 +111,11 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
   if (!exchange)
     return exchange.error();
   const detail::ProbePoints points(problem->probes, problem->mesh.origin);
-  const auto hits =
-      radiosity::gather_hits(points.at, problem->elements, problem->mesh, problem->patch_rays, {.rays = kGatherRays});
-  const auto got = radiosity::adjoint_coefficients(hits, problem->elements, *exchange, *light, {}, progress);
+  const auto hits = radiosity::gather_hits(points.at, problem->elements, problem->mesh, problem->patch_rays,
+                                           {.rays = kGatherRays}, progress);
+  if (!hits)
+    return hits.error();
+  const auto got = radiosity::adjoint_coefficients(*hits, problem->elements, *exchange, *light, {}, progress);
   if (!got)
     return got.error();
   numbers = 27 * points.at.size();

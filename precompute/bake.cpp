@@ -32,6 +32,13 @@ void store_basis(const std::vector<float>& coefficients, const std::vector<std::
       }
 }
 
+std::vector<float> openings(const std::vector<radiosity::FirstBounceRow>& rows) {
+  std::vector<float> opening;
+  for (const radiosity::FirstBounceRow& row : rows)
+    opening.push_back(row.opening);
+  return opening;
+}
+
 /// All regions of the sky at once, for the audit when no region is solved by itself.
 radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
   radiosity::FirstBounce one{.elements = light.elements,
@@ -71,7 +78,7 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
       radiosity::solve_radiosity(s.problem.elements, s.exchange, forward, s.solve(), s.progress, &report.solve);
   if (!radiosity)
     return radiosity.error();
-  report.energy = radiosity::audit_energy(s.problem.elements, s.exchange, forward, *radiosity);
+  report.energy = radiosity::audit_energy(s.problem.elements, s.exchange, forward, *radiosity, &report.closure);
   s.clock.finish("solve");
   auto coefficients = report.adjoint ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light,
                                                                        s.solve(), s.progress, &report.solve)
@@ -100,7 +107,7 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
   s.clock.finish("solve");
   const auto one = [&](std::uint32_t point, float* nine_rows) { s.hits.weights(s.points.place[point], nine_rows); };
   const auto gather = [&](std::span<const std::uint32_t> some, float* rows_of_some) {
-    s.fit.apply(some, 9 * s.hits.elements, one, rows_of_some);
+    s.fit.apply(some, 9 * s.hits.elements(), one, rows_of_some);
   };
   auto compact = compact_sky(*light, gather, volume.probes, s.points.probe, volume.partition,
                              {.error = s.options.compact_error}, s.progress, &report.compact);
@@ -132,10 +139,11 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   std::vector<glm::dvec3> points = audit->points();
   for (glm::dvec3& p : points)
     p -= s.problem.mesh.origin;
-  const auto at_points =
-      radiosity::gather_coefficients(radiosity::gather_hits(points, elements, s.problem.mesh, s.problem.patch_rays,
-                                                            {.rays = kHeldOutRays * s.options.gather_rays}),
-                                     *radiosity, s.progress);
+  const auto seen = radiosity::gather_hits(points, elements, s.problem.mesh, s.problem.patch_rays,
+                                           {.rays = kHeldOutRays * s.options.gather_rays}, s.progress);
+  if (!seen)
+    return seen.error();
+  const auto at_points = radiosity::gather_coefficients(*seen, *radiosity, s.progress);
   if (!at_points)
     return at_points.error();
   auto at_probes = radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
@@ -206,20 +214,24 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.regions_stored = static_cast<int>(light->columns());
   clock.finish("first bounce");
 
-  const auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
-                                                  {.visibility_rays = options.visibility_rays,
-                                                   .low_rank_tolerance = options.low_rank_tolerance,
-                                                   .skip_black = true,
-                                                   .store = options.store},
-                                                  progress, &report.exchange);
+  auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
+                                            {.visibility_rays = options.visibility_rays,
+                                             .low_rank_tolerance = options.low_rank_tolerance,
+                                             .skip_black = true,
+                                             .store = options.store},
+                                            progress, &report.exchange);
   if (!exchange)
     return exchange.error();
+  report.closure =
+      radiosity::close_rows(elements, fine ? openings(*rows) : light->opening, {.black_left_out = true}, *exchange);
   clock.finish("form factors");
 
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
-  const radiosity::GatherHits hits =
-      radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays, {.rays = options.gather_rays});
+  const auto hits = radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays,
+                                           {.rays = options.gather_rays}, progress);
+  if (!hits)
+    return hits.error();
   clock.finish("rays");
   BasisVolume volume{.partition = partition,
                      .probes = std::move(problem->probes),
@@ -229,7 +241,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  const Stage stage{*problem, *exchange, points, hits, fit, options, progress, clock};
+  const Stage stage{*problem, *exchange, points, *hits, fit, options, progress, clock};
   if (const Result<void> done =
           fine ? bake_fine_sky(stage, std::move(*rows), volume, report) : bake_regions(stage, *light, volume, report);
       !done)

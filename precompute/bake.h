@@ -62,7 +62,8 @@ struct BakeReport {
   radiosity::ExchangeReport exchange;
   radiosity::FirstBounceReport first_bounce;
   radiosity::SolveReport solve;
-  bool adjoint = false; ///< solved from the probes towards the light: fewer columns
+  bool adjoint = false;          ///< solved from the probes towards the light: fewer columns
+  radiosity::RowClosure closure; ///< of the form factors, before their rows were closed
   radiosity::EnergyBalance energy;
   CompactReport compact; ///< fine skies only
   AuditReport audit;     ///< empty without BakeOptions::audit

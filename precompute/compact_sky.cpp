@@ -11,29 +11,22 @@
 #include <tbb/parallel_for.h>
 
 #include "precompute/detail/factors.h"
+#include "precompute/detail/random_signs.h"
 #include "precompute/detail/sun_metric.h"
-#include "radiosity/detail/sampling.h"
+#include "precompute/detail/surface_transport.h"
 
 namespace daylit::precompute {
 
 namespace {
 
-constexpr std::size_t kSketch = 144;     ///< columns of the range finder: the largest rank
+constexpr double kSketchAtThree = 96;    ///< columns of the range finder at an error of 3 %, ~ error^-0.8
+constexpr double kRangeAtThree = 180;    ///< the same of what counts at all in the rows of a brick
 constexpr std::size_t kProjections = 16; ///< random signs that measure norms
-constexpr double kFloor = 0.05;          ///< of the brightest node: what dimmer nodes are measured against
-constexpr double kByteShare = 0.5;       ///< of the allowed error: what rounding to bytes may add
-
-constexpr std::size_t kMostKept = 100'000'000; ///< numbers of gather rows; more are worked out twice
-
-/// Number `index` of a sequence of +1 and -1.
-float random_sign(std::uint64_t index) { return radiosity::mix_bits(index * 2 + 1) >> 63 != 0 ? 1.0f : -1.0f; }
-
-std::vector<float> random_signs(std::uint64_t seed, std::size_t count) {
-  std::vector<float> s(count);
-  for (std::size_t k = 0; k < s.size(); ++k)
-    s[k] = random_sign(seed * 0x100000000ull + k);
-  return s;
-}
+constexpr std::size_t kRoundingSuns = 64;
+constexpr double kFloor = 0.05;      ///< of the brightest node: what dimmer nodes are measured against
+constexpr double kByteShare = 0.5;   ///< of the allowed error: what rounding to bytes may add
+constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
+constexpr double kTailShare2 = 0.2;  ///< of the allowed squared error: a longer tail, and the sketch is widened
 
 /// Splits along the longest side at the median until every group is small.
 void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& position, std::size_t most,
@@ -57,143 +50,129 @@ void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& positi
   split(points.subspan(points.size() / 2), position, most, groups);
 }
 
-/// One brick on its way: numbers of points, and what the stages leave behind.
+/// One brick on its way: numbers of points, and what the stages leave behind. Its gather rows [number][element] are
+/// basis times coordinates: neighbouring probes see the same room.
 struct Brick {
   std::vector<std::uint32_t> point;
-  std::vector<float> gather;    ///< rows of the points, where they are kept from one stage to the next
-  std::vector<float> projected; ///< [projection][source]: random signs times the transport
+  detail::Basis basis;            ///< [number][rank]
+  std::vector<float> coordinates; ///< [rank][element]
+  std::vector<float> projected;   ///< [projection][source]: random signs times the transport
   detail::Factors factors;
-  double unseen = 0; ///< squared error of what the sketch missed
+  double unseen = 0; ///< squared error of what the sketches missed
 
   std::size_t numbers() const { return point.size() * 9; } ///< of one colour
 };
 
-/// Transport from the light on the sources to the points of a brick, as products with few columns. Rows are
-/// [colour][point * 9 + lm], colour after colour.
-class Transport {
-public:
-  Transport(const SurfaceLight& light, const GatherRows& gather) : light_(light), gather_(gather) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      bounced_[c].resize(light.elements * light.clusters);
-      for (std::size_t e = 0; e < light.elements; ++e)
-        std::copy_n(light.bounced.data() + (e * 3 + c) * light.clusters, light.clusters,
-                    bounced_[c].data() + e * light.clusters);
+/// Irradiance [source][count] of random suns, each node weighted by `weight`.
+std::vector<float> random_suns(const detail::SunColumns& columns, const std::vector<float>& weight, std::size_t count) {
+  constexpr std::size_t kBlock = 16;
+  std::vector<float> sun(columns.sources * count, 0.0f);
+  tbb::parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t block) {
+    const std::size_t first = block * kBlock, width = std::min(kBlock, count - first);
+    std::array<float, kBlock> sign{};
+    for (std::size_t j = 0; j < columns.size(); ++j) {
+      for (std::size_t i = 0; i < width; ++i)
+        sign[i] = weight[j] * detail::random_sign(j * 0x10000ull + first + i);
+      for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
+        for (std::size_t i = 0; i < width; ++i)
+          sun[columns.source[k] * count + first + i] += columns.value[k] * sign[i];
     }
-  }
-
-  std::size_t sources() const { return light_.source.size(); }
-
-  /// [numbers][element] of a brick.
-  std::vector<float> gather(const Brick& b) const {
-    std::vector<float> rows(b.numbers() * light_.elements);
-    gather_(b.point, rows.data());
-    return rows;
-  }
-
-  /// Radiosity [colour][element][width] of the room under irradiance [source][width].
-  std::vector<float> radiate(const std::vector<float>& irradiance, std::size_t width) const {
-    std::vector<float> mean(light_.clusters * width, 0.0f), all;
-    for (std::size_t s = 0; s < sources(); ++s)
-      for (std::size_t k = 0; k < width; ++k)
-        mean[light_.cluster[s] * width + k] += light_.share[s] * irradiance[s * width + k];
-    for (int c = 0; c < 3; ++c) {
-      std::vector<float> b =
-          detail::multiply(bounced_[static_cast<std::size_t>(c)], mean, light_.elements, light_.clusters, width);
-      for (std::size_t s = 0; s < sources(); ++s)
-        for (std::size_t k = 0; k < width; ++k)
-          b[light_.source[s] * width + k] += light_.reflectance[s][c] * irradiance[s * width + k];
-      all.insert(all.end(), b.begin(), b.end());
-    }
-    return all;
-  }
-
-  /// What the points of a brick receive, [row][width].
-  std::vector<float> receive(const Brick& b, const std::vector<float>& gather, const std::vector<float>& radiosity,
-                             std::size_t width) const {
-    std::vector<float> rows(3 * b.numbers() * width);
-    for (std::size_t c = 0; c < 3; ++c)
-      detail::multiply_into(gather, std::span(radiosity).subspan(c * light_.elements * width, light_.elements * width),
-                            b.numbers(), light_.elements, width,
-                            std::span(rows).subspan(c * b.numbers() * width, b.numbers() * width));
-    return rows;
-  }
-
-  /// The adjoint: [width][source] from weights of the rows [row][width].
-  std::vector<float> adjoint(const Brick& b, const std::vector<float>& gather, const std::vector<float>& weights,
-                             std::size_t width) const {
-    std::vector<float> out(width * sources(), 0.0f), by_cluster(width * light_.clusters, 0.0f);
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::vector<float> v =
-          detail::multiply_transposed(std::span(weights).subspan(c * b.numbers() * width, b.numbers() * width), gather,
-                                      b.numbers(), width, light_.elements);
-      const std::vector<float> further = detail::multiply(v, bounced_[c], width, light_.elements, light_.clusters);
-      for (std::size_t k = 0; k < by_cluster.size(); ++k)
-        by_cluster[k] += further[k];
-      for (std::size_t k = 0; k < width; ++k)
-        for (std::size_t s = 0; s < sources(); ++s)
-          out[k * sources() + s] +=
-              light_.reflectance[s][static_cast<int>(c)] * v[k * light_.elements + light_.source[s]];
-    }
-    for (std::size_t k = 0; k < width; ++k)
-      for (std::size_t s = 0; s < sources(); ++s)
-        out[k * sources() + s] += light_.share[s] * by_cluster[k * light_.clusters + light_.cluster[s]];
-    return out;
-  }
-
-private:
-  const SurfaceLight& light_;
-  const GatherRows& gather_;
-  std::array<std::vector<float>, 3> bounced_; ///< [element][cluster]
-};
+  });
+  return sun;
+}
 
 void scale_sources(std::vector<float>& rows, const std::vector<float>& sigma) {
   for (std::size_t k = 0; k < rows.size(); ++k)
     rows[k] *= sigma[k % sigma.size()];
 }
 
-/// Randomised singular value decomposition in the metric of suns (Halko, Martinsson, Tropp 2011, algorithm 4.4, one
-/// power iteration: the singular values fall slowly, and the first sketch alone would miss half of them).
-/// `first`: radiosity of the room under kSketch random suns.
-void factorise(const Transport& transport, const detail::SunMetric& metric, const std::vector<float>& first,
-               std::size_t number, Brick& b) {
-  const std::vector<float> gather = b.gather.empty() ? transport.gather(b) : std::move(b.gather);
-  b.gather = {};
-  const std::size_t rows = 3 * b.numbers(), sources = transport.sources();
-  std::vector<float> seen = transport.receive(b, gather, first, kSketch);
-  std::size_t width = kSketch;
+double squares(const std::vector<float>& a) {
+  double sum = 0;
+  for (const float x : a)
+    sum += static_cast<double>(x) * static_cast<double>(x);
+  return sum;
+}
+
+std::uint64_t signs_of(std::size_t brick) { return brick + 16; }
+
+/// Norms under random signs, and the few combinations of the gather rows that differ under suns. `radiosity`: of the
+/// room under random suns of random colour, [element][columns].
+void reduce(const detail::SurfaceTransport& surfaces, const GatherRows& gather, const std::vector<float>& radiosity,
+            double error, std::size_t number, Brick& b) {
+  const std::size_t n = b.numbers(), elements = surfaces.elements(), columns = radiosity.size() / elements;
+  std::vector<float> rows(n * elements);
+  gather(b.point, rows.data());
+  const std::vector<float> signs = detail::random_signs(signs_of(number), 3 * n * kProjections);
+  b.projected.assign(kProjections * surfaces.sources(), 0.0f);
+  for (int c = 0; c < 3; ++c)
+    surfaces.add_adjoint(c,
+                         detail::multiply_transposed(
+                             std::span(signs).subspan(static_cast<std::size_t>(c) * n * kProjections, n * kProjections),
+                             rows, n, kProjections, elements),
+                         kProjections, b.projected);
+  const std::vector<float> seen = detail::multiply(rows, radiosity, n, elements, columns);
+  b.basis = detail::orthonormal_range(seen, n, columns, kRangeShare * kRangeShare * error * error * squares(seen));
+  b.coordinates = detail::multiply_transposed(b.basis.q, rows, n, b.basis.rank, elements);
+}
+
+/// The metric of suns with what is drawn from it.
+struct Measure {
+  const detail::SunColumns& columns;
+  const std::vector<float>& weight;
+  const detail::SunMetric& metric;
+
+  /// In units of each source's own, [source][count].
+  std::vector<float> suns(std::size_t count) const {
+    std::vector<float> sun = random_suns(columns, weight, count);
+    for (std::size_t k = 0; k < sun.size(); ++k)
+      sun[k] /= metric.sigma[k / count];
+    return sun;
+  }
+};
+
+/// Randomised singular value decomposition of `transport` [row][source] in the metric of suns (Halko, Martinsson, Tropp
+/// 2011, algorithm 4.4, one power iteration: the singular values fall slowly, and the first sketch alone would miss
+/// half of them). `suns`: [source][width].
+detail::Factors decompose(const std::vector<float>& transport, std::size_t rows, const Measure& measure,
+                          const std::vector<float>& suns, std::size_t width) {
+  const std::size_t sources = measure.metric.sigma.size();
+  std::vector<float> seen = detail::multiply(transport, suns, rows, sources, width);
   for (int pass = 0;; ++pass) {
     const detail::Basis range = detail::orthonormal_range(seen, rows, width);
-    std::vector<float> coordinates =
-        range.rank > 0 ? transport.adjoint(b, gather, range.q, range.rank) : std::vector<float>{};
-    scale_sources(coordinates, metric.sigma);
-    if (pass == 1 || range.rank == 0) {
-      b.factors = detail::factorise(range, rows, std::move(coordinates), sources, metric.correlation);
-      scale_sources(b.projected, metric.sigma);
-      const std::vector<float> missed = b.factors.remainder(
-          detail::Factors::Stored::exactly, random_signs(number + 1, rows * kProjections), b.projected, kProjections);
-      b.unseen = detail::metric_trace(missed, metric.correlation, kProjections, sources) / kProjections;
-      return;
-    }
+    std::vector<float> coordinates = detail::multiply_transposed(range.q, transport, rows, range.rank, sources);
+    if (pass == 1 || range.rank == 0)
+      return detail::factorise(range, rows, std::move(coordinates), sources, measure.metric.correlation);
     width = range.rank;
-    std::vector<float> sun = detail::multiply_by_transposed(metric.correlation, coordinates, sources, sources, width);
-    for (std::size_t s = 0; s < sources; ++s)
-      for (std::size_t k = 0; k < width; ++k)
-        sun[s * width + k] *= metric.sigma[s];
-    seen = transport.receive(b, gather, transport.radiate(sun, width), width);
+    const std::vector<float> sun =
+        detail::multiply_by_transposed(measure.metric.correlation, coordinates, sources, sources, width);
+    seen = detail::multiply(transport, sun, rows, sources, width);
   }
 }
 
-/// Irradiance [source][kSketch] of random suns, each node weighted by `weight`.
-std::vector<float> random_suns(const detail::SunColumns& columns, const std::vector<float>& weight) {
-  std::vector<float> sun(columns.sources * kSketch, 0.0f);
-  for (std::size_t j = 0; j < columns.size(); ++j)
-    for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k) {
-      const float value = columns.value[k] * weight[j];
-      float* row = sun.data() + columns.source[k] * kSketch;
-      for (std::size_t i = 0; i < kSketch; ++i)
-        row[i] += value * random_sign(j * kSketch + i);
-    }
-  return sun;
+/// `first`: suns [source][width] of the first sketch; `limit`: of the squared error that the sketch may miss.
+void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,
+               std::size_t number, double limit, Brick& b) {
+  const std::size_t rank = b.basis.rank, rows = 3 * rank, sources = surfaces.sources();
+  std::vector<float> transport(rows * sources, 0.0f);
+  for (int c = 0; c < 3; ++c)
+    surfaces.add_adjoint(c, b.coordinates, rank,
+                         std::span(transport).subspan(static_cast<std::size_t>(c) * rank * sources, rank * sources));
+  b.coordinates = {};
+  scale_sources(transport, measure.metric.sigma);
+  scale_sources(b.projected, measure.metric.sigma);
+  for (std::size_t width = first.size() / sources;; width += width / 2) {
+    b.factors =
+        decompose(transport, rows, measure, width * sources == first.size() ? first : measure.suns(width), width);
+    // Singular values fall like a power of their number: the tail is about as long as what was found.
+    if (b.factors.rank() < width || b.factors.power.back() * static_cast<double>(width) <= limit)
+      break;
+  }
+  b.factors.expand_rows(b.basis.q, b.numbers());
+  const std::vector<float> missed = b.factors.remainder(
+      detail::Factors::Stored::exactly, detail::random_signs(signs_of(number), 3 * b.numbers() * kProjections),
+      b.projected, kProjections);
+  b.unseen = detail::metric_trace(missed, measure.metric.correlation, kProjections, sources) / kProjections;
+  b.basis = {};
 }
 
 std::vector<float> node_weights(const std::vector<double>& norm2) {
@@ -206,7 +185,7 @@ std::vector<float> node_weights(const std::vector<double>& norm2) {
 
 /// Keeps the strongest components of all bricks together, until what is left is below `allowed`; then the strongest
 /// roundings become half floats, until the rest of them is below its share.
-void select(std::vector<Brick>& bricks, const std::vector<float>& metric, double allowed) {
+void select(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
   struct Component {
     double power;
     std::size_t brick;
@@ -230,7 +209,7 @@ void select(std::vector<Brick>& bricks, const std::vector<float>& metric, double
   std::vector<std::vector<double>> byte_error2(bricks.size());
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     bricks[b].factors.keep(rank[b]);
-    byte_error2[b] = bricks[b].factors.byte_error2(metric);
+    byte_error2[b] = bricks[b].factors.byte_error2(suns, kRoundingSuns);
   });
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     for (const double r : byte_error2[b]) {
@@ -297,14 +276,16 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.brick.size(), 1));
   report.half_share = static_cast<double>(basis.half_scale.size()) / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    std::vector<float> missed = bricks[b].factors.remainder(detail::Factors::Stored::rounded,
-                                                            random_signs(b + 1, 3 * bricks[b].numbers() * kProjections),
-                                                            bricks[b].projected, kProjections);
-    for (std::size_t k = 0; k < missed.size(); ++k)
-      missed[k] /= sigma[k % sigma.size()];
-    columns.add_norms2(missed, error2);
-  }
+  std::vector<std::vector<float>> missed(bricks.size());
+  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+    missed[b] = bricks[b].factors.remainder(detail::Factors::Stored::rounded,
+                                            detail::random_signs(signs_of(b), 3 * bricks[b].numbers() * kProjections),
+                                            bricks[b].projected, kProjections);
+    for (std::size_t k = 0; k < missed[b].size(); ++k)
+      missed[b][k] /= sigma[k % sigma.size()];
+  });
+  for (const std::vector<float>& rows : missed)
+    columns.add_norms2(rows, error2);
   double sum = 0;
   for (std::size_t j = 0; j < error2.size(); ++j) {
     const double e = error2[j] / kProjections * static_cast<double>(weight[j]) * static_cast<double>(weight[j]);
@@ -315,6 +296,23 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   return report;
 }
 
+std::size_t sketch_width(double at_three_percent, double error) {
+  return static_cast<std::size_t>(
+      std::clamp(at_three_percent * std::pow(0.03 / std::max(error, 1e-4), 0.8), 32.0, 1024.0));
+}
+
+/// Radiosity [element][columns] under suns of which each colour has a random sign.
+std::vector<float> of_random_colour(const detail::SurfaceTransport& surfaces, const std::vector<float>& suns,
+                                    std::size_t columns) {
+  std::vector<float> sum(surfaces.elements() * columns, 0.0f);
+  for (int c = 0; c < 3; ++c) {
+    const std::vector<float> one = surfaces.radiosity(c, suns, columns);
+    for (std::size_t k = 0; k < sum.size(); ++k)
+      sum[k] += detail::random_sign(static_cast<std::uint64_t>(c) * columns + k % columns) * one[k];
+  }
+  return sum;
+}
+
 } // namespace
 
 Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeSet& probes,
@@ -322,7 +320,6 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
                                  const CompactOptions& options, const Progress& progress, CompactReport* report) {
   const auto start = std::chrono::steady_clock::now();
   openblas_set_num_threads(1); // bricks are independent: parallel over them
-  const Transport transport(light, gather);
   const detail::SunColumns columns = detail::SunColumns::of(light, partition.size());
   std::vector<Brick> bricks = make_bricks(probes, probe_of_point, options.brick_probes);
   if (light.source.empty())
@@ -337,27 +334,33 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
         stop = true;
     });
   };
-  const bool keep = 9 * probe_of_point.size() * light.elements <= kMostKept;
-  for_each_brick([&](std::size_t b) {
-    Brick& brick = bricks[b];
-    brick.gather = transport.gather(brick);
-    brick.projected =
-        transport.adjoint(brick, brick.gather, random_signs(b + 1, 3 * brick.numbers() * kProjections), kProjections);
-    if (!keep)
-      brick.gather = {};
-  });
+  // Suns of equal irradiance until it is known what each does to the probes.
   std::vector<double> norm2(columns.size(), 0.0);
+  for (std::size_t j = 0; j < columns.size(); ++j)
+    for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
+      norm2[j] += static_cast<double>(columns.value[k]) * static_cast<double>(columns.value[k]);
+  const std::size_t range = sketch_width(kRangeAtThree, options.error);
+  const std::vector<float> suns = random_suns(columns, node_weights(norm2), range);
+  const detail::SurfaceTransport surfaces(light);
+  const std::vector<float> radiosity = of_random_colour(surfaces, suns, range);
+  for_each_brick([&](std::size_t b) { reduce(surfaces, gather, radiosity, options.error, b, bricks[b]); });
+
+  std::ranges::fill(norm2, 0.0);
   for (const Brick& b : bricks)
     columns.add_norms2(b.projected, norm2);
   for (double& n : norm2)
     n /= kProjections;
   const std::vector<float> weight = node_weights(norm2);
   const detail::SunMetric metric(columns, weight);
-  const std::vector<float> first = transport.radiate(random_suns(columns, weight), kSketch);
-  for_each_brick([&](std::size_t b) { factorise(transport, metric, first, b, bricks[b]); });
+  const Measure measure{columns, weight, metric};
+  const double allowed = options.error * options.error * static_cast<double>(norm2.size());
+  const std::vector<float> first = measure.suns(sketch_width(kSketchAtThree, options.error));
+  for_each_brick([&](std::size_t b) {
+    factorise(surfaces, measure, first, b, kTailShare2 * allowed / static_cast<double>(bricks.size()), bricks[b]);
+  });
   if (stop)
     return interrupted_error("fine sky");
-  select(bricks, metric.correlation, options.error * options.error * static_cast<double>(norm2.size()));
+  select(bricks, measure.suns(kRoundingSuns), allowed);
   CompactBasis basis = assemble(bricks, light, metric.sigma, probe_of_point);
   if (report) {
     *report = report_of(basis, bricks, light, columns, weight, metric.sigma);

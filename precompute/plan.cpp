@@ -13,20 +13,20 @@ namespace daylit::precompute {
 
 namespace {
 
-// Shares of the target. Together 0.92 of it; a bake that misses is repeated with better knowledge.
-constexpr double kMeshShare = 0.45, kGridShare = 0.76, kSkyShare = 0.24;
+// Shares of the target. Together 0.88 of it; a bake that misses is repeated with better knowledge.
+constexpr double kMeshShare = 0.45, kGridShare = 0.72, kSkyShare = 0.24;
 constexpr double kPointsShare = 0.30; ///< of the mesh at given points, where no grid adds to it
 constexpr double kSunShare = 2.0;
 constexpr int kFewestPatches = 200, kMostPatches = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
-constexpr std::array<int, 5> kNodes{256, 512, 1024, 2048, 4096};
-constexpr double kNodeShare = 0.3;          ///< of the target, before compression
-constexpr double kNodesAtTwoPercent = 1024; ///< at most, ~ 1 / target: beyond, time grows faster than errors fall
-constexpr double kClearlyFiner = 1.8;       ///< ratio of patches from which a difference tells an error
+constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
+constexpr double kNodeShare = 0.3;           ///< of the target, before compression
+constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
+constexpr double kClearlyFiner = 1.8;        ///< ratio of patches from which a difference tells an error
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
-constexpr int kGatherRays = 1024;   ///< per probe at 2 %
+constexpr int kGatherRays = 3072;   ///< per probe at 2 %: noise of the rays costs components of a fine sky
 
 const PlanLaws& laws = kPlanLaws;
 

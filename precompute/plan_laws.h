@@ -23,22 +23,22 @@ struct PlanLaws {
   double node_error = 0.003; ///< sky error of 1,024 nodes without compression; ~ 1 / nodes
   double node_sun = 0.17;    ///< the same of a small sun; ~ nodes^-node_sun_exponent
   double node_sun_exponent = 0.74;
-  double compact_sun = 1.12;          ///< a sun's error / CompactOptions::error
-  double compact_smooth = 0.29;       ///< sky error / CompactOptions::error
+  double compact_sun = 1.05;          ///< a sun's error / CompactOptions::error
+  double compact_smooth = 0.19;       ///< sky error / CompactOptions::error
   double gather_noise = 0.0072;       ///< grid error of 1,024 rays per probe ...
   double gather_noise_exponent = 0.9; ///< ... ~ rays^-this
   double half_float = 0.0003;         ///< error of half floats
 
   // Seconds on the two threads of the machine of the measurement; the pilot tells how fast another one is.
   double start_s = 0.05;
-  double exchange_exponent = 1.3;     ///< form factors ~ patches^this ...
-  double visibility_exponent = 0.3;   ///< ... and visibility rays^this
-  double ray_s = 1.3e-7;              ///< per gather ray
-  double product_s = 1.0e-11;         ///< per multiplication of the dense products
-  double compress_s = 4e-7;           ///< of a fine sky, per probe and patch
-  double compact_bytes = 2350;        ///< compact file per probe, at error 0.03 and 1,024 nodes
-  double compact_exponent = 0.7;      ///< ~ error^-this
-  double compact_node_exponent = 0.3; ///< ~ nodes^this
+  double exchange_exponent = 1.3;      ///< form factors ~ patches^this ...
+  double visibility_exponent = 0.3;    ///< ... and visibility rays^this
+  double ray_s = 6e-8;                 ///< per gather ray
+  double product_s = 1.0e-11;          ///< per multiplication of the dense products
+  double compress_s = 1.8e-7;          ///< of a fine sky, per probe and patch
+  double compact_bytes = 3500;         ///< compact file per probe, at error 0.03 and 1,024 nodes
+  double compact_exponent = 0.7;       ///< ~ error^-this
+  double compact_node_exponent = 0.03; ///< ~ nodes^this
 };
 
 inline constexpr PlanLaws kPlanLaws{};

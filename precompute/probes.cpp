@@ -15,6 +15,7 @@ namespace {
 
 // The outer probes: close enough to the walls that little is extrapolated, far enough to stand in the air.
 constexpr double kWallMargin = 0.04; // metres, at most a tenth of the spacing
+constexpr double kBehind = 1e-3;     // of the way to a probe
 constexpr std::size_t kMaxProbes = 4'000'000;
 constexpr double kAuxiliarySpacing = 0.3; // metres, of the grid that decides about free points
 
@@ -123,8 +124,10 @@ Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double s
 void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures) {
   const GridIndex cells(grid);
   std::vector<std::size_t> queue;
+  // A way that ends a little behind the probe: one that stands in the plane of a wall would lead through the wall.
   const auto reach = [&](std::size_t i, const glm::dvec3& from) {
-    if (grid.valid[i] || !open_between(from, world(grid, i), scene, apertures))
+    const glm::dvec3 to = world(grid, i);
+    if (grid.valid[i] || !open_between(from, to + kBehind * (to - from), scene, apertures))
       return;
     grid.valid[i] = 1;
     queue.push_back(i);

@@ -60,8 +60,10 @@ std::string to_json(const BakeReport& r, bool times) {
                  {"absorbed", r.energy.absorbed},
                  {"leaving", r.energy.leaving},
                  {"relative_imbalance", r.energy.imbalance},
-                 {"worst_closure", r.energy.worst_closure},
-                 {"mean_closure", r.energy.mean_closure}};
+                 {"relative_imbalance_unclosed", r.energy.unclosed},
+                 {"worst_closure", r.closure.worst},
+                 {"mean_closure", r.closure.mean},
+                 {"rows_left_open", r.closure.left}};
   j["room"] = {{"faces", r.room.faces_read},
                {"zero_area_faces", r.room.zero_area_faces},
                {"duplicate_faces", r.room.duplicate_faces},
@@ -117,10 +119,10 @@ std::string to_text(const BakeReport& r) {
       r.solve.residual.size(), r.adjoint ? "from the probes to the light" : "from the light to the probes",
       r.solve.channels, r.solve.iterations, r.solve.worst_residual);
   text += format(
-      "energy     in 1, absorbed %.5f, out again %.5f, imbalance %.1e; closure of the form factors %.1e worst, "
-      "%.1e mean\n",
+      "energy     in 1, absorbed %.5f, out again %.5f, imbalance %.1e; rows of the form factors were off by %.1e at "
+      "worst, %.1e in the mean, %zu by more than noise\n",
       r.energy.absorbed / std::max(r.energy.entering, 1e-300), r.energy.leaving / std::max(r.energy.entering, 1e-300),
-      r.energy.imbalance, r.energy.worst_closure, r.energy.mean_closure);
+      r.energy.imbalance, r.closure.worst, r.closure.mean, r.closure.left);
   if (r.compact.nodes > 0)
     text += format(
         "fine sky   %zu directions on %zu pieces of surface, %zu bricks of rank %.0f, %.1f MB; error %.2f %% rms, "

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <cblas.h>
+#include <tbb/parallel_for.h>
 
 namespace daylit::radiosity {
 
@@ -55,14 +56,35 @@ void ExchangeMatrix::multiply(const float* x, std::size_t columns, float* y) con
   }
 }
 
-std::vector<double> ExchangeMatrix::row_sums() const {
-  const std::vector<float> one(size(), 1.0f);
-  std::vector<float> sum(size());
-  multiply(one.data(), 1, sum.data());
+std::vector<double> ExchangeMatrix::row_sums() const { return scaled_row_sums(std::vector<double>(size(), 1.0)); }
+
+std::vector<double> ExchangeMatrix::scaled_row_sums(std::span<const double> diagonal) const {
+  std::vector<float> x(size()), sum(size());
+  for (std::size_t k = 0; k < size(); ++k)
+    x[k] = static_cast<float>(diagonal[order_[k]]);
+  multiply(x.data(), 1, sum.data());
   std::vector<double> result(size());
   for (std::size_t k = 0; k < size(); ++k)
-    result[order_[k]] = static_cast<double>(sum[k]);
+    result[order_[k]] = diagonal[order_[k]] * static_cast<double>(sum[k]);
   return result;
+}
+
+void ExchangeMatrix::scale(std::span<const double> diagonal) {
+  std::vector<float> s(size());
+  for (std::size_t k = 0; k < size(); ++k)
+    s[k] = static_cast<float>(diagonal[order_[k]]);
+  tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t k) {
+    ExchangeBlock& b = blocks_[k];
+    float* v = b.values.data();
+    if (b.rank > 0)
+      for (std::uint32_t i = 0; i < b.rows + b.columns; ++i)
+        for (std::uint32_t r = 0; r < b.rank; ++r)
+          *v++ *= s[i < b.rows ? b.row + i : b.column + i - b.rows];
+    else
+      for (std::uint32_t i = 0; i < b.rows; ++i)
+        for (std::uint32_t j = 0; j < b.columns; ++j)
+          *v++ *= s[b.row + i] * s[b.column + j];
+  });
 }
 
 std::vector<float> ExchangeMatrix::dense_in_tree_order() const {

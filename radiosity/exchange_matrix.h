@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace daylit::radiosity {
@@ -34,6 +35,10 @@ public:
 
   /// Sum over j of G_ij per element i (element order), m^2.
   std::vector<double> row_sums() const;
+  /// Those of S G S; `diagonal` S per element.
+  std::vector<double> scaled_row_sums(std::span<const double> diagonal) const;
+  /// G becomes S G S.
+  void scale(std::span<const double> diagonal);
   /// The whole matrix, [element][element], row-major: for tests and small rooms.
   std::vector<float> dense() const;
   /// The same, [tree position][tree position].

@@ -1,7 +1,9 @@
 #include "radiosity/gather.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -18,67 +20,92 @@ namespace {
 
 constexpr std::size_t kChunk = 32; ///< points per dense product
 
-glm::vec3 ray_direction(std::size_t k, std::size_t rays, const glm::dvec2& shift) {
-  return glm::vec3(fibonacci_direction(static_cast<std::uint32_t>(k), static_cast<std::uint32_t>(rays), shift));
+/// Cosine and sine of the angle by which a point's rays are turned about z.
+glm::vec2 turn_of(std::size_t point) {
+  const double angle = 2.0 * std::numbers::pi * random_shift(point).y;
+  return {std::cos(angle), std::sin(angle)};
+}
+
+glm::vec3 turned(const glm::vec3& d, const glm::vec2& turn) {
+  return {d.x * turn.x - d.y * turn.y, d.x * turn.y + d.y * turn.x, d.z};
+}
+
+/// Place on a Z curve over the octahedral map of the sphere: neighbours in it are neighbours in direction.
+std::uint32_t place_on_curve(const glm::vec3& d) {
+  glm::vec2 p = glm::vec2(d) / (std::abs(d.x) + std::abs(d.y) + std::abs(d.z));
+  if (d.z < 0.0f)
+    p = (1.0f - glm::vec2(std::abs(p.y), std::abs(p.x))) *
+        glm::vec2(std::copysign(1.0f, p.x), std::copysign(1.0f, p.y));
+  const auto cell = [](float x) {
+    return static_cast<std::uint32_t>(std::clamp(0.5f * x + 0.5f, 0.0f, 1.0f) * 1023.0f);
+  };
+  const std::uint32_t x = cell(p.x), y = cell(p.y);
+  std::uint32_t code = 0;
+  for (std::uint32_t bit = 0; bit < 10; ++bit)
+    code |= (x >> bit & 1u) << (2 * bit) | (y >> bit & 1u) << (2 * bit + 1);
+  return code;
 }
 
 /// The elements that a point's rays meet.
 void trace_point(const glm::dvec3& point, std::size_t index, const ElementSet& set, const PatchMesh& mesh,
-                 const RayScene& scene, std::span<std::int32_t> met) {
-  const glm::dvec2 shift = random_shift(index);
-  for (std::size_t k = 0; k < met.size(); ++k) {
-    const glm::vec3 d = ray_direction(k, met.size(), shift);
-    RayHit hit;
-    met[k] = scene.closest(scene.to_local(point), d, 0.0f, std::numeric_limits<float>::infinity(), hit)
-                 ? set.hit(mesh, hit.triangle, d)
-                 : -1;
+                 const RayScene& scene, const RayFan& fan, std::span<std::int32_t> met) {
+  const glm::vec2 turn = turn_of(index);
+  const glm::vec3 origin = scene.to_local(point);
+  RayPacket16 packet;
+  std::ranges::fill(packet.org_x, origin.x);
+  std::ranges::fill(packet.org_y, origin.y);
+  std::ranges::fill(packet.org_z, origin.z);
+  std::ranges::fill(packet.tnear, 0.0f);
+  std::ranges::fill(packet.tfar, std::numeric_limits<float>::infinity());
+  std::array<std::uint32_t, 16> patch;
+  for (std::size_t first = 0; first < met.size(); first += 16) {
+    const std::size_t count = std::min<std::size_t>(16, met.size() - first);
+    for (std::size_t k = 0; k < 16; ++k) {
+      const glm::vec3 d = turned(fan.direction[first + std::min(k, count - 1)], turn);
+      packet.dir_x[k] = d.x;
+      packet.dir_y[k] = d.y;
+      packet.dir_z[k] = d.z;
+    }
+    const std::uint32_t hit = scene.closest16(packet, static_cast<int>(count), patch);
+    for (std::size_t k = 0; k < count; ++k)
+      met[first + k] =
+          (hit >> k & 1u) != 0 ? set.hit(mesh, patch[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
   }
 }
 
-std::vector<glm::vec2> ray_turns(std::size_t rays) {
-  std::vector<glm::vec2> turn(rays);
+/// sum[element][16] += harmonics of the rays that meet it. Plain loops that become vectors of any width.
+__attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) void
+add_harmonics(const std::int32_t* met, const float* harmonics, std::size_t rays, float* sum) {
   for (std::size_t k = 0; k < rays; ++k) {
-    const glm::vec3 d = ray_direction(k, rays, {0.0, 0.0});
-    turn[k] = glm::normalize(glm::vec2(d));
-  }
-  return turn;
-}
-
-/// Calls add(element, share of the harmonics, nine of them) for every ray of a point that meets an element. dw = 4 pi /
-/// rays, L = B / pi. The directions are those of the rays, by a turn of the ones of shift 0.
-template <class Add>
-void for_each_hit(std::size_t index, std::span<const std::int32_t> met, std::span<const glm::vec2> turn,
-                  const Add& add) {
-  const glm::dvec2 shift = random_shift(index);
-  const double own = 2.0 * std::numbers::pi * shift.y, n = static_cast<double>(met.size());
-  const auto c = static_cast<float>(std::cos(own)), s = static_cast<float>(std::sin(own));
-  const float share = 4.0f / static_cast<float>(met.size());
-  for (std::size_t k = 0; k < met.size(); ++k) {
     if (met[k] < 0)
       continue;
-    const auto z = static_cast<float>(1.0 - 2.0 * (static_cast<double>(k) + 0.25 + 0.5 * shift.x) / n);
-    const float r = std::sqrt(std::max(0.0f, 1.0f - z * z));
-    auto y = sh::evaluate9(glm::vec3(r * (turn[k].x * c - turn[k].y * s), r * (turn[k].x * s + turn[k].y * c), z));
-    for (float& x : y)
-      x *= share;
-    add(static_cast<std::size_t>(met[k]), y);
+    float* to = sum + static_cast<std::size_t>(met[k]) * RayFan::kStride;
+    for (std::size_t l = 0; l < RayFan::kStride; ++l)
+      to[l] += harmonics[k * RayFan::kStride + l];
   }
 }
 
-/// Adds one point's nine rows of weights: coefficient = weights . B.
-void add_weights(std::size_t index, std::span<const std::int32_t> met, std::span<const glm::vec2> turn,
-                 std::size_t elements, float* weights) {
-  for_each_hit(index, met, turn, [&](std::size_t element, const auto& y) {
-    for (std::size_t l = 0; l < 9; ++l)
-      weights[l * elements + element] += y[l];
-  });
+/// Nine sums of harmonics of directions, as if these had been turned about z: m and -m are cosine and sine of m times
+/// the azimuth.
+void turn_harmonics(const float* from, const glm::vec2& turn, std::size_t stride, float* to) {
+  const float c1 = turn.x, s1 = turn.y, c2 = c1 * c1 - s1 * s1, s2 = 2.0f * c1 * s1;
+  const auto pair = [&](std::size_t sine, std::size_t cosine, float c, float s) {
+    to[sine * stride] = from[sine] * c + from[cosine] * s;
+    to[cosine * stride] = from[cosine] * c - from[sine] * s;
+  };
+  to[0] = from[0];
+  to[2 * stride] = from[2];
+  to[6 * stride] = from[6];
+  pair(1, 3, c1, s1);
+  pair(5, 7, c1, s1);
+  pair(4, 8, c2, s2);
 }
 
 /// Nine rows of weights for each of the points first .. first + count - 1.
 std::vector<float> weights_of(const GatherHits& hits, std::size_t first, std::size_t count) {
-  std::vector<float> weights(count * 9 * hits.elements);
+  std::vector<float> weights(count * 9 * hits.elements());
   for (std::size_t p = 0; p < count; ++p)
-    hits.weights(first + p, weights.data() + p * 9 * hits.elements);
+    hits.weights(first + p, weights.data() + p * 9 * hits.elements());
   return weights;
 }
 
@@ -101,20 +128,69 @@ std::vector<float> channel_of(const FirstBounce& light, int channel) {
 
 } // namespace
 
-GatherHits gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
-                       const RayScene& patches, const GatherOptions& options) {
-  const auto rays = static_cast<std::size_t>(options.rays);
-  GatherHits hits{set.elements.size(), options.rays, std::vector<std::int32_t>(points.size() * rays), ray_turns(rays)};
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
-    trace_point(points[p], p, set, mesh, patches, std::span(hits.element).subspan(p * rays, rays));
+RayFan RayFan::of(int rays) {
+  const auto n = static_cast<std::uint32_t>(rays);
+  std::vector<std::pair<std::uint32_t, glm::vec3>> list;
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const glm::vec3 d(fibonacci_direction(k, n, {0.5, 0.0}));
+    list.emplace_back(place_on_curve(d), d);
+  }
+  std::ranges::stable_sort(list, {}, &std::pair<std::uint32_t, glm::vec3>::first);
+  RayFan fan;
+  fan.harmonics.assign(n * kStride, 0.0f);
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    fan.direction.push_back(list[k].second);
+    const auto y = sh::evaluate9(list[k].second);
+    for (std::size_t l = 0; l < 9; ++l)
+      fan.harmonics[k * kStride + l] = y[l] * 4.0f / static_cast<float>(n);
+  }
+  return fan;
+}
+
+Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
+                               const RayScene& patches, const GatherOptions& options, const Progress& progress,
+                               std::size_t most_kept_rays) {
+  GatherHits hits;
+  hits.set_ = &set;
+  hits.mesh_ = &mesh;
+  hits.scene_ = &patches;
+  hits.points_.assign(points.begin(), points.end());
+  hits.rays_ = static_cast<std::size_t>(options.rays);
+  hits.fan_ = RayFan::of(options.rays);
+  const std::size_t kept = std::min(points.size(), most_kept_rays / hits.rays_);
+  hits.element_.resize(kept * hits.rays_);
+  std::atomic<std::size_t> done{0};
+  std::atomic<bool> stop{false};
+  tbb::parallel_for(std::size_t{0}, kept, [&](std::size_t p) {
+    if (stop)
+      return;
+    trace_point(points[p], p, set, mesh, patches, hits.fan_,
+                std::span(hits.element_).subspan(p * hits.rays_, hits.rays_));
+    if (++done % kChunk == 0 && !progress("rays", static_cast<double>(done) / static_cast<double>(kept)))
+      stop = true;
   });
+  if (stop)
+    return interrupted_error("rays");
   return hits;
 }
 
+std::vector<std::int32_t> GatherHits::met(std::size_t point) const {
+  const auto first = element_.begin() + static_cast<std::ptrdiff_t>(std::min(point * rays_, element_.size()));
+  if ((point + 1) * rays_ <= element_.size())
+    return {first, first + static_cast<std::ptrdiff_t>(rays_)};
+  std::vector<std::int32_t> again(rays_);
+  trace_point(points_[point], point, *set_, *mesh_, *scene_, fan_, again);
+  return again;
+}
+
 void GatherHits::weights(std::size_t point, float* nine_rows) const {
-  const auto count = static_cast<std::size_t>(rays);
-  std::fill_n(nine_rows, 9 * elements, 0.0f);
-  add_weights(point, std::span(element).subspan(point * count, count), turn, elements, nine_rows);
+  const std::vector<std::int32_t> elements_met = met(point);
+  const std::size_t n = elements();
+  std::vector<float> sum(n * RayFan::kStride, 0.0f);
+  add_harmonics(elements_met.data(), fan_.harmonics.data(), rays_, sum.data());
+  const glm::vec2 turn = turn_of(point);
+  for (std::size_t e = 0; e < n; ++e)
+    turn_harmonics(sum.data() + e * RayFan::kStride, turn, n, nine_rows + e);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
@@ -130,7 +206,7 @@ Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Rad
       return;
     const std::size_t first = c * kChunk, count = std::min(kChunk, points - first);
     const std::vector<float> weights = weights_of(hits, first, count);
-    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements),
+    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements()),
                stride = static_cast<int>(columns);
     float* out = result.data() + first * 9 * columns;
     for (std::size_t channel = 0; channel < 3; ++channel)

@@ -323,17 +323,17 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
 
 namespace {
 
-/// Per element: what the others send it per unit of radiosity (row sum of G), and how much of what it sends them they
-/// absorb, per channel; m^2. G is symmetric, so four products serve any number of columns.
-std::vector<std::array<float, 4>> absorbed_by_others(const ElementSet& set, const ExchangeMatrix& exchange) {
+/// Per element and channel: how much of what it sends the others they absorb, per unit of its radiosity; m^2. G is
+/// symmetric, so three products serve any number of columns.
+std::vector<std::array<float, 3>> absorbed_by_others(const ElementSet& set, const ExchangeMatrix& exchange) {
   const std::size_t n = set.elements.size();
-  std::vector<std::array<float, 4>> weight(n), product(n), result(n);
+  std::vector<std::array<float, 3>> weight(n), product(n), result(n);
   for (std::size_t k = 0; k < n; ++k) {
     const Rgb& rho = set.elements[exchange.order()[k]].reflectance;
-    weight[k] = {1.0f - rho[0], 1.0f - rho[1], 1.0f - rho[2], 1.0f};
+    weight[k] = {1.0f - rho[0], 1.0f - rho[1], 1.0f - rho[2]};
   }
   if (n > 0)
-    exchange.multiply(weight[0].data(), 4, product[0].data());
+    exchange.multiply(weight[0].data(), 3, product[0].data());
   for (std::size_t k = 0; k < n; ++k)
     result[exchange.order()[k]] = product[k];
   return result;
@@ -342,20 +342,15 @@ std::vector<std::array<float, 4>> absorbed_by_others(const ElementSet& set, cons
 } // namespace
 
 EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
-                           const Radiosity& radiosity) {
+                           const Radiosity& radiosity, const RowClosure* closed) {
   EnergyBalance balance;
   const std::size_t regions = light.columns();
   const auto others = absorbed_by_others(set, exchange);
-  double area = 0;
+  double unclosed = 0;
   for (std::size_t i = 0; i < set.elements.size(); ++i) {
     const Element& e = set.elements[i];
     const double opening = static_cast<double>(light.opening[i]);
-    if (e.reflectance != Rgb(0.0f)) { // rows of black elements may be incomplete: nothing depends on them
-      const double closure = static_cast<double>(others[i][3]) / e.area_m2 + opening - 1.0;
-      balance.worst_closure = std::max(balance.worst_closure, std::abs(closure));
-      balance.mean_closure += closure * e.area_m2;
-      area += e.area_m2;
-    }
+    const double gain = closed ? e.area_m2 * static_cast<double>(closed->deviation[i]) : 0.0;
     for (std::size_t k = 0; k < radiosity.columns; ++k) {
       const std::size_t channel = k / regions;
       const auto c = static_cast<int>(channel);
@@ -365,11 +360,13 @@ EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange
       balance.absorbed +=
           (1.0 - static_cast<double>(e.reflectance[c])) * direct + static_cast<double>(others[i][channel]) * b;
       balance.leaving += e.area_m2 * b * opening;
+      unclosed += gain * b;
     }
   }
-  balance.mean_closure = area > 0 ? balance.mean_closure / area : 0.0;
-  balance.imbalance =
-      balance.entering > 0 ? std::abs(balance.entering - balance.absorbed - balance.leaving) / balance.entering : 0.0;
+  if (balance.entering > 0) {
+    balance.imbalance = std::abs(balance.entering - balance.absorbed - balance.leaving) / balance.entering;
+    balance.unclosed = std::abs(unclosed) / balance.entering;
+  }
   return balance;
 }
 

@@ -7,6 +7,7 @@
 
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
+#include "radiosity/row_closure.h"
 #include "radiosity/work_store.h"
 
 namespace daylit::radiosity {
@@ -59,16 +60,15 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
 /// Which channel each channel is a copy of: same reflectances everywhere and same first light.
 std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& light);
 
-/// Energy audit per unit of entering flux, all columns and channels together.
+/// Energy audit, all columns and channels together. `closed`: what close_rows() found before the solution.
 struct EnergyBalance {
-  double entering = 0;      ///< flux through the openings that meets a surface
-  double absorbed = 0;      ///< sum (1 - rho) A E
-  double leaving = 0;       ///< flux that goes back out through the openings
-  double imbalance = 0;     ///< |entering - absorbed - leaving| / entering
-  double worst_closure = 0; ///< largest |row sum of F + opening - 1| over the elements that reflect
-  double mean_closure = 0;  ///< area mean of the same, signed
+  double entering = 0;  ///< flux through the openings that meets a surface
+  double absorbed = 0;  ///< sum (1 - rho) A E
+  double leaving = 0;   ///< flux that goes back out through the openings
+  double imbalance = 0; ///< |entering - absorbed - leaving| / entering
+  double unclosed = 0;  ///< what the imbalance would be without close_rows(); 0 where that is not known
 };
 EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
-                           const Radiosity& radiosity);
+                           const Radiosity& radiosity, const RowClosure* closed = nullptr);
 
 } // namespace daylit::radiosity

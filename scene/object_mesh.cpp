@@ -68,6 +68,7 @@ namespace {
 using detail::SoupTriangle;
 using detail::TriangleSoup;
 
+constexpr std::size_t kMostFileBytes = std::size_t{1} << 31;
 const double kCreaseCosine = std::cos(40.0 * std::numbers::pi / 180.0);
 
 /// Representative of all positions with exactly equal coordinates (OBJ files repeat them along texture seams).
@@ -184,13 +185,26 @@ ObjectMesh build_mesh(const TriangleSoup& soup) {
       const glm::vec3 normal = corner.normal >= 0
                                    ? glm::normalize(soup.normals[static_cast<std::size_t>(corner.normal)])
                                    : smooth_normal(t, position, at, shape);
-      const Rgb reflectance =
-          soup.vertex_colour.empty() ? soup.triangles[t].reflectance : soup.vertex_colour[corner.position];
+      const Rgb reflectance = soup.vertex_colour.empty()
+                                  ? soup.triangles[t].reflectance * soup.triangles[t].corner_colour[k]
+                                  : soup.vertex_colour[corner.position];
       triangle[k] = pool.add(position, soup.positions[position], normal, reflectance, mesh);
     }
     mesh.triangles.push_back(triangle);
   }
   return mesh;
+}
+
+/// glTF by its name or its first bytes.
+bool is_gltf(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
+  return path.extension() == ".gltf" || (bytes.size() > 4 && std::memcmp(bytes.data(), "glTF", 4) == 0);
+}
+
+Result<detail::TriangleSoup> parse_gltf_beside(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
+                                               Rgb fallback) {
+  return detail::parse_gltf_soup(
+      bytes, path.string(),
+      [&](const std::string& file) { return read_whole_file(path.parent_path() / file, kMostFileBytes); }, fallback);
 }
 
 bool starts_with_ply(std::span<const std::uint8_t> bytes) {
@@ -203,17 +217,19 @@ Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallb
   for (int c = 0; c < 3; ++c)
     if (!(fallback[c] >= 0 && fallback[c] <= 1))
       return Error{ErrorCode::value_invalid, "reflectance outside 0..1", path.string(), ""};
-  auto bytes = read_whole_file(path, std::size_t{1} << 31);
+  auto bytes = read_whole_file(path, kMostFileBytes);
   if (!bytes)
     return bytes.error();
-  auto soup = starts_with_ply(*bytes) ? detail::parse_ply_soup(*bytes, path.string(), fallback)
-                                      : detail::parse_obj_soup(*bytes, path, fallback);
+  auto soup = is_gltf(path, *bytes)     ? parse_gltf_beside(path, *bytes, fallback)
+              : starts_with_ply(*bytes) ? detail::parse_ply_soup(*bytes, path.string(), fallback)
+                                        : detail::parse_obj_soup(*bytes, path, fallback);
   if (!soup)
     return soup.error();
+  resolve_textures(*soup);
   drop_degenerate(*soup);
   if (soup->triangles.empty())
     return Error{ErrorCode::file_malformed, "the object has no triangle with area", path.string(),
-                 "an OBJ or PLY file with faces is needed"};
+                 "an OBJ, PLY or glTF file with faces is needed"};
   return build_mesh(*soup);
 }
 

@@ -21,7 +21,9 @@ struct ObjectMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// OBJ (Kd of the MTL as reflectance, `fallback` where there is none) or PLY.
+/// OBJ (Kd of the MTL, times map_Kd), PLY (vertex colours) or glTF (base colour, its texture, vertex colours; y up is
+/// turned to z up). `fallback`: reflectance where the file gives none. Textures are kept at vertices: the mesh is
+/// divided until its edges span about eight texels (at most 60,000 triangles).
 Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback = Rgb(0.7f));
 
 } // namespace daylit

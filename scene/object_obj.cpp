@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <sstream>
 #include <string_view>
 #include <system_error>
@@ -78,25 +79,51 @@ Error obj_error(const std::filesystem::path& path, const std::string& what) {
   return {ErrorCode::file_malformed, what, path.string(), "the file is damaged: export it again as OBJ"};
 }
 
-Result<std::vector<Rgb>> reflectances(const std::vector<tinyobj::material_t>& materials,
-                                      const std::filesystem::path& path) {
-  std::vector<Rgb> out;
+struct ObjSurface {
+  Rgb reflectance{0.5f};
+  std::int32_t texture = -1;
+};
+
+/// Kd, times map_Kd (a file beside the OBJ, below its folder) where there is one.
+Result<std::vector<ObjSurface>> surfaces_of(const std::vector<tinyobj::material_t>& materials,
+                                            const std::filesystem::path& path, TriangleSoup& soup) {
+  std::vector<ObjSurface> out;
+  std::map<std::string, std::int32_t> textures;
   for (const tinyobj::material_t& m : materials) {
-    out.emplace_back(static_cast<float>(m.diffuse[0]), static_cast<float>(m.diffuse[1]),
-                     static_cast<float>(m.diffuse[2]));
+    out.push_back(
+        {Rgb(static_cast<float>(m.diffuse[0]), static_cast<float>(m.diffuse[1]), static_cast<float>(m.diffuse[2]))});
     for (int c = 0; c < 3; ++c)
-      if (!(out.back()[c] >= 0 && out.back()[c] <= 1))
+      if (!(out.back().reflectance[c] >= 0 && out.back().reflectance[c] <= 1))
         return Error{ErrorCode::value_invalid, "reflectance Kd outside 0..1", path.string() + ", material " + m.name,
                      "give Kd between 0 and 1"};
+    if (m.diffuse_texname.empty())
+      continue;
+    const auto known = textures.find(m.diffuse_texname);
+    if (known == textures.end()) {
+      const std::filesystem::path file = path.parent_path() / m.diffuse_texname;
+      const auto added = add_texture(soup, read_ldr_image(file), file.string());
+      if (!added)
+        return added.error();
+      textures[m.diffuse_texname] = *added;
+    }
+    out.back().texture = textures[m.diffuse_texname];
   }
   return out;
 }
 
-Result<TriangleSoup> soup_of(const tinyobj::attrib_t& attrib, const std::vector<tinyobj::shape_t>& shapes,
-                             const std::vector<Rgb>& kd, const std::filesystem::path& path, Rgb fallback) {
-  if (!all_finite(attrib.vertices) || !all_finite(attrib.normals))
+/// Origin turned from bottom left to top left.
+glm::vec2 texture_coordinate(const tinyobj::attrib_t& attrib, int index) {
+  if (index < 0 || 2 * static_cast<std::size_t>(index) + 1 >= attrib.texcoords.size())
+    return glm::vec2(0.0f);
+  const std::size_t at = 2 * static_cast<std::size_t>(index);
+  return glm::vec2(attrib.texcoords[at], 1.0 - attrib.texcoords[at + 1]);
+}
+
+Result<void> add_shapes(const tinyobj::attrib_t& attrib, const std::vector<tinyobj::shape_t>& shapes,
+                        const std::vector<ObjSurface>& surfaces, const std::filesystem::path& path, Rgb fallback,
+                        TriangleSoup& soup) {
+  if (!all_finite(attrib.vertices) || !all_finite(attrib.normals) || !all_finite(attrib.texcoords))
     return obj_error(path, "a coordinate is NaN, infinite or above 1e15");
-  TriangleSoup soup;
   for (std::size_t i = 0; i + 2 < attrib.vertices.size(); i += 3)
     soup.positions.emplace_back(attrib.vertices[i], attrib.vertices[i + 1], attrib.vertices[i + 2]);
   for (std::size_t i = 0; i + 2 < attrib.normals.size(); i += 3)
@@ -109,24 +136,31 @@ Result<TriangleSoup> soup_of(const tinyobj::attrib_t& attrib, const std::vector<
       if (n > shape.mesh.indices.size() - first)
         return obj_error(path, "a face has missing corners");
       corners.clear();
+      bool has_uv = true;
       for (std::size_t k = 0; k < n; ++k) {
         const tinyobj::index_t index = shape.mesh.indices[first + k];
         if (index.vertex_index < 0 || static_cast<std::size_t>(index.vertex_index) >= soup.positions.size() ||
             index.normal_index >= static_cast<int>(soup.normals.size()))
           return obj_error(path, "face " + std::to_string(f) + " of \"" + shape.name.substr(0, 40) +
                                      "\" uses a vertex that does not exist");
+        has_uv = has_uv && index.texcoord_index >= 0;
         const bool has_normal =
             index.normal_index >= 0 && glm::length(soup.normals[static_cast<std::size_t>(index.normal_index)]) > 1e-6f;
-        corners.push_back({static_cast<std::uint32_t>(index.vertex_index), has_normal ? index.normal_index : -1});
+        corners.push_back({static_cast<std::uint32_t>(index.vertex_index), has_normal ? index.normal_index : -1,
+                           texture_coordinate(attrib, index.texcoord_index)});
       }
       first += n;
       const int material = f < shape.mesh.material_ids.size() ? shape.mesh.material_ids[f] : -1;
-      const bool known = material >= 0 && static_cast<std::size_t>(material) < kd.size();
-      if (!append_polygon(corners, known ? kd[static_cast<std::size_t>(material)] : fallback, soup))
+      const bool known = material >= 0 && static_cast<std::size_t>(material) < surfaces.size();
+      const ObjSurface surface = known ? surfaces[static_cast<std::size_t>(material)] : ObjSurface{fallback};
+      const std::size_t before = soup.triangles.size();
+      if (!append_polygon(corners, surface.reflectance, soup))
         return obj_error(path, "face " + std::to_string(f) + " is a concave polygon; triangulate it on export");
+      for (std::size_t k = before; k < soup.triangles.size(); ++k)
+        soup.triangles[k].texture = has_uv ? surface.texture : -1;
     }
   }
-  return soup;
+  return {};
 }
 
 } // namespace
@@ -148,10 +182,13 @@ Result<TriangleSoup> parse_obj_soup(std::span<const std::uint8_t> bytes, const s
   } catch (const std::exception& error) {
     return obj_error(path, std::string("not a readable OBJ file (") + error.what() + ")");
   }
-  const auto kd = reflectances(materials, path);
-  if (!kd)
-    return kd.error();
-  return soup_of(attrib, shapes, *kd, path, fallback);
+  TriangleSoup soup;
+  const auto surfaces = surfaces_of(materials, path, soup);
+  if (!surfaces)
+    return surfaces.error();
+  if (const auto added = add_shapes(attrib, shapes, *surfaces, path, fallback, soup); !added)
+    return added.error();
+  return soup;
 }
 
 } // namespace daylit::detail

@@ -12,6 +12,24 @@ namespace daylit {
 namespace {
 // A float coordinate of a re-centred scene of half extent h is off by up to h * 2^-24, a hit point by a few of these.
 constexpr float kOffsetUlps = 32.0f / 16777216.0f;
+
+void load(const RayPacket16& from, int count, RTCRay16& to, int* valid) {
+  std::memcpy(to.org_x, from.org_x, sizeof(from.org_x));
+  std::memcpy(to.org_y, from.org_y, sizeof(from.org_y));
+  std::memcpy(to.org_z, from.org_z, sizeof(from.org_z));
+  std::memcpy(to.tnear, from.tnear, sizeof(from.tnear));
+  std::memcpy(to.dir_x, from.dir_x, sizeof(from.dir_x));
+  std::memcpy(to.dir_y, from.dir_y, sizeof(from.dir_y));
+  std::memcpy(to.dir_z, from.dir_z, sizeof(from.dir_z));
+  std::memcpy(to.tfar, from.tfar, sizeof(from.tfar));
+  std::memset(to.time, 0, sizeof(to.time));
+  for (int k = 0; k < 16; ++k) {
+    valid[k] = k < count ? -1 : 0;
+    to.mask[k] = 0xFFFFFFFFu;
+    to.id[k] = 0;
+    to.flags[k] = 0;
+  }
+}
 } // namespace
 
 struct RayScene::Handle {
@@ -109,22 +127,7 @@ bool RayScene::occluded(const glm::vec3& org, const glm::vec3& dir, float tnear,
 std::uint32_t RayScene::occluded16(const RayPacket16& rays, int count) const {
   alignas(64) int valid[16];
   alignas(64) RTCRay16 r;
-  for (int k = 0; k < 16; ++k)
-    valid[k] = k < count ? -1 : 0;
-  std::memcpy(r.org_x, rays.org_x, sizeof(rays.org_x));
-  std::memcpy(r.org_y, rays.org_y, sizeof(rays.org_y));
-  std::memcpy(r.org_z, rays.org_z, sizeof(rays.org_z));
-  std::memcpy(r.tnear, rays.tnear, sizeof(rays.tnear));
-  std::memcpy(r.dir_x, rays.dir_x, sizeof(rays.dir_x));
-  std::memcpy(r.dir_y, rays.dir_y, sizeof(rays.dir_y));
-  std::memcpy(r.dir_z, rays.dir_z, sizeof(rays.dir_z));
-  std::memcpy(r.tfar, rays.tfar, sizeof(rays.tfar));
-  std::memset(r.time, 0, sizeof(r.time));
-  for (int k = 0; k < 16; ++k) {
-    r.mask[k] = 0xFFFFFFFFu;
-    r.id[k] = 0;
-    r.flags[k] = 0;
-  }
+  load(rays, count, r, valid);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
@@ -133,6 +136,25 @@ std::uint32_t RayScene::occluded16(const RayPacket16& rays, int count) const {
   for (int k = 0; k < count; ++k)
     blocked |= static_cast<std::uint32_t>(r.tfar[k] < 0.0f) << k;
   return blocked;
+}
+
+std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, std::array<std::uint32_t, 16>& triangle) const {
+  alignas(64) int valid[16];
+  alignas(64) RTCRayHit16 r;
+  load(rays, count, r.ray, valid);
+  for (unsigned& id : r.hit.geomID)
+    id = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcIntersect16(valid, handle_->scene, &context, &r);
+  std::uint32_t met = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
+    if (r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) {
+      triangle[k] = source_triangle_.empty() ? r.hit.primID[k] : source_triangle_[r.hit.primID[k]];
+      met |= 1u << k;
+    }
+  return met;
 }
 
 } // namespace daylit

@@ -46,6 +46,8 @@ public:
   bool occluded(const glm::vec3& local_origin, const glm::vec3& direction, float tnear, float tfar) const;
   /// Bit k of the result: ray k of `count` <= 16 is blocked. The packet is not changed.
   std::uint32_t occluded16(const RayPacket16& rays, int count) const;
+  /// Bit k of the result: ray k of `count` <= 16 hits something, first of all triangle[k].
+  std::uint32_t closest16(const RayPacket16& rays, int count, std::array<std::uint32_t, 16>& triangle) const;
 
   /// Smallest safe ray offset: float rounding of the coordinates at this scene's extent, metres.
   float surface_offset() const { return surface_offset_; }

@@ -3,7 +3,6 @@
 #include <optional>
 
 #include <fmt/format.h>
-#include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x4.hpp>
 
 #include "scene/detail/face_collector.h"
@@ -118,71 +117,15 @@ private:
     return mean;
   }
 
-  static glm::dmat4 transform(const tinygltf::Node& n) {
-    glm::dmat4 m(1.0);
-    if (n.matrix.size() == 16) {
-      for (int k = 0; k < 16; ++k)
-        m[k / 4][k % 4] = n.matrix[static_cast<std::size_t>(k)];
-      return m;
-    }
-    if (n.rotation.size() == 4)
-      m = glm::mat4_cast(glm::normalize(glm::dquat(n.rotation[3], n.rotation[0], n.rotation[1], n.rotation[2])));
-    if (n.scale.size() == 3)
-      for (int k = 0; k < 3; ++k)
-        m[k] *= n.scale[static_cast<std::size_t>(k)];
-    if (n.translation.size() == 3)
-      m[3] = glm::dvec4(n.translation[0], n.translation[1], n.translation[2], 1.0);
-    return m;
-  }
-
-  /// Nodes where the walk starts: those of the chosen scene, or all that are nobody's child.
-  std::vector<int> roots() const {
-    if (!model_.scenes.empty()) {
-      const auto scene = static_cast<std::size_t>(std::max(model_.defaultScene, 0));
-      return model_.scenes[std::min(scene, model_.scenes.size() - 1)].nodes;
-    }
-    std::vector<bool> child(model_.nodes.size(), false);
-    for (const tinygltf::Node& n : model_.nodes)
-      for (const int c : n.children)
-        if (c >= 0 && static_cast<std::size_t>(c) < child.size())
-          child[static_cast<std::size_t>(c)] = true;
-    std::vector<int> result;
-    for (std::size_t i = 0; i < child.size(); ++i)
-      if (!child[i])
-        result.push_back(static_cast<int>(i));
-    return result;
-  }
-
   Result<void> add_nodes() {
-    std::vector<bool> seen(model_.nodes.size(), false);
-    std::vector<std::pair<int, glm::dmat4>> open;
-    for (const int r : roots())
-      open.emplace_back(r, glm::dmat4(1.0));
-    std::ranges::reverse(open);
-    while (!open.empty()) {
-      const auto [index, parent] = open.back();
-      open.pop_back();
-      const std::string where = fmt::format("node {}", index);
-      if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size())
-        return wrong("a node that is not there", where);
-      if (seen[static_cast<std::size_t>(index)])
-        return wrong("a node with two parents, or its own ancestor", where);
-      seen[static_cast<std::size_t>(index)] = true;
-      const tinygltf::Node& n = model_.nodes[static_cast<std::size_t>(index)];
-      const glm::dmat4 world = parent * transform(n);
-      if (n.mesh >= 0)
-        if (Result<void> done = add_mesh(n.mesh, world, where); !done)
-          return done;
-      for (auto c = n.children.rbegin(); c != n.children.rend(); ++c)
-        open.emplace_back(*c, world);
-    }
-    return {};
+    return detail::walk_meshes(model_, name_,
+                               [this](const tinygltf::Mesh& mesh, const glm::dmat4& world, const std::string& where) {
+                                 return add_mesh(mesh, world, where);
+                               });
   }
 
-  Result<void> add_mesh(int mesh, const glm::dmat4& world, const std::string& where) {
-    if (static_cast<std::size_t>(mesh) >= model_.meshes.size())
-      return wrong("a mesh that is not there", where);
-    for (const tinygltf::Primitive& p : model_.meshes[static_cast<std::size_t>(mesh)].primitives) {
+  Result<void> add_mesh(const tinygltf::Mesh& mesh, const glm::dmat4& world, const std::string& where) {
+    for (const tinygltf::Primitive& p : mesh.primitives) {
       if (p.mode != TINYGLTF_MODE_TRIANGLES && p.mode != TINYGLTF_MODE_TRIANGLE_STRIP &&
           p.mode != TINYGLTF_MODE_TRIANGLE_FAN) {
         ++other_shapes_;

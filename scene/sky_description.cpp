@@ -94,8 +94,9 @@ SkyModel rotated(SkyModel sky, double angle) {
   return sky;
 }
 
-Result<SkyDescription> read_sky_description(const std::filesystem::path& path) {
-  auto file = detail::parse_config_file(path);
+namespace {
+
+Result<SkyDescription> sky_of(Result<detail::ConfigFile> file) {
   if (!file)
     return file.error();
   SkyDescription description;
@@ -107,6 +108,16 @@ Result<SkyDescription> read_sky_description(const std::filesystem::path& path) {
   if (auto error = file->error())
     return *error;
   return description;
+}
+
+} // namespace
+
+Result<SkyDescription> read_sky_description(const std::filesystem::path& path) {
+  return sky_of(detail::parse_config_file(path));
+}
+
+Result<SkyDescription> parse_sky_description(std::string_view text, const std::filesystem::path& path) {
+  return sky_of(detail::parse_config_text(text, path));
 }
 
 } // namespace daylit

@@ -18,6 +18,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "scene/perez_sky.h"
@@ -49,6 +50,8 @@ Result<SkyDescription> weather_sky(const WeatherFile& weather, const WeatherRow&
 
 /// The [sky] section of a TOML file; other sections are not looked at.
 Result<SkyDescription> read_sky_description(const std::filesystem::path& path);
+/// The same from memory; `path` is in errors, and weather tapes are looked for beside it.
+Result<SkyDescription> parse_sky_description(std::string_view text, const std::filesystem::path& path);
 
 /// The sky turned counter-clockwise about z, radians.
 SkyModel rotated(SkyModel sky, double angle);

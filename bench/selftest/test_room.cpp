@@ -4,39 +4,17 @@
 
 namespace daylit::bench {
 
-void add_quad(Room& room, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,
-              std::uint32_t material) {
-  const auto first = static_cast<std::uint32_t>(room.vertices.size());
-  room.vertices.insert(room.vertices.end(), {a, b, c, d});
-  room.triangles.push_back({{first, first + 1, first + 2}, material});
-  room.triangles.push_back({{first, first + 2, first + 3}, material});
-}
-
-namespace {
-
-/// Faces of the box lo..hi turned inwards; face f gets material(f).
-void add_faces(Room& room, const glm::dvec3& lo, const glm::dvec3& hi, unsigned faces,
-               const std::function<std::uint32_t(std::uint32_t)>& material) {
-  const auto at = [&](int i) { return glm::dvec3(i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z); };
-  constexpr std::array<std::array<int, 4>, 6> corner = {
-      {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}}};
-  for (std::uint32_t f = 0; f < 6; ++f)
-    if (faces >> f & 1u)
-      add_quad(room, at(corner[f][0]), at(corner[f][1]), at(corner[f][2]), at(corner[f][3]), material(f));
-}
-
-} // namespace
-
 Room box_room(const glm::dvec3& size, unsigned faces) {
   Room room;
   for (const char* name : {"floor", "ceiling", "south", "north", "west", "east", "furniture"})
     room.materials.push_back({.name = name, .reflectance = Rgb(0.0f)});
-  add_faces(room, glm::dvec3(0.0), size, faces, [](std::uint32_t f) { return f; });
+  for (std::uint32_t f = 0; f < 6; ++f)
+    add_box(room, glm::dvec3(0.0), size, faces & 1u << f, true, f);
   return room;
 }
 
 void add_furniture(Room& room, const glm::dvec3& low, const glm::dvec3& high) {
-  add_faces(room, low, high, 0b111111u, [](std::uint32_t) { return kFurniture; });
+  add_box(room, low, high, 0b111111u, true, kFurniture);
 }
 
 void add_face_with_hole(Room& room, int axis, const glm::dvec3& lo, const glm::dvec3& hi, const glm::dvec3& hole_lo,

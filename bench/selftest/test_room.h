@@ -2,9 +2,9 @@
 
 // Rooms of the selftest and their solved light, on top of the radiosity library.
 
-#include <functional>
 #include <vector>
 
+#include "bench/room_parts.h"
 #include "bench/selftest/closed_form_cases.h"
 #include "radiosity/emission.h"
 #include "radiosity/surface_irradiance.h"
@@ -16,8 +16,6 @@ namespace daylit::bench {
 /// Material numbers of box_room(); each face has its own, so that a case can say what it emits and reflects.
 enum Face : std::uint32_t { kFloor, kCeiling, kSouth, kNorth, kWest, kEast, kFurniture, kFaces };
 
-void add_quad(Room& room, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, const glm::dvec3& d,
-              std::uint32_t material);
 /// Black faces of a box from the origin to `size`; bit f of `faces` keeps face f. South is y = 0, west is x = 0.
 Room box_room(const glm::dvec3& size, unsigned faces = 0b111111u);
 /// The whole surface of a box in the room's air.

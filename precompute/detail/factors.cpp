@@ -135,7 +135,7 @@ std::vector<float> multiply_transposed(std::span<const float> a, std::span<const
   return c;
 }
 
-Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns) {
+Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns, double left) {
   const std::vector<float> t = transposed(a, rows, columns);
   std::vector<double> values;
   const std::vector<double> vectors =
@@ -143,8 +143,9 @@ Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size
   const double most = values.empty() ? 0.0 : values.back();
   Basis basis;
   std::vector<float> map; // [rank][columns]
+  double dropped = 0;     // ascending
   for (std::size_t k = 0; k < columns; ++k)
-    if (values[k] > 1e-10 * most && most > 0) {
+    if (dropped += std::max(values[k], 0.0); dropped > left && values[k] > 1e-10 * most && most > 0) {
       ++basis.rank;
       for (std::size_t i = 0; i < columns; ++i)
         map.push_back(static_cast<float>(vectors[k * columns + i] / std::sqrt(values[k])));
@@ -187,21 +188,31 @@ void Factors::keep(std::size_t rank) {
   row_factor.shrink_to_fit();
 }
 
-std::vector<double> Factors::byte_error2(std::span<const float> metric) const {
+std::vector<double> Factors::byte_error2(std::span<const float> suns, std::size_t columns) const {
   std::vector<float> off = source_factor;
   for (std::size_t k = 0; k < rank(); ++k) {
     const std::vector<float> kept = rounded(row_of(source_factor, k, sources), false, true);
     for (std::size_t s = 0; s < sources; ++s)
       off[k * sources + s] -= kept[s];
   }
-  const std::vector<float> seen = multiply(off, metric, rank(), sources, sources);
+  const std::vector<float> seen = multiply(off, suns, rank(), sources, columns);
   std::vector<double> error(rank());
   for (std::size_t k = 0; k < rank(); ++k) {
     error[k] = power[k] * byte_rounding2(row_of(row_factor, k, rows));
-    for (std::size_t s = 0; s < sources; ++s)
-      error[k] += static_cast<double>(off[k * sources + s]) * static_cast<double>(seen[k * sources + s]);
+    for (const float x : row_of(seen, k, columns))
+      error[k] += static_cast<double>(x) * static_cast<double>(x) / static_cast<double>(columns);
   }
   return error;
+}
+
+void Factors::expand_rows(const std::vector<float>& basis, std::size_t numbers) {
+  const std::size_t inner = rows / 3;
+  std::vector<float> wide(rank() * 3 * numbers);
+  // [component, colour][inner] times the transpose: components and colours are one index.
+  if (rank() > 0)
+    wide = multiply_by_transposed(row_factor, basis, rank() * 3, inner, numbers);
+  row_factor = std::move(wide);
+  rows = 3 * numbers;
 }
 
 void Factors::mark_halves(const std::vector<double>& error, double byte_error2_limit) {

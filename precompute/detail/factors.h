@@ -31,8 +31,9 @@ struct Basis {
   std::vector<float> q;
   std::size_t rank = 0;
 };
-/// Of the range of `a` [rows][columns]; directions below 1e-5 of the strongest are dropped.
-Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns);
+/// Of the range of `a` [rows][columns]; directions below 1e-5 of the strongest are dropped, and further ones as long as
+/// the squares of all that are add up to no more than `left`.
+Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns, double left = 0);
 
 /// transport[row][source] = sum_k row_factor[k][row] source_factor[k][source], strongest component first. Sources are
 /// in units of their metric: the irradiance of each has mean square 1.
@@ -45,9 +46,12 @@ struct Factors {
 
   std::size_t rank() const { return power.size(); }
   void keep(std::size_t rank);
-  /// Squared error that each component takes from rounding both factors to bytes, in the metric: the roundings of
-  /// neighbouring sources are alike where a factor is smooth, and a sun lights many of them.
-  std::vector<double> byte_error2(std::span<const float> metric) const;
+  /// Squared error that each component takes from rounding both factors to bytes, under random suns [source][columns]:
+  /// the roundings of neighbouring sources are alike where a factor is smooth, and a sun lights many of them.
+  std::vector<double> byte_error2(std::span<const float> suns, std::size_t columns) const;
+  /// Rows of another space: `basis` [numbers][inner] orthonormal, rows are [colour][inner] before and [colour][number]
+  /// after.
+  void expand_rows(const std::vector<float>& basis, std::size_t numbers);
   /// Components whose error is above the limit become half floats, and come first.
   void mark_halves(const std::vector<double>& byte_error2, double limit);
   /// What the factors leave of `projected` [projection][source], the transport times random signs [row][projection].

@@ -4,7 +4,9 @@
 // (Sloan et al. 2002; equation 5 of Grosch et al. 2007).
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,8 +42,12 @@ Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, con
 /// FNV-1a over positions, normals, triangles and settings, 16 hex digits: what a cached result belongs to.
 std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings = {});
 
-/// Reads the vectors that belong to `key`; Error file_missing, file_malformed (size, checksum, non-finite or
-/// impossibly large values) or file_version; never trusts a size in the file.
+/// The vectors that belong to `key`, from the bytes of a file; `path` only appears in errors. Error: file_malformed
+/// (size, key, checksum, non-finite or impossibly large values) or file_version; never trusts a size in the file.
+Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t> bytes,
+                                                   const std::filesystem::path& path, const std::string& key,
+                                                   std::size_t vertices);
+/// The same from disk; reads no more than the object's vectors need.
 Result<std::vector<VertexTransfer>> read_transfer(const std::filesystem::path& path, const std::string& key,
                                                   std::size_t vertices);
 Result<void> write_transfer(const std::filesystem::path& path, const std::string& key,
@@ -53,7 +59,8 @@ struct CachedTransfer {
   std::string note; ///< why the cache was not used or not written; empty when all went well
 };
 
-/// From "<folder>/<model stem>-<key>.transfer" when it is there and sound, computed and stored there otherwise.
+/// From "<folder>/<model stem>-<key>.transfer" when it is there and sound, computed and stored there otherwise. A file
+/// that is not sound is replaced, a folder that cannot be written to costs the computation only; `note` says so.
 Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesystem::path& folder,
                                        const std::string& model_stem, const TransferSettings& settings = {});
 

@@ -59,34 +59,40 @@ std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& setting
   return text;
 }
 
-Result<std::vector<VertexTransfer>> read_transfer(const std::filesystem::path& path, const std::string& key,
-                                                  std::size_t vertices) {
-  const std::size_t expected = sizeof(Header) + vertices * sizeof(VertexTransfer);
-  const auto bytes = read_whole_file(path, expected);
-  if (!bytes)
-    return bytes.error();
-  if (bytes->size() != expected)
+Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t> bytes,
+                                                   const std::filesystem::path& path, const std::string& key,
+                                                   std::size_t vertices) {
+  if (bytes.size() < sizeof(Header) || bytes.size() - sizeof(Header) != vertices * sizeof(VertexTransfer))
     return malformed(path, "the size does not fit the object");
   Header header, reference;
-  std::memcpy(&header, bytes->data(), sizeof(header));
+  std::memcpy(&header, bytes.data(), sizeof(header));
   if (std::memcmp(header.magic, reference.magic, sizeof(header.magic)) != 0)
     return malformed(path, "not a transfer file");
   if (header.version != kTransferVersion)
     return Error{ErrorCode::file_version, "transfer file of another version", path.string(), "delete the file"};
   if (header.coefficients != 27 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
     return malformed(path, "belongs to another object");
-  std::vector<VertexTransfer> transfer(vertices);
-  std::memcpy(transfer.data(), bytes->data() + sizeof(header), vertices * sizeof(VertexTransfer));
   Fnv1a hash;
-  hash.add(transfer);
+  hash.add(std::as_bytes(bytes.subspan(sizeof(header))));
   if (hash.value() != header.checksum)
     return malformed(path, "wrong checksum");
+  std::vector<VertexTransfer> transfer(vertices);
+  if (vertices > 0)
+    std::memcpy(transfer.data(), bytes.data() + sizeof(header), vertices * sizeof(VertexTransfer));
   for (const VertexTransfer& t : transfer)
     for (const TransferVector* side : {&t.front, &t.back, &t.bounce})
       for (const float c : *side)
         if (!(std::fabs(c) <= kLargestCoefficient))
           return malformed(path, "a coefficient is out of range");
   return transfer;
+}
+
+Result<std::vector<VertexTransfer>> read_transfer(const std::filesystem::path& path, const std::string& key,
+                                                  std::size_t vertices) {
+  const auto bytes = read_whole_file(path, sizeof(Header) + vertices * sizeof(VertexTransfer));
+  if (!bytes)
+    return bytes.error();
+  return parse_transfer(*bytes, path, key, vertices);
 }
 
 Result<void> write_transfer(const std::filesystem::path& path, const std::string& key,

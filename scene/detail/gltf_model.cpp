@@ -7,6 +7,7 @@
 #include <optional>
 
 #include <fmt/format.h>
+#include <glm/gtc/quaternion.hpp>
 
 #include "scene/image_formats.h"
 
@@ -116,7 +117,8 @@ Result<Elements> elements_of(const tinygltf::Model& model, int index, int type) 
   const auto bytes = view_bytes(model, a.bufferView);
   if (!bytes)
     return bytes.error();
-  const std::size_t size = static_cast<std::size_t>(component_bytes) * (type == TINYGLTF_TYPE_VEC3 ? 3 : 1);
+  const std::size_t size = static_cast<std::size_t>(component_bytes) *
+                           static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
   const std::size_t given = model.bufferViews[static_cast<std::size_t>(a.bufferView)].byteStride;
   const std::size_t stride = given > 0 ? given : size;
   if (stride < size || stride > 4096 || a.byteOffset > bytes->size() || a.count > kMostCorners ||
@@ -172,6 +174,38 @@ Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, in
   return indices;
 }
 
+/// Components of an attribute as numbers; unsigned integers are normalised to 0..1.
+Result<std::vector<float>> read_attribute(const tinygltf::Model& model, int accessor, int type, std::size_t count) {
+  const Result<Elements> e = elements_of(model, accessor, type);
+  if (!e)
+    return e.error();
+  const std::string where = fmt::format("accessor {}", accessor);
+  if (e->count != count)
+    return malformed("an attribute with another number of elements than the positions", where);
+  const auto width = static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
+  std::vector<float> values;
+  values.reserve(count * width);
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t k = 0; k < width; ++k) {
+      const std::uint8_t* at = e->first + i * e->stride;
+      float value = 0.0f;
+      std::uint16_t word = 0;
+      if (e->component == TINYGLTF_COMPONENT_TYPE_FLOAT)
+        std::memcpy(&value, at + 4 * k, 4);
+      else if (e->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE)
+        value = static_cast<float>(at[k]) / 255.0f;
+      else if (e->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT)
+        std::memcpy(&word, at + 2 * k, 2), value = static_cast<float>(word) / 65535.0f;
+      else
+        return malformed("an attribute of a type that is not allowed", where);
+      if (!(std::fabs(value) < 1e6f))
+        return Error{ErrorCode::value_invalid, "an attribute is not finite or absurdly large",
+                     fmt::format("{}, element {}", where, i), "export the model again"};
+      values.push_back(value);
+    }
+  return values;
+}
+
 /// Strips and fans as single triangles.
 std::vector<std::uint32_t> unrolled(const std::vector<std::uint32_t>& indices, int mode) {
   if (mode == TINYGLTF_MODE_TRIANGLES)
@@ -185,6 +219,41 @@ std::vector<std::uint32_t> unrolled(const std::vector<std::uint32_t>& indices, i
       corners.insert(corners.end(), {indices[i], indices[i + 1 + odd], indices[i + 2 - odd]});
   }
   return corners;
+}
+
+glm::dmat4 transform(const tinygltf::Node& n) {
+  glm::dmat4 m(1.0);
+  if (n.matrix.size() == 16) {
+    for (int k = 0; k < 16; ++k)
+      m[k / 4][k % 4] = n.matrix[static_cast<std::size_t>(k)];
+    return m;
+  }
+  if (n.rotation.size() == 4)
+    m = glm::mat4_cast(glm::normalize(glm::dquat(n.rotation[3], n.rotation[0], n.rotation[1], n.rotation[2])));
+  if (n.scale.size() == 3)
+    for (int k = 0; k < 3; ++k)
+      m[k] *= n.scale[static_cast<std::size_t>(k)];
+  if (n.translation.size() == 3)
+    m[3] = glm::dvec4(n.translation[0], n.translation[1], n.translation[2], 1.0);
+  return m;
+}
+
+/// Nodes where the walk starts: those of the chosen scene, or all that are nobody's child.
+std::vector<int> roots_of(const tinygltf::Model& model) {
+  if (!model.scenes.empty()) {
+    const auto scene = static_cast<std::size_t>(std::max(model.defaultScene, 0));
+    return model.scenes[std::min(scene, model.scenes.size() - 1)].nodes;
+  }
+  std::vector<bool> child(model.nodes.size(), false);
+  for (const tinygltf::Node& n : model.nodes)
+    for (const int c : n.children)
+      if (c >= 0 && static_cast<std::size_t>(c) < child.size())
+        child[static_cast<std::size_t>(c)] = true;
+  std::vector<int> result;
+  for (std::size_t i = 0; i < child.size(); ++i)
+    if (!child[i])
+      result.push_back(static_cast<int>(i));
+  return result;
 }
 
 } // namespace
@@ -238,7 +307,68 @@ Result<GltfTriangles> read_triangles(const tinygltf::Model& model, const tinyglt
   return GltfTriangles{std::move(*positions), unrolled(*indices, primitive.mode)};
 }
 
-Result<Rgb> image_mean(const tinygltf::Model& model, int index) {
+Result<GltfVertices> read_vertices(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                                   std::size_t count) {
+  GltfVertices v;
+  const auto read = [&](const char* name, int type) -> Result<std::vector<float>> {
+    const auto found = primitive.attributes.find(name);
+    return found == primitive.attributes.end() ? std::vector<float>{}
+                                               : read_attribute(model, found->second, type, count);
+  };
+  const auto normals = read("NORMAL", TINYGLTF_TYPE_VEC3), uv = read("TEXCOORD_0", TINYGLTF_TYPE_VEC2);
+  if (!normals || !uv)
+    return !normals ? normals.error() : uv.error();
+  for (std::size_t i = 0; i + 2 < normals->size(); i += 3)
+    v.normals.emplace_back((*normals)[i], (*normals)[i + 1], (*normals)[i + 2]);
+  for (std::size_t i = 0; i + 1 < uv->size(); i += 2)
+    v.uv.emplace_back((*uv)[i], (*uv)[i + 1]);
+  if (const auto found = primitive.attributes.find("COLOR_0"); found != primitive.attributes.end()) {
+    const bool known = found->second >= 0 && static_cast<std::size_t>(found->second) < model.accessors.size();
+    const int type = known && model.accessors[static_cast<std::size_t>(found->second)].type == TINYGLTF_TYPE_VEC4
+                         ? TINYGLTF_TYPE_VEC4
+                         : TINYGLTF_TYPE_VEC3;
+    const auto colour = read("COLOR_0", type);
+    if (!colour)
+      return colour.error();
+    const std::size_t width = type == TINYGLTF_TYPE_VEC4 ? 4 : 3;
+    for (std::size_t i = 0; i + width <= colour->size(); i += width)
+      v.colour.emplace_back((*colour)[i], (*colour)[i + 1], (*colour)[i + 2]);
+  }
+  return v;
+}
+
+Result<void> walk_meshes(
+    const tinygltf::Model& model, const std::string& name,
+    const std::function<Result<void>(const tinygltf::Mesh&, const glm::dmat4&, const std::string& where)>& visit) {
+  std::vector<bool> seen(model.nodes.size(), false);
+  std::vector<std::pair<int, glm::dmat4>> open;
+  for (const int r : roots_of(model))
+    open.emplace_back(r, glm::dmat4(1.0));
+  std::ranges::reverse(open);
+  while (!open.empty()) {
+    const auto [index, parent] = open.back();
+    open.pop_back();
+    const std::string where = fmt::format("node {}", index);
+    if (index < 0 || static_cast<std::size_t>(index) >= model.nodes.size())
+      return malformed("a node that is not there", name + ", " + where);
+    if (seen[static_cast<std::size_t>(index)])
+      return malformed("a node with two parents, or its own ancestor", name + ", " + where);
+    seen[static_cast<std::size_t>(index)] = true;
+    const tinygltf::Node& n = model.nodes[static_cast<std::size_t>(index)];
+    const glm::dmat4 world = parent * transform(n);
+    if (n.mesh >= 0) {
+      if (static_cast<std::size_t>(n.mesh) >= model.meshes.size())
+        return malformed("a mesh that is not there", name + ", " + where);
+      if (Result<void> done = visit(model.meshes[static_cast<std::size_t>(n.mesh)], world, where); !done)
+        return done;
+    }
+    for (auto c = n.children.rbegin(); c != n.children.rend(); ++c)
+      open.emplace_back(*c, world);
+  }
+  return {};
+}
+
+Result<Rgb8Image> read_image(const tinygltf::Model& model, int index) {
   const std::string where = fmt::format("image {}", index);
   if (index < 0 || static_cast<std::size_t>(index) >= model.images.size())
     return malformed("an image that is not there", where);
@@ -250,7 +380,11 @@ Result<Rgb> image_mean(const tinygltf::Model& model, int index) {
       return bytes.error();
     encoded = *bytes;
   }
-  const Result<Rgb8Image> pixels = read_ldr_image(encoded, where);
+  return read_ldr_image(encoded, where);
+}
+
+Result<Rgb> image_mean(const tinygltf::Model& model, int index) {
+  const Result<Rgb8Image> pixels = read_image(model, index);
   if (!pixels)
     return pixels.error();
   std::array<double, 256> linear{};

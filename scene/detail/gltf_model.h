@@ -3,10 +3,13 @@
 // A glTF file as the library parses it, made safe to walk: nothing here reads outside a buffer.
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #define TINYGLTF_NO_STB_IMAGE
@@ -14,6 +17,7 @@
 #define TINYGLTF_NO_FS
 #include <tiny_gltf.h>
 
+#include "scene/image_formats.h"
 #include "scene/result.h"
 #include "scene/rgb_image.h"
 #include "scene/room_formats.h"
@@ -34,6 +38,24 @@ struct GltfTriangles {
 /// Error: an index, accessor or buffer range that leaves its container, non-finite positions, unsupported storage.
 Result<GltfTriangles> read_triangles(const tinygltf::Model& model, const tinygltf::Primitive& primitive);
 
+/// Positions, normals, texture coordinates and colours of a primitive's vertices; what the file lacks is empty.
+struct GltfVertices {
+  std::vector<glm::vec3> normals;
+  std::vector<glm::vec2> uv; ///< TEXCOORD_0, origin top left
+  std::vector<Rgb> colour;   ///< COLOR_0, linear, 0..1
+};
+/// `count`: of the positions. Error as for read_triangles, or another number of elements.
+Result<GltfVertices> read_vertices(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
+                                   std::size_t count);
+
+/// Calls `visit(mesh, world_from_mesh, where)` for every mesh that the scene shows, in order; matrices in the file's
+/// own frame (y up). Stops at the first error. Error: nodes that are not there, or form no tree.
+Result<void> walk_meshes(
+    const tinygltf::Model& model, const std::string& name,
+    const std::function<Result<void>(const tinygltf::Mesh&, const glm::dmat4&, const std::string& where)>& visit);
+
+/// An image as stored. Error: not there, not decodable.
+Result<Rgb8Image> read_image(const tinygltf::Model& model, int image);
 /// Mean over the pixels of an image, sRGB decoded to linear.
 Result<Rgb> image_mean(const tinygltf::Model& model, int image);
 

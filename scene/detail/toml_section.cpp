@@ -58,8 +58,11 @@ Result<ConfigFile> parse_config_file(const std::filesystem::path& path) {
   const auto bytes = read_whole_file(path, kMaxConfigBytes);
   if (!bytes)
     return bytes.error();
+  return parse_config_text({reinterpret_cast<const char*>(bytes->data()), bytes->size()}, path);
+}
+
+Result<ConfigFile> parse_config_text(std::string_view text, const std::filesystem::path& path) {
   try {
-    const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
     return ConfigFile{path, toml::parse(text, path.string()), {}};
   } catch (const toml::parse_error& e) {
     return Error{ErrorCode::file_malformed, std::string(e.description()),

@@ -8,6 +8,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <glm/mat3x3.hpp>
@@ -37,6 +38,7 @@ struct ConfigFile {
 
 /// Error: missing, not TOML (with line and column).
 Result<ConfigFile> parse_config_file(const std::filesystem::path& path);
+Result<ConfigFile> parse_config_text(std::string_view text, const std::filesystem::path& path);
 
 /// Numbers outside [low, high], or not finite, are problems.
 struct Range {

@@ -1,21 +1,43 @@
-// Any bytes as a glTF room, text or binary: an error or a room whose indices are in range.
+// Any bytes as glTF, text or binary: a room or an object whose indices are in range, or an error.
 
 #include <cstdint>
 #include <cstdlib>
 
+#include "scene/detail/triangle_soup.h"
 #include "scene/room_formats.h"
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  using namespace daylit;
-  const auto read_file = [data, size](const std::string&) {
-    return Result<std::vector<std::uint8_t>>(std::vector<std::uint8_t>(data, data + size));
-  };
-  const Result<RoomFile> file = parse_gltf_room({data, size}, "fuzz.gltf", read_file);
+namespace {
+
+using namespace daylit;
+
+void read_as_room(std::span<const std::uint8_t> bytes, const ReadFile& read_file) {
+  const Result<RoomFile> file = parse_gltf_room(bytes, "fuzz.gltf", read_file);
   if (!file)
-    return 0;
+    return;
   for (const RoomTriangle& t : file->room.triangles)
     if (t.material >= file->room.materials.size() || t.vertex[0] >= file->room.vertices.size() ||
         t.vertex[1] >= file->room.vertices.size() || t.vertex[2] >= file->room.vertices.size())
       std::abort();
+}
+
+void read_as_object(std::span<const std::uint8_t> bytes, const ReadFile& read_file) {
+  auto soup = detail::parse_gltf_soup(bytes, "fuzz.gltf", read_file, Rgb(0.5f));
+  if (!soup)
+    return;
+  detail::resolve_textures(*soup);
+  for (const detail::SoupTriangle& t : soup->triangles)
+    for (const detail::SoupCorner& c : t.corner)
+      if (c.position >= soup->positions.size() || c.normal >= static_cast<int>(soup->normals.size()))
+        std::abort();
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const auto read_file = [data, size](const std::string&) {
+    return Result<std::vector<std::uint8_t>>(std::vector<std::uint8_t>(data, data + size));
+  };
+  read_as_room({data, size}, read_file);
+  read_as_object({data, size}, read_file);
   return 0;
 }

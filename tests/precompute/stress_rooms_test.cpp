@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 #include <gtest/gtest.h>
 
+#include "bench/stress_rooms.h"
 #include "precompute/room_frame.h"
 #include "tests/radiosity/rooms.h"
 #include "tests/scene/gltf_builder.h"
@@ -14,24 +14,11 @@
 namespace daylit::precompute {
 namespace {
 
+using bench::furnished_room;
+using bench::moved;
 using testing::add_box;
 using testing::add_quad;
 const Progress kSilent = [](const std::string&, double) { return true; };
-
-/// A hole in the south wall, one box flush with the axes, one turned.
-Room furnished() {
-  Room room = testing::room_with_window_hole(0.6f);
-  add_box(room, {0.5, 3.1, 0}, {1.3, 4.2, 1.1}, 0b111110u, false);
-  const double c = std::cos(0.3), s = std::sin(0.3);
-  const auto at = [&](double u, double v, double z) { return glm::dvec3(2.7 + c * u - s * v, 1.9 + s * u + c * v, z); };
-  const std::array<glm::dvec2, 4> base = {glm::dvec2(-0.4, -0.3), {0.4, -0.3}, {0.4, 0.3}, {-0.4, 0.3}};
-  for (int k = 0; k < 4; ++k) {
-    const glm::dvec2 p = base[k], q = base[(k + 1) % 4];
-    add_quad(room, at(p.x, p.y, 0), at(q.x, q.y, 0), at(q.x, q.y, 0.7), at(p.x, p.y, 0.7));
-  }
-  add_quad(room, at(-0.4, -0.3, 0.7), at(0.4, -0.3, 0.7), at(0.4, 0.3, 0.7), at(-0.4, 0.3, 0.7));
-  return room;
-}
 
 BakeOptions small_bake() {
   BakeOptions options = *quality_options("draft");
@@ -77,24 +64,18 @@ void expect_light(const BasisVolume& volume) {
   EXPECT_LT(largest, 100.0f);
 }
 
-Room moved(Room room, double scale, const glm::dvec3& shift) {
-  for (glm::dvec3& v : room.vertices)
-    v = scale * v + shift;
-  return room;
-}
-
 TEST(StressRooms, scale_and_place_change_the_light_by_less_than_1e_5) {
-  const auto reference = run(furnished(), small_bake());
+  const auto reference = run(furnished_room(), small_bake());
   ASSERT_TRUE(reference) << reference.error().message();
   expect_light(*reference);
   for (const double scale : {1e-3, 0.0254, 0.3048, 1e4}) {
-    const auto scaled = run(moved(furnished(), scale, glm::dvec3(0.0)), small_bake());
+    const auto scaled = run(moved(furnished_room(), scale, glm::dvec3(0.0)), small_bake());
     ASSERT_TRUE(scaled) << scaled.error().message();
     EXPECT_LT(difference(*reference, *scaled), 1e-5) << scale;
     EXPECT_NEAR(scaled->probes.spacing.x / reference->probes.spacing.x / scale, 1.0, 1e-6);
   }
   for (const glm::dvec3 shift : {glm::dvec3(1e6, 0, 0), glm::dvec3(-1e6, 777777.7, 1234.5)}) {
-    const auto far = run(moved(furnished(), 1.0, shift), small_bake());
+    const auto far = run(moved(furnished_room(), 1.0, shift), small_bake());
     ASSERT_TRUE(far) << far.error().message();
     EXPECT_LT(difference(*reference, *far), 1e-5) << shift.x;
     EXPECT_LT(glm::distance(far->probes.origin - shift, reference->probes.origin), 1e-6);
@@ -103,12 +84,11 @@ TEST(StressRooms, scale_and_place_change_the_light_by_less_than_1e_5) {
 }
 
 TEST(StressRooms, reversed_faces_give_the_same_light) {
-  Room reversed = furnished();
-  for (std::size_t i = 0; i < reversed.triangles.size(); i += 2)
-    std::swap(reversed.triangles[i].vertex[0], reversed.triangles[i].vertex[2]);
+  Room reversed = furnished_room();
+  bench::reverse_half(reversed);
   BakeOptions fine = small_bake();
   fine.target_patches = 1500;
-  const auto a = run(furnished(), fine), b = run(reversed, fine);
+  const auto a = run(furnished_room(), fine), b = run(reversed, fine);
   ASSERT_TRUE(a && b);
   EXPECT_LT(difference(*a, *b), 0.1); // another mesh of the same room, regions seen through a small window
 }
@@ -117,14 +97,9 @@ TEST(StressRooms, slivers_coincident_and_crossing_faces_change_little) {
   BakeOptions options = small_bake(); // at points: the shelf makes the room larger
   for (int i = 0; i < 27; ++i)
     options.points.emplace_back(0.7 + 1.3 * (i % 3), 0.8 + 1.6 * (i / 3 % 3), 1.3 + 0.5 * (i / 9));
-  const auto clean = run(furnished(), options);
-  Room room = furnished();
-  add_quad(room, {0, 2, 1}, {0, 4, 1}, {0, 4, 1.000002}, {0, 2, 1.000002});         // sliver on the west wall
-  add_quad(room, {1, 1, 1}, {3, 1, 1}, {3, 1.000002, 1}, {1, 1.000002, 1});         // sliver in the air
-  add_quad(room, {4, 1, 1}, {4, 3, 1}, {4, 3, 2}, {4, 1, 2});                       // on the east wall, again
-  add_quad(room, {4 + 1e-9, 1, 1}, {4, 3, 1}, {4 + 1e-9, 3, 2}, {4, 1, 2});         // and nearly
-  add_quad(room, {1, 4.5, 0.5}, {1.5, 4.5, 0.5}, {1.5, 5.2, 0.55}, {1, 5.2, 0.55}); // a shelf through the north wall
-  add_quad(room, {1.2, 4.6, 0.3}, {1.3, 4.6, 0.3}, {1.3, 4.9, 0.8}, {1.2, 4.9, 0.8});
+  const auto clean = run(furnished_room(), options);
+  Room room = furnished_room();
+  bench::add_bad_faces(room);
   const auto dirty = run(room, options);
   ASSERT_TRUE(clean);
   ASSERT_TRUE(dirty) << dirty.error().message();
@@ -133,7 +108,7 @@ TEST(StressRooms, slivers_coincident_and_crossing_faces_change_little) {
 }
 
 TEST(StressRooms, a_board_one_millimetre_thick_keeps_the_energy_balance) {
-  Room room = furnished();
+  Room room = furnished_room();
   add_box(room, {1.9, 3.0, 0}, {1.901, 4.5, 1.8}, 0b111110u, false);
   BakeReport report;
   const auto volume = run(room, small_bake(), &report);
@@ -144,8 +119,8 @@ TEST(StressRooms, a_board_one_millimetre_thick_keeps_the_energy_balance) {
 
 TEST(StressRooms, a_second_skin_one_millimetre_outside_the_walls_keeps_the_energy_balance) {
   // Light also enters the gap, through a rim of 1 mm, and falls on the outside of the south wall.
-  Room room = furnished();
-  add_box(room, {-0.001, -0.001, -0.001}, {4.001, 5.001, 2.801}, 0b111011u, false);
+  Room room = furnished_room();
+  bench::add_outer_skin(room);
   BakeOptions options = *quality_options("normal");
   options.target_patches = 400;
   options.grid = glm::ivec3(4);
@@ -154,11 +129,13 @@ TEST(StressRooms, a_second_skin_one_millimetre_outside_the_walls_keeps_the_energ
   ASSERT_TRUE(volume) << volume.error().message();
   expect_light(*volume);
   EXPECT_LT(report.solve.worst_residual, 1e-4);
-  EXPECT_LT(report.energy.imbalance, 1e-4);
+  EXPECT_LT(report.energy.unclosed, 1e-4); // before the rows are closed
+  EXPECT_LT(report.energy.imbalance, 1e-5);
+  EXPECT_EQ(report.closure.left, 0u);
 }
 
 TEST(StressRooms, gltf_and_obj_of_one_room_bake_alike) {
-  Room room = furnished();
+  Room room = furnished_room();
   std::vector<glm::vec3> stored; // glTF stores single precision
   for (const glm::dvec3& v : room.vertices)
     stored.emplace_back(v);
@@ -182,7 +159,7 @@ TEST(StressRooms, gltf_and_obj_of_one_room_bake_alike) {
 }
 
 TEST(StressRooms, a_face_of_nothing_is_left_out_and_said) {
-  Room room = furnished();
+  Room room = furnished_room();
   add_quad(room, {1, 1, 1}, {2, 1, 1}, {2, 1 + 1e-9, 1}, {1, 1 + 1e-9, 1});
   BakeReport report;
   ASSERT_TRUE(run(room, small_bake(), &report));

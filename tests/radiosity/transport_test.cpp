@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -7,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "radiosity/detail/block_visibility.h"
+#include "radiosity/detail/sampling.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/gather.h"
@@ -14,6 +17,7 @@
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
 #include "scene/sky_partition.h"
+#include "sh/sh9.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -239,11 +243,41 @@ TEST(Gather, constant_radiance_has_only_the_zeroth_coefficient) {
   Radiosity b{s.set.elements.size(), 3,
               std::vector<float>(s.set.elements.size() * 3, static_cast<float>(kPi))}; // L = 1
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0), glm::dvec3(1.2, -0.7, 0.4)};
-  const auto c = gather_coefficients(gather_hits(points, s.set, s.mesh, s.scene, {}), b, kSilent);
+  const auto c = gather_coefficients(*gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent), b, kSilent);
   ASSERT_TRUE(c);
   for (std::size_t p = 0; p < 2; ++p)
     for (std::size_t l = 0; l < 9; ++l)
       EXPECT_NEAR((*c)[(p * 9 + l) * 3], l == 0 ? std::sqrt(4 * kPi) : 0.0, 5e-3) << l;
+}
+
+TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
+  const Solved s = prepare(room_with_window_hole(0.5f), 300);
+  const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4),
+                                            glm::dvec3(-0.9, 0.8, -0.2)};
+  const int rays = 1000; // no multiple of a packet
+  const GatherHits hits = *gather_hits(points, s.set, s.mesh, s.scene, {.rays = rays}, kSilent);
+  const std::size_t n = s.set.elements.size();
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const double angle = 2 * kPi * random_shift(p).y;
+    const auto c = float(std::cos(angle)), t = float(std::sin(angle));
+    std::vector<float> expected(9 * n, 0.0f), weights(9 * n);
+    const std::vector<std::int32_t> hit_elements = hits.met(p);
+    int other = 0;
+    for (std::size_t k = 0; k < hits.fan().direction.size(); ++k) {
+      const glm::vec3 d = hits.fan().direction[k], ray(d.x * c - d.y * t, d.x * t + d.y * c, d.z); // turned about z
+      RayHit hit;
+      const std::int32_t met =
+          s.scene.closest(s.scene.to_local(points[p]), ray, 0, 1e9f, hit) ? s.set.hit(s.mesh, hit.triangle, ray) : -1;
+      other += met != hit_elements[k] ? 1 : 0; // a ray along an edge may fall to either side
+      if (hit_elements[k] >= 0)
+        for (std::size_t l = 0; l < 9; ++l)
+          expected[l * n + static_cast<std::size_t>(hit_elements[k])] += float(4.0 / rays) * sh::evaluate9(ray)[l];
+    }
+    EXPECT_LE(other, 1);
+    hits.weights(p, weights.data());
+    for (std::size_t k = 0; k < weights.size(); ++k)
+      ASSERT_NEAR(weights[k], expected[k], 1e-6f) << "point " << p << " number " << k;
+  }
 }
 
 Room coloured_room() {
@@ -276,7 +310,7 @@ TEST(Adjoint, volume_to_light_equals_light_to_volume) {
   const auto b = solve_radiosity(s.set, s.exchange, *light, {.tolerance = 1e-6}, kSilent);
   ASSERT_TRUE(b);
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4)};
-  const GatherHits hits = gather_hits(points, s.set, s.mesh, s.scene, {});
+  const GatherHits hits = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
   const auto forward = gather_coefficients(hits, *b, kSilent);
   SolveReport report;
   const auto adjoint = adjoint_coefficients(hits, s.set, s.exchange, *light, {.tolerance = 1e-6}, kSilent, &report);
@@ -288,6 +322,35 @@ TEST(Adjoint, volume_to_light_equals_light_to_volume) {
     largest = std::max(largest, std::abs(x));
   for (std::size_t k = 0; k < forward->size(); ++k)
     ASSERT_NEAR((*forward)[k], (*adjoint)[k], 2e-6f * largest) << k;
+}
+
+TEST(Gather, rays_that_are_not_kept_are_traced_again_to_the_same_bits) {
+  const Solved s = prepare(coloured_room(), 300);
+  const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4), glm::dvec3(0.5, 1, 1)};
+  std::vector<float> kept(9 * s.set.elements.size()), again(kept.size());
+  const GatherHits all = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
+  for (const std::size_t most : {std::size_t{0}, std::size_t{1024}, std::size_t{2100}}) {
+    const GatherHits some = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent, most);
+    ASSERT_EQ(some.points(), 3u);
+    for (std::size_t p = 0; p < 3; ++p) {
+      all.weights(p, kept.data());
+      some.weights(p, again.data());
+      ASSERT_EQ(kept, again) << most << " " << p;
+    }
+  }
+}
+
+TEST(Gather, tracing_says_how_far_it_is_and_can_be_stopped) {
+  const Solved s = prepare(coloured_room(), 300);
+  const std::vector<glm::dvec3> points(256, glm::dvec3(0.2, 0.1, 0.4));
+  std::atomic<double> last{0};
+  ASSERT_TRUE(gather_hits(points, s.set, s.mesh, s.scene, {.rays = 16}, [&](const std::string&, double share) {
+    last = std::max(last.load(), share);
+    return true;
+  }));
+  EXPECT_EQ(last, 1.0);
+  EXPECT_FALSE(
+      gather_hits(points, s.set, s.mesh, s.scene, {.rays = 16}, [](const std::string&, double) { return false; }));
 }
 
 TEST(Solve, equal_channels_are_solved_once_and_bit_equal) {

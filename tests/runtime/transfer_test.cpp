@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
+#include <random>
 
 #include "runtime/object/transfer.h"
 #include "scene/atomic_file.h"
@@ -105,6 +107,81 @@ TEST(TransferFile, damage_is_refused_and_computed_again) {
   ASSERT_TRUE(again);
   EXPECT_FALSE(again->from_cache);
   EXPECT_FALSE(again->note.empty());
+  EXPECT_EQ(*read_whole_file(path), good);
+  EXPECT_TRUE(cached_transfer(mesh, folder, "torus")->from_cache);
+}
+
+// Bytes 40..47 of the header hold the checksum of what follows it, FNV-1a.
+void sign(std::vector<std::uint8_t>& file) {
+  std::uint64_t hash = 14695981039346656037ull;
+  for (std::size_t i = 48; i < file.size(); ++i)
+    hash = (hash ^ file[i]) * 1099511628211ull;
+  if (file.size() >= 48)
+    std::memcpy(file.data() + 40, &hash, sizeof(hash));
+}
+
+TEST(TransferFile, ten_thousand_damaged_files_are_refused_or_read_as_they_are) {
+  const auto folder = scratch_folder();
+  const ObjectMesh mesh = test::torus(0.15f, 0.06f, 6, 4);
+  const std::string key = transfer_key(mesh);
+  ASSERT_TRUE(cached_transfer(mesh, folder, "torus"));
+  const auto good = *read_whole_file(folder / ("torus-" + key + ".transfer"));
+  std::mt19937 random(9);
+  int refused = 0, read = 0;
+  for (int i = 0; i < 10000; ++i) {
+    auto bytes = good;
+    const bool intent = i % 2 == 1;
+    if (i % 5 == 0)
+      bytes.resize(random() % (2 * good.size()));
+    const std::uint32_t words[] = {0xffffffffu, 0x7f800000u, 0u, 0x7fc00000u, 0x7fffffffu, 0x40490fdcu, 1u << 30};
+    if (bytes.size() >= 4 && i % 3 == 0)
+      std::memcpy(bytes.data() + random() % (bytes.size() - 3), &words[random() % 7], 4);
+    else if (!bytes.empty())
+      bytes[random() % std::min<std::size_t>(bytes.size(), i % 4 == 0 ? 48 : bytes.size())] ^=
+          static_cast<std::uint8_t>(1u << random() % 8);
+    if (intent)
+      sign(bytes);
+    const auto parsed = parse_transfer(bytes, "damaged", key, mesh.positions.size());
+    ++(parsed ? read : refused);
+    if (!parsed)
+      continue;
+    ASSERT_TRUE(intent || bytes == good) << i;
+    ASSERT_EQ(std::memcmp(parsed->data(), bytes.data() + 48, bytes.size() - 48), 0) << i;
+  }
+  EXPECT_GT(refused, 6000);
+  EXPECT_GT(read, 500); // signed, and within the range of coefficients
+}
+
+TEST(TransferFile, vectors_of_another_mesh_or_setting_are_not_taken) {
+  const auto folder = scratch_folder();
+  const ObjectMesh one = test::torus(0.15f, 0.06f, 12, 8), other = test::torus(0.15f, 0.05f, 12, 8);
+  ASSERT_TRUE(cached_transfer(one, folder, "object"));
+  EXPECT_FALSE(cached_transfer(other, folder, "object")->from_cache);
+  EXPECT_FALSE(cached_transfer(one, folder, "object", {512})->from_cache);
+  // A file under the name of the other's: what a copied or renamed file would be.
+  std::filesystem::copy_file(folder / ("object-" + transfer_key(one) + ".transfer"),
+                             folder / ("object-" + transfer_key(other) + ".transfer"),
+                             std::filesystem::copy_options::overwrite_existing);
+  const auto taken = cached_transfer(other, folder, "object");
+  ASSERT_TRUE(taken);
+  EXPECT_FALSE(taken->from_cache);
+  EXPECT_EQ(taken->transfer, *compute_transfer(other));
+}
+
+TEST(TransferFile, a_folder_that_cannot_be_written_to_costs_the_computation_only) {
+  const auto folder = scratch_folder();
+  const ObjectMesh mesh = test::torus(0.15f, 0.06f, 12, 8);
+  const auto transfer = cached_transfer(mesh, folder / "gone", "torus");
+  ASSERT_TRUE(transfer) << transfer.error().message();
+  EXPECT_EQ(transfer->transfer, *compute_transfer(mesh));
+  EXPECT_NE(transfer->note.find("not cached"), std::string::npos) << transfer->note;
+  EXPECT_FALSE(std::filesystem::exists(folder / "gone"));
+  // A folder in the place of the file: neither read nor removed.
+  std::filesystem::create_directories(folder / ("torus-" + transfer_key(mesh) + ".transfer") / "kept");
+  const auto blocked = cached_transfer(mesh, folder, "torus");
+  ASSERT_TRUE(blocked) << blocked.error().message();
+  EXPECT_FALSE(blocked->note.empty());
+  EXPECT_TRUE(std::filesystem::exists(folder / ("torus-" + transfer_key(mesh) + ".transfer") / "kept"));
 }
 
 } // namespace
