@@ -48,8 +48,7 @@ std::vector<OwnShadow::SeenPoint> OwnShadow::look_around(std::size_t part, int c
     const glm::dvec3 n = planes_[planes_.facing_of(hit.triangle, w)].normal;
     const glm::dvec3 position = eye + static_cast<double>(hit.distance) * w, air = position + kAirGap_m * n;
     if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius)
-      seen.push_back(
-          {hit.triangle, position, w, sight_.window_share(air, n, nullptr) - sight_.window_share(air, n, parts_)});
+      seen.push_back({hit.triangle, position, w, sight_.lost_share(air, n, *parts_)});
   }
   return seen;
 }

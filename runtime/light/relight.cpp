@@ -10,6 +10,7 @@
 #include <tbb/parallel_for.h>
 
 #include "runtime/light/sh_rotation.h"
+#include "runtime/trace/lane_vector.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -99,12 +100,44 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
 
 namespace {
 
+constexpr int kLanes = 16;
+struct alignas(64) LightLanes {
+  float x[kLanes] = {}, y[kLanes] = {}, z[kLanes] = {}, irradiance[3][kLanes] = {};
+};
+
+std::vector<LightLanes> in_lanes(std::span<const DirectionalLight> lights) {
+  std::vector<LightLanes> lanes((lights.size() + kLanes - 1) / kLanes);
+  for (std::size_t j = 0; j < lights.size(); ++j) {
+    LightLanes& l = lanes[j / kLanes];
+    const std::size_t k = j % kLanes;
+    l.x[k] = static_cast<float>(lights[j].direction.x);
+    l.y[k] = static_cast<float>(lights[j].direction.y);
+    l.z[k] = static_cast<float>(lights[j].direction.z);
+    for (int c = 0; c < 3; ++c)
+      l.irradiance[c][k] = lights[j].irradiance[c];
+  }
+  return lanes;
+}
+
+DAYLIT_LANE_CLONES void add_received(const LightLanes* lanes, std::size_t count, float nx, float ny, float nz,
+                                     float (*sum)[kLanes]) {
+  for (const LightLanes* l = lanes; l != lanes + count; ++l)
+    DAYLIT_EACH_LANE {
+      const float cosine = nx * l->x[k] + ny * l->y[k] + nz * l->z[k], lit = cosine > 0.0f ? cosine : 0.0f;
+      sum[0][k] += lit * l->irradiance[0][k];
+      sum[1][k] += lit * l->irradiance[1][k];
+      sum[2][k] += lit * l->irradiance[2][k];
+    }
+}
+
 /// Irradiance of one side: exact without shadow, times the share that the object leaves in nine coefficients.
-Rgb shadowed_irradiance(std::span<const DirectionalLight> windows, const Sh9Rgb& coefficients, const glm::vec3& n,
+Rgb shadowed_irradiance(const std::vector<LightLanes>& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
                         const TransferVector& transfer) {
   Rgb open(0.0f), shadowed(0.0f), share(0.0f);
-  for (const DirectionalLight& l : windows)
-    open += std::max(0.0f, glm::dot(n, glm::vec3(l.direction))) * l.irradiance;
+  alignas(64) float sum[3][kLanes] = {};
+  add_received(windows.data(), windows.size(), n.x, n.y, n.z, sum);
+  for (int c = 0; c < 3; ++c)
+    open[c] = std::accumulate(sum[c], sum[c] + kLanes, 0.0f);
   for (int i = 0; i < 9; ++i)
     shadowed += coefficients[i] * transfer[i];
   const Rgb whole = irradiance(coefficients, n);
@@ -125,13 +158,14 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
     for (int i = 0; i < 9; ++i)
       coefficients[i] += y[i] * l.irradiance;
   }
+  const std::vector<LightLanes> lanes = in_lanes(windows);
   std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const Rgb share = reflectance[i] * std::numbers::inv_pi_v<float>;
-      radiance[i].front += share * shadowed_irradiance(windows, coefficients, normals[i], world_transfer[i].front);
+      radiance[i].front += share * shadowed_irradiance(lanes, coefficients, normals[i], world_transfer[i].front);
       if (world_transfer[i].back != TransferVector{})
-        radiance[i].back += share * shadowed_irradiance(windows, coefficients, -normals[i], world_transfer[i].back);
+        radiance[i].back += share * shadowed_irradiance(lanes, coefficients, -normals[i], world_transfer[i].back);
     }
   });
   return radiance;

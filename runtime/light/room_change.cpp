@@ -7,6 +7,7 @@
 #include <limits>
 #include <mutex>
 #include <numbers>
+#include <utility>
 
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
@@ -42,15 +43,15 @@ struct Covered {
 
 /// What does not depend on the light.
 struct Receiver {
-  std::vector<Covered> covered;
-  float sky_share = 1.0f; ///< of the windows' light that reaches it past the room
+  std::vector<Covered> covered; ///< until an object moves
+  float sky_share = -1.0f;      ///< of the windows' light that reaches it past the room; negative: not yet known
 };
 
 struct Node {
   Receiver receiver;
   RoomChange light;
   std::atomic<std::uint64_t> light_number{0}; ///< that `light` belongs to
-  std::once_flag traced;
+  std::uint64_t placing_number = 0;           ///< that `receiver` belongs to
   std::mutex renewing;
 };
 
@@ -76,7 +77,7 @@ struct RoomChangeField::State {
   OwnShadow own_shadow;
   PlacedParts parts;
   std::vector<TwoSided> radiance;
-  std::uint64_t light_number = 0;
+  std::uint64_t light_number = 0, placing_number = 1;
   Lattice fine, coarse;
 
   State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& light)
@@ -84,7 +85,7 @@ struct RoomChangeField::State {
         patches(room, room_rays, planes, light), own_shadow(room_rays, planes, light, sight) {}
 
   void trace_part(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
-  Receiver trace(const glm::dvec3& x, const glm::dvec3& n, int count) const;
+  void trace(const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
   Rgb radiance_behind(const Covered& c, std::size_t number) const;
   RoomChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
@@ -130,12 +131,13 @@ void RoomChangeField::State::trace_part(std::size_t which, const glm::dvec3& x, 
   }
 }
 
-Receiver RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, int count) const {
-  Receiver receiver;
+/// What of the receiver still holds is kept.
+void RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const {
+  receiver.covered.clear();
   for (std::size_t k = 0; k < parts.size(); ++k)
     trace_part(k, x, n, count, receiver);
-  receiver.sky_share = sight.window_share(x, n, nullptr);
-  return receiver;
+  if (receiver.sky_share < 0.0f)
+    receiver.sky_share = sight.window_share(x, n);
 }
 
 /// The room's radiance that the object hides; one of the sun's samples stands for all.
@@ -192,10 +194,11 @@ const Cell& RoomChangeField::State::cell(const Lattice& lattice, const LatticeKe
 
 const RoomChange& RoomChangeField::State::current(Node& node, const glm::dvec3& x, std::uint32_t triangle,
                                                   const glm::dvec3& n) const {
-  std::call_once(node.traced, [&] { node.receiver = trace(x + kAirGap_m * n, n, kRays); });
   if (node.light_number.load(std::memory_order_acquire) != light_number) {
     const std::lock_guard lock(node.renewing);
     if (node.light_number.load(std::memory_order_relaxed) != light_number) {
+      if (std::exchange(node.placing_number, placing_number) != placing_number)
+        trace(x + kAirGap_m * n, n, kRays, node.receiver);
       node.light = lit(node.receiver, triangle, x, -n);
       node.light_number.store(light_number, std::memory_order_release);
     }
@@ -234,15 +237,19 @@ void RoomChangeField::set_objects(std::vector<PlacedPart> parts) {
   State& s = *state_;
   s.parts = PlacedParts(std::move(parts));
   s.own_shadow.set_objects(s.parts);
+  ++s.placing_number;
+  ++s.light_number;
+  double smallest = s.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < s.parts.size(); ++k)
+    smallest = std::min(smallest, std::max(s.parts.sphere(k).radius, 1e-3));
+  if (s.coarse.cell_m == 4.0 * s.fine.cell_m && std::fabs(s.fine.cell_m - kFineShare * smallest) < 1e-9 * smallest)
+    return; // the lattice stands in the room: what it knows of the room holds
+  s.fine.cell_m = kFineShare * smallest;
+  s.coarse.cell_m = 4.0 * s.fine.cell_m;
   for (Lattice* lattice : {&s.fine, &s.coarse}) {
     lattice->cells.clear();
     lattice->nodes.clear();
   }
-  double smallest = s.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < s.parts.size(); ++k)
-    smallest = std::min(smallest, std::max(s.parts.sphere(k).radius, 1e-3));
-  s.fine.cell_m = kFineShare * smallest;
-  s.coarse.cell_m = 4.0 * s.fine.cell_m;
 }
 
 void RoomChangeField::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun) {
@@ -315,7 +322,9 @@ RoomChange RoomChangeField::evaluate(std::uint32_t triangle, const glm::dvec3& x
                                      int count) const {
   const State& s = *state_;
   const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
-  return s.lit(s.trace(x + kAirGap_m * n, n, count), triangle, x, direction);
+  Receiver receiver;
+  s.trace(x + kAirGap_m * n, n, count, receiver);
+  return s.lit(receiver, triangle, x, direction);
 }
 
 Rgb RoomChangeField::sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {

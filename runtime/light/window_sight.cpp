@@ -22,7 +22,9 @@ void WindowSight::set_sun(const std::optional<DetectedSun>& detected) {
     sun_.push_back(sun_disc_direction(detected->direction, k, kSunSamples));
 }
 
-float WindowSight::window_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts* parts) const {
+/// Share of the windows' points, given by their offset from x, that count; `none` where no window faces x.
+template <class Counts>
+double WindowSight::share_of_windows(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const {
   double seen = 0.0, all = 0.0;
   for (const Aperture& a : apertures_)
     for (int i = 0; i < kWindowPoints; ++i)
@@ -36,11 +38,23 @@ float WindowSight::window_share(const glm::dvec3& x, const glm::dvec3& n, const 
         if (glm::dot(n, d) <= 0.0 || glm::dot(a.inward, d) >= 0.0)
           continue;
         all += weight;
-        if (!rays_.occluded(rays_.to_local(x), glm::vec3(d), 0.0f, 0.9999f) &&
-            !(parts && parts->covered(x, d / std::sqrt(r2))))
+        if (counts(d))
           seen += weight;
       }
-  return all > 0.0 ? static_cast<float>(seen / all) : 1.0f;
+  return all > 0.0 ? seen / all : none;
+}
+
+float WindowSight::window_share(const glm::dvec3& x, const glm::dvec3& n) const {
+  const glm::vec3 from = rays_.to_local(x);
+  return static_cast<float>(share_of_windows(
+      x, n, 1.0, [&](const glm::dvec3& d) { return !rays_.occluded(from, glm::vec3(d), 0.0f, 0.9999f); }));
+}
+
+float WindowSight::lost_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
+  const glm::vec3 from = rays_.to_local(x);
+  return static_cast<float>(share_of_windows(x, n, 0.0, [&](const glm::dvec3& d) {
+    return parts.covered(x, glm::normalize(d)) && !rays_.occluded(from, glm::vec3(d), 0.0f, 0.9999f);
+  }));
 }
 
 Rgb WindowSight::sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const {

@@ -28,9 +28,11 @@ public:
   bool sees(const glm::dvec3& a, const glm::dvec3& b) const {
     return !rays_.occluded(rays_.to_local(a), glm::vec3(b - a), 0.0f, 1.0f);
   }
-  /// Share of the windows, weighted by what a uniform sky sends through them; 1 where none faces x. `parts` null: past
-  /// the room only.
-  float window_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts* parts) const;
+  /// Share of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
+  /// faces x.
+  float window_share(const glm::dvec3& x, const glm::dvec3& n) const;
+  /// What `parts` take of that share.
+  float lost_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
   /// Irradiance by the whole sun, as one of its samples sees it.
   Rgb sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const;
   Rgb sun(const glm::dvec3& x, const glm::dvec3& n) const; ///< the mean over all samples
@@ -39,6 +41,8 @@ public:
   glm::dvec3 sun_direction() const { return sun_[sun_.size() / 2]; }
 
 private:
+  template <class Counts>
+  double share_of_windows(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
   const RayScene& rays_;
   std::vector<Aperture> apertures_;
   std::vector<glm::dvec3> sun_; ///< directions

@@ -13,7 +13,8 @@ namespace daylit {
 
 namespace {
 
-constexpr float kSameSun = 0.01f; // of what arrives: corners under the same sun
+constexpr float kLeastWeight = 0.2f; // of the corners on a pixel's plane
+constexpr float kSameSun = 0.01f;    // of what arrives: corners under the same sun
 
 bool same_sun(const Rgb& a, const Rgb& b) {
   for (int c = 0; c < 3; ++c)
@@ -31,6 +32,14 @@ float relative(const Rgb& change, const Rgb& before) {
   return largest;
 }
 
+Rgb ratio(const Rgb& change, const Rgb& before) {
+  Rgb ratio(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (before[c] > 0.0f)
+      ratio[c] = std::max(1.0f + change[c] / before[c], 0.0f);
+  return ratio;
+}
+
 } // namespace
 
 float ChangePicture::drawn_share(const Rgb& change, const Rgb& before) {
@@ -38,9 +47,12 @@ float ChangePicture::drawn_share(const Rgb& change, const Rgb& before) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-void ChangePicture::set_view(const RenderCamera& camera, const RayScene& room_rays) {
+void ChangePicture::set_view(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer,
+                             const glm::dvec3& origin) {
   camera_ = &camera;
   rays_ = &room_rays;
+  renderer_ = renderer;
+  origin_ = origin;
   columns_ = (camera.photo_width_px + kBlock - 1) / kBlock;
   rows_ = (camera.photo_height_px + kBlock - 1) / kBlock;
   corners_.assign(static_cast<std::size_t>(columns_ + 1) * (rows_ + 1), {});
@@ -53,7 +65,7 @@ void ChangePicture::set_view(const RenderCamera& camera, const RayScene& room_ra
 }
 
 /// The room through a pixel of the photograph.
-ChangePicture::Corner ChangePicture::look(double x, double y) const {
+ChangePicture::Corner ChangePicture::look(int x, int y) const {
   Corner corner;
   glm::dvec2 drawn(x, y);
   if (!camera_->drawn_position.empty()) {
@@ -63,6 +75,12 @@ ChangePicture::Corner ChangePicture::look(double x, double y) const {
       return corner;
   }
   corner.direction = camera_->direction(drawn);
+  if (RoomSurface point; camera_->drawn_position.empty() && renderer_ && renderer_->room_point(x, y, point)) {
+    corner.seen = point.triangle != RoomSurface{}.triangle;
+    corner.triangle = point.triangle;
+    corner.position = origin_ + glm::dvec3(point.position);
+    return corner;
+  }
   RayHit hit;
   corner.seen = rays_->closest(rays_->to_local(camera_->eye()), glm::vec3(corner.direction), 0.0f,
                                std::numeric_limits<float>::infinity(), hit);
@@ -100,11 +118,13 @@ void ChangePicture::update(const RoomChangeField& field) {
       light(corners_[i]);
   });
   left_out_ = 0.0f;
-  for (const Corner& c : corners_)
-    if (c.reached) {
+  ratios_.assign(corners_.size(), Rgb(1.0f));
+  for (std::size_t i = 0; i < corners_.size(); ++i)
+    if (const Corner& c = corners_[i]; c.reached) {
       const Rgb before = c.change.before + c.sun;
-      left_out_ = std::max(left_out_,
-                           (1.0f - drawn_share(c.change.irradiance, before)) * relative(c.change.irradiance, before));
+      const float share = drawn_share(c.change.irradiance, before);
+      left_out_ = std::max(left_out_, (1.0f - share) * relative(c.change.irradiance, before));
+      ratios_[i] = ratio(share * c.change.irradiance, before);
     }
   box_ = {};
   int x0 = columns_, y0 = rows_, x1 = 0, y1 = 0;
@@ -133,20 +153,62 @@ std::optional<PixelChange> ChangePicture::at(int x, int y) const {
   return change;
 }
 
+std::optional<Rgb> ChangePicture::ratio_at(int x, int y) const {
+  const int column = x / kBlock, row = y / kBlock;
+  const Kind kind = kinds_[static_cast<std::size_t>(row) * columns_ + column];
+  if (kind == Kind::interpolate) {
+    const std::array<float, 4> weight = corner_weights(x, y);
+    const Rgb* upper = &ratios_[static_cast<std::size_t>(row) * (columns_ + 1) + column];
+    const Rgb* lower = upper + columns_ + 1;
+    return weight[0] * upper[0] + weight[1] * upper[1] + weight[2] * lower[0] + weight[3] * lower[1];
+  }
+  const auto change = at(x, y);
+  return change ? std::optional(ratio(change->irradiance, change->before)) : std::nullopt;
+}
+
+std::array<float, 4> ChangePicture::corner_weights(int x, int y) const {
+  const float s = static_cast<float>(x % kBlock) / kBlock, t = static_cast<float>(y % kBlock) / kBlock;
+  return {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+}
+
+/// In a block that shows several planes, or the edge of a sun patch.
+std::optional<PixelChange> ChangePicture::between_planes(int x, int y) const {
+  Corner pixel = look(x, y);
+  if (!pixel.seen || !field_->reaches(pixel.position))
+    return std::nullopt;
+  pixel.facing = field_->facing_of(pixel.triangle, pixel.direction);
+  const int column = x / kBlock, row = y / kBlock;
+  const std::array<float, 4> weight = corner_weights(x, y);
+  const Corner* first = nullptr;
+  PixelChange sum;
+  float whole = 0.0f;
+  bool one_sun = true;
+  for (int k = 0; k < 4; ++k) {
+    const Corner& c = corner(column + (k & 1), row + (k >> 1));
+    if (!c.reached || c.facing != pixel.facing)
+      continue;
+    first = first ? first : &c;
+    one_sun = one_sun && same_sun(c.sun, first->sun);
+    sum.irradiance += weight[k] * c.change.irradiance;
+    sum.before += weight[k] * c.change.before;
+    whole += weight[k];
+  }
+  if (whole < kLeastWeight) {
+    light(pixel);
+    return PixelChange{pixel.change.irradiance, pixel.change.before + pixel.sun};
+  }
+  const Rgb sun = one_sun ? first->sun : field_->sun_irradiance(pixel.triangle, pixel.position, pixel.direction);
+  return PixelChange{sum.irradiance / whole, sum.before / whole + sun};
+}
+
 std::optional<PixelChange> ChangePicture::whole_at(int x, int y) const {
   const int column = x / kBlock, row = y / kBlock;
   const Kind kind = kinds_[static_cast<std::size_t>(row) * columns_ + column];
   if (kind == Kind::nothing)
     return std::nullopt;
-  if (kind == Kind::single) {
-    Corner pixel = look(x, y);
-    light(pixel);
-    if (!pixel.reached)
-      return std::nullopt;
-    return PixelChange{pixel.change.irradiance, pixel.change.before + pixel.sun};
-  }
-  const float s = static_cast<float>(x % kBlock) / kBlock, t = static_cast<float>(y % kBlock) / kBlock;
-  const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+  if (kind == Kind::single)
+    return between_planes(x, y);
+  const std::array<float, 4> weight = corner_weights(x, y);
   PixelChange sum;
   for (int k = 0; k < 4; ++k) {
     const Corner& c = corner(column + (k & 1), row + (k >> 1));

@@ -1,17 +1,20 @@
 #pragma once
 
 // The change of the room's indirect light in the photograph's pixels: looked up at the corners of blocks of pixels and
-// interpolated where the corners lie on one side of one plane under the same sun, pixel by pixel elsewhere.
+// interpolated where the corners lie on one side of one plane under the same sun. Elsewhere a pixel takes the change
+// from the corners on its own plane, and the sun from them where they agree, else it is looked up.
 //
 // The change fades with distance and never ends. It is drawn as far as it can be seen: below kThreshold of the light
 // before it, about half a code value of a bright sRGB pixel, it is brought to zero smoothly. What that leaves out is
 // below two thirds of kThreshold, and reported.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
 #include "runtime/light/room_change.h"
+#include "runtime/render/picture_renderer.h"
 #include "runtime/render/pixel_box.h"
 #include "runtime/render/render_camera.h"
 #include "scene/ray_scene.h"
@@ -30,8 +33,10 @@ public:
   /// one and a half, smooth between.
   static float drawn_share(const Rgb& change, const Rgb& before);
 
-  /// The room as the camera sees it; holds until the camera moves.
-  void set_view(const RenderCamera& camera, const RayScene& room_rays);
+  /// The room as the camera sees it; holds until the camera moves. `renderer`: may know what
+  /// its pixels show of the room; else rays are cast.
+  void set_view(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer,
+                const glm::dvec3& origin);
   /// The field after its set_light().
   void update(const RoomChangeField& field);
 
@@ -41,6 +46,8 @@ public:
   const PixelBox& box() const { return box_; }
   /// Empty where the room does not change visibly, or is not seen. Thread-safe.
   std::optional<PixelChange> at(int x, int y) const;
+  /// What the room's radiance is multiplied with where nothing but this change happens; empty as at().
+  std::optional<Rgb> ratio_at(int x, int y) const;
 
 private:
   static constexpr int kBlock = 8; ///< pixels
@@ -55,16 +62,21 @@ private:
   };
   const RenderCamera* camera_ = nullptr;
   const RayScene* rays_ = nullptr;
+  const PictureRenderer* renderer_ = nullptr;
+  glm::dvec3 origin_{0.0}; ///< of the renderer's points
   const RoomChangeField* field_ = nullptr;
   int columns_ = 0, rows_ = 0; ///< of blocks; corners are one more each way
   std::vector<Corner> corners_;
+  std::vector<Rgb> ratios_; ///< at the corners
   std::vector<Kind> kinds_;
   PixelBox box_;
   float left_out_ = 0.0f;
 
-  Corner look(double x, double y) const;
+  Corner look(int x, int y) const;
   void light(Corner& corner) const;
+  std::array<float, 4> corner_weights(int x, int y) const;
   std::optional<PixelChange> whole_at(int x, int y) const;
+  std::optional<PixelChange> between_planes(int x, int y) const;
   Kind kind_of(int column, int row) const;
   const Corner& corner(int column, int row) const {
     return corners_[static_cast<std::size_t>(row) * (columns_ + 1) + column];

@@ -82,6 +82,11 @@ RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
           point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z};
 }
 
+bool casts_shadow(const DrawnPixel& pixel) {
+  return pixel.lost_sky.w > 0.0f &&
+         std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
+}
+
 /// The photograph's pixel after that.
 Rgb changed(const Rgb& photo, const RoomLoss& loss, const Rgb& reflectance, const ComposeSettings& settings) {
   if (settings.mode == ShadowMode::difference) {
@@ -118,6 +123,10 @@ public:
     const DrawnPixel pixel = drawn_.photo_pixel(x, y);
     const float coverage = std::min(pixel.object.w, 1.0f);
     const Rgb before = photo_.at(x, y);
+    if (coverage < kLeastCoverage && !casts_shadow(pixel) && settings_.mode == ShadowMode::ratio) {
+      const auto ratio = change_ ? change_->ratio_at(x, y) : std::nullopt;
+      return ratio ? std::optional(Pixel{before * *ratio, coverage}) : std::nullopt;
+    }
     Rgb background = before;
     bool differs = coverage >= kLeastCoverage;
     if (coverage < 1.0f)
@@ -138,8 +147,7 @@ private:
     Rgb reflectance{0.5f};
   };
   std::optional<Loss> loss_at(int x, int y, const DrawnPixel& pixel) const {
-    const bool shadow = pixel.lost_sky.w > 0.0f &&
-                        std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
+    const bool shadow = casts_shadow(pixel);
     const auto change = change_ ? change_->at(x, y) : std::nullopt;
     const bool needs_room = shadow || (change && settings_.mode == ShadowMode::difference);
     const auto point = needs_room

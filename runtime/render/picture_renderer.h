@@ -77,6 +77,9 @@ public:
   /// Fills `frame`; giving the same one again saves its memory.
   virtual Result<void> draw(RenderedFrame& frame) = 0;
 
+  /// What the room shows in a drawn pixel, objects or not; false where the renderer does not know. Call after draw().
+  virtual bool room_point(int /*x*/, int /*y*/, RoomSurface& /*point*/) const { return false; }
+
   virtual const RenderTimes& times() const = 0;
   virtual std::string description() const = 0; ///< back end, driver and version
   /// Triangles of the room that can stand between the object and the sky (the others lie on its convex outside).

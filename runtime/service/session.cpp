@@ -121,6 +121,7 @@ Result<void> Session::State::start_renderer() {
   if (!made)
     return made.error();
   renderer = std::move(*made);
+  has_view = false; // it points to the renderer
   return move_objects();
 }
 
@@ -248,7 +249,8 @@ void Session::State::see_own_shadow() {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const Sh9Rgb change = room_change->arriving_change(k, surface.positions[i]);
         indirect[i].front = add_reflected(indirect[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
-        indirect[i].back = add_reflected(indirect[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
+        if (objects.has_back[i])
+          indirect[i].back = add_reflected(indirect[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
       }
     });
   }
@@ -283,7 +285,7 @@ void Session::State::change_room() {
   room_change->set_light(vertex_radiance(indirect, windows, surface.normals, objects.transfer, surface.reflectance),
                          surface.positions, surface.normals, surface.reflectance);
   if (!has_view)
-    change_picture.set_view(camera, *room_rays);
+    change_picture.set_view(camera, *room_rays, renderer.get(), drawn.origin);
   has_view = true;
   change_picture.update(*room_change);
 }

@@ -225,6 +225,14 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
   return {};
 }
 
+bool TracedRenderer::room_point(int x, int y, RoomSurface& point) const {
+  const State& s = *state_;
+  const RoomHit hit = s.view.room(x, y);
+  point.triangle = hit.triangle == kNoTriangle ? RoomSurface{}.triangle : s.scene.room_triangle[hit.triangle];
+  point.position = s.view.eye() + hit.depth * s.view.direction(static_cast<float>(x), static_cast<float>(y));
+  return true;
+}
+
 const RenderTimes& TracedRenderer::times() const { return state_->times; }
 std::size_t TracedRenderer::room_occluders() const { return state_->occluder_count; }
 std::string TracedRenderer::description() const { return "rays on the processor (Embree)"; }

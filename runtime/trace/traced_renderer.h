@@ -29,6 +29,7 @@ public:
   Result<std::vector<std::uint8_t>> vertices_in_view() override;
   Result<void> set_vertex_light(std::span<const VertexLight> light) override;
   Result<void> draw(RenderedFrame& frame) override;
+  bool room_point(int x, int y, RoomSurface& point) const override;
 
   const RenderTimes& times() const override;
   std::string description() const override;

@@ -151,7 +151,7 @@ TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_i
       make_render_camera(ideal_pinhole(320, 320, 0.9), look_at({2.0, 2.4, 2.2}, {2.0, 2.5, 0.0}), 320, 320);
   ASSERT_TRUE(camera);
   ChangePicture picture;
-  picture.set_view(*camera, s.rays);
+  picture.set_view(*camera, s.rays, nullptr, {});
   picture.update(s.change);
   EXPECT_GT(picture.left_out(), 0.5f * ChangePicture::kThreshold) << "the window of the share was met";
   EXPECT_LT(picture.left_out(), ChangePicture::kThreshold * 2.0f / 3.0f);
