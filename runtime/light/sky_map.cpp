@@ -154,4 +154,8 @@ void SkyResampler::resample(const SkyImage& sky, const DetectedSun* sun, SkyMap&
   });
 }
 
+bool is_black(const SkyMap& map) {
+  return std::all_of(map.radiance.begin(), map.radiance.end(), [](const Rgb& c) { return c == Rgb(0.0f); });
+}
+
 } // namespace daylit

@@ -58,4 +58,6 @@ private:
   std::vector<std::uint32_t> covering_pixel_;
 };
 
+bool is_black(const SkyMap& map);
+
 } // namespace daylit

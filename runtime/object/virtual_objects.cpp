@@ -32,6 +32,16 @@ Result<void> VirtualObjects::place(std::size_t k, const ObjectConfig& placement)
   return {};
 }
 
+BoundingSphere VirtualObjects::bounds(std::size_t k) const {
+  Bounds box;
+  if (k >= parts.size())
+    return {};
+  const Part& part = parts[k];
+  for (std::size_t i = 0; i < part.mesh.positions.size(); ++i)
+    box.include(surface.positions[part.first_vertex + i]);
+  return box.empty() ? BoundingSphere{} : BoundingSphere{box.centre(), 0.5 * glm::length(box.size())};
+}
+
 namespace {
 
 Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTransfer> transfer,

@@ -31,6 +31,8 @@ struct VirtualObjects {
 
   /// Places part k anew. Error value_invalid: there is no such part, or the scale is not positive and finite.
   Result<void> place(std::size_t k, const ObjectConfig& placement);
+  /// Of part k in the world; radius 0 when there is none.
+  BoundingSphere bounds(std::size_t k) const;
 };
 
 /// Reads, places and merges the objects; transfer vectors are cached in `cache_folder`.

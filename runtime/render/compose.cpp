@@ -129,7 +129,7 @@ public:
     }
     Rgb background = before;
     bool differs = coverage >= kLeastCoverage;
-    if (coverage < 1.0f)
+    if (coverage < 1.0f && settings_.differential)
       if (const auto loss = loss_at(x, y, pixel)) {
         background = changed(before, loss->loss, loss->reflectance, settings_);
         differs = true;

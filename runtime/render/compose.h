@@ -41,6 +41,7 @@ struct ComposeSettings {
   ShadowMode mode = ShadowMode::ratio;
   /// Smallest relative change of a linear pixel that is written: half a code value of 255.
   float threshold = 1.0f / 510.0f;
+  bool differential = true; ///< false: objects are drawn on the photograph, and nothing happens to it
 };
 
 struct Composite {

@@ -27,11 +27,13 @@ public:
 enum class GlBackend {
   egl,    ///< no window, no display server: surfaceless Mesa, else the first EGL device
   osmesa, ///< the processor draws; needs one library and no driver files (gone from Mesa 25.1 on)
+  window, ///< of a hidden GLFW window: what a desktop's display server gives; main thread only
 };
 
 /// Error device: what the driver said, and the package that helps.
 Result<std::unique_ptr<GlContext>> create_gl_context(GlBackend backend = GlBackend::egl);
 Result<std::unique_ptr<GlContext>> create_egl_context();
 Result<std::unique_ptr<GlContext>> create_osmesa_context();
+Result<std::unique_ptr<GlContext>> create_window_context();
 
 } // namespace daylit

@@ -23,7 +23,9 @@ Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const 
   if (backend == Backend::rays || backend == Backend::rays_unshared)
     return make_rays(room, apertures, backend == Backend::rays);
   const bool may_fall_back = backend == Backend::automatic;
-  auto context = create_gl_context(backend == Backend::osmesa ? GlBackend::osmesa : GlBackend::egl);
+  auto context = create_gl_context(backend == Backend::osmesa   ? GlBackend::osmesa
+                                   : backend == Backend::window ? GlBackend::window
+                                                                : GlBackend::egl);
   if (!context) {
     if (!may_fall_back)
       return context.error();

@@ -13,6 +13,7 @@ enum class Backend {
   automatic, ///< OpenGL where a graphics processor runs it, rays elsewhere
   opengl,
   osmesa, ///< OpenGL by the library that needs no driver: slow, for comparison
+  window, ///< OpenGL of a desktop's display server
   rays,
   rays_unshared, ///< every pixel traces every light: the slow twin of rays
 };

@@ -11,6 +11,7 @@
 
 #include "runtime/input/interior_input.h"
 #include "runtime/service/session.h"
+#include "runtime/window/viewer.h"
 #include "scene/config.h"
 #include "scene/image_formats.h"
 #include "scene/program.h"
@@ -21,7 +22,7 @@ namespace {
 struct Options {
   std::string config;
   int frames = 1, threads = 0;
-  bool replay = false, quiet = false, json = false;
+  bool replay = false, window = false, quiet = false, json = false;
   Backend backend = Backend::automatic;
 };
 
@@ -76,6 +77,13 @@ Result<Rgb8Image> png_of(const Photograph& photo, const Composite& composite) {
   if (photo.is_hdr())
     return to_srgb8(composite.picture, preview_exposure(photo.linear));
   return encode_photograph(photo, composite.picture, composite.touched);
+}
+
+/// What a window shows: everything encoded, for the picture behind the objects may not be the photograph.
+Result<Rgb8Image> view_of(const Photograph& photo, const Composite& composite) {
+  if (photo.is_hdr())
+    return png_of(photo, composite);
+  return encode_photograph(photo, composite.picture, std::vector<std::uint8_t>(composite.touched.size(), 1));
 }
 
 RgbImage object_mask(const Composite& composite) {
@@ -145,6 +153,10 @@ Result<void> run(const Options& options) {
   for (const auto* notes : {&input->notes, &session->notes()})
     for (const std::string& note : *notes)
       std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
+  if (options.window)
+    return run_viewer(
+        *session, *config, *sky, photo, [&](const Composite& composite) { return view_of(input->photo, composite); },
+        options.frames > 1 ? options.frames : 0);
   for (int k = 0; k < options.frames; ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));
@@ -183,9 +195,15 @@ int main(int argc, char** argv) {
   const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
                                                         {"gl", daylit::Backend::opengl},
                                                         {"osmesa", daylit::Backend::osmesa},
+                                                        {"window", daylit::Backend::window},
                                                         {"rays", daylit::Backend::rays}};
-  app.add_option("--renderer", options.backend,
-                 "auto, gl (OpenGL), osmesa (OpenGL without a driver) or rays (on the processor)")
+  app.add_flag(
+      "--window", options.window,
+      "show it: drag objects or turn the camera with the mouse; 1, 2, 3: direct, indirect, differential light; "
+      "g: frame times; r: the photograph's view; Escape: end");
+  app.add_option(
+         "--renderer", options.backend,
+         "auto, gl (OpenGL), osmesa (OpenGL without a driver), window (a desktop's OpenGL) or rays (on the processor)")
       ->transform(CLI::CheckedTransformer(backends));
   app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::Range(0, 1024));
   app.add_flag("--quiet", options.quiet, "print errors only");

@@ -1,7 +1,6 @@
 #include "runtime/service/session.h"
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -18,33 +17,13 @@
 #include "runtime/render/change_picture.h"
 #include "runtime/service/frame_warnings.h"
 #include "runtime/service/picture_memory.h"
+#include "runtime/service/shown_parts.h"
+#include "runtime/service/stage_clock.h"
 #include "scene/volume_file.h"
 
 namespace daylit {
 
 namespace {
-
-class StageClock {
-public:
-  explicit StageClock(FrameReport& report) : report_(report), start_(now()), last_(start_) {}
-  void end(const char* stage) {
-    const auto t = now();
-    report_.stage_ms.emplace_back(stage, milliseconds(t - last_));
-    report_.total_ms = milliseconds(t - start_);
-    last_ = t;
-  }
-
-private:
-  using Clock = std::chrono::steady_clock;
-  static Clock::time_point now() { return Clock::now(); }
-  static double milliseconds(Clock::duration d) { return std::chrono::duration<double, std::milli>(d).count(); }
-  FrameReport& report_;
-  Clock::time_point start_, last_;
-};
-
-bool is_black(const SkyMap& map) {
-  return std::all_of(map.radiance.begin(), map.radiance.end(), [](const Rgb& c) { return c == Rgb(0.0f); });
-}
 
 std::filesystem::path folder_of(const std::filesystem::path& file) {
   return file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
@@ -88,6 +67,7 @@ struct Session::State {
   Frame frame;
   bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
        has_view = false;
+  ShownParts shown;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
   Result<void> set_camera(const glm::dmat4& world_from_camera);
@@ -257,11 +237,12 @@ void Session::State::see_own_shadow() {
 }
 
 Result<void> Session::State::draw(StageClock& clock) {
-  if (const auto r = renderer->set_lights(lights); !r)
+  if (const auto r = renderer->set_lights(shown.direct ? lights : without_sun(lights)); !r)
     return r.error();
   auto light = vertex_light(frame.report);
   if (!light)
     return light.error();
+  hide_parts(shown, *light);
   if (const auto r = renderer->set_vertex_light(*light); !r)
     return r.error();
   clock.end("object_light");
@@ -291,7 +272,8 @@ void Session::State::change_room() {
 }
 
 void Session::State::compose_picture(const RgbImage& photo) {
-  const ComposeSettings settings{{config.interior.scale, config.interior.colour_matrix}, ShadowMode::ratio};
+  ComposeSettings settings{{config.interior.scale, config.interior.colour_matrix}, ShadowMode::ratio};
+  settings.differential = shown.differential;
   const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) -> std::optional<RoomPoint> {
     if (!seen)
       return room_light->at(camera.eye(), direction);
@@ -343,6 +325,24 @@ Result<void> Session::place_object(std::size_t k, const ObjectConfig& placement)
 void Session::set_light_samples(int samples) {
   state_->config.light_samples = samples;
   state_->has_samples = false;
+}
+
+void Session::show(const ShownParts& parts) {
+  if (state_->shown == parts)
+    return;
+  state_->shown = parts;
+  state_->has_drawn = state_->has_object_light = false;
+}
+
+const RenderCamera& Session::camera() const { return state_->camera; }
+
+BoundingSphere Session::object_bounds(std::size_t k) const { return state_->objects.bounds(k); }
+
+Rgb Session::room_radiance(const glm::dvec2& pixel) const {
+  const State& s = *state_;
+  const auto point = s.room_light->at(s.camera.eye(), s.camera.direction(pixel));
+  return point ? PhotoScale{s.config.interior.scale, s.config.interior.colour_matrix}.apply(reflected(*point))
+               : Rgb(0.0f);
 }
 
 Result<const Frame*> Session::render(const FrameInput& input) {

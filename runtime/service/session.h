@@ -54,6 +54,14 @@ struct FrameInput {
   std::uint64_t sky_number = 0, photo_number = 0;
 };
 
+/// Parts of the light that are drawn (figure 1 of the paper): to look at them one by one.
+struct ShownParts {
+  bool direct = true;       ///< on the objects, from sky and sun through the windows
+  bool indirect = true;     ///< on the objects
+  bool differential = true; ///< on the room: shadows and reflections of the objects
+  bool operator==(const ShownParts&) const = default;
+};
+
 class Session {
 public:
   /// Loads volume, objects and lens, and starts the renderer. `photo_width_px` x `photo_height_px`: of the pictures
@@ -69,6 +77,7 @@ public:
   /// Moves, turns or scales object k of the configuration.
   Result<void> place_object(std::size_t k, const ObjectConfig& placement);
   void set_light_samples(int samples);
+  void show(const ShownParts& parts);
 
   /// The frame is the session's own and holds until the next call. Error: the picture has another size than announced;
   /// graphics failed.
@@ -78,6 +87,11 @@ public:
   /// same camera, objects and light. Error: it does not start either.
   Result<void> recreate_renderer();
 
+  const RenderCamera& camera() const;
+  BoundingSphere object_bounds(std::size_t k) const; ///< world; radius 0 when there is no object k
+  /// What the model of the room shows in a pixel of the last frame's light, scaled as a photograph: where there is no
+  /// photograph from the camera's place. Sun and windows are left out.
+  Rgb room_radiance(const glm::dvec2& pixel) const;
   const std::vector<std::string>& notes() const;
   std::string renderer_description() const;
 
