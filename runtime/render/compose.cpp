@@ -124,7 +124,7 @@ public:
     const float coverage = std::min(pixel.object.w, 1.0f);
     const Rgb before = photo_.at(x, y);
     if (coverage < kLeastCoverage && !casts_shadow(pixel) && settings_.mode == ShadowMode::ratio) {
-      const auto ratio = change_ ? change_->ratio_at(x, y) : std::nullopt;
+      const auto ratio = change_ && settings_.differential ? change_->ratio_at(x, y) : std::nullopt;
       return ratio ? std::optional(Pixel{before * *ratio, coverage}) : std::nullopt;
     }
     Rgb background = before;
