@@ -110,7 +110,7 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
     s.fit.apply(some, 9 * s.hits.elements(), one, rows_of_some);
   };
   auto compact = compact_sky(*light, gather, volume.probes, s.points.probe, volume.partition,
-                             {.error = s.options.compact_error}, s.progress, &report.compact);
+                             {.error = s.options.compact_error, .part = s.fit.part()}, s.progress, &report.compact);
   if (!compact)
     return compact.error();
   report.regions_stored = static_cast<int>(report.compact.nodes);

@@ -247,15 +247,20 @@ CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& ligh
 }
 
 std::vector<Brick> make_bricks(const ProbeSet& probes, std::span<const std::size_t> probe_of_point,
-                               std::size_t brick_probes) {
+                               const CompactOptions& options) {
   std::vector<glm::vec3> position;
   for (const std::size_t p : probe_of_point)
     position.push_back(probes.positions[p]);
   std::vector<std::uint32_t> order(position.size());
   std::iota(order.begin(), order.end(), 0u);
   std::vector<std::vector<std::uint32_t>> groups;
-  if (!order.empty())
-    split(order, position, brick_probes, groups);
+  const auto part = [&](std::uint32_t p) { return options.part.empty() ? 0u : options.part[p]; };
+  std::ranges::stable_sort(order, {}, part);
+  for (auto first = order.begin(); first != order.end();) {
+    const auto end = std::find_if(first, order.end(), [&](std::uint32_t p) { return part(p) != part(*first); });
+    split(std::span(first, end), position, options.brick_probes, groups);
+    first = end;
+  }
   std::vector<Brick> bricks(groups.size());
   for (std::size_t b = 0; b < groups.size(); ++b) {
     std::ranges::sort(groups[b]);
@@ -321,7 +326,7 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   const auto start = std::chrono::steady_clock::now();
   openblas_set_num_threads(1); // bricks are independent: parallel over them
   const detail::SunColumns columns = detail::SunColumns::of(light, partition.size());
-  std::vector<Brick> bricks = make_bricks(probes, probe_of_point, options.brick_probes);
+  std::vector<Brick> bricks = make_bricks(probes, probe_of_point, options);
   if (light.source.empty())
     bricks.clear();
   std::atomic<std::size_t> done{0};

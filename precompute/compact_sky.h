@@ -24,6 +24,9 @@ struct CompactOptions {
   /// less than 1/20 of the brightest are measured against that.
   double error = 0.03;
   std::size_t brick_probes = 180; ///< at most; fewer cost more source factors, more cost more rank
+  /// Of each point: no brick holds points of two parts, because the error of a brick is shared by its points and light
+  /// must not come through a wall. Empty: all in one.
+  std::span<const std::uint32_t> part = {};
 };
 
 struct CompactReport {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <utility>
 
 #include <tbb/parallel_for.h>
@@ -14,12 +15,32 @@ constexpr float kShare = 1.0f / 12.0f;
 constexpr std::size_t kChunk = 256; ///< numbers of all points at a time
 constexpr std::int64_t kNone = -1;
 
+/// Disjoint sets, each named by its smallest member.
+class Parts {
+public:
+  explicit Parts(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t of(std::uint32_t i) {
+    while (parent_[i] != i)
+      i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = of(a);
+    b = of(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+private:
+  std::vector<std::uint32_t> parent_;
+};
+
 } // namespace
 
 ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
                         const std::function<bool(std::size_t, std::size_t)>& sees) {
   ProbeFit fit;
   fit.points_ = probe_of_point.size();
+  fit.part_.assign(fit.points_, 0);
   if (!grid.is_grid)
     return fit;
   std::vector<std::int64_t> point_of(grid.size(), kNone);
@@ -41,6 +62,13 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
           place(probe, axis) + 1 < grid.count[static_cast<int>(axis)] && point_of[next] != kNone && sees(probe, next);
     });
   }
+  Parts parts(fit.points_);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t p = 0; p < probe_of_point.size(); ++p)
+      if (const std::size_t probe = probe_of_point[p]; linked[axis][probe] != 0)
+        parts.join(static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(point_of[probe + stride[axis]]));
+  for (std::uint32_t p = 0; p < fit.points_; ++p)
+    fit.part_[p] = parts.of(p);
   for (std::size_t p = 0; p < probe_of_point.size(); ++p)
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t probe = probe_of_point[p], s = stride[axis];

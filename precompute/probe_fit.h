@@ -21,6 +21,9 @@ public:
   /// ones.
   static ProbeFit make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
                        const std::function<bool(std::size_t, std::size_t)>& sees);
+  /// Which of the air's parts each point is in: steps between neighbouring probes that see each other connect them. One
+  /// part without a grid.
+  const std::vector<std::uint32_t>& part() const { return part_; }
   /// `values`: [point][numbers_per_point], changed in place. Same bits for any thread count.
   void apply(std::span<float> values, std::size_t numbers_per_point) const;
   /// The same for some points, whose neighbours' values are asked for: [i] belongs to points[i].
@@ -34,6 +37,7 @@ private:
   };
   std::vector<Row> rows_; ///< in the order of their points
   std::size_t points_ = 0;
+  std::vector<std::uint32_t> part_;
 };
 
 } // namespace daylit::precompute

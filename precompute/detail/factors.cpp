@@ -71,8 +71,11 @@ double byte_rounding2(std::span<const float> row) {
 
 std::int8_t to_byte(float unit) { return static_cast<std::int8_t>(std::lround(127.0f * unit)); }
 /// Rounded up or down by chance, right in the mean: number k of a row that is smooth, of which a sun takes many
-/// neighbours at once. Plain rounding would be off by the same amount in all of them.
+/// neighbours at once. Plain rounding would be off by the same amount in all of them. Nothing stays nothing: no light
+/// comes from the other side of a wall.
 std::int8_t to_byte_dithered(float unit, std::size_t k) {
+  if (unit == 0.0f)
+    return 0;
   const double chance = radiosity::unit_interval(radiosity::mix_bits(k)) - 0.5;
   return static_cast<std::int8_t>(std::clamp(std::lround(127.0 * static_cast<double>(unit) + chance), -127l, 127l));
 }
