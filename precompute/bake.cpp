@@ -129,7 +129,7 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
     return audit.error();
   const radiosity::ElementSet& elements = s.problem.elements;
   const auto light = radiosity::first_bounce(elements, s.problem.mesh, s.problem.patch_rays, s.problem.apertures.list,
-                                             held_out_partition(), s.progress, nullptr, s.options.audit_directions);
+                                             held_out_partition(), s.progress);
   if (!light)
     return light.error();
   const auto radiosity = radiosity::solve_radiosity(elements, s.exchange, audit->first_light(*light, elements),

@@ -37,8 +37,7 @@ struct BakeOptions {
   double compact_error = 0.03;           ///< of the factors of a fine sky
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
   bool audit = false;                    ///< measure the error at held-out points and skies
-  int audit_directions = radiosity::kFirstBounceDirections; ///< of the held-out skies' first light
-  std::vector<glm::dvec3> held_out;                         ///< world metres, of the audit; empty: chosen
+  std::vector<glm::dvec3> held_out;      ///< world metres, of the audit; empty: chosen
 };
 
 /// "draft", "normal", "high". At given points the transport is finer: no interpolation hides its error there, and no

@@ -13,7 +13,7 @@ namespace {
 constexpr int kPatches = 640, kRegions = 64;
 constexpr double kProbes = 900;
 constexpr double kVisibilityRays = 16384; // more change the error of the light by less than a thousandth of itself
-constexpr int kGatherRays = 1024, kDirections = 4096;
+constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser pilot
 constexpr double kLeast = 1e-6;
 constexpr std::size_t kPoints = 128;
@@ -62,7 +62,6 @@ Result<Pilot> run_pilot(const RoomFile& room, const std::vector<glm::dvec3>& poi
   options.visibility_rays = kVisibilityRays;
   options.gather_rays = kGatherRays;
   options.audit = true;
-  options.audit_directions = kDirections;
   options.held_out = share_of(points);
   double log_grid = 0, log_sun = 0;
   BakeReport report;

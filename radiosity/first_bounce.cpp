@@ -23,8 +23,9 @@ namespace {
 constexpr int kScoutRays = 64, kOpenSkyRays = 1024;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Half of the directions do for an element that has a wide view of an opening.
-constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of half of kFirstBounceDirections
+// Directions stand for the whole sphere, at least so many; fewer do for an element that has a wide view of an opening.
+constexpr int kDirections = 16384, kWideDirections = 8192;
+constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of kWideDirections
 constexpr int kScoutingRays = 2;      // per direction: is an element partly in the shade?
 constexpr int kPartialRays = 16;      // per direction, for one that is
 constexpr int kFewestDirections = 48; // an opening that an element sees under fewer is sampled in its solid angle
@@ -46,10 +47,10 @@ struct Task {
   std::atomic<int> open_sky{0};
 
   Task(const ElementSet& elements, const PatchMesh& patches, const RayScene& rays_of_patches,
-       const std::vector<Aperture>& openings, const SkyPartition& regions, int directions)
+       const std::vector<Aperture>& openings, const SkyPartition& regions)
       : set(elements), mesh(patches), scene(rays_of_patches), apertures(openings), partition(regions),
-        pieces(aperture_pieces(openings, patches.origin)), fine(regions, pieces, directions),
-        wide(regions, pieces, directions / 2), paths(patches, openings, pieces) {}
+        pieces(aperture_pieces(openings, patches.origin)), fine(regions, pieces, kDirections),
+        wide(regions, pieces, kWideDirections), paths(patches, openings, pieces) {}
 
   bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
     return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
@@ -318,9 +319,9 @@ FirstBounce compact(const std::vector<FirstBounceRow>& rows, int regions) {
 Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const PatchMesh& mesh,
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
-                                                      FirstBounceReport* report, int directions) {
+                                                      FirstBounceReport* report) {
   const auto start = std::chrono::steady_clock::now();
-  Task task(set, mesh, scene, apertures, partition, directions);
+  Task task(set, mesh, scene, apertures, partition);
   std::vector<FirstBounceRow> rows(set.elements.size());
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
@@ -346,8 +347,8 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, con
 
 Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
-                                 const Progress& progress, FirstBounceReport* report, int directions) {
-  const auto rows = first_bounce_rows(set, mesh, scene, apertures, partition, progress, report, directions);
+                                 const Progress& progress, FirstBounceReport* report) {
+  const auto rows = first_bounce_rows(set, mesh, scene, apertures, partition, progress, report);
   if (!rows)
     return rows.error();
   FirstBounce result = compact(*rows, partition.size());

@@ -45,14 +45,11 @@ struct FirstBounceRow {
   float opening = 0;           ///< as FirstBounce::opening
 };
 
-constexpr int kFirstBounceDirections = 16384; ///< over the whole sphere, at least
-
 /// first_bounce() for thousands of regions, of which an element sees some: one row per element.
 Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const PatchMesh& mesh,
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
-                                                      FirstBounceReport* report = nullptr,
-                                                      int directions = kFirstBounceDirections);
+                                                      FirstBounceReport* report = nullptr);
 
 /// Thousands of directions, four or more for each region, one for a node. Per element, aperture and direction: the part
 /// of the element that parallel light through the aperture meets, by an exact polygon clip, so that a region's energy
@@ -61,7 +58,6 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, con
 /// their solid angle instead. Whatever else escapes is found by cosine-distributed rays. Error: interrupted.
 Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
-                                 const Progress& progress, FirstBounceReport* report = nullptr,
-                                 int directions = kFirstBounceDirections);
+                                 const Progress& progress, FirstBounceReport* report = nullptr);
 
 } // namespace daylit::radiosity
