@@ -80,23 +80,23 @@ std::vector<Rgb> sun_on_nodes(const SkyPartition& nodes, const SunCells& cells, 
   return radiance;
 }
 
-/// Root of the sum of squared differences over the probes of `a`, whose partners in `b` are `partner`.
-double distance(const LightField& a, const LightField& b, std::span<const std::size_t> partner) {
+/// Root of the sum of squared differences over some probes.
+double distance(const LightField& a, const LightField& b, std::span<const std::size_t> probes) {
   double sum = 0;
-  for (std::size_t p = 0; p < partner.size(); ++p)
+  for (const std::size_t p : probes)
     for (std::size_t l = 0; l < 9; ++l)
       for (int c = 0; c < 3; ++c) {
-        const double d = double(a.probe[p][l][c]) - double(b.probe[partner[p]][l][c]);
+        const double d = double(a.probe[p][l][c]) - double(b.probe[p][l][c]);
         sum += d * d;
       }
   return std::sqrt(sum);
 }
 
-/// The volume of the fine sky, the exact suns at its valid probes, and which probe is which.
+/// The volume of the fine sky, the exact suns on the same probes, and which of these are valid.
 struct Pair {
   BasisVolume volume, truth;
   SunCells cells;
-  std::vector<std::size_t> valid, same; ///< probes of the volume, of the truth
+  std::vector<std::size_t> valid;
   precompute::CompactReport compact;
   double bake_seconds = 0;
 };
@@ -112,14 +112,11 @@ Result<Pair> bake_both(const RoomFile& room, int nodes, const Arguments& a, cons
   auto volume = precompute::bake(room, *partition, options, progress, report);
   if (!volume)
     return volume.error();
-  Pair pair{std::move(*volume), {}, {}, {}, {}, report.compact, process_seconds() - start};
+  Pair pair{std::move(*volume), {}, {}, {}, report.compact, process_seconds() - start};
   const ProbeSet& probes = pair.volume.probes;
   for (std::size_t p = 0; p < probes.size(); ++p)
-    if (probes.valid[p]) {
-      pair.same.push_back(pair.valid.size());
+    if (probes.valid[p])
       pair.valid.push_back(p);
-      options.points.push_back(probes.origin + glm::dvec3(probes.positions[p]));
-    }
   auto cells = sun_cells(a.altitude_deg * kPi / 180);
   if (!cells)
     return cells.error();
@@ -138,7 +135,7 @@ struct Track {
 
 Track follow_sun(const Pair& pair) {
   Track track;
-  const LightField black{std::vector<Sh9Rgb>(pair.same.size())};
+  const LightField black{std::vector<Sh9Rgb>(pair.truth.probes.size())};
   LightField last, last_true = black;
   for (int k = 0; k < kSteps; ++k) {
     std::vector<Rgb> exact(static_cast<std::size_t>(pair.cells.partition.size()), Rgb(0.0f));
@@ -146,15 +143,13 @@ Track follow_sun(const Pair& pair) {
       exact[static_cast<std::size_t>(pair.cells.first + cell)] = Rgb(1.0f);
     const LightField t = combine(pair.truth, exact);
     const LightField f = combine(pair.volume, sun_on_nodes(pair.volume.partition, pair.cells, k));
-    track.norm.push_back(distance(t, black, pair.same));
+    track.norm.push_back(distance(t, black, pair.valid));
     track.error.push_back(distance(t, f, pair.valid));
     if (k > 0) {
-      track.true_step.push_back(distance(t, last_true, pair.same));
+      track.true_step.push_back(distance(t, last_true, pair.valid));
       track.step.push_back(distance(last, f, pair.valid));
     }
-    last.probe.clear();
-    for (const std::size_t p : pair.valid)
-      last.probe.push_back(f.probe[p]);
+    last = f;
     last_true = t;
   }
   return track;
