@@ -121,7 +121,7 @@ TEST(VolumeDamage, signed_content_is_refused_or_read_as_it_is) {
   }
   EXPECT_GT(tally.refused, 1000);
   EXPECT_LT(tally.by_checksum, 10); // only where the word "checksum" itself is hit: the others are judged by content
-  EXPECT_GT(tally.read, 100); // numbers of the basis, text for people: any value is one
+  EXPECT_GT(tally.read, 100);       // numbers of the basis, text for people: any value is one
 }
 
 Bytes with_header(const Bytes& file, const std::string& text) {
