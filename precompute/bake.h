@@ -56,6 +56,7 @@ struct BakeReport {
   std::size_t sides_skipped = 0;      ///< no light reaches them
   std::size_t sides_without_path = 0; ///< lit, but no light goes from them to any of the given points
   double patch_edge_m = 0;
+  double doubled_m2 = 0; ///< faces on faces, PatchMesh::doubled_m2
   int regions = 0, regions_stored = 0;
   std::size_t probes = 0, probes_valid = 0;
   std::size_t probes_repeated = 0; ///< given points at the place of another: gathered once

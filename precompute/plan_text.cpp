@@ -1,22 +1,13 @@
-#include <cstdarg>
-#include <cstdio>
-
 #include <nlohmann/json.hpp>
 
+#include "precompute/detail/text_format.h"
 #include "precompute/planned_bake.h"
 
 namespace daylit::precompute {
 
 namespace {
 
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof(text), pattern, arguments);
-  va_end(arguments);
-  return text;
-}
+using detail::format;
 
 std::string where(const Plan& plan) {
   const BakeOptions& o = plan.options;

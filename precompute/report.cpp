@@ -1,32 +1,17 @@
-#include <cstdarg>
-#include <cstdio>
-
 #include <nlohmann/json.hpp>
 
 #include "precompute/bake.h"
+#include "precompute/detail/text_format.h"
 
 namespace daylit::precompute {
 
-namespace {
-
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[512];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof(text), pattern, arguments);
-  va_end(arguments);
-  return text;
-}
-
-} // namespace
+using detail::format;
 
 std::string to_json(const BakeReport& r, bool times) {
   nlohmann::ordered_json j;
-  j["patches"] = {{"count", r.patches},
-                  {"longest_edge_m", r.patch_edge_m},
-                  {"elements", r.elements},
-                  {"sides_skipped", r.sides_skipped},
-                  {"sides_without_path", r.sides_without_path}};
+  j["patches"] = {
+      {"count", r.patches},     {"longest_edge_m", r.patch_edge_m}, {"doubled_area_m2", r.doubled_m2},
+      {"elements", r.elements}, {"sides_skipped", r.sides_skipped}, {"sides_without_path", r.sides_without_path}};
   j["openings"] = {{"windows", r.apertures.window_polygons},
                    {"holes", r.apertures.hole_polygons},
                    {"window_area_m2", r.apertures.window_area_m2},
@@ -96,6 +81,10 @@ std::string to_text(const BakeReport& r) {
                    100 * r.apertures.unexplained_escape);
   text += format("patches    %zu (edge up to %.3f m), %zu sides in the air, %zu sides skipped: no light reaches them\n",
                  r.patches, r.patch_edge_m, r.elements, r.sides_skipped);
+  if (r.doubled_m2 > 0)
+    text +=
+        format("           %.3g m2 of faces lie on other faces and count once, with the material of the earlier one\n",
+               r.doubled_m2);
   if (r.sides_without_path > 0)
     text += format("           %zu lit sides left out: no way from them to any given point (bound 0)\n",
                    r.sides_without_path);

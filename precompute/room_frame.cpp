@@ -26,6 +26,7 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
 
 void report_in_world(const RoomFrame& frame, BakeReport& report) {
   report.patch_edge_m *= frame.unit_m;
+  report.doubled_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.window_area_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.hole_area_m2 *= frame.unit_m * frame.unit_m;
   for (glm::dvec3& p : report.audit.points)

@@ -76,6 +76,16 @@ double total_area(const std::vector<PlaneGroup>& groups) {
   return sum;
 }
 
+/// What the faces have more than the patches, where it is more than rounding.
+double doubled_area(const std::vector<PlaneGroup>& groups, const std::vector<Patch>& patches) {
+  constexpr double kRounding = 1e-5;
+  const double faces = total_area(groups);
+  double meshed = 0;
+  for (const Patch& p : patches)
+    meshed += p.area_m2;
+  return faces - meshed > kRounding * faces ? faces - meshed : 0.0;
+}
+
 /// Patches that the outlines alone make, whatever the edge length.
 std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vector<std::vector<Segment2>>& outlines) {
   constexpr double kLong_m = 1e30;
@@ -121,6 +131,7 @@ Result<PatchMesh> mesh_patches(const Room& room, const PatchOptions& options) {
   if (mesh.patches.size() > limit)
     return too_fine();
   sort_by_place(mesh.patches, 0.5 * size);
+  mesh.doubled_m2 = doubled_area(groups, mesh.patches);
   return mesh;
 }
 

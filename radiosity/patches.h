@@ -19,7 +19,7 @@ struct Patch {
   std::array<glm::dvec3, 3> corner; ///< metres, relative to PatchMesh::origin, counter-clockwise about normal
   glm::dvec3 normal{0.0};           ///< unit
   double area_m2 = 0;
-  std::uint32_t plane = 0; ///< faces of one plane, orientation and material share this number
+  std::uint32_t plane = 0; ///< faces of one plane and material share this number
   std::uint32_t material = 0;
 };
 
@@ -28,6 +28,8 @@ struct PatchMesh {
   std::vector<Patch> patches;
   std::uint32_t planes = 0;
   double edge_m = 0; ///< longest patch edge that was allowed
+  /// Area of faces that lie on other faces and count once (of two materials that of the earlier face), m2.
+  double doubled_m2 = 0;
 };
 
 struct PatchOptions {

@@ -53,6 +53,7 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   report.apertures = p.apertures.report;
   report.patches = p.mesh.patches.size();
   report.patch_edge_m = p.mesh.edge_m;
+  report.doubled_m2 = p.mesh.doubled_m2;
   report.elements = p.elements.elements.size();
   report.sides_skipped = p.elements.sides_skipped;
   report.sides_without_path = p.elements.sides_without_path;

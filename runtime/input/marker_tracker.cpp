@@ -61,12 +61,10 @@ Result<std::vector<SeenMarker>> MarkerTracker::find(const Rgb8Image& picture) {
         for (glm::dvec2& p : m.corner_px)
           p += glm::dvec2(crop.x0, crop.y0);
       last_ = std::move(*near);
-      searched_everywhere_ = false;
       if (knows_all())
         return last_;
     }
   }
-  searched_everywhere_ = true;
   auto found = find_markers(picture, board_.dictionary);
   if (found)
     last_ = *found;

@@ -17,7 +17,6 @@ public:
   /// of the board is not in view, and when one left the surroundings of its last place.
   Result<std::vector<SeenMarker>> find(const Rgb8Image& picture);
   const BoardLayout& board() const { return board_; }
-  bool searched_everywhere() const { return searched_everywhere_; } ///< in the last call
 
 private:
   bool knows_all() const;
@@ -25,7 +24,6 @@ private:
   BoardLayout board_;
   std::vector<SeenMarker> last_;
   int width_ = 0, height_ = 0;
-  bool searched_everywhere_ = true;
 };
 
 } // namespace daylit

@@ -20,8 +20,6 @@ class SteadySun {
 public:
   /// `sun`: what find_sun() measured in this frame. Returns it with the mean energy and place.
   std::optional<DetectedSun> update(const SkyImage& sky, const std::optional<DetectedSun>& sun);
-  int frames_averaged() const { return count_; }
-  double pixel_noise() const { return pixel_noise_; } ///< relative standard deviation, as measured last; 0: not known
 
 private:
   void measure_noise(const SkyImage& sky);

@@ -186,16 +186,20 @@ TEST(CompactSky, same_bits_for_any_thread_count) {
   EXPECT_EQ(many.probe_byte, one.probe_byte);
 }
 
+BasisVolume volume_of(const Case& c) {
+  return {.partition = c.partition,
+          .probes = c.probes,
+          .stored_region = {},
+          .basis = {},
+          .compact = std::make_shared<const CompactBasis>(compress(c, 0.02)),
+          .room = {},
+          .apertures = {},
+          .provenance = {}};
+}
+
 TEST(CompactSky, probes_of_one_object_have_the_bits_of_the_full_combination) {
   const Case c = make_case(5);
-  BasisVolume volume{.partition = c.partition,
-                     .probes = c.probes,
-                     .stored_region = {},
-                     .basis = {},
-                     .compact = std::make_shared<const CompactBasis>(compress(c, 0.02)),
-                     .room = {},
-                     .apertures = {},
-                     .provenance = {}};
+  const BasisVolume volume = volume_of(c);
   VolumeCombiner combiner = VolumeCombiner::make(volume);
   const std::vector<Rgb> radiance = sun(c.partition, glm::normalize(glm::dvec3(0.3, 1, 0.4)));
   EXPECT_EQ(combiner.update(radiance), 4u); // nodes around the sun
@@ -209,14 +213,7 @@ TEST(CompactSky, probes_of_one_object_have_the_bits_of_the_full_combination) {
 
 TEST(CompactSky, local_combiner_gives_the_field_of_the_full_combination_at_its_probes) {
   const Case c = make_case(5);
-  BasisVolume volume{.partition = c.partition,
-                     .probes = c.probes,
-                     .stored_region = {},
-                     .basis = {},
-                     .compact = std::make_shared<const CompactBasis>(compress(c, 0.02)),
-                     .room = {},
-                     .apertures = {},
-                     .provenance = {}};
+  const BasisVolume volume = volume_of(c);
   const std::vector<std::uint32_t> wanted{0, 1, 5, 6, 61, 62, 66, 3}; // of more than one brick; the last is invalid
   const auto local = LocalCombiner::make(volume, wanted, 0.005);
   ASSERT_TRUE(local);
@@ -243,14 +240,7 @@ TEST(CompactSky, local_combiner_gives_the_field_of_the_full_combination_at_its_p
 
 TEST(CompactSky, file_keeps_every_bit_and_is_refused_when_a_size_is_wrong) {
   const Case c = make_case(3);
-  BasisVolume volume{.partition = c.partition,
-                     .probes = c.probes,
-                     .stored_region = {},
-                     .basis = {},
-                     .compact = std::make_shared<const CompactBasis>(compress(c, 0.02)),
-                     .room = {},
-                     .apertures = {},
-                     .provenance = {}};
+  const BasisVolume volume = volume_of(c);
   const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "compact.volume";
   const auto written = write_volume(path, volume);
   ASSERT_TRUE(written) << written.error().message();

@@ -119,19 +119,29 @@ TEST(PlannedBake, prediction_and_measurement_agree_within_a_factor_of_two_and_th
   EXPECT_LT(std::abs(std::log2(baked->measured.total / baked->plan.predicted.total)), 1.0);
 }
 
+struct Row {
+  ProbeSet grid;
+  std::vector<std::size_t> all;
+  std::vector<float> values;
+};
+
+/// 9 x 2 x 2 probes with a value for each x.
+Row row_of_nine(float (*value)(int x)) {
+  Row row;
+  row.grid.is_grid = true;
+  row.grid.count = {9, 2, 2};
+  for (int i = 0; i < 36; ++i) {
+    row.all.push_back(static_cast<std::size_t>(i));
+    row.grid.positions.emplace_back(i % 9, i / 9 % 2, i / 18);
+    row.values.push_back(value(i % 9));
+  }
+  return row;
+}
+
 TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_with_0_41_of_the_error) {
   // f = x^2 at spacing h: samples err by h^2 t (1 - t), rms h^2 sqrt(1/30); lowered by h^2/6 they err by
   // h^2 (t (1 - t) - 1/6), rms h^2 sqrt(1/30 - 1/36). The ratio is sqrt(1/6) = 0.408.
-  ProbeSet grid;
-  grid.is_grid = true;
-  grid.count = {9, 2, 2};
-  std::vector<std::size_t> all;
-  std::vector<float> values;
-  for (int i = 0; i < 36; ++i) {
-    all.push_back(static_cast<std::size_t>(i));
-    grid.positions.emplace_back(i % 9, i / 9 % 2, i / 18);
-    values.push_back(static_cast<float>((i % 9) * (i % 9)));
-  }
+  auto [grid, all, values] = row_of_nine([](int i) { return static_cast<float>(i * i); });
   ProbeFit::make(grid, all, [](std::size_t, std::size_t) { return true; }).apply(values, 1);
   double fitted = 0, sampled = 0;
   for (double x = 0.005; x < 8; x += 0.01) {
@@ -148,16 +158,7 @@ TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_with_0_41_of_the_error) {
 
 TEST(ProbeFit, nothing_passes_between_probes_that_do_not_see_each_other) {
   // A wall between the probes 4 and 5: each side keeps its own values.
-  ProbeSet grid;
-  grid.is_grid = true;
-  grid.count = {9, 2, 2};
-  std::vector<std::size_t> all;
-  std::vector<float> values;
-  for (int i = 0; i < 36; ++i) {
-    all.push_back(static_cast<std::size_t>(i));
-    grid.positions.emplace_back(i % 9, i / 9 % 2, i / 18);
-    values.push_back(i % 9 < 5 ? 0.0f : 100.0f);
-  }
+  auto [grid, all, values] = row_of_nine([](int i) { return i < 5 ? 0.0f : 100.0f; });
   const std::vector<float> before = values;
   ProbeFit::make(grid, all, [](std::size_t a, std::size_t b) { return (a % 9 < 5) == (b % 9 < 5); }).apply(values, 1);
   EXPECT_EQ(values, before);

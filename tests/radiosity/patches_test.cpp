@@ -108,6 +108,8 @@ TEST(Patches, translation_by_a_thousand_kilometres_keeps_the_mesh) {
   const auto here = mesh_patches(wall_with_hole(), {.edge_m = 0.2}), there = mesh_patches(far, {.edge_m = 0.2});
   ASSERT_TRUE(here && there);
   EXPECT_NEAR(total_area(*here), total_area(*there), 1e-7);
+  EXPECT_EQ(here->doubled_m2, 0.0);
+  EXPECT_EQ(there->doubled_m2, 0.0);
   EXPECT_NEAR(static_cast<double>(here->patches.size()), static_cast<double>(there->patches.size()),
               0.01 * static_cast<double>(here->patches.size()));
 }
@@ -120,6 +122,7 @@ TEST(Patches, overlapping_faces_of_one_wall_are_counted_once) {
   const auto mesh = mesh_patches(room, {.edge_m = 0.3});
   ASSERT_TRUE(mesh);
   EXPECT_NEAR(total_area(*mesh), 3.0, 1e-9);
+  EXPECT_NEAR(mesh->doubled_m2, 1.0, 1e-9);
 }
 
 TEST(Patches, a_face_doubled_the_other_way_round_is_counted_once) {
@@ -131,6 +134,7 @@ TEST(Patches, a_face_doubled_the_other_way_round_is_counted_once) {
   ASSERT_TRUE(mesh);
   EXPECT_EQ(mesh->planes, 1u);
   EXPECT_NEAR(total_area(*mesh), 2.0, 1e-9);
+  EXPECT_NEAR(mesh->doubled_m2, 1.0, 1e-9);
 }
 
 TEST(Patches, of_two_materials_on_one_place_the_first_is_the_surface) {
@@ -146,6 +150,7 @@ TEST(Patches, of_two_materials_on_one_place_the_first_is_the_surface) {
     area[p.material] += p.area_m2;
   EXPECT_NEAR(area[0], 1.25, 1e-9);
   EXPECT_NEAR(area[1], 1.75, 1e-9);
+  EXPECT_NEAR(mesh->doubled_m2, 0.25, 1e-9);
 }
 
 double face_area(const Room& room) {
