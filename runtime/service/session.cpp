@@ -66,7 +66,7 @@ struct Session::State {
   RenderedFrame drawn;
   Frame frame;
   bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
-       has_view = false;
+       has_view = false, has_room_light = false;
   ShownParts shown;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
@@ -195,14 +195,14 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   clock.end("regions");
   field = combine(volume, regions);
   clock.end("combine");
-  has_samples = has_object_light = has_drawn = has_picture = false;
+  has_samples = has_room_light = has_object_light = has_drawn = has_picture = false;
 }
 
 void Session::State::sample() {
   lights = sample_lights(pyramid[0], sun, volume.apertures, sphere, config.light_samples);
   cells = aperture_cells(volume.apertures, sphere, pyramid);
-  room_light->set_frame(field, pyramid, cells, lights);
-  has_samples = true;
+  room_light->set_frame(field, pyramid, cells, lights, has_room_light);
+  has_samples = has_room_light = true;
   has_object_light = has_drawn = false;
 }
 
