@@ -57,7 +57,7 @@ DetectedSun sun_through_the_window() {
 }
 
 glm::vec4 at(const std::vector<glm::vec4>& pass, const RenderedFrame& frame, int x, int y) {
-  return frame.box.contains(x, y) ? pass[frame.index(x, y)] : glm::vec4(0.0f);
+  return frame.shown(x, y) ? pass[frame.index(x, y)] : glm::vec4(0.0f);
 }
 
 struct Difference {
