@@ -37,10 +37,11 @@ public:
     wall(x0, y1, x0, y0, z0, z1);
     flat(x0, y0, x1, y1, z1);
   }
-  /// Wall along x at y = y0 with a window pane in it.
-  void wall_with_pane(double x0, double x1, double y0, double height, double wx0, double wx1, double wz0, double wz1) {
-    wall(x0, y0, x1, y0, 0, wz0);
-    wall(x0, y0, x1, y0, wz1, height);
+  /// Wall along x at y = y0, z0 to z1, with a window pane in it.
+  void wall_with_pane(double x0, double x1, double y0, double z0, double z1, double wx0, double wx1, double wz0,
+                      double wz1) {
+    wall(x0, y0, x1, y0, z0, wz0);
+    wall(x0, y0, x1, y0, wz1, z1);
     wall(x0, y0, wx0, y0, wz0, wz1);
     wall(wx1, y0, x1, y0, wz0, wz1);
     material("window");
@@ -64,8 +65,8 @@ std::string office() {
   w.flat(0, 0, 6, 4, 0);
   w.material("white");
   w.flat(0, 0, 6, 4, 2.7);
-  w.wall_with_pane(0, 3, 0, 2.7, 0.6, 2.4, 0.9, 2.2);
-  w.wall_with_pane(3, 6, 0, 2.7, 3.6, 5.4, 0.9, 2.2);
+  w.wall_with_pane(0, 3, 0, 0, 2.7, 0.6, 2.4, 0.9, 2.2);
+  w.wall_with_pane(3, 6, 0, 0, 2.7, 3.6, 5.4, 0.9, 2.2);
   w.wall(6, 0, 6, 4, 0, 2.7);
   w.wall(6, 4, 0, 4, 0, 2.7);
   w.wall(0, 4, 0, 0, 0, 2.7);
@@ -83,12 +84,42 @@ std::string l_shape() {
   w.material("white");
   w.flat(0, 0, 6, 3, 2.6);
   w.flat(0, 3, 3, 6, 2.6);
-  w.wall_with_pane(0, 6, 0, 2.6, 3.8, 5.6, 0.8, 2.2);
+  w.wall_with_pane(0, 6, 0, 0, 2.6, 3.8, 5.6, 0.8, 2.2);
   w.wall(6, 0, 6, 3, 0, 2.6);
   w.wall(6, 3, 3, 3, 0, 2.6);
   w.wall(3, 3, 3, 6, 0, 2.6);
   w.wall(3, 6, 0, 6, 0, 2.6);
   w.wall(0, 6, 0, 0, 0, 2.6);
+  return w.text();
+}
+
+/// Below two rooms joined by a door, above one; a stairwell leads up. Windows below in the south, above in the north.
+std::string storeys() {
+  QuadWriter w;
+  w.material("floor");
+  w.flat(0, 0, 6, 4, 0);
+  for (const double z : {2.6, 2.8}) { // the slab, around the stairwell x 4.4..5.6, y 0.6..3.4
+    w.material(z > 2.7 ? "floor" : "white");
+    w.flat(0, 0, 4.4, 4, z);
+    w.flat(5.6, 0, 6, 4, z);
+    w.flat(4.4, 0, 5.6, 0.6, z);
+    w.flat(4.4, 3.4, 5.6, 4, z);
+  }
+  w.material("white");
+  w.wall(4.4, 0.6, 5.6, 0.6, 2.6, 2.8);
+  w.wall(5.6, 0.6, 5.6, 3.4, 2.6, 2.8);
+  w.wall(5.6, 3.4, 4.4, 3.4, 2.6, 2.8);
+  w.wall(4.4, 3.4, 4.4, 0.6, 2.6, 2.8);
+  w.wall_with_pane(0, 6, 0, 0, 2.6, 0.6, 2.4, 0.8, 2.1);
+  w.wall(6, 4, 0, 4, 0, 2.6);
+  w.wall(3, 0, 3, 1.5, 0, 2.6); // the door y 1.5..2.5
+  w.wall(3, 2.5, 3, 4, 0, 2.6);
+  w.wall(3, 1.5, 3, 2.5, 2.05, 2.6);
+  w.flat(0, 0, 6, 4, 5.2);
+  w.wall(0, 0, 6, 0, 2.8, 5.2);
+  w.wall_with_pane(0, 6, 4, 2.8, 5.2, 1.5, 4.5, 3.6, 4.9);
+  for (const double x : {0.0, 6.0})
+    w.wall(x, 0, x, 4, 0, 5.2);
   return w.text();
 }
 
@@ -108,19 +139,21 @@ Result<std::vector<BenchRoom>> bench_rooms() {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("daylit-bench-" + std::to_string(::getpid()));
   std::filesystem::create_directories(folder);
-  const std::array<std::array<std::string, 2>, 5> files = {{{"cornell.obj", sample_room_obj("cornell.mtl")},
+  const std::array<std::array<std::string, 2>, 6> files = {{{"cornell.obj", sample_room_obj("cornell.mtl")},
                                                             {"cornell.mtl", sample_room_mtl()},
                                                             {"office.obj", office()},
                                                             {"l_shape.obj", l_shape()},
+                                                            {"storeys.obj", storeys()},
                                                             {"rooms.mtl", kMaterials}}};
   for (const auto& [name, text] : files)
     if (const auto written = write_file_atomically(folder / name, text); !written)
       return written.error();
   std::vector<BenchRoom> rooms;
-  const std::array<std::pair<const char*, std::vector<glm::dvec3>>, 3> cases = {
+  const std::array<std::pair<const char*, std::vector<glm::dvec3>>, 4> cases = {
       {{"cornell", lattice({0.4, 1.4, 2.4}, {0.4, 2.4}, {0.35, 1.9, 2.4})},
        {"office", lattice({1.6, 3.0, 5.7}, {0.9, 2.0, 2.9}, {0.4, 1.2, 2.2})},
-       {"l_shape", lattice({0.5, 1.5, 2.5}, {0.5, 1.8, 3.6, 5.4}, {0.5, 1.6})}}};
+       {"l_shape", lattice({0.5, 1.5, 2.5}, {0.5, 1.8, 3.6, 5.4}, {0.5, 1.6})},
+       {"storeys", lattice({0.6, 2.4, 3.6, 5.0}, {0.5, 2.0, 3.5}, {0.5, 1.6, 3.6, 4.6})}}};
   for (const auto& [name, points] : cases) {
     auto file = read_room(folder / (std::string(name) + ".obj"));
     if (!file)

@@ -207,7 +207,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
 Command add_error_vs_time(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* parser = program.add_subcommand("error-vs-time", "rooms baked to errors: error, time, size, combine time");
-  parser->add_option("--rooms", arguments->rooms, "cornell, office, l_shape, or room models")
+  parser->add_option("--rooms", arguments->rooms, "cornell, office, l_shape, storeys, or room models")
       ->delimiter(',')
       ->capture_default_str();
   parser->add_option("--targets", arguments->targets, "errors to ask for, per cent")

@@ -104,11 +104,11 @@ SunMetric::SunMetric(const SunColumns& columns, std::span<const float> weight) :
       for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
         row[columns.source[k]] += value * columns.value[k];
   });
-  for (std::size_t s = 0; s < n; ++s)
-    sigma[s] = std::max(std::sqrt(correlation[s * n + s]), 1e-30f);
+  for (std::size_t s = 0; s < n; ++s) // any unit does for a source that no sun lights, or too faintly to be squared
+    sigma[s] = correlation[s * n + s] > 0.0f ? std::sqrt(correlation[s * n + s]) : 1.0f;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t s) {
     for (std::size_t t = 0; t < n; ++t)
-      correlation[s * n + t] /= sigma[s] * sigma[t];
+      correlation[s * n + t] = correlation[s * n + t] / sigma[s] / sigma[t];
   });
 }
 

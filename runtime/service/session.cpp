@@ -14,6 +14,7 @@
 #include "runtime/light/steady_sun.h"
 #include "runtime/light/vertex_light.h"
 #include "runtime/object/virtual_objects.h"
+#include "runtime/render/camera_match.h"
 #include "runtime/render/change_picture.h"
 #include "runtime/service/frame_warnings.h"
 #include "runtime/service/picture_memory.h"
@@ -81,7 +82,7 @@ struct Session::State {
   Result<void> draw(StageClock& clock);
   void see_own_shadow();
   void change_room();
-  void compose_picture(const RgbImage& photo);
+  void compose_picture(const RgbImage& photo, std::uint64_t photo_number);
   void report_frame();
 };
 
@@ -271,7 +272,7 @@ void Session::State::change_room() {
   change_picture.update(*room_change);
 }
 
-void Session::State::compose_picture(const RgbImage& photo) {
+void Session::State::compose_picture(const RgbImage& photo, std::uint64_t photo_number) {
   ComposeSettings settings{{config.interior.scale, config.interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = shown.differential;
   const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) -> std::optional<RoomPoint> {
@@ -280,6 +281,8 @@ void Session::State::compose_picture(const RgbImage& photo) {
     return room_light->at_surface(seen->triangle, drawn.origin + glm::dvec3(seen->position), direction);
   };
   compose(photo, drawn, camera, look_up, settings, frame.composite, room_change ? &change_picture : nullptr);
+  match_blur(photo, config.interior.blur_px, settings.threshold, frame.composite);
+  match_noise(photo, config.interior.noise, photo_number, frame.composite);
 }
 
 void Session::State::report_frame() {
@@ -377,7 +380,7 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   }
   reused.picture = s.has_picture && same_photo;
   if (!reused.picture) {
-    s.compose_picture(input.photo);
+    s.compose_picture(input.photo, input.photo_number);
     s.has_picture = true;
     clock.end("composite");
   }

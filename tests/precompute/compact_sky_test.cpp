@@ -147,6 +147,16 @@ double relative_error(const Case& c, const CompactBasis& basis, const glm::dvec3
   return std::sqrt(error / power);
 }
 
+TEST(CompactSky, sources_too_faint_to_be_squared_spoil_nothing) {
+  Case c = make_case(4);
+  for (const std::size_t dark : {3u, 200u})
+    for (Rgb& x : c.light.light[dark].irradiance)
+      x *= dark == 3 ? 0.0f : 1e-30f;
+  CompactReport report;
+  compress(c, 0.05, &report);
+  EXPECT_LT(report.rms_error, 0.05);
+}
+
 TEST(CompactSky, sun_between_the_nodes_is_followed_within_the_error) {
   const Case c = make_case(5);
   CompactReport report;

@@ -105,5 +105,68 @@ TEST(MarkAir, outdoors_is_not_the_air_of_an_l_shaped_room) {
   EXPECT_EQ(points->valid, (std::vector<std::uint8_t>{1, 0, 0}));
 }
 
+TEST(MarkAir, probes_in_the_plane_of_a_slanted_wall_do_not_lead_through_it) {
+  Room room = testing::grey_room(0.5f);
+  // A triangle: every grid has probes in the plane of its long wall, and half of its box is outdoors.
+  room.materials.push_back({"window", Rgb(0.0f), Rgb(1.0f), true});
+  const auto wall = [&](double x0, double y0, double x1, double y1, std::uint32_t material = 0) {
+    testing::add_quad(room, {x0, y0, 0}, {x1, y1, 0}, {x1, y1, 2.5}, {x0, y0, 2.5}, material);
+  };
+  wall(0, 0, 4, 0, 1);
+  wall(4, 0, 0, 4);
+  wall(0, 4, 0, 0);
+  for (const double z : {0.0, 2.5})
+    testing::add_quad(room, {0, 0, z}, {4, 0, z}, {2, 2, z}, {0, 4, z});
+  const Setting s = setting_of(room);
+  for (int n = 3; n < 24; ++n) {
+    auto grid = *make_grid(room.bounds(), {n, n, 5}, 0.3);
+    mark_air(grid, s.scene, s.apertures);
+    std::size_t outdoors = 0, inside = 0;
+    for (std::size_t i = 0; i < grid.size(); ++i) {
+      const glm::dvec3 p = grid.origin + glm::dvec3(grid.positions[i]);
+      outdoors += grid.valid[i] && p.x + p.y > 4.0001;
+      inside += !grid.valid[i] && p.x + p.y < 3.9999;
+    }
+    EXPECT_EQ(outdoors, 0u) << n;
+    EXPECT_EQ(inside, 0u) << n;
+  }
+}
+
+TEST(MarkAir, rooms_joined_by_a_door_and_a_stairwell_are_air_and_a_sealed_one_is_not) {
+  // Below: a room with a pane, a door in x = 3 to the next, from there a stairwell up; beside that upper room one
+  // without any opening.
+  Room room = testing::grey_room(0.5f);
+  room.materials.push_back({"window", Rgb(0.0f), Rgb(1.0f), true});
+  const auto wall = [&](double x0, double y0, double x1, double y1, double z0, double z1, std::uint32_t material = 0) {
+    testing::add_quad(room, {x0, y0, z0}, {x1, y1, z0}, {x1, y1, z1}, {x0, y0, z1}, material);
+  };
+  const auto flat = [&](double x0, double y0, double x1, double y1, double z) {
+    testing::add_quad(room, {x0, y0, z}, {x1, y0, z}, {x1, y1, z}, {x0, y1, z});
+  };
+  wall(0, 0, 3, 0, 0, 2.5, 1);
+  wall(3, 0, 6, 0, 0, 2.5);
+  wall(0, 0, 6, 0, 2.5, 5);
+  for (const double x : {0.0, 6.0})
+    wall(x, 0, x, 4, 0, 5);
+  wall(0, 4, 6, 4, 0, 5);
+  wall(3, 0, 3, 1.5, 0, 2.5); // beside and above the door
+  wall(3, 2.5, 3, 4, 0, 2.5);
+  wall(3, 1.5, 3, 2.5, 2, 2.5);
+  wall(3, 0, 3, 4, 2.5, 5);
+  flat(0, 0, 6, 4, 0);
+  flat(0, 0, 6, 4, 5);
+  flat(0, 0, 4.5, 4, 2.5); // around the stairwell
+  flat(5.5, 0, 6, 4, 2.5);
+  flat(4.5, 0, 5.5, 1, 2.5);
+  flat(4.5, 3, 5.5, 4, 2.5);
+  const Setting s = setting_of(room);
+  auto grid = *make_grid(room.bounds(), glm::ivec3(0), 0.3);
+  mark_air(grid, s.scene, s.apertures);
+  for (const glm::dvec3& p : {glm::dvec3(0.2, 0.2, 0.2), {5.8, 3.8, 0.2}, {3.3, 3.8, 4.8}, {5.8, 0.2, 2.8}})
+    EXPECT_TRUE(valid_at(grid, p)) << p.x << " " << p.y << " " << p.z;
+  for (const glm::dvec3& p : {glm::dvec3(0.2, 0.2, 2.8), {2.7, 3.8, 4.8}, {1.5, 2.0, 3.5}})
+    EXPECT_FALSE(valid_at(grid, p)) << p.x << " " << p.y << " " << p.z;
+}
+
 } // namespace
 } // namespace daylit::precompute

@@ -169,6 +169,30 @@ TEST(Sampler, point_behind_a_thin_wall_gets_no_light_from_the_other_side) {
   }
 }
 
+TEST(Sampler, no_light_comes_through_a_thin_table_top) {
+  // Bright below the top at z = 0.72 (1 cm thick, between two layers of probes), dark above. Round the edges light
+  // may come: only points whose cell lies wholly over the top are asked.
+  RoomBuilder b;
+  const auto grey = b.material("grey");
+  b.box({0, 0, 0}, {4, 5, 3}, grey);
+  b.box({0.8, 1.2, 0.72}, {3.2, 3.8, 0.73}, grey);
+  const BasisVolume volume = grid_volume(b.room, {9, 11, 7}, 1);
+  const LightField field = field_of(volume, [](const glm::dvec3& p) { return p.z < 0.725 ? 1.0 : 0.0; });
+  const auto sampler = LightFieldSampler::make(volume);
+  ASSERT_TRUE(sampler);
+  int above = 0;
+  for (double x = 1.3; x < 2.7; x += 0.11)
+    for (double y = 1.7; y < 3.3; y += 0.13) {
+      for (const double z : {0.7305, 0.74, 0.8, 0.95}) {
+        EXPECT_EQ((*sampler->sample(field, {x, y, z}))[0].r, 0.0f) << x << " " << y << " " << z;
+        ++above;
+      }
+      for (const double z : {0.7195, 0.71, 0.65, 0.55})
+        EXPECT_NEAR((*sampler->sample(field, {x, y, z}))[0].r, 1.0f, 1e-6f) << x << " " << y << " " << z;
+    }
+  EXPECT_GT(above, 500);
+}
+
 TEST(Sampler, outside_and_inside_furniture_there_is_no_light_field) {
   RoomBuilder b = test::room_with_hole();
   b.box({1, 2, 0}, {2, 3, 1}, 0, 63 & ~16u); // a box without bottom, as large as a grid cell
