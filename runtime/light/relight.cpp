@@ -15,10 +15,14 @@
 
 namespace daylit {
 
+namespace {
+constexpr float kMostAgain = 0.99f; // a white surface around itself keeps a little less than all
+}
+
 std::vector<VertexTransfer> rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r) {
   std::vector<VertexTransfer> turned(transfer.size());
   std::transform(transfer.begin(), transfer.end(), turned.begin(), [&](const VertexTransfer& t) {
-    return VertexTransfer{rotate9<float>(r, t.front), rotate9<float>(r, t.back), rotate9<float>(r, t.bounce)};
+    return VertexTransfer{rotate9<float>(r, t.front), rotate9<float>(r, t.back), rotate9<float>(r, t.bounce), t.again};
   });
   return turned;
 }
@@ -127,8 +131,9 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
         arriving[c] += direct[c];
       const VertexTransfer& t = world_transfer[i];
       const Rgb rho = reflectance[i], front = dot9(light, t.front);
+      const Rgb series = rho / (1.0f - kMostAgain * t.again * rho); // rho + rho^2 again + ...
       chunks[chunk].add(front);
-      radiance[i] = {reflected_sum(front, rho) + rho * reflected_radiance(arriving, t.bounce, rho),
+      radiance[i] = {reflected_sum(front, rho) + series * reflected_radiance(arriving, t.bounce, rho),
                      reflected_radiance(light, t.back, rho)};
     }
   });
