@@ -140,20 +140,20 @@ Side side_transfer(const Occluder& occluder, std::uint32_t vertex, const glm::dv
   return side;
 }
 
-/// Mean over all rays of the transfer where the blocked ones end.
-TransferVector bounce_transfer(const ObjectMesh& mesh, const std::vector<VertexTransfer>& transfer,
-                               const std::vector<Blocker>& blockers, std::size_t rays) {
-  TransferVector bounce{};
+/// Sum over the blocked rays of value(vertex, on_back), interpolated to where they end, by the number of all rays.
+template <class Value, class ValueAt>
+Value mean_behind(const ObjectMesh& mesh, const std::vector<Blocker>& blockers, std::size_t rays, ValueAt value_at) {
+  Value sum{};
   for (const Blocker& b : blockers) {
     const auto& t = mesh.triangles[b.hit.triangle];
     const float weight[3] = {1.0f - b.hit.u - b.hit.v, b.hit.u, b.hit.v};
     for (int k = 0; k < 3; ++k) {
-      const TransferVector& there = b.on_back ? transfer[t[k]].back : transfer[t[k]].front;
-      for (int i = 0; i < 9; ++i)
-        bounce[i] += weight[k] / static_cast<float>(rays) * there[i];
+      const Value there = value_at(t[k], b.on_back);
+      for (std::size_t i = 0; i < there.size(); ++i)
+        sum[i] += weight[k] / static_cast<float>(rays) * there[i];
     }
   }
-  return bounce;
+  return sum;
 }
 
 /// Every edge has exactly one twin of opposite direction.
@@ -169,29 +169,24 @@ bool is_closed(const ObjectMesh& mesh) {
   return edges == twins;
 }
 
-/// Buried vertices take the mean of their neighbours that are not, ring by ring.
-void fill_buried(const ObjectMesh& mesh, std::vector<bool> buried, TransferVector VertexTransfer::*side,
+/// Buried vertices beside one that is not take the mean of those neighbours: their triangles come out into the light.
+/// What lies deeper stays as dark as it is: it can be seen through an opening.
+void fill_buried(const ObjectMesh& mesh, const std::vector<bool>& buried, TransferVector VertexTransfer::*side,
                  std::vector<VertexTransfer>& transfer) {
-  for (bool changed = true; changed;) {
-    changed = false;
-    std::vector<TransferVector> sum(transfer.size(), TransferVector{});
-    std::vector<int> neighbours(transfer.size(), 0);
-    for (const auto& t : mesh.triangles)
-      for (int k = 0; k < 3; ++k)
-        for (const std::uint32_t other : {t[(k + 1) % 3], t[(k + 2) % 3]})
-          if (buried[t[k]] && !buried[other]) {
-            for (int i = 0; i < 9; ++i)
-              sum[t[k]][i] += (transfer[other].*side)[i];
-            ++neighbours[t[k]];
-          }
-    for (std::size_t v = 0; v < transfer.size(); ++v)
-      if (neighbours[v] > 0) {
-        for (int i = 0; i < 9; ++i)
-          (transfer[v].*side)[i] = sum[v][i] / static_cast<float>(neighbours[v]);
-        buried[v] = false;
-        changed = true;
-      }
-  }
+  std::vector<TransferVector> sum(transfer.size(), TransferVector{});
+  std::vector<int> neighbours(transfer.size(), 0);
+  for (const auto& t : mesh.triangles)
+    for (int k = 0; k < 3; ++k)
+      for (const std::uint32_t other : {t[(k + 1) % 3], t[(k + 2) % 3]})
+        if (buried[t[k]] && !buried[other]) {
+          for (int i = 0; i < 9; ++i)
+            sum[t[k]][i] += (transfer[other].*side)[i];
+          ++neighbours[t[k]];
+        }
+  for (std::size_t v = 0; v < transfer.size(); ++v)
+    if (neighbours[v] > 0)
+      for (int i = 0; i < 9; ++i)
+        (transfer[v].*side)[i] = sum[v][i] / static_cast<float>(neighbours[v]);
 }
 
 constexpr double kBuriedShare = 0.5;
@@ -227,9 +222,21 @@ Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, con
   });
   const std::vector<bool> buried(is_buried.begin(), is_buried.end());
   fill_buried(mesh, buried, &VertexTransfer::front, transfer);
-  for_each_vertex(
-      [&](std::uint32_t v) { transfer[v].bounce = bounce_transfer(mesh, transfer, blockers[v], directions.size()); });
+  for_each_vertex([&](std::uint32_t v) {
+    transfer[v].bounce =
+        mean_behind<TransferVector>(mesh, blockers[v], directions.size(), [&](std::uint32_t there, bool back) {
+          return back ? transfer[there].back : transfer[there].front;
+        });
+  });
   fill_buried(mesh, buried, &VertexTransfer::bounce, transfer);
+  for_each_vertex([&](std::uint32_t v) {
+    const auto second =
+        mean_behind<std::array<float, 1>>(mesh, blockers[v], directions.size(), [&](std::uint32_t there, bool back) {
+          return std::array{back ? 0.0f : transfer[there].bounce[0]};
+        });
+    const float first = transfer[v].bounce[0];
+    transfer[v].again = first > 0.0f ? std::clamp(second[0] / first, 0.0f, 1.0f) : 0.0f;
+  });
   return transfer;
 }
 

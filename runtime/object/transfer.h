@@ -26,6 +26,9 @@ struct VertexTransfer {
   /// vector at the point they meet. Light that is reflected once on its way is reflectance x bounce (Sloan et al. 2002,
   /// section 5: interreflections).
   TransferVector bounce{};
+  /// What is left of that light after one more reflection, of a constant field and without the reflectance: the light
+  /// of all reflections is reflectance x bounce / (1 - reflectance x again).
+  float again = 0.0f;
   bool operator==(const VertexTransfer&) const = default;
 };
 
@@ -36,7 +39,8 @@ struct TransferSettings {
 /// One entry per vertex. The blocked part is integrated with cosine-weighted Hammersley directions and subtracted from
 /// the closed form A_l Y_lm(n), so a convex object has the exact unshadowed vector. A vertex buried in another
 /// part of the object (most of its rays meet back faces) is seen by nobody but is interpolated into visible triangles:
-/// it takes the mean of its neighbours. Error: no ray scene.
+/// it takes the mean of its neighbours that are not; without such neighbours
+/// it stays as it is. Error: no ray scene.
 Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings = {});
 
 /// FNV-1a over positions, normals, triangles and settings, 16 hex digits: what a cached result belongs to.

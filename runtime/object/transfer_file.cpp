@@ -11,15 +11,15 @@ namespace daylit {
 
 namespace {
 
-constexpr std::uint32_t kTransferVersion = 3;
+constexpr std::uint32_t kTransferVersion = 4;
 // |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
 constexpr float kLargestCoefficient = 3.1416f;
 
-/// Little-endian file: this header, then vertices x 27 floats.
+/// Little-endian file: this header, then vertices x 28 floats.
 struct Header {
   char magic[8] = {'d', 'a', 'y', 'l', 'i', 't', 'T', 'V'};
   std::uint32_t version = kTransferVersion;
-  std::uint32_t coefficients = 27; ///< nine each of front, back and bounce
+  std::uint32_t coefficients = 28; ///< nine each of front, back and bounce, and one
   std::uint64_t vertices = 0;
   char key[16] = {};
   std::uint64_t checksum = 0; ///< FNV-1a of the floats
@@ -70,7 +70,7 @@ Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t>
     return malformed(path, "not a transfer file");
   if (header.version != kTransferVersion)
     return Error{ErrorCode::file_version, "transfer file of another version", path.string(), "delete the file"};
-  if (header.coefficients != 27 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
+  if (header.coefficients != 28 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
     return malformed(path, "belongs to another object");
   Fnv1a hash;
   hash.add(std::as_bytes(bytes.subspan(sizeof(header))));
@@ -79,11 +79,14 @@ Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t>
   std::vector<VertexTransfer> transfer(vertices);
   if (vertices > 0)
     std::memcpy(transfer.data(), bytes.data() + sizeof(header), vertices * sizeof(VertexTransfer));
-  for (const VertexTransfer& t : transfer)
+  for (const VertexTransfer& t : transfer) {
+    if (!(t.again >= 0.0f && t.again <= 1.0f))
+      return malformed(path, "a share is out of range");
     for (const TransferVector* side : {&t.front, &t.back, &t.bounce})
       for (const float c : *side)
         if (!(std::fabs(c) <= kLargestCoefficient))
           return malformed(path, "a coefficient is out of range");
+  }
   return transfer;
 }
 

@@ -7,6 +7,7 @@
 #include <glm/matrix.hpp>
 
 #include "runtime/light/relight.h"
+#include "runtime/object/cut_mesh.h"
 
 namespace daylit {
 
@@ -44,6 +45,16 @@ BoundingSphere VirtualObjects::bounds(std::size_t k) const {
 
 namespace {
 
+/// Winding and normals of a file may disagree; the normals win. From here on the winding says what is outside.
+void wind_by_normals(ObjectMesh& mesh) {
+  for (auto& t : mesh.triangles) {
+    const glm::vec3 facet =
+        glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
+    if (glm::dot(facet, mesh.normals[t[0]] + mesh.normals[t[1]] + mesh.normals[t[2]]) < 0.0f)
+      std::swap(t[1], t[2]);
+  }
+}
+
 Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTransfer> transfer,
                     const ObjectConfig& placement) {
   const std::size_t first = all.surface.positions.size(), count = first + mesh.positions.size();
@@ -77,6 +88,9 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
       return mesh.error();
     if (mesh->triangles.empty())
       all.notes.push_back(objects[k].model.string() + ": no triangles, nothing is drawn");
+    wind_by_normals(*mesh);
+    if (const auto cut = cut_where_parts_cross(*mesh); !cut)
+      return cut.error();
     auto transfer = cached_transfer(*mesh, cache_folder, objects[k].model.stem().string());
     if (!transfer)
       return transfer.error();

@@ -213,7 +213,7 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
     return in_view.error();
   const ObjectSurface& surface = objects.surface;
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
-  indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
+  indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance, &report.ringing);
   see_own_shadow();
   return light_vertices(surface, objects.has_back, *in_view, indirect, pyramid, cells, report.vertices_lit);
 }

@@ -19,7 +19,7 @@ ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const O
   const float length = glm::length(point.normal);
   point.normal = length > 0.0f ? point.normal / length : facet / std::max(glm::length(facet), 1e-30f);
   // The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes.
-  point.back = glm::dot(facet, to_eye) < 0.0f && glm::dot(point.normal, to_eye) < 0.0f;
+  point.back = glm::dot(facet, to_eye) < 0.0f;
   const float side = point.back ? -1.0f : 1.0f;
   point.normal *= side;
   // A facet of a smooth surface shadows its own neighbours near the terminator. Rays start on the surface that the

@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
   write(folder / "matrix/float.mtx", matrix_text(matrix, MatrixFormat::float32, "seed"));
   write(folder / "matrix/double.mtx", matrix_text(matrix, MatrixFormat::float64, "seed"));
   write_skies(folder);
-  std::vector<std::uint8_t> transfer(48 + 2 * 108);
+  std::vector<std::uint8_t> transfer(48 + 2 * 112);
   const char magic[] = "daylitTV";
   std::copy(magic, magic + 8, transfer.begin());
   transfer[8] = 3;

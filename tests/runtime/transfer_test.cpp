@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <random>
 
+#include "runtime/object/cut_mesh.h"
 #include "runtime/object/transfer.h"
 #include "scene/atomic_file.h"
 #include "sh/sh9.h"
@@ -64,6 +65,87 @@ TEST(Transfer, a_torus_shadows_its_own_inside) {
       EXPECT_LT(c, 0.8f * open);
     }
   }
+}
+
+/// A pot, a ball of 0.2 m, and a pipe of 0.03 m that leads out of it along x.
+ObjectMesh pot_with_pipe() {
+  ObjectMesh mesh = test::torus(0.0f, 0.2f, 48, 24);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  constexpr std::uint32_t kAround = 8;
+  for (const float x : {0.12f, 0.17f, 0.24f, 0.3f})
+    for (std::uint32_t k = 0; k < kAround; ++k) {
+      const float a = 2.0f * std::numbers::pi_v<float> * (static_cast<float>(k) + 0.3f) / kAround;
+      mesh.normals.push_back({0.0f, std::cos(a), std::sin(a)});
+      mesh.positions.push_back(glm::vec3(x, 0, 0) + 0.03f * mesh.normals.back());
+      mesh.reflectance.push_back(Rgb(0.7f));
+    }
+  for (std::uint32_t ring = 0; ring < 3; ++ring)
+    for (std::uint32_t k = 0; k < kAround; ++k) {
+      const std::uint32_t a = first + ring * kAround + k, b = first + ring * kAround + (k + 1) % kAround;
+      mesh.triangles.push_back({a, b + kAround, a + kAround});
+      mesh.triangles.push_back({a, b, b + kAround});
+    }
+  return mesh;
+}
+
+double area(const ObjectMesh& mesh) {
+  double sum = 0.0;
+  for (const auto& t : mesh.triangles)
+    sum += 0.5 * glm::length(glm::cross(glm::dvec3(mesh.positions[t[1]] - mesh.positions[t[0]]),
+                                        glm::dvec3(mesh.positions[t[2]] - mesh.positions[t[0]])));
+  return sum;
+}
+
+bool on_pipe(const glm::vec3& p) {
+  return p.x > 0.05f && std::hypot(p.y, p.z) > 0.0275f && std::hypot(p.y, p.z) < 0.0301f;
+}
+
+TEST(CutMesh, no_triangle_of_a_pipe_leads_from_inside_a_pot_to_its_outside) {
+  const ObjectMesh before = pot_with_pipe();
+  ObjectMesh mesh = before;
+  const auto cuts = cut_where_parts_cross(mesh);
+  ASSERT_TRUE(cuts);
+  EXPECT_GE(*cuts, 16u); // along the pipe 8 edges, and 8 across its quadrilaterals
+  std::size_t crossing = 0, turned = 0;
+  for (const auto& t : mesh.triangles) {
+    const glm::vec3 p[3] = {mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+    if (!on_pipe(p[0]) || !on_pipe(p[1]) || !on_pipe(p[2]))
+      continue;
+    const auto [least, most] = std::minmax({glm::length(p[0]), glm::length(p[1]), glm::length(p[2])});
+    crossing += least < 0.195f && most > 0.205f; // the ball's facets lie within 0.9 mm of it
+    turned += glm::dot(glm::cross(p[1] - p[0], p[2] - p[0]), mesh.normals[t[0]] + mesh.normals[t[1]]) < 0.0f;
+  }
+  EXPECT_EQ(crossing, 0u);
+  EXPECT_EQ(turned, 0u);
+  EXPECT_NEAR(area(mesh), area(before), 0.003 * area(before)); // the slits
+}
+
+TEST(CutMesh, what_nothing_crosses_stays_as_it_is) {
+  ObjectMesh mesh = test::torus(0.15f, 0.06f);
+  const ObjectMesh before = mesh;
+  const auto cuts = cut_where_parts_cross(mesh);
+  ASSERT_TRUE(cuts);
+  EXPECT_EQ(*cuts, 0u);
+  EXPECT_EQ(mesh.triangles, before.triangles);
+}
+
+TEST(CutMesh, a_pipe_is_lit_up_to_the_pot_and_dark_inside) {
+  ObjectMesh mesh = pot_with_pipe();
+  ASSERT_TRUE(cut_where_parts_cross(mesh));
+  const auto transfer = compute_transfer(mesh);
+  ASSERT_TRUE(transfer);
+  const float open = std::numbers::pi_v<float> * 0.28209479f;
+  std::size_t lit = 0, dark = 0; // of the cuts, whose two sides lie in pairs along the pipe
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const glm::vec3& p = mesh.positions[i];
+    const float r = glm::length(p), share = (*transfer)[i].front[0] / open;
+    if (!on_pipe(p) || std::fabs(mesh.normals[i].x) > 0.01f || r < 0.195f || r > 0.205f)
+      continue;
+    lit += share > 0.35f; // half of the sky
+    dark += share < 0.1f;
+  }
+  EXPECT_GE(lit, 16u);
+  EXPECT_EQ(lit, dark);
 }
 
 TEST(TransferFile, a_second_run_reads_what_the_first_computed) {

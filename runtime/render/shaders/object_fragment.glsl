@@ -10,7 +10,7 @@ uniform vec3 eye;
 void main() {
   vec3 x = surface_offset + sphere_centre, n = normalize(surface_normal);
   // The inside of a thin shell. The winding decides, not the normal: interpolated normals turn away at silhouettes.
-  bool back = !gl_FrontFacing && dot(n, eye - x) < 0.0;
+  bool back = !gl_FrontFacing;
   if (back)
     n = -n;
   DirectSums sky = sum_lights(0, sky_lights, object_sky_maps, room_sky_maps, x, n, true);
