@@ -179,6 +179,19 @@ nlohmann::json score(const Track& track) {
           {"steps_above_bound", above}};
 }
 
+/// Of the light where the sun is brightest, per step: how far the coefficients moved, and the exact ones.
+void add_steps(const Track& track, nlohmann::json& row) {
+  const double most = *std::ranges::max_element(track.norm);
+  const auto rounded = [most](const std::vector<double>& values) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const double v : values)
+      list.push_back(std::round(1e6 * v / most) / 1e6);
+    return list;
+  };
+  row["step"] = rounded(track.step);
+  row["true_step"] = rounded(track.true_step);
+}
+
 double wall_seconds() {
   timespec t{};
   clock_gettime(CLOCK_MONOTONIC, &t);
@@ -212,7 +225,9 @@ Result<nlohmann::json> measure(const RoomFile& room, int nodes, const Arguments&
   const auto pair = bake_both(room, nodes, a, progress);
   if (!pair)
     return pair.error();
-  nlohmann::json row = score(follow_sun(*pair));
+  const Track track = follow_sun(*pair);
+  nlohmann::json row = score(track);
+  add_steps(track, row);
   row["nodes"] = nodes;
   row["nodes_stored"] = pair->compact.nodes;
   row["probes"] = pair->valid.size();

@@ -20,6 +20,7 @@ using detail::TomlSection;
 
 constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kMinAlbedo = 0.0, kMaxAlbedo = 1.0;
+constexpr double kMostBlur_px = 16.0;
 
 void read_ground(TomlSection& sky, GroundFill& ground) {
   if (!sky.has("ground"))
@@ -77,6 +78,19 @@ void read_scale(TomlSection& interior, InteriorConfig& config) {
   config.scale_from_marker = interior.read_word("scale", word, {"marker"});
 }
 
+void read_noise(TomlSection& interior, CameraNoise& noise) {
+  if (!interior.has("noise"))
+    return;
+  if (TomlSection table = interior.section_if_table("noise")) {
+    table.read("floor", noise.floor, {0.0, 1e30});
+    table.read("photon", noise.photon, {0.0, 1e30});
+    table.read("relative", noise.relative, {0.0, 1.0});
+    table.finish();
+  } else {
+    interior.read("noise", noise.relative, {0.0, 1.0});
+  }
+}
+
 void read_interior_section(TomlSection interior, InteriorConfig& config) {
   if (!interior.read("image", config.image) && !interior.has("image"))
     interior.problem("", "needs image, the camera picture");
@@ -87,6 +101,8 @@ void read_interior_section(TomlSection interior, InteriorConfig& config) {
   interior.read("colour_matrix", config.colour_matrix);
   if (std::abs(glm::determinant(config.colour_matrix)) < 1e-9)
     interior.problem("colour_matrix", "has no inverse");
+  interior.read("blur_px", config.blur_px, {0.0, kMostBlur_px});
+  read_noise(interior, config.noise);
   interior.finish();
 }
 
@@ -150,6 +166,11 @@ std::string to_toml(const RunConfig& c) {
     const glm::dmat3 m = glm::transpose(c.interior.colour_matrix);
     out += fmt::format("colour_matrix = [{}, {}, {}]\n", detail::text(m[0]), detail::text(m[1]), detail::text(m[2]));
   }
+  if (c.interior.blur_px > 0.0)
+    out += fmt::format("blur_px = {}\n", detail::text(c.interior.blur_px));
+  if (const CameraNoise& n = c.interior.noise; n.any())
+    out += fmt::format("noise = {{ floor = {}, photon = {}, relative = {} }}\n", detail::text(n.floor),
+                       detail::text(n.photon), detail::text(n.relative));
   out += detail::marker_toml(c.marker) + detail::pose_toml(c.world_from_camera);
   out += fmt::format("\n[room]\nmodel = {}\nvolume = {}\n", detail::quoted(c.room_model.string()),
                      detail::quoted(c.volume.string()));

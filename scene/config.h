@@ -6,7 +6,8 @@
 //
 //   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
 //              ground = "none" | { albedo = 0.2 }
-//   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix
+//   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix,
+//              blur_px, noise = relative deviation | { floor, photon, relative }
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
 //   [pose]     world_from_camera, or position and look_at
 //   [room]     model, volume
@@ -20,6 +21,7 @@
 //   [path]     camera = [[x, y, z, target x, y, z], ...], sun = [[azimuth, elevation], ...] (degrees): what moves while
 //              a sequence is recorded, keys at equal steps of time from its first frame to its last
 
+#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -43,6 +45,16 @@ struct SkyConfig {             // [sky]
   GroundFill ground;          ///< ground = { albedo = 0.2 }
 };
 
+/// Noise of one photograph pixel of linear value v (EMVA 1288, with the gain's own share): its deviation is the root
+/// of floor^2 + photon v + (relative v)^2.
+struct CameraNoise {
+  double floor = 0.0;    ///< deviation of black
+  double photon = 0.0;   ///< variance per value
+  double relative = 0.0; ///< deviation per value
+  bool any() const { return floor > 0.0 || photon > 0.0 || relative > 0.0; }
+  double variance(double v) const { return floor * floor + photon * std::max(v, 0.0) + relative * relative * v * v; }
+};
+
 struct InteriorConfig {            // [interior]
   std::filesystem::path image;     ///< linear EXR, or an LDR photograph (PNG, JPEG)
   std::filesystem::path lens;      ///< camera YAML
@@ -50,6 +62,8 @@ struct InteriorConfig {            // [interior]
   double scale = 1.0;              ///< photograph = scale * colour_matrix * radiance
   bool scale_from_marker = false;  ///< scale = "marker"
   glm::dmat3 colour_matrix{1.0};
+  double blur_px = 0.0; ///< standard deviation of the camera's point spread; what is drawn is blurred alike
+  CameraNoise noise;    ///< of the linear photograph; what is drawn gets it too
 };
 
 struct MarkerConfig { // [marker]

@@ -47,6 +47,7 @@ struct ApertureCell {
                            ///< their number: panes in series share the light instead of counting it twice
   float refractive_index = 0.0f; ///< clear glass: its slab comes on top, at the angle of each ray; 0 behind a second
                                  ///< pane, where transmittance holds it as seen from the object
+  bool operator==(const ApertureCell&) const = default;
 };
 
 /// Cells no wider than about an eighth of the distance to the sphere, between 6 x 6 and 24 x 24 per quadrilateral.

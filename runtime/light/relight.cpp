@@ -27,18 +27,53 @@ std::vector<VertexTransfer> rotate_transfer(std::span<const VertexTransfer> tran
   return turned;
 }
 
-Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, const Rgb& reflectance) {
+namespace {
+
+Rgb dot9(const Sh9Rgb& light, const TransferVector& transfer) {
   Rgb sum(0.0f);
   for (int i = 0; i < 9; ++i)
     sum += light[i] * transfer[i];
+  return sum;
+}
+
+/// rho/pi sum, not below zero.
+Rgb reflected_sum(const Rgb& sum, const Rgb& reflectance) {
   return glm::max(reflectance * sum * std::numbers::inv_pi_v<float>, Rgb(0.0f));
 }
 
+/// What a chunk of vertices has of ringing: chunks are added in order, so that threads do not show.
+struct RingingSum {
+  std::size_t vertices = 0;
+  double added = 0.0, all = 0.0;
+  void add(const Rgb& irradiance) {
+    const Rgb cut = glm::max(-irradiance, Rgb(0.0f)), kept = glm::max(irradiance, Rgb(0.0f));
+    const float sum = cut.r + cut.g + cut.b;
+    vertices += sum > 0.0f ? 1 : 0;
+    added += static_cast<double>(sum);
+    all += static_cast<double>(kept.r + kept.g + kept.b);
+  }
+};
+
+Ringing total(std::span<const RingingSum> chunks) {
+  RingingSum sum;
+  for (const RingingSum& c : chunks) {
+    sum.vertices += c.vertices;
+    sum.added += c.added;
+    sum.all += c.all;
+  }
+  return {sum.vertices, sum.all > 0.0 ? sum.added / sum.all : 0.0};
+}
+
+constexpr std::size_t kChunk = 256; ///< vertices
+
+} // namespace
+
+Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, const Rgb& reflectance) {
+  return reflected_sum(dot9(light, transfer), reflectance);
+}
+
 Rgb add_reflected(const Rgb& radiance, const Sh9Rgb& change, const TransferVector& transfer, const Rgb& reflectance) {
-  Rgb sum(0.0f);
-  for (int i = 0; i < 9; ++i)
-    sum += change[i] * transfer[i];
-  return glm::max(radiance + reflectance * sum * std::numbers::inv_pi_v<float>, Rgb(0.0f));
+  return glm::max(radiance + reflectance * dot9(change, transfer) * std::numbers::inv_pi_v<float>, Rgb(0.0f));
 }
 
 std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions) {
@@ -82,10 +117,11 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
 
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
                                        std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
-                                       std::span<const Rgb> reflectance) {
+                                       std::span<const Rgb> reflectance, Ringing* ringing) {
   std::vector<TwoSided> radiance(probes.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, probes.size(), 256), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+  std::vector<RingingSum> chunks((probes.size() + kChunk - 1) / kChunk);
+  tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
+    for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, probes.size()); ++i) {
       Sh9Rgb light{};
       for (int k = 0; k < probes[i].count; ++k)
         for (int c = 0; c < 9; ++c)
@@ -94,12 +130,15 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
       for (int c = 0; c < 9; ++c)
         arriving[c] += direct[c];
       const VertexTransfer& t = world_transfer[i];
-      const Rgb rho = reflectance[i];
+      const Rgb rho = reflectance[i], front = dot9(light, t.front);
       const Rgb series = rho / (1.0f - kMostAgain * t.again * rho); // rho + rho^2 again + ...
-      radiance[i] = {reflected_radiance(light, t.front, rho) + series * reflected_radiance(arriving, t.bounce, rho),
+      chunks[chunk].add(front);
+      radiance[i] = {reflected_sum(front, rho) + series * reflected_radiance(arriving, t.bounce, rho),
                      reflected_radiance(light, t.back, rho)};
     }
   });
+  if (ringing)
+    *ringing = total(chunks);
   return radiance;
 }
 

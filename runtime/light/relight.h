@@ -53,11 +53,17 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
                                       std::span<const glm::vec3> normals,
                                       std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance);
 
+/// Nine coefficients can ring: where an irradiance came out negative it was drawn as none.
+struct Ringing {
+  std::size_t vertices = 0; ///< at which some channel was
+  double added_share = 0.0; ///< light so added / indirect light of all vertices
+};
+
 /// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the
 /// object straight from sky and sun; only what one part of the object reflects to another is taken from it here, the
 /// rest is drawn with shadows.
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
                                        std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
-                                       std::span<const Rgb> reflectance);
+                                       std::span<const Rgb> reflectance, Ringing* ringing = nullptr);
 
 } // namespace daylit

@@ -1,5 +1,6 @@
 #include "runtime/light/room_light.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -25,13 +26,28 @@ struct CornerLight {
   Rgb indirect{0.0f}, open_sky{0.0f};
 };
 
-struct Cell {
-  bool open = false; ///< all corners lie in the same air
-  std::array<VertexProbes, 4> probes{};
-  std::array<CornerLight, 4> light{};
+constexpr int kSide = 3, kCorners = (kSide + 1) * (kSide + 1); // cells and their corners of a block
+
+/// Neighbouring cells share their corners, which fill the lanes of one evaluation.
+struct Block {
+  std::array<bool, kSide * kSide> open{}; ///< per cell: all corners lie in the same air
+  std::array<VertexProbes, kCorners> probes{};
+  std::array<CornerLight, kCorners> light{};
   std::atomic<std::uint64_t> frame{0}; ///< that `light` belongs to
   std::mutex renewing;
 };
+
+constexpr int corner_of(int i, int j) { return j * (kSide + 1) + i; }
+
+struct CellPlace {
+  std::int64_t block = 0;
+  int cell = 0;
+};
+CellPlace place_of(double lower) {
+  const auto i = static_cast<std::int64_t>(lower);
+  const std::int64_t cell = ((i % kSide) + kSide) % kSide;
+  return {(i - cell) / kSide, static_cast<int>(cell)};
+}
 
 } // namespace
 
@@ -41,16 +57,18 @@ struct RoomLight::State {
   const LightFieldSampler& sampler;
   const LightField* field = nullptr;
   std::span<const SkyMap> pyramid;
-  std::span<const ApertureCell> apertures;
+  std::vector<ApertureCell> apertures;
   Rgb sun_normal_irradiance{0.0f};
   std::uint64_t frame = 0;
   RoomPlanes planes;
-  mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
+  mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Block>, LatticeHash> blocks;
 
   State(const Room& r, const RayScene& s, const LightFieldSampler& l) : room(r), rays(s), sampler(l), planes(r) {}
   Rgb indirect_at(const glm::dvec3& n, const VertexProbes& probes) const;
-  std::unique_ptr<Cell> make_cell(const LatticeKey& key) const;
-  const Cell& current_cell(const LatticeKey& key) const;
+  glm::dvec3 corner(const LatticeKey& key, int index) const;
+  std::unique_ptr<Block> make_block(const LatticeKey& key) const;
+  void renew(const LatticeKey& key, Block& block) const;
+  const Block& current_block(const LatticeKey& key) const;
   RoomPoint point(std::uint32_t triangle, const CornerLight& light) const;
 };
 
@@ -64,45 +82,58 @@ Rgb RoomLight::State::indirect_at(const glm::dvec3& n, const VertexProbes& probe
   return glm::max(irradiance(coefficients, glm::vec3(n)), Rgb(0.0f));
 }
 
-std::unique_ptr<Cell> RoomLight::State::make_cell(const LatticeKey& key) const {
-  auto cell = std::make_unique<Cell>();
-  const RoomFacing& f = planes[key.facing];
-  glm::dvec3 air[4];
-  cell->open = true;
-  for (int k = 0; k < 4; ++k) {
-    air[k] = f.corner(key.i + (k & 1), key.j + (k >> 1), kRoomLightCell_m) + kAir * f.normal;
-    cell->probes[k].count = sampler.weights(air[k], cell->probes[k].probe, cell->probes[k].weight);
-    cell->open = cell->open && cell->probes[k].count > 0;
-  }
-  constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
-  for (const auto& way : kWays)
-    cell->open =
-        cell->open && !rays.occluded(rays.to_local(air[way[0]]), glm::vec3(air[way[1]] - air[way[0]]), 0.0f, 1.0f);
-  return cell;
+glm::dvec3 RoomLight::State::corner(const LatticeKey& key, int index) const {
+  return planes[key.facing].corner(kSide * key.i + index % (kSide + 1), kSide * key.j + index / (kSide + 1),
+                                   kRoomLightCell_m);
 }
 
-const Cell& RoomLight::State::current_cell(const LatticeKey& key) const {
-  auto found = cells.find(key);
-  if (found == cells.end())
-    found = cells.emplace(key, make_cell(key)).first; // two threads may make it: the same cell, one is kept
-  Cell& cell = *found->second;
-  if (!cell.open || cell.frame.load(std::memory_order_acquire) == frame)
-    return cell;
-  const std::lock_guard lock(cell.renewing);
-  if (cell.frame.load(std::memory_order_relaxed) == frame)
-    return cell;
-  const RoomFacing& f = planes[key.facing];
-  std::array<glm::dvec3, 4> corner;
-  std::array<glm::vec3, 4> normal;
-  for (int k = 0; k < 4; ++k) {
-    corner[k] = f.corner(key.i + (k & 1), key.j + (k >> 1), kRoomLightCell_m);
-    normal[k] = glm::vec3(f.normal);
+std::unique_ptr<Block> RoomLight::State::make_block(const LatticeKey& key) const {
+  auto block = std::make_unique<Block>();
+  std::array<glm::dvec3, kCorners> air;
+  for (int k = 0; k < kCorners; ++k) {
+    air[k] = corner(key, k) + kAir * planes[key.facing].normal;
+    block->probes[k].count = sampler.weights(air[k], block->probes[k].probe, block->probes[k].weight);
   }
-  const std::vector<Rgb> open_sky = open_sky_irradiance(pyramid, apertures, corner, normal);
-  for (int k = 0; k < 4; ++k)
-    cell.light[k] = {indirect_at(f.normal, cell.probes[k]), open_sky[k]};
-  cell.frame.store(frame, std::memory_order_release);
-  return cell;
+  constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
+  for (int j = 0; j < kSide; ++j)
+    for (int i = 0; i < kSide; ++i) {
+      const int around[4] = {corner_of(i, j), corner_of(i + 1, j), corner_of(i, j + 1), corner_of(i + 1, j + 1)};
+      bool open = true;
+      for (const int k : around)
+        open = open && block->probes[k].count > 0;
+      for (const auto& way : kWays) {
+        const glm::dvec3 from = air[around[way[0]]], to = air[around[way[1]]];
+        open = open && !rays.occluded(rays.to_local(from), glm::vec3(to - from), 0.0f, 1.0f);
+      }
+      block->open[j * kSide + i] = open;
+    }
+  return block;
+}
+
+void RoomLight::State::renew(const LatticeKey& key, Block& block) const {
+  std::array<glm::dvec3, kCorners> x;
+  std::array<glm::vec3, kCorners> n;
+  n.fill(glm::vec3(planes[key.facing].normal));
+  for (int k = 0; k < kCorners; ++k)
+    x[k] = corner(key, k);
+  const std::vector<Rgb> open_sky = open_sky_irradiance(pyramid, apertures, x, n);
+  for (int k = 0; k < kCorners; ++k)
+    block.light[k] = {indirect_at(planes[key.facing].normal, block.probes[k]), open_sky[k]};
+}
+
+const Block& RoomLight::State::current_block(const LatticeKey& key) const {
+  auto found = blocks.find(key);
+  if (found == blocks.end())
+    found = blocks.emplace(key, make_block(key)).first; // two threads may make it: the same block, one is kept
+  Block& block = *found->second;
+  if (block.frame.load(std::memory_order_acquire) == frame)
+    return block;
+  const std::lock_guard lock(block.renewing);
+  if (block.frame.load(std::memory_order_relaxed) == frame)
+    return block;
+  renew(key, block);
+  block.frame.store(frame, std::memory_order_release);
+  return block;
 }
 
 RoomPoint RoomLight::State::point(std::uint32_t triangle, const CornerLight& light) const {
@@ -117,12 +148,14 @@ RoomLight& RoomLight::operator=(RoomLight&&) noexcept = default;
 RoomLight::~RoomLight() = default;
 
 void RoomLight::set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                          const LightSet& lights) {
+                          const LightSet& lights, bool same_sky) {
   State& s = *state_;
   s.field = &field;
   s.pyramid = pyramid;
-  s.apertures = cells;
-  ++s.frame;
+  if (!same_sky || !std::ranges::equal(s.apertures, cells)) {
+    s.apertures.assign(cells.begin(), cells.end());
+    ++s.frame;
+  }
   s.sun_normal_irradiance = Rgb(0.0f);
   for (const DirectionalLight& l : lights.sun)
     s.sun_normal_irradiance += l.irradiance;
@@ -142,15 +175,17 @@ RoomPoint RoomLight::at_surface(std::uint32_t triangle, const glm::dvec3& x, con
   const RoomFacing& f = s.planes[facing];
   const glm::dvec2 p(glm::dot(f.u, x) / kRoomLightCell_m, glm::dot(f.v, x) / kRoomLightCell_m);
   const glm::dvec2 lower = glm::floor(p);
-  const Cell& cell = s.current_cell({static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing});
-  if (!cell.open)
+  const CellPlace i = place_of(lower.x), j = place_of(lower.y);
+  const Block& block = s.current_block({i.block, j.block, facing});
+  if (!block.open[j.cell * kSide + i.cell])
     return evaluate(triangle, x, direction);
   const glm::vec2 t(p - lower);
   const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
   CornerLight light;
   for (int k = 0; k < 4; ++k) {
-    light.indirect += weight[k] * cell.light[k].indirect;
-    light.open_sky += weight[k] * cell.light[k].open_sky;
+    const CornerLight& corner = block.light[corner_of(i.cell + (k & 1), j.cell + (k >> 1))];
+    light.indirect += weight[k] * corner.indirect;
+    light.open_sky += weight[k] * corner.open_sky;
   }
   return s.point(triangle, light);
 }
@@ -173,6 +208,6 @@ Rgb RoomLight::indirect_irradiance(const glm::dvec3& n, const VertexProbes& prob
   return state_->indirect_at(n, probes);
 }
 
-std::size_t RoomLight::cells_kept() const { return state_->cells.size(); }
+std::size_t RoomLight::cells_kept() const { return kSide * kSide * state_->blocks.size(); }
 
 } // namespace daylit

@@ -126,20 +126,9 @@ void ChangePicture::update(const RoomChangeField& field) {
       left_out_ = std::max(left_out_, (1.0f - share) * relative(c.change.irradiance, before));
       ratios_[i] = ratio(share * c.change.irradiance, before);
     }
-  box_ = {};
-  int x0 = columns_, y0 = rows_, x1 = 0, y1 = 0;
   for (int row = 0; row < rows_; ++row)
-    for (int column = 0; column < columns_; ++column) {
-      const Kind kind = kind_of(column, row);
-      kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind;
-      if (kind == Kind::nothing)
-        continue;
-      x0 = std::min(x0, column), x1 = std::max(x1, column + 1);
-      y0 = std::min(y0, row), y1 = std::max(y1, row + 1);
-    }
-  if (x0 < x1)
-    box_ = PixelBox{x0 * kBlock, y0 * kBlock, x1 * kBlock, y1 * kBlock}.clipped(camera_->photo_width_px,
-                                                                                camera_->photo_height_px);
+    for (int column = 0; column < columns_; ++column)
+      kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind_of(column, row);
 }
 
 std::optional<PixelChange> ChangePicture::at(int x, int y) const {
@@ -154,16 +143,23 @@ std::optional<PixelChange> ChangePicture::at(int x, int y) const {
 }
 
 std::optional<Rgb> ChangePicture::ratio_at(int x, int y) const {
-  const int column = x / kBlock, row = y / kBlock;
-  const Kind kind = kinds_[static_cast<std::size_t>(row) * columns_ + column];
+  const Kind kind = kind_at(x, y);
   if (kind == Kind::interpolate) {
-    const std::array<float, 4> weight = corner_weights(x, y);
-    const Rgb* upper = &ratios_[static_cast<std::size_t>(row) * (columns_ + 1) + column];
-    const Rgb* lower = upper + columns_ + 1;
-    return weight[0] * upper[0] + weight[1] * upper[1] + weight[2] * lower[0] + weight[3] * lower[1];
+    Rgb ratio;
+    interpolate_row(x, y, 1, &ratio);
+    return ratio;
   }
   const auto change = at(x, y);
   return change ? std::optional(ratio(change->irradiance, change->before)) : std::nullopt;
+}
+
+void ChangePicture::interpolate_row(int x, int y, int count, Rgb* ratios) const {
+  const Rgb* upper = &ratios_[static_cast<std::size_t>(y / kBlock) * (columns_ + 1) + x / kBlock];
+  const Rgb* lower = upper + columns_ + 1;
+  for (int k = 0; k < count; ++k) {
+    const std::array<float, 4> weight = corner_weights(x + k, y);
+    ratios[k] = weight[0] * upper[0] + weight[1] * upper[1] + weight[2] * lower[0] + weight[3] * lower[1];
+  }
 }
 
 std::array<float, 4> ChangePicture::corner_weights(int x, int y) const {
@@ -203,7 +199,7 @@ std::optional<PixelChange> ChangePicture::between_planes(int x, int y) const {
 
 std::optional<PixelChange> ChangePicture::whole_at(int x, int y) const {
   const int column = x / kBlock, row = y / kBlock;
-  const Kind kind = kinds_[static_cast<std::size_t>(row) * columns_ + column];
+  const Kind kind = kind_at(x, y);
   if (kind == Kind::nothing)
     return std::nullopt;
   if (kind == Kind::single)

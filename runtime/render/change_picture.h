@@ -15,7 +15,6 @@
 
 #include "runtime/light/room_change.h"
 #include "runtime/render/picture_renderer.h"
-#include "runtime/render/pixel_box.h"
 #include "runtime/render/render_camera.h"
 #include "scene/ray_scene.h"
 
@@ -42,16 +41,19 @@ public:
 
   /// Largest relative change that is not drawn, of the corners looked at.
   float left_out() const { return left_out_; }
-  /// Pixels outside see no change.
-  const PixelBox& box() const { return box_; }
   /// Empty where the room does not change visibly, or is not seen. Thread-safe.
   std::optional<PixelChange> at(int x, int y) const;
   /// What the room's radiance is multiplied with where nothing but this change happens; empty as at().
   std::optional<Rgb> ratio_at(int x, int y) const;
 
-private:
   static constexpr int kBlock = 8; ///< pixels
+  /// Blocks without a visible change, between corners on one plane, and others.
   enum class Kind : std::uint8_t { nothing, interpolate, single };
+  Kind kind_at(int x, int y) const { return kinds_[static_cast<std::size_t>(y / kBlock) * columns_ + x / kBlock]; }
+  /// ratio_at() of the first `count` pixels of a row of an interpolated block.
+  void interpolate_row(int x, int y, int count, Rgb* ratios) const;
+
+private:
   struct Corner {
     bool seen = false, reached = false;
     bool visible = false; ///< some of the change is drawn here
@@ -69,7 +71,6 @@ private:
   std::vector<Corner> corners_;
   std::vector<Rgb> ratios_; ///< at the corners
   std::vector<Kind> kinds_;
-  PixelBox box_;
   float left_out_ = 0.0f;
 
   Corner look(int x, int y) const;

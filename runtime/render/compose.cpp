@@ -1,12 +1,12 @@
 #include "runtime/render/compose.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <numbers>
 
 #include <glm/common.hpp>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include "runtime/render/change_picture.h"
@@ -27,15 +27,25 @@ struct DrawnPicture {
   const RenderCamera& camera;
 
   DrawnPixel at(int x, int y) const {
-    if (!frame.box.contains(x, y))
+    if (!frame.shown(x, y))
       return {};
     const std::size_t i = frame.index(x, y);
     return {frame.object[i], frame.lost_sky[i], frame.room[i]};
   }
 
-  /// Photograph pixels outside show nothing new.
-  PixelBox photo_box() const {
-    return camera.drawn_position.empty() ? frame.box : PixelBox{0, 0, camera.photo_width_px, camera.photo_height_px};
+  /// False when no photograph pixel of the box shows an object or a new shadow.
+  bool may_show(const PixelBox& photo) const {
+    if (!camera.drawn_position.empty())
+      return true;
+    const PixelBox box = photo.common(frame.box);
+    if (box.empty() || frame.shows.empty())
+      return !box.empty();
+    constexpr int kBlock = RenderedFrame::kBlock;
+    for (int y = box.y0 - box.y0 % kBlock; y < box.y1; y += kBlock)
+      for (int x = box.x0 - box.x0 % kBlock; x < box.x1; x += kBlock)
+        if (frame.shows[frame.block_index(x, y)])
+          return true;
+    return false;
   }
 
   const RoomSurface* surface(int x, int y) const {
@@ -100,6 +110,13 @@ Rgb changed(const Rgb& photo, const RoomLoss& loss, const Rgb& reflectance, cons
   return photo * ratio;
 }
 
+bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
+  for (int c = 0; c < 3; ++c)
+    if (std::fabs(after[c] - before[c]) > threshold * std::max(std::fabs(before[c]), std::fabs(after[c])))
+      return true;
+  return false;
+}
+
 /// All that a pixel of the photograph is made of.
 class Compositor {
 public:
@@ -107,17 +124,25 @@ public:
              const ChangePicture* change)
       : photo_(photo), drawn_(drawn), room_(room), settings_(settings), change_(change) {}
 
-  PixelBox box() const {
-    PixelBox box = drawn_.photo_box();
-    if (change_)
-      box.include(change_->box());
-    return box.clipped(photo_.width, photo_.height);
-  }
-
   struct Pixel {
     Rgb value{0.0f};
     float coverage = 0.0f;
   };
+  struct Counts {
+    std::size_t shadow_pixels = 0, object_pixels = 0;
+  };
+  /// Pixels of one block of ChangePicture; the result holds the photograph there.
+  void fill_block(const PixelBox& block, Composite& result, Counts& counts) const {
+    if (settings_.mode == ShadowMode::ratio && !drawn_.may_show(block))
+      change_block(block, result, counts);
+    else
+      for (int y = block.y0; y < block.y1; ++y)
+        for (int x = block.x0; x < block.x1; ++x)
+          if (const auto after = at(x, y))
+            write(static_cast<std::size_t>(y) * photo_.width + x, *after, result, counts);
+  }
+
+private:
   /// Empty where nothing changes.
   std::optional<Pixel> at(int x, int y) const {
     const DrawnPixel pixel = drawn_.photo_pixel(x, y);
@@ -141,7 +166,35 @@ public:
     return Pixel{(1.0f - coverage) * background + settings_.photo.apply(Rgb(pixel.object)), coverage};
   }
 
-private:
+  /// A block where nothing but the indirect light of the room changes.
+  void change_block(const PixelBox& block, Composite& result, Counts& counts) const {
+    using Kind = ChangePicture::Kind;
+    const Kind kind = change_ && settings_.differential ? change_->kind_at(block.x0, block.y0) : Kind::nothing;
+    if (kind == Kind::nothing)
+      return;
+    std::array<Rgb, ChangePicture::kBlock> ratio;
+    for (int y = block.y0; y < block.y1; ++y) {
+      const std::size_t first = static_cast<std::size_t>(y) * photo_.width + block.x0;
+      if (kind == Kind::interpolate)
+        change_->interpolate_row(block.x0, y, block.width(), ratio.data());
+      for (int k = 0; k < block.width(); ++k)
+        if (kind == Kind::interpolate)
+          write(first + k, {photo_.texels[first + k] * ratio[k], 0.0f}, result, counts);
+        else if (const auto single = change_->ratio_at(block.x0 + k, y))
+          write(first + k, {photo_.texels[first + k] * *single, 0.0f}, result, counts);
+    }
+  }
+
+  void write(std::size_t i, const Pixel& after, Composite& result, Counts& counts) const {
+    result.coverage[i] = after.coverage;
+    if (!exceeds(photo_.texels[i], after.value, settings_.threshold))
+      return;
+    const bool object = after.coverage >= kLeastCoverage;
+    result.picture.texels[i] = after.value;
+    result.touched[i] = object ? 2 : 1;
+    ++(object ? counts.object_pixels : counts.shadow_pixels);
+  }
+
   struct Loss {
     RoomLoss loss;
     Rgb reflectance{0.5f};
@@ -174,44 +227,33 @@ private:
   const ChangePicture* change_;
 };
 
-bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
-  for (int c = 0; c < 3; ++c)
-    if (std::fabs(after[c] - before[c]) > threshold * std::max(std::fabs(before[c]), std::fabs(after[c])))
-      return true;
-  return false;
-}
-
 } // namespace
 
 Rgb PhotoScale::apply(const Rgb& radiance) const { return Rgb(scale * (colour_matrix * glm::dvec3(radiance))); }
 
 void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
              const ComposeSettings& settings, Composite& result, const ChangePicture* change) {
-  result.picture = photo; // assignment keeps the memory of the last frame
-  result.touched.assign(photo.texels.size(), 0);
-  result.coverage.assign(photo.texels.size(), 0.0f);
+  result.picture.width = photo.width;
+  result.picture.height = photo.height;
+  result.picture.texels.resize(photo.texels.size()); // keeps the memory of the last frame, as the others do
+  result.touched.resize(photo.texels.size());
+  result.coverage.resize(photo.texels.size());
   const DrawnPicture drawn{frame, camera};
   const Compositor compositor(photo, drawn, room, settings, change);
-  const PixelBox box = compositor.box();
+  constexpr int kBlock = ChangePicture::kBlock;
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
-  tbb::parallel_for(tbb::blocked_range<int>(box.y0, std::max(box.y0, box.y1), 4), [&](const auto& rows) {
-    std::size_t count[3] = {};
-    for (int y = rows.begin(); y != rows.end(); ++y)
-      for (int x = box.x0; x < box.x1; ++x) {
-        const auto after = compositor.at(x, y);
-        if (!after)
-          continue;
-        const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
-        result.coverage[i] = after->coverage;
-        if (!exceeds(photo.texels[i], after->value, settings.threshold))
-          continue;
-        const std::uint8_t kind = after->coverage < kLeastCoverage ? 1 : 2;
-        result.picture.texels[i] = after->value;
-        result.touched[i] = kind;
-        ++count[kind];
-      }
-    shadow_pixels += count[1];
-    object_pixels += count[2];
+  tbb::parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
+    const int y0 = row * kBlock, y1 = std::min(y0 + kBlock, photo.height);
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y0) * photo.width;
+    const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(y1 - y0) * photo.width;
+    std::copy_n(photo.texels.begin() + first, count, result.picture.texels.begin() + first);
+    std::fill_n(result.touched.begin() + first, count, std::uint8_t{0});
+    std::fill_n(result.coverage.begin() + first, count, 0.0f);
+    Compositor::Counts counts;
+    for (int x0 = 0; x0 < photo.width; x0 += kBlock)
+      compositor.fill_block({x0, y0, std::min(x0 + kBlock, photo.width), y1}, result, counts);
+    shadow_pixels += counts.shadow_pixels;
+    object_pixels += counts.object_pixels;
   });
   result.shadow_pixels = shadow_pixels;
   result.object_pixels = object_pixels;

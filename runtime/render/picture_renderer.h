@@ -41,8 +41,10 @@ struct RoomSurface {
 };
 
 /// One value per drawn pixel of `box`, row-major, top row first; averaged over the coverage samples of the pixel.
-/// Pixels outside the box show neither an object nor a new shadow.
+/// Pixels outside the box, and in blocks where `shows` is 0, show neither an object nor a new shadow; values of such
+/// blocks are not defined.
 struct RenderedFrame {
+  static constexpr int kBlock = 4; ///< pixels; the first block starts at pixel 0, wherever the box does
   int width_px = 0, height_px = 0;
   PixelBox box;
   std::vector<glm::vec4> object; ///< reflected radiance x coverage; w = coverage by visible virtual objects
@@ -52,10 +54,15 @@ struct RenderedFrame {
                                     ///< without the objects and taken by them, in normal irradiances of the sun
   std::vector<RoomSurface> surface; ///< empty, or where the room is seen; saves the composite a ray
   glm::dvec3 origin{0.0};
+  std::vector<std::uint8_t> shows; ///< per block of the whole picture, row-major; empty: every block of the box shows
 
   std::size_t index(int x, int y) const {
     return static_cast<std::size_t>(y - box.y0) * box.width() + static_cast<std::size_t>(x - box.x0);
   }
+  std::size_t block_index(int x, int y) const {
+    return static_cast<std::size_t>(y / kBlock) * ((width_px + kBlock - 1) / kBlock) + x / kBlock;
+  }
+  bool shown(int x, int y) const { return box.contains(x, y) && (shows.empty() || shows[block_index(x, y)] != 0); }
 };
 
 /// Wall-clock milliseconds and counts of the last draw().

@@ -18,6 +18,9 @@ struct PixelBox {
                     : PixelBox{std::min(x0, other.x0), std::min(y0, other.y0), std::max(x1, other.x1),
                                std::max(y1, other.y1)};
   }
+  PixelBox common(const PixelBox& other) const {
+    return {std::max(x0, other.x0), std::max(y0, other.y0), std::min(x1, other.x1), std::min(y1, other.y1)};
+  }
   PixelBox clipped(int width, int height) const {
     return {std::clamp(x0, 0, width), std::clamp(y0, 0, height), std::clamp(x1, 0, width), std::clamp(y1, 0, height)};
   }

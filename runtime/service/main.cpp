@@ -46,6 +46,7 @@ nlohmann::json to_json(const FrameReport& report, int frame) {
             {"object_light", report.reused.object_light},
             {"drawn", report.reused.drawn},
             {"picture", report.reused.picture}}},
+          {"ringing", {{"vertices", report.ringing.vertices}, {"added_share", report.ringing.added_share}}},
           {"room_change_left_out", report.room_change_left_out},
           {"skipped", report.skipped},
           {"warnings", report.warnings}};

@@ -14,6 +14,7 @@
 #include "runtime/light/steady_sun.h"
 #include "runtime/light/vertex_light.h"
 #include "runtime/object/virtual_objects.h"
+#include "runtime/render/camera_match.h"
 #include "runtime/render/change_picture.h"
 #include "runtime/service/frame_warnings.h"
 #include "runtime/service/picture_memory.h"
@@ -66,7 +67,7 @@ struct Session::State {
   RenderedFrame drawn;
   Frame frame;
   bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
-       has_view = false;
+       has_view = false, has_room_light = false;
   ShownParts shown;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
@@ -81,7 +82,7 @@ struct Session::State {
   Result<void> draw(StageClock& clock);
   void see_own_shadow();
   void change_room();
-  void compose_picture(const RgbImage& photo);
+  void compose_picture(const RgbImage& photo, std::uint64_t photo_number);
   void report_frame();
 };
 
@@ -195,14 +196,14 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   clock.end("regions");
   field = combine(volume, regions);
   clock.end("combine");
-  has_samples = has_object_light = has_drawn = has_picture = false;
+  has_samples = has_room_light = has_object_light = has_drawn = has_picture = false;
 }
 
 void Session::State::sample() {
   lights = sample_lights(pyramid[0], sun, volume.apertures, sphere, config.light_samples);
   cells = aperture_cells(volume.apertures, sphere, pyramid);
-  room_light->set_frame(field, pyramid, cells, lights);
-  has_samples = true;
+  room_light->set_frame(field, pyramid, cells, lights, has_room_light);
+  has_samples = has_room_light = true;
   has_object_light = has_drawn = false;
 }
 
@@ -212,7 +213,7 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
     return in_view.error();
   const ObjectSurface& surface = objects.surface;
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
-  indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance);
+  indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance, &report.ringing);
   see_own_shadow();
   return light_vertices(surface, objects.has_back, *in_view, indirect, pyramid, cells, report.vertices_lit);
 }
@@ -271,7 +272,7 @@ void Session::State::change_room() {
   change_picture.update(*room_change);
 }
 
-void Session::State::compose_picture(const RgbImage& photo) {
+void Session::State::compose_picture(const RgbImage& photo, std::uint64_t photo_number) {
   ComposeSettings settings{{config.interior.scale, config.interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = shown.differential;
   const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) -> std::optional<RoomPoint> {
@@ -280,6 +281,8 @@ void Session::State::compose_picture(const RgbImage& photo) {
     return room_light->at_surface(seen->triangle, drawn.origin + glm::dvec3(seen->position), direction);
   };
   compose(photo, drawn, camera, look_up, settings, frame.composite, room_change ? &change_picture : nullptr);
+  match_blur(photo, config.interior.blur_px, settings.threshold, frame.composite);
+  match_noise(photo, config.interior.noise, photo_number, frame.composite);
 }
 
 void Session::State::report_frame() {
@@ -377,7 +380,7 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   }
   reused.picture = s.has_picture && same_photo;
   if (!reused.picture) {
-    s.compose_picture(input.photo);
+    s.compose_picture(input.photo, input.photo_number);
     s.has_picture = true;
     clock.end("composite");
   }

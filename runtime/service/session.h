@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/light/relight.h"
 #include "runtime/render/compose.h"
 #include "runtime/service/choose_renderer.h"
 #include "scene/config.h"
@@ -36,6 +37,7 @@ struct FrameReport {
   std::size_t object_pixels = 0, shadow_pixels = 0;
   std::size_t vertices_lit = 0, vertices = 0;
   std::uint64_t shadow_rays = 0;
+  Ringing ringing;                   ///< of the indirect light on the objects, in a frame that lit them anew
   double room_change_left_out = 0.0; ///< largest relative change of the room that was too small to be drawn
   std::vector<std::string> skipped;
   std::vector<std::string> warnings; ///< where the user must act, each with what to do

@@ -12,6 +12,8 @@ namespace daylit {
 
 namespace {
 
+static_assert(kBlockSide == RenderedFrame::kBlock);
+
 constexpr float kLeastWeight = 0.2f; // of the four corners together
 constexpr float kSteepShare = 0.35f; // corners that differ by more do not speak for what is between: contact shadows
 
@@ -222,22 +224,34 @@ bool BlockShader::loses_nothing(int column, int row) const {
   return true;
 }
 
+/// The pixels of a block show nothing yet.
+void BlockShader::start_block(const PixelBox& pixels) {
+  frame_.shows[frame_.block_index(pixels.x0, pixels.y0)] = 1;
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    const std::size_t first = frame_.index(pixels.x0, y);
+    for (auto* pass : {&frame_.object, &frame_.lost_sky, &frame_.room})
+      std::fill_n(&(*pass)[first], pixels.width(), glm::vec4(0.0f));
+    std::fill_n(&frame_.surface[first], pixels.width(), RoomSurface{});
+  }
+}
+
 void BlockShader::shade(int column, int row) {
   const bool receives = receives_[static_cast<std::size_t>(row) * view_.block_columns() + column] != 0;
-  const PixelBox pixels{column * kBlockSide, row * kBlockSide, std::min((column + 1) * kBlockSide, frame_.box.x1),
-                        std::min((row + 1) * kBlockSide, frame_.box.y1)};
+  const PixelBox pixels =
+      frame_.box.common({column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide});
   bool has_edge = false, has_object = false;
-  for (int y = std::max(pixels.y0, frame_.box.y0); y < pixels.y1; ++y)
-    for (int x = std::max(pixels.x0, frame_.box.x0); x < pixels.x1; ++x) {
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
       has_edge = has_edge || view_.is_edge(x, y);
       has_object = has_object || view_.object(x, y).samples > 0;
     }
   if (!has_object && (!receives || loses_nothing(column, row)))
     return;
+  start_block(pixels);
   const Layer layer = has_object ? Layer::object : Layer::room;
   sun_corner_count_ = !has_edge && find_sun_corners(column, row, layer) ? 4 : 0;
-  for (int y = std::max(pixels.y0, frame_.box.y0); y < pixels.y1; ++y)
-    for (int x = std::max(pixels.x0, frame_.box.x0); x < pixels.x1; ++x) {
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
       int covered = 0;
       if (view_.is_edge(x, y)) {
         for (const ObjectHit& part : view_.edge_hits(x, y)) {

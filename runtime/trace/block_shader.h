@@ -51,6 +51,7 @@ private:
   void trace_unknown(Lanes& lanes, bool on_object);
   void shade_objects(Lanes& lanes, std::size_t sun_corner_count);
   void shade_room();
+  void start_block(const PixelBox& pixels);
   bool loses_nothing(int column, int row) const;
   bool find_sun_corners(int column, int row, Layer layer);
 

@@ -13,20 +13,6 @@
 
 namespace daylit {
 
-namespace {
-
-/// The pixels of a row of blocks show nothing.
-void clear_row(RenderedFrame& frame, int row) {
-  const int first = std::max(row * kBlockSide, frame.box.y0), last = std::min((row + 1) * kBlockSide, frame.box.y1);
-  const auto offset = static_cast<std::ptrdiff_t>(frame.index(frame.box.x0, first));
-  const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(last - first) * frame.box.width();
-  for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
-    std::fill_n(pass->begin() + offset, count, glm::vec4(0.0f));
-  std::fill_n(frame.surface.begin() + offset, count, RoomSurface{});
-}
-
-} // namespace
-
 /// Marks the blocks that a light could reach only through the objects' sphere; the box holds them and the objects.
 PixelBox PictureShader::affected_box(const TracedScene& scene, const VisibleSurfaces& view) {
   const ShadowCasters casters = scene.casters();
@@ -60,6 +46,7 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
   for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
     pass->resize(pixels);
   frame.surface.resize(pixels);
+  frame.shows.assign(receives_.size(), 0);
   if (pixels == 0)
     return 0;
   std::atomic<std::uint64_t> rays{grid_.trace(scene, view, receives_, frame.box)};
@@ -67,7 +54,6 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
   tbb::parallel_for(tbb::blocked_range<int>(first, last), [&](const tbb::blocked_range<int>& range) {
     BlockShader shader(grid_, receives_, scene, view, frame);
     for (int row = range.begin(); row != range.end(); ++row) {
-      clear_row(frame, row);
       for (int column = frame.box.x0 / kBlockSide; column * kBlockSide < frame.box.x1; ++column)
         shader.shade(column, row);
       shader.finish_row();

@@ -24,6 +24,9 @@ constexpr int kEdgesPerBlock = kLanes / kCoverageSamples;
 } // namespace
 
 void VisibleSurfaces::set_camera(const RenderCamera& camera, const glm::dvec3& origin) {
+  const bool same_size = camera.width_px == width_ && camera.height_px == height_;
+  if (same_size)
+    clear_objects();
   width_ = camera.width_px;
   height_ = camera.height_px;
   camera_ = camera;
@@ -36,9 +39,11 @@ void VisibleSurfaces::set_camera(const RenderCamera& camera, const glm::dvec3& o
   corner_ = glm::vec3(axes[2] - axes[0] * (camera.cx / camera.fx) - axes[1] * (camera.cy / camera.fy));
   const std::size_t pixels = static_cast<std::size_t>(width_) * height_;
   room_.resize(pixels);
-  object_.assign(pixels, {});
-  edge_of_pixel_.assign(pixels, kNoEdge);
-  edges_.clear();
+  if (!same_size) {
+    object_.assign(pixels, {});
+    edge_of_pixel_.assign(pixels, kNoEdge);
+    edges_.clear();
+  }
   object_box_ = {};
   blocks_.resize(static_cast<std::size_t>(block_columns()) * block_rows());
 }

@@ -3,9 +3,11 @@
 #include <random>
 
 #include "runtime/light/direct_light.h"
+#include "runtime/light/relight.h"
 #include "runtime/light/sh_rotation.h"
 #include "runtime/light/window_sampler.h"
 #include "scene/glass.h"
+#include "sh/sh9.h"
 #include "test_scene.h"
 
 namespace daylit {
@@ -247,6 +249,38 @@ TEST(ShRotation, a_rotated_function_takes_the_rotated_values) {
       EXPECT_NEAR(left, right, 2e-6f);
     }
   }
+}
+
+TEST(Relight, ringing_is_drawn_as_no_light_and_its_share_is_reported) {
+  // Nine coefficients of a unit of irradiance from +z: E(n) = 1/4 + z/2 + 5/32 (3 z^2 - 1), negative around z = -0.5.
+  const auto irradiance = [](double z) { return 0.25 + 0.5 * z + 5.0 / 32.0 * (3.0 * z * z - 1.0); };
+  const auto from_above = sh::evaluate9<float>(glm::vec3(0, 0, 1));
+  LightField field{std::vector<Sh9Rgb>(1)};
+  for (int c = 0; c < 9; ++c)
+    field.probe[0][c] = Rgb(from_above[c], 0.0f, 0.0f);
+  constexpr int kVertices = 1001;
+  std::vector<VertexProbes> probes(kVertices);
+  std::vector<VertexTransfer> transfer(kVertices);
+  double negative = 0, positive = 0;
+  std::size_t count = 0;
+  for (int i = 0; i < kVertices; ++i) {
+    const float z = -1.0f + 2.0f * static_cast<float>(i) / (kVertices - 1);
+    probes[i].weight[0] = 1.0f;
+    probes[i].count = 1;
+    const auto y = sh::evaluate9<float>(glm::vec3(std::sqrt(std::max(1.0f - z * z, 0.0f)), 0.0f, z));
+    for (int c = 0; c < 9; ++c)
+      transfer[i].front[c] = sh::kClampedCosine9<float>[c] * y[c];
+    const double e = irradiance(z);
+    (e < 0 ? negative : positive) += std::abs(e);
+    count += e < 0;
+  }
+  Ringing ringing;
+  const auto radiance = relight_vertices(field, probes, transfer, {}, std::vector<Rgb>(kVertices, Rgb(0.5f)), &ringing);
+  for (int i = 0; i < kVertices; ++i)
+    EXPECT_NEAR(radiance[i].front.r, 0.5 / kPi * std::max(irradiance(-1.0 + 2.0 * i / (kVertices - 1)), 0.0), 1e-6);
+  EXPECT_GT(count, 100u);
+  EXPECT_NEAR(static_cast<double>(ringing.vertices), static_cast<double>(count), 2.0);
+  EXPECT_NEAR(ringing.added_share, negative / positive, 1e-5);
 }
 
 } // namespace

@@ -57,7 +57,7 @@ DetectedSun sun_through_the_window() {
 }
 
 glm::vec4 at(const std::vector<glm::vec4>& pass, const RenderedFrame& frame, int x, int y) {
-  return frame.box.contains(x, y) ? pass[frame.index(x, y)] : glm::vec4(0.0f);
+  return frame.shown(x, y) ? pass[frame.index(x, y)] : glm::vec4(0.0f);
 }
 
 struct Difference {
@@ -310,6 +310,11 @@ TEST(RoomLight, a_new_sky_renews_what_was_kept) {
   const float before = room.at(eye, down)->open_sky_irradiance.g;
   room.set_frame(lit.field, brighter, cells, {});
   EXPECT_NEAR(room.at(eye, down)->open_sky_irradiance.g, 3.0f * before, 1e-4f * before);
+  const auto fewer = aperture_cells(lit.volume.apertures, {{1, 2, 0.3}, 0.2}, brighter);
+  room.set_frame(lit.field, brighter, {}, {}, true);
+  EXPECT_EQ(room.at(eye, down)->open_sky_irradiance.g, 0.0f) << "the same sky through no window";
+  room.set_frame(lit.field, brighter, fewer, {}, true);
+  EXPECT_NEAR(room.at(eye, down)->open_sky_irradiance.g, 3.0f * before, 0.05f * before);
   EXPECT_GT(before, 0.0f);
 }
 

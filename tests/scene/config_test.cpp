@@ -26,6 +26,8 @@ lens = "camera.yaml"
 response = "srgb"
 scale = "marker"
 colour_matrix = [[1, 0.1, 0], [0, 1, 0], [0, 0, 1.2]]
+blur_px = 0.7
+noise = { floor = 0.001, photon = 2e-5 }
 
 [marker]
 ids = [23, 40]
@@ -86,6 +88,10 @@ TEST_F(ConfigTest, reads_every_section) {
   EXPECT_TRUE(c->interior.scale_from_marker);
   EXPECT_EQ(c->interior.response, "srgb");
   EXPECT_DOUBLE_EQ(c->interior.colour_matrix[1][0], 0.1); // row 0, column 1
+  EXPECT_EQ(c->interior.blur_px, 0.7);
+  EXPECT_EQ(c->interior.noise.floor, 0.001);
+  EXPECT_EQ(c->interior.noise.photon, 2e-5);
+  EXPECT_EQ(c->interior.noise.relative, 0.0);
   ASSERT_TRUE(c->marker);
   EXPECT_EQ(c->marker->ids, (std::vector<int>{23, 40}));
   EXPECT_EQ(c->marker->world_from_board[3], glm::dvec4(2, 3, 0.5, 1)); // the fourth column is the translation
@@ -103,7 +109,19 @@ TEST_F(ConfigTest, written_text_reads_back_the_same) {
   ASSERT_TRUE(second) << second.error().message();
   EXPECT_EQ(to_toml(*first), to_toml(*second));
   EXPECT_EQ(second->interior.colour_matrix, first->interior.colour_matrix);
+  EXPECT_EQ(second->interior.noise.photon, first->interior.noise.photon);
+  EXPECT_EQ(second->interior.blur_px, first->interior.blur_px);
   EXPECT_EQ(second->marker->world_from_board, first->marker->world_from_board);
+}
+
+TEST_F(ConfigTest, noise_may_be_one_number_and_must_be_one) {
+  const auto c = run(replaced(kRun, "noise = { floor = 0.001, photon = 2e-5 }", "noise = 0.01"));
+  ASSERT_TRUE(c) << c.error().message();
+  EXPECT_EQ(c->interior.noise.relative, 0.01);
+  EXPECT_FALSE(run(replaced(kRun, "floor = 0.001", "flor = 0.001")));
+  EXPECT_FALSE(run(replaced(kRun, "photon = 2e-5", "photon = -1")));
+  EXPECT_FALSE(run(replaced(kRun, "noise = { floor = 0.001, photon = 2e-5 }", "noise = \"much\"")));
+  EXPECT_FALSE(run(replaced(kRun, "blur_px = 0.7", "blur_px = 100")));
 }
 
 TEST_F(ConfigTest, unknown_key_names_line_and_suggestion) {
