@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/command.h"
+#include "bench/flicker.h"
 #include "bench/frame_scene.h"
 #include "runtime/input/marker_tracker.h"
 
@@ -151,38 +152,6 @@ Result<Composite> still_picture(const FrameScene& scene, Session& session, int s
   return (*frame)->composite;
 }
 
-/// Standard deviation over skies with fresh sensor noise, RMS over object pixels, by the mean.
-Result<double> flicker(const FrameScene& scene, Session& session, int frames) {
-  std::vector<double> sums, squares; // of green, per pixel
-  std::vector<std::uint8_t> touched;
-  constexpr std::uint64_t kFirstNumber = 1000; // no picture of these numbers was seen before
-  for (std::size_t k = 0; k < static_cast<std::size_t>(frames); ++k) {
-    const auto frame = session.render({scene.skies[k], scene.photos[0], kFirstNumber + k, 1});
-    if (!frame)
-      return frame.error();
-    const std::vector<Rgb>& texels = (*frame)->composite.picture.texels;
-    sums.resize(texels.size());
-    squares.resize(texels.size());
-    for (std::size_t i = 0; i < texels.size(); ++i) {
-      const double g = static_cast<double>(texels[i].g);
-      sums[i] += g;
-      squares[i] += g * g;
-    }
-    touched = (*frame)->composite.touched;
-  }
-  double variance = 0.0, mean = 0.0;
-  const double n = frames;
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < touched.size(); ++i) {
-    if (touched[i] != 2)
-      continue;
-    variance += std::max(0.0, squares[i] - sums[i] * sums[i] / n) / (n - 1.0);
-    mean += sums[i] / n;
-    ++count;
-  }
-  return count ? std::sqrt(variance / static_cast<double>(count)) / (mean / static_cast<double>(count)) : 0.0;
-}
-
 Result<Session> open(const FrameScene& scene, const std::string& renderer) {
   return Session::open(
       scene.config, kFrameWidth, kFrameHeight, [](const std::string&, double) { return !interrupted(); },
@@ -213,10 +182,11 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     row["description"] = session->renderer_description();
     row["samples"] = samples;
     row["error"] = object_error(*picture, reference);
-    const auto noise = flicker(scene, *session, renderer == "gl" ? std::min(a.flicker_frames, 5) : a.flicker_frames);
+    const auto noise =
+        measure_flicker(scene, *session, renderer == "gl" ? std::min(a.flicker_frames, 5) : a.flicker_frames);
     if (!noise)
       return noise.error();
-    row["flicker"] = *noise;
+    row["flicker"] = noise->object;
     row["object_share"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
     row["shadow_share"] = static_cast<double>(picture->shadow_pixels) / (kFrameWidth * kFrameHeight);
     for (const Motion m : {Motion::everything, Motion::object, Motion::nothing}) {

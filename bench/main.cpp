@@ -17,7 +17,7 @@ constexpr bench::AddCommand kCommands[] = {
     bench::add_transport_rooms, bench::add_selftest,
 #endif
 #ifdef DAYLIT_BENCH_FRAME
-    bench::add_direct,          bench::add_frame,    bench::add_sequence,
+    bench::add_direct,          bench::add_flicker,  bench::add_frame,     bench::add_sequence,
 #endif
 };
 

@@ -44,7 +44,8 @@ TEST(Sequence, in_the_sun_object_and_shadow_pixels_are_within_eight_percent) {
 }
 
 TEST(Sequence, in_the_shade_the_effect_on_the_room_takes_most_of_the_shadow_error) {
-  const nlohmann::json with = sequence("shade"), without = sequence("shade", " --no-room-change");
+  const nlohmann::json with = sequence("shade", " --spp 512"),
+                       without = sequence("shade", " --spp 512 --no-room-change");
   EXPECT_LE(rms(with, "shadow"), 0.08);
   EXPECT_LE(rms(with, "shadow"), 0.5 * rms(without, "shadow"));
 }
