@@ -22,7 +22,7 @@ namespace daylit::precompute {
 struct CompactOptions {
   /// Root mean square over the sky's directions of |error| / |light| under a small sun there; directions that light
   /// less than 1/20 of the brightest are measured against that. Below the horizon, where no sun is, an
-  /// error counts a fifth.
+  /// error counts a quarter.
   double error = 0.03;
   std::size_t brick_probes = 180; ///< at most; fewer cost more source factors, more cost more rank
   /// Of each point: no brick holds points of two parts, because the error of a brick is shared by its points and light
