@@ -67,7 +67,7 @@ Result<double> file_bytes(const precompute::PlannedBake& bake) {
 
 /// One thread, the whole volume, all radiances changed each time.
 double combine_ms(const BasisVolume& volume) {
-  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::float16);
+  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::fixed16);
   const std::vector<Rgb> bright(static_cast<std::size_t>(volume.partition.size()), Rgb(1.0f)),
       dim(bright.size(), Rgb(0.5f));
   bool odd = false;

@@ -11,9 +11,9 @@ namespace {
 using namespace daylit;
 
 constexpr bench::AddCommand kCommands[] = {
-    bench::add_combine,         bench::add_sh,
+    bench::add_combine,         bench::add_sh,       bench::add_sky_projection,
 #ifdef DAYLIT_BENCH_BAKE
-    bench::add_error_vs_time,   bench::add_fine_sky, bench::add_transport, bench::add_transport_cost,
+    bench::add_error_vs_time,   bench::add_fine_sky, bench::add_transport,      bench::add_transport_cost,
     bench::add_transport_rooms, bench::add_selftest,
 #endif
 #ifdef DAYLIT_BENCH_FRAME

@@ -66,6 +66,7 @@ Amplitudes amplitudes(const CompactBasis& basis, const std::vector<ColouredRow>&
   }
   const detail::TileKernels& kernels = detail::tile_kernels();
   const std::size_t stride = std::size_t{basis.sources} * kTileNumbers;
+  const detail::ByteRows byte_rows{std::span<const ColouredRow>(rows)};
   tbb::parallel_for(std::size_t{0}, half_tiles.size() + byte_tiles.size(), [&](std::size_t t) {
     const bool half = t < half_tiles.size();
     const std::size_t tile = half ? t : t - half_tiles.size();
@@ -77,7 +78,7 @@ Amplitudes amplitudes(const CompactBasis& basis, const std::vector<ColouredRow>&
     if (half)
       kernels.add_half_colours(basis.source_half.data() + tile * stride, rows, sum);
     else
-      kernels.add_byte_colours(basis.source_byte.data() + tile * stride, rows, sum);
+      kernels.add_bytes(basis.source_byte.data() + tile * stride, byte_rows, sum);
   });
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t k = 0; k < basis.half_scale.size(); ++k)
@@ -103,11 +104,12 @@ void combine_brick(const CompactBasis& basis, const CompactBasis::Brick& brick, 
   for (std::size_t c = 0; c < 3; ++c) {
     const std::vector<WeightedRow> half = component_rows(a.half[c], at.half, brick.half_rank),
                                    byte = component_rows(a.byte[c], at.byte, brick.byte_rank);
+    const detail::ByteRows byte_rows{std::span<const WeightedRow>(byte)};
     for (std::size_t t = c * tiles; t < (c + 1) * tiles; ++t) {
       kernels.add_half(basis.probe_half.data() + at.probe_half + t * brick.half_rank * kTileNumbers, half, 0,
                        kTileBlocks, sums.data() + t * kTileNumbers);
-      kernels.add_byte(basis.probe_byte.data() + at.probe_byte + t * brick.byte_rank * kTileNumbers, byte, 0,
-                       kTileBlocks, sums.data() + t * kTileNumbers);
+      float* const sum = sums.data() + t * kTileNumbers;
+      kernels.add_bytes(basis.probe_byte.data() + at.probe_byte + t * brick.byte_rank * kTileNumbers, byte_rows, &sum);
     }
   }
   kernels.interleave(sums.data(), sums.data() + plane, sums.data() + 2 * plane, std::size_t{brick.probes} * 9,

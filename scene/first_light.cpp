@@ -42,13 +42,11 @@ std::vector<Rgb> received(const FirstLight& light, std::size_t pieces, std::span
     for (std::size_t piece = part.begin(); piece < part.end(); ++piece)
       for (int colour = 0; colour < (tinted ? 3 : 1); ++colour) {
         const std::size_t row = static_cast<std::size_t>(colour) * pieces + piece;
-        const std::uint16_t* weight = light.weight.data() + light.first_weight[row];
-        std::array<float, 3> sum{};
-        for (std::uint32_t r = light.first_run[row]; r < light.first_run[row + 1]; ++r) {
-          const auto [first, count] = light.run[r];
-          kernels.dot_half_planes(weight, planes.data() + first, regions, count, sum.data());
-          weight += count;
-        }
+        const auto runs =
+            std::span(light.run).subspan(light.first_run[row], light.first_run[row + 1] - light.first_run[row]);
+        std::array<float, 3> sum;
+        kernels.dot_half_planes(light.weight.data() + light.first_weight[row], runs, planes.data(), regions,
+                                sum.data());
         for (int c = tinted ? colour : 0; c < (tinted ? colour + 1 : 3); ++c)
           irradiance[piece][c] = light.scale[row] * sum[static_cast<std::size_t>(c)];
       }

@@ -111,11 +111,10 @@ private:
 } // namespace
 
 /// Pixels and cells are both rectangles in (azimuth, sin(altitude)), where area is solid angle: overlaps are exact.
-std::vector<RegionSums::RegionRun> RegionSums::equirect_runs(const SkyGeometry& geometry,
-                                                             const SkyPartition& partition) {
+std::vector<RegionSums::Share> RegionSums::equirect_shares(const SkyGeometry& geometry, const SkyPartition& partition) {
   const int width = geometry.width(), height = geometry.height();
   const double rotation = std::get<EquirectProjection>(geometry.projection()).rotation;
-  std::vector<RegionRun> runs;
+  std::vector<Share> runs;
   for (int y = 0; y < height; ++y) {
     const double top = std::cos(kPi * y / height), bottom = std::cos(kPi * (y + 1) / height);
     for (const SkyBand& band : partition.bands()) {
@@ -128,8 +127,8 @@ std::vector<RegionSums::RegionRun> RegionSums::equirect_runs(const SkyGeometry& 
         const double end = (0.5 - turn + rotation / (2 * kPi)) * width, begin = end - double(width) / band.cells;
         split_columns(begin, end, width, [&](std::uint32_t column, std::uint32_t count, double fraction) {
           runs.push_back({static_cast<std::uint32_t>(partition.region_of_cell(band.first_region + cell)),
-                          {static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(width) + column, count,
-                           overlap * fraction}});
+                          static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(width) + column, count,
+                          overlap * fraction});
         });
       }
     }
@@ -137,9 +136,9 @@ std::vector<RegionSums::RegionRun> RegionSums::equirect_runs(const SkyGeometry& 
   return runs;
 }
 
-std::vector<RegionSums::RegionRun> RegionSums::lens_runs(const SkyGeometry& geometry, const SkyPartition& partition) {
+std::vector<RegionSums::Share> RegionSums::lens_shares(const SkyGeometry& geometry, const SkyPartition& partition) {
   const std::size_t width = static_cast<std::size_t>(geometry.width());
-  std::vector<std::vector<RegionRun>> rows(static_cast<std::size_t>(geometry.height()));
+  std::vector<std::vector<Share>> rows(static_cast<std::size_t>(geometry.height()));
   const std::size_t stride = width + 1;
   std::vector<std::int32_t> corner(stride * (rows.size() + 1));
   tbb::parallel_for(std::size_t{0}, rows.size() + 1, [&](std::size_t y) {
@@ -156,27 +155,26 @@ std::vector<RegionSums::RegionRun> RegionSums::lens_runs(const SkyGeometry& geom
       const std::int32_t* top = &corner[y * stride + x];
       for (const auto& [region, share] :
            splitter.split(double(x), double(y), {top[0], top[1], top[stride], top[stride + 1]})) {
-        RegionRun* last = rows[y].empty() ? nullptr : &rows[y].back();
-        if (share == 1.0 && last && last->region == region && last->run.weight == 1.0 &&
-            last->run.first + last->run.count == texel)
-          ++last->run.count;
+        Share* last = rows[y].empty() ? nullptr : &rows[y].back();
+        if (share == 1.0 && last && last->region == region && last->weight == 1.0 && last->first + last->count == texel)
+          ++last->count;
         else
-          rows[y].push_back({region, {static_cast<std::uint32_t>(texel), 1, share}});
+          rows[y].push_back({region, static_cast<std::uint32_t>(texel), 1, share});
       }
     }
   });
-  std::vector<RegionRun> runs;
+  std::vector<Share> runs;
   for (const auto& row : rows)
     runs.insert(runs.end(), row.begin(), row.end());
   return runs;
 }
 
 /// Every pixel at its centre, or at 2 x 2 points when it is large beside a region: shares of the hats there.
-std::vector<RegionSums::RegionRun> RegionSums::node_runs(const SkyGeometry& geometry, const SkyPartition& partition) {
+std::vector<RegionSums::Share> RegionSums::node_shares(const SkyGeometry& geometry, const SkyPartition& partition) {
   constexpr double kLargePixel = 1.0 / 64; // of a region
   const double region_sr = 4 * kPi / partition.size();
   const auto width = static_cast<std::size_t>(geometry.width());
-  std::vector<std::vector<RegionRun>> rows(static_cast<std::size_t>(geometry.height()));
+  std::vector<std::vector<Share>> rows(static_cast<std::size_t>(geometry.height()));
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t texel = y * width + x, first = rows[y].size();
@@ -193,33 +191,21 @@ std::vector<RegionSums::RegionRun> RegionSums::node_runs(const SkyGeometry& geom
         total += 1;
         for (const RegionWeight& w : partition.interpolation(*d)) {
           const auto same = std::find_if(rows[y].begin() + static_cast<std::ptrdiff_t>(first), rows[y].end(),
-                                         [&](const RegionRun& r) { return r.region == std::uint32_t(w.region); });
+                                         [&](const Share& r) { return r.region == std::uint32_t(w.region); });
           if (same != rows[y].end())
-            same->run.weight += w.weight;
+            same->weight += w.weight;
           else if (w.weight > 0)
-            rows[y].push_back({std::uint32_t(w.region), {static_cast<std::uint32_t>(texel), 1, w.weight}});
+            rows[y].push_back({std::uint32_t(w.region), static_cast<std::uint32_t>(texel), 1, w.weight});
         }
       }
       for (std::size_t i = first; i < rows[y].size(); ++i)
-        rows[y][i].run.weight /= total;
+        rows[y][i].weight /= total;
     }
   });
-  std::vector<RegionRun> runs;
+  std::vector<Share> runs;
   for (const auto& row : rows)
     runs.insert(runs.end(), row.begin(), row.end());
   return runs;
-}
-
-void RegionSums::sort_runs(const std::vector<RegionRun>& runs, int regions) {
-  begin_.assign(static_cast<std::size_t>(regions) + 1, 0);
-  for (const RegionRun& r : runs)
-    ++begin_[r.region + 1];
-  for (std::size_t i = 1; i < begin_.size(); ++i)
-    begin_[i] += begin_[i - 1];
-  std::vector<std::uint32_t> next(begin_.begin(), begin_.end() - 1);
-  runs_.resize(runs.size());
-  for (const RegionRun& r : runs)
-    runs_[next[r.region]++] = r.run;
 }
 
 /// Where the field ends, nodes take the fill for the part of their hat that no pixel covers.
@@ -234,19 +220,19 @@ void RegionSums::measure_nodes(const SkyPartition& partition) {
   }
 }
 
+/// Of the runs as they are stored: the divisor of what reduce() sums.
 void RegionSums::measure_coverage(const SkyPartition& partition) {
   const std::vector<float>& solid_angle = geometry_->solid_angle_sr();
-  const std::size_t regions = begin_.size() - 1;
+  const auto regions = static_cast<std::size_t>(partition.size());
   covered_.assign(regions, 0.0);
   gap_.assign(regions, 0.0);
   centre_.resize(regions);
+  for (const Run& run : runs_)
+    for (std::size_t slot = 0; slot < kSlots; ++slot)
+      for (std::uint32_t k = 0; k < run.count; ++k)
+        covered_[run.region[slot]] +=
+            (double(run.weight[slot]) + double(run.slope[slot]) * k) * double(solid_angle[run.first + k]);
   tbb::parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
-    for (std::uint32_t i = begin_[region]; i < begin_[region + 1]; ++i) {
-      double sum = 0;
-      for (std::uint32_t k = 0; k < runs_[i].count; ++k)
-        sum += double(solid_angle[runs_[i].first + k]);
-      covered_[region] += runs_[i].weight * sum;
-    }
     centre_[region] = partition.centre(static_cast<int>(region));
     if (geometry_->covers_sphere() || partition.interpolated())
       return;
@@ -264,39 +250,14 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
 RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition) {
   RegionSums sums;
   sums.geometry_ = std::move(geometry);
-  const auto runs_of = partition.interpolated() ? node_runs : sums.geometry_->is_equirect() ? equirect_runs : lens_runs;
-  sums.sort_runs(runs_of(*sums.geometry_, partition), partition.size());
+  const std::vector<Share> shares = partition.interpolated()        ? node_shares(*sums.geometry_, partition)
+                                    : sums.geometry_->is_equirect() ? equirect_shares(*sums.geometry_, partition)
+                                                                    : lens_shares(*sums.geometry_, partition);
+  sums.make_runs(shares, static_cast<std::size_t>(partition.size()));
   sums.measure_coverage(partition);
   if (partition.interpolated())
     sums.measure_nodes(partition);
   return sums;
-}
-
-std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
-  const std::vector<float>& solid_angle = geometry_->solid_angle_sr();
-  const std::vector<Rgb>& texels = sky.image().texels;
-  std::vector<Rgb> mean(covered_.size());
-  tbb::parallel_for(std::size_t{0}, mean.size(), [&](std::size_t region) {
-    glm::dvec3 sum{0.0};
-    for (std::uint32_t i = begin_[region]; i < begin_[region + 1]; ++i) {
-      const Run& run = runs_[i];
-      glm::dvec3 part{0.0};
-      for (std::uint32_t k = run.first; k < run.first + run.count; ++k)
-        part += double(solid_angle[k]) * glm::dvec3(texels[k]);
-      sum += run.weight * part;
-    }
-    const double total = solid_angle_.empty() ? covered_[region] + gap_[region] : solid_angle_[region];
-    // A region smaller than a sub-pixel may have met no sample at all.
-    mean[region] = total > 0 ? Rgb((sum + gap_[region] * glm::dvec3(sky.fill_radiance(centre_[region]))) / total)
-                             : sky.radiance(centre_[region]);
-  });
-  return mean;
-}
-
-double RegionSums::covered_share(int region) const {
-  const std::size_t r = static_cast<std::size_t>(region);
-  const double total = covered_[r] + gap_[r];
-  return total > 0 ? covered_[r] / total : 1.0;
 }
 
 std::vector<Rgb> region_radiance(const SkyImage& sky, const SkyPartition& partition) {

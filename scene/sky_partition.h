@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -117,28 +118,37 @@ public:
   std::vector<Rgb> reduce(const SkyImage& sky) const;
   /// Share of each region's solid angle that the camera sees; the rest takes the fill.
   double covered_share(int region) const;
+  /// Size of the tables that reduce() reads, bytes.
+  std::size_t bytes() const { return runs_.size() * sizeof(Run); }
 
 private:
-  /// `count` texels from `first` on, each with its solid angle times `weight`.
-  struct Run {
-    std::uint32_t first, count;
+  /// A texel's solid angle times a weight goes to a region.
+  struct Share {
+    std::uint32_t region, first, count; ///< texels
     double weight;
   };
-  struct RegionRun {
-    std::uint32_t region;
-    Run run;
+  static constexpr std::size_t kSlots = 4;
+  /// Neighbouring texels of one row that share between the same regions: texel first + k gives the share
+  /// weight + k * slope of its solid angle to each.
+  struct Run {
+    std::uint32_t first = 0, count = 0;
+    std::array<std::uint32_t, kSlots> region{};
+    std::array<float, kSlots> weight{}, slope{};
   };
   std::shared_ptr<const SkyGeometry> geometry_;
-  std::vector<Run> runs_;             ///< sorted by region, then by texel
-  std::vector<std::uint32_t> begin_;  ///< size regions + 1
+  std::vector<Run> runs_;             ///< by texel
+  std::vector<std::size_t> strip_;    ///< where each strip of the picture begins in runs_, and the end
   std::vector<double> covered_, gap_; ///< steradians
   std::vector<double> solid_angle_;   ///< nodes only: the divisor of their sums, steradians
   std::vector<glm::dvec3> centre_;
 
-  static std::vector<RegionRun> equirect_runs(const SkyGeometry& geometry, const SkyPartition& partition);
-  static std::vector<RegionRun> lens_runs(const SkyGeometry& geometry, const SkyPartition& partition);
-  static std::vector<RegionRun> node_runs(const SkyGeometry& geometry, const SkyPartition& partition);
-  void sort_runs(const std::vector<RegionRun>& runs, int regions);
+  static std::vector<Share> equirect_shares(const SkyGeometry& geometry, const SkyPartition& partition);
+  static std::vector<Share> lens_shares(const SkyGeometry& geometry, const SkyPartition& partition);
+  static std::vector<Share> node_shares(const SkyGeometry& geometry, const SkyPartition& partition);
+  void make_runs(const std::vector<Share>& shares, std::size_t regions);
+  static void add_row(std::size_t width, std::span<const Share> shares, std::size_t row, std::vector<Run>& runs);
+  static void add_runs(std::span<const Run> runs, const float* solid_angle, const float* texels, double* sums);
+  static void add_runs_avx512(std::span<const Run> runs, const float* solid_angle, const float* texels, double* sums);
   void measure_coverage(const SkyPartition& partition);
   void measure_nodes(const SkyPartition& partition);
 };

@@ -21,20 +21,14 @@ namespace {
 
 constexpr std::size_t kGrain_bytes = 512 * 1024; ///< less is not worth another thread
 
-/// Largest magnitude of a row, 1 for a black one.
-float largest(const float* row, std::size_t count) {
-  float most = 0;
-  for (std::size_t k = 0; k < count; ++k)
-    most = std::max(most, std::abs(row[k]));
-  return most > 0 ? most : 1.0f;
-}
-
 } // namespace
 
 /// The rows that count, per colour.
 struct VolumeCombiner::Weights {
-  std::array<std::vector<WeightedRow>, 3> rows;
-  std::size_t rows_read = 0; ///< in any colour
+  std::array<std::vector<WeightedRow>, 3> rows;    ///< of floats
+  std::array<std::vector<float>, 3> dense;         ///< of fixed point: of every row,
+  std::array<std::vector<std::uint32_t>, 3> pairs; ///< and the pairs of rows that count
+  std::size_t rows_read = 0;                       ///< in any colour
 };
 
 VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) {
@@ -46,42 +40,69 @@ VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) 
     c.region_.resize(static_cast<std::size_t>(volume.partition.size()));
     std::iota(c.region_.begin(), c.region_.end(), 0);
   }
-  const std::size_t rows = c.region_.size(), numbers = c.probes_ * 9;
-  c.tiles_ = (numbers + kTileNumbers - 1) / kTileNumbers;
-  c.current_.assign(rows, Rgb(0.0f));
+  c.tiles_ = (c.probes_ * 9 + kTileNumbers - 1) / kTileNumbers;
+  c.current_.assign(c.region_.size(), Rgb(0.0f));
   c.field_.probe.assign(c.probes_, Sh9Rgb{});
-  if (c.compact_)
-    return c;
-  c.row_scale_.assign(rows, 1.0f);
-  c.sums_.assign(3 * c.tiles_ * kTileNumbers, 0.0f);
-  const bool half = storage == Storage::float16;
-  (half ? c.halves_.resize(3 * c.tiles_ * rows * kTileNumbers) : c.floats_.resize(3 * c.tiles_ * rows * kTileNumbers));
+  if (!c.compact_)
+    storage == Storage::float32 ? c.keep_floats(volume) : c.keep_fixed(volume);
+  return c;
+}
+
+void VolumeCombiner::keep_floats(const BasisVolume& volume) {
+  const std::size_t rows = region_.size(), numbers = probes_ * 9;
+  floats_.resize(3 * tiles_ * rows * kTileNumbers);
   tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
     const float* row = volume.basis.data() + r * volume.row_floats();
-    if (half)
-      c.row_scale_[r] = largest(row, volume.row_floats());
     for (std::size_t k = 0; k < 3 * numbers; ++k) {
-      const std::size_t n = k / 3, tile = (k % 3) * c.tiles_ + n / kTileNumbers;
-      const std::size_t at = (tile * rows + r) * kTileNumbers + n % kTileNumbers;
-      if (half)
-        c.halves_[at] = detail::to_half(row[k] / c.row_scale_[r]);
-      else
-        c.floats_[at] = row[k];
+      const std::size_t n = k / 3, tile = (k % 3) * tiles_ + n / kTileNumbers;
+      floats_[(tile * rows + r) * kTileNumbers + n % kTileNumbers] = row[k];
     }
   });
-  return c;
+}
+
+void VolumeCombiner::keep_fixed(const BasisVolume& volume) {
+  const std::size_t rows = padded_rows(), numbers = probes_ * 9;
+  fixed_.resize(3 * tiles_ * rows * kTileNumbers);
+  fixed_scale_.assign(3 * tiles_ * rows, 0.0f);
+  tbb::parallel_for(std::size_t{0}, 3 * tiles_, [&](std::size_t tile) {
+    const std::size_t colour = tile / tiles_, first = tile % tiles_ * kTileNumbers,
+                      count = std::min(kTileNumbers, numbers - first);
+    for (std::size_t r = 0; r < region_.size(); ++r) {
+      const float* row = volume.basis.data() + r * volume.row_floats() + 3 * first + colour;
+      float most = 0;
+      for (std::size_t k = 0; k < count; ++k)
+        most = std::max(most, std::abs(row[3 * k]));
+      // A row of numbers below the normal range is black.
+      const float scale = most / detail::kFixedMost;
+      if (!std::isnormal(scale))
+        continue;
+      fixed_scale_[tile * rows + r] = scale;
+      std::int16_t* out = fixed_.data() + (tile * rows + r / 2 * 2) * kTileNumbers + r % 2;
+      for (std::size_t k = 0; k < count; ++k)
+        out[2 * k] = static_cast<std::int16_t>(std::lrint(row[3 * k] / scale));
+    }
+  });
 }
 
 VolumeCombiner::Weights VolumeCombiner::weights(std::span<const Rgb> row_radiance) const {
   Weights w;
-  for (std::vector<WeightedRow>& rows : w.rows)
-    rows.reserve(row_radiance.size());
-  for (std::size_t r = 0; r < row_radiance.size(); ++r) {
-    w.rows_read += row_radiance[r] != Rgb(0.0f) ? 1 : 0;
-    for (int c = 0; c < 3; ++c)
-      if (row_radiance[r][c] != 0.0f)
-        w.rows[static_cast<std::size_t>(c)].push_back(
-            {static_cast<std::uint32_t>(r), row_radiance[r][c] * row_scale_[r]});
+  for (const Rgb& radiance : row_radiance)
+    w.rows_read += radiance != Rgb(0.0f) ? 1 : 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (!fixed_.empty())
+      w.dense[c].assign(padded_rows(), 0.0f);
+    for (std::size_t r = 0; r < row_radiance.size(); ++r) {
+      const float x = row_radiance[r][static_cast<int>(c)];
+      if (x == 0.0f)
+        continue;
+      if (fixed_.empty()) {
+        w.rows[c].push_back({static_cast<std::uint32_t>(r), x});
+        continue;
+      }
+      w.dense[c][r] = x;
+      if (w.pairs[c].empty() || w.pairs[c].back() != r / 2)
+        w.pairs[c].push_back(static_cast<std::uint32_t>(r / 2));
+    }
   }
   return w;
 }
@@ -89,27 +110,61 @@ VolumeCombiner::Weights VolumeCombiner::weights(std::span<const Rgb> row_radianc
 void VolumeCombiner::add_tile(const Weights& w, std::size_t colour, std::size_t tile, std::size_t first,
                               std::size_t count, float* sum) const {
   const detail::TileKernels& kernels = detail::tile_kernels();
-  const std::size_t at = (colour * tiles_ + tile) * region_.size() * kTileNumbers;
-  if (halves_.empty())
-    kernels.add_float(floats_.data() + at, w.rows[colour], first, count, sum);
-  else
-    kernels.add_half(halves_.data() + at, w.rows[colour], first, count, sum);
+  const std::size_t tile_at = colour * tiles_ + tile;
+  if (fixed_.empty())
+    return kernels.add_float(floats_.data() + tile_at * region_.size() * kTileNumbers, w.rows[colour], first, count,
+                             sum);
+  const std::size_t row = tile_at * padded_rows();
+  kernels.add_fixed(fixed_.data() + row * kTileNumbers, fixed_scale_.data() + row, w.dense[colour].data(),
+                    w.pairs[colour], first, count, sum);
 }
 
-void VolumeCombiner::add_all(const Weights& w) {
-  const std::size_t tile_bytes = std::max<std::size_t>(w.rows_read * kTileNumbers * sizeof(float), 1);
-  const tbb::blocked_range<std::size_t> all(0, 3 * tiles_, std::max<std::size_t>(kGrain_bytes / tile_bytes, 1));
+/// Few rows of a tile: no prefetch of the processor finds those of the next one.
+void VolumeCombiner::prefetch_tile(const Weights& w, std::size_t tile) const {
+  constexpr std::size_t kFew = 16, kLine = 64;
+  const auto prefetch = [](const auto* row, std::size_t numbers) {
+    const char* at = reinterpret_cast<const char*>(row);
+    for (std::size_t k = 0; k < numbers * sizeof(*row); k += kLine)
+      __builtin_prefetch(at + k);
+  };
+  for (std::size_t c = 0; c < 3 && tile < tiles_ && w.rows_read <= kFew; ++c) {
+    const std::size_t at = c * tiles_ + tile;
+    for (const WeightedRow& r : w.rows[c])
+      prefetch(floats_.data() + (at * region_.size() + r.row) * kTileNumbers, kTileNumbers);
+    for (const std::uint32_t p : w.pairs[c])
+      prefetch(fixed_.data() + (at * padded_rows() + 2 * p) * kTileNumbers, 2 * kTileNumbers);
+  }
+}
+
+void VolumeCombiner::add_all(const Weights& w, bool anew) {
+  const std::size_t number_bytes = fixed_.empty() ? sizeof(float) : sizeof(std::int16_t),
+                    tile_bytes = std::max<std::size_t>(3 * w.rows_read * kTileNumbers * number_bytes, 1);
+  const tbb::blocked_range<std::size_t> all(0, tiles_, std::max<std::size_t>(kGrain_bytes / tile_bytes, 1));
+  float* const field = &field_.probe[0][0].x;
   tbb::parallel_for(all, [&](const auto& tiles) {
-    for (std::size_t t = tiles.begin(); t < tiles.end(); ++t)
-      add_tile(w, t / tiles_, t % tiles_, 0, detail::kTileBlocks, sums_.data() + t * kTileNumbers);
+    for (std::size_t t = tiles.begin(); t < tiles.end(); ++t) {
+      prefetch_tile(w, t + 1);
+      std::array<float, 3 * kTileNumbers> sum{}, rgb;
+      for (std::size_t c = 0; c < 3; ++c)
+        add_tile(w, c, t, 0, detail::kTileBlocks, sum.data() + c * kTileNumbers);
+      const std::size_t count = std::min(kTileNumbers, probes_ * 9 - t * kTileNumbers);
+      float* const out = field + 3 * t * kTileNumbers;
+      detail::tile_kernels().interleave(sum.data(), sum.data() + kTileNumbers, sum.data() + 2 * kTileNumbers, count,
+                                        anew ? out : rgb.data());
+      if (!anew)
+        for (std::size_t k = 0; k < 3 * count; ++k)
+          out[k] += rgb[k];
+    }
   });
-  const std::size_t plane = tiles_ * kTileNumbers;
-  detail::tile_kernels().interleave(sums_.data(), sums_.data() + plane, sums_.data() + 2 * plane, probes_ * 9,
-                                    &field_.probe[0][0].x);
 }
 
 std::size_t VolumeCombiner::bytes() const {
-  return compact_ ? compact_->bytes() : floats_.size() * sizeof(float) + halves_.size() * sizeof(std::uint16_t);
+  return compact_ ? compact_->bytes()
+                  : (floats_.size() + fixed_scale_.size()) * sizeof(float) + fixed_.size() * sizeof(std::int16_t);
+}
+
+std::span<const std::byte> VolumeCombiner::tiles() const {
+  return fixed_.empty() ? std::as_bytes(std::span(floats_)) : std::as_bytes(std::span(fixed_));
 }
 
 std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
@@ -130,12 +185,10 @@ std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
     return lit;
   }
   const bool fully = changed >= lit || ++steps_ > kRefreshAfter;
-  if (fully) {
+  if (fully)
     steps_ = 0;
-    std::fill(sums_.begin(), sums_.end(), 0.0f);
-  }
   const Weights w = weights(fully ? current_ : step);
-  add_all(w);
+  add_all(w, fully);
   return w.rows_read;
 }
 

@@ -85,7 +85,7 @@ void add_lanes_plain(const std::uint16_t* table, const float* rgb, std::size_t c
 
 AddLanes add_lanes_kernel() {
   const std::size_t widest = usable_tile_kernels().size(); // baseline, AVX2, AVX-512
-  return widest == 3 ? add_lanes_avx512 : widest == 2 ? add_lanes_avx2 : add_lanes_plain;
+  return widest >= 3 ? add_lanes_avx512 : widest == 2 ? add_lanes_avx2 : add_lanes_plain;
 }
 
 } // namespace daylit::detail

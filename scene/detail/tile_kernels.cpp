@@ -1,8 +1,9 @@
 #include "scene/detail/tile_kernels.h"
 
 #include <array>
-#include <bit>
 #include <cstring>
+
+#include "scene/detail/integer_kernels.h"
 
 // GCC 12 warns about its own header (its bug 105593).
 #if defined(__GNUC__) && !defined(__clang__)
@@ -15,29 +16,6 @@
 #define DAYLIT_AVX512 __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx2,fma,f16c")))
 
 namespace daylit::detail {
-
-std::uint16_t to_half(float value) {
-  const std::uint32_t bits = std::bit_cast<std::uint32_t>(value), sign = bits >> 16 & 0x8000u;
-  const std::uint32_t magnitude = bits & 0x7fffffffu;
-  if (magnitude > 0x7f800000u)
-    return static_cast<std::uint16_t>(sign | 0x7e00u);
-  if (magnitude >= 0x477ff000u)
-    return static_cast<std::uint16_t>(sign | 0x7c00u);
-  if (magnitude < 0x38800000u) { // subnormal: adding 1/2 shifts the mantissa into place, rounded by the processor
-    const float shifted = std::bit_cast<float>(magnitude) + 0.5f;
-    return static_cast<std::uint16_t>(sign | (std::bit_cast<std::uint32_t>(shifted) - 0x3f000000u));
-  }
-  const std::uint32_t odd = magnitude >> 13 & 1u;
-  return static_cast<std::uint16_t>(sign | (magnitude - 0x38000000u + 0xfffu + odd) >> 13);
-}
-
-float from_half(std::uint16_t half) {
-  const std::uint32_t sign = std::uint32_t{half & 0x8000u} << 16, magnitude = half & 0x7fffu;
-  if (magnitude >= 0x7c00u)
-    return std::bit_cast<float>(sign | 0x7f800000u | (magnitude & 0x3ffu) << 13);
-  // A half moved into place is off by the difference of the exponent biases, 2^112; this also settles subnormals.
-  return std::bit_cast<float>(sign | std::bit_cast<std::uint32_t>(std::bit_cast<float>(magnitude << 13) * 0x1p112f));
-}
 
 namespace {
 
@@ -66,11 +44,13 @@ void add_colours_baseline(const Number* tile, std::span<const ColouredRow> rows,
     }
 }
 
-void dot_baseline(const std::uint16_t* weight, const float* plane, std::size_t stride, std::size_t count,
-                  float sum[3]) {
-  for (std::size_t k = 0; k < count; ++k)
-    for (std::size_t c = 0; c < 3; ++c)
-      sum[c] += from_half(weight[k]) * plane[c * stride + k];
+void dot_baseline(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
+                  std::size_t stride, float sum[3]) {
+  sum[0] = sum[1] = sum[2] = 0;
+  for (const FirstLight::Run& run : runs)
+    for (std::size_t k = run.first_region; k < std::size_t{run.first_region} + run.count; ++k, ++weight)
+      for (std::size_t c = 0; c < 3; ++c)
+        sum[c] += from_half(*weight) * plane[c * stride + k];
 }
 
 void interleave_baseline(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
@@ -271,33 +251,44 @@ DAYLIT_AVX2 float add_lanes(__m256 x) {
   return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
 }
 
-DAYLIT_AVX2 void dot_avx2(const std::uint16_t* weight, const float* plane, std::size_t stride, std::size_t count,
-                          float sum[3]) {
+DAYLIT_AVX2 void dot_avx2(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
+                          std::size_t stride, float sum[3]) {
   __m256 s[3] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
-  std::size_t k = 0;
-  for (; k + 8 <= count; k += 8) {
-    const __m256 w = load8(weight + k);
+  float rest[3] = {};
+  for (const FirstLight::Run& run : runs) {
+    const float* from = plane + run.first_region;
+    std::size_t k = 0;
+    for (; k + 8 <= run.count; k += 8) {
+      const __m256 w = load8(weight + k);
 #pragma GCC unroll 3
-    for (std::size_t c = 0; c < 3; ++c)
-      s[c] = _mm256_fmadd_ps(w, _mm256_loadu_ps(plane + c * stride + k), s[c]);
+      for (std::size_t c = 0; c < 3; ++c)
+        s[c] = _mm256_fmadd_ps(w, _mm256_loadu_ps(from + c * stride + k), s[c]);
+    }
+    for (; k < run.count; ++k)
+      for (std::size_t c = 0; c < 3; ++c)
+        rest[c] += _cvtsh_ss(weight[k]) * from[c * stride + k];
+    weight += run.count;
   }
   for (std::size_t c = 0; c < 3; ++c)
-    sum[c] += add_lanes(s[c]);
-  dot_baseline(weight + k, plane + k, stride, count - k, sum);
+    sum[c] = add_lanes(s[c]) + rest[c];
 }
 
-DAYLIT_AVX512 void dot_avx512(const std::uint16_t* weight, const float* plane, std::size_t stride, std::size_t count,
-                              float sum[3]) {
+DAYLIT_AVX512 void dot_avx512(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
+                              std::size_t stride, float sum[3]) {
   __m512 s[3] = {_mm512_setzero_ps(), _mm512_setzero_ps(), _mm512_setzero_ps()};
-  for (std::size_t k = 0; k < count; k += 16) {
-    const auto in = static_cast<__mmask16>(count - k >= 16 ? 0xffffu : (1u << (count - k)) - 1u);
-    const __m512 w = _mm512_cvtph_ps(_mm256_maskz_loadu_epi16(in, weight + k));
+  for (const FirstLight::Run& run : runs) {
+    const float* from = plane + run.first_region;
+    for (std::size_t k = 0; k < run.count; k += 16) {
+      const auto in = static_cast<__mmask16>(run.count - k >= 16 ? 0xffffu : (1u << (run.count - k)) - 1u);
+      const __m512 w = _mm512_cvtph_ps(_mm256_maskz_loadu_epi16(in, weight + k));
 #pragma GCC unroll 3
-    for (std::size_t c = 0; c < 3; ++c)
-      s[c] = _mm512_fmadd_ps(w, _mm512_maskz_loadu_ps(in, plane + c * stride + k), s[c]);
+      for (std::size_t c = 0; c < 3; ++c)
+        s[c] = _mm512_fmadd_ps(w, _mm512_maskz_loadu_ps(in, from + c * stride + k), s[c]);
+    }
+    weight += run.count;
   }
   for (std::size_t c = 0; c < 3; ++c)
-    sum[c] += add_lanes(_mm256_add_ps(_mm512_castps512_ps256(s[c]), _mm512_extractf32x8_ps(s[c], 1)));
+    sum[c] = add_lanes(_mm256_add_ps(_mm512_castps512_ps256(s[c]), _mm512_extractf32x8_ps(s[c], 1)));
 }
 
 DAYLIT_AVX512 void interleave_avx512(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
@@ -344,14 +335,32 @@ DAYLIT_AVX2 float sum_avx2(const std::byte* data, std::size_t size) {
   return add_up(lanes);
 }
 
-const std::array<TileKernels, 3> kAll{{
-    {"baseline", add_baseline<float>, add_baseline<std::uint16_t>, add_baseline<std::int8_t>,
-     add_colours_baseline<std::uint16_t>, add_colours_baseline<std::int8_t>, dot_baseline, interleave_baseline,
-     sum_baseline},
-    {"avx2", add_avx2<float>, add_avx2<std::uint16_t>, add_avx2<std::int8_t>, add_colours_avx2<std::uint16_t>,
-     add_colours_avx2<std::int8_t>, dot_avx2, interleave_baseline, sum_avx2},
-    {"avx512", add_avx512<float>, add_avx512<std::uint16_t>, add_avx512<std::int8_t>, add_colours_avx512<std::uint16_t>,
-     add_colours_avx512<std::int8_t>, dot_avx512, interleave_avx512, sum_avx512},
+void add_bytes_baseline(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
+  rows.coloured.empty() ? add_baseline(tile, rows.plain, 0, kTileBlocks, *sum)
+                        : add_colours_baseline(tile, rows.coloured, sum);
+}
+void add_bytes_avx2(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
+  rows.coloured.empty() ? add_avx2(tile, rows.plain, 0, kTileBlocks, *sum) : add_colours_avx2(tile, rows.coloured, sum);
+}
+void add_bytes_avx512(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
+  rows.coloured.empty() ? add_avx512(tile, rows.plain, 0, kTileBlocks, *sum)
+                        : add_colours_avx512(tile, rows.coloured, sum);
+}
+
+/// More rows could overflow the integer sums.
+void add_bytes_integer(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
+  rows.row.size() > ByteRows::kMostRows ? add_bytes_avx512(tile, rows, sum) : add_bytes_vnni(tile, rows, sum);
+}
+
+const std::array<TileKernels, 4> kAll{{
+    {"baseline", add_baseline<float>, add_baseline<std::uint16_t>, add_bytes_baseline, add_fixed_baseline,
+     add_colours_baseline<std::uint16_t>, dot_baseline, interleave_baseline, sum_baseline},
+    {"avx2", add_avx2<float>, add_avx2<std::uint16_t>, add_bytes_avx2, add_fixed_avx2, add_colours_avx2<std::uint16_t>,
+     dot_avx2, interleave_baseline, sum_avx2},
+    {"avx512", add_avx512<float>, add_avx512<std::uint16_t>, add_bytes_avx512, add_fixed_avx512,
+     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512, sum_avx512},
+    {"avx512vnni", add_avx512<float>, add_avx512<std::uint16_t>, add_bytes_integer, add_fixed_vnni,
+     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512, sum_avx512},
 }};
 
 std::size_t usable_count() {
@@ -361,7 +370,7 @@ std::size_t usable_count() {
     return 1;
   const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
                     __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
-  return wide ? 3 : 2;
+  return !wide ? 2 : __builtin_cpu_supports("avx512vnni") ? 4 : 3;
 }
 
 } // namespace

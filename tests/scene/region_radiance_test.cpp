@@ -5,6 +5,7 @@
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include "scene/sky_partition.h"
 #include "tests/scene/test_volumes.h"
@@ -186,6 +187,49 @@ TEST(RegionRadiance, a_sun_of_1_5_pixels_keeps_its_energy_at_every_sub_pixel_pos
       EXPECT_NEAR(energy / 100.0, 1.0, 1e-3) << "position " << k << " projection " << projection.index();
     }
   }
+}
+
+/// Node by node and pixel by pixel, at pixel centres.
+std::vector<glm::dvec3> slow_node_sums(const SkyImage& sky, const SkyPartition& nodes) {
+  std::vector<glm::dvec3> sums(static_cast<std::size_t>(nodes.size()));
+  for (std::size_t i = 0; i < sky.image().texels.size(); ++i)
+    if (const double solid_angle = double(sky.solid_angle_sr()[i]); solid_angle > 0)
+      if (const auto d = sky.direction({double(i % 300), double(i / 300)}))
+        for (const RegionWeight& w : nodes.interpolation(*d))
+          sums[static_cast<std::size_t>(w.region)] += solid_angle * w.weight * glm::dvec3(sky.image().texels[i]);
+  return sums;
+}
+
+TEST(RegionRadiance, runs_of_pixels_give_the_sums_of_single_pixels) {
+  RgbImage image = noise(300, 300);
+  image.texels[150 * 300 + 90] = Rgb(5e4f); // a sun
+  const SkyImage sky = make_sky(image, tilted_fisheye(300, 300, 4.0));
+  const SkyPartition nodes = *SkyPartition::fine(1024); // pixels are fine beside these: one point each
+  const std::vector<Rgb> mean = region_radiance(sky, nodes);
+  const std::vector<glm::dvec3> sums = slow_node_sums(sky, nodes);
+  const RegionSums of_sky = RegionSums::make(sky.geometry(), nodes);
+  double most = 0, error = 0;
+  int whole = 0;
+  for (int r = 0; r < nodes.size(); ++r) {
+    if (of_sky.covered_share(r) < 1)
+      continue; // the fill is part of these
+    const auto at = static_cast<std::size_t>(r);
+    const double expected = sums[at].g / nodes.solid_angle_sr(r), difference = double(mean[at].g) - expected;
+    error = std::max(error, std::abs(difference) / std::max(expected, 1e-6));
+    most = std::max(most, expected);
+    ++whole;
+  }
+  EXPECT_GT(whole, 500);
+  EXPECT_GT(most, 50.0);    // the sun is in one of them
+  EXPECT_LT(error, 2.5e-3); // the straight lines of a run are within 2e-3 of each weight
+}
+
+TEST(RegionRadiance, sums_do_not_depend_on_the_thread_count) {
+  const SkyImage sky = make_sky(noise(200, 200), tilted_fisheye(200, 200, 3.3));
+  const RegionSums sums = RegionSums::make(sky.geometry(), *SkyPartition::fine(4096));
+  const std::vector<Rgb> many = sums.reduce(sky);
+  const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+  EXPECT_EQ(sums.reduce(sky), many);
 }
 
 TEST(RegionRadiance, reducing_a_megapixel_takes_milliseconds) {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -40,25 +41,26 @@ TEST(VolumeCombiner, tiles_give_what_the_plain_combination_gives) {
       const BasisVolume volume = volume_of(count, rows);
       const auto radiance = test::random_radiance(volume, 3);
       const LightField expected = combine(volume, radiance);
-      VolumeCombiner full = VolumeCombiner::make(volume), half = VolumeCombiner::make(volume, Storage::float16);
+      VolumeCombiner full = VolumeCombiner::make(volume, Storage::float32),
+                     fixed = VolumeCombiner::make(volume, Storage::fixed16);
       EXPECT_EQ(full.update(radiance), static_cast<std::size_t>(rows));
-      half.update(radiance);
-      // Sums of `rows` products in another order; half floats carry 11 bits, errors are independent.
+      fixed.update(radiance);
+      // Sums of `rows` products in another order; fixed point carries 14 bits, errors are independent.
       EXPECT_LT(largest_difference(full.field(), expected), 2e-6 * largest_value(expected) * std::sqrt(rows));
-      EXPECT_LT(largest_difference(half.field(), expected), 6e-4 * largest_value(expected));
+      EXPECT_LT(largest_difference(fixed.field(), expected), 6e-4 * largest_value(expected));
     }
 }
 
-TEST(VolumeCombiner, half_floats_of_a_usual_volume_stay_below_2e_4_of_the_maximum) {
+TEST(VolumeCombiner, fixed_point_of_a_usual_volume_stays_below_2e_4_of_the_maximum) {
   BasisVolume volume = volume_of({8, 8, 8}, 64);
   for (std::size_t k = 0; k < volume.basis.size(); ++k) // rows of different size, as windows make them
     volume.basis[k] *= std::exp(0.25f * static_cast<float>(k / volume.row_floats() % 12));
   const auto radiance = test::random_radiance(volume, 4);
-  VolumeCombiner half = VolumeCombiner::make(volume, Storage::float16);
-  half.update(radiance);
+  VolumeCombiner fixed = VolumeCombiner::make(volume, Storage::fixed16);
+  fixed.update(radiance);
   const LightField expected = combine(volume, radiance);
-  EXPECT_LT(largest_difference(half.field(), expected), 2e-4 * largest_value(expected));
-  EXPECT_EQ(half.bytes(), 3u * 36 * 64 * 128 * 2);
+  EXPECT_LT(largest_difference(fixed.field(), expected), 2e-4 * largest_value(expected));
+  EXPECT_EQ(fixed.tiles().size(), 3u * 36 * 64 * 128 * 2);
 }
 
 TEST(VolumeCombiner, unchanged_radiances_read_nothing_and_keep_every_bit) {
@@ -89,7 +91,7 @@ TEST(VolumeCombiner, black_regions_are_skipped_without_changing_a_bit) {
 TEST(VolumeCombiner, a_few_probes_have_the_bits_of_the_full_combination) {
   const BasisVolume volume = volume_of({7, 5, 6}, 64);
   const auto radiance = test::random_radiance(volume, 7);
-  for (const Storage storage : {Storage::float32, Storage::float16}) {
+  for (const Storage storage : {Storage::float32, Storage::fixed16}) {
     VolumeCombiner c = VolumeCombiner::make(volume, storage);
     c.update(radiance);
     const std::vector<std::uint32_t> probes{209, 0, 13, 14, 15, 100, 101, 13};
@@ -101,21 +103,23 @@ TEST(VolumeCombiner, a_few_probes_have_the_bits_of_the_full_combination) {
 
 TEST(VolumeCombiner, steps_read_the_changed_rows_only_and_do_not_drift) {
   const BasisVolume volume = volume_of({5, 4, 3}, 64);
-  auto radiance = test::random_radiance(volume, 8);
-  VolumeCombiner c = VolumeCombiner::make(volume);
-  c.update(radiance);
-  std::mt19937 random(9);
-  std::uniform_real_distribution<float> ten(0.0f, 10.0f);
-  std::size_t full = 0;
-  for (int step = 0; step < 600; ++step) {
-    radiance[random() % 64] = {ten(random), ten(random), ten(random)};
-    radiance[random() % 64].g = ten(random);
-    const std::size_t rows = c.update(radiance);
-    full += rows > 2 ? 1 : 0;
+  for (const auto& [storage, bound] : {std::pair{Storage::float32, 1e-5}, {Storage::fixed16, 2e-4}}) {
+    auto radiance = test::random_radiance(volume, 8);
+    VolumeCombiner c = VolumeCombiner::make(volume, storage);
+    c.update(radiance);
+    std::mt19937 random(9);
+    std::uniform_real_distribution<float> ten(0.0f, 10.0f);
+    std::size_t full = 0;
+    for (int step = 0; step < 600; ++step) {
+      radiance[random() % 64] = {ten(random), ten(random), ten(random)};
+      radiance[random() % 64].g = ten(random);
+      const std::size_t rows = c.update(radiance);
+      full += rows > 2 ? 1 : 0;
+    }
+    EXPECT_EQ(full, 2u); // after every 256 steps
+    const LightField expected = combine(volume, radiance);
+    EXPECT_LT(largest_difference(c.field(), expected), bound * largest_value(expected));
   }
-  EXPECT_EQ(full, 2u); // after every 256 steps
-  const LightField expected = combine(volume, radiance);
-  EXPECT_LT(largest_difference(c.field(), expected), 1e-5 * largest_value(expected));
 }
 
 TEST(VolumeCombiner, bits_do_not_depend_on_the_thread_count) {
@@ -134,32 +138,27 @@ TEST(TileKernels, every_vector_width_agrees_with_the_scalar_sums) {
   constexpr std::size_t kRows = 9;
   std::vector<float> floats(kRows * detail::kTileNumbers);
   std::vector<std::uint16_t> halves(floats.size());
-  std::vector<std::int8_t> bytes(floats.size());
   for (std::size_t k = 0; k < floats.size(); ++k) {
     floats[k] = unit(random);
     halves[k] = detail::to_half(floats[k]);
-    bytes[k] = static_cast<std::int8_t>(127.0f * floats[k]);
   }
   const std::vector<detail::WeightedRow> rows{{0, 0.5f}, {3, -2.0f}, {8, 1.25f}};
   for (const detail::TileKernels& kernels : detail::usable_tile_kernels())
     for (std::size_t first = 0; first < detail::kTileBlocks; ++first)
       for (std::size_t count = 1; first + count <= detail::kTileBlocks; ++count) {
-        std::vector<float> f(detail::kTileNumbers, 1.0f), h = f, b = f;
+        std::vector<float> f(detail::kTileNumbers, 1.0f), h = f;
         kernels.add_float(floats.data(), rows, first, count, f.data());
         kernels.add_half(halves.data(), rows, first, count, h.data());
-        kernels.add_byte(bytes.data(), rows, first, count, b.data());
         for (std::size_t k = 0; k < detail::kTileNumbers; ++k) {
           const bool inside = k / detail::kBlockNumbers >= first && k / detail::kBlockNumbers < first + count;
-          double ef = 1, eh = 1, eb = 1;
+          double ef = 1, eh = 1;
           for (const auto& r : rows) {
             const std::size_t at = r.row * detail::kTileNumbers + k;
             ef += inside ? double(r.weight) * double(floats[at]) : 0;
             eh += inside ? double(r.weight) * double(detail::from_half(halves[at])) : 0;
-            eb += inside ? double(r.weight) * double(bytes[at]) : 0;
           }
           ASSERT_NEAR(double(f[k]), ef, 2e-6) << kernels.name;
           ASSERT_NEAR(double(h[k]), eh, 2e-6) << kernels.name;
-          ASSERT_NEAR(double(b[k]), eb, 1e-4) << kernels.name;
         }
       }
 }
@@ -168,31 +167,113 @@ TEST(TileKernels, three_colours_at_once_are_three_sums) {
   std::mt19937 random(13);
   constexpr std::size_t kRows = 40;
   std::vector<std::uint16_t> halves(kRows * detail::kTileNumbers);
-  std::vector<std::int8_t> bytes(halves.size());
-  for (std::size_t k = 0; k < bytes.size(); ++k) {
-    bytes[k] = static_cast<std::int8_t>(random() % 255 - 127);
-    halves[k] = detail::to_half(static_cast<float>(random() % 100) / 100.0f);
-  }
+  for (std::uint16_t& h : halves)
+    h = detail::to_half(static_cast<float>(random() % 100) / 100.0f);
   std::vector<detail::ColouredRow> rows;
   for (std::uint32_t r = 0; r < kRows; r += 1 + r % 3)
     rows.push_back({r, {0.5f, -1.0f, 0.25f * static_cast<float>(r)}});
   for (const detail::TileKernels& kernels : detail::usable_tile_kernels()) {
-    std::vector<float> h(3 * detail::kTileNumbers, 1.0f), b = h;
-    float* const to_h[3] = {h.data(), h.data() + 128, h.data() + 256};
-    float* const to_b[3] = {b.data(), b.data() + 128, b.data() + 256};
-    kernels.add_half_colours(halves.data(), rows, to_h);
-    kernels.add_byte_colours(bytes.data(), rows, to_b);
+    std::vector<float> h(3 * detail::kTileNumbers, 1.0f);
+    float* const to[3] = {h.data(), h.data() + 128, h.data() + 256};
+    kernels.add_half_colours(halves.data(), rows, to);
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t k = 0; k < 128; ++k) {
-        double eh = 1, eb = 1;
-        for (const auto& r : rows) {
-          eh += double(r.weight[c]) * double(detail::from_half(halves[r.row * 128 + k]));
-          eb += double(r.weight[c]) * double(bytes[r.row * 128 + k]);
-        }
-        ASSERT_NEAR(double(to_h[c][k]), eh, 1e-4) << kernels.name;
-        ASSERT_NEAR(double(to_b[c][k]), eb, 0.02) << kernels.name;
+        double expected = 1;
+        for (const auto& r : rows)
+          expected += double(r.weight[c]) * double(detail::from_half(halves[r.row * 128 + k]));
+        ASSERT_NEAR(double(to[c][k]), expected, 1e-4) << kernels.name;
       }
   }
+}
+
+/// What 15 bits of the largest weight leave of a weight.
+double rounded(float weight, float most) {
+  const double step = double(most) / detail::ByteRows::kMost;
+  return step * std::round(double(weight) / step);
+}
+
+TEST(TileKernels, bytes_are_summed_exactly_with_weights_of_15_bits) {
+  std::mt19937 random(14);
+  std::normal_distribution<float> normal;
+  for (const std::size_t count : {1u, 4u, 7u, 150u}) {
+    std::vector<std::int8_t> bytes(2 * count * detail::kTileNumbers);
+    for (std::int8_t& b : bytes)
+      b = static_cast<std::int8_t>(random() % 256 - 128);
+    std::vector<detail::WeightedRow> one;
+    std::vector<detail::ColouredRow> three;
+    for (std::uint32_t r = 0; r < count; ++r) { // every other row
+      three.push_back({2 * r, {normal(random), normal(random), 100.0f * normal(random)}});
+      one.push_back({2 * r, three.back().weight[0]});
+    }
+    float most[3] = {}, total[3] = {};
+    for (const auto& r : three)
+      for (int c = 0; c < 3; ++c) {
+        most[c] = std::max(most[c], std::abs(r.weight[c]));
+        total[c] += std::abs(r.weight[c]);
+      }
+    const detail::ByteRows one_rows{std::span<const detail::WeightedRow>(one)},
+        three_rows{std::span<const detail::ColouredRow>(three)};
+    for (const detail::TileKernels& kernels : detail::usable_tile_kernels()) {
+      std::vector<float> sums(4 * detail::kTileNumbers, 0.5f);
+      float* const to[4] = {sums.data(), sums.data() + 128, sums.data() + 256, sums.data() + 384};
+      kernels.add_bytes(bytes.data(), three_rows, to);
+      kernels.add_bytes(bytes.data(), one_rows, to + 3);
+      const bool integer = std::string(kernels.name) == "avx512vnni";
+      for (std::size_t c = 0; c < 4; ++c)
+        for (std::size_t k = 0; k < detail::kTileNumbers; ++k) {
+          double expected = 0.5;
+          for (const auto& r : three) {
+            const float w = r.weight[c % 3];
+            expected += (integer ? rounded(w, most[c % 3]) : double(w)) * double(bytes[r.row * 128 + k]);
+          }
+          ASSERT_NEAR(double(to[c][k]), expected, 2e-5 * double(total[c % 3])) << kernels.name << " " << count;
+        }
+    }
+  }
+}
+
+TEST(TileKernels, fixed_point_sums_are_the_same_integers_in_every_version) {
+  std::mt19937 random(15);
+  std::normal_distribution<float> normal;
+  constexpr std::size_t kPairs = 45;
+  std::vector<std::int16_t> tile(kPairs * 2 * detail::kTileNumbers);
+  for (std::int16_t& x : tile)
+    x = static_cast<std::int16_t>(static_cast<int>(random() % (2 * detail::kFixedMost + 1)) - detail::kFixedMost);
+  std::fill_n(tile.begin(), 32 * detail::kTileNumbers, std::int16_t{detail::kFixedMost}); // the largest possible sum
+  std::vector<float> scale(2 * kPairs), weight(2 * kPairs);
+  for (std::size_t r = 0; r < scale.size(); ++r) {
+    scale[r] = r < 32 ? 1.0f : std::exp(normal(random));
+    weight[r] = r < 32 ? 1.0f : normal(random);
+  }
+  std::vector<std::uint32_t> all(kPairs), some;
+  std::iota(all.begin(), all.end(), 0u);
+  for (std::uint32_t p = 0; p < kPairs; p += 1 + p % 4)
+    some.push_back(p);
+  for (const auto& pairs : {all, some, std::vector<std::uint32_t>{3}, std::vector<std::uint32_t>{20, 21, 22}})
+    for (const auto& [first, count] : {std::pair<std::size_t, std::size_t>{0, 8}, {3, 1}, {1, 6}}) {
+      std::vector<float> expected(detail::kTileNumbers, 0.25f);
+      detail::usable_tile_kernels().front().add_fixed(tile.data(), scale.data(), weight.data(), pairs, first, count,
+                                                      expected.data());
+      for (const detail::TileKernels& kernels : detail::usable_tile_kernels()) {
+        std::vector<float> sum(detail::kTileNumbers, 0.25f);
+        kernels.add_fixed(tile.data(), scale.data(), weight.data(), pairs, first, count, sum.data());
+        for (std::size_t k = 0; k < detail::kTileNumbers; ++k) {
+          double exact = 0.25, size = 0, sizes = 0;
+          for (const std::uint32_t p : pairs)
+            for (std::size_t j = 0; j < 2; ++j) {
+              const double x = double(weight[2 * p + j]) * double(scale[2 * p + j]) * tile[(p * 128 + k) * 2 + j];
+              exact += x;
+              sizes += std::abs(x);
+              size = std::max(size, std::abs(double(weight[2 * p + j]) * double(scale[2 * p + j])));
+            }
+          const bool inside = k / 16 >= first && k / 16 < first + count;
+          // One rounding of a float sum between versions; at most half a step of a weight for each number against the
+          // truth.
+          ASSERT_NEAR(double(sum[k]), double(expected[k]), 4e-7 * sizes + 1e-6) << kernels.name;
+          ASSERT_NEAR(double(sum[k]), inside ? exact : 0.25, double(pairs.size()) * size + 1e-3) << kernels.name;
+        }
+      }
+    }
 }
 
 TEST(TileKernels, planes_are_interleaved) {
