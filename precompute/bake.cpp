@@ -4,6 +4,7 @@
 #include <numeric>
 #include <span>
 
+#include "precompute/detail/light_leaves.h"
 #include "precompute/detail/node_sharpening.h"
 #include "precompute/detail/transport_problem.h"
 #include "precompute/probe_fit.h"
@@ -14,6 +15,7 @@ namespace daylit::precompute {
 
 namespace {
 
+using detail::LightLeaves;
 using detail::ProbePoints;
 using detail::Problem;
 using detail::StageClock;
@@ -30,13 +32,6 @@ void store_basis(const std::vector<float>& coefficients, const std::vector<std::
         for (std::size_t r = 0; r < regions; ++r)
           to[r * volume.row_floats()] = from[r];
       }
-}
-
-std::vector<float> openings(const std::vector<radiosity::FirstBounceRow>& rows) {
-  std::vector<float> opening;
-  for (const radiosity::FirstBounceRow& row : rows)
-    opening.push_back(row.opening);
-  return opening;
 }
 
 /// All regions of the sky at once, for the audit when no region is solved by itself.
@@ -56,9 +51,10 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
 /// What all ways to the volume share. Points are the valid probes; `fit` turns light there into probe values.
 struct Stage {
   const Problem& problem;
+  const LightLeaves& leaves; ///< constant regions: the elements themselves
   const radiosity::ExchangeMatrix& exchange;
   const ProbePoints& points;
-  const radiosity::GatherHits& hits; ///< of the points' places
+  const radiosity::GatherHits& hits; ///< leaves seen from the points' places
   const ProbeFit& fit;
   const BakeOptions& options;
   const Progress& progress;
@@ -98,18 +94,24 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
                            BakeReport& report) {
   SurfaceLightReport surfaces;
   detail::sharpen_nodes(volume.partition, rows);
-  const auto light = surface_light(s.problem.elements, s.exchange, std::move(rows), s.options.clusters, s.solve(),
-                                   s.progress, surfaces);
+  const auto light = surface_light(s.problem.elements, s.leaves, s.exchange, std::move(rows), s.options.clusters,
+                                   s.solve(), s.progress, surfaces);
   if (!light)
     return light.error();
   report.solve = surfaces.solve;
   report.energy = surfaces.energy;
   s.clock.finish("solve");
-  const auto one = [&](std::uint32_t point, float* nine_rows) { s.hits.weights(s.points.place[point], nine_rows); };
-  const auto gather = [&](std::span<const std::uint32_t> some, float* rows_of_some) {
-    s.fit.apply(some, 9 * s.hits.elements(), one, rows_of_some);
+  const auto told_apart = [&](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_elements) {
+    for (const std::uint32_t point : s.fit.needed(some))
+      s.hits.mark_told_apart(s.points.place[point], of_elements);
   };
-  auto compact = compact_sky(*light, gather, volume.probes, s.points.probe, volume.partition,
+  const auto gather = [&](std::span<const std::uint32_t> some, std::span<const std::uint32_t> piece_end, float* out) {
+    const auto one = [&](std::uint32_t point, float* nine_rows) {
+      s.hits.weights(s.points.place[point], piece_end, nine_rows);
+    };
+    s.fit.apply(some, 9 * piece_end.size(), one, out);
+  };
+  auto compact = compact_sky(*light, {told_apart, gather}, volume.probes, s.points.probe, volume.partition,
                              {.error = s.options.compact_error, .part = s.fit.part()}, s.progress, &report.compact);
   if (!compact)
     return compact.error();
@@ -127,30 +129,34 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out);
   if (!audit)
     return audit.error();
-  const radiosity::ElementSet& elements = s.problem.elements;
-  const auto light = radiosity::first_bounce(elements, s.problem.mesh, s.problem.patch_rays, s.problem.apertures.list,
+  const LightLeaves& leaves = s.leaves;
+  const auto light = radiosity::first_bounce(leaves.elements, leaves.mesh, leaves.rays, s.problem.apertures.list,
                                              held_out_partition(), s.progress);
   if (!light)
     return light.error();
-  const auto radiosity = radiosity::solve_radiosity(elements, s.exchange, audit->first_light(*light, elements),
-                                                    {.tolerance = s.options.tolerance}, s.progress);
-  if (!radiosity)
-    return radiosity.error();
+  const radiosity::FirstBounce first = audit->first_light(*light, leaves.elements),
+                               of_parents = leaves.of_parents(first);
+  const auto solved = radiosity::solve_radiosity(s.problem.elements, s.exchange, of_parents,
+                                                 {.tolerance = s.options.tolerance}, s.progress);
+  if (!solved)
+    return solved.error();
+  const radiosity::Radiosity radiosity = leaves.radiosity_of(*solved, of_parents, first);
   std::vector<glm::dvec3> points = audit->points();
   for (glm::dvec3& p : points)
     p -= s.problem.mesh.origin;
-  const auto seen = radiosity::gather_hits(points, elements, s.problem.mesh, s.problem.patch_rays,
-                                           {.rays = kHeldOutRays * s.options.gather_rays}, s.progress);
+  const auto seen =
+      radiosity::gather_hits(points, leaves.elements, leaves.mesh, leaves.rays,
+                             {.rays = kHeldOutRays * s.options.gather_rays, .group = leaves.parent}, s.progress);
   if (!seen)
     return seen.error();
-  const auto at_points = radiosity::gather_coefficients(*seen, *radiosity, s.progress);
+  const auto at_points = radiosity::gather_coefficients(*seen, radiosity, s.progress);
   if (!at_points)
     return at_points.error();
-  auto at_probes = radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
+  auto at_probes = radiosity::gather_coefficients(s.hits, radiosity, s.progress);
   if (!at_probes)
     return at_probes.error();
   std::vector<float> of_probes = s.points.spread(std::move(*at_probes));
-  s.fit.apply(of_probes, 9 * radiosity->columns);
+  s.fit.apply(of_probes, 9 * radiosity.columns);
   AuditReport report = audit->judge(volume, *at_points, of_probes, s.points.probe);
   s.clock.finish("audit");
   return report;
@@ -200,7 +206,12 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
 
   // One element of a fine sky sees some of thousands of nodes: rows, not a table.
   const bool fine = partition.interpolated();
-  auto rows = fine ? radiosity::first_bounce_rows(elements, problem->mesh, problem->patch_rays, problem->apertures.list,
+  const auto leaves =
+      LightLeaves::make(problem->mesh, elements, problem->apertures.list, fine ? options.leaves : std::size_t{0});
+  if (!leaves)
+    return leaves.error();
+  report.leaves = leaves->elements.elements.size();
+  auto rows = fine ? radiosity::first_bounce_rows(leaves->elements, leaves->mesh, leaves->rays, problem->apertures.list,
                                                   partition, progress, &report.first_bounce)
                    : Result<std::vector<radiosity::FirstBounceRow>>(std::vector<radiosity::FirstBounceRow>{});
   if (!rows)
@@ -222,14 +233,14 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                                             progress, &report.exchange);
   if (!exchange)
     return exchange.error();
-  report.closure =
-      radiosity::close_rows(elements, fine ? openings(*rows) : light->opening, {.black_left_out = true}, *exchange);
+  report.closure = radiosity::close_rows(elements, fine ? leaves->opening_of_parents(*rows) : light->opening,
+                                         {.black_left_out = true}, *exchange);
   clock.finish("form factors");
 
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
-  const auto hits = radiosity::gather_hits(points.at, elements, problem->mesh, problem->patch_rays,
-                                           {.rays = options.gather_rays}, progress);
+  const auto hits = radiosity::gather_hits(points.at, leaves->elements, leaves->mesh, leaves->rays,
+                                           {.rays = options.gather_rays, .group = leaves->parent}, progress);
   if (!hits)
     return hits.error();
   clock.finish("rays");
@@ -241,7 +252,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  const Stage stage{*problem, *exchange, points, *hits, fit, options, progress, clock};
+  const Stage stage{*problem, *leaves, *exchange, points, *hits, fit, options, progress, clock};
   if (const Result<void> done =
           fine ? bake_fine_sky(stage, std::move(*rows), volume, report) : bake_regions(stage, *light, volume, report);
       !done)

@@ -35,6 +35,7 @@ struct BakeOptions {
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double compact_error = 0.03;           ///< of the factors of a fine sky
+  std::size_t leaves = 3600;             ///< of the patches, on which the light of a fine sky falls: at least these
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
   bool audit = false;                    ///< measure the error at held-out points and skies
   std::vector<glm::dvec3> held_out;      ///< world metres, of the audit; empty: chosen
@@ -52,7 +53,7 @@ struct StageTime {
 struct BakeReport {
   RoomReport room;
   ApertureReport apertures;
-  std::size_t patches = 0, elements = 0;
+  std::size_t patches = 0, elements = 0, leaves = 0;
   std::size_t sides_skipped = 0;      ///< no light reaches them
   std::size_t sides_without_path = 0; ///< lit, but no light goes from them to any of the given points
   double patch_edge_m = 0;

@@ -19,12 +19,14 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr double kSketchAtThree = 96;    ///< columns of the range finder at an error of 3 %, ~ error^-0.8
+constexpr double kSketchAtThree = 180;   ///< columns of the range finder at an error of 3 %, ~ error^-0.8
 constexpr double kRangeAtThree = 180;    ///< the same of what counts at all in the rows of a brick
 constexpr std::size_t kProjections = 16; ///< random signs that measure norms
 constexpr std::size_t kRoundingSuns = 64;
-constexpr double kFloor = 0.05;      ///< of the brightest node: what dimmer nodes are measured against
-constexpr double kByteShare = 0.5;   ///< of the allowed error: what rounding to bytes may add
+constexpr float kBelowHorizon =
+    0.2f;                          ///< there is no sun: light from there is smooth, and may err more under a small one
+constexpr double kFloor = 0.05;    ///< of the brightest node: what dimmer nodes are measured against
+constexpr double kByteShare = 0.5; ///< of the allowed error: what rounding to bytes may add
 constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
 constexpr double kTailShare2 = 0.2;  ///< of the allowed squared error: a longer tail, and the sketch is widened
 
@@ -50,13 +52,15 @@ void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& positi
   split(points.subspan(points.size() / 2), position, most, groups);
 }
 
-/// One brick on its way: numbers of points, and what the stages leave behind. Its gather rows [number][element] are
+/// One brick on its way: numbers of points, and what the stages leave behind. Its gather rows [number][leaf] are
 /// basis times coordinates: neighbouring probes see the same room.
 struct Brick {
   std::vector<std::uint32_t> point;
-  detail::Basis basis;            ///< [number][rank]
-  std::vector<float> coordinates; ///< [rank][element]
-  std::vector<float> projected;   ///< [projection][source]: random signs times the transport
+  detail::Basis basis; ///< [number][rank]
+  detail::SeenPieces seen;
+  std::vector<float> coordinates; ///< [rank][piece]
+  std::vector<float>
+      projected; ///< [projection][source]: random signs times the transport; lit pieces until there are factors
   detail::Factors factors;
   double unseen = 0; ///< squared error of what the sketches missed
 
@@ -96,23 +100,27 @@ double squares(const std::vector<float>& a) {
 std::uint64_t signs_of(std::size_t brick) { return brick + 16; }
 
 /// Norms under random signs, and the few combinations of the gather rows that differ under suns. `radiosity`: of the
-/// room under random suns of random colour, [element][columns].
-void reduce(const detail::SurfaceTransport& surfaces, const GatherRows& gather, const std::vector<float>& radiosity,
-            double error, std::size_t number, Brick& b) {
-  const std::size_t n = b.numbers(), elements = surfaces.elements(), columns = radiosity.size() / elements;
-  std::vector<float> rows(n * elements);
-  gather(b.point, rows.data());
+/// room under random suns of random colour, [leaf][columns].
+void reduce(const SurfaceLight& light, const detail::SurfaceTransport& surfaces, const GatherRows& gather,
+            const std::vector<float>& radiosity, double error, std::size_t number, Brick& b) {
+  const std::size_t n = b.numbers(), columns = radiosity.size() / light.leaves;
+  std::vector<std::uint8_t> told_apart(light.elements, 0);
+  gather.told_apart(b.point, told_apart);
+  b.seen = detail::SeenPieces::of(light, told_apart);
+  const std::size_t pieces = b.seen.piece.size();
+  std::vector<float> rows(n * pieces);
+  gather.rows(b.point, b.seen.end, rows.data());
   const std::vector<float> signs = detail::random_signs(signs_of(number), 3 * n * kProjections);
-  b.projected.assign(kProjections * surfaces.sources(), 0.0f);
+  b.projected.assign(kProjections * b.seen.lit.size(), 0.0f);
   for (int c = 0; c < 3; ++c)
     surfaces.add_adjoint(c,
                          detail::multiply_transposed(
                              std::span(signs).subspan(static_cast<std::size_t>(c) * n * kProjections, n * kProjections),
-                             rows, n, kProjections, elements),
-                         kProjections, b.projected);
-  const std::vector<float> seen = detail::multiply(rows, radiosity, n, elements, columns);
+                             rows, n, kProjections, pieces),
+                         kProjections, b.seen, b.projected);
+  const std::vector<float> seen = detail::multiply(rows, b.seen.means(light, radiosity, columns), n, pieces, columns);
   b.basis = detail::orthonormal_range(seen, n, columns, kRangeShare * kRangeShare * error * error * squares(seen));
-  b.coordinates = detail::multiply_transposed(b.basis.q, rows, n, b.basis.rank, elements);
+  b.coordinates = detail::multiply_transposed(b.basis.q, rows, n, b.basis.rank, pieces);
 }
 
 /// The metric of suns with what is drawn from it.
@@ -130,39 +138,41 @@ struct Measure {
   }
 };
 
-/// Randomised singular value decomposition of `transport` [row][source] in the metric of suns (Halko, Martinsson, Tropp
+/// Randomised singular value decomposition of `transport` [row][piece] in the metric of suns (Halko, Martinsson, Tropp
 /// 2011, algorithm 4.4, one power iteration: the singular values fall slowly, and the first sketch alone would miss
-/// half of them). `suns`: [source][width].
-detail::Factors decompose(const std::vector<float>& transport, std::size_t rows, const Measure& measure,
+/// half of them). `suns`: [piece][width].
+detail::Factors decompose(const std::vector<float>& transport, std::size_t rows, const detail::SunMetric& metric,
                           const std::vector<float>& suns, std::size_t width) {
-  const std::size_t sources = measure.metric.sigma.size();
-  std::vector<float> seen = detail::multiply(transport, suns, rows, sources, width);
+  const std::size_t pieces = metric.sigma.size();
+  std::vector<float> seen = detail::multiply(transport, suns, rows, pieces, width);
   for (int pass = 0;; ++pass) {
     const detail::Basis range = detail::orthonormal_range(seen, rows, width);
-    std::vector<float> coordinates = detail::multiply_transposed(range.q, transport, rows, range.rank, sources);
+    std::vector<float> coordinates = detail::multiply_transposed(range.q, transport, rows, range.rank, pieces);
     if (pass == 1 || range.rank == 0)
-      return detail::factorise(range, rows, std::move(coordinates), sources, measure.metric.correlation);
+      return detail::factorise(range, rows, std::move(coordinates), pieces, metric.correlation);
     width = range.rank;
     const std::vector<float> sun =
-        detail::multiply_by_transposed(measure.metric.correlation, coordinates, sources, sources, width);
-    seen = detail::multiply(transport, sun, rows, sources, width);
+        detail::multiply_by_transposed(metric.correlation, coordinates, pieces, pieces, width);
+    seen = detail::multiply(transport, sun, rows, pieces, width);
   }
 }
 
 /// `first`: suns [source][width] of the first sketch; `limit`: of the squared error that the sketch may miss.
 void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,
                std::size_t number, double limit, Brick& b) {
-  const std::size_t rank = b.basis.rank, rows = 3 * rank, sources = surfaces.sources();
-  std::vector<float> transport(rows * sources, 0.0f);
+  const std::size_t rank = b.basis.rank, rows = 3 * rank, sources = surfaces.sources(), pieces = b.seen.lit.size();
+  std::vector<float> transport(rows * pieces, 0.0f);
   for (int c = 0; c < 3; ++c)
-    surfaces.add_adjoint(c, b.coordinates, rank,
-                         std::span(transport).subspan(static_cast<std::size_t>(c) * rank * sources, rank * sources));
+    surfaces.add_adjoint(c, b.coordinates, rank, b.seen,
+                         std::span(transport).subspan(static_cast<std::size_t>(c) * rank * pieces, rank * pieces));
   b.coordinates = {};
-  scale_sources(transport, measure.metric.sigma);
-  scale_sources(b.projected, measure.metric.sigma);
+  const detail::SunMetric metric = b.seen.metric(measure.metric);
+  scale_sources(transport, metric.sigma);
+  scale_sources(b.projected, metric.sigma);
   for (std::size_t width = first.size() / sources;; width += width / 2) {
-    b.factors =
-        decompose(transport, rows, measure, width * sources == first.size() ? first : measure.suns(width), width);
+    const std::vector<float> more = width * sources == first.size() ? std::vector<float>{} : measure.suns(width);
+    b.factors = decompose(transport, rows, metric,
+                          b.seen.suns(metric, measure.metric, more.empty() ? first : more, width), width);
     // Singular values fall like a power of their number: the tail is about as long as what was found.
     if (b.factors.rank() < width || b.factors.power.back() * static_cast<double>(width) <= limit)
       break;
@@ -171,15 +181,26 @@ void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure,
   const std::vector<float> missed = b.factors.remainder(
       detail::Factors::Stored::exactly, detail::random_signs(signs_of(number), 3 * b.numbers() * kProjections),
       b.projected, kProjections);
-  b.unseen = detail::metric_trace(missed, measure.metric.correlation, kProjections, sources) / kProjections;
+  b.unseen = detail::metric_trace(missed, metric.correlation, kProjections, pieces) / kProjections;
   b.basis = {};
+  b.projected = b.seen.expand(b.projected, metric, measure.metric);
+  b.factors.source_factor = b.seen.expand(b.factors.source_factor, metric, measure.metric);
+  b.factors.sources = sources;
 }
 
-std::vector<float> node_weights(const std::vector<double>& norm2) {
+/// What an error under a sun at each node counts.
+std::vector<float> horizon_shares(const detail::SunColumns& columns, const SkyPartition& partition) {
+  std::vector<float> share;
+  for (const std::int32_t node : columns.node)
+    share.push_back(partition.centre(node).z < 0.0 ? kBelowHorizon : 1.0f);
+  return share;
+}
+
+std::vector<float> node_weights(const std::vector<double>& norm2, const std::vector<float>& share) {
   const double most = norm2.empty() ? 0.0 : std::sqrt(*std::ranges::max_element(norm2));
   std::vector<float> weight(norm2.size());
   for (std::size_t i = 0; i < weight.size(); ++i)
-    weight[i] = static_cast<float>(1.0 / std::max({std::sqrt(norm2[i]), kFloor * most, 1e-30}));
+    weight[i] = share[i] * static_cast<float>(1.0 / std::max({std::sqrt(norm2[i]), kFloor * most, 1e-30}));
   return weight;
 }
 
@@ -271,7 +292,7 @@ std::vector<Brick> make_bricks(const ProbeSet& probes, std::span<const std::size
 
 CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bricks, const SurfaceLight& light,
                         const detail::SunColumns& columns, const std::vector<float>& weight,
-                        const std::vector<float>& sigma) {
+                        const std::vector<float>& sigma, double counted) {
   CompactReport report{.nodes = columns.size(),
                        .sources = light.source.size(),
                        .clusters = light.clusters,
@@ -297,7 +318,7 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
     report.largest_error = std::max(report.largest_error, std::sqrt(e));
     sum += e;
   }
-  report.rms_error = std::sqrt(sum / static_cast<double>(std::max<std::size_t>(error2.size(), 1)));
+  report.rms_error = std::sqrt(sum / std::max(counted, 1e-30));
   return report;
 }
 
@@ -306,10 +327,10 @@ std::size_t sketch_width(double at_three_percent, double error) {
       std::clamp(at_three_percent * std::pow(0.03 / std::max(error, 1e-4), 0.8), 32.0, 1024.0));
 }
 
-/// Radiosity [element][columns] under suns of which each colour has a random sign.
+/// Radiosity [leaf][columns] under suns of which each colour has a random sign.
 std::vector<float> of_random_colour(const detail::SurfaceTransport& surfaces, const std::vector<float>& suns,
                                     std::size_t columns) {
-  std::vector<float> sum(surfaces.elements() * columns, 0.0f);
+  std::vector<float> sum(surfaces.leaves() * columns, 0.0f);
   for (int c = 0; c < 3; ++c) {
     const std::vector<float> one = surfaces.radiosity(c, suns, columns);
     for (std::size_t k = 0; k < sum.size(); ++k)
@@ -344,21 +365,23 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   for (std::size_t j = 0; j < columns.size(); ++j)
     for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
       norm2[j] += static_cast<double>(columns.value[k]) * static_cast<double>(columns.value[k]);
+  const std::vector<float> share = horizon_shares(columns, partition);
+  const double counted = std::inner_product(share.begin(), share.end(), share.begin(), 0.0);
   const std::size_t range = sketch_width(kRangeAtThree, options.error);
-  const std::vector<float> suns = random_suns(columns, node_weights(norm2), range);
+  const std::vector<float> suns = random_suns(columns, node_weights(norm2, share), range);
   const detail::SurfaceTransport surfaces(light);
   const std::vector<float> radiosity = of_random_colour(surfaces, suns, range);
-  for_each_brick([&](std::size_t b) { reduce(surfaces, gather, radiosity, options.error, b, bricks[b]); });
+  for_each_brick([&](std::size_t b) { reduce(light, surfaces, gather, radiosity, options.error, b, bricks[b]); });
 
   std::ranges::fill(norm2, 0.0);
   for (const Brick& b : bricks)
-    columns.add_norms2(b.projected, norm2);
+    columns.add_norms2(b.seen.expand(b.projected), norm2);
   for (double& n : norm2)
     n /= kProjections;
-  const std::vector<float> weight = node_weights(norm2);
+  const std::vector<float> weight = node_weights(norm2, share);
   const detail::SunMetric metric(columns, weight);
   const Measure measure{columns, weight, metric};
-  const double allowed = options.error * options.error * static_cast<double>(norm2.size());
+  const double allowed = options.error * options.error * counted;
   const std::vector<float> first = measure.suns(sketch_width(kSketchAtThree, options.error));
   for_each_brick([&](std::size_t b) {
     factorise(surfaces, measure, first, b, kTailShare2 * allowed / static_cast<double>(bricks.size()), bricks[b]);
@@ -368,7 +391,7 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   select(bricks, measure.suns(kRoundingSuns), allowed);
   CompactBasis basis = assemble(bricks, light, metric.sigma, probe_of_point);
   if (report) {
-    *report = report_of(basis, bricks, light, columns, weight, metric.sigma);
+    *report = report_of(basis, bricks, light, columns, weight, metric.sigma, counted);
     report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   return basis;

@@ -21,7 +21,8 @@ namespace daylit::precompute {
 
 struct CompactOptions {
   /// Root mean square over the sky's directions of |error| / |light| under a small sun there; directions that light
-  /// less than 1/20 of the brightest are measured against that.
+  /// less than 1/20 of the brightest are measured against that. Below the horizon, where no sun is, an
+  /// error counts a fifth.
   double error = 0.03;
   std::size_t brick_probes = 180; ///< at most; fewer cost more source factors, more cost more rank
   /// Of each point: no brick holds points of two parts, because the error of a brick is shared by its points and light
@@ -36,8 +37,15 @@ struct CompactReport {
   double seconds = 0;
 };
 
-/// Fills nine rows [lm][element] for each of some points: coefficient = sum over elements of row * radiosity.
-using GatherRows = std::function<void(std::span<const std::uint32_t> points, float* rows)>;
+/// What some points see.
+struct GatherRows {
+  /// Marks the elements whose leaves one of the points tells apart.
+  std::function<void(std::span<const std::uint32_t> points, std::span<std::uint8_t> elements)> told_apart;
+  /// Nine rows [lm][piece] for each point: coefficient = sum over pieces of row * radiosity. Pieces are runs of leaves,
+  /// each given by its end.
+  std::function<void(std::span<const std::uint32_t> points, std::span<const std::uint32_t> piece_end, float* rows)>
+      rows;
+};
 
 /// Point p is probe probe_of_point[p]. `partition` is one of nodes. Errors: interrupted.
 Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeSet& probes,

@@ -14,13 +14,16 @@ namespace daylit::precompute {
 namespace {
 
 // Shares of the target. Together 0.82 of it; a bake that misses is repeated with better knowledge.
-constexpr double kMeshShare = 0.45, kGridShare = 0.64, kSkyShare = 0.24;
+constexpr double kMeshShare = 0.45, kGridShare = 0.64;
 constexpr double kPointsShare = 0.30; ///< of the mesh at given points, where no grid adds to it
 constexpr double kSunShare = 2.0;
 constexpr int kFewestPatches = 200, kMostPatches = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
+// Elements and leaves per patch of the law: first light on finer pieces than the rest (detail/light_leaves.h).
+constexpr double kElementShare = 0.55, kLeafShare = 1.65;
+constexpr double kCompactShare = 2.1;        ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
 constexpr double kClearlyFiner = 1.8;        ///< ratio of patches from which a difference tells an error
@@ -33,6 +36,11 @@ const PlanLaws& laws = kPlanLaws;
 double grid_part(const Pilot& pilot, double spacing_m, double rays, double at_pilot) {
   const double curved = at_pilot * std::pow(spacing_m / pilot.spacing_m, laws.grid_exponent);
   return std::hypot(curved, ray_noise(rays));
+}
+
+/// Patches of the law that a mesh with leaves is as good as.
+double patches_like(double elements, double leaves) {
+  return leaves > elements ? std::sqrt(elements * leaves / (kElementShare * kLeafShare)) : elements;
 }
 
 double mesh_part(const Pilot& pilot, double patches) {
@@ -125,7 +133,13 @@ public:
     plan.options.gather_rays =
         static_cast<int>(kGatherRays * std::clamp(std::pow(finer, 1.2), 0.25, 64.0) * (grid ? 1 : 2));
     plan.options.patch_edge_m = request_.patch_edge_m;
-    plan.options.target_patches = choose_patches(target);
+    const int patches = choose_patches(target);
+    plan.options.target_patches = patches;
+    plan.options.leaves = static_cast<std::size_t>(kLeafShare / kElementShare * patches);
+    if (fine() && request_.patches == 0 && request_.patch_edge_m == 0) {
+      plan.options.target_patches = static_cast<int>(kElementShare * patches);
+      plan.options.leaves = static_cast<std::size_t>(kLeafShare * patches);
+    }
     choose_grid(target, plan.options);
     if (const Result<void> sky = choose_sky(target, plan); !sky)
       return sky.error();
@@ -134,6 +148,13 @@ public:
   }
 
 private:
+  bool fine() const { return request_.regions.empty() || SkyKind::of(request_.regions).nodes; }
+
+  double mesh_of(const Plan& plan) const {
+    const double patches = plan.options.target_patches;
+    return mesh_part(pilot_, fine() ? patches_like(patches, static_cast<double>(plan.options.leaves)) : patches);
+  }
+
   int choose_patches(double target) const {
     if (request_.patches > 0)
       return request_.patches;
@@ -170,7 +191,7 @@ private:
   double sun_error(const Plan& plan, double sky_sun) const {
     if (pilot_.grid_sun <= 0)
       return 0;
-    const double mesh = mesh_part(pilot_, plan.options.target_patches);
+    const double mesh = mesh_of(plan);
     const double grid = request_.points.empty()
                             ? grid_part(pilot_, spacing_of(plan.options), plan.options.gather_rays, pilot_.grid_sun)
                             : 0;
@@ -179,7 +200,7 @@ private:
 
   Result<void> choose_sky(double target, Plan& plan) const {
     plan.precision = target >= 0.005 ? BasisPrecision::float16 : BasisPrecision::float32;
-    plan.options.compact_error = std::clamp(kSkyShare * target / laws.compact_smooth, kMinCompact, kMaxCompact);
+    plan.options.compact_error = std::clamp(kCompactShare * target, kMinCompact, kMaxCompact);
     plan.regions = request_.regions;
     if (!plan.regions.empty())
       return check_regions(plan.regions);
@@ -207,7 +228,7 @@ private:
     if (plan.options.patch_edge_m > 0)
       patches = static_cast<double>(pilot_.fine.patches) *
                 std::pow(pilot_.fine.patch_edge_m / plan.options.patch_edge_m, 2.0);
-    p.mesh = mesh_part(pilot_, patches);
+    p.mesh = mesh_part(pilot_, fine() ? patches_like(patches, static_cast<double>(plan.options.leaves)) : patches);
     p.sky = sky.smooth;
     double probes = static_cast<double>(request_.points.size());
     if (request_.points.empty()) {
@@ -255,10 +276,21 @@ Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request) {
   return planner.plan(asked);
 }
 
+namespace {
+
+double patches_like(const BakeReport& report) {
+  const double leaves_per_element =
+      static_cast<double>(report.leaves) / static_cast<double>(std::max<std::size_t>(report.elements, 1));
+  const auto patches = static_cast<double>(report.patches);
+  return patches_like(patches, leaves_per_element * patches);
+}
+
+} // namespace
+
 Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report) {
   Pilot better = pilot;
   const Measured m = measured_error(pilot, report);
-  const double patches = static_cast<double>(report.patches);
+  const double patches = patches_like(report);
   better.mesh_error = m.mesh * std::pow(patches / static_cast<double>(pilot.fine.patches), laws.mesh_exponent);
   if (!plan.options.points.empty())
     return better;
@@ -272,7 +304,7 @@ Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report) 
 
 double estimated_mesh_error(const Pilot& pilot, const BakeReport& report) {
   // Against the finest pilot mesh that is clearly coarser; on a mesh no finer than any, the pilot's law stands.
-  const auto patches = static_cast<double>(report.patches);
+  const double patches = patches_like(report);
   for (const PilotMesh* mesh : {&pilot.fine, &pilot.coarse}) {
     const double ratio = patches / static_cast<double>(std::max<std::size_t>(mesh->patches, 1));
     if (ratio > kClearlyFiner)

@@ -107,16 +107,20 @@ void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) con
   });
 }
 
-void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
-                     const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
-  const auto rows_of = [&](std::uint32_t p) { return std::ranges::equal_range(rows_, p, {}, &Row::point); };
+std::vector<std::uint32_t> ProbeFit::needed(std::span<const std::uint32_t> points) const {
   std::vector<std::uint32_t> needed(points.begin(), points.end());
   for (const std::uint32_t p : points)
-    for (const Row& row : rows_of(p))
+    for (const Row& row : std::ranges::equal_range(rows_, p, {}, &Row::point))
       needed.insert(needed.end(), {row.a, row.middle, row.b});
   std::ranges::sort(needed);
   const auto repeated = std::ranges::unique(needed);
   needed.erase(repeated.begin(), repeated.end());
+  return needed;
+}
+
+void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+                     const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
+  const std::vector<std::uint32_t> needed = this->needed(points);
   std::vector<float> values(needed.size() * numbers_per_point);
   for (std::size_t i = 0; i < needed.size(); ++i)
     value(needed[i], values.data() + i * numbers_per_point);
@@ -127,7 +131,7 @@ void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_
   for (std::size_t i = 0; i < points.size(); ++i) {
     float* out = result + i * numbers_per_point;
     std::copy_n(at(points[i]), numbers_per_point, out);
-    for (const Row& row : rows_of(points[i])) {
+    for (const Row& row : std::ranges::equal_range(rows_, points[i], {}, &Row::point)) {
       const float *a = at(row.a), *m = at(row.middle), *b = at(row.b);
       for (std::size_t k = 0; k < numbers_per_point; ++k)
         out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);

@@ -13,7 +13,7 @@ namespace {
 /// Where an element is, how it is turned and what it reflects: clusters are small in all of these.
 using Place = std::array<double, 9>;
 
-std::vector<Place> places(const radiosity::ElementSet& set, const std::vector<std::uint32_t>& source) {
+std::vector<Place> places(const radiosity::ElementSet& set, const std::vector<std::uint32_t>& lit) {
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
   for (const radiosity::Element& e : set.elements)
     for (const glm::dvec3& c : e.corner) {
@@ -22,7 +22,7 @@ std::vector<Place> places(const radiosity::ElementSet& set, const std::vector<st
     }
   const double size = set.elements.empty() ? 1.0 : std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   std::vector<Place> list;
-  for (const std::uint32_t i : source) {
+  for (const std::uint32_t i : lit) {
     const radiosity::Element& e = set.elements[i];
     const glm::dvec3 p = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0, n = size * e.normal,
                      r = size * glm::dvec3(e.reflectance);
@@ -58,10 +58,11 @@ Group measured(const std::vector<Place>& at, const std::vector<std::uint32_t>& o
   return g;
 }
 
-/// Splits the longest group in half until there are enough.
-void find_clusters(const radiosity::ElementSet& set, std::size_t most, SurfaceLight& light) {
-  const std::vector<Place> at = places(set, light.source);
-  std::vector<std::uint32_t> order(light.source.size());
+/// Splits the longest group in half until there are enough. Cluster of each element; -1 of those that are not `lit`.
+std::vector<std::int32_t> find_clusters(const radiosity::ElementSet& set, const std::vector<std::uint32_t>& lit,
+                                        std::size_t most, std::size_t& count) {
+  const std::vector<Place> at = places(set, lit);
+  std::vector<std::uint32_t> order(lit.size());
   std::iota(order.begin(), order.end(), 0u);
   std::priority_queue<Group> groups;
   std::vector<Group> done;
@@ -85,36 +86,56 @@ void find_clusters(const radiosity::ElementSet& set, std::size_t most, SurfaceLi
   }
   for (; !groups.empty(); groups.pop())
     done.push_back(groups.top());
-  light.clusters = done.size();
-  light.cluster.resize(light.source.size());
-  light.share.resize(light.source.size());
-  for (std::size_t k = 0; k < done.size(); ++k) {
-    double area = 0;
+  count = done.size();
+  std::vector<std::int32_t> cluster(set.elements.size(), -1);
+  for (std::size_t k = 0; k < done.size(); ++k)
     for (std::size_t i = done[k].begin; i < done[k].end; ++i)
-      area += set.elements[light.source[order[i]]].area_m2;
-    for (std::size_t i = done[k].begin; i < done[k].end; ++i) {
-      light.cluster[order[i]] = static_cast<std::uint32_t>(k);
-      light.share[order[i]] = static_cast<float>(set.elements[light.source[order[i]]].area_m2 / area);
-    }
+      cluster[lit[order[i]]] = static_cast<std::int32_t>(k);
+  return cluster;
+}
+
+/// Elements with a leaf that the sky lights.
+std::vector<std::uint32_t> lit_elements(const SurfaceLight& light) {
+  std::vector<std::uint32_t> lit;
+  for (const std::uint32_t leaf : light.source)
+    if (lit.empty() || lit.back() != light.parent[leaf])
+      lit.push_back(light.parent[leaf]);
+  return lit;
+}
+
+/// The sources' clusters are those of their elements.
+void join_clusters(const radiosity::ElementSet& set, const radiosity::ElementSet& leaves,
+                   const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
+  std::vector<double> area(light.clusters, 0.0);
+  for (std::size_t e = 0; e < cluster_of.size(); ++e)
+    if (cluster_of[e] >= 0)
+      area[static_cast<std::size_t>(cluster_of[e])] += set.elements[e].area_m2;
+  for (const std::uint32_t leaf : light.source) {
+    const auto cluster = static_cast<std::uint32_t>(cluster_of[light.parent[leaf]]);
+    light.cluster.push_back(cluster);
+    light.share.push_back(static_cast<float>(leaves.elements[leaf].area_m2 / area[cluster]));
   }
 }
 
 /// One column per cluster, and the whole sky as the last one, for the audit.
-radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const std::vector<float>& opening) {
+radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightLeaves& leaves,
+                                       const std::vector<std::int32_t>& cluster_of, std::vector<float> opening) {
   const std::size_t columns = light.clusters + 1;
   radiosity::FirstBounce first{.elements = light.elements,
                                .channels = 1,
                                .region = std::vector<std::int32_t>(columns),
                                .irradiance = std::vector<float>(light.elements * columns, 0.0f),
-                               .opening = opening};
+                               .opening = std::move(opening)};
   std::iota(first.region.begin(), first.region.end(), 0);
+  for (std::size_t e = 0; e < light.elements; ++e)
+    if (cluster_of[e] >= 0)
+      first.row(e, 0)[cluster_of[e]] = 1.0f;
   for (std::size_t s = 0; s < light.source.size(); ++s) {
-    float* row = first.row(light.source[s], 0);
-    row[light.cluster[s]] = 1.0f;
     double sky = 0;
     for (const Rgb& x : light.light[s].irradiance)
       sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
-    row[light.clusters] = static_cast<float>(sky);
+    const std::uint32_t leaf = light.source[s];
+    first.row(light.parent[leaf], 0)[light.clusters] += leaves.share[leaf] * static_cast<float>(sky);
   }
   return first;
 }
@@ -135,42 +156,47 @@ radiosity::EnergyBalance audit_sky(const radiosity::ElementSet& set, const radio
 }
 
 /// Takes the light that a cluster sends out itself off the solution.
-void keep_further_bounces(const radiosity::Radiosity& solved, SurfaceLight& light) {
+void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::ElementSet& set,
+                          const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
   const std::size_t n = light.clusters, columns = n + 1;
   light.bounced.resize(light.elements * 3 * n);
   for (std::size_t e = 0; e < light.elements; ++e)
-    for (std::size_t c = 0; c < 3; ++c)
-      std::copy_n(solved.row(e) + static_cast<std::size_t>(solved.copy_of[c]) * columns, n,
-                  light.bounced.data() + (e * 3 + c) * n);
-  for (std::size_t s = 0; s < light.source.size(); ++s)
-    for (std::size_t c = 0; c < 3; ++c)
-      light.bounced[(light.source[s] * 3 + c) * n + light.cluster[s]] -= light.reflectance[s][static_cast<int>(c)];
+    for (std::size_t c = 0; c < 3; ++c) {
+      float* to = light.bounced.data() + (e * 3 + c) * n;
+      std::copy_n(solved.row(e) + static_cast<std::size_t>(solved.copy_of[c]) * columns, n, to);
+      if (cluster_of[e] >= 0)
+        to[cluster_of[e]] -= set.elements[e].reflectance[static_cast<int>(c)];
+    }
 }
 
 } // namespace
 
-Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const radiosity::ExchangeMatrix& exchange,
+Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const detail::LightLeaves& leaves,
+                                   const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
                                    const radiosity::SolveOptions& options, const Progress& progress,
                                    SurfaceLightReport& report) {
   SurfaceLight light;
   light.elements = set.elements.size();
-  std::vector<float> opening;
+  light.leaves = rows.size();
+  light.parent = leaves.parent;
+  light.leaf_share = leaves.share;
+  std::vector<float> opening = leaves.opening_of_parents(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    opening.push_back(rows[i].opening);
     if (rows[i].region.empty())
       continue;
     light.source.push_back(static_cast<std::uint32_t>(i));
-    light.reflectance.push_back(set.elements[i].reflectance);
+    light.reflectance.push_back(leaves.elements.elements[i].reflectance);
     light.light.push_back(std::move(rows[i]));
   }
-  find_clusters(set, clusters, light);
-  const radiosity::FirstBounce first = cluster_columns(light, opening);
+  const std::vector<std::int32_t> cluster_of = find_clusters(set, lit_elements(light), clusters, light.clusters);
+  join_clusters(set, leaves.elements, cluster_of, light);
+  const radiosity::FirstBounce first = cluster_columns(light, leaves, cluster_of, std::move(opening));
   const auto solved = radiosity::solve_radiosity(set, exchange, first, options, progress, &report.solve);
   if (!solved)
     return solved.error();
   report.energy = audit_sky(set, exchange, first, *solved);
-  keep_further_bounces(*solved, light);
+  keep_further_bounces(*solved, set, cluster_of, light);
   return light;
 }
 

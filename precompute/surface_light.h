@@ -1,12 +1,13 @@
 #pragma once
 
-// The light between surfaces as the fine sky needs it: which elements the sky lights from where, and what a lit element
-// gives the others in two parts. What it sends out itself is exact. What comes back after further bounces is smooth, so
-// it is solved once for each cluster of neighbouring elements, from the mean light on the cluster.
+// The light between surfaces as the fine sky needs it: which leaves of the surfaces the sky lights from where, and what
+// a lit leaf gives in two parts. What it sends out itself is exact. What comes back after further bounces is smooth, so
+// it is solved between elements, once for each cluster of neighbouring ones, from the mean light on the cluster.
 
 #include <cstdint>
 #include <vector>
 
+#include "precompute/detail/light_leaves.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/solve.h"
 #include "scene/program.h"
@@ -14,8 +15,10 @@
 namespace daylit::precompute {
 
 struct SurfaceLight {
-  std::size_t elements = 0, clusters = 0;
-  std::vector<std::uint32_t> source;            ///< elements that the sky lights, increasing
+  std::size_t elements = 0, leaves = 0, clusters = 0;
+  std::vector<std::uint32_t> parent;            ///< element of each leaf
+  std::vector<float> leaf_share;                ///< of each leaf in its element's area
+  std::vector<std::uint32_t> source;            ///< leaves that the sky lights, increasing
   std::vector<radiosity::FirstBounceRow> light; ///< of each source
   std::vector<std::uint32_t> cluster;           ///< of each source
   std::vector<float> share;                     ///< of each source: its area / that of its cluster
@@ -30,8 +33,9 @@ struct SurfaceLightReport {
   radiosity::EnergyBalance energy; ///< of the whole sky
 };
 
-/// At most `clusters` of them. Errors as solve_radiosity().
-Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const radiosity::ExchangeMatrix& exchange,
+/// `rows`: of each leaf. At most `clusters` of them. Errors as solve_radiosity().
+Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const detail::LightLeaves& leaves,
+                                   const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
                                    const radiosity::SolveOptions& options, const Progress& progress,
                                    SurfaceLightReport& report);

@@ -19,6 +19,7 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr std::size_t kChunk = 32; ///< points per dense product
+constexpr double kOwnRays = 4;     ///< that a member of a group is expected to meet, to count by itself
 
 /// Cosine and sine of the angle by which a point's rays are turned about z.
 glm::vec2 turn_of(std::size_t point) {
@@ -157,6 +158,7 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
   hits.points_.assign(points.begin(), points.end());
   hits.rays_ = static_cast<std::size_t>(options.rays);
   hits.fan_ = RayFan::of(options.rays);
+  hits.groups_ = GatherHits::groups_of(set, options.group);
   const std::size_t kept = std::min(points.size(), most_kept_rays / hits.rays_);
   hits.element_.resize(kept * hits.rays_);
   std::atomic<std::size_t> done{0};
@@ -174,7 +176,53 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
   return hits;
 }
 
-void GatherHits::weights(std::size_t point, float* nine_rows) const {
+std::vector<GatherHits::Group> GatherHits::groups_of(const ElementSet& set, std::span<const std::uint32_t> group) {
+  std::vector<Group> groups;
+  for (std::uint32_t first = 0, end = 0; first < group.size(); first = end) {
+    Group g{group[first], first, first, glm::dvec3(0.0), set.elements[first].normal, 0.0};
+    for (; end < group.size() && group[end] == group[first]; ++end) {
+      const Element& e = set.elements[end];
+      g.middle += e.area_m2 * (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
+      g.member_m2 += e.area_m2;
+    }
+    g.end = end;
+    g.middle /= g.member_m2;
+    g.member_m2 /= end - first;
+    if (end - first > 1)
+      groups.push_back(g);
+  }
+  return groups;
+}
+
+bool GatherHits::tells_apart(const glm::dvec3& point, const Group& g) const {
+  const glm::dvec3 way = point - g.middle;
+  const double distance2 = glm::dot(way, way), own_sr = kOwnRays * 4.0 * std::numbers::pi / static_cast<double>(rays_);
+  return g.member_m2 * std::abs(glm::dot(way, g.normal)) > own_sr * distance2 * std::sqrt(distance2);
+}
+
+void GatherHits::mark_told_apart(std::size_t point, std::span<std::uint8_t> groups) const {
+  for (const Group& g : groups_)
+    if (tells_apart(points_[point], g))
+      groups[g.group] = 1;
+}
+
+void GatherHits::share_out(const glm::dvec3& point, std::vector<float>& sum) const {
+  for (const Group& g : groups_) {
+    if (tells_apart(point, g))
+      continue;
+    std::array<float, RayFan::kStride> all{};
+    for (std::size_t e = g.first; e < g.end; ++e)
+      for (std::size_t l = 0; l < RayFan::kStride; ++l)
+        all[l] += sum[e * RayFan::kStride + l];
+    for (std::size_t e = g.first; e < g.end; ++e) {
+      const auto share = static_cast<float>(set_->elements[e].area_m2 / (g.member_m2 * (g.end - g.first)));
+      for (std::size_t l = 0; l < RayFan::kStride; ++l)
+        sum[e * RayFan::kStride + l] = share * all[l];
+    }
+  }
+}
+
+std::vector<float> GatherHits::sums(std::size_t point) const {
   std::vector<std::int32_t> again;
   const std::int32_t* met = element_.data() + point * rays_;
   if ((point + 1) * rays_ > element_.size()) {
@@ -184,9 +232,27 @@ void GatherHits::weights(std::size_t point, float* nine_rows) const {
   }
   std::vector<float> sum(elements() * RayFan::kStride, 0.0f);
   add_harmonics(met, fan_.harmonics.data(), rays_, sum.data());
+  share_out(points_[point], sum);
+  return sum;
+}
+
+void GatherHits::weights(std::size_t point, float* nine_rows) const {
+  const std::vector<float> sum = sums(point);
   const glm::vec2 turn = turn_of(point);
   for (std::size_t e = 0; e < elements(); ++e)
     turn_harmonics(sum.data() + e * RayFan::kStride, turn, elements(), nine_rows + e);
+}
+
+void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows) const {
+  const std::vector<float> sum = sums(point);
+  const glm::vec2 turn = turn_of(point);
+  for (std::size_t k = 0, e = 0; k < piece_end.size(); ++k) {
+    std::array<float, RayFan::kStride> all{};
+    for (; e < piece_end[k]; ++e)
+      for (std::size_t l = 0; l < RayFan::kStride; ++l)
+        all[l] += sum[e * RayFan::kStride + l];
+    turn_harmonics(all.data(), turn, piece_end.size(), nine_rows + k);
+  }
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,

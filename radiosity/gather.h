@@ -14,6 +14,9 @@ namespace daylit::radiosity {
 
 struct GatherOptions {
   int rays = 1024; ///< per point, over the whole sphere
+  /// Not empty: group of each element; the members of one follow each other. From afar a group counts as one: what its
+  /// rays bring is shared out by area where a member meets too few of them for its part to be more than noise.
+  std::span<const std::uint32_t> group = {};
 };
 
 /// The rays of every point, each point's turned about z by an angle of its own: a spherical Fibonacci lattice, in an
@@ -37,6 +40,10 @@ public:
   std::size_t elements() const { return set_->elements.size(); }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
   void weights(std::size_t point, float* nine_rows) const;
+  /// Marks the groups (GatherOptions::group) whose members count by themselves at the point.
+  void mark_told_apart(std::size_t point, std::span<std::uint8_t> groups) const;
+  /// weights() of pieces: elements up to piece_end[0], from there up to piece_end[1], and so on, summed.
+  void weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows) const;
 
 private:
   friend Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set,
@@ -47,6 +54,18 @@ private:
   const RayScene* scene_ = nullptr;
   std::vector<glm::dvec3> points_;
   std::size_t rays_ = 0;
+  /// Elements [first, end) that count as one from afar.
+  struct Group {
+    std::uint32_t group, first, end;
+    glm::dvec3 middle, normal;
+    double member_m2; ///< mean area
+  };
+  std::vector<Group> groups_;
+  static std::vector<Group> groups_of(const ElementSet& set, std::span<const std::uint32_t> group);
+  bool tells_apart(const glm::dvec3& point, const Group& group) const;
+  void share_out(const glm::dvec3& point, std::vector<float>& sum) const;
+  /// [element][RayFan::kStride] of the rays from a point.
+  std::vector<float> sums(std::size_t point) const;
   std::vector<std::int32_t> element_; ///< [point][ray] of the first points; -1 for none or a black side
   RayFan fan_;
 };

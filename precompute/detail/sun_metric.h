@@ -29,6 +29,7 @@ struct SunColumns {
 struct SunMetric {
   std::vector<float> sigma;
   std::vector<float> correlation; ///< [source][source]
+  SunMetric() = default;
   SunMetric(const SunColumns& columns, std::span<const float> weight);
 };
 

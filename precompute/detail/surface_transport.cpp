@@ -21,23 +21,33 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
   for (std::size_t s = 0; s < sources(); ++s)
     for (std::size_t k = 0; k < columns; ++k)
       mean[light_.cluster[s] * columns + k] += light_.share[s] * irradiance[s * columns + k];
-  std::vector<float> b =
+  const std::vector<float> further =
       multiply(bounced_[static_cast<std::size_t>(colour)], mean, light_.elements, light_.clusters, columns);
+  std::vector<float> b(leaves() * columns);
+  for (std::size_t leaf = 0; leaf < leaves(); ++leaf)
+    std::copy_n(further.data() + light_.parent[leaf] * columns, columns, b.data() + leaf * columns);
   for (std::size_t s = 0; s < sources(); ++s)
     for (std::size_t k = 0; k < columns; ++k)
       b[light_.source[s] * columns + k] += light_.reflectance[s][colour] * irradiance[s * columns + k];
   return b;
 }
 
-void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows,
+void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenPieces& seen,
                                    std::span<float> result) const {
+  const std::size_t pieces = seen.piece.size(), lit = seen.lit.size();
+  std::vector<float> of_elements(rows * light_.elements, 0.0f);
+  for (std::size_t r = 0; r < rows; ++r)
+    for (std::size_t k = 0; k < pieces; ++k)
+      of_elements[r * light_.elements + seen.piece[k].element] += weights[r * pieces + k];
   const std::vector<float> by_cluster =
-      multiply(weights, bounced_[static_cast<std::size_t>(colour)], rows, light_.elements, light_.clusters);
+      multiply(of_elements, bounced_[static_cast<std::size_t>(colour)], rows, light_.elements, light_.clusters);
   for (std::size_t r = 0; r < rows; ++r) {
-    const float *own = weights.data() + r * light_.elements, *further = by_cluster.data() + r * light_.clusters;
-    float* to = result.data() + r * sources();
-    for (std::size_t s = 0; s < sources(); ++s)
-      to[s] += light_.reflectance[s][colour] * own[light_.source[s]] + light_.share[s] * further[light_.cluster[s]];
+    const float *own = weights.data() + r * pieces, *further = by_cluster.data() + r * light_.clusters;
+    float* to = result.data() + r * lit;
+    for (std::size_t a = 0; a < lit; ++a) {
+      const SeenPieces::Lit& l = seen.lit[a];
+      to[a] += l.reflectance[colour] * own[l.piece] + l.cluster_share * further[l.cluster];
+    }
   }
 }
 

@@ -1,13 +1,14 @@
 #pragma once
 
-// The light that the sources give the elements, as products with few columns: what each source sends out itself, and
-// what comes back after further bounces, which is known per cluster of sources.
+// The light that the sources give the leaves, as products with few columns: what each source sends out itself, and what
+// comes back after further bounces, which is known per cluster of sources and per element.
 
 #include <array>
 #include <cstddef>
 #include <span>
 #include <vector>
 
+#include "precompute/detail/seen_pieces.h"
 #include "precompute/surface_light.h"
 
 namespace daylit::precompute::detail {
@@ -16,13 +17,15 @@ class SurfaceTransport {
 public:
   explicit SurfaceTransport(const SurfaceLight& light);
 
-  std::size_t elements() const { return light_.elements; }
+  std::size_t leaves() const { return light_.leaves; }
   std::size_t sources() const { return light_.source.size(); }
 
-  /// Radiosity [element][columns] of a colour under irradiance [source][columns].
+  /// Radiosity [leaf][columns] of a colour under irradiance [source][columns].
   std::vector<float> radiosity(int colour, std::span<const float> irradiance, std::size_t columns) const;
-  /// The adjoint: weights of radiosity [row][element] of a colour become weights of irradiance, added to [row][source].
-  void add_adjoint(int colour, std::span<const float> weights, std::size_t rows, std::span<float> result) const;
+  /// The adjoint, as a brick sees it: weights of radiosity [row][piece] of a colour become weights of irradiance, added
+  /// to [row][lit piece].
+  void add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenPieces& seen,
+                   std::span<float> result) const;
 
 private:
   const SurfaceLight& light_;

@@ -42,29 +42,34 @@ struct Case {
   SkyPartition partition = *SkyPartition::fine(2048), pieces = *SkyPartition::uniform(kPieces);
   ProbeSet probes;
   std::vector<std::size_t> probe_of_point;
-  SurfaceLight light;
+  SurfaceLight light; ///< each piece is a leaf; all leaves of an element look the same from the points
+  std::size_t leaves_of_element = 1;
 
-  void gather(std::size_t point, float* rows) const {
-    const glm::vec3 p = probes.positions[probe_of_point[point]];
-    for (std::size_t lm = 0; lm < 9; ++lm)
-      for (std::size_t e = 0; e < light.elements; ++e)
-        rows[lm * light.elements + e] = static_cast<float>(row_weight(p, lm, axis_of(pieces, e)));
+  /// Of leaf e.
+  float weight(std::size_t point, std::size_t lm, std::size_t e) const {
+    return static_cast<float>(row_weight(probes.positions[probe_of_point[point]], lm,
+                                         axis_of(pieces, e / leaves_of_element * leaves_of_element)) /
+                              static_cast<double>(leaves_of_element));
   }
 };
 
 /// Only directions with y > -0.5 light anything. Further bounces: every piece passes a hundredth of the light on its
-/// cluster to the next piece.
-Case make_case(int side) {
+/// cluster, an element, to the next one.
+Case make_case(int side, std::size_t leaves_of_element = 1) {
   Case c;
+  c.leaves_of_element = leaves_of_element;
   for (int k = 0; k < side * side * side; ++k) {
     c.probes.positions.emplace_back(k % side, k / side % side, k / side / side);
     c.probes.valid.push_back(k % 7 != 3);
     if (k % 7 != 3)
       c.probe_of_point.push_back(static_cast<std::size_t>(k));
   }
-  c.light.elements = kPieces;
+  c.light.elements = kPieces / leaves_of_element;
+  c.light.leaves = kPieces;
   std::vector<radiosity::FirstBounceRow> rows;
-  for (std::size_t e = 0; e < c.light.elements; ++e) {
+  for (std::size_t e = 0; e < c.light.leaves; ++e) {
+    c.light.parent.push_back(static_cast<std::uint32_t>(e / leaves_of_element));
+    c.light.leaf_share.push_back(1.0f / static_cast<float>(leaves_of_element));
     radiosity::FirstBounceRow row;
     for (int r = 0; r < c.partition.size(); ++r)
       if (const glm::dvec3 d = c.partition.centre(r); d.y > -0.5 && lit(axis_of(c.pieces, e), d) > 1e-4) {
@@ -75,50 +80,55 @@ Case make_case(int side) {
       continue;
     c.light.source.push_back(static_cast<std::uint32_t>(e));
     c.light.reflectance.push_back(kReflectance);
-    c.light.cluster.push_back(static_cast<std::uint32_t>(c.light.source.size() - 1));
-    c.light.share.push_back(1.0f);
+    c.light.cluster.push_back(c.light.parent[e]);
+    c.light.share.push_back(c.light.leaf_share[e]);
     rows.push_back(std::move(row));
   }
   detail::sharpen_nodes(c.partition, rows);
   c.light.light = std::move(rows);
-  c.light.clusters = c.light.source.size();
+  c.light.clusters = c.light.elements;
   c.light.bounced.assign(c.light.elements * 3 * c.light.clusters, 0.0f);
   for (std::size_t s = 0; s < c.light.clusters; ++s)
     for (std::size_t channel = 0; channel < 3; ++channel)
-      c.light.bounced[((c.light.source[s] + 1) % c.light.elements * 3 + channel) * c.light.clusters + s] = 0.01f;
+      c.light.bounced[((s + 1) % c.light.elements * 3 + channel) * c.light.clusters + s] = 0.01f;
   return c;
 }
 
 /// The field of a sun of flux 1 from d, by its definition.
 std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
-  std::vector<glm::dvec3> radiosity(c.light.elements, glm::dvec3(0.0));
+  std::vector<glm::dvec3> radiosity(c.light.leaves, glm::dvec3(0.0));
+  const std::size_t n = c.leaves_of_element;
   for (std::size_t s = 0; s < c.light.source.size(); ++s) {
     const double e = lit(axis_of(c.pieces, c.light.source[s]), d);
     radiosity[c.light.source[s]] += e * glm::dvec3(kReflectance);
-    radiosity[(c.light.source[s] + 1) % c.light.elements] += e * glm::dvec3(0.01);
+    const std::size_t next = (c.light.source[s] / n + 1) % c.light.elements;
+    for (std::size_t leaf = next * n; leaf < (next + 1) * n; ++leaf)
+      radiosity[leaf] += e / static_cast<double>(n) * glm::dvec3(0.01);
   }
   std::vector<Sh9Rgb> field(c.probes.size());
-  std::vector<float> rows(9 * c.light.elements);
-  for (std::size_t p = 0; p < c.probe_of_point.size(); ++p) {
-    c.gather(p, rows.data());
+  for (std::size_t p = 0; p < c.probe_of_point.size(); ++p)
     for (std::size_t lm = 0; lm < 9; ++lm) {
       glm::dvec3 sum(0.0);
-      for (std::size_t e = 0; e < c.light.elements; ++e)
-        sum += double(rows[lm * c.light.elements + e]) * radiosity[e];
+      for (std::size_t e = 0; e < c.light.leaves; ++e)
+        sum += double(c.weight(p, lm, e)) * radiosity[e];
       field[c.probe_of_point[p]][lm] = Rgb(sum);
     }
-  }
   return field;
 }
 
-CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr) {
-  auto basis = compact_sky(
-      c.light,
-      [&](std::span<const std::uint32_t> points, float* rows) {
-        for (std::size_t i = 0; i < points.size(); ++i)
-          c.gather(points[i], rows + i * 9 * c.light.elements);
-      },
-      c.probes, c.probe_of_point, c.partition, {.error = error, .brick_probes = 40}, kQuiet, report);
+CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool told_apart = false) {
+  const auto mark = [&](std::span<const std::uint32_t>, std::span<std::uint8_t> elements) {
+    std::ranges::fill(elements, told_apart ? 1 : 0);
+  };
+  const auto rows = [&](std::span<const std::uint32_t> points, std::span<const std::uint32_t> end, float* out) {
+    for (const std::uint32_t point : points)
+      for (std::size_t lm = 0; lm < 9; ++lm)
+        for (std::size_t k = 0, e = 0; k < end.size(); ++k)
+          for (*out++ = 0.0f; e < end[k]; ++e)
+            out[-1] += c.weight(point, lm, e);
+  };
+  auto basis = compact_sky(c.light, {mark, rows}, c.probes, c.probe_of_point, c.partition,
+                           {.error = error, .brick_probes = 40}, kQuiet, report);
   EXPECT_TRUE(basis) << basis.error().message();
   return *basis;
 }
@@ -173,6 +183,20 @@ TEST(CompactSky, sun_between_the_nodes_is_followed_within_the_error) {
           << azimuth << " " << altitude;
   EXPECT_LT(report.rms_error, 0.0125); // 0.01 for the rank, half of that for the rounding
   EXPECT_GT(report.rms_error, 0.002);
+}
+
+TEST(CompactSky, elements_seen_as_a_whole_give_the_field_of_their_leaves) {
+  const Case c = make_case(4, 4);
+  CompactReport as_a_whole, leaf_by_leaf;
+  const CompactBasis whole = compress(c, 0.01, &as_a_whole), leaves = compress(c, 0.01, &leaf_by_leaf, true);
+  EXPECT_EQ(whole.sources, leaves.sources);
+  for (const double azimuth : {0.5, 1.1, 1.57, 2.3}) {
+    const glm::dvec3 d(std::cos(azimuth) * 0.9, std::sin(azimuth) * 0.9, std::sqrt(1 - 0.81));
+    EXPECT_LT(relative_error(c, whole, d), 0.025) << azimuth;
+    EXPECT_LT(relative_error(c, leaves, d), 0.025) << azimuth;
+  }
+  EXPECT_LT(as_a_whole.rms_error, 0.0125);
+  EXPECT_NEAR(as_a_whole.mean_rank, leaf_by_leaf.mean_rank, 0.1 * leaf_by_leaf.mean_rank);
 }
 
 TEST(CompactSky, smaller_errors_cost_more_numbers) {

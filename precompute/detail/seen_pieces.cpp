@@ -1,0 +1,116 @@
+#include "precompute/detail/seen_pieces.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace daylit::precompute::detail {
+
+namespace {
+
+void find_lit(const SurfaceLight& light, SeenPieces& seen) {
+  seen.share.resize(light.source.size());
+  std::uint32_t s = 0;
+  for (std::uint32_t k = 0; k < seen.piece.size(); ++k) {
+    const SeenPieces::Piece& p = seen.piece[k];
+    const std::uint32_t first = s;
+    for (; s < light.source.size() && light.source[s] < p.end; ++s)
+      seen.share[s] = p.end - p.first == 1 ? 1.0f : light.leaf_share[light.source[s]];
+    if (s > first)
+      seen.lit.push_back(
+          {k, light.cluster[first], light.share[first] / seen.share[first], first, s, light.reflectance[first]});
+  }
+}
+
+} // namespace
+
+SeenPieces SeenPieces::of(const SurfaceLight& light, std::span<const std::uint8_t> told_apart) {
+  SeenPieces seen;
+  for (std::uint32_t first = 0, end = 0; first < light.leaves; first = end) {
+    const std::uint32_t element = light.parent[first];
+    while (end < light.leaves && light.parent[end] == element && (end == first || told_apart[element] == 0))
+      ++end;
+    seen.piece.push_back({element, first, end});
+    seen.end.push_back(end);
+  }
+  find_lit(light, seen);
+  return seen;
+}
+
+std::vector<float> SeenPieces::means(const SurfaceLight& light, std::span<const float> of_leaves,
+                                     std::size_t columns) const {
+  std::vector<float> mean(piece.size() * columns, 0.0f);
+  for (std::size_t k = 0; k < piece.size(); ++k)
+    for (std::size_t i = piece[k].first; i < piece[k].end; ++i) {
+      const float part = piece[k].end - piece[k].first == 1 ? 1.0f : light.leaf_share[i];
+      for (std::size_t c = 0; c < columns; ++c)
+        mean[k * columns + c] += part * of_leaves[i * columns + c];
+    }
+  return mean;
+}
+
+SunMetric SeenPieces::metric(const SunMetric& of_sources) const {
+  const std::size_t sources = of_sources.sigma.size(), n = lit.size();
+  std::vector<float> unit(sources), sum(sources);
+  for (std::size_t s = 0; s < sources; ++s)
+    unit[s] = share[s] * of_sources.sigma[s];
+  SunMetric own;
+  own.sigma.resize(n);
+  own.correlation.resize(n * n);
+  for (std::size_t a = 0; a < n; ++a) {
+    const float* row = of_sources.correlation.data() + lit[a].first * sources;
+    if (lit[a].end - lit[a].first > 1) {
+      std::ranges::fill(sum, 0.0f);
+      for (std::size_t s = lit[a].first; s < lit[a].end; ++s)
+        for (std::size_t t = 0; t < sources; ++t)
+          sum[t] += unit[s] * of_sources.correlation[s * sources + t];
+      row = sum.data();
+    }
+    const float scale = lit[a].end - lit[a].first > 1 ? 1.0f : unit[lit[a].first];
+    for (std::size_t b = 0; b < n; ++b) {
+      float both = 0;
+      for (std::size_t t = lit[b].first; t < lit[b].end; ++t)
+        both += unit[t] * row[t];
+      own.correlation[a * n + b] = scale * both;
+    }
+  }
+  for (std::size_t a = 0; a < n; ++a)
+    own.sigma[a] = std::max(std::sqrt(own.correlation[a * n + a]), 1e-30f);
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b)
+      own.correlation[a * n + b] /= own.sigma[a] * own.sigma[b];
+  return own;
+}
+
+std::vector<float> SeenPieces::suns(const SunMetric& own, const SunMetric& of_sources, std::span<const float> suns,
+                                    std::size_t columns) const {
+  std::vector<float> out(lit.size() * columns, 0.0f);
+  for (std::size_t a = 0; a < lit.size(); ++a)
+    for (std::size_t s = lit[a].first; s < lit[a].end; ++s)
+      for (std::size_t c = 0; c < columns; ++c)
+        out[a * columns + c] += share[s] * of_sources.sigma[s] / own.sigma[a] * suns[s * columns + c];
+  return out;
+}
+
+std::vector<float> SeenPieces::expand(std::span<const float> rows) const {
+  const std::size_t count = lit.empty() ? 0 : rows.size() / lit.size();
+  std::vector<float> out(count * share.size(), 0.0f);
+  for (std::size_t r = 0; r < count; ++r)
+    for (std::size_t a = 0; a < lit.size(); ++a)
+      for (std::size_t s = lit[a].first; s < lit[a].end; ++s)
+        out[r * share.size() + s] = share[s] * rows[r * lit.size() + a];
+  return out;
+}
+
+std::vector<float> SeenPieces::expand(std::span<const float> rows, const SunMetric& own,
+                                      const SunMetric& of_sources) const {
+  std::vector<float> out = expand(rows);
+  std::vector<float> unit(share.size(), 0.0f);
+  for (std::size_t a = 0; a < lit.size(); ++a)
+    for (std::size_t s = lit[a].first; s < lit[a].end; ++s)
+      unit[s] = of_sources.sigma[s] / own.sigma[a];
+  for (std::size_t k = 0; k < out.size(); ++k)
+    out[k] *= unit[k % unit.size()];
+  return out;
+}
+
+} // namespace daylit::precompute::detail

@@ -1,0 +1,97 @@
+// Elements cut into leaves: nothing is lost, and from afar an element counts as one.
+
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include "precompute/detail/light_leaves.h"
+#include "precompute/detail/transport_problem.h"
+#include "radiosity/gather.h"
+#include "scene/room_formats.h"
+
+namespace daylit::precompute::detail {
+namespace {
+
+const Progress kQuiet = [](const std::string&, double) { return true; };
+
+struct Cut {
+  Problem problem;
+  LightLeaves leaves;
+};
+
+Cut cut_room(std::size_t count) {
+  const auto room = read_room(DAYLIT_SOURCE_DIR "/tests/fixtures/truth/s1_daylit_cornell.obj");
+  EXPECT_TRUE(room) << room.error().message();
+  BakeOptions options;
+  options.target_patches = 400;
+  options.spacing_m = 1.0;
+  BakeReport report;
+  StageClock clock(report);
+  Cut cut{*set_up(room->room, options, report, clock), {}};
+  cut.leaves = *LightLeaves::make(cut.problem.mesh, cut.problem.elements, cut.problem.apertures.list, count);
+  return cut;
+}
+
+TEST(LightLeaves, cover_their_elements_once) {
+  const Cut cut = cut_room(1200);
+  const auto& elements = cut.problem.elements.elements;
+  EXPECT_NEAR(static_cast<double>(cut.leaves.mesh.patches.size()), 1200, 4);
+  std::vector<double> area(elements.size(), 0.0), share(elements.size(), 0.0);
+  for (std::size_t i = 0; i < cut.leaves.parent.size(); ++i) {
+    const radiosity::Element& leaf = cut.leaves.elements.elements[i];
+    area[cut.leaves.parent[i]] += leaf.area_m2;
+    share[cut.leaves.parent[i]] += static_cast<double>(cut.leaves.share[i]);
+    EXPECT_EQ(leaf.normal, elements[cut.leaves.parent[i]].normal);
+    EXPECT_TRUE(i == 0 || cut.leaves.parent[i] - cut.leaves.parent[i - 1] <= 1);
+  }
+  for (std::size_t e = 0; e < elements.size(); ++e) {
+    EXPECT_NEAR(area[e], elements[e].area_m2, 1e-9);
+    EXPECT_NEAR(share[e], 1.0, 1e-5);
+  }
+}
+
+TEST(LightLeaves, are_the_elements_where_none_are_asked_for) {
+  const Cut cut = cut_room(0);
+  ASSERT_EQ(cut.leaves.elements.elements.size(), cut.problem.elements.elements.size());
+  for (std::size_t e = 0; e < cut.leaves.parent.size(); ++e)
+    EXPECT_EQ(cut.leaves.elements.elements[e].corner, cut.problem.elements.elements[e].corner);
+}
+
+TEST(LightLeaves, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_rays) {
+  const Cut cut = cut_room(1200);
+  const std::vector<glm::dvec3> points{{0.3, 0.2, -1.2}};
+  const auto hits = [&](std::span<const std::uint32_t> group) {
+    return *radiosity::gather_hits(points, cut.leaves.elements, cut.leaves.mesh, cut.leaves.rays,
+                                   {.rays = 2048, .group = group}, kQuiet);
+  };
+  const radiosity::GatherHits plain = hits({}), grouped = hits(cut.leaves.parent);
+  const std::size_t leaves = cut.leaves.parent.size();
+  std::vector<float> by_rays(9 * leaves), shared(9 * leaves);
+  plain.weights(0, by_rays.data());
+  grouped.weights(0, shared.data());
+  std::vector<std::uint8_t> told_apart(cut.problem.elements.elements.size(), 0);
+  grouped.mark_told_apart(0, told_apart);
+  EXPECT_GT(std::accumulate(told_apart.begin(), told_apart.end(), 0), 10);
+  EXPECT_LT(std::accumulate(told_apart.begin(), told_apart.end(), 0), static_cast<int>(told_apart.size()) / 2);
+  std::vector<double> of_element(told_apart.size(), 0.0);
+  for (std::size_t i = 0; i < leaves; ++i)
+    of_element[cut.leaves.parent[i]] += static_cast<double>(by_rays[i]);
+  for (std::size_t i = 0; i < leaves; ++i) {
+    const std::uint32_t parent = cut.leaves.parent[i];
+    const double expected = told_apart[parent] != 0 ? static_cast<double>(by_rays[i])
+                                                    : static_cast<double>(cut.leaves.share[i]) * of_element[parent];
+    EXPECT_NEAR(static_cast<double>(shared[i]), expected, 1e-6);
+  }
+  // Weights of pieces are sums of those of their leaves.
+  std::vector<std::uint32_t> end;
+  for (std::size_t i = 0; i < leaves; ++i)
+    if (i + 1 == leaves || cut.leaves.parent[i + 1] != cut.leaves.parent[i])
+      end.push_back(static_cast<std::uint32_t>(i + 1));
+  std::vector<float> pieces(9 * end.size());
+  grouped.weights(0, end, pieces.data());
+  for (std::size_t e = 0; e < end.size(); ++e)
+    EXPECT_NEAR(static_cast<double>(pieces[e]), of_element[e], 1e-5);
+}
+
+} // namespace
+} // namespace daylit::precompute::detail
