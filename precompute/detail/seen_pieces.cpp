@@ -73,11 +73,7 @@ SunMetric SeenPieces::metric(const SunMetric& of_sources) const {
       own.correlation[a * n + b] = scale * both;
     }
   }
-  for (std::size_t a = 0; a < n; ++a)
-    own.sigma[a] = std::max(std::sqrt(own.correlation[a * n + a]), 1e-30f);
-  for (std::size_t a = 0; a < n; ++a)
-    for (std::size_t b = 0; b < n; ++b)
-      own.correlation[a * n + b] /= own.sigma[a] * own.sigma[b];
+  own.normalise();
   return own;
 }
 

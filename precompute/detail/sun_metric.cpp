@@ -104,6 +104,11 @@ SunMetric::SunMetric(const SunColumns& columns, std::span<const float> weight) :
       for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
         row[columns.source[k]] += value * columns.value[k];
   });
+  normalise();
+}
+
+void SunMetric::normalise() {
+  const std::size_t n = sigma.size();
   for (std::size_t s = 0; s < n; ++s) // any unit does for a source that no sun lights, or too faintly to be squared
     sigma[s] = correlation[s * n + s] > 0.0f ? std::sqrt(correlation[s * n + s]) : 1.0f;
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t s) {

@@ -31,6 +31,8 @@ struct SunMetric {
   std::vector<float> correlation; ///< [source][source]
   SunMetric() = default;
   SunMetric(const SunColumns& columns, std::span<const float> weight);
+  /// From sums of products (in `correlation`) to both.
+  void normalise();
 };
 
 /// The rows as they are stored, each divided by `unit` of its source: half floats in runs of neighbouring nodes.
