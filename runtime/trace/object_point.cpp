@@ -6,6 +6,10 @@
 
 namespace daylit {
 
+namespace {
+constexpr float kGrazing = 0.1f; // cosine
+}
+
 ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit) {
   const auto& t = scene.triangles[hit.triangle];
   const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
@@ -18,8 +22,9 @@ ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const O
   const glm::vec3 facet = glm::cross(p[1] - p[0], p[2] - p[0]), to_eye = eye - point.position;
   const float length = glm::length(point.normal);
   point.normal = length > 0.0f ? point.normal / length : facet / std::max(glm::length(facet), 1e-30f);
-  // The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes.
-  point.back = glm::dot(facet, to_eye) < 0.0f;
+  // The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes. There a ray can
+  // also slip between a facet and its neighbour that just faces away: a grazing back is the front.
+  point.back = glm::dot(facet, to_eye) < -kGrazing * glm::length(facet) * glm::length(to_eye);
   const float side = point.back ? -1.0f : 1.0f;
   point.normal *= side;
   // A facet of a smooth surface shadows its own neighbours near the terminator. Rays start on the surface that the

@@ -8,6 +8,7 @@
 #include "runtime/light/room_light.h"
 #include "runtime/render/compose.h"
 #include "runtime/render/renderer.h"
+#include "runtime/trace/object_point.h"
 #include "runtime/trace/traced_renderer.h"
 #include "test_scene.h"
 
@@ -316,6 +317,25 @@ TEST(RoomLight, a_new_sky_renews_what_was_kept) {
   room.set_frame(lit.field, brighter, fewer, {}, true);
   EXPECT_NEAR(room.at(eye, down)->open_sky_irradiance.g, 3.0f * before, 0.05f * before);
   EXPECT_GT(before, 0.0f);
+}
+
+TEST(ObjectPoint, a_facet_that_just_faces_away_is_still_the_front) {
+  TracedScene scene;
+  scene.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  scene.normals.assign(3, {0, 0, 1});
+  scene.triangles = {{0, 1, 2}};
+  scene.sphere = {{0.3, 0.3, 0}, 1.0};
+  ObjectHit hit;
+  hit.triangle = 0;
+  hit.u = hit.v = 0.3f;
+  const auto back_from = [&](float cosine) {
+    const glm::vec3 eye(0.3f + 10.0f * std::sqrt(1.0f - cosine * cosine), 0.3f, 10.0f * cosine);
+    return object_point(scene, eye, hit).back;
+  };
+  for (const float cosine : {1.0f, 0.1f, 0.0f, -0.05f})
+    EXPECT_FALSE(back_from(cosine)) << cosine;
+  for (const float cosine : {-0.2f, -1.0f})
+    EXPECT_TRUE(back_from(cosine)) << cosine;
 }
 
 } // namespace
