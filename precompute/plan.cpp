@@ -23,7 +23,7 @@ constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
 // Elements and leaves per patch of the law: first light on finer pieces than the rest (detail/light_leaves.h).
 constexpr double kElementShare = 0.65, kLeafShare = 1.45;
-constexpr double kCompactShare = 1.65;       ///< error of the factors under suns / target
+constexpr double kCompactShare = 1.55;       ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
 constexpr double kClearlyFiner = 1.8;        ///< ratio of patches from which a difference tells an error
