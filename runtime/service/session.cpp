@@ -67,7 +67,7 @@ struct Session::State {
   RenderedFrame drawn;
   Frame frame;
   bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
-       has_view = false, has_room_light = false;
+       has_view = false, has_room_light = false, has_room_change_sky = false;
   ShownParts shown;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
@@ -196,7 +196,7 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   clock.end("regions");
   field = combine(volume, regions);
   clock.end("combine");
-  has_samples = has_room_light = has_object_light = has_drawn = has_picture = false;
+  has_samples = has_room_light = has_room_change_sky = has_object_light = has_drawn = has_picture = false;
 }
 
 void Session::State::sample() {
@@ -222,7 +222,7 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
 void Session::State::see_own_shadow() {
   if (!room_change)
     return;
-  room_change->set_sky(pyramid, sun);
+  room_change->set_sky(pyramid, sun, std::exchange(has_room_change_sky, true));
   const ObjectSurface& surface = objects.surface;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
