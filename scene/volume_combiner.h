@@ -18,9 +18,9 @@ namespace daylit {
 /// region is black is not read, which changes no bit; combine_at() gives the bits that a full combination has at those
 /// probes. After update() of a few regions the sums have rounding errors of the steps behind them, bounded by a full
 /// combination every kRefreshAfter steps. Results do not depend on the thread count.
-/// Fixed point: each row of a tile (14 probes) has its own scale and numbers of 14 bits; weights are rounded as finely
-/// where they are used (detail/tile_kernels.h). Errors stay below 2e-4 of the largest coefficient, half the bytes are
-/// read, and no number needs to be converted.
+/// Fixed point: numbers of 14 bits, with one scale for each row and one for each tile (14 probes); the weights are
+/// rounded as finely, once for all tiles (detail/tile_kernels.h). Errors stay below 2e-4 of the largest coefficient,
+/// half the bytes are read, and no number needs to be converted.
 class VolumeCombiner {
 public:
   enum class Storage { float32, fixed16 };
@@ -47,9 +47,10 @@ private:
   /// [colour][tile][row][128], or [colour][tile][row / 2][128][2]; one of the two is empty.
   detail::HugeVector<float> floats_;
   detail::HugeVector<std::int16_t> fixed_;
-  std::vector<float> fixed_scale_; ///< [colour][tile][row]; rows in whole pairs
-  std::vector<Rgb> current_;       ///< radiance of each row's region at the last update
-  int steps_ = 0;                  ///< since the last full combination
+  std::vector<float> row_scale_;  ///< [colour][row], rows in whole pairs
+  std::vector<float> tile_scale_; ///< [colour][tile]
+  std::vector<Rgb> current_;      ///< radiance of each row's region at the last update
+  int steps_ = 0;                 ///< since the last full combination
   LightField field_;
 
   struct Weights;
