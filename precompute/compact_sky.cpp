@@ -26,7 +26,7 @@ constexpr std::size_t kRoundingSuns = 64;
 constexpr float kBelowHorizon =
     0.2f;                          ///< there is no sun: light from there is smooth, and may err more under a small one
 constexpr double kFloor = 0.05;    ///< of the brightest node: what dimmer nodes are measured against
-constexpr double kByteShare = 0.5; ///< of the allowed error: what rounding to bytes may add
+constexpr double kByteShare = 0.5; ///< of the error: what rounding may add
 constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
 constexpr double kTailShare2 = 0.2;  ///< of the allowed squared error: a longer tail, and the sketch is widened
 
@@ -179,7 +179,7 @@ void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure,
   }
   b.factors.expand_rows(b.basis.q, b.numbers());
   const std::vector<float> missed = b.factors.remainder(
-      detail::Factors::Stored::exactly, detail::random_signs(signs_of(number), 3 * b.numbers() * kProjections),
+      detail::Factors::Taken::exactly, detail::random_signs(signs_of(number), 3 * b.numbers() * kProjections),
       b.projected, kProjections);
   b.unseen = detail::metric_trace(missed, metric.correlation, kProjections, pieces) / kProjections;
   b.basis = {};
@@ -204,51 +204,49 @@ std::vector<float> node_weights(const std::vector<double>& norm2, const std::vec
   return weight;
 }
 
-/// Keeps the strongest components of all bricks together, until what is left is below `allowed`; then the strongest
-/// roundings become half floats, until the rest of them is below its share.
-void select(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
-  struct Component {
-    double power;
-    std::size_t brick;
-  };
-  std::vector<Component> list;
-  double left = 0; // summed from the small ones, never as a difference of large numbers
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    left += bricks[b].unseen;
-    for (const double power : bricks[b].factors.power)
-      list.push_back({power, b});
-  }
-  std::ranges::stable_sort(list, std::greater{}, &Component::power);
-  std::size_t kept = list.size();
-  while (kept > 0 && left + list[kept - 1].power <= allowed)
-    left += list[--kept].power;
-  std::vector<std::size_t> rank(bricks.size(), 0);
-  for (std::size_t k = 0; k < kept; ++k)
-    ++rank[list[k].brick];
-  std::vector<Component> rounding;
-  double total = 0;
-  std::vector<std::vector<double>> byte_error2(bricks.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    bricks[b].factors.keep(rank[b]);
-    byte_error2[b] = bricks[b].factors.byte_error2(suns, kRoundingSuns);
-  });
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    for (const double r : byte_error2[b]) {
-      rounding.push_back({r, b});
-      total += r;
-    }
-  }
-  std::ranges::stable_sort(rounding, std::greater{}, &Component::power);
-  double limit = 0;
-  for (const Component& c : rounding) {
-    limit = c.power;
-    if (total <= kByteShare * kByteShare * allowed)
+/// What is certainly too weak to keep: less than this share of the allowed squared error in all.
+constexpr double kCertain = 0.3;
+
+/// Leaves the strongest components of all bricks together; the squared error of the others.
+double drop_weakest(std::vector<Brick>& bricks, double allowed) {
+  std::vector<double> power;
+  for (const Brick& b : bricks)
+    power.insert(power.end(), b.factors.power.begin(), b.factors.power.end());
+  std::ranges::sort(power);
+  double dropped = 0, limit = -1; // summed from the small ones, never as a difference of large numbers
+  for (const double p : power) {
+    if (dropped + p > allowed)
       break;
-    total -= c.power;
-    limit = 0;
+    dropped += p;
+    limit = p;
   }
-  for (std::size_t b = 0; b < bricks.size(); ++b)
-    bricks[b].factors.mark_halves(byte_error2[b], limit);
+  for (Brick& b : bricks)
+    b.factors.keep(
+        static_cast<std::size_t>(std::ranges::count_if(b.factors.power, [&](double p) { return p > limit; })));
+  return dropped;
+}
+
+/// Chooses for the components of all bricks together how each is stored: the least bytes whose squared error, with what
+/// the sketches missed, is at most `allowed`.
+void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
+  allowed -= drop_weakest(bricks, kCertain * allowed);
+  std::vector<std::vector<double>> byte_error2(bricks.size());
+  tbb::parallel_for(std::size_t{0}, bricks.size(),
+                    [&](std::size_t b) { byte_error2[b] = bricks[b].factors.byte_error2(suns, kRoundingSuns); });
+  std::vector<detail::Component> list;
+  for (std::size_t b = 0; b < bricks.size(); ++b) {
+    const detail::Factors& f = bricks[b].factors;
+    allowed -= bricks[b].unseen;
+    for (std::size_t k = 0; k < f.rank(); ++k)
+      list.push_back({f.power[k], byte_error2[b][k], f.sources + f.rows});
+  }
+  const std::vector<detail::Stored> choice = detail::cheapest(list, allowed);
+  auto next = choice.begin();
+  for (Brick& b : bricks) {
+    const auto end = next + std::ptrdiff_t(b.factors.rank());
+    b.factors.store_as({next, end});
+    next = end;
+  }
 }
 
 CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& light, const std::vector<float>& sigma,
@@ -304,7 +302,7 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    missed[b] = bricks[b].factors.remainder(detail::Factors::Stored::rounded,
+    missed[b] = bricks[b].factors.remainder(detail::Factors::Taken::as_stored,
                                             detail::random_signs(signs_of(b), 3 * bricks[b].numbers() * kProjections),
                                             bricks[b].projected, kProjections);
     for (std::size_t k = 0; k < missed[b].size(); ++k)
@@ -388,7 +386,7 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   });
   if (stop)
     return interrupted_error("fine sky");
-  select(bricks, measure.suns(kRoundingSuns), allowed);
+  choose_storage(bricks, measure.suns(kRoundingSuns), (1 + kByteShare * kByteShare) * allowed);
   CompactBasis basis = assemble(bricks, light, metric.sigma, probe_of_point);
   if (report) {
     *report = report_of(basis, bricks, light, columns, weight, metric.sigma, counted);
