@@ -67,24 +67,6 @@ struct Brick {
   std::size_t numbers() const { return point.size() * 9; } ///< of one colour
 };
 
-/// Irradiance [source][count] of random suns, each node weighted by `weight`.
-std::vector<float> random_suns(const detail::SunColumns& columns, const std::vector<float>& weight, std::size_t count) {
-  constexpr std::size_t kBlock = 16;
-  std::vector<float> sun(columns.sources * count, 0.0f);
-  tbb::parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t block) {
-    const std::size_t first = block * kBlock, width = std::min(kBlock, count - first);
-    std::array<float, kBlock> sign{};
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-      for (std::size_t i = 0; i < width; ++i)
-        sign[i] = weight[j] * detail::random_sign(j * 0x10000ull + first + i);
-      for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
-        for (std::size_t i = 0; i < width; ++i)
-          sun[columns.source[k] * count + first + i] += columns.value[k] * sign[i];
-    }
-  });
-  return sun;
-}
-
 void scale_sources(std::vector<float>& rows, const std::vector<float>& sigma) {
   for (std::size_t k = 0; k < rows.size(); ++k)
     rows[k] *= sigma[k % sigma.size()];
@@ -131,7 +113,7 @@ struct Measure {
 
   /// In units of each source's own, [source][count].
   std::vector<float> suns(std::size_t count) const {
-    std::vector<float> sun = random_suns(columns, weight, count);
+    std::vector<float> sun = columns.random_suns(weight, count);
     for (std::size_t k = 0; k < sun.size(); ++k)
       sun[k] /= metric.sigma[k / count];
     return sun;
@@ -308,8 +290,10 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
     for (std::size_t k = 0; k < missed[b].size(); ++k)
       missed[b][k] /= sigma[k % sigma.size()];
   });
-  for (const std::vector<float>& rows : missed)
-    columns.add_norms2(rows, error2);
+  detail::JoinedRows joined(bricks.size(), kProjections, columns.sources);
+  for (std::size_t b = 0; b < bricks.size(); ++b)
+    joined.add(b, missed[b]);
+  columns.add_norms2(joined.rows(), error2);
   double sum = 0;
   for (std::size_t j = 0; j < error2.size(); ++j) {
     const double e = error2[j] / kProjections * static_cast<double>(weight[j]) * static_cast<double>(weight[j]);
@@ -366,14 +350,16 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   const std::vector<float> share = horizon_shares(columns, partition);
   const double counted = std::inner_product(share.begin(), share.end(), share.begin(), 0.0);
   const std::size_t range = sketch_width(kRangeAtThree, options.error);
-  const std::vector<float> suns = random_suns(columns, node_weights(norm2, share), range);
+  const std::vector<float> suns = columns.random_suns(node_weights(norm2, share), range);
   const detail::SurfaceTransport surfaces(light);
   const std::vector<float> radiosity = of_random_colour(surfaces, suns, range);
   for_each_brick([&](std::size_t b) { reduce(light, surfaces, gather, radiosity, options.error, b, bricks[b]); });
 
   std::ranges::fill(norm2, 0.0);
-  for (const Brick& b : bricks)
-    columns.add_norms2(b.seen.expand(b.projected), norm2);
+  detail::JoinedRows joined(bricks.size(), kProjections, columns.sources);
+  for (std::size_t b = 0; b < bricks.size(); ++b)
+    joined.add(b, bricks[b].seen.expand(bricks[b].projected));
+  columns.add_norms2(joined.rows(), norm2);
   for (double& n : norm2)
     n /= kProjections;
   const std::vector<float> weight = node_weights(norm2, share);
