@@ -22,13 +22,14 @@ constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are co
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
 // Elements and leaves per patch of the law: first light on finer pieces than the rest (detail/light_leaves.h).
-constexpr double kElementShare = 0.65, kLeafShare = 1.45;
+constexpr double kElementShare = 0.65, kLeafShare = 1.6;
 constexpr double kCompactShare = 1.55;       ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
 constexpr double kClearlyFiner = 1.8;        ///< ratio of patches from which a difference tells an error
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
+constexpr double kClusters = 512;   ///< at 2 %, of surfaces whose further bounces are solved together
 constexpr int kGatherRays = 3072;   ///< per probe at 2 %: noise of the rays costs components of a fine sky
 
 const PlanLaws& laws = kPlanLaws;
@@ -128,6 +129,7 @@ public:
     plan.options.audit = true;
     plan.options.held_out = pilot_.fine.audit.points;
     const double finer = 0.02 / target;
+    plan.options.clusters = static_cast<std::size_t>(kClusters * std::clamp(finer, 0.5, 4.0));
     plan.options.visibility_rays = kRowRays * std::clamp(finer, 1.0 / 14, 8.0);
     const bool grid = request_.points.empty();
     plan.options.gather_rays =
