@@ -5,9 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "runtime/light/relight.h"
 #include "runtime/light/room_change.h"
 #include "runtime/light/room_light.h"
@@ -223,18 +220,7 @@ void Session::State::see_own_shadow() {
   if (!room_change)
     return;
   room_change->set_sky(pyramid, sun, std::exchange(has_room_change_sky, true));
-  const ObjectSurface& surface = objects.surface;
-  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
-    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
-      for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const Sh9Rgb change = room_change->arriving_change(k, surface.positions[i]);
-        indirect[i].front = add_reflected(indirect[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
-        if (objects.has_back[i])
-          indirect[i].back = add_reflected(indirect[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
-      }
-    });
-  }
+  add_arriving_change(*room_change, objects, indirect);
 }
 
 Result<void> Session::State::draw(StageClock& clock) {
