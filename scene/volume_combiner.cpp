@@ -9,6 +9,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <unistd.h>
 
 #include "scene/detail/tile_kernels.h"
 
@@ -49,19 +50,19 @@ VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) 
 
 void VolumeCombiner::keep_floats(const BasisVolume& volume) {
   const std::size_t rows = region_.size(), numbers = probes_ * 9;
-  floats_.resize(3 * tiles_ * rows * kTileNumbers);
+  floats_.resize(3 * tiles_ * float_stride() * kTileNumbers);
   tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
     const float* row = volume.basis.data() + r * volume.row_floats();
     for (std::size_t k = 0; k < 3 * numbers; ++k) {
       const std::size_t n = k / 3, tile = (k % 3) * tiles_ + n / kTileNumbers;
-      floats_[(tile * rows + r) * kTileNumbers + n % kTileNumbers] = row[k];
+      floats_[(tile * float_stride() + r) * kTileNumbers + n % kTileNumbers] = row[k];
     }
   });
 }
 
 void VolumeCombiner::keep_fixed(const BasisVolume& volume) {
   const std::size_t rows = padded_rows(), numbers = probes_ * 9;
-  fixed_.resize(3 * tiles_ * rows * kTileNumbers);
+  fixed_.resize(3 * tiles_ * fixed_stride() * kTileNumbers);
   row_scale_.assign(3 * rows, 0.0f);
   tile_scale_.assign(3 * tiles_, 0.0f);
   // Visits the numbers of each row of a colour's tile.
@@ -92,7 +93,7 @@ void VolumeCombiner::keep_fixed(const BasisVolume& volume) {
       const float scale = row_scale * tile_scale_[tile];
       if (!std::isnormal(scale))
         return;
-      std::int16_t* out = fixed_.data() + (tile * rows + r / 2 * 2) * kTileNumbers + r % 2;
+      std::int16_t* out = fixed_.data() + (tile * fixed_stride() + r / 2 * 2) * kTileNumbers + r % 2;
       for (std::size_t k = 0; k < count; ++k)
         out[2 * k] = static_cast<std::int16_t>(std::lrint(row[3 * k] / scale));
     });
@@ -118,7 +119,8 @@ VolumeCombiner::Weights VolumeCombiner::weights(std::span<const Rgb> row_radianc
         pairs.push_back(static_cast<std::uint32_t>(r / 2));
     }
     if (!dense.empty())
-      w.fixed[c] = {dense, std::span(row_scale_).subspan(c * padded_rows(), padded_rows()), std::move(pairs)};
+      w.fixed[c] = {dense, std::span(row_scale_).subspan(c * padded_rows(), padded_rows()), std::move(pairs),
+                    !in_cache()};
   }
   return w;
 }
@@ -128,10 +130,10 @@ void VolumeCombiner::add_tile(const Weights& w, std::size_t colour, std::size_t 
   const detail::TileKernels& kernels = detail::tile_kernels();
   const std::size_t at = colour * tiles_ + tile;
   if (fixed_.empty())
-    kernels.add_float(floats_.data() + at * region_.size() * kTileNumbers, w.rows[colour], first, count, sum);
+    kernels.add_float(floats_.data() + at * float_stride() * kTileNumbers, w.rows[colour], first, count, sum);
   else
-    kernels.add_fixed(fixed_.data() + at * padded_rows() * kTileNumbers, tile_scale_[at], w.fixed[colour], first, count,
-                      sum);
+    kernels.add_fixed(fixed_.data() + at * fixed_stride() * kTileNumbers, tile_scale_[at], w.fixed[colour], first,
+                      count, sum);
 }
 
 /// Few rows of a tile: no prefetch of the processor finds those of the next one.
@@ -142,12 +144,12 @@ void VolumeCombiner::prefetch_tile(const Weights& w, std::size_t tile) const {
     for (std::size_t k = 0; k < numbers * sizeof(*row); k += kLine)
       __builtin_prefetch(at + k);
   };
-  for (std::size_t c = 0; c < 3 && tile < tiles_ && w.rows_read <= kFew; ++c) {
+  for (std::size_t c = 0; c < 3 && tile < tiles_ && w.rows_read <= kFew && !in_cache(); ++c) {
     const std::size_t at = c * tiles_ + tile;
     for (const WeightedRow& r : w.rows[c])
-      prefetch(floats_.data() + (at * region_.size() + r.row) * kTileNumbers, kTileNumbers);
+      prefetch(floats_.data() + (at * float_stride() + r.row) * kTileNumbers, kTileNumbers);
     for (const std::uint32_t p : w.fixed[c].pair)
-      prefetch(fixed_.data() + (at * padded_rows() + 2 * p) * kTileNumbers, 2 * kTileNumbers);
+      prefetch(fixed_.data() + (at * fixed_stride() + 2 * p) * kTileNumbers, 2 * kTileNumbers);
   }
 }
 
@@ -168,6 +170,12 @@ void VolumeCombiner::add_all(const Weights& w, bool anew) {
           sum.data(), sum.data() + kTileNumbers, sum.data() + 2 * kTileNumbers, count, field + 3 * t * kTileNumbers);
     }
   });
+}
+
+/// Whether the processor's second cache holds the tiles.
+bool VolumeCombiner::in_cache() const {
+  static const long cache_bytes = std::max(sysconf(_SC_LEVEL2_CACHE_SIZE), 0L);
+  return tiles().size() < static_cast<std::size_t>(cache_bytes);
 }
 
 std::size_t VolumeCombiner::bytes() const {

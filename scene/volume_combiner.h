@@ -57,6 +57,11 @@ private:
   void keep_floats(const BasisVolume& volume);
   void keep_fixed(const BasisVolume& volume);
   std::size_t padded_rows() const { return (region_.size() + 1) / 2 * 2; }
+  /// Of a tile in memory. Tiles a multiple of 4 KB apart would meet in few sets of the caches: the same rows of all
+  /// tiles, read again for step after step, would not stay there.
+  std::size_t float_stride() const { return region_.size() + (region_.size() % 8 == 0 ? 1 : 0); }
+  std::size_t fixed_stride() const { return padded_rows() + (padded_rows() % 16 == 0 ? 2 : 0); }
+  bool in_cache() const;
   Weights weights(std::span<const Rgb> row_radiance) const;
   void add_tile(const Weights& weights, std::size_t colour, std::size_t tile, std::size_t first, std::size_t count,
                 float* sum) const;

@@ -110,8 +110,10 @@ DAYLIT_VNNI void add_blocks_vnni(const std::int16_t* tile, float tile_scale, con
     s[b] = _mm512_loadu_ps(sum + 16 * b);
   for (std::size_t i = 0; i < rows.step.size(); ++i) {
     const Chunk chunk = chunk_of(rows, i);
-    chunk.is_whole() ? sum_chunk_vnni<kBlocks, true>(tile, rows, chunk, total)
-                     : sum_chunk_vnni<kBlocks, false>(tile, rows, chunk, total);
+    if (rows.far && chunk.is_whole())
+      sum_chunk_vnni<kBlocks, true>(tile, rows, chunk, total);
+    else
+      sum_chunk_vnni<kBlocks, false>(tile, rows, chunk, total);
     const __m512 step = _mm512_set1_ps(tile_scale * rows.step[i]);
 #pragma GCC unroll 8
     for (int b = 0; b < kBlocks; ++b)
@@ -230,8 +232,8 @@ std::vector<std::uint32_t> row_numbers(std::span<const Row> rows) {
 } // namespace
 
 FixedRows::FixedRows(std::span<const float> all_weights, std::span<const float> row_scale,
-                     std::vector<std::uint32_t> pairs)
-    : pair(std::move(pairs)) {
+                     std::vector<std::uint32_t> pairs, bool is_far)
+    : pair(std::move(pairs)), far(is_far) {
   weight.reserve(pair.size());
   for (std::size_t begin = 0; begin < pair.size(); begin += kFixedChunk) {
     std::array<float, 2 * kFixedChunk> product{};

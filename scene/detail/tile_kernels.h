@@ -50,12 +50,14 @@ static_assert(2 * std::int64_t{kFixedChunk} * kFixedMost * kFixedMost < 0x7fffff
 /// each kFixedChunk pairs in turn. Their integer sums are exact in 32 bits.
 struct FixedRows {
   FixedRows() = default;
-  /// `weight` and `row_scale`: of all rows; `pairs`: those that count.
-  FixedRows(std::span<const float> weight, std::span<const float> row_scale, std::vector<std::uint32_t> pairs);
+  /// `weight` and `row_scale`: of all rows; `pairs`: those that count; `far`: the tiles are not in a fast cache.
+  FixedRows(std::span<const float> weight, std::span<const float> row_scale, std::vector<std::uint32_t> pairs,
+            bool far = false);
 
   std::vector<std::uint32_t> pair;
   std::vector<std::int32_t> weight; ///< two integers of 16 bits for each pair, the even row in the low half
   std::vector<float> step;          ///< of an integer product; of each chunk
+  bool far = false;                 ///< whole chunks are fetched ahead
 };
 
 /// sum[k] += tile_scale * weight[row] * row_scale[row] * tile[row][k]. Integers are the same in every version.
