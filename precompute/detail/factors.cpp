@@ -154,7 +154,7 @@ std::vector<double> Factors::byte_error2(std::span<const float> suns, std::size_
     const std::vector<float> kept = Rounded::source_factor(row_of(source_factor, k, sources), Stored::bytes).values();
     for (std::size_t s = 0; s < sources; ++s)
       off[k * sources + s] -= kept[s];
-    error[k] = power[k] * Rounded::row_factor(row_of(row_factor, k, rows), Stored::bytes).relative_error2();
+    error[k] = power[k] * row_rounding2(row_of(row_factor, k, rows));
   }
   const std::vector<float> seen = multiply(off, suns, rank(), sources, columns);
   for (std::size_t k = 0; k < rank(); ++k)

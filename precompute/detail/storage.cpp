@@ -35,43 +35,56 @@ Rounded halves(std::span<const float> numbers) {
   return r;
 }
 
-/// `carry`: the share of an error that the next number takes over.
-Rounded bytes(std::span<const float> numbers, float carry) {
+Rounded bytes(std::span<const float> numbers) {
   Rounded r;
   if (const float most = largest(numbers); most > 0)
     r.unit = most / kByteMost;
   r.byte.resize(numbers.size());
-  const float per_unit = 1.0f / r.unit;
-  float owed = 0;
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
-    const float wanted = numbers[k] * per_unit;
-    if (wanted == 0.0f)
-      continue;
-    const float kept = std::clamp(nearest(wanted + owed), -kByteMost, kByteMost);
-    owed = carry * std::clamp(wanted + owed - kept, -1.0f, 1.0f);
-    r.byte[k] = static_cast<std::int8_t>(kept);
-    r.error2 += square(static_cast<double>(r.unit * (wanted - kept)));
-    r.power2 += square(static_cast<double>(numbers[k]));
-  }
   return r;
 }
 
 } // namespace
 
 Rounded Rounded::row_factor(std::span<const float> numbers, Stored stored) {
-  return stored == Stored::halves ? halves(numbers) : bytes(numbers, 0.0f);
+  if (stored == Stored::halves)
+    return halves(numbers);
+  Rounded r = bytes(numbers);
+  const float per_unit = 1.0f / r.unit;
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    r.byte[k] = static_cast<std::int8_t>(std::clamp(nearest(numbers[k] * per_unit), -kByteMost, kByteMost));
+  return r;
 }
 
 Rounded Rounded::source_factor(std::span<const float> numbers, Stored stored) {
-  return stored == Stored::halves ? halves(numbers) : bytes(numbers, 1.0f);
+  if (stored == Stored::halves)
+    return halves(numbers);
+  Rounded r = bytes(numbers);
+  const float per_unit = 1.0f / r.unit;
+  float owed = 0;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (numbers[k] == 0.0f)
+      continue;
+    const float wanted = numbers[k] * per_unit + owed, kept = std::clamp(nearest(wanted), -kByteMost, kByteMost);
+    owed = std::clamp(wanted - kept, -1.0f, 1.0f);
+    r.byte[k] = static_cast<std::int8_t>(kept);
+  }
+  return r;
+}
+
+double row_rounding2(std::span<const float> numbers) {
+  double sum = 0;
+  for (const float x : numbers)
+    sum += square(static_cast<double>(x));
+  const double step = static_cast<double>(largest(numbers) / kByteMost);
+  return sum > 0 ? step * step / 12 * static_cast<double>(numbers.size()) / sum : 0.0;
 }
 
 std::vector<float> Rounded::values() const {
-  std::vector<float> out;
-  for (const std::int8_t b : byte)
-    out.push_back(unit * static_cast<float>(b));
-  for (const std::uint16_t h : half)
-    out.push_back(unit * daylit::detail::from_half(h));
+  std::vector<float> out(byte.size() + half.size());
+  for (std::size_t k = 0; k < byte.size(); ++k)
+    out[k] = unit * static_cast<float>(byte[k]);
+  for (std::size_t k = 0; k < half.size(); ++k)
+    out[k] = unit * daylit::detail::from_half(half[k]);
   return out;
 }
 

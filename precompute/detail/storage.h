@@ -17,7 +17,6 @@ struct Rounded {
   float unit = 1;
   std::vector<std::int8_t> byte;
   std::vector<std::uint16_t> half;
-  double error2 = 0, power2 = 0; ///< sums of squares: of the rounding, of the numbers
 
   /// Each to the nearest.
   static Rounded row_factor(std::span<const float> numbers, Stored stored);
@@ -26,8 +25,10 @@ struct Rounded {
   static Rounded source_factor(std::span<const float> numbers, Stored stored);
 
   std::vector<float> values() const;
-  double relative_error2() const { return power2 > 0 ? error2 / power2 : 0.0; }
 };
+
+/// Mean square of what row_factor() does to bytes, relative to that of the numbers.
+double row_rounding2(std::span<const float> numbers);
 
 /// One component of all bricks': its squared error when left out, and as bytes. Half floats err by nothing.
 struct Component {
