@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "runtime/render/picture_renderer.h"
@@ -37,6 +39,28 @@ glm::vec4 bounding_cone(const std::vector<DirectionalLight>& lights) {
   for (const DirectionalLight& l : lights)
     cosine = std::min(cosine, glm::dot(axis, l.direction));
   return {glm::vec3(axis), static_cast<float>(std::acos(std::clamp(cosine, -1.0, 1.0)) + 1e-3)};
+}
+
+PixelBox projected_box(const RenderCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions) {
+  const PixelBox whole{0, 0, camera.width_px, camera.height_px};
+  if (positions.empty())
+    return {};
+  const glm::dmat3 axes(camera.world_from_camera);
+  const glm::dvec3 eye = camera.eye() - origin;
+  glm::dvec2 lo(std::numeric_limits<double>::infinity()), hi = -lo;
+  for (const glm::vec3& p : positions) {
+    const glm::dvec3 c = (glm::dvec3(p) - eye) * axes; // transpose of a rotation
+    if (c.z < kNearPlane_m)
+      return whole;
+    const glm::dvec2 pixel(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
+    lo = glm::min(lo, pixel);
+    hi = glm::max(hi, pixel);
+  }
+  lo = glm::clamp(lo, -2.0, 1e6);
+  hi = glm::clamp(hi, -2.0, 1e6);
+  return PixelBox{static_cast<int>(std::floor(lo.x)), static_cast<int>(std::floor(lo.y)),
+                  static_cast<int>(std::ceil(hi.x)) + 1, static_cast<int>(std::ceil(hi.y)) + 1}
+      .clipped(camera.width_px, camera.height_px);
 }
 
 } // namespace daylit

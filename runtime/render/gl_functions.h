@@ -13,9 +13,11 @@
 #define DAYLIT_GL_FUNCTIONS(X)                                                                                         \
   X(ATTACHSHADER, AttachShader)                                                                                        \
   X(BINDBUFFERBASE, BindBufferBase)                                                                                    \
+  X(BINDBUFFERRANGE, BindBufferRange)                                                                                  \
   X(BINDFRAMEBUFFER, BindFramebuffer)                                                                                  \
   X(BINDTEXTUREUNIT, BindTextureUnit)                                                                                  \
   X(BINDVERTEXARRAY, BindVertexArray)                                                                                  \
+  X(BLENDFUNCSEPARATE, BlendFuncSeparate)                                                                              \
   X(BLITNAMEDFRAMEBUFFER, BlitNamedFramebuffer)                                                                        \
   X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus)                                                          \
   X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)                                                                  \
@@ -62,15 +64,19 @@
   X(NAMEDFRAMEBUFFERTEXTURELAYER, NamedFramebufferTextureLayer)                                                        \
   X(PROGRAMUNIFORM1F, ProgramUniform1f)                                                                                \
   X(PROGRAMUNIFORM1I, ProgramUniform1i)                                                                                \
+  X(PROGRAMUNIFORM2FV, ProgramUniform2fv)                                                                              \
+  X(PROGRAMUNIFORM2I, ProgramUniform2i)                                                                                \
   X(PROGRAMUNIFORM3FV, ProgramUniform3fv)                                                                              \
-  X(PROGRAMUNIFORM4FV, ProgramUniform4fv)                                                                              \
-  X(PROGRAMUNIFORMMATRIX4FV, ProgramUniformMatrix4fv)                                                                  \
+  X(PROGRAMUNIFORM3I, ProgramUniform3i)                                                                                \
+  X(SCISSOR, Scissor)                                                                                                  \
   X(SHADERSOURCE, ShaderSource)                                                                                        \
+  X(TEXTUREBUFFER, TextureBuffer)                                                                                      \
   X(TEXTUREPARAMETERI, TextureParameteri)                                                                              \
   X(TEXTURESTORAGE2D, TextureStorage2D)                                                                                \
   X(TEXTURESTORAGE2DMULTISAMPLE, TextureStorage2DMultisample)                                                          \
   X(TEXTURESTORAGE3D, TextureStorage3D)                                                                                \
   X(TEXTURESUBIMAGE2D, TextureSubImage2D)                                                                              \
+  X(TEXTURESUBIMAGE3D, TextureSubImage3D)                                                                              \
   X(USEPROGRAM, UseProgram)                                                                                            \
   X(VERTEXARRAYATTRIBBINDING, VertexArrayAttribBinding)                                                                \
   X(VERTEXARRAYATTRIBFORMAT, VertexArrayAttribFormat)                                                                  \

@@ -49,12 +49,6 @@ GlVertexArray make_vertex_array(const Gl& gl, const std::vector<VertexStream>& s
 
 namespace {
 
-#define DAYLIT_TEXT_(x) #x
-#define DAYLIT_TEXT(x) DAYLIT_TEXT_(x)
-constexpr const char* kShaderLimits =
-    "#define MAX_LIGHTS " DAYLIT_TEXT(DAYLIT_MAX_LIGHTS) "\n#define MAX_APERTURES " DAYLIT_TEXT(
-        DAYLIT_MAX_APERTURES) "\n#define MAX_APERTURE_EDGES " DAYLIT_TEXT(DAYLIT_MAX_APERTURE_EDGES) "\n";
-
 Error shader_error(const std::string& name, const char* stage, const std::string& log) {
   return {ErrorCode::device, std::string(stage) + " failed: " + log, "shader " + name,
           "report this with the name and version of the graphics driver"};
@@ -63,7 +57,7 @@ Error shader_error(const std::string& name, const char* stage, const std::string
 /// Attaches one compiled stage; the shader object itself lives as long as the program.
 Result<void> attach_stage(const Gl& gl, GLuint program, const std::string& name, GLenum type,
                           const std::vector<const char*>& parts) {
-  std::vector<const char*> source{"#version 450 core\n", kShaderLimits};
+  std::vector<const char*> source{"#version 450 core\n"};
   source.insert(source.end(), parts.begin(), parts.end());
   const GLuint shader = gl->CreateShader(type);
   gl->ShaderSource(shader, static_cast<GLsizei>(source.size()), source.data(), nullptr);
@@ -104,6 +98,18 @@ Result<GlProgram> make_program(const Gl& gl, const std::string& name, const std:
     return shader_error(name, "linking", log);
   }
   return program;
+}
+
+Result<GlTexture> make_buffer_texture(const Gl& gl, const GlBuffer& buffer, GLenum format, std::size_t texels,
+                                      const std::string& what) {
+  GLint limit = 0;
+  gl->GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+  if (texels > static_cast<std::size_t>(limit))
+    return Error{ErrorCode::limit_exceeded, what + " take " + std::to_string(texels) + " texels of graphics memory",
+                 "renderer", "the driver's limit is " + std::to_string(limit) + ": simplify the mesh"};
+  GlTexture texture = make_texture(gl, GL_TEXTURE_BUFFER);
+  gl->TextureBuffer(texture.name(), format, buffer.name());
+  return texture;
 }
 
 Result<void> check_framebuffer(const Gl& gl, const GlFramebuffer& framebuffer, const std::string& where) {

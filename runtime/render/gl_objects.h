@@ -12,15 +12,7 @@
 
 #include "runtime/render/gl_functions.h"
 
-// Array sizes of the shaders' uniform blocks: each block stays within the 64 KiB that OpenGL 4.5 drivers offer.
-#define DAYLIT_MAX_LIGHTS 1024
-#define DAYLIT_MAX_APERTURES 256
-#define DAYLIT_MAX_APERTURE_EDGES 2048
-
 namespace daylit {
-
-constexpr int kMaxLights = DAYLIT_MAX_LIGHTS, kMaxApertures = DAYLIT_MAX_APERTURES,
-              kMaxApertureEdges = DAYLIT_MAX_APERTURE_EDGES;
 
 using Gl = std::shared_ptr<const GlFunctions>;
 
@@ -84,6 +76,10 @@ GlVertexArray make_vertex_array(const Gl& gl, const std::vector<VertexStream>& s
 /// core". Error device with the compiler's log.
 Result<GlProgram> make_program(const Gl& gl, const std::string& name, const std::vector<const char*>& vertex_parts,
                                const std::vector<const char*>& fragment_parts);
+/// `buffer` read by shaders as a list of texels; `format` such as GL_RGB32F. Error limit_exceeded: too many for the
+/// driver.
+Result<GlTexture> make_buffer_texture(const Gl& gl, const GlBuffer& buffer, GLenum format, std::size_t texels,
+                                      const std::string& what);
 Result<void> check_framebuffer(const Gl& gl, const GlFramebuffer& framebuffer, const std::string& where);
 
 } // namespace daylit

@@ -1,73 +1,124 @@
 #include "runtime/render/render_targets.h"
 
 #include <algorithm>
+#include <string>
 
 namespace daylit {
 
 namespace {
-constexpr GLenum kAttachments[] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1, GL_COLOR_ATTACHMENT2};
+
+GlTexture make_picture_texture(const Gl& gl, int width, int height, GLenum format, int samples) {
+  GlTexture texture = make_texture(gl, samples > 0 ? GL_TEXTURE_2D_MULTISAMPLE : GL_TEXTURE_2D);
+  if (samples > 0) {
+    gl->TextureStorage2DMultisample(texture.name(), samples, format, width, height, GL_TRUE);
+  } else {
+    gl->TextureStorage2D(texture.name(), 1, format, width, height);
+    gl->TextureParameteri(texture.name(), GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl->TextureParameteri(texture.name(), GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  }
+  return texture;
 }
 
-Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, int samples) {
-  GLint limit = 0, sides = 0;
-  gl->GetIntegerv(GL_MAX_COLOR_TEXTURE_SAMPLES, &limit);
-  gl->GetIntegerv(GL_MAX_TEXTURE_SIZE, &sides);
-  if (width <= 0 || height <= 0 || std::max(width, height) > sides)
-    return Error{ErrorCode::limit_exceeded,
-                 "a picture of " + std::to_string(width) + " x " + std::to_string(height) + " cannot be drawn",
-                 "renderer", "the driver's limit is " + std::to_string(sides) + " pixels a side"};
-  RenderTargets t;
+} // namespace
+
+Result<DrawTarget> DrawTarget::make(const Gl& gl, int width, int height, GLenum format, int colours, GLuint depth,
+                                    int samples) {
+  DrawTarget t;
   t.gl_ = gl;
   t.width_ = width;
   t.height_ = height;
-  t.multi_ = make_framebuffer(gl);
-  t.single_ = make_framebuffer(gl);
-  const int per_pixel = std::clamp(samples, 1, static_cast<int>(limit));
-  for (int k = 0; k < kColours; ++k) {
-    t.multi_colour_[k] = make_texture(gl, GL_TEXTURE_2D_MULTISAMPLE);
-    gl->TextureStorage2DMultisample(t.multi_colour_[k].name(), per_pixel, GL_RGBA32F, width, height, GL_TRUE);
-    gl->NamedFramebufferTexture(t.multi_.name(), kAttachments[k], t.multi_colour_[k].name(), 0);
-    t.single_colour_[k] = make_texture(gl, GL_TEXTURE_2D);
-    gl->TextureStorage2D(t.single_colour_[k].name(), 1, GL_RGBA32F, width, height);
-    gl->NamedFramebufferTexture(t.single_.name(), kAttachments[k], t.single_colour_[k].name(), 0);
+  t.framebuffer_ = make_framebuffer(gl);
+  std::vector<GLenum> attachments;
+  for (int k = 0; k < colours; ++k) {
+    attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(k));
+    t.colours_.push_back(make_picture_texture(gl, width, height, format, samples));
+    gl->NamedFramebufferTexture(t.framebuffer_.name(), attachments.back(), t.colours_.back().name(), 0);
   }
-  t.multi_depth_ = make_texture(gl, GL_TEXTURE_2D_MULTISAMPLE);
-  gl->TextureStorage2DMultisample(t.multi_depth_.name(), per_pixel, GL_DEPTH_COMPONENT32F, width, height, GL_TRUE);
-  gl->NamedFramebufferTexture(t.multi_.name(), GL_DEPTH_ATTACHMENT, t.multi_depth_.name(), 0);
-  gl->NamedFramebufferDrawBuffers(t.multi_.name(), kColours, kAttachments);
-  if (const auto r = check_framebuffer(gl, t.multi_, "render targets"); !r)
-    return r.error();
-  if (const auto r = check_framebuffer(gl, t.single_, "render targets"); !r)
+  if (depth)
+    gl->NamedFramebufferTexture(t.framebuffer_.name(), GL_DEPTH_ATTACHMENT, depth, 0);
+  gl->NamedFramebufferDrawBuffers(t.framebuffer_.name(), colours, attachments.data());
+  if (const auto r = check_framebuffer(gl, t.framebuffer_, "render targets"); !r)
     return r.error();
   return t;
 }
 
-void RenderTargets::bind_and_clear() const {
-  const float zero[4] = {0.0f, 0.0f, 0.0f, 0.0f};
-  gl_->DepthMask(GL_TRUE);
-  gl_->BindFramebuffer(GL_FRAMEBUFFER, multi_.name());
+void DrawTarget::bind() const {
+  gl_->BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   gl_->Viewport(0, 0, width_, height_);
-  for (int k = 0; k < kColours; ++k)
-    gl_->ClearNamedFramebufferfv(multi_.name(), GL_COLOR, k, zero);
-  gl_->ClearNamedFramebufferfv(multi_.name(), GL_DEPTH, 0, zero); // reversed depth: 0 is infinitely far
 }
 
-void RenderTargets::resolve() const {
-  for (const GLenum attachment : kAttachments) {
-    gl_->NamedFramebufferReadBuffer(multi_.name(), attachment);
-    gl_->NamedFramebufferDrawBuffer(single_.name(), attachment);
-    gl_->BlitNamedFramebuffer(multi_.name(), single_.name(), 0, 0, width_, height_, 0, 0, width_, height_,
-                              GL_COLOR_BUFFER_BIT, GL_NEAREST);
+void DrawTarget::clear_colours() const {
+  const float zero[4] = {0.0f, 0.0f, 0.0f, 0.0f};
+  for (int k = 0; k < static_cast<int>(colours_.size()); ++k)
+    gl_->ClearNamedFramebufferfv(framebuffer_.name(), GL_COLOR, k, zero);
+}
+
+void DrawTarget::clear_depth() const {
+  const float zero = 0.0f;
+  gl_->DepthMask(GL_TRUE);
+  gl_->ClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &zero);
+}
+
+Result<void> DrawTarget::read(int k, std::vector<glm::vec4>& texels) const {
+  texels.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  gl_->GetTextureImage(texture(k), 0, GL_RGBA, GL_FLOAT, static_cast<GLsizei>(texels.size() * sizeof(glm::vec4)),
+                       texels.data());
+  return check_gl(*gl_, "reading the picture back");
+}
+
+Result<void> DrawTarget::read(int k, std::vector<float>& texels) const {
+  texels.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
+  gl_->GetTextureImage(texture(k), 0, GL_RED, GL_FLOAT, static_cast<GLsizei>(texels.size() * sizeof(float)),
+                       texels.data());
+  return check_gl(*gl_, "reading the picture back");
+}
+
+Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, int samples, bool room_blocks) {
+  GLint sides = 0;
+  gl->GetIntegerv(GL_MAX_TEXTURE_SIZE, &sides);
+  RenderTargets t;
+  t.width_px = width;
+  t.height_px = height;
+  t.tile_width = (width + 1) / 2;
+  t.tile_height = (height + 1) / 2;
+  const int by_tiles[] = {2 * t.tile_width, 2 * t.tile_height};
+  if (width <= 0 || height <= 0 || std::max(by_tiles[0], by_tiles[1]) > sides)
+    return Error{ErrorCode::limit_exceeded,
+                 "a picture of " + std::to_string(width) + " x " + std::to_string(height) + " cannot be drawn",
+                 "renderer", "the driver's limit is " + std::to_string(sides) + " pixels a side"};
+  t.room_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
+  t.object_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, samples);
+  t.object_marks = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
+  t.room_marks = make_picture_texture(gl, by_tiles[0], by_tiles[1], GL_DEPTH_COMPONENT32F, 0);
+  const int sums = room_blocks ? 3 : 2;
+  struct Entry {
+    DrawTarget* target;
+    int width, height;
+    GLenum format;
+    int colours;
+    GLuint depth;
+    int samples;
+  };
+  const GLuint marks = t.room_marks.name(), points = t.object_marks.name();
+  const Entry entries[] = {{&t.room_ids, width, height, GL_R32F, 1, t.room_depth.name(), 0},
+                           {&t.object_ids, width, height, GL_R32F, 1, t.object_depth.name(), samples},
+                           {&t.object_points, width, height, GL_RGBA32F, 2, points, 0},
+                           {&t.room_points, by_tiles[0], by_tiles[1], GL_RGBA32F, 2, marks, 0},
+                           {&t.object_picture, width, height, GL_RGBA32F, 1, points, 0},
+                           {&t.room_picture, by_tiles[0], by_tiles[1], GL_RGBA32F, 2, marks, 0},
+                           {&t.object_sky.target, width, height, GL_RGBA32F, sums, points, 0},
+                           {&t.object_sun.target, width, height, GL_RGBA32F, sums, points, 0},
+                           {&t.room_sky.target, by_tiles[0], by_tiles[1], GL_RGBA32F, sums, marks, 0},
+                           {&t.room_sun.target, by_tiles[0], by_tiles[1], GL_RGBA32F, sums, marks, 0}};
+  for (const Entry& e : entries) {
+    auto made = DrawTarget::make(gl, e.width, e.height, e.format, e.colours, e.depth, e.samples);
+    if (!made)
+      return made.error();
+    *e.target = std::move(*made);
   }
-}
-
-Result<std::vector<glm::vec4>> RenderTargets::read(int colour) const {
-  std::vector<glm::vec4> pixels(static_cast<std::size_t>(width_) * height_);
-  gl_->GetTextureImage(single_colour_[colour].name(), 0, GL_RGBA, GL_FLOAT,
-                       static_cast<GLsizei>(pixels.size() * sizeof(glm::vec4)), pixels.data());
-  if (const auto r = check_gl(*gl_, "reading the picture back"); !r)
-    return r.error();
-  return pixels;
+  for (LightSums* s : {&t.object_sky, &t.object_sun, &t.room_sky, &t.room_sun})
+    s->room_blocks = room_blocks;
+  return t;
 }
 
 } // namespace daylit

@@ -1,6 +1,8 @@
 #pragma once
 
-#include <array>
+// What the passes of a picture draw into.
+
+#include <span>
 #include <vector>
 
 #include <glm/vec4.hpp>
@@ -9,25 +11,46 @@
 
 namespace daylit {
 
-/// Three float colour targets and depth, several samples per pixel, and their single-sample averages.
-class RenderTargets {
+/// Colour textures drawn together, with or without a depth texture (not owned).
+class DrawTarget {
 public:
-  static constexpr int kColours = 3;
-  static Result<RenderTargets> make(const Gl& gl, int width_px, int height_px, int samples);
-
-  void bind_and_clear() const;
-  /// Averages the samples and reads one target back, row 0 first.
-  Result<std::vector<glm::vec4>> read(int colour) const;
-  void resolve() const;
-  int width_px() const { return width_; }
-  int height_px() const { return height_; }
+  /// `samples` 0: not multisampled.
+  static Result<DrawTarget> make(const Gl& gl, int width, int height, GLenum format, int colours, GLuint depth,
+                                 int samples = 0);
+  void bind() const;
+  void clear_colours() const; ///< to zero, within the scissor rectangle
+  void clear_depth() const;   ///< to zero: infinitely far
+  GLuint texture(int k) const { return colours_[static_cast<std::size_t>(k)].name(); }
+  /// Row 0 first; `texels` is resized to width x height.
+  Result<void> read(int k, std::vector<glm::vec4>& texels) const;
+  Result<void> read(int k, std::vector<float>& texels) const; ///< one channel
 
 private:
   Gl gl_;
-  GlFramebuffer multi_, single_;
-  std::array<GlTexture, kColours> multi_colour_, single_colour_;
-  GlTexture multi_depth_;
+  GlFramebuffer framebuffer_;
+  std::vector<GlTexture> colours_;
   int width_ = 0, height_ = 0;
+};
+
+/// Sums over lights: unblocked, lost and, where something of the room can block, past the room.
+struct LightSums {
+  DrawTarget target;
+  bool room_blocks = false;
+  GLuint unblocked() const { return target.texture(0); }
+  GLuint lost() const { return target.texture(1); }
+  GLuint past_room() const { return target.texture(room_blocks ? 2 : 0); }
+};
+
+struct RenderTargets {
+  int width_px = 0, height_px = 0;
+  int tile_width = 0, tile_height = 0; ///< shaders/frame.glsl
+  GlTexture room_depth, object_depth, room_marks, object_marks;
+  DrawTarget room_ids, object_ids;
+  DrawTarget object_points, room_points; ///< offset and normal; of the room, here and below, by tiles
+  DrawTarget object_picture, room_picture;
+  LightSums object_sky, object_sun, room_sky, room_sun;
+
+  static Result<RenderTargets> make(const Gl& gl, int width_px, int height_px, int samples, bool room_blocks);
 };
 
 } // namespace daylit

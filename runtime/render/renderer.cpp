@@ -2,26 +2,30 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
+#include <tuple>
 
 #include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
 
-#include "runtime/render/light_blocks.h"
-#include "runtime/render/render_targets.h"
-#include "runtime/render/shaders.h"
-#include "runtime/render/shadow_maps.h"
+#include "runtime/render/bounds.h"
+#include "runtime/render/picture_passes.h"
 
 namespace daylit {
 
 namespace {
 
+constexpr double kLeastRadius_px = 32.0; // of the objects in the picture, for neighbours to share lights
+
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-template <class T>
-std::span<const std::byte> bytes_of(const std::vector<T>& v) {
-  return std::as_bytes(std::span<const T>(v));
+/// As many as asked for, or as the driver can.
+int coverage_samples(const GlFunctions& gl, const RenderSettings& settings) {
+  GLint colour = 1, depth = 1;
+  gl.GetIntegerv(GL_MAX_COLOR_TEXTURE_SAMPLES, &colour);
+  gl.GetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &depth);
+  return std::clamp(settings.coverage_samples, 1, static_cast<int>(std::min(colour, depth)));
 }
 
 } // namespace
@@ -32,26 +36,27 @@ struct Renderer::State {
   RenderSettings settings;
   glm::dvec3 origin{0.0};
   double room_radius = 1.0;
-  GlProgram depth_program, shadow_program, room_program, object_program;
-  GlBuffer room_vertices, occluder_vertices, object_vertices, object_light, object_indices;
-  GlVertexArray room_array, occluder_array, object_array;
-  int room_vertex_count = 0, occluder_vertex_count = 0, object_index_count = 0;
-  std::size_t object_vertex_count = 0;
-  LightBlocks light_blocks;
+  PicturePasses passes;
+  RoomBuffers room;
+  ObjectBuffers objects;
+  LightBatches lights;
   ShadowMaps object_sky, object_sun, room_sky, room_sun;
   RenderTargets targets;
   RenderCamera camera;
-  BoundingSphere sphere; ///< world
+  LightSet drawn_lights; ///< that the maps hold
+  bool maps_hold = false, room_holds = false;
+  std::vector<float> room_ids; ///< per pixel, triangle as drawn
+  std::vector<glm::vec4> tiles_lost, tiles_room;
   RenderTimes times;
 
-  Result<void> start(const Room& room, std::span<const Aperture> room_apertures);
-  Result<void> build_programs();
-  void upload_room(const Room& room, const std::vector<std::uint32_t>& occluders);
+  Result<void> start(const Room& room_model, std::span<const Aperture> apertures);
   Result<void> draw_shadow_maps();
-  void set_uniforms(const GlProgram& program);
   void draw_picture();
+  Result<void> read_back(RenderedFrame& frame);
+  void fill_block(const PixelBox& block, RenderedFrame& frame) const;
+  RoomSurface surface_at(int x, int y) const;
 
-  BoundingSphere scene_sphere() const { return {sphere.centre - origin, std::max(sphere.radius, 1e-6)}; }
+  bool room_blocks() const { return room.occluders() > 0; }
   /// Several contexts may share a thread: each call takes its own.
   Result<void> take_context() const {
     auto current = context->make_current();
@@ -59,85 +64,66 @@ struct Renderer::State {
       gl->lost = true;
     return current;
   }
-  double room_extent() const { return room_radius + glm::length(sphere.centre - origin); }
+  /// How wide a shadow is depends on the objects, not on the picture: where they are small in it, its edges would blur.
+  bool shares_lights() const {
+    const double distance = glm::length(objects.sphere().centre + origin - camera.eye());
+    return settings.share_lights && camera.fx * objects.sphere().radius >= kLeastRadius_px * distance;
+  }
+  double room_extent() const { return room_radius + glm::length(objects.sphere().centre); }
 };
 
-Result<void> Renderer::State::build_programs() {
-  struct Entry {
-    GlProgram* program;
-    const char* name;
-    std::vector<const char*> vertex, fragment;
-  };
-  const Entry entries[] = {
-      {&depth_program, "depth", {shaders::scene_vertex, shaders::depth_vertex}, {shaders::depth_fragment}},
-      {&shadow_program, "shadow", {shaders::shadow_vertex}, {shaders::depth_fragment}},
-      {&room_program,
-       "room",
-       {shaders::scene_vertex, shaders::room_vertex},
-       {shaders::lighting, shaders::room_fragment}},
-      {&object_program,
-       "object",
-       {shaders::scene_vertex, shaders::object_vertex},
-       {shaders::lighting, shaders::object_fragment}}};
-  for (const Entry& e : entries) {
-    auto program = make_program(gl, e.name, e.vertex, e.fragment);
-    if (!program)
-      return program.error();
-    *e.program = std::move(*program);
-  }
-  return {};
+namespace {
+
+bool is_software(const GlFunctions& gl) {
+  const auto* name = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
+  const std::string text = name ? name : "";
+  return text.find("llvmpipe") != std::string::npos || text.find("softpipe") != std::string::npos ||
+         text.find("SWR") != std::string::npos;
 }
 
-void Renderer::State::upload_room(const Room& room, const std::vector<std::uint32_t>& occluders) {
-  std::vector<glm::vec3> all, occluding; // position and normal per corner
-  const auto append = [&](std::vector<glm::vec3>& list, const RoomTriangle& t) {
-    const glm::dvec3 n = area_normal(room, t);
-    const double length = glm::length(n);
-    for (int k = 0; k < 3 && length > 0.0; ++k) {
-      list.emplace_back(room.corner(t, k) - origin);
-      list.emplace_back(n / length);
-    }
-  };
-  for (const RoomTriangle& t : room.triangles)
-    if (!room.is_window(t))
-      append(all, t);
-  for (const std::uint32_t i : occluders)
-    append(occluding, room.triangles[i]);
-  room_vertex_count = static_cast<int>(all.size() / 2);
-  occluder_vertex_count = static_cast<int>(occluding.size() / 2);
-  room_vertices = make_buffer(gl, bytes_of(all), GL_STATIC_DRAW);
-  occluder_vertices = make_buffer(gl, bytes_of(occluding), GL_STATIC_DRAW);
-  room_array = make_vertex_array(gl, {{room_vertices.name(), {3, 3}}}, 0);
-  occluder_array = make_vertex_array(gl, {{occluder_vertices.name(), {3, 3}}}, 0);
+bool same_lights(const std::vector<DirectionalLight>& a, const std::vector<DirectionalLight>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const DirectionalLight& p, const DirectionalLight& q) { return p.direction == q.direction; });
 }
 
-Result<void> Renderer::State::start(const Room& room, std::span<const Aperture> room_apertures) {
+} // namespace
+
+Result<void> Renderer::State::start(const Room& model, std::span<const Aperture> apertures) {
   if (const auto current = context->make_current(); !current)
     return current;
   auto loaded = load_gl([this](const char* name) { return context->resolve(name); });
   if (!loaded)
     return loaded.error();
   gl = std::make_shared<const GlFunctions>(*loaded);
-  if (const auto built = build_programs(); !built)
-    return built;
-  origin = room.bounds().empty() ? glm::dvec3(0.0) : room.bounds().centre();
-  room_radius = room.bounds().empty() ? 1.0 : 0.5 * glm::length(room.bounds().size());
-  upload_room(room, occluding_triangles(room, room_apertures));
-  auto blocks = LightBlocks::make(gl, room_apertures, origin);
-  if (!blocks)
-    return blocks.error();
-  light_blocks = std::move(*blocks);
+  origin = model.bounds().empty() ? glm::dvec3(0.0) : model.bounds().centre();
+  room_radius = model.bounds().empty() ? 1.0 : 0.5 * glm::length(model.bounds().size());
+  auto made_room = RoomBuffers::make(gl, model, apertures, origin);
+  if (!made_room)
+    return made_room.error();
+  room = std::move(*made_room);
+  auto batches = LightBatches::make(gl, apertures, origin);
+  if (!batches)
+    return batches.error();
+  lights = std::move(*batches);
+  auto made_passes = PicturePasses::make(gl, lights.definitions(), coverage_samples(*gl, settings), room_blocks());
+  if (!made_passes)
+    return made_passes.error();
+  passes = std::move(*made_passes);
+  const bool by_processor = settings.maps == RenderSettings::Maps::automatic
+                                ? daylit::is_software(*gl)
+                                : settings.maps == RenderSettings::Maps::processor;
   for (auto [maps, texels] : {std::pair{&object_sky, settings.sky_map_texels},
                               {&object_sun, settings.sun_map_texels},
                               {&room_sky, settings.sky_map_texels},
                               {&room_sun, settings.sun_map_texels}}) {
-    auto made = ShadowMaps::make(gl, texels);
+    auto made = ShadowMaps::make(gl, texels, by_processor);
     if (!made)
       return made.error();
     *maps = std::move(*made);
   }
+  if (const auto empty = objects.set(gl, {}, origin); !empty)
+    return empty;
   gl->ClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-  gl->FrontFace(GL_CW); // image rows run downwards: what is counter-clockwise in the scene is clockwise here
   return check_gl(*gl, "renderer");
 }
 
@@ -164,12 +150,15 @@ Result<void> Renderer::set_camera(const RenderCamera& camera) {
   State& s = *state_;
   if (const auto current = s.take_context(); !current)
     return current;
-  if (camera.width_px != s.targets.width_px() || camera.height_px != s.targets.height_px()) {
-    auto targets = RenderTargets::make(s.gl, camera.width_px, camera.height_px, s.settings.coverage_samples);
+  if (camera.width_px != s.targets.width_px || camera.height_px != s.targets.height_px) {
+    auto targets = RenderTargets::make(s.gl, camera.width_px, camera.height_px, coverage_samples(*s.gl, s.settings),
+                                       s.room_blocks());
     if (!targets)
       return targets.error();
     s.targets = std::move(*targets);
+    s.room_holds = false;
   }
+  s.room_holds = s.room_holds && same_view(camera, s.camera);
   s.camera = camera;
   return {};
 }
@@ -178,134 +167,143 @@ Result<void> Renderer::set_objects(const ObjectSurface& objects) {
   State& s = *state_;
   if (const auto current = s.take_context(); !current)
     return current;
-  std::vector<glm::vec3> vertices; // position, normal, reflectance
-  vertices.reserve(3 * objects.positions.size());
-  for (std::size_t i = 0; i < objects.positions.size(); ++i) {
-    vertices.emplace_back(objects.positions[i] - s.origin);
-    vertices.push_back(objects.normals[i]);
-    vertices.push_back(objects.reflectance[i]);
-  }
-  s.object_vertex_count = objects.positions.size();
-  s.object_index_count = static_cast<int>(3 * objects.triangles.size());
-  s.sphere = objects.bounds();
-  s.object_vertices = make_buffer(s.gl, bytes_of(vertices));
-  s.object_indices = make_buffer(s.gl, bytes_of(objects.triangles));
-  const std::vector<VertexLight> dark(objects.positions.size());
-  s.object_light = make_buffer(s.gl, bytes_of(dark));
-  s.object_array = make_vertex_array(
-      s.gl, {{s.object_vertices.name(), {3, 3, 3}}, {s.object_light.name(), {3, 3, 3, 3}}}, s.object_indices.name());
-  return check_gl(*s.gl, "uploading objects");
+  s.maps_hold = false;
+  return s.objects.set(s.gl, objects, s.origin);
 }
 
 Result<void> Renderer::set_vertex_light(std::span<const VertexLight> light) {
   State& s = *state_;
   if (const auto current = s.take_context(); !current)
     return current;
-  if (light.size() != s.object_vertex_count)
-    return Error{ErrorCode::value_invalid,
-                 "light for " + std::to_string(light.size()) + " vertices, the objects have " +
-                     std::to_string(s.object_vertex_count),
-                 "renderer", "set the objects first"};
-  refill_buffer(s.gl, s.object_light, std::as_bytes(light));
-  return check_gl(*s.gl, "uploading vertex light");
+  return s.objects.set_light(s.gl, light);
 }
 
 Result<void> Renderer::set_lights(const LightSet& lights) {
-  if (const auto current = state_->take_context(); !current)
+  State& s = *state_;
+  if (const auto current = s.take_context(); !current)
     return current;
-  return state_->light_blocks.set_lights(lights);
+  s.maps_hold =
+      s.maps_hold && same_lights(lights.sky, s.drawn_lights.sky) && same_lights(lights.sun, s.drawn_lights.sun);
+  s.drawn_lights = lights;
+  return s.lights.set_lights(lights);
 }
 
 Result<void> Renderer::State::draw_shadow_maps() {
-  const BoundingSphere bounds = scene_sphere();
-  gl->Disable(GL_MULTISAMPLE);
-  struct Group {
-    ShadowMaps* maps;
-    const GlVertexArray* array;
-    int vertices;
-    bool indexed;
-    int first, count;
-    double extent;
-  };
-  const int sky_lights = light_blocks.sky_lights(), sun_lights = light_blocks.sun_lights();
-  const Group groups[] = {
-      {&object_sky, &object_array, object_index_count, true, 0, sky_lights, bounds.radius},
-      {&object_sun, &object_array, object_index_count, true, sky_lights, sun_lights, bounds.radius},
-      {&room_sky, &occluder_array, occluder_vertex_count, false, 0, sky_lights, room_extent()},
-      {&room_sun, &occluder_array, occluder_vertex_count, false, sky_lights, sun_lights, room_extent()}};
-  light_blocks.bind();
-  for (const Group& g : groups)
-    if (const auto drawn = g.maps->draw(shadow_program.name(), g.array->name(), g.vertices, g.indexed, g.first, g.count,
-                                        bounds, g.extent);
-        !drawn)
+  if (maps_hold)
+    return {};
+  const BoundingSphere& sphere = objects.sphere();
+  const ShadowCaster object = objects.caster(), occluder = room.occluder(sphere, room_extent());
+  for (auto [maps, caster, group] : {std::tuple{&object_sky, &object, &lights.sky()},
+                                     {&object_sun, &object, &lights.sun()},
+                                     {&room_sky, &occluder, &lights.sky()},
+                                     {&room_sun, &occluder, &lights.sun()}})
+    if (const auto drawn = maps->draw(passes.shadow_program(), *caster, group->maps, glm::vec3(sphere.centre)); !drawn)
       return drawn;
-  gl->Enable(GL_MULTISAMPLE);
+  maps_hold = true;
   return {};
 }
 
-void Renderer::State::set_uniforms(const GlProgram& program) {
-  const GLuint p = program.name();
-  const auto at = [&](const char* name) { return gl->GetUniformLocation(p, name); };
-  const glm::mat4 clip = camera.clip_from_scene(origin);
-  const glm::vec3 eye(camera.eye() - origin), centre(scene_sphere().centre);
-  gl->ProgramUniformMatrix4fv(p, at("clip_from_scene"), 1, GL_FALSE, &clip[0][0]);
-  gl->ProgramUniform3fv(p, at("eye"), 1, &eye.x);
-  gl->ProgramUniform3fv(p, at("sphere_centre"), 1, &centre.x);
-  gl->ProgramUniform1f(p, at("sphere_radius"), static_cast<float>(scene_sphere().radius));
-  gl->ProgramUniform1f(p, at("room_extent"), static_cast<float>(room_extent()));
-  light_blocks.set_uniforms(p);
-  gl->ProgramUniform1i(p, at("room_occludes"), occluder_vertex_count > 0 ? 1 : 0);
-}
-
 void Renderer::State::draw_picture() {
-  targets.bind_and_clear();
-  light_blocks.bind();
-  const GLuint textures[] = {object_sky.texture(), object_sun.texture(), room_sky.texture(), room_sun.texture()};
-  for (GLuint unit = 0; unit < std::size(textures); ++unit)
-    gl->BindTextureUnit(unit, textures[unit]);
-  gl->Enable(GL_DEPTH_TEST);
-
-  const auto draw_room = [&] {
-    gl->BindVertexArray(room_array.name());
-    gl->DrawArrays(GL_TRIANGLES, 0, room_vertex_count);
-  };
-  const auto draw_objects = [&] {
-    gl->BindVertexArray(object_array.name());
-    gl->DrawElements(GL_TRIANGLES, object_index_count, GL_UNSIGNED_INT, nullptr);
-  };
-  // Depth first, so that each sample is shaded at most once: the light loops are the cost of the frame.
-  set_uniforms(depth_program);
-  gl->UseProgram(depth_program.name());
-  gl->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  gl->DepthFunc(GL_GREATER);
-  draw_room();
-  if (object_index_count > 0)
-    draw_objects();
-  gl->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  gl->DepthMask(GL_FALSE);
-  gl->DepthFunc(GL_EQUAL);
-  set_uniforms(room_program);
-  gl->UseProgram(room_program.name());
-  draw_room();
-  if (object_index_count > 0) {
-    set_uniforms(object_program);
-    gl->UseProgram(object_program.name());
-    draw_objects();
+  passes.set_frame(camera, origin, objects.sphere(), room_extent(), lights, targets);
+  const MapTextures maps{object_sky.texture(), object_sun.texture(),    room_sky.texture(),
+                         room_sun.texture(),   settings.sky_map_texels, settings.sun_map_texels};
+  if (!room_holds)
+    passes.show_room(room, targets);
+  PixelBox box;
+  if (!objects.empty()) {
+    box = projected_box(camera, origin + objects.sphere().centre, objects.positions());
+    box = PixelBox{box.x0 - 2, box.y0 - 2, box.x1 + 2, box.y1 + 2}.clipped(camera.width_px, camera.height_px);
   }
-  gl->DepthMask(GL_TRUE);
-  targets.resolve();
+  if (!box.empty()) {
+    passes.show_objects(room, objects, box, targets);
+    passes.light_objects(lights, maps, box, targets);
+  }
+  passes.draw_objects(objects, box, targets);
+  passes.light_room(room, lights, maps, shares_lights(), targets);
+  passes.draw_room(shares_lights(), targets);
   gl->Finish();
 }
 
 Result<std::vector<std::uint8_t>> Renderer::vertices_in_view() {
-  return std::vector<std::uint8_t>(state_->object_vertex_count, 1);
+  return std::vector<std::uint8_t>(state_->objects.positions().size(), 1);
+}
+
+Result<void> Renderer::State::read_back(RenderedFrame& frame) {
+  if (!room_holds)
+    if (const auto read = targets.room_ids.read(0, room_ids); !read)
+      return read;
+  room_holds = true;
+  if (const auto read = targets.object_picture.read(0, frame.object); !read)
+    return read;
+  for (auto [pixels, colour] : {std::pair{&tiles_lost, 0}, {&tiles_room, 1}})
+    if (const auto read = targets.room_picture.read(colour, *pixels); !read)
+      return read;
+  frame.width_px = targets.width_px;
+  frame.height_px = targets.height_px;
+  frame.box = {0, 0, frame.width_px, frame.height_px};
+  frame.origin = origin;
+  frame.lost_sky.resize(frame.object.size());
+  frame.room.resize(frame.object.size());
+  frame.surface.resize(frame.object.size());
+  constexpr int kBlock = RenderedFrame::kBlock;
+  const int columns = (frame.width_px + kBlock - 1) / kBlock, rows = (frame.height_px + kBlock - 1) / kBlock;
+  frame.shows.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  tbb::parallel_for(0, rows, [&](int row) {
+    for (int x = 0; x < frame.width_px; x += kBlock)
+      fill_block(PixelBox{x, row * kBlock, x + kBlock, (row + 1) * kBlock}.common(frame.box), frame);
+  });
+  return {};
+}
+
+/// Puts the room's tiles back in place where something shows.
+void Renderer::State::fill_block(const PixelBox& block, RenderedFrame& frame) const {
+  const auto place = [&](int x, int y) { // shaders/whole_fragment.glsl
+    return static_cast<std::size_t>((y & 1) * targets.tile_height + y / 2) *
+               (2 * static_cast<std::size_t>(targets.tile_width)) +
+           static_cast<std::size_t>((x & 1) * targets.tile_width + x / 2);
+  };
+  bool shows = false;
+  for (int y = block.y0; y < block.y1; ++y)
+    for (int x = block.x0; x < block.x1; ++x) {
+      const glm::vec4 &lost = tiles_lost[place(x, y)], &shares = tiles_room[place(x, y)];
+      shows = shows || frame.object[frame.index(x, y)].w > 0.0f || lost.x > 0.0f || lost.y > 0.0f || lost.z > 0.0f ||
+              shares.z > 0.0f;
+    }
+  frame.shows[frame.block_index(block.x0, block.y0)] = shows ? 1 : 0;
+  for (int y = block.y0; shows && y < block.y1; ++y)
+    for (int x = block.x0; x < block.x1; ++x) {
+      const std::size_t i = frame.index(x, y), k = place(x, y);
+      frame.surface[i] = surface_at(x, y);
+      const bool asked = tiles_lost[k].w > 0.0f, in_room = frame.surface[i].triangle != RoomSurface{}.triangle;
+      const float open = 1.0f - frame.object[i].w;
+      frame.lost_sky[i] = open * (asked ? tiles_lost[k] : glm::vec4(0.0f, 0.0f, 0.0f, in_room ? 1.0f : 0.0f));
+      frame.room[i] = open * (asked ? tiles_room[k] : glm::vec4(in_room ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f));
+    }
+}
+
+RoomSurface Renderer::State::surface_at(int x, int y) const {
+  const int id = static_cast<int>(
+      room_ids[static_cast<std::size_t>(y) * static_cast<std::size_t>(targets.width_px) + static_cast<std::size_t>(x)]);
+  if (id <= 0)
+    return {};
+  const glm::vec4& plane = room.plane(id);
+  const glm::dvec3 eye = camera.eye() - origin, ray = camera.direction({x, y}), n(plane);
+  const double t = -(glm::dot(n, eye) + static_cast<double>(plane.w)) / glm::dot(n, ray);
+  return {room.triangle(id), glm::vec3(eye + t * ray)};
+}
+
+bool Renderer::room_point(int x, int y, RoomSurface& point) const {
+  if (state_->room_ids.empty())
+    return false;
+  point = state_->surface_at(x, y);
+  return true;
 }
 
 Result<void> Renderer::draw(RenderedFrame& frame) {
   State& s = *state_;
   if (const auto current = s.take_context(); !current)
     return current.error();
-  if (s.targets.width_px() == 0)
+  if (s.targets.width_px == 0)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   auto start = std::chrono::steady_clock::now();
   if (const auto drawn = s.draw_shadow_maps(); !drawn)
@@ -318,16 +316,8 @@ Result<void> Renderer::draw(RenderedFrame& frame) {
     return good.error();
   s.times.picture_ms = milliseconds_since(start);
   start = std::chrono::steady_clock::now();
-  frame.width_px = s.targets.width_px();
-  frame.height_px = s.targets.height_px();
-  frame.box = {0, 0, frame.width_px, frame.height_px};
-  frame.surface.clear();
-  for (auto [pixels, colour] : {std::pair{&frame.object, 0}, {&frame.lost_sky, 1}, {&frame.room, 2}}) {
-    auto read = s.targets.read(colour);
-    if (!read)
-      return read.error();
-    *pixels = std::move(*read);
-  }
+  if (const auto read = s.read_back(frame); !read)
+    return read;
   s.times.read_back_ms = milliseconds_since(start);
   return {};
 }
@@ -339,15 +329,9 @@ Result<RenderedFrame> Renderer::draw() {
   return frame;
 }
 
-bool Renderer::is_software() const {
-  const auto* name = reinterpret_cast<const char*>(state_->gl->GetString(GL_RENDERER));
-  const std::string text = name ? name : "";
-  return text.find("llvmpipe") != std::string::npos || text.find("softpipe") != std::string::npos ||
-         text.find("SWR") != std::string::npos;
-}
-
+bool Renderer::is_software() const { return daylit::is_software(*state_->gl); }
 const RenderTimes& Renderer::times() const { return state_->times; }
-std::size_t Renderer::room_occluders() const { return static_cast<std::size_t>(state_->occluder_vertex_count / 3); }
+std::size_t Renderer::room_occluders() const { return static_cast<std::size_t>(state_->room.occluders()); }
 std::string Renderer::description() const {
   const auto text = [&](GLenum name) {
     const auto* t = state_->gl->GetString(name);

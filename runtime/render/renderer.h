@@ -1,6 +1,7 @@
 #pragma once
 
-// The picture by OpenGL: shadow maps of every light, then one pass over the picture.
+// The picture by OpenGL: shadow maps of every light, the triangle that every sample shows, and the light of every
+// pixel.
 
 #include <memory>
 
@@ -13,6 +14,11 @@ struct RenderSettings {
   int sky_map_texels = 128; ///< shadow map side for sky samples
   int sun_map_texels = 256; ///< for samples of the sun, which carries most of the light in few samples
   int coverage_samples = 4; ///< per pixel, for object edges
+  /// Each pixel of the room asks a quarter of the sky's lights and takes the answers of its neighbours on the same
+  /// plane, where the objects are not small in the picture; false: every pixel asks all.
+  bool share_lights = true;
+  /// Who draws the shadow maps: the processor where OpenGL is software, unless said.
+  enum class Maps { automatic, opengl, processor } maps = Maps::automatic;
 };
 
 class Renderer final : public PictureRenderer {
@@ -30,6 +36,8 @@ public:
   Result<void> set_vertex_light(std::span<const VertexLight> light) override;
   Result<void> draw(RenderedFrame& frame) override;
   Result<RenderedFrame> draw();
+
+  bool room_point(int x, int y, RoomSurface& point) const override;
 
   const RenderTimes& times() const override;
   std::string description() const override;

@@ -6,10 +6,11 @@
 
 namespace daylit {
 
-Result<ShadowMaps> ShadowMaps::make(const Gl& gl, int texels) {
+Result<ShadowMaps> ShadowMaps::make(const Gl& gl, int texels, bool by_processor) {
   ShadowMaps maps;
   maps.gl_ = gl;
   maps.texels_ = texels;
+  maps.by_processor_ = by_processor;
   maps.framebuffer_ = make_framebuffer(gl);
   gl->NamedFramebufferDrawBuffer(maps.framebuffer_.name(), GL_NONE);
   gl->NamedFramebufferReadBuffer(maps.framebuffer_.name(), GL_NONE);
@@ -45,35 +46,48 @@ Result<void> ShadowMaps::clear() {
   return check_gl(*gl_, "shadow maps");
 }
 
-Result<void> ShadowMaps::draw(GLuint program, GLuint vertex_array, int vertices, bool indexed, int first, int count,
-                              const BoundingSphere& sphere, double depth_extent) {
-  if (count == 0 || vertices == 0)
-    return clear();
-  if (const auto allocated = allocate(count); !allocated)
-    return allocated;
-  const glm::vec3 centre(sphere.centre);
-  gl_->ProgramUniform3fv(program, gl_->GetUniformLocation(program, "sphere_centre"), 1, &centre.x);
-  gl_->ProgramUniform1f(program, gl_->GetUniformLocation(program, "sphere_radius"), static_cast<float>(sphere.radius));
-  gl_->ProgramUniform1f(program, gl_->GetUniformLocation(program, "depth_extent"), static_cast<float>(depth_extent));
-  const GLint light_index = gl_->GetUniformLocation(program, "light_index");
+void ShadowMaps::upload(DepthRaster mesh, std::span<const MapAxes> lights) {
+  mesh.texels = texels_;
+  depths_.resize(lights.size() * static_cast<std::size_t>(texels_) * static_cast<std::size_t>(texels_));
+  mesh.draw(lights, depths_);
+  gl_->TextureSubImage3D(texture_.name(), 0, 0, 0, 0, texels_, texels_, layers_, GL_DEPTH_COMPONENT, GL_FLOAT,
+                         depths_.data());
+}
 
+Result<void> ShadowMaps::draw(GLuint program, const ShadowCaster& caster, std::span<const MapAxes> lights,
+                              const glm::vec3& centre) {
+  if (lights.empty() || caster.vertices == 0)
+    return clear();
+  if (const auto allocated = allocate(static_cast<int>(lights.size())); !allocated)
+    return allocated;
+  if (by_processor_) {
+    upload(caster.mesh, lights);
+    return check_gl(*gl_, "shadow maps");
+  }
+  const auto at = [&](const char* name) { return gl_->GetUniformLocation(program, name); };
+  gl_->ProgramUniform3fv(program, at("sphere_centre"), 1, &centre.x);
+  gl_->ProgramUniform1f(program, at("sphere_radius"), caster.mesh.half_width);
+  gl_->ProgramUniform1f(program, at("depth_extent"), caster.mesh.half_depth);
+  const GLint right = at("right"), up = at("up"), toward = at("toward");
   gl_->BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   gl_->Viewport(0, 0, texels_, texels_);
   gl_->UseProgram(program);
-  gl_->BindVertexArray(vertex_array);
+  gl_->BindVertexArray(caster.vertex_array);
   gl_->Enable(GL_DEPTH_TEST);
-  gl_->DepthMask(GL_TRUE);
   gl_->DepthFunc(GL_LESS);
+  gl_->DepthMask(GL_TRUE);
   const float farthest = 1.0f;
-  for (int k = 0; k < count; ++k) {
-    // One draw per layer is the fastest variant in software and needs no layer output from the vertex stage.
-    gl_->NamedFramebufferTextureLayer(framebuffer_.name(), GL_DEPTH_ATTACHMENT, texture_.name(), 0, k);
+  for (std::size_t k = 0; k < lights.size(); ++k) {
+    gl_->NamedFramebufferTextureLayer(framebuffer_.name(), GL_DEPTH_ATTACHMENT, texture_.name(), 0,
+                                      static_cast<GLint>(k));
     gl_->ClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &farthest);
-    gl_->ProgramUniform1i(program, light_index, first + k);
-    if (indexed)
-      gl_->DrawElements(GL_TRIANGLES, vertices, GL_UNSIGNED_INT, nullptr);
+    gl_->ProgramUniform3fv(program, right, 1, &lights[k].right.x);
+    gl_->ProgramUniform3fv(program, up, 1, &lights[k].up.x);
+    gl_->ProgramUniform3fv(program, toward, 1, &lights[k].toward.x);
+    if (caster.indexed)
+      gl_->DrawElements(GL_TRIANGLES, caster.vertices, GL_UNSIGNED_INT, nullptr);
     else
-      gl_->DrawArrays(GL_TRIANGLES, 0, vertices);
+      gl_->DrawArrays(GL_TRIANGLES, 0, caster.vertices);
   }
   return check_gl(*gl_, "shadow maps");
 }

@@ -1,31 +1,42 @@
 #pragma once
 
-#include "runtime/light/window_cone.h"
+#include <vector>
+
+#include "runtime/render/depth_raster.h"
 #include "runtime/render/gl_objects.h"
 
 namespace daylit {
 
+/// What casts shadows, for OpenGL and for the processor.
+struct ShadowCaster {
+  GLuint vertex_array = 0; ///< positions at location 0, relative to the scene's origin
+  int vertices = 0;        ///< to draw
+  bool indexed = false;
+  DepthRaster mesh; ///< the same, relative to the sphere's centre
+};
+
 /// A depth-compare texture array with one layer per light, drawn along the light onto the bounding sphere's disc.
 class ShadowMaps {
 public:
-  /// `texels` on a side; layers are allocated by draw() when their number changes.
-  static Result<ShadowMaps> make(const Gl& gl, int texels);
+  /// `texels` on a side; layers are allocated by draw() when their number changes. `by_processor`: see depth_raster.h.
+  static Result<ShadowMaps> make(const Gl& gl, int texels, bool by_processor);
 
-  /// Draws `vertices` of the array into the layers of lights [first, first + count) of the bound light buffer.
-  /// `indices` 0: without an index buffer. Depth range: +- depth_extent metres around the sphere's centre.
-  Result<void> draw(GLuint program, GLuint vertex_array, int vertices, bool indexed, int first, int count,
-                    const BoundingSphere& sphere_in_scene, double depth_extent);
-  /// One empty layer that shadows nothing: for groups without lights or occluders.
-  Result<void> clear();
+  /// `centre` and the radius, caster.mesh.half_width: of the sphere, in the scene.
+  Result<void> draw(GLuint program, const ShadowCaster& caster, std::span<const MapAxes> lights,
+                    const glm::vec3& centre);
   GLuint texture() const { return texture_.name(); }
-  int texels() const { return texels_; }
 
 private:
+  /// One empty layer that shadows nothing: for groups without lights or occluders.
+  Result<void> clear();
   Result<void> allocate(int layers);
+  void upload(DepthRaster mesh, std::span<const MapAxes> lights);
   Gl gl_;
   GlTexture texture_;
   GlFramebuffer framebuffer_;
+  std::vector<float> depths_;
   int texels_ = 0, layers_ = 0;
+  bool by_processor_ = false;
 };
 
 } // namespace daylit

@@ -61,38 +61,16 @@ struct TracedRenderer::State {
   bool has_camera = false, room_is_traced = false, objects_are_traced = false;
   RenderTimes times;
 
-  PixelBox object_box() const;
   void find_surfaces();
 };
-
-/// Pixels that the objects' vertices project to; everything when one lies before the near plane.
-PixelBox TracedRenderer::State::object_box() const {
-  const PixelBox whole{0, 0, camera.width_px, camera.height_px};
-  if (scene.triangles.empty())
-    return {};
-  const glm::dmat3 axes(camera.world_from_camera);
-  const glm::dvec3 eye = camera.eye() - scene.origin;
-  glm::dvec2 lo(std::numeric_limits<double>::infinity()), hi = -lo;
-  for (const glm::vec3& p : scene.positions) {
-    const glm::dvec3 c = (glm::dvec3(p) - eye) * axes; // transpose of a rotation
-    if (c.z < kNearPlane_m)
-      return whole;
-    const glm::dvec2 pixel(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
-    lo = glm::min(lo, pixel);
-    hi = glm::max(hi, pixel);
-  }
-  lo = glm::clamp(lo, -2.0, 1e6);
-  hi = glm::clamp(hi, -2.0, 1e6);
-  return PixelBox{static_cast<int>(std::floor(lo.x)), static_cast<int>(std::floor(lo.y)),
-                  static_cast<int>(std::ceil(hi.x)) + 1, static_cast<int>(std::ceil(hi.y)) + 1}
-      .clipped(camera.width_px, camera.height_px);
-}
 
 void TracedRenderer::State::find_surfaces() {
   if (!room_is_traced)
     view.trace_room(room, mesh);
   if (!objects_are_traced)
-    view.trace_objects(scene.objects, room, mesh, object_box(), kApartShare * static_cast<float>(scene.sphere.radius));
+    view.trace_objects(scene.objects, room, mesh,
+                       scene.triangles.empty() ? PixelBox{} : projected_box(camera, scene.origin, scene.positions),
+                       kApartShare * static_cast<float>(scene.sphere.radius));
   room_is_traced = objects_are_traced = true;
 }
 

@@ -1,4 +1,4 @@
-// Shared by every pass that draws into the picture, so that depths compare equal between passes.
-uniform mat4 clip_from_scene;
+// Every pass that draws triangles into the picture, so that depths compare equal between passes.
+layout(location = 0) in vec3 position;
 invariant gl_Position;
-vec4 clip_position(vec3 p) { return clip_from_scene * vec4(p, 1.0); }
+void main() { gl_Position = frame.clip_from_scene * vec4(position, 1.0); }

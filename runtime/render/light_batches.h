@@ -1,0 +1,73 @@
+#pragma once
+
+// What the shaders know about the light of a frame, in batches of a few lights whose number is written into the
+// program (shaders/light_batch.glsl).
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "runtime/light/direct_light.h"
+#include "runtime/render/depth_raster.h"
+#include "runtime/render/gl_objects.h"
+#include "scene/room.h"
+
+namespace daylit {
+
+constexpr int kMaxLights = 1024, kMaxApertures = 256, kMaxApertureEdges = 2048;
+
+struct LightGroup {
+  std::vector<MapAxes> maps; ///< per light
+  glm::vec4 cone{0.0f};      ///< bounding_cone()
+  int first_batch = 0, batches = 0;
+};
+
+class LightBatches {
+public:
+  /// Neighbouring pixels that share the sky's lights: each asks one set of them.
+  static constexpr int kSets = 4;
+
+  /// Positions are relative to `origin` (world metres). Error limit_exceeded: too many windows.
+  static Result<LightBatches> make(const Gl& gl, std::span<const Aperture> apertures, const glm::dvec3& origin);
+
+  /// Error limit_exceeded: more than kMaxLights.
+  Result<void> set_lights(const LightSet& lights);
+  std::string definitions() const; ///< for the shaders
+  void bind_windows() const;
+  void bind(int batch) const;
+
+  /// Its batches are in order of the sets, as many of each: every fourth light, so that each set is spread as all are.
+  const LightGroup& sky() const { return sky_; }
+  const LightGroup& sun() const { return sun_; }
+  const Rgb& sun_normal_irradiance() const { return sun_normal_irradiance_; }
+
+private:
+  /// Up to four edges of a window; d.xyz . x + d.w is positive inside.
+  struct Quad {
+    glm::dvec3 inward{0.0};
+    std::array<glm::vec4, 4> edges{};
+    glm::vec4 plane{0.0f};
+    bool ends = true; ///< the last of its window
+    Rgb transmittance{0.0f};
+    float refractive_index = 0.0f;
+  };
+  Gl gl_;
+  std::vector<Quad> quads_; ///< at least one
+  int lights_per_batch_ = 8;
+  bool flat_ = false;          ///< the shaders hand a batch from vertices to fragments
+  GLsizeiptr batch_bytes_ = 0; ///< from one to the next
+  GlBuffer batches_, windows_;
+  LightGroup sky_, sun_;
+  Rgb sun_normal_irradiance_{0.0f};
+
+  void choose_batch_size();
+  void append_quads(const Aperture& aperture, const glm::dvec3& origin);
+  void upload_windows();
+  LightGroup write_group(std::span<const DirectionalLight> lights, int sets, std::vector<glm::vec4>& data) const;
+  void write_light(const DirectionalLight& light, int layer, int slot, std::span<glm::vec4> batch) const;
+};
+
+} // namespace daylit

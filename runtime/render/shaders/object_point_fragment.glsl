@@ -1,0 +1,28 @@
+// One point of the objects per pixel, where its light is asked for. Marks the pixel by its depth: farther where parts
+// of it show something else.
+layout(binding = 0) uniform sampler2DMS object_ids;
+layout(binding = 1) uniform sampler2DMS object_depths; // near plane by distance
+layout(location = 0) out vec4 point_offset;            // w: 1
+layout(location = 1) out vec4 point_normal;
+const float kApartShare = 0.04; // of the sphere's radius: parts further apart are lit separately
+uniform float near_plane;
+
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  float id = 0.0, nearest = 0.0, farthest = 1e30;
+  bool all_covered = true;
+  for (int s = 0; s < SAMPLES; ++s) {
+    float other = texelFetch(object_ids, pixel, s).r, depth = texelFetch(object_depths, pixel, s).r;
+    id = id > 0.0 ? id : other;
+    all_covered = all_covered && other > 0.0;
+    nearest = max(nearest, depth);
+    farthest = min(farthest, depth);
+  }
+  if (id <= 0.0)
+    discard;
+  ObjectPoint p = object_point(id, pixel);
+  point_offset = vec4(p.offset, 1.0);
+  point_normal = vec4(p.normal, 0.0);
+  bool mixed = !all_covered || near_plane * (nearest - farthest) > kApartShare * sphere.w * nearest * farthest;
+  gl_FragDepth = mixed ? kMixedMark : kWholeMark;
+}
