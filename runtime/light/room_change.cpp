@@ -25,7 +25,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kRays = 40, kFarRays = 24; // per object and receiver
+constexpr int kRays = 48, kFarRays = 24; // per object and receiver
 /// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
 /// `blend_to` it has taken over; the last level has none.
 struct Level {
