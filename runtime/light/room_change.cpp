@@ -25,7 +25,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kRays = 40, kFarRays = 24; // per object and receiver
+constexpr int kRays = 48, kFarRays = 24; // per object and receiver
 /// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
 /// `blend_to` it has taken over; the last level has none.
 struct Level {
@@ -33,9 +33,9 @@ struct Level {
   int rays;
 };
 constexpr std::array<Level, 5> kLevels{{{1.0 / 8.0, 1.1, 1.3, kRays},
-                                        {1.0 / 4.0, 1.6, 2.0, kFarRays},
-                                        {1.0 / 2.0, 3.5, 4.5, kFarRays},
-                                        {1.0, 7.0, 9.0, kFarRays},
+                                        {1.0 / 4.0, 1.8, 2.2, kRays},
+                                        {1.0 / 2.0, 5.0, 6.5, kRays},
+                                        {1.0, 10.0, 13.0, kFarRays},
                                         {2.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
 constexpr double kLeastShare = 0.002; // of the cosine-weighted hemisphere
