@@ -198,9 +198,7 @@ Result<LocalSky> LocalSky::make(const BasisVolume& volume) {
   return sky;
 }
 
-std::size_t LocalCombiner::bytes() const {
-  return table_.size() * sizeof(std::int16_t) + (probe_.size() + scale_.size()) * sizeof(float);
-}
+std::size_t LocalCombiner::bytes() const { return table_.size() + (probe_.size() + scale_.size()) * sizeof(float); }
 
 Result<LocalCombiner> LocalCombiner::make(const LocalSky& sky, std::span<const std::uint32_t> probes, double error) {
   const LocalSkyData& data = *sky.data_;
@@ -231,7 +229,7 @@ void LocalCombiner::add_table(const std::vector<float>& table) {
     for (std::size_t lane = 0; lane < lanes; ++lane)
       most[lane] = std::max(most[lane], std::abs(table[k + lane]));
   for (float& x : most)
-    scale_.push_back(x /= detail::kLaneMost);
+    scale_.push_back(x /= 127.0f);
   const float* row = table.data();
   for (const FirstLight::Run& run : sky_->run) {
     const std::size_t first = table_.size();
@@ -239,7 +237,7 @@ void LocalCombiner::add_table(const std::vector<float>& table) {
     for (std::uint32_t k = 0; k < run.count; ++k, row += lanes)
       for (std::size_t lane = 0; lane < lanes; ++lane)
         table_[first + (k / 2 * lanes + lane) * 2 + k % 2] =
-            static_cast<std::int16_t>(std::lrint(row[lane] / most[lane]));
+            static_cast<std::int8_t>(std::lrint(row[lane] / most[lane]));
   }
 }
 
@@ -248,7 +246,7 @@ void LocalCombiner::combine(std::span<const Rgb> region_radiance, std::span<Sh9R
                     tiles = (numbers + kTileNumbers - 1) / kTileNumbers, tables = scale_.size() / lanes;
   const detail::AddLanes add = detail::add_lanes_kernel();
   std::array<float, 3 * kSketch> sum{}, amplitude{};
-  const std::int16_t* table = table_.data();
+  const std::int8_t* table = table_.data();
   for (std::size_t t = 0; t < tables; ++t) {
     sum.fill(0.0f);
     for (const FirstLight::Run& run : sky_->run) {

@@ -48,7 +48,7 @@ private:
   std::size_t probes_ = 0, rank_ = 0, groups_ = 0; ///< components, and those in groups of lanes
   /// [table][pair of regions][component][2] as the runs of the sky have it (detail/lane_kernels.h); one table, or one
   /// for each colour where panes are tinted.
-  std::vector<std::int16_t> table_;
+  std::vector<std::int8_t> table_;
   std::vector<float> scale_; ///< [table][component]
   std::vector<float> probe_; ///< [colour][tile][component][128], numbers probe * 9 + lm
 

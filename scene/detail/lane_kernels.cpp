@@ -68,7 +68,7 @@ DAYLIT_VNNI inline float round_pairs(const float* rgb, std::size_t count, std::i
 }
 
 template <int kGroups>
-DAYLIT_VNNI void add_groups(const std::int16_t* table, const float* rgb, std::size_t count, float* sum) {
+DAYLIT_VNNI void add_groups(const std::int8_t* table, const float* rgb, std::size_t count, float* sum) {
   alignas(64) std::int32_t pair[kColours][16];
   const float step = round_pairs(rgb, count, pair);
   if (step == 0)
@@ -78,12 +78,12 @@ DAYLIT_VNNI void add_groups(const std::int16_t* table, const float* rgb, std::si
   for (std::size_t k = 0; k < kColours * kGroups; ++k)
     total[k / kGroups][k % kGroups] = _mm512_setzero_si512();
   for (std::size_t p = 0; 2 * p < count; ++p) {
-    const std::int16_t* row = table + p * kGroups * 2 * kLanes;
+    const std::int8_t* row = table + p * kGroups * 2 * kLanes;
     const __m512i red = _mm512_set1_epi32(pair[0][p]), green = _mm512_set1_epi32(pair[1][p]),
                   blue = _mm512_set1_epi32(pair[2][p]);
 #pragma GCC unroll 4
     for (int g = 0; g < kGroups; ++g) {
-      const __m512i x = _mm512_loadu_si512(row + 32 * g);
+      const __m512i x = _mm512_cvtepi8_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(row + 32 * g)));
       total[0][g] = _mm512_dpwssd_epi32(total[0][g], x, red);
       total[1][g] = _mm512_dpwssd_epi32(total[1][g], x, green);
       total[2][g] = _mm512_dpwssd_epi32(total[2][g], x, blue);
@@ -96,7 +96,7 @@ DAYLIT_VNNI void add_groups(const std::int16_t* table, const float* rgb, std::si
                                      _mm512_loadu_ps(sum + 16 * k)));
 }
 
-DAYLIT_VNNI void add_lanes_vnni(const std::int16_t* table, const float* rgb, std::size_t count, std::size_t groups,
+DAYLIT_VNNI void add_lanes_vnni(const std::int8_t* table, const float* rgb, std::size_t count, std::size_t groups,
                                 float* sum) {
   switch (groups) {
   case 1:
@@ -112,8 +112,8 @@ DAYLIT_VNNI void add_lanes_vnni(const std::int16_t* table, const float* rgb, std
 
 } // namespace
 
-DAYLIT_ANY_WIDTH void add_lanes_plain(const std::int16_t* table, const float* rgb, std::size_t count,
-                                      std::size_t groups, float* sum) {
+DAYLIT_ANY_WIDTH void add_lanes_plain(const std::int8_t* table, const float* rgb, std::size_t count, std::size_t groups,
+                                      float* sum) {
   float most = 0;
   for (std::size_t k = 0; k < 3 * count; ++k)
     most = std::max(most, std::abs(rgb[k]));

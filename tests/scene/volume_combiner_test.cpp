@@ -287,12 +287,12 @@ TEST(LaneKernels, sky_and_table_are_summed_as_integers) {
   for (const std::size_t groups : {1u, 2u, 3u, 4u})
     for (const std::size_t count : {1u, 5u, 21u, 32u}) {
       const std::size_t lanes = groups * detail::kLanes;
-      std::vector<std::int16_t> table((count + 1) / 2 * 2 * lanes, 0);
+      std::vector<std::int8_t> table((count + 1) / 2 * 2 * lanes, 0);
       for (std::size_t k = 0; k < count; ++k)
         for (std::size_t lane = 0; lane < lanes; ++lane)
-          table[(k / 2 * lanes + lane) * 2 + k % 2] = static_cast<std::int16_t>(
-              count == 32 ? detail::kLaneMost // the largest possible sum
-                          : static_cast<int>(random() % (2 * detail::kLaneMost + 1)) - detail::kLaneMost);
+          table[(k / 2 * lanes + lane) * 2 + k % 2] =
+              static_cast<std::int8_t>(count == 32 ? 127 // the largest possible sum
+                                                   : static_cast<int>(random() % 255) - 127);
       std::vector<float> rgb(3 * count), fast(3 * lanes, 0.5f), plain = fast;
       for (float& x : rgb)
         x = count == 32 ? 2.0f : unit(random);
