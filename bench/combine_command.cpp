@@ -137,7 +137,9 @@ std::vector<std::uint32_t> probes_in_the_middle(const ProbeSet& probes, std::siz
   return order;
 }
 
-double relative_error(const std::vector<Sh9Rgb>& some, const LightField& all, std::span<const std::uint32_t> probes) {
+/// Sums of squares: of the difference, and of the field.
+std::pair<double, double> error_and_power(const std::vector<Sh9Rgb>& some, const LightField& all,
+                                          std::span<const std::uint32_t> probes) {
   double error = 0, power = 0;
   for (std::size_t i = 0; i < probes.size(); ++i)
     for (std::size_t l = 0; l < 9; ++l)
@@ -146,7 +148,60 @@ double relative_error(const std::vector<Sh9Rgb>& some, const LightField& all, st
         error += d * d;
         power += t * t;
       }
+  return {error, power};
+}
+
+/// Error of the local field when one region alone is lit, over some regions of which each lights the probes.
+double error_of_one_region(const LocalCombiner& local, const BasisVolume& volume,
+                           std::span<const std::uint32_t> probes) {
+  constexpr int kRegions = 200, kStep = 7919;
+  const auto regions = static_cast<std::size_t>(volume.partition.size());
+  std::vector<Sh9Rgb> some(probes.size());
+  double error = 0, power = 0;
+  for (std::size_t k = 0; k < kRegions; ++k) {
+    std::vector<Rgb> sky(regions, Rgb(0.0f));
+    sky[k * kStep % regions] = Rgb(1000.0f);
+    local.combine(sky, some);
+    const LightField all = combine(volume, sky);
+    const auto [e, p] = error_and_power(some, all, probes);
+    error += e;
+    power += p;
+  }
   return std::sqrt(error / std::max(power, 1e-300));
+}
+
+/// The probes around an object, small or large.
+Result<nlohmann::json> measure_objects(const BasisVolume& volume, VolumeCombiner& combiner, const std::vector<Rgb>& a,
+                                       const std::vector<Rgb>& b) {
+  nlohmann::json rows;
+  const double begin = thread_seconds();
+  const auto sky = LocalSky::make(volume);
+  if (!sky)
+    return sky.error();
+  rows["local_sky_ms"] = 1e3 * (thread_seconds() - begin);
+  combiner.update(a);
+  bool odd = false;
+  for (const std::size_t count : {8, 64}) {
+    const std::vector<std::uint32_t> probes = probes_in_the_middle(volume.probes, count);
+    const auto local = LocalCombiner::make(*sky, probes);
+    if (!local)
+      return local.error();
+    const auto move = alternate(5, [&] { (void)LocalCombiner::make(*sky, probes); });
+    std::vector<Sh9Rgb> field(probes.size());
+    const auto object = alternate(
+        500, [&] { local->combine((odd = !odd) ? a : b, field); }, [&] { combiner.combine_at(a, probes); });
+    local->combine(a, field);
+    const auto [error, power] = error_and_power(field, combiner.field(), probes);
+    rows["objects"].push_back({{"probes", probes.size()},
+                               {"rank", local->rank()},
+                               {"kilobytes", double(local->bytes()) / 1e3},
+                               {"move_ms", 1e3 * move[0]},
+                               {"frame_us", 1e6 * object[0]},
+                               {"without_us", 1e6 * object[1]},
+                               {"error", std::sqrt(error / power)},
+                               {"error_of_one_region", error_of_one_region(*local, volume, probes)}});
+  }
+  return rows;
 }
 
 /// A baked volume: all of it, and the probes of one object.
@@ -183,25 +238,10 @@ Result<nlohmann::json> measure_file(const std::string& path) {
                         {"first_light_ms", 1e3 * times[1]},
                         {"read_ms", 1e3 * times[2]}};
   combiner.update(a);
-  for (const std::size_t count : {8, 64}) {
-    const std::vector<std::uint32_t> probes = probes_in_the_middle(volume->probes, count);
-    const double start = thread_seconds();
-    const auto local = LocalCombiner::make(*volume, probes);
-    const double made = thread_seconds() - start;
-    if (!local)
-      return local.error();
-    std::vector<Sh9Rgb> field(probes.size());
-    const auto object = alternate(
-        500, [&] { local->combine((odd = !odd) ? a : b, field); }, [&] { combiner.combine_at(a, probes); });
-    local->combine(a, field);
-    row["objects"].push_back({{"probes", probes.size()},
-                              {"rank", local->rank()},
-                              {"kilobytes", double(local->bytes()) / 1e3},
-                              {"move_ms", 1e3 * made},
-                              {"frame_us", 1e6 * object[0]},
-                              {"without_us", 1e6 * object[1]},
-                              {"error", relative_error(field, combiner.field(), probes)}});
-  }
+  const auto objects = measure_objects(*volume, combiner, a, b);
+  if (!objects)
+    return objects.error();
+  row.update(*objects);
   return row;
 }
 
@@ -215,10 +255,12 @@ Result<void> run_file(const Arguments& a, const CommonOptions& options) {
                 number("volume_megabytes"), number("combine_ms"), number("combine_one_core_ms"),
                 number("first_light_ms"), number("read_ms"));
     for (const auto& o : (*row)["objects"])
-      std::printf(
-          "%2d probes: %.1f us per sky at rank %d (%.0f kB), %.1f ms after a move; %.0f us without; error %.2f %%\n",
-          o["probes"].get<int>(), o["frame_us"].get<double>(), o["rank"].get<int>(), o["kilobytes"].get<double>(),
-          o["move_ms"].get<double>(), o["without_us"].get<double>(), 100 * o["error"].get<double>());
+      std::printf("%2d probes: %.1f us per sky at rank %d (%.0f kB), %.1f ms after a move; %.0f us without; error %.2f "
+                  "%%, of one "
+                  "region %.2f %%\n",
+                  o["probes"].get<int>(), o["frame_us"].get<double>(), o["rank"].get<int>(),
+                  o["kilobytes"].get<double>(), o["move_ms"].get<double>(), o["without_us"].get<double>(),
+                  100 * o["error"].get<double>(), 100 * o["error_of_one_region"].get<double>());
   }
   return deliver({{"machine", machine()}, {"rows", {*row}}}, options);
 }

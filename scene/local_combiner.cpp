@@ -4,7 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "scene/detail/lane_kernels.h"
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "scene/detail/local_sky.h"
 #include "scene/detail/symmetric_eigen.h"
 #include "scene/detail/tile_kernels.h"
 
@@ -13,136 +16,85 @@ namespace daylit {
 namespace {
 
 using detail::kLanes;
+using detail::kSketch;
 using detail::kTileNumbers;
+using detail::LocalFactors;
+using detail::LocalSkyData;
 
 // Plain loops that the compiler turns into vectors of any width.
 #define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
-constexpr std::size_t kSketch = kLanes * detail::kMostGroups;
-constexpr std::uint32_t kLargestGap = 8; ///< of unlit regions inside a run
+constexpr std::size_t kGrain = 256; ///< rows; fewer are not worth another thread
 
-/// What is read of a volume: the factors at the probes, [number of a colour][component], and of the sources,
-/// [component][source].
-struct Factors {
-  std::size_t numbers = 0, components = 0, sources = 0;
-  std::array<std::vector<float>, 3> probe;
-  std::vector<float> source;
-};
+/// A group of lanes anywhere in memory, in as few registers as the processor has it.
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), aligned(alignof(float)), may_alias));
+inline const Lanes& lanes_at(const float* p) { return *reinterpret_cast<const Lanes*>(p); }
+inline Lanes& lanes_at(float* p) { return *reinterpret_cast<Lanes*>(p); }
 
-/// Components of one brick that holds wanted probes.
-struct Piece {
-  std::size_t brick, half, byte, probe_half, probe_byte;  ///< where its components and numbers begin
-  std::vector<std::pair<std::size_t, std::size_t>> probe; ///< place in the brick, place in the result
-};
-
-std::vector<Piece> find_pieces(const CompactBasis& basis, std::span<const std::uint32_t> wanted) {
-  std::vector<Piece> pieces;
-  Piece at{};
-  std::size_t first = 0;
-  for (std::size_t b = 0; b < basis.brick.size(); ++b) {
-    const CompactBasis::Brick& brick = basis.brick[b];
-    Piece piece = at;
-    piece.brick = b;
-    for (std::size_t i = 0; i < brick.probes; ++i)
-      for (std::size_t k = 0; k < wanted.size(); ++k)
-        if (basis.probe[first + i] == wanted[k])
-          piece.probe.emplace_back(i, k);
-    if (!piece.probe.empty())
-      pieces.push_back(std::move(piece));
-    const std::size_t column = 3 * brick.tiles() * kTileNumbers;
-    first += brick.probes;
-    at.half += brick.half_rank;
-    at.byte += brick.byte_rank;
-    at.probe_half += column * brick.half_rank;
-    at.probe_byte += column * brick.byte_rank;
-  }
-  return pieces;
+/// kRows rows of c [rows][columns] += a [rows][inner] b [inner][columns], one group of lanes: independent sums hide the
+/// latency of each other.
+template <std::size_t kRows>
+__attribute__((always_inline)) inline void multiply_lanes(const float* a, const float* b, std::size_t inner,
+                                                          std::size_t columns, float* c) {
+  Lanes sum[kRows] = {};
+  for (std::size_t i = 0; i < inner; ++i)
+#pragma GCC unroll 8
+    for (std::size_t r = 0; r < kRows; ++r)
+      sum[r] += a[r * inner + i] * lanes_at(b + i * columns);
+  for (std::size_t r = 0; r < kRows; ++r)
+    lanes_at(c + r * columns) += sum[r];
 }
 
-Factors read_factors(const CompactBasis& basis, const std::vector<Piece>& pieces, std::size_t probes) {
-  Factors f{.numbers = probes * 9, .components = 0, .sources = basis.sources, .probe = {}, .source = {}};
-  for (const Piece& p : pieces)
-    f.components += basis.brick[p.brick].half_rank + basis.brick[p.brick].byte_rank;
-  for (std::vector<float>& colour : f.probe)
-    colour.assign(f.numbers * f.components, 0.0f);
-  f.source.resize(f.components * f.sources);
-  std::size_t component = 0;
-  for (const Piece& p : pieces) {
-    const CompactBasis::Brick& brick = basis.brick[p.brick];
-    for (std::size_t k = 0; k < brick.half_rank + brick.byte_rank; ++k, ++component) {
-      const bool half = k < brick.half_rank;
-      const std::size_t own = half ? k : k - brick.half_rank, rank = half ? brick.half_rank : brick.byte_rank,
-                        all = (half ? p.half : p.byte) + own;
-      const float scale = half ? basis.half_scale[all] : basis.byte_scale[all];
-      for (std::size_t s = 0; s < f.sources; ++s) {
-        const std::size_t i = (all / kTileNumbers * f.sources + s) * kTileNumbers + all % kTileNumbers;
-        f.source[component * f.sources + s] =
-            scale * (half ? detail::from_half(basis.source_half[i]) : static_cast<float>(basis.source_byte[i]));
-      }
-      for (const auto& [in_brick, in_result] : p.probe)
-        for (std::size_t c = 0; c < 3; ++c)
-          for (std::size_t l = 0; l < 9; ++l) {
-            const std::size_t n = in_brick * 9 + l, tile = c * brick.tiles() + n / kTileNumbers;
-            const std::size_t i =
-                (half ? p.probe_half : p.probe_byte) + (tile * rank + own) * kTileNumbers + n % kTileNumbers;
-            f.probe[c][(in_result * 9 + l) * f.components + component] =
-                half ? detail::from_half(basis.probe_half[i]) : static_cast<float>(basis.probe_byte[i]);
-          }
-    }
-  }
-  return f;
-}
-
-/// to[k] += x * from[k]
-DAYLIT_ANY_WIDTH void add_scaled(float x, const float* from, std::size_t count, float* to) {
-  for (std::size_t k = 0; k < count; ++k)
-    to[k] += x * from[k];
-}
-
-/// [rows][columns] = a [rows][inner] b [inner][columns]
-DAYLIT_ANY_WIDTH void multiply_into(const float* a, const float* b, std::size_t rows, std::size_t inner,
+/// c [rows][columns] += a [rows][inner] b [inner][columns]; columns in whole groups of lanes.
+DAYLIT_ANY_WIDTH void multiply_rows(const float* a, const float* b, std::size_t rows, std::size_t inner,
                                     std::size_t columns, float* c) {
-  for (std::size_t r = 0; r < rows; ++r)
-    for (std::size_t i = 0; i < inner; ++i) {
-      const float x = a[r * inner + i];
-      if (x == 0.0f)
-        continue; // the factors of other bricks
-      for (std::size_t k = 0; k < columns; ++k)
-        c[r * columns + k] += x * b[i * columns + k];
-    }
+  constexpr std::size_t kTogether = 8;
+  for (std::size_t first = 0; first < columns; first += kLanes) {
+    std::size_t r = 0;
+    for (; r + kTogether <= rows; r += kTogether)
+      multiply_lanes<kTogether>(a + r * inner, b + first, inner, columns, c + r * columns + first);
+    for (; r < rows; ++r)
+      multiply_lanes<1>(a + r * inner, b + first, inner, columns, c + r * columns + first);
+  }
 }
 
 std::vector<float> multiply(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
                             std::size_t columns) {
   std::vector<float> c(rows * columns, 0.0f);
-  multiply_into(a.data(), b.data(), rows, inner, columns, c.data());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows, kGrain), [&](const auto& part) {
+    multiply_rows(a.data() + part.begin() * inner, b.data(), part.size(), inner, columns,
+                  c.data() + part.begin() * columns);
+  });
   return c;
 }
 
-std::vector<float> transposed(std::span<const float> a, std::size_t rows, std::size_t columns) {
-  std::vector<float> t(a.size());
-  for (std::size_t r = 0; r < rows; ++r)
-    for (std::size_t c = 0; c < columns; ++c)
-      t[c * rows + r] = a[r * columns + c];
-  return t;
-}
-
+/// g [columns][columns] += a^T a, the upper half and a little more; columns in whole groups of lanes.
 DAYLIT_ANY_WIDTH void add_gram(const float* a, std::size_t rows, std::size_t columns, double* g) {
-  for (std::size_t r = 0; r < rows; ++r)
-    for (std::size_t i = 0; i < columns; ++i) {
-      const double x = static_cast<double>(a[r * columns + i]);
-      for (std::size_t k = 0; k < columns; ++k)
-        g[i * columns + k] += x * static_cast<double>(a[r * columns + k]);
-    }
+  constexpr std::size_t kRowsOfFloats = 64, kTogether = 8; // as many rows are summed in float32, columns at once
+  for (std::size_t begin = 0; begin < rows; begin += kRowsOfFloats)
+    for (std::size_t i = 0; i < columns; i += kTogether)
+      for (std::size_t first = i / kLanes * kLanes; first < columns; first += kLanes) {
+        Lanes sum[kTogether] = {};
+        for (std::size_t r = begin; r < std::min(begin + kRowsOfFloats, rows); ++r)
+#pragma GCC unroll 8
+          for (std::size_t k = 0; k < kTogether; ++k)
+            sum[k] += a[r * columns + i + k] * lanes_at(a + r * columns + first);
+        for (std::size_t k = 0; k < kTogether; ++k)
+          for (std::size_t lane = 0; lane < kLanes; ++lane)
+            g[(i + k) * columns + first + lane] += static_cast<double>(sum[k][lane]);
+      }
 }
 
 /// The strongest principal directions of rows [row][columns], until what is left is below `left` of the whole:
-/// [columns][kept], each divided by its norm if `unit`.
-std::vector<float> principal(const std::vector<std::vector<float>>& tables, std::size_t columns, double left, bool unit,
+/// [columns][kept, whole groups of lanes], each divided by its norm if `unit`.
+std::vector<float> principal(std::span<const std::vector<float>> tables, std::size_t columns, double left, bool unit,
                              std::size_t& kept) {
   std::vector<double> g(columns * columns, 0.0), values;
   for (const std::vector<float>& t : tables)
-    add_gram(t.data(), columns > 0 ? t.size() / columns : 0, columns, g.data());
+    add_gram(t.data(), t.size() / columns, columns, g.data());
+  for (std::size_t i = 0; i < columns; ++i) // the upper half is whole
+    for (std::size_t k = 0; k < i; ++k)
+      g[i * columns + k] = g[k * columns + i];
   const std::vector<double> vectors = detail::symmetric_eigen(std::move(g), columns, values);
   double total = 0, rest = 0;
   std::vector<std::size_t> order(columns);
@@ -155,74 +107,71 @@ std::vector<float> principal(const std::vector<std::vector<float>>& tables, std:
   for (; !order.empty() && rest + values[order.back()] <= left * total; order.pop_back())
     rest += values[order.back()];
   kept = order.size();
-  std::vector<float> turn(columns * kept);
+  const std::size_t lanes = std::max<std::size_t>((kept + kLanes - 1) / kLanes, 1) * kLanes;
+  std::vector<float> turn(columns * lanes, 0.0f);
   for (std::size_t k = 0; k < kept; ++k)
     for (std::size_t i = 0; i < columns; ++i)
-      turn[i * kept + k] =
+      turn[i * lanes + k] =
           static_cast<float>(vectors[order[k] * columns + i] / (unit ? std::sqrt(values[order[k]]) : 1.0));
   return turn;
 }
 
-/// Calls visit(source, region, weight) for every number of the first light of a colour.
-template <class Visit>
-void for_each_weight(const CompactBasis& basis, std::size_t table, const Visit& visit) {
-  const FirstLight& light = basis.light;
-  for (std::size_t s = 0; s < basis.sources; ++s) {
-    const std::size_t row = table * basis.sources + s;
-    std::size_t at = light.first_weight[row];
-    for (std::uint32_t r = light.first_run[row]; r < light.first_run[row + 1]; ++r)
-      for (std::uint32_t k = 0; k < light.run[r].count; ++k, ++at)
-        visit(s, light.run[r].first_region + k, light.scale[row] * detail::from_half(light.weight[at]));
-  }
-}
-
-/// Light of random skies on the sources, [source][kSketch]: signs of a fixed sequence.
-std::vector<float> random_light(const CompactBasis& basis) {
-  std::vector<float> light(basis.sources * kSketch, 0.0f);
-  const auto sign = [](std::uint64_t x) {
-    x = (x + 1) * 0x9E3779B97F4A7C15ull;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
-    return x ^ (x >> 27);
-  };
-  for_each_weight(basis, 0, [&](std::size_t s, std::uint32_t region, float w) {
-    static_assert(kSketch == 64);
-    const std::uint64_t bits = sign(region);
-    float* row = light.data() + s * kSketch;
-    for (std::size_t k = 0; k < kSketch; ++k)
-      row[k] += (bits >> k & 1u) != 0 ? w : -w;
-  });
-  return light;
-}
-
-/// Orthonormal columns [colour, number][width] whose span holds what random skies do to the probes (Halko, Martinsson,
+/// Orthonormal columns [colour, number][lanes] whose span holds what random skies do to the probes (Halko, Martinsson,
 /// Tropp 2011).
-std::vector<float> range_of(const CompactBasis& basis, const Factors& f, double left, std::size_t& width) {
-  const std::vector<float> amplitude = multiply(f.source, random_light(basis), f.components, f.sources, kSketch);
+std::vector<float> range_of(const LocalFactors& f, double left) {
   std::vector<float> seen;
   for (const std::vector<float>& colour : f.probe) {
-    const std::vector<float> rows = multiply(colour, amplitude, f.numbers, f.components, kSketch);
+    const std::vector<float> rows = multiply(colour, f.seen, f.numbers, f.components, kSketch);
     seen.insert(seen.end(), rows.begin(), rows.end());
   }
-  const std::vector<float> turn = principal({seen}, kSketch, left, true, width);
-  return multiply(seen, turn, 3 * f.numbers, kSketch, width);
+  std::size_t kept = 0;
+  const std::vector<float> turn = principal(std::span(&seen, 1), kSketch, left, true, kept);
+  return multiply(seen, turn, 3 * f.numbers, kSketch, turn.size() / kSketch);
 }
 
-/// The adjoint on the regions of the sky, a table [region][width] for each colour of the first light.
-std::vector<std::vector<float>> onto_regions(const CompactBasis& basis, const Factors& f, const std::vector<float>& q,
-                                             std::size_t width, std::size_t regions, std::size_t tables) {
-  std::vector<float> onto(f.components * width, 0.0f);
-  for (std::size_t c = 0; c < 3; ++c)
+/// The sums over the sources of one region.
+template <std::size_t kGroups>
+__attribute__((always_inline)) inline void add_groups(std::span<const LocalSkyData::Weight> weights,
+                                                      const float* by_source, float* row) {
+  Lanes sum[kGroups] = {};
+  for (const LocalSkyData::Weight& w : weights)
+#pragma GCC unroll 4
+    for (std::size_t g = 0; g < kGroups; ++g)
+      sum[g] += w.weight * lanes_at(by_source + (w.source * kGroups + g) * kLanes);
+  for (std::size_t g = 0; g < kGroups; ++g)
+    lanes_at(row + g * kLanes) = sum[g];
+}
+
+DAYLIT_ANY_WIDTH void add_region(std::span<const LocalSkyData::Weight> weights, const float* by_source,
+                                 std::size_t groups, float* row) {
+  static_assert(detail::kMostGroups == 4);
+  groups == 1   ? add_groups<1>(weights, by_source, row)
+  : groups == 2 ? add_groups<2>(weights, by_source, row)
+  : groups == 3 ? add_groups<3>(weights, by_source, row)
+                : add_groups<4>(weights, by_source, row);
+}
+
+/// The adjoint on the regions of the sky: a table [row][lanes] for each colour of the first light.
+std::vector<std::vector<float>> onto_regions(const LocalSkyData& sky, const LocalFactors& f,
+                                             const std::vector<float>& q) {
+  const std::size_t lanes = q.size() / (3 * f.numbers);
+  std::vector<float> onto(f.components * lanes, 0.0f), transposed(f.components * f.numbers);
+  for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t n = 0; n < f.numbers; ++n)
       for (std::size_t i = 0; i < f.components; ++i)
-        if (const float x = f.probe[c][n * f.components + i]; x != 0.0f)
-          add_scaled(x, q.data() + (c * f.numbers + n) * width, width, onto.data() + i * width);
-  const std::vector<float> by_source =
-      multiply(transposed(f.source, f.components, f.sources), onto, f.sources, f.components, width);
-  std::vector<std::vector<float>> by_region(tables, std::vector<float>(regions * width, 0.0f));
-  for (std::size_t t = 0; t < tables; ++t)
-    for_each_weight(basis, t, [&](std::size_t s, std::uint32_t region, float w) {
-      add_scaled(w, by_source.data() + s * width, width, by_region[t].data() + region * width);
+        transposed[i * f.numbers + n] = f.probe[c][n * f.components + i];
+    multiply_rows(transposed.data(), q.data() + c * f.numbers * lanes, f.components, f.numbers, lanes, onto.data());
+  }
+  const std::vector<float> by_source = multiply(f.source, onto, f.sources, f.components, lanes);
+  std::vector<std::vector<float>> by_region;
+  for (const LocalSkyData::Table& table : sky.table) {
+    std::vector<float>& rows = by_region.emplace_back(sky.rows * lanes);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sky.rows, kGrain), [&](const auto& part) {
+      for (std::size_t r = part.begin(); r < part.end(); ++r)
+        add_region(std::span(table.weight).subspan(table.first[r], table.first[r + 1] - table.first[r]),
+                   by_source.data(), lanes / kLanes, rows.data() + r * lanes);
     });
+  }
   return by_region;
 }
 
@@ -240,88 +189,84 @@ std::vector<float> in_tiles(const std::vector<float>& rows, std::size_t numbers,
 
 } // namespace
 
-std::size_t LocalCombiner::bytes() const {
-  return table_.size() * sizeof(std::uint16_t) + (probe_.size() + scale_.size()) * sizeof(float);
-}
-
-Result<LocalCombiner> LocalCombiner::make(const BasisVolume& volume, std::span<const std::uint32_t> probes,
-                                          double error) {
+Result<LocalSky> LocalSky::make(const BasisVolume& volume) {
   if (!volume.compact)
     return Error{ErrorCode::value_invalid, "the volume has no compact basis", "local combiner", "bake it with fine:N"};
-  if (probes.size() > kMostProbes || std::ranges::any_of(probes, [&](auto p) { return p >= volume.probes.size(); }))
-    return Error{ErrorCode::value_invalid, "too many probes, or one that does not exist", "local combiner", ""};
-  const CompactBasis& basis = *volume.compact;
-  const Factors f = read_factors(basis, find_pieces(basis, probes), probes.size());
-  LocalCombiner out;
-  out.probes_ = probes.size();
-  out.regions_ = static_cast<std::size_t>(volume.partition.size());
-  out.tables_ = basis.light.rows() > basis.sources ? 3 : 1;
+  LocalSky sky;
+  sky.data_ = std::make_shared<const LocalSkyData>(
+      detail::make_local_sky(volume.compact, volume.probes.size(), static_cast<std::size_t>(volume.partition.size())));
+  return sky;
+}
 
-  std::size_t width = 0;
-  const std::vector<float> q = range_of(basis, f, 0.25 * error * error, width);
-  const std::vector<std::vector<float>> by_region = onto_regions(basis, f, q, width, out.regions_, out.tables_);
+std::size_t LocalCombiner::bytes() const { return table_.size() + (probe_.size() + scale_.size()) * sizeof(float); }
+
+Result<LocalCombiner> LocalCombiner::make(const LocalSky& sky, std::span<const std::uint32_t> probes, double error) {
+  const LocalSkyData& data = *sky.data_;
+  if (probes.empty() || probes.size() > kMostProbes ||
+      std::ranges::any_of(probes, [&](auto p) { return p >= data.probes; }))
+    return Error{ErrorCode::value_invalid, "no probes, too many, or one that does not exist", "local combiner", ""};
+  const LocalFactors f = detail::local_factors(data, probes);
+  LocalCombiner out;
+  out.sky_ = sky.data_;
+  out.probes_ = probes.size();
+  const std::vector<float> q = range_of(f, 0.25 * error * error);
+  const std::size_t width = q.size() / (3 * f.numbers);
+  const std::vector<std::vector<float>> by_region = onto_regions(data, f, q);
   const std::vector<float> turn = principal(by_region, width, 0.5 * error * error, false, out.rank_);
-  out.groups_ = std::max<std::size_t>((out.rank_ + kLanes - 1) / kLanes, 1);
-  const std::size_t lanes = out.groups_ * kLanes;
-  std::vector<float> rotate(width * lanes, 0.0f);
-  for (std::size_t i = 0; i < width; ++i)
-    std::copy_n(turn.data() + i * out.rank_, out.rank_, rotate.data() + i * lanes);
-  out.probe_ = in_tiles(multiply(q, rotate, 3 * f.numbers, width, lanes), f.numbers, lanes);
+  const std::size_t lanes = turn.size() / width;
+  out.groups_ = lanes / kLanes;
+  out.probe_ = in_tiles(multiply(q, turn, 3 * f.numbers, width, lanes), f.numbers, lanes);
   for (const std::vector<float>& table : by_region)
-    out.add_table(multiply(table, rotate, out.regions_, width, lanes), basis.light);
+    out.add_table(multiply(table, turn, data.rows, width, lanes));
   return out;
 }
 
-void LocalCombiner::add_table(const std::vector<float>& table, const FirstLight& light) {
+/// Rounds a table [row][lane] and puts its rows in pairs; every run begins a pair.
+void LocalCombiner::add_table(const std::vector<float>& table) {
   const std::size_t lanes = groups_ * kLanes;
-  if (runs_.empty()) {
-    std::vector<std::uint8_t> lit(regions_, 0);
-    for (const FirstLight::Run& run : light.run)
-      std::fill_n(lit.begin() + run.first_region, run.count, std::uint8_t{1});
-    for (std::uint32_t r = 0; r < lit.size(); ++r) {
-      if (lit[r] == 0)
-        continue;
-      if (runs_.empty() || r - (runs_.back().first_region + runs_.back().count) > kLargestGap)
-        runs_.push_back({r, 0});
-      runs_.back().count = r + 1 - runs_.back().first_region;
-    }
-    for (const FirstLight::Run& run : runs_)
-      table_rows_ += run.count;
-  }
   std::vector<float> most(lanes, 1e-30f);
-  for (std::size_t k = 0; k < table.size(); ++k)
-    most[k % lanes] = std::max(most[k % lanes], std::abs(table[k]));
-  scale_.insert(scale_.end(), most.begin(), most.end());
-  for (const FirstLight::Run& run : runs_)
-    for (std::size_t k = run.first_region * lanes; k < (run.first_region + run.count) * lanes; ++k)
-      table_.push_back(detail::to_half(table[k] / most[k % lanes]));
+  for (std::size_t k = 0; k < table.size(); k += lanes)
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      most[lane] = std::max(most[lane], std::abs(table[k + lane]));
+  for (float& x : most)
+    scale_.push_back(x /= 127.0f);
+  const float* row = table.data();
+  for (const FirstLight::Run& run : sky_->run) {
+    const std::size_t first = table_.size();
+    table_.resize(first + (run.count + 1) / 2 * 2 * lanes, 0);
+    for (std::uint32_t k = 0; k < run.count; ++k, row += lanes)
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        table_[first + (k / 2 * lanes + lane) * 2 + k % 2] =
+            static_cast<std::int8_t>(std::lrint(row[lane] / most[lane]));
+  }
 }
 
 void LocalCombiner::combine(std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) const {
   const std::size_t lanes = groups_ * kLanes, numbers = probes_ * 9,
-                    tiles = (numbers + kTileNumbers - 1) / kTileNumbers;
+                    tiles = (numbers + kTileNumbers - 1) / kTileNumbers, tables = scale_.size() / lanes;
   const detail::AddLanes add = detail::add_lanes_kernel();
   std::array<float, 3 * kSketch> sum{}, amplitude{};
-  for (std::size_t t = 0; t < tables_; ++t) {
+  const std::int8_t* table = table_.data();
+  for (std::size_t t = 0; t < tables; ++t) {
     sum.fill(0.0f);
-    const std::uint16_t* table = table_.data() + t * table_rows_ * lanes;
-    for (const FirstLight::Run& run : runs_) {
+    for (const FirstLight::Run& run : sky_->run) {
       add(table, &region_radiance[run.first_region].r, run.count, groups_, sum.data());
-      table += run.count * lanes;
+      table += (run.count + 1) / 2 * 2 * lanes;
     }
     for (std::size_t k = 0; k < 3 * lanes; ++k)
-      if (tables_ == 1 || k / lanes == t)
+      if (tables == 1 || k / lanes == t)
         amplitude[k] = sum[k] * scale_[t * lanes + k % lanes];
   }
   const detail::TileKernels& kernels = detail::tile_kernels();
   std::array<std::array<float, kTileNumbers>, 3> tile;
-  std::array<detail::WeightedRow, kSketch> weights;
+  std::array<std::array<detail::WeightedRow, kSketch>, 3> weights;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t k = 0; k < rank_; ++k)
+      weights[c][k] = {static_cast<std::uint32_t>(k), amplitude[c * lanes + k]};
   for (std::size_t i = 0; i < tiles; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
       tile[c].fill(0.0f);
-      for (std::size_t k = 0; k < rank_; ++k)
-        weights[k] = {static_cast<std::uint32_t>(k), amplitude[c * lanes + k]};
-      kernels.add_float(probe_.data() + (c * tiles + i) * lanes * kTileNumbers, std::span(weights).first(rank_), 0,
+      kernels.add_float(probe_.data() + (c * tiles + i) * lanes * kTileNumbers, std::span(weights[c]).first(rank_), 0,
                         detail::kTileBlocks, tile[c].data());
     }
     const std::size_t count = std::min(kTileNumbers, numbers - i * kTileNumbers);

@@ -24,7 +24,9 @@ namespace daylit {
 
 namespace {
 
-constexpr std::size_t kStripRows = 32;      ///< of the picture; they stay in the second cache while regions take turns
+// Rows of a picture that regions in turn look at again. They are often a multiple of 4 KB apart, so that neighbours
+// share the sets of the first cache: more than eight rows do not stay there.
+constexpr std::size_t kStripRows = 8;
 constexpr std::size_t kParts = 8;           ///< for the threads; fixed, so that sums do not depend on their number
 constexpr std::size_t kSpansOfFloats = 256; ///< as many are summed in float32, the sums of these in double
 constexpr double kMostWeight = 65535;

@@ -1,6 +1,8 @@
 #include "scene/detail/lane_kernels.h"
 
-#include "scene/detail/tile_kernels.h"
+#include <algorithm>
+#include <array>
+#include <cmath>
 
 // GCC 12 warns about its own header (its bug 105593).
 #if defined(__GNUC__) && !defined(__clang__)
@@ -9,59 +11,93 @@
 #endif
 #include <immintrin.h>
 
-#define DAYLIT_AVX2 __attribute__((target("avx2,fma,f16c")))
-#define DAYLIT_AVX512 __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx2,fma,f16c")))
+#define DAYLIT_VNNI __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx512vnni,avx2,fma,f16c")))
+#define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
 namespace daylit::detail {
 
 namespace {
 
-/// One group of 16 lanes, two registers for each colour.
-DAYLIT_AVX2 void add_lanes_avx2(const std::uint16_t* table, const float* rgb, std::size_t count, std::size_t groups,
-                                float* sum) {
-  for (std::size_t g = 0; g < groups; ++g) {
-    __m256 s[3][2];
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t i = 0; i < 2; ++i)
-        s[c][i] = _mm256_loadu_ps(sum + (c * groups + g) * kLanes + 8 * i);
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::uint16_t* row = table + (k * groups + g) * kLanes;
-      for (std::size_t i = 0; i < 2; ++i) {
-        const __m256 x = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(row + 8 * i)));
-        for (std::size_t c = 0; c < 3; ++c)
-          s[c][i] = _mm256_fmadd_ps(_mm256_broadcast_ss(rgb + 3 * k + c), x, s[c][i]);
-      }
+constexpr std::size_t kColours = 3, kRegisters = kColours * kLaneRegions / 16;
+
+/// Where each of 32 words (16 pairs of one colour) comes from: among the first 64 interleaved words, then the last 32.
+struct PairWords {
+  alignas(64) std::array<std::array<std::uint16_t, 32>, kColours> front, back;
+  std::array<std::uint32_t, kColours> from_back; ///< bit k: word k comes from the last 32
+};
+constexpr PairWords pair_words() {
+  PairWords t{};
+  for (unsigned c = 0; c < kColours; ++c)
+    for (unsigned k = 0; k < 32; ++k) {
+      const unsigned word = 3 * k + c;
+      t.front[c][k] = static_cast<std::uint16_t>(word % 64);
+      t.back[c][k] = static_cast<std::uint16_t>(word % 32);
+      t.from_back[c] |= word < 64 ? 0u : 1u << k;
     }
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t i = 0; i < 2; ++i)
-        _mm256_storeu_ps(sum + (c * groups + g) * kLanes + 8 * i, s[c][i]);
+  return t;
+}
+constexpr PairWords kPairWords = pair_words();
+
+/// Rounds the colours of `count` regions to pairs; returns the step, 0 for black.
+DAYLIT_VNNI inline float round_pairs(const float* rgb, std::size_t count, std::int32_t pair[kColours][16]) {
+  __m512 x[kRegisters], most = _mm512_setzero_ps();
+  const std::size_t numbers = 3 * count;
+#pragma GCC unroll 6
+  for (std::size_t i = 0; i < kRegisters; ++i) {
+    const std::size_t left = numbers > 16 * i ? numbers - 16 * i : 0;
+    x[i] = _mm512_maskz_loadu_ps(static_cast<__mmask16>(left >= 16 ? 0xffffu : (1u << left) - 1u), rgb + 16 * i);
+    most = _mm512_max_ps(most, _mm512_abs_ps(x[i]));
   }
+  const float largest = _mm512_reduce_max_ps(most), step = largest / kLaneMost;
+  if (!(step > 0))
+    return 0;
+  const __m512 inverse = _mm512_set1_ps(kLaneMost / largest);
+  __m512i words[kRegisters / 2];
+#pragma GCC unroll 3
+  for (std::size_t i = 0; i < kRegisters / 2; ++i)
+    words[i] = _mm512_inserti64x4(
+        _mm512_castsi256_si512(_mm512_cvtepi32_epi16(_mm512_cvtps_epi32(_mm512_mul_ps(x[2 * i], inverse)))),
+        _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(_mm512_mul_ps(x[2 * i + 1], inverse))), 1);
+#pragma GCC unroll 3
+  for (std::size_t c = 0; c < kColours; ++c) {
+    const __m512i front = _mm512_permutex2var_epi16(words[0], _mm512_load_si512(kPairWords.front[c].data()), words[1]);
+    _mm512_store_si512(pair[c], _mm512_mask_permutexvar_epi16(front, kPairWords.from_back[c],
+                                                              _mm512_load_si512(kPairWords.back[c].data()), words[2]));
+  }
+  return step;
 }
 
 template <int kGroups>
-DAYLIT_AVX512 void add_groups(const std::uint16_t* table, const float* rgb, std::size_t count, float* sum) {
-  __m512 s[3][kGroups];
+DAYLIT_VNNI void add_groups(const std::int8_t* table, const float* rgb, std::size_t count, float* sum) {
+  alignas(64) std::int32_t pair[kColours][16];
+  const float step = round_pairs(rgb, count, pair);
+  if (step == 0)
+    return;
+  __m512i total[kColours][kGroups];
 #pragma GCC unroll 12
-  for (int k = 0; k < 3 * kGroups; ++k)
-    s[k / kGroups][k % kGroups] = _mm512_loadu_ps(sum + k * 16);
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::uint16_t* row = table + k * kGroups * kLanes;
-    const __m512 red = _mm512_set1_ps(rgb[3 * k]), green = _mm512_set1_ps(rgb[3 * k + 1]),
-                 blue = _mm512_set1_ps(rgb[3 * k + 2]);
+  for (std::size_t k = 0; k < kColours * kGroups; ++k)
+    total[k / kGroups][k % kGroups] = _mm512_setzero_si512();
+  for (std::size_t p = 0; 2 * p < count; ++p) {
+    const std::int8_t* row = table + p * kGroups * 2 * kLanes;
+    const __m512i red = _mm512_set1_epi32(pair[0][p]), green = _mm512_set1_epi32(pair[1][p]),
+                  blue = _mm512_set1_epi32(pair[2][p]);
 #pragma GCC unroll 4
     for (int g = 0; g < kGroups; ++g) {
-      const __m512 x = _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(row + 16 * g)));
-      s[0][g] = _mm512_fmadd_ps(red, x, s[0][g]);
-      s[1][g] = _mm512_fmadd_ps(green, x, s[1][g]);
-      s[2][g] = _mm512_fmadd_ps(blue, x, s[2][g]);
+      const __m512i x = _mm512_cvtepi8_epi16(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(row + 32 * g)));
+      total[0][g] = _mm512_dpwssd_epi32(total[0][g], x, red);
+      total[1][g] = _mm512_dpwssd_epi32(total[1][g], x, green);
+      total[2][g] = _mm512_dpwssd_epi32(total[2][g], x, blue);
     }
   }
 #pragma GCC unroll 12
-  for (int k = 0; k < 3 * kGroups; ++k)
-    _mm512_storeu_ps(sum + k * 16, s[k / kGroups][k % kGroups]);
+  for (std::size_t k = 0; k < kColours * kGroups; ++k)
+    _mm512_storeu_ps(sum + 16 * k,
+                     _mm512_fmadd_ps(_mm512_set1_ps(step), _mm512_cvtepi32_ps(total[k / kGroups][k % kGroups]),
+                                     _mm512_loadu_ps(sum + 16 * k)));
 }
 
-void add_lanes_avx512(const std::uint16_t* table, const float* rgb, std::size_t count, std::size_t groups, float* sum) {
+DAYLIT_VNNI void add_lanes_vnni(const std::int8_t* table, const float* rgb, std::size_t count, std::size_t groups,
+                                float* sum) {
   switch (groups) {
   case 1:
     return add_groups<1>(table, rgb, count, sum);
@@ -76,16 +112,35 @@ void add_lanes_avx512(const std::uint16_t* table, const float* rgb, std::size_t 
 
 } // namespace
 
-void add_lanes_plain(const std::uint16_t* table, const float* rgb, std::size_t count, std::size_t groups, float* sum) {
-  for (std::size_t k = 0; k < count; ++k)
-    for (std::size_t lane = 0; lane < groups * kLanes; ++lane)
-      for (std::size_t c = 0; c < 3; ++c)
-        sum[c * groups * kLanes + lane] += from_half(table[k * groups * kLanes + lane]) * rgb[3 * k + c];
+DAYLIT_ANY_WIDTH void add_lanes_plain(const std::int8_t* table, const float* rgb, std::size_t count, std::size_t groups,
+                                      float* sum) {
+  float most = 0;
+  for (std::size_t k = 0; k < 3 * count; ++k)
+    most = std::max(most, std::abs(rgb[k]));
+  const float step = most / kLaneMost;
+  if (!(step > 0))
+    return;
+  std::array<std::int32_t, kColours * kLaneRegions + kColours> rounded{};
+  for (std::size_t k = 0; k < 3 * count; ++k)
+    rounded[k] = static_cast<std::int32_t>(std::lrint(rgb[k] * (kLaneMost / most)));
+  const std::size_t lanes = groups * kLanes;
+  std::array<std::int32_t, kColours * kMostGroups * kLanes> total{};
+  for (std::size_t k = 0; k < count; k += 2)
+    for (std::size_t c = 0; c < kColours; ++c) {
+      const std::int32_t even = rounded[3 * k + c], odd = rounded[3 * k + 3 + c];
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        total[c * lanes + lane] += even * table[k * lanes + 2 * lane] + odd * table[k * lanes + 2 * lane + 1];
+    }
+  for (std::size_t k = 0; k < kColours * lanes; ++k)
+    sum[k] += step * static_cast<float>(total[k]);
 }
 
 AddLanes add_lanes_kernel() {
-  const std::size_t widest = usable_tile_kernels().size(); // baseline, AVX2, AVX-512
-  return widest >= 3 ? add_lanes_avx512 : widest == 2 ? add_lanes_avx2 : add_lanes_plain;
+  __builtin_cpu_init();
+  const bool vnni = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                    __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") &&
+                    __builtin_cpu_supports("avx512vnni");
+  return vnni ? add_lanes_vnni : add_lanes_plain;
 }
 
 } // namespace daylit::detail

@@ -249,7 +249,9 @@ TEST(CompactSky, local_combiner_gives_the_field_of_the_full_combination_at_its_p
   const Case c = make_case(5);
   const BasisVolume volume = volume_of(c);
   const std::vector<std::uint32_t> wanted{0, 1, 5, 6, 61, 62, 66, 3}; // of more than one brick; the last is invalid
-  const auto local = LocalCombiner::make(volume, wanted, 0.005);
+  const auto sky = LocalSky::make(volume);
+  ASSERT_TRUE(sky);
+  const auto local = LocalCombiner::make(*sky, wanted, 0.005);
   ASSERT_TRUE(local);
   EXPECT_LE(local->rank(), 64u);
   double error = 0, power = 0;
@@ -269,7 +271,9 @@ TEST(CompactSky, local_combiner_gives_the_field_of_the_full_combination_at_its_p
     EXPECT_EQ(some[7], Sh9Rgb{});
   }
   EXPECT_LT(std::sqrt(error / power), 0.006);
-  EXPECT_FALSE(LocalCombiner::make(volume, std::vector<std::uint32_t>{125}));
+  EXPECT_FALSE(LocalCombiner::make(*sky, std::vector<std::uint32_t>{125}));
+  EXPECT_FALSE(LocalCombiner::make(*sky, {}));
+  EXPECT_FALSE(LocalSky::make(BasisVolume{}));
 }
 
 TEST(CompactSky, file_keeps_every_bit_and_is_refused_when_a_size_is_wrong) {
