@@ -121,7 +121,8 @@ Result<nlohmann::json> errors(const Case& c, const BasisVolume& volume) {
                     {"coefficients", e->coefficients},
                     {"irradiance", e->irradiance},
                     {"reference_coefficients", e->coefficient_noise},
-                    {"reference_irradiance", e->irradiance_noise}});
+                    {"reference_irradiance", e->irradiance_noise},
+                    {"nine_coefficients", e->nine_coefficients}});
   }
   return list;
 }
@@ -167,9 +168,10 @@ void print_row(const nlohmann::json& row) {
               1e-6 * row["file_bytes"].get<double>(), row["combine_ms"].get<double>());
   for (const nlohmann::json& sky : row["skies"]) {
     const auto of = [&](const char* key) { return 100 * sky[key].get<double>(); };
-    std::printf("    %-32s coefficients %6.2f %% (reference %.2f)  irradiance %6.2f %% (reference %.2f)\n",
+    std::printf("    %-32s coefficients %6.2f %% (reference %.2f)  irradiance %6.2f %% (reference %.2f, nine "
+                "coefficients leave %.2f)\n",
                 sky["sky"].get<std::string>().c_str(), of("coefficients"), of("reference_coefficients"),
-                of("irradiance"), of("reference_irradiance"));
+                of("irradiance"), of("reference_irradiance"), of("nine_coefficients"));
   }
 }
 

@@ -93,14 +93,26 @@ double distance(const LightField& a, const LightField& b, std::span<const std::s
   return std::sqrt(sum);
 }
 
-/// The volume of the fine sky, the exact suns on the same probes, and which of these are valid.
+/// The volume of the fine sky, the exact suns on the same probes, which of these are valid, and which of those do not
+/// stand in the outermost layer, a hand's breadth off the walls.
 struct Pair {
   BasisVolume volume, truth;
   SunCells cells;
-  std::vector<std::size_t> valid;
+  std::vector<std::size_t> valid, inner;
   precompute::CompactReport compact;
   double bake_seconds = 0;
 };
+
+bool is_inner(const ProbeSet& grid, std::size_t probe) {
+  auto left = static_cast<int>(probe);
+  bool inner = true;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int place = left % grid.count[axis];
+    left /= grid.count[axis];
+    inner = inner && place > 0 && place + 1 < grid.count[axis];
+  }
+  return inner;
+}
 
 Result<Pair> bake_both(const RoomFile& room, int nodes, const Arguments& a, const Progress& progress) {
   precompute::BakeOptions options;
@@ -113,11 +125,14 @@ Result<Pair> bake_both(const RoomFile& room, int nodes, const Arguments& a, cons
   auto volume = precompute::bake(room, *partition, options, progress, report);
   if (!volume)
     return volume.error();
-  Pair pair{std::move(*volume), {}, {}, {}, report.compact, process_seconds() - start};
+  Pair pair{std::move(*volume), {}, {}, {}, {}, report.compact, process_seconds() - start};
   const ProbeSet& probes = pair.volume.probes;
   for (std::size_t p = 0; p < probes.size(); ++p)
-    if (probes.valid[p])
+    if (probes.valid[p]) {
       pair.valid.push_back(p);
+      if (is_inner(probes, p))
+        pair.inner.push_back(p);
+    }
   auto cells = sun_cells(a.altitude_deg * kPi / 180);
   if (!cells)
     return cells.error();
@@ -133,7 +148,7 @@ Result<Pair> bake_both(const RoomFile& room, int nodes, const Arguments& a, cons
 
 /// Norms over all valid coefficients, sun by sun: of the truth, of the error, and of the change since the sun before.
 struct Track {
-  std::vector<double> norm, error, step, true_step;
+  std::vector<double> norm, error, inner_norm, inner_error, step, true_step;
 };
 
 Track follow_sun(const Pair& pair) {
@@ -148,6 +163,8 @@ Track follow_sun(const Pair& pair) {
     const LightField f = combine(pair.volume, sun_on_nodes(pair.volume.partition, pair.cells, k));
     track.norm.push_back(distance(t, black, pair.valid));
     track.error.push_back(distance(t, f, pair.valid));
+    track.inner_norm.push_back(distance(t, black, pair.inner));
+    track.inner_error.push_back(distance(t, f, pair.inner));
     if (k > 0) {
       track.true_step.push_back(distance(t, last_true, pair.valid));
       track.step.push_back(distance(last, f, pair.valid));
@@ -161,12 +178,13 @@ Track follow_sun(const Pair& pair) {
 /// Suns that light less than a tenth of the brightest do not count in the relative error; every step counts.
 nlohmann::json score(const Track& track) {
   const double most = *std::ranges::max_element(track.norm);
-  double squares = 0, worst = 0, worst_step = 0;
+  double squares = 0, inner_squares = 0, worst = 0, worst_step = 0;
   int suns = 0, above = 0;
   for (std::size_t k = 0; k < track.norm.size(); ++k)
     if (track.norm[k] > 0.1 * most) {
       const double relative = track.error[k] / track.norm[k];
       squares += relative * relative;
+      inner_squares += std::pow(track.inner_error[k] / std::max(track.inner_norm[k], 1e-30), 2.0);
       worst = std::max(worst, relative);
       ++suns;
     }
@@ -177,6 +195,7 @@ nlohmann::json score(const Track& track) {
   }
   return {{"suns", suns},
           {"sun_rms_error", std::sqrt(squares / std::max(suns, 1))},
+          {"sun_rms_error_inside", std::sqrt(inner_squares / std::max(suns, 1))},
           {"sun_worst_error", worst},
           {"step_over_bound", worst_step},
           {"steps_above_bound", above}};

@@ -79,6 +79,25 @@ glm::dvec3 axis(std::size_t k) {
   return n;
 }
 
+/// What nine coefficients of the reference leave of its irradiance, without the noise of either.
+double nine_coefficients_leave(const ReferenceLight& reference) {
+  Ratio left, noise;
+  for (std::size_t p = 0; p < reference.points.size(); ++p)
+    for (std::size_t k = 0; k < 6; ++k) {
+      const CoefficientEstimate& c = reference.coefficients[p];
+      const IrradianceEstimate& e = reference.irradiance[6 * p + k];
+      const glm::vec3 n(axis(k));
+      left.add(irradiance(c.value, n) - e.value, e.value);
+      noise.add(e.standard_error, e.value);
+      for (std::size_t l = 0; l < 9; ++l) {
+        Sh9Rgb one{};
+        one[l] = c.standard_error[l];
+        noise.add(irradiance(one, n), Rgb(0.0f)); // errors of the coefficients taken as independent
+      }
+    }
+  return std::sqrt(std::max(0.0, left.nrms() * left.nrms() - noise.nrms() * noise.nrms()));
+}
+
 } // namespace
 
 Result<std::vector<BenchSky>> bench_skies(const std::vector<Aperture>& apertures,
@@ -173,7 +192,7 @@ Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, c
   }
   const double noise = coefficient_noise.nrms();
   return LightError{std::sqrt(std::max(0.0, coefficients.nrms() * coefficients.nrms() - noise * noise)),
-                    received.nrms(), noise, received_noise.nrms()};
+                    received.nrms(), noise, received_noise.nrms(), nine_coefficients_leave(reference)};
 }
 
 } // namespace daylit::bench

@@ -48,6 +48,7 @@ Result<ReferenceLight> trace_reference(const Room& room, const std::vector<Apert
 struct LightError {
   double coefficients = 0, irradiance = 0;
   double coefficient_noise = 0, irradiance_noise = 0; ///< of the reference
+  double nine_coefficients = 0; ///< irradiance: what the reference's own coefficients leave, its noise taken out
 };
 Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, const ReferenceLight& reference);
 

@@ -14,7 +14,8 @@ DOCS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "docs")
 WIDTH, HEIGHT, TOP, BOTTOM = 860, 400, 44, 340
 PANELS = ((62, 360), (420, 718))
 COLOURS = ["#1b6ca8", "#c8553d", "#588157", "#8d5a97", "#e09f3e", "#3d405b"]
-NAMES = {"s1_daylit_cornell": "S1", "s3_furnace": "S3", "office": "two windows", "l_shape": "L-shaped"}
+NAMES = {"s1_daylit_cornell": "S1", "s3_furnace": "S3", "office": "two windows", "l_shape": "L-shaped",
+         "storeys": "three rooms"}
 SMOOTH_BAR, SUN_BAR = 0.02, 0.04
 
 
