@@ -11,7 +11,8 @@ namespace daylit::precompute {
 namespace {
 
 constexpr std::size_t kPoints = 128;
-constexpr double kClearance = 0.04; ///< of the room's longest side: nearer to a patch its own shape shows
+constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
+constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a patch its own shape shows
 
 struct Ratio {
   double error2 = 0, power2 = 0;
@@ -126,6 +127,7 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   if (!sampler)
     return sampler.error();
   Audit audit;
+  audit.grid_step_ = probes.size() > kManyProbes ? 2 : 1;
   audit.sampler_ = *sampler;
   if (candidates.empty())
     candidates = candidates_in(room, probes);
@@ -144,8 +146,20 @@ radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, c
   return precompute::first_light(light, skies_);
 }
 
+std::vector<std::size_t> Audit::probes() const {
+  std::vector<std::size_t> list;
+  std::array<std::uint32_t, 8> probe;
+  std::array<float, 8> weight;
+  for (std::size_t p = 0; p < points_.size(); p += grid_step_)
+    list.insert(list.end(), probe.begin(), probe.begin() + sampler_.weights(points_[p], probe, weight));
+  std::ranges::sort(list);
+  const auto repeated = std::ranges::unique(list);
+  list.erase(repeated.begin(), repeated.end());
+  return list;
+}
+
 AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
-                         std::span<const float> exact_at_probes, std::span<const std::size_t> probe_of_point) const {
+                         std::span<const float> exact_at_probes, std::span<const std::size_t> probes) const {
   AuditReport report{points_, {}, {}};
   for (std::size_t s = 0; s < skies_.size(); ++s) {
     std::vector<Rgb> radiance;
@@ -155,15 +169,16 @@ AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact
     const Column at_points{exact_at_points, skies_.size(), s}, at_probes{exact_at_probes, skies_.size(), s};
     LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
     Ratio total, sky_part, grid_part, received;
-    for (std::size_t p = 0; p < probe_of_point.size(); ++p) {
-      exact.probe[probe_of_point[p]] = at_probes.at(p);
-      add(sky_part, field.probe[probe_of_point[p]], exact.probe[probe_of_point[p]]);
+    for (std::size_t p = 0; p < probes.size(); ++p) {
+      exact.probe[probes[p]] = at_probes.at(p);
+      add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
     }
     for (std::size_t p = 0; p < points_.size(); ++p) {
       const Sh9Rgb truth = at_points.at(p);
       const Sh9Rgb got = sampler_.sample(field, points_[p]).value_or(Sh9Rgb{});
       add(total, got, truth);
-      add(grid_part, sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth);
+      if (p % grid_step_ == 0)
+        add(grid_part, sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth);
       add_irradiance(received, got, truth);
       for (std::size_t l = 0; l < 9; ++l)
         for (int c = 0; c < 3; ++c)

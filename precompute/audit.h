@@ -22,9 +22,9 @@ namespace daylit::precompute {
 struct SkyError {
   std::string sky;
   bool is_sun = false;
-  double total = 0;      ///< the volume at the points against the transport there
-  double sky_part = 0;   ///< at the probes: what regions, nodes and stored precision change
-  double grid_part = 0;  ///< exact probes, interpolated to the points
+  double total = 0;     ///< the volume at the points against the transport there
+  double sky_part = 0;  ///< at Audit::probes(): what regions, nodes and stored precision change
+  double grid_part = 0; ///< exact probes, interpolated to the points (to every second of them, where the grid is large)
   double irradiance = 0; ///< total, as irradiance on six axes
 };
 
@@ -51,18 +51,22 @@ public:
                                std::vector<glm::dvec3> candidates);
 
   const std::vector<glm::dvec3>& points() const { return points_; }
+  /// Those that points are interpolated from, increasing: where exact light is wanted too.
+  std::vector<std::size_t> probes() const;
   /// First light of the held-out skies; also chooses the suns. `light`: of held_out_partition().
   radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, const radiosity::ElementSet& set);
   std::size_t skies() const { return skies_.size(); }
 
-  /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky]; probes in the order of `probe_of_point`.
+  /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky], the latter at `probes`, which hold all
+  /// of probes() that are valid.
   AuditReport judge(const BasisVolume& volume, std::span<const float> exact_at_points,
-                    std::span<const float> exact_at_probes, std::span<const std::size_t> probe_of_point) const;
+                    std::span<const float> exact_at_probes, std::span<const std::size_t> probes) const;
 
 private:
   LightFieldSampler sampler_;
   std::vector<glm::dvec3> points_;
   std::vector<HeldOutSky> skies_;
+  std::size_t grid_step_ = 1; ///< between points for which SkyError::grid_part is measured
 };
 
 } // namespace daylit::precompute

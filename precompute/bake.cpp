@@ -124,6 +124,35 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
 
 constexpr int kHeldOutRays = 4; ///< times those of a probe
 
+/// Which points stand for some probes (increasing, as the points' own).
+std::vector<std::uint32_t> points_of(const ProbePoints& points, const std::vector<std::size_t>& probes) {
+  std::vector<std::uint32_t> list;
+  for (std::uint32_t p = 0; p < points.probe.size(); ++p)
+    if (std::ranges::binary_search(probes, points.probe[p]))
+      list.push_back(p);
+  return list;
+}
+
+/// Probe values of some points, [point][lm][column].
+Result<std::vector<float>> fitted_coefficients(const Stage& s, const std::vector<std::uint32_t>& some,
+                                               const radiosity::Radiosity& radiosity) {
+  const std::vector<std::uint32_t> needed = s.fit.needed(some);
+  std::vector<std::size_t> places;
+  for (const std::uint32_t point : needed)
+    places.push_back(s.points.place[point]);
+  const auto values = radiosity::gather_coefficients(s.hits, places, radiosity, s.progress);
+  if (!values)
+    return values.error();
+  const std::size_t count = 9 * radiosity.columns;
+  const auto copy = [&](std::uint32_t point, float* to) {
+    const auto at = std::ranges::lower_bound(needed, point) - needed.begin();
+    std::copy_n(values->data() + static_cast<std::size_t>(at) * count, count, to);
+  };
+  std::vector<float> fitted(some.size() * count);
+  s.fit.apply(some, count, copy, fitted.data());
+  return fitted;
+}
+
 /// The error of the finished volume: held-out skies taken straight to the probes and to the held-out points.
 Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& volume) {
   Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out);
@@ -152,12 +181,14 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   const auto at_points = radiosity::gather_coefficients(*seen, radiosity, s.progress);
   if (!at_points)
     return at_points.error();
-  auto at_probes = radiosity::gather_coefficients(s.hits, radiosity, s.progress);
+  const std::vector<std::uint32_t> some = points_of(s.points, audit->probes());
+  const auto at_probes = fitted_coefficients(s, some, radiosity);
   if (!at_probes)
     return at_probes.error();
-  std::vector<float> of_probes = s.points.spread(std::move(*at_probes));
-  s.fit.apply(of_probes, 9 * radiosity.columns);
-  AuditReport report = audit->judge(volume, *at_points, of_probes, s.points.probe);
+  std::vector<std::size_t> probes;
+  for (const std::uint32_t point : some)
+    probes.push_back(s.points.probe[point]);
+  AuditReport report = audit->judge(volume, *at_points, *at_probes, probes);
   s.clock.finish("audit");
   return report;
 }

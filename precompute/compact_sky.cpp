@@ -26,7 +26,7 @@ constexpr std::size_t kRoundingSuns = 64;
 constexpr float kBelowHorizon =
     0.2f;                          ///< there is no sun: light from there is smooth, and may err more under a small one
 constexpr double kFloor = 0.05;    ///< of the brightest node: what dimmer nodes are measured against
-constexpr double kByteShare = 0.5; ///< of the allowed error: what rounding to bytes may add
+constexpr double kByteShare = 0.5; ///< of the error: what rounding may add
 constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
 constexpr double kTailShare2 = 0.2;  ///< of the allowed squared error: a longer tail, and the sketch is widened
 
@@ -66,24 +66,6 @@ struct Brick {
 
   std::size_t numbers() const { return point.size() * 9; } ///< of one colour
 };
-
-/// Irradiance [source][count] of random suns, each node weighted by `weight`.
-std::vector<float> random_suns(const detail::SunColumns& columns, const std::vector<float>& weight, std::size_t count) {
-  constexpr std::size_t kBlock = 16;
-  std::vector<float> sun(columns.sources * count, 0.0f);
-  tbb::parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t block) {
-    const std::size_t first = block * kBlock, width = std::min(kBlock, count - first);
-    std::array<float, kBlock> sign{};
-    for (std::size_t j = 0; j < columns.size(); ++j) {
-      for (std::size_t i = 0; i < width; ++i)
-        sign[i] = weight[j] * detail::random_sign(j * 0x10000ull + first + i);
-      for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
-        for (std::size_t i = 0; i < width; ++i)
-          sun[columns.source[k] * count + first + i] += columns.value[k] * sign[i];
-    }
-  });
-  return sun;
-}
 
 void scale_sources(std::vector<float>& rows, const std::vector<float>& sigma) {
   for (std::size_t k = 0; k < rows.size(); ++k)
@@ -131,7 +113,7 @@ struct Measure {
 
   /// In units of each source's own, [source][count].
   std::vector<float> suns(std::size_t count) const {
-    std::vector<float> sun = random_suns(columns, weight, count);
+    std::vector<float> sun = columns.random_suns(weight, count);
     for (std::size_t k = 0; k < sun.size(); ++k)
       sun[k] /= metric.sigma[k / count];
     return sun;
@@ -179,7 +161,7 @@ void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure,
   }
   b.factors.expand_rows(b.basis.q, b.numbers());
   const std::vector<float> missed = b.factors.remainder(
-      detail::Factors::Stored::exactly, detail::random_signs(signs_of(number), 3 * b.numbers() * kProjections),
+      detail::Factors::Taken::exactly, detail::random_signs(signs_of(number), 3 * b.numbers() * kProjections),
       b.projected, kProjections);
   b.unseen = detail::metric_trace(missed, metric.correlation, kProjections, pieces) / kProjections;
   b.basis = {};
@@ -204,51 +186,49 @@ std::vector<float> node_weights(const std::vector<double>& norm2, const std::vec
   return weight;
 }
 
-/// Keeps the strongest components of all bricks together, until what is left is below `allowed`; then the strongest
-/// roundings become half floats, until the rest of them is below its share.
-void select(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
-  struct Component {
-    double power;
-    std::size_t brick;
-  };
-  std::vector<Component> list;
-  double left = 0; // summed from the small ones, never as a difference of large numbers
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    left += bricks[b].unseen;
-    for (const double power : bricks[b].factors.power)
-      list.push_back({power, b});
-  }
-  std::ranges::stable_sort(list, std::greater{}, &Component::power);
-  std::size_t kept = list.size();
-  while (kept > 0 && left + list[kept - 1].power <= allowed)
-    left += list[--kept].power;
-  std::vector<std::size_t> rank(bricks.size(), 0);
-  for (std::size_t k = 0; k < kept; ++k)
-    ++rank[list[k].brick];
-  std::vector<Component> rounding;
-  double total = 0;
-  std::vector<std::vector<double>> byte_error2(bricks.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    bricks[b].factors.keep(rank[b]);
-    byte_error2[b] = bricks[b].factors.byte_error2(suns, kRoundingSuns);
-  });
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    for (const double r : byte_error2[b]) {
-      rounding.push_back({r, b});
-      total += r;
-    }
-  }
-  std::ranges::stable_sort(rounding, std::greater{}, &Component::power);
-  double limit = 0;
-  for (const Component& c : rounding) {
-    limit = c.power;
-    if (total <= kByteShare * kByteShare * allowed)
+/// What is certainly too weak to keep: less than this share of the allowed squared error in all.
+constexpr double kCertain = 0.3;
+
+/// Leaves the strongest components of all bricks together; the squared error of the others.
+double drop_weakest(std::vector<Brick>& bricks, double allowed) {
+  std::vector<double> power;
+  for (const Brick& b : bricks)
+    power.insert(power.end(), b.factors.power.begin(), b.factors.power.end());
+  std::ranges::sort(power);
+  double dropped = 0, limit = -1; // summed from the small ones, never as a difference of large numbers
+  for (const double p : power) {
+    if (dropped + p > allowed)
       break;
-    total -= c.power;
-    limit = 0;
+    dropped += p;
+    limit = p;
   }
-  for (std::size_t b = 0; b < bricks.size(); ++b)
-    bricks[b].factors.mark_halves(byte_error2[b], limit);
+  for (Brick& b : bricks)
+    b.factors.keep(
+        static_cast<std::size_t>(std::ranges::count_if(b.factors.power, [&](double p) { return p > limit; })));
+  return dropped;
+}
+
+/// Chooses for the components of all bricks together how each is stored: the least bytes whose squared error, with what
+/// the sketches missed, is at most `allowed`.
+void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
+  allowed -= drop_weakest(bricks, kCertain * allowed);
+  std::vector<std::vector<double>> byte_error2(bricks.size());
+  tbb::parallel_for(std::size_t{0}, bricks.size(),
+                    [&](std::size_t b) { byte_error2[b] = bricks[b].factors.byte_error2(suns, kRoundingSuns); });
+  std::vector<detail::Component> list;
+  for (std::size_t b = 0; b < bricks.size(); ++b) {
+    const detail::Factors& f = bricks[b].factors;
+    allowed -= bricks[b].unseen;
+    for (std::size_t k = 0; k < f.rank(); ++k)
+      list.push_back({f.power[k], byte_error2[b][k], f.sources + f.rows});
+  }
+  const std::vector<detail::Stored> choice = detail::cheapest(list, allowed);
+  auto next = choice.begin();
+  for (Brick& b : bricks) {
+    const auto end = next + std::ptrdiff_t(b.factors.rank());
+    b.factors.store_as({next, end});
+    next = end;
+  }
 }
 
 CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& light, const std::vector<float>& sigma,
@@ -304,14 +284,16 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    missed[b] = bricks[b].factors.remainder(detail::Factors::Stored::rounded,
+    missed[b] = bricks[b].factors.remainder(detail::Factors::Taken::as_stored,
                                             detail::random_signs(signs_of(b), 3 * bricks[b].numbers() * kProjections),
                                             bricks[b].projected, kProjections);
     for (std::size_t k = 0; k < missed[b].size(); ++k)
       missed[b][k] /= sigma[k % sigma.size()];
   });
-  for (const std::vector<float>& rows : missed)
-    columns.add_norms2(rows, error2);
+  detail::JoinedRows joined(bricks.size(), kProjections, columns.sources);
+  for (std::size_t b = 0; b < bricks.size(); ++b)
+    joined.add(b, missed[b]);
+  columns.add_norms2(joined.rows(), error2);
   double sum = 0;
   for (std::size_t j = 0; j < error2.size(); ++j) {
     const double e = error2[j] / kProjections * static_cast<double>(weight[j]) * static_cast<double>(weight[j]);
@@ -368,14 +350,16 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   const std::vector<float> share = horizon_shares(columns, partition);
   const double counted = std::inner_product(share.begin(), share.end(), share.begin(), 0.0);
   const std::size_t range = sketch_width(kRangeAtThree, options.error);
-  const std::vector<float> suns = random_suns(columns, node_weights(norm2, share), range);
+  const std::vector<float> suns = columns.random_suns(node_weights(norm2, share), range);
   const detail::SurfaceTransport surfaces(light);
   const std::vector<float> radiosity = of_random_colour(surfaces, suns, range);
   for_each_brick([&](std::size_t b) { reduce(light, surfaces, gather, radiosity, options.error, b, bricks[b]); });
 
   std::ranges::fill(norm2, 0.0);
-  for (const Brick& b : bricks)
-    columns.add_norms2(b.seen.expand(b.projected), norm2);
+  detail::JoinedRows joined(bricks.size(), kProjections, columns.sources);
+  for (std::size_t b = 0; b < bricks.size(); ++b)
+    joined.add(b, bricks[b].seen.expand(bricks[b].projected));
+  columns.add_norms2(joined.rows(), norm2);
   for (double& n : norm2)
     n /= kProjections;
   const std::vector<float> weight = node_weights(norm2, share);
@@ -388,7 +372,7 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   });
   if (stop)
     return interrupted_error("fine sky");
-  select(bricks, measure.suns(kRoundingSuns), allowed);
+  choose_storage(bricks, measure.suns(kRoundingSuns), (1 + kByteShare * kByteShare) * allowed);
   CompactBasis basis = assemble(bricks, light, metric.sigma, probe_of_point);
   if (report) {
     *report = report_of(basis, bricks, light, columns, weight, metric.sigma, counted);

@@ -22,13 +22,14 @@ constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are co
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
 // Elements and leaves per patch of the law: first light on finer pieces than the rest (detail/light_leaves.h).
-constexpr double kElementShare = 0.65, kLeafShare = 1.45;
+constexpr double kElementShare = 0.65, kLeafShare = 1.6;
 constexpr double kCompactShare = 1.55;       ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
 constexpr double kClearlyFiner = 1.8;        ///< ratio of patches from which a difference tells an error
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
+constexpr double kClusters = 512;   ///< at 2 %, of surfaces whose further bounces are solved together
 constexpr int kGatherRays = 3072;   ///< per probe at 2 %: noise of the rays costs components of a fine sky
 
 const PlanLaws& laws = kPlanLaws;
@@ -86,34 +87,49 @@ double seconds_of(const std::vector<StageTime>& stages, const std::string& name)
 
 /// What a bake costs, in multiplications and rays; the pilot's own seconds tell what they take here.
 struct Work {
-  double patches, probes, columns, channels, gather_rays;
+  double patches, probes, columns, channels, gather_rays, leaves;
   double product() const { return 9 * probes * patches * columns * channels; }
   double solve() const { return patches * patches * columns * channels + patches * patches * patches * channels / 3; }
   double rays() const { return probes * gather_rays; }
+  // Of a fine sky.
+  double sources() const { return laws.lit_leaves * leaves; }
+  /// Halves of the air until each is small enough.
+  double bricks() const {
+    return std::exp2(std::ceil(std::log2(std::max(probes / static_cast<double>(CompactOptions{}.brick_probes), 1.0))));
+  }
+  double compress() const {
+    return bricks() * (sources() + laws.compress_start) * (1 + sources() / laws.compress_square);
+  }
 };
 
 double predicted_seconds(const Pilot& pilot, const Work& work, double visibility_rays, bool fine) {
-  const Work own{static_cast<double>(pilot.fine.patches), static_cast<double>(pilot.probes), 64 * pilot.stored_share,
-                 static_cast<double>(pilot.channels), pilot.gather_rays};
-  const double more = work.patches / own.patches;
-  const double model = laws.ray_s * own.rays() + laws.product_s * own.product();
-  const double speed = model > 0 ? std::clamp(seconds_of(pilot.stages, "volume") / model, 0.1, 10.0) : 1.0;
-  double s = pilot.seconds + laws.start_s;
-  s += more * (seconds_of(pilot.stages, "mesh") + seconds_of(pilot.stages, "first bounce") +
-               seconds_of(pilot.stages, "held-out skies"));
-  s += seconds_of(pilot.stages, "form factors") * std::pow(more, laws.exchange_exponent) *
+  const auto own_patches = static_cast<double>(pilot.fine.patches);
+  const Work own{own_patches,
+                 static_cast<double>(pilot.probes),
+                 64 * pilot.stored_share,
+                 static_cast<double>(pilot.channels),
+                 pilot.gather_rays,
+                 own_patches};
+  const auto pilots = [&](const char* stage) { return seconds_of(pilot.stages, stage); };
+  const double more = work.patches / own.patches, leaves = fine ? work.leaves / own.patches : more;
+  const double model = laws.gather_start_s + laws.ray_s * own.rays() + laws.product_s * own.product();
+  const double speed = std::clamp((pilots("rays") + pilots("volume")) / model, 0.1, 10.0);
+  double s = pilot.seconds + laws.start_s + more * pilots("mesh") + leaves * pilots("first bounce");
+  s += std::max(laws.audit_leaves * leaves, 1.0) * pilots("audit");
+  s += pilots("form factors") * std::pow(more, laws.exchange_exponent) *
        std::pow(visibility_rays / pilot.visibility_rays, laws.visibility_exponent);
-  s += speed * (laws.ray_s * work.rays() + laws.product_s * (work.product() + work.solve()));
-  if (fine)
-    s += speed * laws.compress_s * work.probes * work.patches;
-  return s;
+  s += speed * (laws.ray_s * work.rays() + laws.product_s * work.solve());
+  return s + speed * (fine ? laws.compress_s * work.compress() : laws.product_s * work.product());
 }
 
 double predicted_bytes(const Work& work, const SkyKind& sky, double compact_error, BasisPrecision precision) {
-  if (sky.nodes)
-    return work.probes * laws.compact_bytes * std::pow(0.03 / compact_error, laws.compact_exponent) *
-           std::pow(sky.regions / 1024.0, laws.compact_node_exponent);
-  return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
+  if (!sky.nodes)
+    return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
+  const double probes = work.probes / work.bricks(), full = static_cast<double>(CompactOptions{}.brick_probes);
+  const double rank =
+      laws.rank * std::pow(0.03 / compact_error, laws.rank_exponent) * std::pow(probes / full, laws.rank_of_probes);
+  return laws.stored_bytes * work.bricks() * rank * (work.sources() + laws.row_padding * 27 * probes) +
+         laws.light_bytes * work.sources() * sky.regions;
 }
 
 /// The settings on their way, with what they are predicted to do.
@@ -128,6 +144,7 @@ public:
     plan.options.audit = true;
     plan.options.held_out = pilot_.fine.audit.points;
     const double finer = 0.02 / target;
+    plan.options.clusters = static_cast<std::size_t>(kClusters * std::clamp(finer, 0.5, 4.0));
     plan.options.visibility_rays = kRowRays * std::clamp(finer, 1.0 / 14, 8.0);
     const bool grid = request_.points.empty();
     plan.options.gather_rays =
@@ -243,8 +260,12 @@ private:
     p.sun = sun_error(plan, sky.sun);
     // A fine sky is solved for its clusters, whatever the number of nodes.
     const double columns = kind.nodes ? static_cast<double>(plan.options.clusters) : kind.stored(pilot_.stored_share);
-    const Work work{patches, probes, columns, static_cast<double>(pilot_.channels),
-                    static_cast<double>(plan.options.gather_rays)};
+    const Work work{patches,
+                    probes,
+                    columns,
+                    static_cast<double>(pilot_.channels),
+                    static_cast<double>(plan.options.gather_rays),
+                    static_cast<double>(plan.options.leaves)};
     p.seconds = predicted_seconds(pilot_, work, plan.options.visibility_rays, kind.nodes);
     p.bytes = predicted_bytes(work, kind, plan.options.compact_error, plan.precision);
   }

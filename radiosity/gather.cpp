@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include <cblas.h>
 #include <glm/geometric.hpp>
@@ -102,12 +103,18 @@ void turn_harmonics(const float* from, const glm::vec2& turn, std::size_t stride
   pair(4, 8, c2, s2);
 }
 
-/// Nine rows of weights for each of the points first .. first + count - 1.
-std::vector<float> weights_of(const GatherHits& hits, std::size_t first, std::size_t count) {
-  std::vector<float> weights(count * 9 * hits.elements());
-  for (std::size_t p = 0; p < count; ++p)
-    hits.weights(first + p, weights.data() + p * 9 * hits.elements());
+/// Nine rows of weights for each of the points.
+std::vector<float> weights_of(const GatherHits& hits, std::span<const std::size_t> points) {
+  std::vector<float> weights(points.size() * 9 * hits.elements());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    hits.weights(points[p], weights.data() + p * 9 * hits.elements());
   return weights;
+}
+
+std::vector<std::size_t> all_points(const GatherHits& hits) {
+  std::vector<std::size_t> points(hits.points());
+  std::iota(points.begin(), points.end(), std::size_t{0});
+  return points;
 }
 
 /// rows x (3 channels x regions): fills the channels that are copies of others.
@@ -257,17 +264,22 @@ void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> piece
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
                                                const Progress& progress) {
+  return gather_coefficients(hits, all_points(hits), radiosity, progress);
+}
+
+Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span<const std::size_t> points,
+                                               const Radiosity& radiosity, const Progress& progress) {
   openblas_set_num_threads(1);
-  const std::size_t points = hits.points(), columns = radiosity.columns, regions = columns / 3;
-  std::vector<float> result(points * 9 * columns, 0.0f);
-  const std::size_t chunks = (points + kChunk - 1) / kChunk;
+  const std::size_t columns = radiosity.columns, regions = columns / 3;
+  std::vector<float> result(points.size() * 9 * columns, 0.0f);
+  const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
     if (stop || columns == 0)
       return;
-    const std::size_t first = c * kChunk, count = std::min(kChunk, points - first);
-    const std::vector<float> weights = weights_of(hits, first, count);
+    const std::size_t first = c * kChunk, count = std::min(kChunk, points.size() - first);
+    const std::vector<float> weights = weights_of(hits, points.subspan(first, count));
     const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements()),
                stride = static_cast<int>(columns);
     float* out = result.data() + first * 9 * columns;
@@ -290,7 +302,7 @@ Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const El
                                                 const SolveOptions& solve, const Progress& progress,
                                                 SolveReport* report) {
   const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * hits.points();
-  const std::vector<float> weights = weights_of(hits, 0, hits.points());
+  const std::vector<float> weights = weights_of(hits, all_points(hits));
   std::vector<float> result(rows * 3 * regions, 0.0f);
   const std::array<int, 3> copy_of = equal_channels(set, light);
   SolveReport total;

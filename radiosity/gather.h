@@ -79,6 +79,9 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
 /// Result: [point][coefficient][column], columns as in Radiosity. Errors: interrupted.
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
                                                const Progress& progress);
+/// At some of the points, in the order asked for.
+Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span<const std::size_t> points,
+                                               const Radiosity& radiosity, const Progress& progress);
 
 /// The same from the first light, without the radiosity of the room: adjoint solves for the 9 rows of every point.
 /// Cheaper where the points are fewer than a ninth of the sky regions. `report` as solve_adjoint().

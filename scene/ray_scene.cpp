@@ -138,20 +138,41 @@ std::uint32_t RayScene::occluded16(const RayPacket16& rays, int count) const {
   return blocked;
 }
 
-std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, std::array<std::uint32_t, 16>& triangle) const {
+namespace {
+void intersect(RTCScene scene, const RayPacket16& rays, int count, RTCIntersectContextFlags flags, RTCRayHit16& r) {
   alignas(64) int valid[16];
-  alignas(64) RTCRayHit16 r;
   load(rays, count, r.ray, valid);
   for (unsigned& id : r.hit.geomID)
     id = RTC_INVALID_GEOMETRY_ID;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  rtcIntersect16(valid, handle_->scene, &context, &r);
+  context.flags = flags;
+  rtcIntersect16(valid, scene, &context, &r);
+}
+} // namespace
+
+std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, std::array<std::uint32_t, 16>& triangle) const {
+  alignas(64) RTCRayHit16 r;
+  intersect(handle_->scene, rays, count, RTC_INTERSECT_CONTEXT_FLAG_COHERENT, r);
   std::uint32_t met = 0;
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
     if (r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) {
       triangle[k] = source_triangle_.empty() ? r.hit.primID[k] : source_triangle_[r.hit.primID[k]];
+      met |= 1u << k;
+    }
+  return met;
+}
+
+std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, RayHits16& hits) const {
+  alignas(64) RTCRayHit16 r;
+  intersect(handle_->scene, rays, count, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, r);
+  std::uint32_t met = 0;
+  for (int k = 0; k < count; ++k)
+    if (r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) {
+      hits.triangle[k] = source_triangle_.empty() ? r.hit.primID[k] : source_triangle_[r.hit.primID[k]];
+      hits.distance[k] = r.ray.tfar[k];
+      hits.u[k] = r.hit.u[k];
+      hits.v[k] = r.hit.v[k];
       met |= 1u << k;
     }
   return met;

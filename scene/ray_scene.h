@@ -29,6 +29,12 @@ struct alignas(64) RayPacket16 {
   float tfar[16];
 };
 
+/// First hits of a packet; `triangle`, `distance`, `u`, `v` as in RayHit.
+struct alignas(64) RayHits16 {
+  std::uint32_t triangle[16];
+  float distance[16], u[16], v[16];
+};
+
 class RayScene {
 public:
   /// Triangles as index triples into vertices (metres). Thread-safe for queries once built.
@@ -48,6 +54,8 @@ public:
   std::uint32_t occluded16(const RayPacket16& rays, int count) const;
   /// Bit k of the result: ray k of `count` <= 16 hits something, first of all triangle[k].
   std::uint32_t closest16(const RayPacket16& rays, int count, std::array<std::uint32_t, 16>& triangle) const;
+  /// The same with all of the hits; those of other rays are not written.
+  std::uint32_t closest16(const RayPacket16& rays, int count, RayHits16& hits) const;
 
   /// Smallest safe ray offset: float rounding of the coordinates at this scene's extent, metres.
   float surface_offset() const { return surface_offset_; }

@@ -211,27 +211,19 @@ std::vector<RegionSums::Share> RegionSums::node_shares(const SkyGeometry& geomet
 /// Where the field ends, nodes take the fill for the part of their hat that no pixel covers.
 void RegionSums::measure_nodes(const SkyPartition& partition) {
   constexpr double kRounding = 0.02; // of a hat: pixels are whole, hats are not
-  solid_angle_.resize(covered_.size());
   for (std::size_t region = 0; region < covered_.size(); ++region) {
-    const int r = static_cast<int>(region);
-    solid_angle_[region] = partition.solid_angle_sr(r);
-    const double missing = partition.hat_sr(r) - covered_[region];
-    gap_[region] = geometry_->covers_sphere() || missing < kRounding * partition.hat_sr(r) ? 0.0 : missing;
+    const double hat_sr = partition.hat_sr(static_cast<int>(region)), missing = hat_sr - covered_[region];
+    gap_[region] = geometry_->covers_sphere() || missing < kRounding * hat_sr ? 0.0 : missing;
   }
 }
 
-/// Of the runs as they are stored: the divisor of what reduce() sums.
+/// Of the spans as they are stored: the divisor of what reduce() sums.
 void RegionSums::measure_coverage(const SkyPartition& partition) {
-  const std::vector<float>& solid_angle = geometry_->solid_angle_sr();
   const auto regions = static_cast<std::size_t>(partition.size());
   covered_.assign(regions, 0.0);
   gap_.assign(regions, 0.0);
   centre_.resize(regions);
-  for (const Run& run : runs_)
-    for (std::size_t slot = 0; slot < kSlots; ++slot)
-      for (std::uint32_t k = 0; k < run.count; ++k)
-        covered_[run.region[slot]] +=
-            (double(run.weight[slot]) + double(run.slope[slot]) * k) * double(solid_angle[run.first + k]);
+  measure_spans(covered_);
   tbb::parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
     centre_[region] = partition.centre(static_cast<int>(region));
     if (geometry_->covers_sphere() || partition.interpolated())
@@ -247,16 +239,32 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
   });
 }
 
+void RegionSums::set_divisors(const SkyPartition& partition) {
+  divisor_.resize(covered_.size());
+  for (std::size_t region = 0; region < covered_.size(); ++region) {
+    const double total_sr =
+        partition.interpolated() ? partition.solid_angle_sr(static_cast<int>(region)) : covered_[region] + gap_[region];
+    if (total_sr <= 0) { // smaller than a sub-pixel
+      unseen_.push_back(static_cast<std::uint32_t>(region));
+      continue;
+    }
+    divisor_[region].per_sr = 1 / total_sr;
+    const auto fill = static_cast<float>(gap_[region] / total_sr);
+    (centre_[region].z < 0 ? divisor_[region].fill_below : divisor_[region].fill_above) = fill;
+  }
+}
+
 RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition) {
   RegionSums sums;
   sums.geometry_ = std::move(geometry);
   const std::vector<Share> shares = partition.interpolated()        ? node_shares(*sums.geometry_, partition)
                                     : sums.geometry_->is_equirect() ? equirect_shares(*sums.geometry_, partition)
                                                                     : lens_shares(*sums.geometry_, partition);
-  sums.make_runs(shares, static_cast<std::size_t>(partition.size()));
+  sums.make_spans(shares, static_cast<std::size_t>(partition.size()));
   sums.measure_coverage(partition);
   if (partition.interpolated())
     sums.measure_nodes(partition);
+  sums.set_divisors(partition);
   return sums;
 }
 

@@ -119,7 +119,9 @@ public:
   /// Share of each region's solid angle that the camera sees; the rest takes the fill.
   double covered_share(int region) const;
   /// Size of the tables that reduce() reads, bytes.
-  std::size_t bytes() const { return runs_.size() * sizeof(Run); }
+  std::size_t bytes() const {
+    return spans_.size() * sizeof(Span) + groups_.size() * sizeof(Group) + divisor_.size() * sizeof(Divisor);
+  }
 
 private:
   /// A texel's solid angle times a weight goes to a region.
@@ -127,30 +129,51 @@ private:
     std::uint32_t region, first, count; ///< texels
     double weight;
   };
-  static constexpr std::size_t kSlots = 4;
-  /// Neighbouring texels of one row that share between the same regions: texel first + k gives the share
-  /// weight + k * slope of its solid angle to each.
-  struct Run {
-    std::uint32_t first = 0, count = 0;
-    std::array<std::uint32_t, kSlots> region{};
-    std::array<float, kSlots> weight{}, slope{};
+  static constexpr std::size_t kSpanTexels = 10;
+  /// Neighbouring texels (by index) with the share of each that one region takes: solid angles in steps.
+  struct Span {
+    std::uint32_t first = 0;
+    std::array<std::uint16_t, kSpanTexels> weight{};
   };
+  /// The next spans belong to one sum of one region.
+  struct Group {
+    std::uint32_t slot, spans;
+    float step_sr; ///< of a weight
+  };
+  struct Part {
+    std::size_t group, span; ///< the first
+  };
+  /// mean = sum * per_sr + fill, the fill by where the region's centre lies
+  struct Divisor {
+    double per_sr = 0;
+    float fill_above = 0, fill_below = 0;
+  };
+  struct Strip;
   std::shared_ptr<const SkyGeometry> geometry_;
-  std::vector<Run> runs_;             ///< by texel
-  std::vector<std::size_t> strip_;    ///< where each strip of the picture begins in runs_, and the end
-  std::vector<double> covered_, gap_; ///< steradians
-  std::vector<double> solid_angle_;   ///< nodes only: the divisor of their sums, steradians
+  std::vector<Span> spans_;
+  std::vector<Group> groups_;
+  std::vector<Part> part_;                ///< bands of the picture that threads take, and the end
+  std::vector<std::uint32_t> first_slot_; ///< of each region's sums, and the end
+  std::vector<double> covered_, gap_;     ///< steradians
+  std::vector<Divisor> divisor_;
+  std::vector<std::uint32_t> unseen_; ///< regions that met no texel and have no gap
   std::vector<glm::dvec3> centre_;
 
   static std::vector<Share> equirect_shares(const SkyGeometry& geometry, const SkyPartition& partition);
   static std::vector<Share> lens_shares(const SkyGeometry& geometry, const SkyPartition& partition);
   static std::vector<Share> node_shares(const SkyGeometry& geometry, const SkyPartition& partition);
-  void make_runs(const std::vector<Share>& shares, std::size_t regions);
-  static void add_row(std::size_t width, std::span<const Share> shares, std::size_t row, std::vector<Run>& runs);
-  static void add_runs(std::span<const Run> runs, const float* solid_angle, const float* texels, double* sums);
-  static void add_runs_avx512(std::span<const Run> runs, const float* solid_angle, const float* texels, double* sums);
+  std::size_t texels() const { return geometry_->solid_angle_sr().size(); }
+  static Strip make_strip(std::span<const Share> shares, std::span<const float> solid_angle_sr, std::size_t first,
+                          std::size_t regions);
+  void add_strip(const Strip& strip, std::size_t width);
+  void make_spans(const std::vector<Share>& shares, std::size_t regions);
+  void number_slots(std::size_t regions);
+  static void add_groups(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
+  static void add_groups_avx512(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
+  void measure_spans(std::vector<double>& covered_sr) const;
   void measure_coverage(const SkyPartition& partition);
   void measure_nodes(const SkyPartition& partition);
+  void set_divisors(const SkyPartition& partition);
 };
 
 /// Solid-angle mean radiance of every region, pixels split where a border crosses them; directions that the image

@@ -9,6 +9,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <unistd.h>
 
 #include "scene/detail/tile_kernels.h"
 
@@ -25,10 +26,9 @@ constexpr std::size_t kGrain_bytes = 512 * 1024; ///< less is not worth another 
 
 /// The rows that count, per colour.
 struct VolumeCombiner::Weights {
-  std::array<std::vector<WeightedRow>, 3> rows;    ///< of floats
-  std::array<std::vector<float>, 3> dense;         ///< of fixed point: of every row,
-  std::array<std::vector<std::uint32_t>, 3> pairs; ///< and the pairs of rows that count
-  std::size_t rows_read = 0;                       ///< in any colour
+  std::array<std::vector<WeightedRow>, 3> rows; ///< of floats
+  std::array<detail::FixedRows, 3> fixed;
+  std::size_t rows_read = 0; ///< in any colour
 };
 
 VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) {
@@ -50,37 +50,53 @@ VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) 
 
 void VolumeCombiner::keep_floats(const BasisVolume& volume) {
   const std::size_t rows = region_.size(), numbers = probes_ * 9;
-  floats_.resize(3 * tiles_ * rows * kTileNumbers);
+  floats_.resize(3 * tiles_ * float_stride() * kTileNumbers);
   tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
     const float* row = volume.basis.data() + r * volume.row_floats();
     for (std::size_t k = 0; k < 3 * numbers; ++k) {
       const std::size_t n = k / 3, tile = (k % 3) * tiles_ + n / kTileNumbers;
-      floats_[(tile * rows + r) * kTileNumbers + n % kTileNumbers] = row[k];
+      floats_[(tile * float_stride() + r) * kTileNumbers + n % kTileNumbers] = row[k];
     }
   });
 }
 
 void VolumeCombiner::keep_fixed(const BasisVolume& volume) {
   const std::size_t rows = padded_rows(), numbers = probes_ * 9;
-  fixed_.resize(3 * tiles_ * rows * kTileNumbers);
-  fixed_scale_.assign(3 * tiles_ * rows, 0.0f);
+  fixed_.resize(3 * tiles_ * fixed_stride() * kTileNumbers);
+  row_scale_.assign(3 * rows, 0.0f);
+  tile_scale_.assign(3 * tiles_, 0.0f);
+  // Visits the numbers of each row of a colour's tile.
+  const auto each_row = [&](std::size_t tile, const auto& visit) {
+    const std::size_t colour = tile / tiles_, first = tile % tiles_ * kTileNumbers;
+    for (std::size_t r = 0; r < region_.size(); ++r)
+      visit(r, row_scale_[colour * rows + r], volume.basis.data() + r * volume.row_floats() + 3 * first + colour,
+            std::min(kTileNumbers, numbers - first));
+  };
+  const auto largest = [](const float* row, std::size_t count) {
+    float most = 0;
+    for (std::size_t k = 0; k < count; ++k)
+      most = std::max(most, std::abs(row[3 * k]));
+    return most;
+  };
+  for (std::size_t tile = 0; tile < 3 * tiles_; ++tile)
+    each_row(tile, [&](std::size_t, float& scale, const float* row, std::size_t count) {
+      scale = std::max(scale, largest(row, count));
+    });
+  for (float& scale : row_scale_) // a row of numbers below the normal range is black
+    scale = std::isnormal(scale / detail::kFixedMost) ? scale / detail::kFixedMost : 0.0f;
   tbb::parallel_for(std::size_t{0}, 3 * tiles_, [&](std::size_t tile) {
-    const std::size_t colour = tile / tiles_, first = tile % tiles_ * kTileNumbers,
-                      count = std::min(kTileNumbers, numbers - first);
-    for (std::size_t r = 0; r < region_.size(); ++r) {
-      const float* row = volume.basis.data() + r * volume.row_floats() + 3 * first + colour;
-      float most = 0;
-      for (std::size_t k = 0; k < count; ++k)
-        most = std::max(most, std::abs(row[3 * k]));
-      // A row of numbers below the normal range is black.
-      const float scale = most / detail::kFixedMost;
+    each_row(tile, [&](std::size_t, float scale, const float* row, std::size_t count) {
+      if (scale > 0)
+        tile_scale_[tile] = std::max(tile_scale_[tile], largest(row, count) / (scale * detail::kFixedMost));
+    });
+    each_row(tile, [&](std::size_t r, float row_scale, const float* row, std::size_t count) {
+      const float scale = row_scale * tile_scale_[tile];
       if (!std::isnormal(scale))
-        continue;
-      fixed_scale_[tile * rows + r] = scale;
-      std::int16_t* out = fixed_.data() + (tile * rows + r / 2 * 2) * kTileNumbers + r % 2;
+        return;
+      std::int16_t* out = fixed_.data() + (tile * fixed_stride() + r / 2 * 2) * kTileNumbers + r % 2;
       for (std::size_t k = 0; k < count; ++k)
         out[2 * k] = static_cast<std::int16_t>(std::lrint(row[3 * k] / scale));
-    }
+    });
   });
 }
 
@@ -88,21 +104,23 @@ VolumeCombiner::Weights VolumeCombiner::weights(std::span<const Rgb> row_radianc
   Weights w;
   for (const Rgb& radiance : row_radiance)
     w.rows_read += radiance != Rgb(0.0f) ? 1 : 0;
+  std::vector<float> dense(fixed_.empty() ? 0 : padded_rows());
   for (std::size_t c = 0; c < 3; ++c) {
-    if (!fixed_.empty())
-      w.dense[c].assign(padded_rows(), 0.0f);
+    std::vector<std::uint32_t> pairs;
     for (std::size_t r = 0; r < row_radiance.size(); ++r) {
       const float x = row_radiance[r][static_cast<int>(c)];
+      if (!dense.empty())
+        dense[r] = x;
       if (x == 0.0f)
         continue;
-      if (fixed_.empty()) {
+      if (dense.empty())
         w.rows[c].push_back({static_cast<std::uint32_t>(r), x});
-        continue;
-      }
-      w.dense[c][r] = x;
-      if (w.pairs[c].empty() || w.pairs[c].back() != r / 2)
-        w.pairs[c].push_back(static_cast<std::uint32_t>(r / 2));
+      else if (pairs.empty() || pairs.back() != r / 2)
+        pairs.push_back(static_cast<std::uint32_t>(r / 2));
     }
+    if (!dense.empty())
+      w.fixed[c] = {dense, std::span(row_scale_).subspan(c * padded_rows(), padded_rows()), std::move(pairs),
+                    !in_cache()};
   }
   return w;
 }
@@ -110,13 +128,12 @@ VolumeCombiner::Weights VolumeCombiner::weights(std::span<const Rgb> row_radianc
 void VolumeCombiner::add_tile(const Weights& w, std::size_t colour, std::size_t tile, std::size_t first,
                               std::size_t count, float* sum) const {
   const detail::TileKernels& kernels = detail::tile_kernels();
-  const std::size_t tile_at = colour * tiles_ + tile;
+  const std::size_t at = colour * tiles_ + tile;
   if (fixed_.empty())
-    return kernels.add_float(floats_.data() + tile_at * region_.size() * kTileNumbers, w.rows[colour], first, count,
-                             sum);
-  const std::size_t row = tile_at * padded_rows();
-  kernels.add_fixed(fixed_.data() + row * kTileNumbers, fixed_scale_.data() + row, w.dense[colour].data(),
-                    w.pairs[colour], first, count, sum);
+    kernels.add_float(floats_.data() + at * float_stride() * kTileNumbers, w.rows[colour], first, count, sum);
+  else
+    kernels.add_fixed(fixed_.data() + at * fixed_stride() * kTileNumbers, tile_scale_[at], w.fixed[colour], first,
+                      count, sum);
 }
 
 /// Few rows of a tile: no prefetch of the processor finds those of the next one.
@@ -127,12 +144,12 @@ void VolumeCombiner::prefetch_tile(const Weights& w, std::size_t tile) const {
     for (std::size_t k = 0; k < numbers * sizeof(*row); k += kLine)
       __builtin_prefetch(at + k);
   };
-  for (std::size_t c = 0; c < 3 && tile < tiles_ && w.rows_read <= kFew; ++c) {
+  for (std::size_t c = 0; c < 3 && tile < tiles_ && w.rows_read <= kFew && !in_cache(); ++c) {
     const std::size_t at = c * tiles_ + tile;
     for (const WeightedRow& r : w.rows[c])
-      prefetch(floats_.data() + (at * region_.size() + r.row) * kTileNumbers, kTileNumbers);
-    for (const std::uint32_t p : w.pairs[c])
-      prefetch(fixed_.data() + (at * padded_rows() + 2 * p) * kTileNumbers, 2 * kTileNumbers);
+      prefetch(floats_.data() + (at * float_stride() + r.row) * kTileNumbers, kTileNumbers);
+    for (const std::uint32_t p : w.fixed[c].pair)
+      prefetch(fixed_.data() + (at * fixed_stride() + 2 * p) * kTileNumbers, 2 * kTileNumbers);
   }
 }
 
@@ -144,23 +161,27 @@ void VolumeCombiner::add_all(const Weights& w, bool anew) {
   tbb::parallel_for(all, [&](const auto& tiles) {
     for (std::size_t t = tiles.begin(); t < tiles.end(); ++t) {
       prefetch_tile(w, t + 1);
-      std::array<float, 3 * kTileNumbers> sum{}, rgb;
+      std::array<float, 3 * kTileNumbers> sum{};
       for (std::size_t c = 0; c < 3; ++c)
         add_tile(w, c, t, 0, detail::kTileBlocks, sum.data() + c * kTileNumbers);
       const std::size_t count = std::min(kTileNumbers, probes_ * 9 - t * kTileNumbers);
-      float* const out = field + 3 * t * kTileNumbers;
-      detail::tile_kernels().interleave(sum.data(), sum.data() + kTileNumbers, sum.data() + 2 * kTileNumbers, count,
-                                        anew ? out : rgb.data());
-      if (!anew)
-        for (std::size_t k = 0; k < 3 * count; ++k)
-          out[k] += rgb[k];
+      const detail::TileKernels& kernels = detail::tile_kernels();
+      (anew ? kernels.interleave : kernels.add_interleaved)(
+          sum.data(), sum.data() + kTileNumbers, sum.data() + 2 * kTileNumbers, count, field + 3 * t * kTileNumbers);
     }
   });
 }
 
+/// Whether the processor's second cache holds the tiles.
+bool VolumeCombiner::in_cache() const {
+  static const long cache_bytes = std::max(sysconf(_SC_LEVEL2_CACHE_SIZE), 0L);
+  return tiles().size() < static_cast<std::size_t>(cache_bytes);
+}
+
 std::size_t VolumeCombiner::bytes() const {
   return compact_ ? compact_->bytes()
-                  : (floats_.size() + fixed_scale_.size()) * sizeof(float) + fixed_.size() * sizeof(std::int16_t);
+                  : (floats_.size() + row_scale_.size() + tile_scale_.size()) * sizeof(float) +
+                        fixed_.size() * sizeof(std::int16_t);
 }
 
 std::span<const std::byte> VolumeCombiner::tiles() const {

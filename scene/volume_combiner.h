@@ -18,9 +18,9 @@ namespace daylit {
 /// region is black is not read, which changes no bit; combine_at() gives the bits that a full combination has at those
 /// probes. After update() of a few regions the sums have rounding errors of the steps behind them, bounded by a full
 /// combination every kRefreshAfter steps. Results do not depend on the thread count.
-/// Fixed point: each row of a tile (14 probes) has its own scale and numbers of 14 bits; weights are rounded as finely
-/// where they are used (detail/tile_kernels.h). Errors stay below 2e-4 of the largest coefficient, half the bytes are
-/// read, and no number needs to be converted.
+/// Fixed point: numbers of 14 bits, with one scale for each row and one for each tile (14 probes); the weights are
+/// rounded as finely, once for all tiles (detail/tile_kernels.h). Errors stay below 2e-4 of the largest coefficient,
+/// half the bytes are read, and no number needs to be converted.
 class VolumeCombiner {
 public:
   enum class Storage { float32, fixed16 };
@@ -47,15 +47,21 @@ private:
   /// [colour][tile][row][128], or [colour][tile][row / 2][128][2]; one of the two is empty.
   detail::HugeVector<float> floats_;
   detail::HugeVector<std::int16_t> fixed_;
-  std::vector<float> fixed_scale_; ///< [colour][tile][row]; rows in whole pairs
-  std::vector<Rgb> current_;       ///< radiance of each row's region at the last update
-  int steps_ = 0;                  ///< since the last full combination
+  std::vector<float> row_scale_;  ///< [colour][row], rows in whole pairs
+  std::vector<float> tile_scale_; ///< [colour][tile]
+  std::vector<Rgb> current_;      ///< radiance of each row's region at the last update
+  int steps_ = 0;                 ///< since the last full combination
   LightField field_;
 
   struct Weights;
   void keep_floats(const BasisVolume& volume);
   void keep_fixed(const BasisVolume& volume);
   std::size_t padded_rows() const { return (region_.size() + 1) / 2 * 2; }
+  /// Of a tile in memory. Tiles a multiple of 4 KB apart would meet in few sets of the caches: the same rows of all
+  /// tiles, read again for step after step, would not stay there.
+  std::size_t float_stride() const { return region_.size() + (region_.size() % 8 == 0 ? 1 : 0); }
+  std::size_t fixed_stride() const { return padded_rows() + (padded_rows() % 16 == 0 ? 2 : 0); }
+  bool in_cache() const;
   Weights weights(std::span<const Rgb> row_radiance) const;
   void add_tile(const Weights& weights, std::size_t colour, std::size_t tile, std::size_t first, std::size_t count,
                 float* sum) const;

@@ -6,7 +6,6 @@
 
 #include <cblas.h>
 
-#include "radiosity/detail/sampling.h"
 #include "scene/detail/tile_kernels.h"
 
 // LAPACK, part of OpenBLAS: eigenvalues and eigenvectors of a symmetric matrix.
@@ -49,51 +48,8 @@ std::vector<float> transposed(std::span<const float> a, std::size_t rows, std::s
   return t;
 }
 
-float largest(std::span<const float> row) {
-  float most = 0;
-  for (const float x : row)
-    most = std::max(most, std::abs(x));
-  return most;
-}
-
 std::span<const float> row_of(const std::vector<float>& a, std::size_t k, std::size_t length) {
   return std::span(a).subspan(k * length, length);
-}
-
-/// Mean square of the rounding to bytes, relative to the mean square of the numbers.
-double byte_rounding2(std::span<const float> row) {
-  double sum = 0;
-  for (const float x : row)
-    sum += static_cast<double>(x) * static_cast<double>(x);
-  const double step = static_cast<double>(largest(row)) / 127;
-  return sum > 0 ? step * step / 12 / (sum / static_cast<double>(row.size())) : 0;
-}
-
-std::int8_t to_byte(float unit) { return static_cast<std::int8_t>(std::lround(127.0f * unit)); }
-/// Rounded up or down by chance, right in the mean: number k of a row that is smooth, of which a sun takes many
-/// neighbours at once. Plain rounding would be off by the same amount in all of them. Nothing stays nothing: no light
-/// comes from the other side of a wall.
-std::int8_t to_byte_dithered(float unit, std::size_t k) {
-  if (unit == 0.0f)
-    return 0;
-  const double chance = radiosity::unit_interval(radiosity::mix_bits(k)) - 0.5;
-  return static_cast<std::int8_t>(std::clamp(std::lround(127.0 * static_cast<double>(unit) + chance), -127l, 127l));
-}
-float scale_of(std::span<const float> row) {
-  const float most = largest(row);
-  return most > 0 ? most : 1.0f;
-}
-
-/// What remains of a row after it was stored.
-std::vector<float> rounded(std::span<const float> row, bool half, bool dithered) {
-  const float scale = scale_of(row);
-  std::vector<float> out(row.size());
-  for (std::size_t k = 0; k < row.size(); ++k) {
-    const float unit = row[k] / scale;
-    out[k] = half ? scale * daylit::detail::from_half(daylit::detail::to_half(unit))
-                  : scale / 127.0f * static_cast<float>(dithered ? to_byte_dithered(unit, k) : to_byte(unit));
-  }
-  return out;
 }
 
 } // namespace
@@ -178,13 +134,13 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   }
   f.source_factor = multiply(turn, coordinates, n, n, sources);
   f.row_factor = multiply(turn, transposed(range.q, rows, n), n, n, rows);
-  f.half.assign(n, 0);
+  f.stored.assign(n, Stored::halves);
   return f;
 }
 
 void Factors::keep(std::size_t rank) {
   power.resize(rank);
-  half.resize(rank);
+  stored.resize(rank);
   source_factor.resize(rank * sources);
   row_factor.resize(rank * rows);
   source_factor.shrink_to_fit();
@@ -193,18 +149,17 @@ void Factors::keep(std::size_t rank) {
 
 std::vector<double> Factors::byte_error2(std::span<const float> suns, std::size_t columns) const {
   std::vector<float> off = source_factor;
-  for (std::size_t k = 0; k < rank(); ++k) {
-    const std::vector<float> kept = rounded(row_of(source_factor, k, sources), false, true);
-    for (std::size_t s = 0; s < sources; ++s)
-      off[k * sources + s] -= kept[s];
-  }
-  const std::vector<float> seen = multiply(off, suns, rank(), sources, columns);
   std::vector<double> error(rank());
   for (std::size_t k = 0; k < rank(); ++k) {
-    error[k] = power[k] * byte_rounding2(row_of(row_factor, k, rows));
+    const std::vector<float> kept = Rounded::source_factor(row_of(source_factor, k, sources), Stored::bytes).values();
+    for (std::size_t s = 0; s < sources; ++s)
+      off[k * sources + s] -= kept[s];
+    error[k] = power[k] * row_rounding2(row_of(row_factor, k, rows));
+  }
+  const std::vector<float> seen = multiply(off, suns, rank(), sources, columns);
+  for (std::size_t k = 0; k < rank(); ++k)
     for (const float x : row_of(seen, k, columns))
       error[k] += static_cast<double>(x) * static_cast<double>(x) / static_cast<double>(columns);
-  }
   return error;
 }
 
@@ -218,28 +173,30 @@ void Factors::expand_rows(const std::vector<float>& basis, std::size_t numbers) 
   rows = 3 * numbers;
 }
 
-void Factors::mark_halves(const std::vector<double>& error, double byte_error2_limit) {
-  std::vector<std::size_t> order(rank());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::ranges::stable_partition(order, [&](std::size_t k) { return error[k] > byte_error2_limit; });
-  Factors sorted = *this;
-  for (std::size_t k = 0; k < rank(); ++k) {
-    sorted.half[k] = error[order[k]] > byte_error2_limit ? 1 : 0;
-    sorted.power[k] = power[order[k]];
-    std::ranges::copy(row_of(source_factor, order[k], sources),
-                      sorted.source_factor.begin() + std::ptrdiff_t(k * sources));
-    std::ranges::copy(row_of(row_factor, order[k], rows), sorted.row_factor.begin() + std::ptrdiff_t(k * rows));
+void Factors::store_as(const std::vector<Stored>& choice) {
+  std::vector<std::size_t> order;
+  for (const Stored kind : {Stored::halves, Stored::bytes})
+    for (std::size_t k = 0; k < rank(); ++k)
+      if (choice[k] == kind)
+        order.push_back(k);
+  Factors sorted{.rows = rows, .sources = sources, .power = {}, .source_factor = {}, .row_factor = {}, .stored = {}};
+  for (const std::size_t k : order) {
+    const std::span<const float> source = row_of(source_factor, k, sources), row = row_of(row_factor, k, rows);
+    sorted.stored.push_back(choice[k]);
+    sorted.power.push_back(power[k]);
+    sorted.source_factor.insert(sorted.source_factor.end(), source.begin(), source.end());
+    sorted.row_factor.insert(sorted.row_factor.end(), row.begin(), row.end());
   }
   *this = std::move(sorted);
 }
 
-std::vector<float> Factors::remainder(Stored stored, std::span<const float> signs, std::span<const float> projected,
+std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs, std::span<const float> projected,
                                       std::size_t projections) const {
   std::vector<float> source = source_factor, row = row_factor;
-  for (std::size_t k = 0; stored == Stored::rounded && k < rank(); ++k) {
-    std::ranges::copy(rounded(row_of(source_factor, k, sources), half[k] != 0, true),
+  for (std::size_t k = 0; taken == Taken::as_stored && k < rank(); ++k) {
+    std::ranges::copy(Rounded::source_factor(row_of(source_factor, k, sources), stored[k]).values(),
                       source.begin() + std::ptrdiff_t(k * sources));
-    std::ranges::copy(rounded(row_of(row_factor, k, rows), half[k] != 0, false),
+    std::ranges::copy(Rounded::row_factor(row_of(row_factor, k, rows), stored[k]).values(),
                       row.begin() + std::ptrdiff_t(k * rows));
   }
   std::vector<float> left(projected.begin(), projected.end());
@@ -256,7 +213,7 @@ void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) 
   const std::size_t sources = basis.sources;
   std::size_t halves = 0, bytes = 0;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
-    const auto count = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->half, 1));
+    const auto count = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::halves));
     basis.brick[b].half_rank = count;
     basis.brick[b].byte_rank = static_cast<std::uint32_t>(bricks[b]->rank()) - count;
     halves += count;
@@ -273,29 +230,27 @@ void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) 
     basis.probe_half.resize(half_at + 3 * brick_tiles * half_rank * kTileNumbers, 0);
     basis.probe_byte.resize(byte_at + 3 * brick_tiles * byte_rank * kTileNumbers, 0);
     for (std::size_t k = 0; k < f.rank(); ++k) {
-      const bool half = f.half[k] != 0;
-      const std::span<const float> source = row_of(f.source_factor, k, sources), row = row_of(f.row_factor, k, f.rows);
-      const float source_scale = scale_of(source), row_scale = scale_of(row);
+      const bool half = f.stored[k] == Stored::halves;
+      const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, sources), f.stored[k]),
+                    row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), f.stored[k]);
       const std::size_t component = half ? basis.half_scale.size() : basis.byte_scale.size();
       for (std::size_t i = 0; i < sources; ++i) {
         const std::size_t at = (component / kTileNumbers * sources + i) * kTileNumbers + component % kTileNumbers;
         if (half)
-          basis.source_half[at] = daylit::detail::to_half(source[i] / source_scale);
+          basis.source_half[at] = source.half[i];
         else
-          basis.source_byte[at] = to_byte_dithered(source[i] / source_scale, i);
+          basis.source_byte[at] = source.byte[i];
       }
       const std::size_t numbers = f.rows / 3;
       for (std::size_t i = 0; i < f.rows; ++i) {
         const std::size_t number = i % numbers, tile = i / numbers * brick_tiles + number / kTileNumbers;
         if (half)
-          basis.probe_half[half_at + (tile * half_rank + k) * kTileNumbers + number % kTileNumbers] =
-              daylit::detail::to_half(row[i] / row_scale);
+          basis.probe_half[half_at + (tile * half_rank + k) * kTileNumbers + number % kTileNumbers] = row.half[i];
         else
           basis.probe_byte[byte_at + (tile * byte_rank + k - half_rank) * kTileNumbers + number % kTileNumbers] =
-              to_byte(row[i] / row_scale);
+              row.byte[i];
       }
-      (half ? basis.half_scale : basis.byte_scale)
-          .push_back(half ? source_scale * row_scale : source_scale * row_scale / (127.0f * 127.0f));
+      (half ? basis.half_scale : basis.byte_scale).push_back(source.unit * row.unit);
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "precompute/detail/storage.h"
 #include "scene/compact_basis.h"
 
 namespace daylit::precompute::detail {
@@ -42,7 +43,7 @@ struct Factors {
   std::vector<double> power;        ///< of each component: squared norm in the metric
   std::vector<float> source_factor; ///< [component][source]
   std::vector<float> row_factor;    ///< [component][row], orthonormal; rows are [colour][number]
-  std::vector<std::uint8_t> half;   ///< 1: kept as half floats, else as bytes
+  std::vector<Stored> stored;       ///< of each component
 
   std::size_t rank() const { return power.size(); }
   void keep(std::size_t rank);
@@ -52,11 +53,11 @@ struct Factors {
   /// Rows of another space: `basis` [numbers][inner] orthonormal, rows are [colour][inner] before and [colour][number]
   /// after.
   void expand_rows(const std::vector<float>& basis, std::size_t numbers);
-  /// Components whose error is above the limit become half floats, and come first.
-  void mark_halves(const std::vector<double>& byte_error2, double limit);
+  /// Drops what is stored as nothing and sorts the rest: half floats, then bytes.
+  void store_as(const std::vector<Stored>& choice);
   /// What the factors leave of `projected` [projection][source], the transport times random signs [row][projection].
-  enum class Stored { exactly, rounded };
-  std::vector<float> remainder(Stored stored, std::span<const float> signs, std::span<const float> projected,
+  enum class Taken { exactly, as_stored };
+  std::vector<float> remainder(Taken taken, std::span<const float> signs, std::span<const float> projected,
                                std::size_t projections) const;
 };
 

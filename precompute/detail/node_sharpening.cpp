@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 namespace daylit::precompute::detail {
@@ -69,27 +70,42 @@ std::vector<std::vector<Term>> terms_of(const SkyPartition& partition) {
   return terms;
 }
 
+/// Sums per node, all zero between two rows.
+struct Sums {
+  explicit Sums(std::size_t nodes) : touched(nodes, 0), sum(nodes, Rgb(0.0f)) {}
+  std::vector<std::uint8_t> touched;
+  std::vector<Rgb> sum;
+};
+
+void sharpen(const std::vector<std::vector<Term>>& terms, Sums& sums, radiosity::FirstBounceRow& row) {
+  auto low = static_cast<std::int32_t>(terms.size()), high = std::int32_t{-1};
+  for (std::size_t k = 0; k < row.region.size(); ++k)
+    for (const Term& t : terms[static_cast<std::size_t>(row.region[k])]) {
+      const auto node = static_cast<std::size_t>(t.node);
+      sums.touched[node] = 1;
+      sums.sum[node] += t.weight * row.irradiance[k];
+      low = std::min(low, t.node);
+      high = std::max(high, t.node);
+    }
+  row.region.clear();
+  row.irradiance.clear();
+  for (std::int32_t n = low; n <= high; ++n) {
+    const auto node = static_cast<std::size_t>(n);
+    if (sums.touched[node] == 0)
+      continue;
+    row.region.push_back(n);
+    row.irradiance.push_back(sums.sum[node]);
+    sums.touched[node] = 0;
+    sums.sum[node] = Rgb(0.0f);
+  }
+}
+
 } // namespace
 
 void sharpen_nodes(const SkyPartition& partition, std::vector<radiosity::FirstBounceRow>& rows) {
   const std::vector<std::vector<Term>> terms = terms_of(partition);
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
-    radiosity::FirstBounceRow& row = rows[i];
-    std::vector<std::int32_t> touched;
-    std::vector<Rgb> sum(row.region.empty() ? 0 : terms.size(), Rgb(0.0f));
-    for (std::size_t k = 0; k < row.region.size(); ++k)
-      for (const Term& t : terms[static_cast<std::size_t>(row.region[k])]) {
-        touched.push_back(t.node);
-        sum[static_cast<std::size_t>(t.node)] += t.weight * row.irradiance[k];
-      }
-    std::ranges::sort(touched);
-    const auto repeated = std::ranges::unique(touched);
-    touched.erase(repeated.begin(), repeated.end());
-    row.irradiance.clear();
-    for (const std::int32_t node : touched)
-      row.irradiance.push_back(sum[static_cast<std::size_t>(node)]);
-    row.region = std::move(touched);
-  });
+  tbb::enumerable_thread_specific<Sums> sums([&] { return Sums(terms.size()); });
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) { sharpen(terms, sums.local(), rows[i]); });
 }
 
 } // namespace daylit::precompute::detail

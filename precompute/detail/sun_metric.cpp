@@ -1,10 +1,12 @@
 #include "precompute/detail/sun_metric.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <tbb/parallel_for.h>
 
+#include "precompute/detail/random_signs.h"
 #include "scene/detail/tile_kernels.h"
 
 namespace daylit::precompute::detail {
@@ -12,6 +14,8 @@ namespace daylit::precompute::detail {
 namespace {
 
 constexpr std::int32_t kLargestGap = 4; ///< between the nodes of one run; zeros are cheaper than another run
+
+constexpr std::size_t kJoinedBlocks = 4; ///< as many rows as these have: a norm is off by a tenth
 
 float mean(const Rgb& c) { return (c.r + c.g + c.b) / 3.0f; }
 
@@ -88,6 +92,37 @@ void SunColumns::add_norms2(std::span<const float> rows, std::vector<double>& no
     for (const float x : sum)
       norm2[j] += static_cast<double>(x) * static_cast<double>(x);
   });
+}
+
+std::vector<float> SunColumns::random_suns(std::span<const float> weight, std::size_t count) const {
+  constexpr std::size_t kBlock = 16;
+  std::vector<float> sun(sources * count, 0.0f);
+  tbb::parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t block) {
+    const std::size_t first = block * kBlock, width = std::min(kBlock, count - first);
+    std::array<float, kBlock> sign{};
+    for (std::size_t j = 0; j < size(); ++j) {
+      for (std::size_t i = 0; i < width; ++i)
+        sign[i] = weight[j] * random_sign(j * 0x10000ull + first + i);
+      for (std::size_t k = begin[j]; k < begin[j + 1]; ++k)
+        for (std::size_t i = 0; i < width; ++i)
+          sun[source[k] * count + first + i] += value[k] * sign[i];
+    }
+  });
+  return sun;
+}
+
+JoinedRows::JoinedRows(std::size_t blocks, std::size_t rows, std::size_t columns)
+    : rows_(rows), columns_(columns), count_(rows * std::min(blocks, kJoinedBlocks)), joined_(count_ * columns, 0.0f) {}
+
+void JoinedRows::add(std::size_t block, std::span<const float> rows) {
+  const float scale = count_ > 0 ? std::sqrt(static_cast<float>(rows_) / static_cast<float>(count_)) : 0.0f;
+  for (std::size_t r = 0; r < count_; ++r) {
+    const float sign = scale * random_sign(block * count_ + r);
+    const float* from = rows.data() + r % rows_ * columns_;
+    float* to = joined_.data() + r * columns_;
+    for (std::size_t k = 0; k < columns_; ++k)
+      to[k] += sign * from[k];
+  }
 }
 
 SunMetric::SunMetric(const SunColumns& columns, std::span<const float> weight) : sigma(columns.sources, 0.0f) {

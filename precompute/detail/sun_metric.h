@@ -21,8 +21,24 @@ struct SunColumns {
 
   static SunColumns of(const SurfaceLight& light, int regions);
   std::size_t size() const { return node.size(); }
+  /// Irradiance [source][count] of random suns, each node weighted by `weight`.
+  std::vector<float> random_suns(std::span<const float> weight, std::size_t count) const;
   /// Adds to norm2[column] the squared norm of rows [row][source] times the column.
   void add_norms2(std::span<const float> rows, std::vector<double>& norm2) const;
+};
+
+/// Rows of many blocks joined to a few by sums with random signs: the expected square of the product with any vector is
+/// that of all rows.
+class JoinedRows {
+public:
+  /// `blocks` of `rows` rows each.
+  JoinedRows(std::size_t blocks, std::size_t rows, std::size_t columns);
+  void add(std::size_t block, std::span<const float> rows);
+  const std::vector<float>& rows() const { return joined_; }
+
+private:
+  std::size_t rows_, columns_, count_;
+  std::vector<float> joined_;
 };
 
 /// With weights d per column: sigma_s^2 = sum d^2 H_s^2, and the correlation sum d^2 H_s H_t / (sigma_s sigma_t).

@@ -19,12 +19,15 @@ namespace {
 constexpr float kMostAgain = 0.99f; // a white surface around itself keeps a little less than all
 }
 
-std::vector<VertexTransfer> rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r) {
-  std::vector<VertexTransfer> turned(transfer.size());
-  std::transform(transfer.begin(), transfer.end(), turned.begin(), [&](const VertexTransfer& t) {
-    return VertexTransfer{rotate9<float>(r, t.front), rotate9<float>(r, t.back), rotate9<float>(r, t.bounce), t.again};
+void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r, std::span<VertexTransfer> turned) {
+  const Rotation9 rotation(r);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const VertexTransfer& t = transfer[i];
+      turned[i] = {rotation(t.front), t.back == TransferVector{} ? t.back : rotation(t.back), rotation(t.bounce),
+                   t.again};
+    }
   });
-  return turned;
 }
 
 namespace {

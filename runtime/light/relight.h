@@ -16,8 +16,9 @@
 namespace daylit {
 
 /// Transfer vectors turned from the object's frame into the world; `world_from_object` must be a rotation.
-std::vector<VertexTransfer> rotate_transfer(std::span<const VertexTransfer> transfer,
-                                            const glm::mat3& world_from_object);
+/// `turned`: as many, may be the same memory.
+void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& world_from_object,
+                     std::span<VertexTransfer> turned);
 
 /// rho/pi sum_lm L_lm C_lm, never below zero: nine coefficients can ring negative, radiance cannot.
 Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& world_transfer, const Rgb& reflectance);

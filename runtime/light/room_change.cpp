@@ -15,35 +15,43 @@
 #include <tbb/concurrent_unordered_map.h>
 #include <tbb/parallel_for.h>
 
-#include "runtime/light/orthonormal.h"
+#include "runtime/light/covered_directions.h"
 #include "runtime/light/own_shadow.h"
 #include "runtime/light/room_patches.h"
 #include "runtime/light/room_planes.h"
-#include "runtime/light/window_sampler.h"
 #include "runtime/light/window_sight.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr int kRays = 48;                // per object and receiver
-constexpr double kFineShare = 1.0 / 8.0; // of an object's radius: cells near it
-constexpr double kNear = 1.6;            // radii: within are fine cells, beyond four times as wide
-constexpr double kLeastShare = 0.002;    // of the cosine-weighted hemisphere
-constexpr double kSkin = 0.01;           // of an object's radius: its own facets cast no shadow closer than this
-constexpr float kLeastWeight = 0.02f;    // of the corners in sight
+constexpr int kRays = 40, kFarRays = 24; // per object and receiver
+/// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
+/// `blend_to` it has taken over; the last level has none.
+struct Level {
+  double cell, blend_from, blend_to;
+  int rays;
+};
+constexpr std::array<Level, 5> kLevels{{{1.0 / 8.0, 1.1, 1.3, kRays},
+                                        {1.0 / 4.0, 1.6, 2.0, kFarRays},
+                                        {1.0 / 2.0, 3.5, 4.5, kFarRays},
+                                        {1.0, 7.0, 9.0, kFarRays},
+                                        {2.0, 0.0, 0.0, kFarRays}}};
+constexpr double kWidestCell_m = 0.5;
+constexpr double kLeastShare = 0.002; // of the cosine-weighted hemisphere
+constexpr double kSkin = 0.01;        // of an object's radius: its own facets cast no shadow closer than this
+constexpr float kLeastWeight = 0.02f; // of the corners in sight
 
-/// One direction that an object covers.
-struct Covered {
-  PartHit object;
-  float weight = 0.0f;         ///< cos dw, sr
-  RoomPatch* behind = nullptr; ///< null: the sky
-  glm::dvec3 position{0.0};    ///< behind it
+/// Weights of the directions in which one patch of the room is behind the objects.
+struct Hidden {
+  RoomPatch* patch = nullptr;
+  float weight = 0.0f;
 };
 
 /// What does not depend on the light.
 struct Receiver {
   std::vector<Covered> covered; ///< until an object moves
+  std::vector<Hidden> hidden;   ///< the same
   float sky_share = -1.0f;      ///< of the windows' light that reaches it past the room; negative: not yet known
 };
 
@@ -62,6 +70,7 @@ struct Cell {
 
 struct Lattice {
   double cell_m = 0.1;
+  const DirectionPattern* pattern = nullptr;
   mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
   mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash> nodes;
 };
@@ -78,75 +87,55 @@ struct RoomChangeField::State {
   PlacedParts parts;
   std::vector<TwoSided> radiance;
   std::uint64_t light_number = 0, placing_number = 1;
-  Lattice fine, coarse;
+  DirectionPattern near_pattern{kRays}, far_pattern{kFarRays};
+  std::array<Lattice, kLevels.size()> lattices;
 
   State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& light)
       : rays(room_rays), room_light(light), planes(room), sight(room_rays, apertures),
-        patches(room, room_rays, planes, light), own_shadow(room_rays, planes, light, sight) {}
+        patches(room, room_rays, planes, light), own_shadow(room_rays, planes, light, sight) {
+    for (std::size_t k = 0; k < kLevels.size(); ++k)
+      lattices[k].pattern = kLevels[k].rays == kRays ? &near_pattern : &far_pattern;
+  }
 
-  void trace_part(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
-  void trace(const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const;
+  void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
-  Rgb radiance_behind(const Covered& c, std::size_t number) const;
+  Rgb sunlight_behind(const Covered& c, std::size_t number) const;
   RoomChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
                  const glm::dvec3& direction) const;
   Node* node(const Lattice& lattice, const LatticeKey& key) const;
   const Cell& cell(const Lattice& lattice, const LatticeKey& key) const;
-  const RoomChange& current(Node& node, const glm::dvec3& x, std::uint32_t triangle, const glm::dvec3& n) const;
-  bool near(const glm::dvec3& x) const;
+  const RoomChange& current(const Lattice& lattice, Node& node, const glm::dvec3& x, std::uint32_t triangle,
+                            const glm::dvec3& n) const;
+  double radii_away(const glm::dvec3& x) const;
+  std::optional<RoomChange> between_nodes(const Lattice& lattice, std::uint32_t triangle, std::uint32_t facing,
+                                          const glm::dvec3& x) const;
 };
 
-void RoomChangeField::State::trace_part(std::size_t which, const glm::dvec3& x, const glm::dvec3& n, int count,
-                                        Receiver& receiver) const {
-  const BoundingSphere& sphere = parts.sphere(which);
-  const glm::dvec3 to = sphere.centre - x;
-  const double distance = glm::length(to), s = sphere.radius / std::max(distance, 1e-9);
-  if (sphere.radius <= 0.0 || glm::dot(n, to) < -sphere.radius)
-    return;
-  // Close by, the sphere covers most of what x sees: then the whole hemisphere, by its cosine.
-  const bool whole = s > 0.98;
-  const double cos_max = whole ? 0.0 : std::sqrt(1.0 - s * s), all = 2.0 * std::numbers::pi * (1.0 - cos_max);
-  const glm::dvec3 axis = whole ? n : to / distance;
-  const OrthonormalBasis basis(axis);
-  for (int k = 0; k < count; ++k) {
-    const glm::dvec2 u = lattice_point(k, count);
-    const double up = whole ? std::sqrt(1.0 - u.x) : 1.0 - u.x * (1.0 - cos_max);
-    const double side = std::sqrt(std::max(0.0, 1.0 - up * up)), turn = 2.0 * std::numbers::pi * u.y;
-    const glm::dvec3 w = glm::normalize(side * std::cos(turn) * basis.u + side * std::sin(turn) * basis.v + up * axis);
-    const double cosine = glm::dot(n, w);
-    Covered c;
-    if (cosine <= 0.0 || !parts.cast_first(which, x, w, c.object))
-      continue;
-    RayHit room_hit;
-    const bool ends =
-        rays.closest(rays.to_local(x), glm::vec3(w), 0.0f, std::numeric_limits<float>::infinity(), room_hit);
-    if (ends && static_cast<double>(room_hit.distance) < c.object.distance)
-      continue;
-    c.weight = static_cast<float>((whole ? std::numbers::pi : all * cosine) / count);
-    if (ends) {
-      c.position = x + static_cast<double>(room_hit.distance) * w;
-      c.behind = patches.at(room_hit.triangle, c.position, w);
-    }
-    receiver.covered.push_back(c);
-  }
-}
-
 /// What of the receiver still holds is kept.
-void RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, int count, Receiver& receiver) const {
+void RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
+                                   Receiver& receiver) const {
   receiver.covered.clear();
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    trace_part(k, x, n, count, receiver);
+  find_covered(rays, patches, parts, x, n, pattern, receiver.covered);
+  receiver.hidden.clear();
+  for (const Covered& c : receiver.covered)
+    if (c.behind) {
+      auto same = std::find_if(receiver.hidden.begin(), receiver.hidden.end(),
+                               [&](const Hidden& h) { return h.patch == c.behind; });
+      if (same == receiver.hidden.end())
+        same = receiver.hidden.insert(same, {c.behind, 0.0f});
+      same->weight += c.weight;
+    }
   if (receiver.sky_share < 0.0f)
     receiver.sky_share = sight.window_share(x, n);
 }
 
-/// The room's radiance that the object hides; one of the sun's samples stands for all.
-Rgb RoomChangeField::State::radiance_behind(const Covered& c, std::size_t number) const {
+/// The sun's part of the room's radiance that the object hides; one of the sun's samples stands for all.
+Rgb RoomChangeField::State::sunlight_behind(const Covered& c, std::size_t number) const {
   if (!c.behind)
     return Rgb(0.0f);
   const glm::dvec3& n = c.behind->normal;
-  const Rgb irradiance = patches.irradiance(*c.behind) + sight.sun_sample(number, c.position + kAirGap_m * n, n);
-  return c.behind->reflectance * irradiance * std::numbers::inv_pi_v<float>;
+  return c.behind->reflectance * sight.sun_sample(number, c.position + kAirGap_m * n, n) *
+         std::numbers::inv_pi_v<float>;
 }
 
 RoomChange RoomChangeField::State::lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
@@ -160,8 +149,10 @@ RoomChange RoomChangeField::State::lit(const Receiver& receiver, std::uint32_t t
       const TwoSided& vertex = radiance[c.object.vertex[i]];
       object += b[i] * (c.object.back ? vertex.back : vertex.front);
     }
-    change.irradiance += c.weight * (object - radiance_behind(c, k));
+    change.irradiance += c.weight * (sight.has_sun() ? object - sunlight_behind(c, k) : object);
   }
+  for (const Hidden& h : receiver.hidden)
+    change.irradiance -= h.weight * h.patch->reflectance * patches.irradiance(*h.patch) * std::numbers::inv_pi_v<float>;
   const RoomPoint point = room_light.at_surface(triangle, x, direction);
   change.before = point.indirect_irradiance + receiver.sky_share * point.open_sky_irradiance;
   return change;
@@ -192,13 +183,13 @@ const Cell& RoomChangeField::State::cell(const Lattice& lattice, const LatticeKe
   return *lattice.cells.emplace(key, std::move(made)).first->second;
 }
 
-const RoomChange& RoomChangeField::State::current(Node& node, const glm::dvec3& x, std::uint32_t triangle,
-                                                  const glm::dvec3& n) const {
+const RoomChange& RoomChangeField::State::current(const Lattice& lattice, Node& node, const glm::dvec3& x,
+                                                  std::uint32_t triangle, const glm::dvec3& n) const {
   if (node.light_number.load(std::memory_order_acquire) != light_number) {
     const std::lock_guard lock(node.renewing);
     if (node.light_number.load(std::memory_order_relaxed) != light_number) {
       if (std::exchange(node.placing_number, placing_number) != placing_number)
-        trace(x + kAirGap_m * n, n, kRays, node.receiver);
+        trace(x + kAirGap_m * n, n, *lattice.pattern, node.receiver);
       node.light = lit(node.receiver, triangle, x, -n);
       node.light_number.store(light_number, std::memory_order_release);
     }
@@ -206,11 +197,39 @@ const RoomChange& RoomChangeField::State::current(Node& node, const glm::dvec3& 
   return node.light;
 }
 
-bool RoomChangeField::State::near(const glm::dvec3& x) const {
+/// From the middle of the nearest object, in its radii.
+double RoomChangeField::State::radii_away(const glm::dvec3& x) const {
+  double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < parts.size(); ++k)
-    if (glm::length(x - parts.sphere(k).centre) < kNear * parts.sphere(k).radius)
-      return true;
-  return false;
+    nearest = std::min(nearest, glm::length(x - parts.sphere(k).centre) / std::max(parts.sphere(k).radius, 1e-9));
+  return nearest;
+}
+
+/// Empty where no corner of the cell sees x.
+std::optional<RoomChange> RoomChangeField::State::between_nodes(const Lattice& lattice, std::uint32_t triangle,
+                                                                std::uint32_t facing, const glm::dvec3& x) const {
+  const RoomFacing& f = planes[facing];
+  const glm::dvec2 p(glm::dot(f.u, x) / lattice.cell_m, glm::dot(f.v, x) / lattice.cell_m);
+  const glm::dvec2 lower = glm::floor(p);
+  const LatticeKey key{static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing};
+  const Cell& square = cell(lattice, key);
+  const glm::vec2 t(p - lower);
+  const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
+  RoomChange sum;
+  float whole = 0.0f;
+  for (int k = 0; k < 4; ++k) {
+    const glm::dvec3 corner = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m);
+    // A cell that furniture cuts, or that reaches out of the room: corners in sight stand for the others.
+    if (!square.open && !sight.sees(x + kAirGap_m * f.normal, corner + kAirGap_m * f.normal))
+      continue;
+    const RoomChange& c = current(lattice, *square.corner[k], corner, triangle, f.normal);
+    sum.irradiance += weight[k] * c.irradiance;
+    sum.before += weight[k] * c.before;
+    whole += weight[k];
+  }
+  if (whole < kLeastWeight)
+    return std::nullopt;
+  return RoomChange{sum.irradiance / whole, sum.before / whole};
 }
 
 /// The sun's light on one side of an object's surface, reflected.
@@ -242,20 +261,22 @@ void RoomChangeField::set_objects(std::vector<PlacedPart> parts) {
   double smallest = s.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < s.parts.size(); ++k)
     smallest = std::min(smallest, std::max(s.parts.sphere(k).radius, 1e-3));
-  if (s.coarse.cell_m == 4.0 * s.fine.cell_m && std::fabs(s.fine.cell_m - kFineShare * smallest) < 1e-9 * smallest)
-    return; // the lattice stands in the room: what it knows of the room holds
-  s.fine.cell_m = kFineShare * smallest;
-  s.coarse.cell_m = 4.0 * s.fine.cell_m;
-  for (Lattice* lattice : {&s.fine, &s.coarse}) {
-    lattice->cells.clear();
-    lattice->nodes.clear();
+  if (std::fabs(s.lattices[0].cell_m - kLevels[0].cell * smallest) < 1e-9 * smallest)
+    return; // the lattices stand in the room: what they know of the room holds
+  for (std::size_t k = 0; k < kLevels.size(); ++k) {
+    Lattice& lattice = s.lattices[k];
+    lattice.cell_m = std::max(std::min(kLevels[k].cell * smallest, kWidestCell_m), kLevels[0].cell * smallest);
+    lattice.cells.clear();
+    lattice.nodes.clear();
   }
 }
 
-void RoomChangeField::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun) {
+void RoomChangeField::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky) {
   State& s = *state_;
-  s.sight.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
-  s.patches.set_frame(pyramid, s.sight.apertures());
+  if (!same_sky) {
+    s.sight.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
+    s.patches.set_frame(pyramid, s.sight.apertures());
+  }
   s.own_shadow.set_frame();
 }
 
@@ -288,34 +309,30 @@ bool RoomChangeField::reaches(const glm::dvec3& x) const {
   return false;
 }
 
-bool RoomChangeField::near(const glm::dvec3& x) const { return state_->near(x); }
+bool RoomChangeField::near(const glm::dvec3& x) const { return state_->radii_away(x) < kLevels[0].blend_to; }
 
 RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;
   const std::uint32_t facing = s.planes.facing_of(triangle, direction);
-  const RoomFacing& f = s.planes[facing];
-  const Lattice& lattice = s.near(x) ? s.fine : s.coarse;
-  const glm::dvec2 p(glm::dot(f.u, x) / lattice.cell_m, glm::dot(f.v, x) / lattice.cell_m);
-  const glm::dvec2 lower = glm::floor(p);
-  const LatticeKey key{static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing};
-  const Cell& cell = s.cell(lattice, key);
-  const glm::vec2 t(p - lower);
-  const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
-  RoomChange sum;
-  float whole = 0.0f;
-  for (int k = 0; k < 4; ++k) {
-    const glm::dvec3 corner = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m);
-    // A cell that furniture cuts, or that reaches out of the room: corners in sight stand for the others.
-    if (!cell.open && !s.sight.sees(x + kAirGap_m * f.normal, corner + kAirGap_m * f.normal))
+  const double away = s.radii_away(x);
+  std::size_t level = 0;
+  while (level + 1 < kLevels.size() && away >= kLevels[level].blend_to)
+    ++level;
+  const Level& l = kLevels[level];
+  const double t =
+      level + 1 < kLevels.size() ? std::max(0.0, (away - l.blend_from) / (l.blend_to - l.blend_from)) : 0.0;
+  const auto next = static_cast<float>(t * t * (3.0 - 2.0 * t));
+  RoomChange change;
+  for (const auto& [k, weight] : {std::pair(level, 1.0f - next), std::pair(level + 1, next)}) {
+    if (weight == 0.0f)
       continue;
-    const RoomChange& c = s.current(*cell.corner[k], corner, triangle, f.normal);
-    sum.irradiance += weight[k] * c.irradiance;
-    sum.before += weight[k] * c.before;
-    whole += weight[k];
+    const auto part = s.between_nodes(s.lattices[k], triangle, facing, x);
+    if (!part)
+      return evaluate(triangle, x, direction, kRays);
+    change.irradiance += weight * part->irradiance;
+    change.before += weight * part->before;
   }
-  if (whole < kLeastWeight)
-    return evaluate(triangle, x, direction, kRays);
-  return {sum.irradiance / whole, sum.before / whole};
+  return change;
 }
 
 RoomChange RoomChangeField::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
@@ -323,7 +340,7 @@ RoomChange RoomChangeField::evaluate(std::uint32_t triangle, const glm::dvec3& x
   const State& s = *state_;
   const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
   Receiver receiver;
-  s.trace(x + kAirGap_m * n, n, count, receiver);
+  s.trace(x + kAirGap_m * n, n, count == kRays ? s.near_pattern : DirectionPattern(count), receiver);
   return s.lit(receiver, triangle, x, direction);
 }
 

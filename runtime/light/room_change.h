@@ -41,8 +41,9 @@ public:
 
   /// The parts must live until the next call.
   void set_objects(std::vector<PlacedPart> parts);
-  /// The light of a frame; room_light must hold the same frame's, and `pyramid` lives until the next.
-  void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun);
+  /// The light of a frame; room_light must hold the same frame's, and `pyramid` lives until the next. `same_sky`: only
+  /// objects moved since the last call.
+  void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky = false);
   /// Nine coefficients of the change of radiance that arrives at a point of a part because the objects keep direct
   /// light from the room around them. From eight points of the part's box, trilinear.
   Sh9Rgb arriving_change(std::size_t part, const glm::dvec3& x) const;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include <glm/mat3x3.hpp>
 
@@ -39,5 +40,30 @@ std::array<T, 9> rotate9(const glm::mat3& r, const std::array<T, 9>& f) {
           turned[0][2] * (2.0f / k),
           (turned[0][0] - turned[1][1]) * (0.5f / h)};
 }
+
+/// rotate9() for many vectors and one rotation.
+class Rotation9 {
+public:
+  explicit Rotation9(const glm::mat3& r) {
+    for (std::size_t j = 0; j < 9; ++j) {
+      std::array<float, 9> unit{};
+      unit[j] = 1.0f;
+      column_[j] = rotate9<float>(r, unit);
+    }
+  }
+  std::array<float, 9> operator()(const std::array<float, 9>& f) const {
+    std::array<float, 9> turned{f[0]};
+    for (std::size_t j = 1; j < 4; ++j)
+      for (std::size_t i = 1; i < 4; ++i)
+        turned[i] += column_[j][i] * f[j];
+    for (std::size_t j = 4; j < 9; ++j)
+      for (std::size_t i = 4; i < 9; ++i)
+        turned[i] += column_[j][i] * f[j];
+    return turned;
+  }
+
+private:
+  std::array<std::array<float, 9>, 9> column_; ///< what each coefficient becomes
+};
 
 } // namespace daylit

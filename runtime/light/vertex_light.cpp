@@ -1,6 +1,24 @@
 #include "runtime/light/vertex_light.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 namespace daylit {
+
+void add_arriving_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+  const ObjectSurface& surface = objects.surface;
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
+    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        const Sh9Rgb change = field.arriving_change(k, surface.positions[i]);
+        radiance[i].front = add_reflected(radiance[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
+        if (objects.has_back[i])
+          radiance[i].back = add_reflected(radiance[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
+      }
+    });
+  }
+}
 
 std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
                                         std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,

@@ -5,6 +5,8 @@
 
 #include "runtime/light/direct_light.h"
 #include "runtime/light/relight.h"
+#include "runtime/light/room_change.h"
+#include "runtime/object/virtual_objects.h"
 #include "runtime/render/picture_renderer.h"
 
 namespace daylit {
@@ -15,5 +17,9 @@ std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<
                                         std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,
                                         std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                                         std::size_t& lit);
+
+/// Adds to the reflected indirect radiance of each vertex what the objects change of the light that the room sends
+/// them.
+void add_arriving_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
 
 } // namespace daylit

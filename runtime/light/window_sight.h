@@ -43,6 +43,7 @@ public:
 private:
   template <class Counts>
   double share_of_windows(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
+  std::uint32_t past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const;
   const RayScene& rays_;
   std::vector<Aperture> apertures_;
   std::vector<glm::dvec3> sun_; ///< directions

@@ -1,17 +1,20 @@
 #include "runtime/object/placed_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "runtime/object/ray_fan.h"
+
 namespace daylit {
 
 namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-}
+} // namespace
 
 PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
   for (const PlacedPart& part : parts) {
@@ -41,6 +44,18 @@ glm::dvec3 PlacedParts::to_own(std::size_t which, const glm::dvec3& world) const
   return c.own_from_world * (world - c.place) / c.scale;
 }
 
+PartHit PlacedParts::part_hit(const Caster& c, const glm::vec3& own_direction, const RayHit& found) const {
+  const auto& t = c.part.triangles[found.triangle];
+  const glm::vec3 a = c.part.positions[t[0]];
+  const glm::vec3 area = glm::cross(c.part.positions[t[1]] - a, c.part.positions[t[2]] - a);
+  const auto first = static_cast<std::uint32_t>(c.part.first_vertex);
+  return {{first + t[0], first + t[1], first + t[2]},
+          found.u,
+          found.v,
+          glm::dot(area, own_direction) > 0.0f,
+          static_cast<double>(found.distance) * c.scale};
+}
+
 bool PlacedParts::cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& w, PartHit& hit) const {
   const Caster& c = casters_[which];
   const RayScene& rays = *c.part.rays;
@@ -48,39 +63,60 @@ bool PlacedParts::cast(std::size_t which, const glm::dvec3& x, const glm::dvec3&
   RayHit found;
   if (!rays.closest(rays.to_local(to_own(which, x)), direction, 0.0f, kInfinity, found))
     return false;
-  const auto& t = c.part.triangles[found.triangle];
-  const glm::vec3 a = c.part.positions[t[0]];
-  const glm::vec3 area = glm::cross(c.part.positions[t[1]] - a, c.part.positions[t[2]] - a);
-  const auto first = static_cast<std::uint32_t>(c.part.first_vertex);
-  hit = {{first + t[0], first + t[1], first + t[2]},
-         found.u,
-         found.v,
-         glm::dot(area, direction) > 0.0f,
-         static_cast<double>(found.distance) * c.scale};
+  hit = part_hit(c, direction, found);
   return true;
 }
 
-bool PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, const glm::dvec3& w, PartHit& hit) const {
-  if (!cast(which, x, w, hit))
-    return false;
-  for (std::size_t other = 0; other < casters_.size(); ++other)
-    if (PartHit nearer; other != which && cast(other, x, w, nearer) && nearer.distance < hit.distance)
-      return false;
-  return true;
-}
-
-bool PlacedParts::covered(const glm::dvec3& x, const glm::dvec3& w) const {
-  for (std::size_t k = 0; k < casters_.size(); ++k) {
-    const Caster& c = casters_[k];
-    const glm::dvec3 to = c.sphere.centre - x;
-    const double along = glm::dot(to, w), r2 = c.sphere.radius * c.sphere.radius, d2 = glm::dot(to, to);
-    if (d2 > r2 && (along <= 0.0 || d2 - along * along > r2))
+std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
+                                      std::span<PartHit> hits) const {
+  const Caster& c = casters_[which];
+  const RayScene& rays = *c.part.rays;
+  const glm::vec3 from = rays.to_local(to_own(which, x));
+  const int count = static_cast<int>(directions.size());
+  const RayPacket16 packet =
+      ray_fan(from, directions.size(), [&](std::size_t k) { return glm::vec3(c.own_from_world * directions[k]); });
+  RayHits16 found;
+  std::uint32_t met = rays.closest16(packet, count, found);
+  for (int k = 0; k < count; ++k) {
+    if (!(met >> k & 1u))
       continue;
-    const RayScene& rays = *c.part.rays;
-    if (rays.occluded(rays.to_local(to_own(k, x)), glm::vec3(c.own_from_world * w), 0.0f, kInfinity))
-      return true;
+    hits[k] = part_hit(c, {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]},
+                       {found.triangle[k], found.distance[k], found.u[k], found.v[k]});
+    for (std::size_t other = 0; other < casters_.size(); ++other)
+      if (PartHit nearer; other != which && cast(other, x, directions[k], nearer) && nearer.distance < hits[k].distance)
+        met &= ~(1u << k);
   }
-  return false;
+  return met;
+}
+
+bool PlacedParts::may_cover(const Caster& c, const glm::dvec3& x, const glm::dvec3& w) {
+  const glm::dvec3 to = c.sphere.centre - x;
+  const double along = glm::dot(to, w), r2 = c.sphere.radius * c.sphere.radius, d2 = glm::dot(to, to);
+  return d2 <= r2 || (along > 0.0 && d2 - along * along <= r2);
+}
+
+bool PlacedParts::covered(const glm::dvec3& x, const glm::dvec3& w) const { return covered(x, {&w, 1}) != 0; }
+
+std::uint32_t PlacedParts::covered(const glm::dvec3& x, std::span<const glm::dvec3> directions) const {
+  std::uint32_t all = 0;
+  for (std::size_t part = 0; part < casters_.size(); ++part) {
+    const Caster& c = casters_[part];
+    const RayScene& rays = *c.part.rays;
+    const glm::vec3 from = rays.to_local(to_own(part, x));
+    std::array<std::size_t, 16> source{};
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < directions.size(); ++k)
+      if (!(all >> k & 1u) && may_cover(c, x, directions[k]))
+        source[count++] = k;
+    if (count == 0)
+      continue;
+    const RayPacket16 packet =
+        ray_fan(from, count, [&](std::size_t k) { return glm::vec3(c.own_from_world * directions[source[k]]); });
+    const std::uint32_t met = rays.occluded16(packet, static_cast<int>(count));
+    for (std::size_t k = 0; k < count; ++k)
+      all |= (met >> k & 1u) << source[k];
+  }
+  return all;
 }
 
 } // namespace daylit

@@ -45,12 +45,14 @@ public:
   glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
   glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;
 
-  /// `direction`: unit, world.
-  bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction, PartHit& hit) const;
-  /// The same, empty where another part stands before it.
-  bool cast_first(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction, PartHit& hit) const;
+  /// Up to sixteen rays from x; `directions`: unit, world. Bit k of the result: ray k meets part `which`, and no other
+  /// part before it; hits[k].
+  std::uint32_t cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
+                           std::span<PartHit> hits) const;
   /// Some part lies in the direction.
   bool covered(const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// The same of up to sixteen directions: bit k is direction k.
+  std::uint32_t covered(const glm::dvec3& x, std::span<const glm::dvec3> directions) const;
 
 private:
   struct Caster {
@@ -61,6 +63,9 @@ private:
     Bounds box;
     BoundingSphere sphere;
   };
+  static bool may_cover(const Caster& caster, const glm::dvec3& x, const glm::dvec3& direction);
+  bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction, PartHit& hit) const;
+  PartHit part_hit(const Caster& caster, const glm::vec3& own_direction, const RayHit& found) const;
   std::vector<Caster> casters_;
 };
 

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "runtime/light/relight.h"
 #include "runtime/object/cut_mesh.h"
@@ -21,15 +24,16 @@ Result<void> VirtualObjects::place(std::size_t k, const ObjectConfig& placement)
   Part& part = parts[k];
   part.world_from_object = world_from_object;
   const glm::mat3 rotation(linear / scale);
-  for (std::size_t i = 0; i < part.mesh.positions.size(); ++i) {
-    const std::size_t at = part.first_vertex + i;
-    surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
-    surface.normals[at] = glm::normalize(rotation * part.mesh.normals[i]);
-    surface.reflectance[at] = placement.reflectance ? *placement.reflectance : part.mesh.reflectance[i];
-  }
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part.mesh.positions.size(), 1024), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const std::size_t at = part.first_vertex + i;
+      surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
+      surface.normals[at] = glm::normalize(rotation * part.mesh.normals[i]);
+      surface.reflectance[at] = placement.reflectance ? *placement.reflectance : part.mesh.reflectance[i];
+    }
+  });
   // Transfer vectors are integrals over directions: a uniform scale leaves them as they are.
-  const auto turned = rotate_transfer(part.transfer, rotation);
-  std::copy(turned.begin(), turned.end(), transfer.begin() + static_cast<std::ptrdiff_t>(part.first_vertex));
+  rotate_transfer(part.transfer, rotation, std::span(transfer).subspan(part.first_vertex, part.transfer.size()));
   return {};
 }
 

@@ -90,19 +90,20 @@ ChangePicture::Corner ChangePicture::look(int x, int y) const {
 }
 
 void ChangePicture::light(Corner& corner) const {
-  corner.visible = false;
-  corner.reached = corner.seen && field_->reaches(corner.position);
-  if (!corner.reached)
+  corner.visible = corner.reached = false;
+  if (!corner.seen)
     return;
   corner.facing = field_->facing_of(corner.triangle, corner.direction);
+  corner.reached = field_->reaches(corner.position);
+  if (!corner.reached)
+    return;
   corner.change = field_->at(corner.triangle, corner.position, corner.direction);
   corner.sun = field_->sun_irradiance(corner.triangle, corner.position, corner.direction);
   corner.visible = drawn_share(corner.change.irradiance, corner.change.before + corner.sun) > 0.0f;
 }
 
 ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
-  const std::array<const Corner*, 4> four{&corner(column, row), &corner(column + 1, row), &corner(column, row + 1),
-                                          &corner(column + 1, row + 1)};
+  const std::array<const Corner*, 4> four = corners_around(column, row);
   bool any = false, same = true;
   for (const Corner* c : four) {
     any = any || c->visible || (c->reached && field_->near(c->position));
@@ -119,12 +120,14 @@ void ChangePicture::update(const RoomChangeField& field) {
   });
   left_out_ = 0.0f;
   ratios_.assign(corners_.size(), Rgb(1.0f));
+  changes_.assign(corners_.size(), {});
   for (std::size_t i = 0; i < corners_.size(); ++i)
     if (const Corner& c = corners_[i]; c.reached) {
       const Rgb before = c.change.before + c.sun;
       const float share = drawn_share(c.change.irradiance, before);
       left_out_ = std::max(left_out_, (1.0f - share) * relative(c.change.irradiance, before));
       ratios_[i] = ratio(share * c.change.irradiance, before);
+      changes_[i] = {c.change.irradiance, before};
     }
   for (int row = 0; row < rows_; ++row)
     for (int column = 0; column < columns_; ++column)
@@ -162,7 +165,31 @@ void ChangePicture::interpolate_row(int x, int y, int count, Rgb* ratios) const 
   }
 }
 
-std::array<float, 4> ChangePicture::corner_weights(int x, int y) const {
+void ChangePicture::interpolate_row(int x, int y, int count, PixelChange* changes) const {
+  const PixelChange* upper = &changes_[static_cast<std::size_t>(y / kBlock) * (columns_ + 1) + x / kBlock];
+  const PixelChange* lower = upper + columns_ + 1;
+  for (int k = 0; k < count; ++k) {
+    const std::array<float, 4> w = corner_weights(x + k, y);
+    PixelChange& c = changes[k];
+    c.irradiance = w[0] * upper[0].irradiance + w[1] * upper[1].irradiance + w[2] * lower[0].irradiance +
+                   w[3] * lower[1].irradiance;
+    c.before = w[0] * upper[0].before + w[1] * upper[1].before + w[2] * lower[0].before + w[3] * lower[1].before;
+    c.irradiance *= drawn_share(c.irradiance, c.before);
+  }
+}
+
+std::optional<std::array<std::uint32_t, 4>> ChangePicture::plane_of_block(int x, int y) const {
+  const std::array<const Corner*, 4> four = corners_around(x / kBlock, y / kBlock);
+  std::array<std::uint32_t, 4> triangles{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (!four[k]->seen || four[k]->facing != four[0]->facing)
+      return std::nullopt;
+    triangles[k] = four[k]->triangle;
+  }
+  return triangles;
+}
+
+std::array<float, 4> ChangePicture::corner_weights(int x, int y) {
   const float s = static_cast<float>(x % kBlock) / kBlock, t = static_cast<float>(y % kBlock) / kBlock;
   return {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
 }
@@ -207,9 +234,9 @@ std::optional<PixelChange> ChangePicture::whole_at(int x, int y) const {
   const std::array<float, 4> weight = corner_weights(x, y);
   PixelChange sum;
   for (int k = 0; k < 4; ++k) {
-    const Corner& c = corner(column + (k & 1), row + (k >> 1));
-    sum.irradiance += weight[k] * c.change.irradiance;
-    sum.before += weight[k] * (c.change.before + c.sun);
+    const PixelChange& c = changes_[static_cast<std::size_t>(row + (k >> 1)) * (columns_ + 1) + column + (k & 1)];
+    sum.irradiance += weight[k] * c.irradiance;
+    sum.before += weight[k] * c.before;
   }
   return sum;
 }

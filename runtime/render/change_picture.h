@@ -52,6 +52,10 @@ public:
   Kind kind_at(int x, int y) const { return kinds_[static_cast<std::size_t>(y / kBlock) * columns_ + x / kBlock]; }
   /// ratio_at() of the first `count` pixels of a row of an interpolated block.
   void interpolate_row(int x, int y, int count, Rgb* ratios) const;
+  /// at() of the same; nothing is left out where at() is empty: then the change is zero.
+  void interpolate_row(int x, int y, int count, PixelChange* changes) const;
+  /// The room's triangles at the corners of a pixel's block where these lie on one side of one plane.
+  std::optional<std::array<std::uint32_t, 4>> plane_of_block(int x, int y) const;
 
 private:
   struct Corner {
@@ -69,13 +73,17 @@ private:
   const RoomChangeField* field_ = nullptr;
   int columns_ = 0, rows_ = 0; ///< of blocks; corners are one more each way
   std::vector<Corner> corners_;
-  std::vector<Rgb> ratios_; ///< at the corners
+  std::vector<Rgb> ratios_;          ///< at the corners
+  std::vector<PixelChange> changes_; ///< the same
   std::vector<Kind> kinds_;
   float left_out_ = 0.0f;
 
   Corner look(int x, int y) const;
   void light(Corner& corner) const;
-  std::array<float, 4> corner_weights(int x, int y) const;
+  static std::array<float, 4> corner_weights(int x, int y);
+  std::array<const Corner*, 4> corners_around(int column, int row) const {
+    return {&corner(column, row), &corner(column + 1, row), &corner(column, row + 1), &corner(column + 1, row + 1)};
+  }
   std::optional<PixelChange> whole_at(int x, int y) const;
   std::optional<PixelChange> between_planes(int x, int y) const;
   Kind kind_of(int column, int row) const;

@@ -33,6 +33,19 @@ struct DrawnPicture {
     return {frame.object[i], frame.lost_sky[i], frame.room[i]};
   }
 
+  /// Every pixel of the photograph's box was drawn, by an undistorted camera.
+  bool shows_all(const PixelBox& photo) const {
+    const PixelBox box = photo.common(frame.box);
+    if (!camera.drawn_position.empty() || frame.surface.empty() || frame.shows.empty() || box.x0 != photo.x0 ||
+        box.y0 != photo.y0 || box.x1 != photo.x1 || box.y1 != photo.y1)
+      return false;
+    for (int y = box.y0; y < box.y1; y += RenderedFrame::kBlock)
+      for (int x = box.x0; x < box.x1; x += RenderedFrame::kBlock)
+        if (!frame.shows[frame.block_index(x, y)])
+          return false;
+    return true;
+  }
+
   /// False when no photograph pixel of the box shows an object or a new shadow.
   bool may_show(const PixelBox& photo) const {
     if (!camera.drawn_position.empty())
@@ -92,6 +105,12 @@ RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
           point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z};
 }
 
+/// The light between two points of a plane.
+void mix(const RoomPoint& a, const RoomPoint& b, float t, RoomPoint& between) {
+  between.indirect_irradiance = a.indirect_irradiance + t * (b.indirect_irradiance - a.indirect_irradiance);
+  between.open_sky_irradiance = a.open_sky_irradiance + t * (b.open_sky_irradiance - a.open_sky_irradiance);
+}
+
 bool casts_shadow(const DrawnPixel& pixel) {
   return pixel.lost_sky.w > 0.0f &&
          std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
@@ -135,7 +154,7 @@ public:
   void fill_block(const PixelBox& block, Composite& result, Counts& counts) const {
     if (settings_.mode == ShadowMode::ratio && !drawn_.may_show(block))
       change_block(block, result, counts);
-    else
+    else if (!shadow_block(block, result, counts))
       for (int y = block.y0; y < block.y1; ++y)
         for (int x = block.x0; x < block.x1; ++x)
           if (const auto after = at(x, y))
@@ -183,6 +202,62 @@ private:
         else if (const auto single = change_->ratio_at(block.x0 + k, y))
           write(first + k, {photo_.texels[first + k] * *single, 0.0f}, result, counts);
     }
+  }
+
+  /// The room's light at the corner pixels of a block that shows nothing but one plane of the room, all of it seen by
+  /// the frame; empty for others.
+  std::optional<std::array<RoomPoint, 4>> plain_corners(const PixelBox& block) const {
+    if (!change_ || !settings_.differential || settings_.mode != ShadowMode::ratio || !drawn_.shows_all(block))
+      return std::nullopt;
+    const auto plane = change_->plane_of_block(block.x0, block.y0);
+    if (!plane)
+      return std::nullopt;
+    for (int y = block.y0; y < block.y1; ++y) {
+      const std::size_t first = drawn_.frame.index(block.x0, y);
+      for (std::size_t i = first; i < first + static_cast<std::size_t>(block.width()); ++i) {
+        const std::uint32_t seen = drawn_.frame.surface[i].triangle;
+        if (drawn_.frame.object[i].w >= kLeastCoverage || std::find(plane->begin(), plane->end(), seen) == plane->end())
+          return std::nullopt;
+      }
+    }
+    std::array<RoomPoint, 4> corner;
+    for (int k = 0; k < 4; ++k) {
+      const int x = k & 1 ? block.x1 - 1 : block.x0, y = k & 2 ? block.y1 - 1 : block.y0;
+      const auto point = room_(drawn_.camera.direction(glm::dvec2(x, y)), drawn_.surface(x, y));
+      if (!point)
+        return std::nullopt;
+      corner[static_cast<std::size_t>(k)] = *point;
+    }
+    return corner;
+  }
+
+  /// Shadow on one plane: the room's light changes slowly there and is looked up at the corners. False: not done.
+  bool shadow_block(const PixelBox& block, Composite& result, Counts& counts) const {
+    const auto corner = plain_corners(block);
+    if (!corner)
+      return false;
+    const std::array<RoomPoint, 4>& c = *corner;
+    const bool changes = change_->kind_at(block.x0, block.y0) == ChangePicture::Kind::interpolate;
+    const float per_x = 1.0f / static_cast<float>(std::max(block.width() - 1, 1)),
+                per_y = 1.0f / static_cast<float>(std::max(block.height() - 1, 1));
+    std::array<PixelChange, ChangePicture::kBlock> change{};
+    RoomPoint left = c[0], right = c[0], here = c[0];
+    for (int y = block.y0; y < block.y1; ++y) {
+      if (changes)
+        change_->interpolate_row(block.x0, y, block.width(), change.data());
+      const float t = per_y * static_cast<float>(y - block.y0);
+      mix(c[0], c[2], t, left);
+      mix(c[1], c[3], t, right);
+      for (int k = 0; k < block.width(); ++k) {
+        mix(left, right, per_x * static_cast<float>(k), here);
+        const DrawnPixel pixel = drawn_.at(block.x0 + k, y);
+        RoomLoss loss = direct_loss(pixel, here);
+        loss.lost -= change[static_cast<std::size_t>(k)].irradiance;
+        const std::size_t i = static_cast<std::size_t>(y) * photo_.width + static_cast<std::size_t>(block.x0 + k);
+        write(i, {changed(photo_.texels[i], loss, here.reflectance, settings_), 0.0f}, result, counts);
+      }
+    }
+    return true;
   }
 
   void write(std::size_t i, const Pixel& after, Composite& result, Counts& counts) const {

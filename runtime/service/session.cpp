@@ -5,9 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
 #include "runtime/light/relight.h"
 #include "runtime/light/room_change.h"
 #include "runtime/light/room_light.h"
@@ -67,7 +64,7 @@ struct Session::State {
   RenderedFrame drawn;
   Frame frame;
   bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
-       has_view = false, has_room_light = false;
+       has_view = false, has_room_light = false, has_room_change_sky = false;
   ShownParts shown;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
@@ -196,7 +193,7 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   clock.end("regions");
   field = combine(volume, regions);
   clock.end("combine");
-  has_samples = has_room_light = has_object_light = has_drawn = has_picture = false;
+  has_samples = has_room_light = has_room_change_sky = has_object_light = has_drawn = has_picture = false;
 }
 
 void Session::State::sample() {
@@ -222,19 +219,8 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
 void Session::State::see_own_shadow() {
   if (!room_change)
     return;
-  room_change->set_sky(pyramid, sun);
-  const ObjectSurface& surface = objects.surface;
-  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
-    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
-      for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const Sh9Rgb change = room_change->arriving_change(k, surface.positions[i]);
-        indirect[i].front = add_reflected(indirect[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
-        if (objects.has_back[i])
-          indirect[i].back = add_reflected(indirect[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
-      }
-    });
-  }
+  room_change->set_sky(pyramid, sun, std::exchange(has_room_change_sky, true));
+  add_arriving_change(*room_change, objects, indirect);
 }
 
 Result<void> Session::State::draw(StageClock& clock) {

@@ -211,22 +211,48 @@ bool BlockShader::find_sun_corners(int column, int row, Layer layer) {
   return true;
 }
 
-/// A block that shows one plane of the room, all of whose corners keep the light of the sky; without a sun.
-bool BlockShader::loses_nothing(int column, int row) const {
+std::array<const GridPoint*, 4> BlockShader::plain_corners(int column, int row) const {
   if (grid_.empty() || scene_.sun.lights.size() > 0 || !view_.is_plain(column, row) || column + 1 >= grid_.columns() ||
       row + 1 >= grid_.rows())
-    return false;
+    return {};
+  std::array<const GridPoint*, 4> corners{};
+  float least = 1.0f, most = 0.0f;
   for (int k = 0; k < 4; ++k) {
     const GridPoint& g = grid_.at(Layer::room, column + k % 2, row + k / 2);
-    if (!g.exists || g.before != g.after)
-      return false;
+    if (!g.exists)
+      return {};
+    corners[static_cast<std::size_t>(k)] = &g;
+    least = std::min(least, g.after.g);
+    most = std::max(most, g.after.g);
   }
-  return true;
+  return most - least > kSteepShare ? std::array<const GridPoint*, 4>{} : corners;
+}
+
+/// The same as asking interpolate() for each pixel.
+void BlockShader::shade_plain(const std::array<const GridPoint*, 4>& corners, const PixelBox& pixels) {
+  constexpr float kStep = 1.0f / kBlockSide;
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    const float t = kStep * static_cast<float>(y % kBlockSide);
+    const Rgb left = (1 - t) * corners[0]->before + t * corners[2]->before,
+              right = (1 - t) * corners[1]->before + t * corners[3]->before,
+              left_after = (1 - t) * corners[0]->after + t * corners[2]->after,
+              right_after = (1 - t) * corners[1]->after + t * corners[3]->after;
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      const float s = kStep * static_cast<float>(x % kBlockSide);
+      const Rgb before = (1 - s) * left + s * right, after = (1 - s) * left_after + s * right_after;
+      const RoomHit& hit = view_.room(x, y);
+      const std::size_t i = frame_.index(x, y);
+      frame_.object[i] = glm::vec4(0.0f);
+      frame_.lost_sky[i] = glm::vec4(before - after, 1.0f);
+      frame_.room[i] = glm::vec4((before.r + before.g + before.b) / 3.0f, 0.0f, 0.0f, 0.0f);
+      frame_.surface[i] = {scene_.room_triangle[hit.triangle],
+                           view_.eye() + hit.depth * view_.direction(static_cast<float>(x), static_cast<float>(y))};
+    }
+  }
 }
 
 /// The pixels of a block show nothing yet.
 void BlockShader::start_block(const PixelBox& pixels) {
-  frame_.shows[frame_.block_index(pixels.x0, pixels.y0)] = 1;
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     const std::size_t first = frame_.index(pixels.x0, y);
     for (auto* pass : {&frame_.object, &frame_.lost_sky, &frame_.room})
@@ -245,8 +271,14 @@ void BlockShader::shade(int column, int row) {
       has_edge = has_edge || view_.is_edge(x, y);
       has_object = has_object || view_.object(x, y).samples > 0;
     }
-  if (!has_object && (!receives || loses_nothing(column, row)))
+  if (!has_object && !receives)
     return;
+  const auto plain = has_object || has_edge ? std::array<const GridPoint*, 4>{} : plain_corners(column, row);
+  if (plain[0] && std::all_of(plain.begin(), plain.end(), [](const GridPoint* g) { return g->before == g->after; }))
+    return;
+  frame_.shows[frame_.block_index(pixels.x0, pixels.y0)] = 1;
+  if (plain[0])
+    return shade_plain(plain, pixels);
   start_block(pixels);
   const Layer layer = has_object ? Layer::object : Layer::room;
   sun_corner_count_ = !has_edge && find_sun_corners(column, row, layer) ? 4 : 0;

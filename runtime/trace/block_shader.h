@@ -52,7 +52,10 @@ private:
   void shade_objects(Lanes& lanes, std::size_t sun_corner_count);
   void shade_room();
   void start_block(const PixelBox& pixels);
-  bool loses_nothing(int column, int row) const;
+  /// The grid points at the corners of a block that shows one plane of the room, where they speak for all of it and
+  /// there is no sun; null pointers elsewhere.
+  std::array<const GridPoint*, 4> plain_corners(int column, int row) const;
+  void shade_plain(const std::array<const GridPoint*, 4>& corners, const PixelBox& pixels);
   bool find_sun_corners(int column, int row, Layer layer);
 
   const ShareGrid& grid_;

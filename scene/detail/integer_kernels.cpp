@@ -23,115 +23,74 @@ namespace {
 
 constexpr std::size_t kPairNumbers = 2 * kTileNumbers;
 
-/// Weights of one chunk, rounded: two 16-bit integers for each pair, the even row in the low half.
-struct FixedWeights {
-  alignas(64) std::array<std::int32_t, kFixedChunk> pair;
-  float step; ///< of an integer product; 0 when the chunk is black
-};
-
-/// For all versions, without multiply-add: that would round some weights differently.
-__attribute__((noinline)) void round_weights(const float* scale, const float* weight,
-                                             std::span<const std::uint32_t> pairs, FixedWeights& out) {
-  std::array<float, 2 * kFixedChunk> product{};
-  for (std::size_t i = 0; i < pairs.size(); ++i)
-    for (std::size_t j = 0; j < 2; ++j)
-      product[2 * i + j] = weight[2 * pairs[i] + j] * scale[2 * pairs[i] + j];
-  std::array<float, 8> lane{};
-  for (std::size_t i = 0; i < product.size(); ++i)
-    lane[i % 8] = std::abs(product[i]) > lane[i % 8] ? std::abs(product[i]) : lane[i % 8];
-  float most = 0;
-  for (const float x : lane)
-    most = x > most ? x : most;
-  out.step = most / kFixedMost;
-  if (!(out.step > 0))
-    return;
-  // Adding and taking away 1.5 * 2^23 rounds to nearest even.
-  constexpr float kRound = 12582912.0f;
-  const float inverse = kFixedMost / most;
-  std::array<std::int32_t, 2 * kFixedChunk> rounded;
-  for (std::size_t i = 0; i < rounded.size(); ++i)
-    rounded[i] = std::bit_cast<std::int32_t>(product[i] * inverse + kRound) - std::bit_cast<std::int32_t>(kRound);
-  for (std::size_t i = 0; i < kFixedChunk; ++i)
-    out.pair[i] = (rounded[2 * i] & 0xffff) | (rounded[2 * i + 1] << 16);
-}
-
-/// The same bits.
-DAYLIT_AVX512 inline void round_weights_avx512(const float* scale, const float* weight,
-                                               std::span<const std::uint32_t> pairs, FixedWeights& out) {
-  if (pairs.back() - pairs.front() != pairs.size() - 1) // not neighbours
-    return round_weights(scale, weight, pairs, out);
-  const std::size_t first = 2 * std::size_t{pairs.front()};
-  const auto in = static_cast<std::uint32_t>((std::uint64_t{1} << 2 * pairs.size()) - 1);
-  const auto low = static_cast<__mmask16>(in), high = static_cast<__mmask16>(in >> 16);
-  const __m512 front =
-                   _mm512_mul_ps(_mm512_maskz_loadu_ps(low, weight + first), _mm512_maskz_loadu_ps(low, scale + first)),
-               back = _mm512_mul_ps(_mm512_maskz_loadu_ps(high, weight + first + 16),
-                                    _mm512_maskz_loadu_ps(high, scale + first + 16));
-  const float most = _mm512_reduce_max_ps(_mm512_max_ps(_mm512_abs_ps(front), _mm512_abs_ps(back)));
-  out.step = most / kFixedMost;
-  if (!(out.step > 0))
-    return;
-  const __m512 inverse = _mm512_set1_ps(kFixedMost / most);
-  const __m256i a = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(_mm512_mul_ps(front, inverse))),
-                b = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(_mm512_mul_ps(back, inverse)));
-  _mm512_store_si512(out.pair.data(), _mm512_inserti64x4(_mm512_castsi256_si512(a), b, 1));
-}
-
-/// sum[k] += step * (integer sum) for kBlocks blocks of 16 numbers of one chunk.
-template <int kBlocks>
-DAYLIT_AVX2 inline void add_chunk_avx2(const std::int16_t* tile, std::span<const std::uint32_t> pairs,
-                                       const FixedWeights& w, float* sum) {
-  __m256i total[2 * kBlocks];
-#pragma GCC unroll 8
-  for (__m256i& t : total)
-    t = _mm256_setzero_si256();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const __m256i weight = _mm256_set1_epi32(w.pair[i]);
-    const std::int16_t* row = tile + pairs[i] * kPairNumbers;
-#pragma GCC unroll 8
-    for (int b = 0; b < 2 * kBlocks; ++b)
-      total[b] = _mm256_add_epi32(
-          total[b], _mm256_madd_epi16(weight, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(row + 16 * b))));
-  }
-  const __m256 step = _mm256_set1_ps(w.step);
-#pragma GCC unroll 8
-  for (int b = 0; b < 2 * kBlocks; ++b)
-    _mm256_storeu_ps(sum + 8 * b, _mm256_fmadd_ps(step, _mm256_cvtepi32_ps(total[b]), _mm256_loadu_ps(sum + 8 * b)));
-}
-
 /// Ahead of the stream: hardware prefetch stops at every page.
 constexpr std::size_t kPairsAhead = 4, kBytesAhead = 2048;
 
+/// Pairs [begin, end) of a chunk.
+struct Chunk {
+  std::size_t begin, end;
+  bool is_whole() const { return end - begin == kFixedChunk; }
+};
+DAYLIT_INLINE Chunk chunk_of(const FixedRows& rows, std::size_t i) {
+  return {i * kFixedChunk, std::min((i + 1) * kFixedChunk, rows.pair.size())};
+}
+
+/// kBlocks blocks of 16 numbers: sum[k] += tile_scale * step * (integer sum), chunk after chunk.
 template <int kBlocks>
-DAYLIT_AVX512 inline void add_chunk_avx512(const std::int16_t* tile, std::span<const std::uint32_t> pairs,
-                                           const FixedWeights& w, float* sum) {
-  __m512i total[kBlocks];
+DAYLIT_AVX2 void add_blocks_avx2(const std::int16_t* tile, float tile_scale, const FixedRows& rows, float* sum) {
+  for (std::size_t i = 0; i < rows.step.size(); ++i) {
+    __m256i total[2 * kBlocks];
 #pragma GCC unroll 8
-  for (__m512i& t : total)
-    t = _mm512_setzero_si512();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const __m512i weight = _mm512_set1_epi32(w.pair[i]);
-    const std::int16_t* row = tile + pairs[i] * kPairNumbers;
+    for (__m256i& t : total)
+      t = _mm256_setzero_si256();
+    const Chunk chunk = chunk_of(rows, i);
+    for (std::size_t p = chunk.begin; p < chunk.end; ++p) {
+      const __m256i weight = _mm256_set1_epi32(rows.weight[p]);
+      const std::int16_t* row = tile + rows.pair[p] * kPairNumbers;
+#pragma GCC unroll 8
+      for (int b = 0; b < 2 * kBlocks; ++b)
+        total[b] = _mm256_add_epi32(
+            total[b], _mm256_madd_epi16(weight, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(row + 16 * b))));
+    }
+    const __m256 step = _mm256_set1_ps(tile_scale * rows.step[i]);
+#pragma GCC unroll 8
+    for (int b = 0; b < 2 * kBlocks; ++b)
+      _mm256_storeu_ps(sum + 8 * b, _mm256_fmadd_ps(step, _mm256_cvtepi32_ps(total[b]), _mm256_loadu_ps(sum + 8 * b)));
+  }
+}
+
+template <int kBlocks>
+DAYLIT_AVX512 void add_blocks_avx512(const std::int16_t* tile, float tile_scale, const FixedRows& rows, float* sum) {
+  for (std::size_t i = 0; i < rows.step.size(); ++i) {
+    __m512i total[kBlocks];
+#pragma GCC unroll 8
+    for (__m512i& t : total)
+      t = _mm512_setzero_si512();
+    const Chunk chunk = chunk_of(rows, i);
+    for (std::size_t p = chunk.begin; p < chunk.end; ++p) {
+      const __m512i weight = _mm512_set1_epi32(rows.weight[p]);
+      const std::int16_t* row = tile + rows.pair[p] * kPairNumbers;
+#pragma GCC unroll 8
+      for (int b = 0; b < kBlocks; ++b)
+        total[b] = _mm512_add_epi32(total[b], _mm512_madd_epi16(weight, _mm512_loadu_si512(row + 32 * b)));
+    }
+    const __m512 step = _mm512_set1_ps(tile_scale * rows.step[i]);
 #pragma GCC unroll 8
     for (int b = 0; b < kBlocks; ++b)
-      total[b] = _mm512_add_epi32(total[b], _mm512_madd_epi16(weight, _mm512_loadu_si512(row + 32 * b)));
+      _mm512_storeu_ps(sum + 16 * b,
+                       _mm512_fmadd_ps(step, _mm512_cvtepi32_ps(total[b]), _mm512_loadu_ps(sum + 16 * b)));
   }
-  const __m512 step = _mm512_set1_ps(w.step);
-#pragma GCC unroll 8
-  for (int b = 0; b < kBlocks; ++b)
-    _mm512_storeu_ps(sum + 16 * b, _mm512_fmadd_ps(step, _mm512_cvtepi32_ps(total[b]), _mm512_loadu_ps(sum + 16 * b)));
 }
 
 template <int kBlocks, bool kPrefetch>
-DAYLIT_VNNI inline void sum_chunk_vnni(const std::int16_t* tile, std::span<const std::uint32_t> pairs,
-                                       const FixedWeights& w, float* sum) {
-  __m512i total[kBlocks];
+DAYLIT_VNNI DAYLIT_INLINE void sum_chunk_vnni(const std::int16_t* tile, const FixedRows& rows, const Chunk& chunk,
+                                              __m512i* total) {
 #pragma GCC unroll 8
-  for (__m512i& t : total)
-    t = _mm512_setzero_si512();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const __m512i weight = _mm512_set1_epi32(w.pair[i]);
-    const std::int16_t* row = tile + pairs[i] * kPairNumbers;
+  for (int b = 0; b < kBlocks; ++b)
+    total[b] = _mm512_setzero_si512();
+  for (std::size_t p = chunk.begin; p < chunk.end; ++p) {
+    const __m512i weight = _mm512_set1_epi32(rows.weight[p]);
+    const std::int16_t* row = tile + rows.pair[p] * kPairNumbers;
 #pragma GCC unroll 8
     for (int b = 0; b < kBlocks; ++b) {
       if constexpr (kPrefetch)
@@ -139,22 +98,30 @@ DAYLIT_VNNI inline void sum_chunk_vnni(const std::int16_t* tile, std::span<const
       total[b] = _mm512_dpwssd_epi32(total[b], weight, _mm512_loadu_si512(row + 32 * b));
     }
   }
-  const __m512 step = _mm512_set1_ps(w.step);
+}
+
+/// The sums stay in registers. A few rows of a tile are not followed by others that are asked for.
+template <int kBlocks>
+DAYLIT_VNNI void add_blocks_vnni(const std::int16_t* tile, float tile_scale, const FixedRows& rows, float* sum) {
+  __m512 s[kBlocks];
+  __m512i total[kBlocks];
 #pragma GCC unroll 8
   for (int b = 0; b < kBlocks; ++b)
-    _mm512_storeu_ps(sum + 16 * b, _mm512_fmadd_ps(step, _mm512_cvtepi32_ps(total[b]), _mm512_loadu_ps(sum + 16 * b)));
-}
-
-/// A few rows of a tile are not followed by others that are asked for.
-template <int kBlocks>
-DAYLIT_VNNI void add_chunk_vnni(const std::int16_t* tile, std::span<const std::uint32_t> pairs, const FixedWeights& w,
-                                float* sum) {
-  pairs.size() == kFixedChunk ? sum_chunk_vnni<kBlocks, true>(tile, pairs, w, sum)
-                              : sum_chunk_vnni<kBlocks, false>(tile, pairs, w, sum);
-}
-
-std::span<const std::uint32_t> chunk_at(std::span<const std::uint32_t> pairs, std::size_t at) {
-  return pairs.subspan(at, std::min(kFixedChunk, pairs.size() - at));
+    s[b] = _mm512_loadu_ps(sum + 16 * b);
+  for (std::size_t i = 0; i < rows.step.size(); ++i) {
+    const Chunk chunk = chunk_of(rows, i);
+    if (rows.far && chunk.is_whole())
+      sum_chunk_vnni<kBlocks, true>(tile, rows, chunk, total);
+    else
+      sum_chunk_vnni<kBlocks, false>(tile, rows, chunk, total);
+    const __m512 step = _mm512_set1_ps(tile_scale * rows.step[i]);
+#pragma GCC unroll 8
+    for (int b = 0; b < kBlocks; ++b)
+      s[b] = _mm512_fmadd_ps(step, _mm512_cvtepi32_ps(total[b]), s[b]);
+  }
+#pragma GCC unroll 8
+  for (int b = 0; b < kBlocks; ++b)
+    _mm512_storeu_ps(sum + 16 * b, s[b]);
 }
 
 // Sums of the two bytes of the weights: 64 numbers of four rows at a time, each lane of 32 bits holding one number of
@@ -264,72 +231,70 @@ std::vector<std::uint32_t> row_numbers(std::span<const Row> rows) {
 
 } // namespace
 
-void add_fixed_baseline(const std::int16_t* tile, const float* scale, const float* weight,
-                        std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum) {
-  FixedWeights w;
-  for (std::size_t at = 0; at < pairs.size(); at += kFixedChunk) {
-    const auto chunk = chunk_at(pairs, at);
-    round_weights(scale, weight, chunk, w);
-    if (w.step == 0)
-      continue;
+FixedRows::FixedRows(std::span<const float> all_weights, std::span<const float> row_scale,
+                     std::vector<std::uint32_t> pairs, bool is_far)
+    : pair(std::move(pairs)), far(is_far) {
+  weight.reserve(pair.size());
+  for (std::size_t begin = 0; begin < pair.size(); begin += kFixedChunk) {
+    std::array<float, 2 * kFixedChunk> product{};
+    const std::size_t count = std::min(kFixedChunk, pair.size() - begin);
+    float most = 0;
+    for (std::size_t k = 0; k < 2 * count; ++k) {
+      const std::size_t row = 2 * std::size_t{pair[begin + k / 2]} + k % 2;
+      product[k] = all_weights[row] * row_scale[row];
+      most = std::max(most, std::abs(product[k]));
+    }
+    step.push_back(most / kFixedMost);
+    const float inverse = step.back() > 0 ? kFixedMost / most : 0.0f;
+    for (std::size_t i = 0; i < count; ++i)
+      weight.push_back(static_cast<std::int32_t>(std::lrint(product[2 * i] * inverse) & 0xffff) |
+                       static_cast<std::int32_t>(std::lrint(product[2 * i + 1] * inverse)) * 0x10000);
+  }
+}
+
+void add_fixed_baseline(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                        std::size_t count, float* sum) {
+  for (std::size_t i = 0; i < rows.step.size(); ++i)
     for (std::size_t k = first * kBlockNumbers; k < (first + count) * kBlockNumbers; ++k) {
       std::int32_t total = 0;
-      for (std::size_t i = 0; i < chunk.size(); ++i) {
-        const std::int16_t* numbers = tile + chunk[i] * kPairNumbers + 2 * k;
-        total += static_cast<std::int16_t>(w.pair[i] & 0xffff) * numbers[0] + (w.pair[i] >> 16) * numbers[1];
+      const Chunk chunk = chunk_of(rows, i);
+      for (std::size_t p = chunk.begin; p < chunk.end; ++p) {
+        const std::int16_t* numbers = tile + rows.pair[p] * kPairNumbers + 2 * k;
+        total += static_cast<std::int16_t>(rows.weight[p] & 0xffff) * numbers[0] + (rows.weight[p] >> 16) * numbers[1];
       }
-      sum[k] += w.step * static_cast<float>(total);
+      sum[k] += tile_scale * rows.step[i] * static_cast<float>(total);
     }
-  }
 }
 
 namespace {
 
-using RoundWeights = void (*)(const float* scale, const float* weight, std::span<const std::uint32_t> pairs,
-                              FixedWeights& out);
-using AddChunk = void (*)(const std::int16_t* tile, std::span<const std::uint32_t> pairs, const FixedWeights& w,
-                          float* sum);
+using AddBlocks = void (*)(const std::int16_t* tile, float tile_scale, const FixedRows& rows, float* sum);
 
 /// `several` takes `at_once` blocks, `one` the rest.
-void add_chunks(const std::int16_t* tile, const float* scale, const float* weight, std::span<const std::uint32_t> pairs,
-                std::size_t first, std::size_t count, float* sum, RoundWeights round, AddChunk several,
-                std::size_t at_once, AddChunk one) {
-  constexpr std::size_t kTogether = 4; // chunks rounded before the first is summed: one latency for all of them
-  std::array<FixedWeights, kTogether> w;
-  for (std::size_t at = 0; at < pairs.size(); at += kTogether * kFixedChunk) {
-    const auto part = pairs.subspan(at, std::min(kTogether * kFixedChunk, pairs.size() - at));
-    for (std::size_t i = 0; i * kFixedChunk < part.size(); ++i)
-      round(scale, weight, chunk_at(part, i * kFixedChunk), w[i]);
-    for (std::size_t i = 0; i * kFixedChunk < part.size(); ++i) {
-      if (w[i].step == 0)
-        continue;
-      const auto chunk = chunk_at(part, i * kFixedChunk);
-      std::size_t block = first;
-      for (; block + at_once <= first + count; block += at_once)
-        several(tile + 2 * block * kBlockNumbers, chunk, w[i], sum + block * kBlockNumbers);
-      for (; block < first + count; ++block)
-        one(tile + 2 * block * kBlockNumbers, chunk, w[i], sum + block * kBlockNumbers);
-    }
-  }
+DAYLIT_INLINE void add_parts(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                             std::size_t count, float* sum, AddBlocks several, std::size_t at_once, AddBlocks one) {
+  std::size_t block = first;
+  for (; block + at_once <= first + count; block += at_once)
+    several(tile + 2 * block * kBlockNumbers, tile_scale, rows, sum + block * kBlockNumbers);
+  for (; block < first + count; ++block)
+    one(tile + 2 * block * kBlockNumbers, tile_scale, rows, sum + block * kBlockNumbers);
 }
 
 } // namespace
 
-void add_fixed_avx2(const std::int16_t* tile, const float* scale, const float* weight,
-                    std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum) {
-  add_chunks(tile, scale, weight, pairs, first, count, sum, round_weights, add_chunk_avx2<4>, 4, add_chunk_avx2<1>);
+void add_fixed_avx2(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                    std::size_t count, float* sum) {
+  add_parts(tile, tile_scale, rows, first, count, sum, add_blocks_avx2<4>, 4, add_blocks_avx2<1>);
 }
 
-void add_fixed_avx512(const std::int16_t* tile, const float* scale, const float* weight,
-                      std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum) {
-  add_chunks(tile, scale, weight, pairs, first, count, sum, round_weights_avx512, add_chunk_avx512<8>, 8,
-             add_chunk_avx512<1>);
+void add_fixed_avx512(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                      std::size_t count, float* sum) {
+  add_parts(tile, tile_scale, rows, first, count, sum, add_blocks_avx512<8>, 8, add_blocks_avx512<1>);
 }
 
-void add_fixed_vnni(const std::int16_t* tile, const float* scale, const float* weight,
-                    std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum) {
-  add_chunks(tile, scale, weight, pairs, first, count, sum, round_weights_avx512, add_chunk_vnni<8>, 8,
-             add_chunk_vnni<1>);
+void add_fixed_vnni(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                    std::size_t count, float* sum) {
+  add_parts(tile, tile_scale, rows, first, count, sum, add_blocks_vnni<8>, 8, add_blocks_vnni<1>);
 }
 
 DAYLIT_VNNI void add_bytes_vnni(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {

@@ -8,14 +8,14 @@
 
 namespace daylit::detail {
 
-void add_fixed_baseline(const std::int16_t* tile, const float* scale, const float* weight,
-                        std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum);
-void add_fixed_avx2(const std::int16_t* tile, const float* scale, const float* weight,
-                    std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum);
-void add_fixed_avx512(const std::int16_t* tile, const float* scale, const float* weight,
-                      std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum);
-void add_fixed_vnni(const std::int16_t* tile, const float* scale, const float* weight,
-                    std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum);
+void add_fixed_baseline(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                        std::size_t count, float* sum);
+void add_fixed_avx2(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                    std::size_t count, float* sum);
+void add_fixed_avx512(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                      std::size_t count, float* sum);
+void add_fixed_vnni(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                    std::size_t count, float* sum);
 
 void add_bytes_vnni(const std::int8_t* tile, const ByteRows& rows, float* const* sum);
 

@@ -53,11 +53,12 @@ void dot_baseline(const std::uint16_t* weight, std::span<const FirstLight::Run> 
         sum[c] += from_half(*weight) * plane[c * stride + k];
 }
 
+template <bool kAdd>
 void interleave_baseline(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
   for (std::size_t k = 0; k < count; ++k) {
-    rgb[3 * k] = r[k];
-    rgb[3 * k + 1] = g[k];
-    rgb[3 * k + 2] = b[k];
+    rgb[3 * k] = r[k] + (kAdd ? rgb[3 * k] : 0.0f);
+    rgb[3 * k + 1] = g[k] + (kAdd ? rgb[3 * k + 1] : 0.0f);
+    rgb[3 * k + 2] = b[k] + (kAdd ? rgb[3 * k + 2] : 0.0f);
   }
 }
 
@@ -291,17 +292,19 @@ DAYLIT_AVX512 void dot_avx512(const std::uint16_t* weight, std::span<const First
     sum[c] = add_lanes(_mm256_add_ps(_mm512_castps512_ps256(s[c]), _mm512_extractf32x8_ps(s[c], 1)));
 }
 
+template <bool kAdd>
 DAYLIT_AVX512 void interleave_avx512(const float* r, const float* g, const float* b, std::size_t count, float* rgb) {
   std::size_t k = 0;
   for (; k + 16 <= count; k += 16) {
     const __m512 red = _mm512_loadu_ps(r + k), green = _mm512_loadu_ps(g + k), blue = _mm512_loadu_ps(b + k);
     for (int v = 0; v < 3; ++v) {
       const __m512 rg = _mm512_permutex2var_ps(red, _mm512_load_si512(kInterleave.red_green[v].data()), green);
-      _mm512_storeu_ps(rgb + 3 * k + 16 * v,
-                       _mm512_permutex2var_ps(rg, _mm512_load_si512(kInterleave.blue[v].data()), blue));
+      const __m512 all = _mm512_permutex2var_ps(rg, _mm512_load_si512(kInterleave.blue[v].data()), blue);
+      float* const to = rgb + 3 * k + 16 * v;
+      _mm512_storeu_ps(to, kAdd ? _mm512_add_ps(_mm512_loadu_ps(to), all) : all);
     }
   }
-  interleave_baseline(r + k, g + k, b + k, count - k, rgb + 3 * k);
+  interleave_baseline<kAdd>(r + k, g + k, b + k, count - k, rgb + 3 * k);
 }
 
 DAYLIT_AVX512 float sum_avx512(const std::byte* data, std::size_t size) {
@@ -354,13 +357,14 @@ void add_bytes_integer(const std::int8_t* tile, const ByteRows& rows, float* con
 
 const std::array<TileKernels, 4> kAll{{
     {"baseline", add_baseline<float>, add_baseline<std::uint16_t>, add_bytes_baseline, add_fixed_baseline,
-     add_colours_baseline<std::uint16_t>, dot_baseline, interleave_baseline, sum_baseline},
+     add_colours_baseline<std::uint16_t>, dot_baseline, interleave_baseline<false>, interleave_baseline<true>,
+     sum_baseline},
     {"avx2", add_avx2<float>, add_avx2<std::uint16_t>, add_bytes_avx2, add_fixed_avx2, add_colours_avx2<std::uint16_t>,
-     dot_avx2, interleave_baseline, sum_avx2},
+     dot_avx2, interleave_baseline<false>, interleave_baseline<true>, sum_avx2},
     {"avx512", add_avx512<float>, add_avx512<std::uint16_t>, add_bytes_avx512, add_fixed_avx512,
-     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512, sum_avx512},
+     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
     {"avx512vnni", add_avx512<float>, add_avx512<std::uint16_t>, add_bytes_integer, add_fixed_vnni,
-     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512, sum_avx512},
+     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
 }};
 
 std::size_t usable_count() {

@@ -40,15 +40,29 @@ struct ColouredRow {
 template <class Number>
 using AddColours = void (*)(const Number* tile, std::span<const ColouredRow> rows, float* const sum[3]);
 
-/// Fixed point: rows lie in pairs, [pair][128][2], and a number is scale[row] * integer with at most kFixedMost.
-/// Weights are rounded to the same range for each kFixedChunk pairs in turn; their integer sums are exact in 32 bits.
+/// Fixed point: rows lie in pairs, [pair][128][2], and a number is row_scale[row] * tile_scale * integer with at most
+/// kFixedMost.
 constexpr std::int32_t kFixedMost = 8191;
 constexpr std::size_t kFixedChunk = 16;
 static_assert(2 * std::int64_t{kFixedChunk} * kFixedMost * kFixedMost < 0x7fffffff);
 
-/// sum[k] += weight[row] * scale[row] * tile[row][k] for the rows of `pairs`. Integers are the same in every version.
-using AddFixed = void (*)(const std::int16_t* tile, const float* scale, const float* weight,
-                          std::span<const std::uint32_t> pairs, std::size_t first, std::size_t count, float* sum);
+/// Rows for tiles of fixed point, prepared once for all tiles: weights times row scales, rounded to the same range for
+/// each kFixedChunk pairs in turn. Their integer sums are exact in 32 bits.
+struct FixedRows {
+  FixedRows() = default;
+  /// `weight` and `row_scale`: of all rows; `pairs`: those that count; `far`: the tiles are not in a fast cache.
+  FixedRows(std::span<const float> weight, std::span<const float> row_scale, std::vector<std::uint32_t> pairs,
+            bool far = false);
+
+  std::vector<std::uint32_t> pair;
+  std::vector<std::int32_t> weight; ///< two integers of 16 bits for each pair, the even row in the low half
+  std::vector<float> step;          ///< of an integer product; of each chunk
+  bool far = false;                 ///< whole chunks are fetched ahead
+};
+
+/// sum[k] += tile_scale * weight[row] * row_scale[row] * tile[row][k]. Integers are the same in every version.
+using AddFixed = void (*)(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
+                          std::size_t count, float* sum);
 
 /// Rows for tiles of bytes, prepared once for many tiles: the weights of one colour or of three, and the same rounded
 /// to two signed bytes, weight = step * (128 high + low), four rows to a 32-bit word. The last word is filled up with
@@ -85,8 +99,9 @@ struct TileKernels {
   /// sum[c] = sum_k weight[k] * plane[c * stride + place of k], half floats, run after run of places.
   void (*dot_half_planes)(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
                           std::size_t stride, float sum[3]);
-  /// rgb[3 k + c] = plane_c[k]
+  /// rgb[3 k + c] = plane_c[k], or += for add_interleaved
   void (*interleave)(const float* r, const float* g, const float* b, std::size_t count, float* rgb);
+  void (*add_interleaved)(const float* r, const float* g, const float* b, std::size_t count, float* rgb);
   float (*sum_bytes)(const std::byte* data, std::size_t size); ///< a plain read: the yardstick of the benchmark
 };
 

@@ -94,6 +94,22 @@ TEST(RoomChange, kept_values_agree_with_many_rays_at_each_point) {
   EXPECT_LT(std::sqrt(square / count), 0.02 * largest);
 }
 
+TEST(RoomChange, falls_off_without_a_step_where_cells_grow) {
+  Surrounded s(0.15f);
+  s.place({2.0, 2.5, 0.16}, 0.0f);
+  // Distances where one width of cells hands over to the next lie between 1.1 and 4.5 radii. Over 2 mm the change of a
+  // smooth curve is 2 mm / (distance to the middle) x 4 of its value at the steepest, F ~ h r^2 / d^4.
+  double last = 0.0, steepest = 0.0;
+  int count = 0;
+  for (double x = 0.1; x < 0.75; x += 0.002, ++count) {
+    const double here = static_cast<double>(s.at({2.0 + x, 2.5, 0.0}).irradiance.g), d = std::hypot(x, 0.16);
+    if (count > 0)
+      steepest = std::max(steepest, std::fabs(here - last) / std::fabs(last) / (4.0 * 0.002 / d));
+    last = here;
+  }
+  EXPECT_LT(steepest, 1.6);
+}
+
 TEST(RoomChange, a_sunlit_sphere_brightens_the_floor_beside_it) {
   Surrounded s(0.2f, test::box_window());
   DetectedSun sun;

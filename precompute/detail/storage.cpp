@@ -1,0 +1,121 @@
+#include "precompute/detail/storage.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/detail/tile_kernels.h"
+
+namespace daylit::precompute::detail {
+
+namespace {
+
+float largest(std::span<const float> numbers) {
+  float most = 0;
+  for (const float x : numbers)
+    most = std::max(most, std::abs(x));
+  return most;
+}
+
+constexpr float kByteMost = 127;
+
+double square(double x) { return x * x; }
+
+/// To the nearest integer, halfway to even; |x| below 2^22. Two additions instead of a call.
+float nearest(float x) {
+  constexpr float kUlpIsOne = 12582912.0f;
+  return (x + kUlpIsOne) - kUlpIsOne;
+}
+
+Rounded halves(std::span<const float> numbers) {
+  Rounded r;
+  if (const float most = largest(numbers); most > 0)
+    r.unit = most;
+  for (const float x : numbers)
+    r.half.push_back(daylit::detail::to_half(x / r.unit));
+  return r;
+}
+
+Rounded bytes(std::span<const float> numbers) {
+  Rounded r;
+  if (const float most = largest(numbers); most > 0)
+    r.unit = most / kByteMost;
+  r.byte.resize(numbers.size());
+  return r;
+}
+
+} // namespace
+
+Rounded Rounded::row_factor(std::span<const float> numbers, Stored stored) {
+  if (stored == Stored::halves)
+    return halves(numbers);
+  Rounded r = bytes(numbers);
+  const float per_unit = 1.0f / r.unit;
+  for (std::size_t k = 0; k < numbers.size(); ++k)
+    r.byte[k] = static_cast<std::int8_t>(std::clamp(nearest(numbers[k] * per_unit), -kByteMost, kByteMost));
+  return r;
+}
+
+Rounded Rounded::source_factor(std::span<const float> numbers, Stored stored) {
+  if (stored == Stored::halves)
+    return halves(numbers);
+  Rounded r = bytes(numbers);
+  const float per_unit = 1.0f / r.unit;
+  float owed = 0;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (numbers[k] == 0.0f)
+      continue;
+    const float wanted = numbers[k] * per_unit + owed, kept = std::clamp(nearest(wanted), -kByteMost, kByteMost);
+    owed = std::clamp(wanted - kept, -1.0f, 1.0f);
+    r.byte[k] = static_cast<std::int8_t>(kept);
+  }
+  return r;
+}
+
+double row_rounding2(std::span<const float> numbers) {
+  double sum = 0;
+  for (const float x : numbers)
+    sum += square(static_cast<double>(x));
+  const double step = static_cast<double>(largest(numbers) / kByteMost);
+  return sum > 0 ? step * step / 12 * static_cast<double>(numbers.size()) / sum : 0.0;
+}
+
+std::vector<float> Rounded::values() const {
+  std::vector<float> out(byte.size() + half.size());
+  for (std::size_t k = 0; k < byte.size(); ++k)
+    out[k] = unit * static_cast<float>(byte[k]);
+  for (std::size_t k = 0; k < half.size(); ++k)
+    out[k] = unit * daylit::detail::from_half(half[k]);
+  return out;
+}
+
+std::vector<Stored> cheapest(std::span<const Component> components, double allowed) {
+  /// From one way to store a component to a cheaper one.
+  struct Saving {
+    double error2, per_byte;
+    std::size_t component;
+    Stored to;
+  };
+  std::vector<Saving> savings;
+  for (std::size_t k = 0; k < components.size(); ++k) {
+    const Component& c = components[k];
+    const auto byte = static_cast<double>(c.numbers); // all its numbers as bytes
+    const double to_bytes = std::min(c.byte_error2, c.power), to_nothing = c.power - to_bytes;
+    if (to_nothing > to_bytes) {
+      savings.push_back({to_bytes, to_bytes / byte, k, Stored::bytes});
+      savings.push_back({to_nothing, to_nothing / byte, k, Stored::nothing});
+    } else {
+      savings.push_back({c.power, 0.5 * c.power / byte, k, Stored::nothing});
+    }
+  }
+  std::ranges::stable_sort(savings, {}, &Saving::per_byte);
+  std::vector<Stored> choice(components.size(), Stored::halves);
+  double sum = 0;
+  for (const Saving& s : savings) {
+    if ((sum += s.error2) > allowed)
+      break;
+    choice[s.component] = s.to;
+  }
+  return choice;
+}
+
+} // namespace daylit::precompute::detail

@@ -1,0 +1,119 @@
+#include "runtime/light/covered_directions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
+#include "runtime/light/orthonormal.h"
+#include "runtime/light/window_sampler.h"
+#include "runtime/object/ray_fan.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr int kPacket = 16;
+
+/// Where the directions towards one part come from.
+struct Cone {
+  bool whole = false; ///< the hemisphere, by its cosine: the sphere covers most of what x sees
+  double cos_max = 0.0;
+  glm::dvec3 axis;
+  OrthonormalBasis basis;
+
+  Cone(const BoundingSphere& sphere, const glm::dvec3& x, const glm::dvec3& n) : axis(n), basis(n) {
+    const glm::dvec3 to = sphere.centre - x;
+    const double distance = glm::length(to), s = sphere.radius / std::max(distance, 1e-9);
+    whole = s > 0.98;
+    if (whole)
+      return;
+    cos_max = std::sqrt(1.0 - s * s);
+    axis = to / distance;
+    basis = OrthonormalBasis(axis);
+  }
+  glm::dvec3 direction(const DirectionPattern::Point& p) const {
+    const double up = whole ? std::sqrt(1.0 - p.height) : 1.0 - p.height * (1.0 - cos_max);
+    const double side = std::sqrt(std::max(0.0, 1.0 - up * up));
+    return glm::normalize(side * p.cosine * basis.u + side * p.sine * basis.v + up * axis);
+  }
+  /// cos dw of a direction at this cosine with the normal.
+  float weight(double cosine, std::size_t count) const {
+    const double all = 2.0 * std::numbers::pi * (1.0 - cos_max);
+    return static_cast<float>((whole ? std::numbers::pi : all * cosine) / static_cast<double>(count));
+  }
+};
+
+/// Directions with what they meet first, gathered until they fill a packet of room rays.
+struct Candidates {
+  std::array<glm::dvec3, kPacket> direction;
+  std::array<Covered, kPacket> covered;
+  std::size_t count = 0;
+
+  void flush(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x, std::vector<Covered>& out) {
+    if (count == 0)
+      return;
+    RayHits16 hits;
+    const RayPacket16 rays = ray_fan(room.to_local(x), count, [&](std::size_t k) { return glm::vec3(direction[k]); });
+    const std::uint32_t ends = room.closest16(rays, static_cast<int>(count), hits);
+    for (std::size_t k = 0; k < count; ++k) {
+      Covered& c = covered[k];
+      if (ends >> k & 1u) {
+        const double distance = static_cast<double>(hits.distance[k]);
+        if (distance < c.object.distance)
+          continue;
+        c.position = x + distance * direction[k];
+        c.behind = patches.at(hits.triangle[k], c.position, direction[k]);
+      }
+      out.push_back(c);
+    }
+    count = 0;
+  }
+};
+
+} // namespace
+
+DirectionPattern::DirectionPattern(int count) {
+  for (int k = 0; k < count; ++k) {
+    const glm::dvec2 u = lattice_point(k, count);
+    const double turn = 2.0 * std::numbers::pi * u.y;
+    points_.push_back({u.x, std::cos(turn), std::sin(turn)});
+  }
+}
+
+void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
+                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered) {
+  const std::span<const DirectionPattern::Point> points = pattern.points();
+  Candidates candidates;
+  std::array<glm::dvec3, kPacket> directions;
+  std::array<PartHit, kPacket> hits;
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const BoundingSphere& sphere = parts.sphere(part);
+    if (sphere.radius <= 0.0 || glm::dot(n, sphere.centre - x) < -sphere.radius)
+      continue;
+    const Cone cone(sphere, x, n);
+    for (std::size_t k = 0; k < points.size();) {
+      std::size_t count = 0;
+      for (; k < points.size() && count < kPacket; ++k)
+        if (const glm::dvec3 w = cone.direction(points[k]); glm::dot(n, w) > 0.0)
+          directions[count++] = w;
+      const std::span<const glm::dvec3> asked(directions.data(), count);
+      const std::uint32_t met = count > 0 ? parts.cast_first(part, x, asked, hits) : 0u;
+      for (std::size_t i = 0; i < count; ++i) {
+        if (!(met >> i & 1u))
+          continue;
+        candidates.direction[candidates.count] = directions[i];
+        candidates.covered[candidates.count++] = {hits[i], cone.weight(glm::dot(n, directions[i]), points.size())};
+        if (candidates.count == kPacket)
+          candidates.flush(room, patches, x, covered);
+      }
+    }
+    candidates.flush(room, patches, x, covered);
+  }
+}
+
+} // namespace daylit

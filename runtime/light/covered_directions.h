@@ -1,0 +1,43 @@
+#pragma once
+
+// The directions that virtual objects cover as seen from a point of the room, and what of the room is behind them: all
+// of their effect on indirect light that does not depend on the light.
+
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "runtime/light/room_patches.h"
+#include "runtime/object/placed_parts.h"
+#include "scene/ray_scene.h"
+
+namespace daylit {
+
+/// One of them.
+struct Covered {
+  PartHit object;
+  float weight = 0.0f;         ///< cos dw, sr
+  RoomPatch* behind = nullptr; ///< null: the sky
+  glm::dvec3 position{0.0};    ///< behind it
+};
+
+/// Points spread evenly over the unit square, as what directions in a cone are made of.
+class DirectionPattern {
+public:
+  explicit DirectionPattern(int count);
+  struct Point {
+    double height = 0.0, cosine = 1.0, sine = 0.0; ///< first coordinate; of the angle that the second stands for
+  };
+  std::span<const Point> points() const { return points_; }
+
+private:
+  std::vector<Point> points_;
+};
+
+/// Looks in the directions of the pattern, spread over the cone of each part's bounding sphere, as a point x with
+/// normal n sees it. Appends those that the part covers before the room and before other parts.
+void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
+                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered);
+
+} // namespace daylit
