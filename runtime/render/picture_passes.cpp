@@ -68,7 +68,8 @@ Result<PicturePasses> PicturePasses::make(const Gl& gl, const std::string& light
   p.frame_ = make_buffer(gl, {});
   gl->ProgramUniform1f(p.object_points_.name(), gl->GetUniformLocation(p.object_points_.name(), "near_plane"),
                        static_cast<float>(kNearPlane_m));
-  gl->ProgramUniform1i(p.object_edges_.name(), gl->GetUniformLocation(p.object_edges_.name(), "mixed"), 1);
+  gl->ProgramUniform1i(p.room_points_.name(), gl->GetUniformLocation(p.room_points_.name(), "pass"), 1);
+  gl->ProgramUniform1i(p.object_edges_.name(), gl->GetUniformLocation(p.object_edges_.name(), "pass"), 2);
   return p;
 }
 
@@ -221,13 +222,13 @@ void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& b
     return;
   scissor(box);
   gl_->DepthMask(GL_FALSE);
-  gl_->DepthFunc(GL_EQUAL);
+  gl_->DepthFunc(GL_LEQUAL);
   bind(0, {t.object_ids.texture(0), t.object_points.texture(0), t.object_points.texture(1), objects.light_list()});
   objects.bind(gl_);
   bind(6, {t.object_sky.unblocked(), t.object_sky.lost(), t.object_sky.past_room(), t.object_sun.lost(),
            t.object_sun.past_room()});
   draw_whole(object_picture_);
-  draw_whole(object_edges_);
+  draw_whole(object_edges_); // over it
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
@@ -235,7 +236,7 @@ void PicturePasses::draw_room(bool share, const RenderTargets& t) const {
   t.room_picture.bind();
   t.room_picture.clear_colours();
   gl_->DepthMask(GL_FALSE);
-  gl_->DepthFunc(GL_EQUAL);
+  gl_->DepthFunc(GL_LEQUAL);
   bind(1,
        {t.room_sky.unblocked(), t.room_sky.lost(), t.room_sky.past_room(), t.room_sun.lost(), t.room_sun.past_room()});
   gl_->ProgramUniform3i(room_picture_.name(), gl_->GetUniformLocation(room_picture_.name(), "shared_lights"),

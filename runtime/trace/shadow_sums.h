@@ -1,7 +1,7 @@
 #pragma once
 
-// Which lights the objects take from sixteen points, and what is left: the exact-visibility twin of sum_lights() in
-// render/shaders/lighting.glsl.
+// Which lights the objects take from sixteen points, and what is left: the exact-visibility twin of
+// render/shaders/light_fragment.glsl.
 //
 // Neighbouring pixels mostly lose the same lights. Visibility is traced at one pixel in sixteen first, all lights of a
 // point together; where the four corners of a block of pixels agree on a light, the block takes their answer, and only
