@@ -188,6 +188,7 @@ std::vector<float> node_weights(const std::vector<double>& norm2, const std::vec
 
 /// What is certainly too weak to keep: less than this share of the allowed squared error in all.
 constexpr double kCertain = 0.3;
+constexpr double kStorageShare = 0.2; ///< of it, that choosing the storage may always spend
 
 /// Leaves the strongest components of all bricks together; the squared error of the others.
 double drop_weakest(std::vector<Brick>& bricks, double allowed) {
@@ -209,8 +210,10 @@ double drop_weakest(std::vector<Brick>& bricks, double allowed) {
 }
 
 /// Chooses for the components of all bricks together how each is stored: the least bytes whose squared error, with what
-/// the sketches missed, is at most `allowed`.
+/// the sketches missed, is at most `allowed`. Sketches that missed most of it leave the storage its own share: finer
+/// numbers would not help.
 void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
+  const double own = kStorageShare * allowed;
   allowed -= drop_weakest(bricks, kCertain * allowed);
   std::vector<std::vector<double>> byte_error2(bricks.size());
   tbb::parallel_for(std::size_t{0}, bricks.size(),
@@ -222,7 +225,7 @@ void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, 
     for (std::size_t k = 0; k < f.rank(); ++k)
       list.push_back({f.power[k], byte_error2[b][k], f.sources + f.rows});
   }
-  const std::vector<detail::Stored> choice = detail::cheapest(list, allowed);
+  const std::vector<detail::Stored> choice = detail::cheapest(list, std::max(allowed, own));
   auto next = choice.begin();
   for (Brick& b : bricks) {
     const auto end = next + std::ptrdiff_t(b.factors.rank());
