@@ -44,7 +44,6 @@
   X(ENABLE, Enable)                                                                                                    \
   X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)                                                                  \
   X(FINISH, Finish)                                                                                                    \
-  X(FRONTFACE, FrontFace)                                                                                              \
   X(GETERROR, GetError)                                                                                                \
   X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)                                                                    \
   X(GETINTEGERV, GetIntegerv)                                                                                          \
