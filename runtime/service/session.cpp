@@ -17,6 +17,7 @@
 #include "runtime/service/picture_memory.h"
 #include "runtime/service/shown_parts.h"
 #include "runtime/service/stage_clock.h"
+#include "scene/volume_combiner.h"
 #include "scene/volume_file.h"
 
 namespace daylit {
@@ -54,7 +55,7 @@ struct Session::State {
   SteadySun steady_sun;
   std::optional<DetectedSun> sun;
   std::vector<SkyMap> pyramid;
-  LightField field;
+  std::optional<VolumeCombiner> light_field;
   // What follows from sky, objects and camera, each with whether it still holds.
   LightSet lights;
   std::vector<ApertureCell> cells;
@@ -145,6 +146,7 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
   if (!read)
     return read.error();
   volume = std::move(*read);
+  light_field = VolumeCombiner::make(volume);
   auto made_sampler = LightFieldSampler::make(volume);
   if (!made_sampler)
     return made_sampler.error();
@@ -191,7 +193,7 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   if (sun) // the regions hold the sun as this frame measured it
     add_distant_light(volume.partition, sun->direction, sun->normal_irradiance - measured->normal_irradiance, regions);
   clock.end("regions");
-  field = combine(volume, regions);
+  light_field->update(regions);
   clock.end("combine");
   has_samples = has_room_light = has_room_change_sky = has_object_light = has_drawn = has_picture = false;
 }
@@ -199,7 +201,7 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
 void Session::State::sample() {
   lights = sample_lights(pyramid[0], sun, volume.apertures, sphere, config.light_samples);
   cells = aperture_cells(volume.apertures, sphere, pyramid);
-  room_light->set_frame(field, pyramid, cells, lights, has_room_light);
+  room_light->set_frame(light_field->field(), pyramid, cells, lights, has_room_light);
   has_samples = has_room_light = true;
   has_object_light = has_drawn = false;
 }
@@ -210,7 +212,8 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
     return in_view.error();
   const ObjectSurface& surface = objects.surface;
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
-  indirect = relight_vertices(field, vertex_probes, objects.transfer, direct, surface.reflectance, &report.ringing);
+  indirect = relight_vertices(light_field->field(), vertex_probes, objects.transfer, direct, surface.reflectance,
+                              &report.ringing);
   see_own_shadow();
   return light_vertices(surface, objects.has_back, *in_view, indirect, pyramid, cells, report.vertices_lit);
 }
