@@ -33,12 +33,17 @@ BlockShader::SkyShare BlockShader::interpolate(Layer layer, int x, int y, const 
   const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   Rgb before(0.0f), after(0.0f);
   float sum = 0.0f, least = 1.0f, most = 0.0f;
+  bool by_another_part = false; // here surfaces may touch
   for (int k = 0; k < 4; ++k) {
     const int u = column + (k & 1), v = row + (k >> 1);
-    if (weight[k] <= 0.0f || u >= columns || v >= view_.block_rows())
+    if (u >= columns || v >= view_.block_rows())
       continue;
     const GridPoint& g = grid_.at(layer, u, v);
-    if (!speaks_for(g, layer, position, normal, casters_.radius))
+    if (!speaks_for(g, layer, position, normal, casters_.radius)) {
+      by_another_part = by_another_part || g.exists;
+      continue;
+    }
+    if (weight[k] <= 0.0f)
       continue;
     before += weight[k] * g.before;
     after += weight[k] * g.after;
@@ -48,7 +53,9 @@ BlockShader::SkyShare BlockShader::interpolate(Layer layer, int x, int y, const 
   }
   // The room beside an object: what its hidden corners would say is the shadow where both touch.
   share.between = sum > 0.999f;
-  if (sum < (layer == Layer::room ? 0.999f : kLeastWeight) || most - least > kSteepShare)
+  // So does a part of an object beside another.
+  const float wanted = layer == Layer::room || by_another_part ? 0.999f : kLeastWeight;
+  if (sum < wanted || most - least > kSteepShare)
     return share;
   return {before / sum, after / sum, true, share.between};
 }

@@ -163,6 +163,20 @@ std::uint64_t ShareGrid::find_row(const TracedScene& scene, const VisibleSurface
   return rays;
 }
 
+/// Whether an outline or another part of an object shows beside the point: the shadow where two parts touch is narrower
+/// than the grid of coarse points.
+bool ShareGrid::by_another_part(int column, int row, float radius) const {
+  if (at_outline_[static_cast<std::size_t>(row) * columns_ + column])
+    return true;
+  const GridPoint& g = at(Layer::object, column, row);
+  for (int v = std::max(row - 1, blocks_.y0); v <= std::min(row + 1, blocks_.y1 - 1); ++v)
+    for (int u = std::max(column - 1, blocks_.x0); u <= std::min(column + 1, blocks_.x1 - 1); ++u)
+      if (const GridPoint& o = at(Layer::object, u, v);
+          o.exists && !speaks_for(o, Layer::object, g.position, g.normal, radius))
+        return true;
+  return false;
+}
+
 /// The mean of the coarse points around a fine one, where these speak for it and agree. `neighbours`: those that were
 /// traced and speak for it.
 bool ShareGrid::interpolate(Layer layer, int column, int row, float radius, std::vector<const LightWord*>& neighbours) {
@@ -171,6 +185,8 @@ bool ShareGrid::interpolate(Layer layer, int column, int row, float radius, std:
   Rgb before(0.0f), after(0.0f), low(1.0f), high(0.0f);
   bool all = true;
   neighbours.clear();
+  if (layer == Layer::object && by_another_part(column, row, radius))
+    return false;
   for (int k = 0; k < 4; ++k) {
     const int u = column + (k & 1 ? dx : -dx), v = row + (k & 2 ? dy : -dy);
     if (u >= blocks_.x1 || v >= blocks_.y1 || !speaks_for(at(layer, u, v), layer, g.position, g.normal, radius)) {

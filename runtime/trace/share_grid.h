@@ -67,6 +67,7 @@ private:
                           int column, int row) const;
   std::uint64_t find_row(const TracedScene& scene, const VisibleSurfaces& view, std::span<const std::uint8_t> receives,
                          int row);
+  bool by_another_part(int column, int row, float radius) const;
   bool interpolate(Layer layer, int column, int row, float radius, std::vector<const LightWord*>& neighbours);
   std::uint64_t trace_tile(const TracedScene& scene, const PixelBox& tile, bool coarse);
 

@@ -159,6 +159,30 @@ TEST(TracedRenderer, sharing_visibility_changes_little_whatever_the_size_of_the_
   }
 }
 
+/// A wire that lies on a ring.
+ObjectMesh ring_with_wire() {
+  ObjectMesh mesh = test::torus(0.15f, 0.07f, 160, 80);
+  const ObjectMesh wire = test::torus(0.15f, 0.012f, 160, 24);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (std::size_t i = 0; i < wire.positions.size(); ++i) {
+    mesh.positions.push_back(wire.positions[i] + glm::vec3(0.02f, 0.0f, 0.08f));
+    mesh.normals.push_back(wire.normals[i]);
+    mesh.reflectance.push_back(wire.reflectance[i]);
+  }
+  for (const auto& t : wire.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  return mesh;
+}
+
+TEST(TracedRenderer, sharing_loses_no_shadow_where_two_parts_touch) {
+  Scene scene;
+  scene.object = test::place(ring_with_wire(), {2.0, 3.4, 0.23}, 1.2);
+  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, 384, 384, 0.6);
+  const auto all = scene.trace(false), shared = scene.trace(true);
+  ASSERT_TRUE(all && shared);
+  EXPECT_LT(compare(*shared, *all).object, 0.02);
+}
+
 TEST(TracedRenderer, the_picture_does_not_depend_on_what_was_drawn_before) {
   Scene scene;
   auto renderer = TracedRenderer::make(scene.room, scene.windows);
