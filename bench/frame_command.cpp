@@ -26,7 +26,7 @@ constexpr int kPhotos = 12;
 struct Arguments {
   std::string folder = "out/bench-frame";
   std::vector<std::string> objects{"teapot", "blob"}, skies{"overcast", "sun"}, renderers{"rays", "gl"};
-  std::vector<int> samples{16, 64, 256};
+  std::vector<int> samples{16, 64, 256}, map_texels{RenderSettings{}.sky_map_texels};
   int frames = 20, flicker_frames = 100, reference_samples = 4096;
 };
 
@@ -152,10 +152,15 @@ Result<Composite> still_picture(const FrameScene& scene, Session& session, int s
   return (*frame)->composite;
 }
 
-Result<Session> open(const FrameScene& scene, const std::string& renderer) {
-  return Session::open(
-      scene.config, kFrameWidth, kFrameHeight, [](const std::string&, double) { return !interrupted(); },
-      renderer == "gl" ? Backend::opengl : Backend::rays);
+/// `map_texels`: of the sky's shadow maps by OpenGL; those of the sun have twice as many. "exact": every pixel traces
+/// every light.
+Result<Session> open(const FrameScene& scene, const std::string& renderer, int map_texels) {
+  const Backend backend = renderer == "gl"      ? Backend::opengl
+                          : renderer == "exact" ? Backend::rays_unshared
+                                                : Backend::rays;
+  return Session::open(scene.config, kFrameWidth, kFrameHeight,
+                       [](const std::string&, double) { return !interrupted(); }, backend,
+                       {.sky_map_texels = map_texels, .sun_map_texels = 2 * map_texels});
 }
 
 void print(const nlohmann::json& row) {
@@ -167,10 +172,10 @@ void print(const nlohmann::json& row) {
               100 * row["object_share"].get<double>());
 }
 
-Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer,
+Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer, int map_texels,
                      const Composite& reference, const nlohmann::json& head, const CommonOptions& options,
                      nlohmann::json& document) {
-  auto session = open(scene, renderer);
+  auto session = open(scene, renderer, map_texels);
   if (!session)
     return session.error();
   for (const int samples : a.samples) {
@@ -181,6 +186,8 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     row["renderer"] = renderer;
     row["description"] = session->renderer_description();
     row["samples"] = samples;
+    if (renderer == "gl")
+      row["map_texels"] = map_texels;
     row["error"] = object_error(*picture, reference);
     const auto noise =
         measure_flicker(scene, *session, renderer == "gl" ? std::min(a.flicker_frames, 5) : a.flicker_frames);
@@ -223,17 +230,18 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
       progress.clear();
       if (!scene)
         return scene.error();
-      auto session = open(*scene, "exact");
+      auto session = open(*scene, "exact", a.map_texels.front());
       if (!session)
         return session.error();
       const auto reference = still_picture(*scene, *session, a.reference_samples);
       if (!reference)
         return reference.error();
       for (const std::string& renderer : a.renderers)
-        if (const auto r =
-                measure(a, *scene, renderer, *reference, {{"object", object}, {"sky", sky}}, options, document);
-            !r)
-          return r;
+        for (std::size_t k = 0; k < (renderer == "gl" ? a.map_texels.size() : 1); ++k)
+          if (const auto r = measure(a, *scene, renderer, a.map_texels[k], *reference,
+                                     {{"object", object}, {"sky", sky}}, options, document);
+              !r)
+            return r;
     }
   return deliver(document, options);
 }
@@ -248,6 +256,11 @@ Command add_frame(CLI::App& program) {
   parser->add_option("--skies", a->skies, "overcast, sun, shade")->delimiter(',')->capture_default_str();
   parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
   parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();
+  parser->add_option("--map-texels", a->map_texels, "side of the sky's shadow maps by OpenGL; the sun's: twice that")
+      ->delimiter(',')
+      ->check(CLI::Range(8, 2048))
+      ->expected(1, 16)
+      ->capture_default_str();
   parser->add_option("--frames", a->frames, "timed frames each")->check(CLI::Range(1, 10000))->capture_default_str();
   parser->add_option("--flicker-frames", a->flicker_frames, "skies with fresh noise")
       ->check(CLI::Range(2, 1000))

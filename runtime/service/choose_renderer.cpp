@@ -1,6 +1,5 @@
 #include "runtime/service/choose_renderer.h"
 
-#include "runtime/render/renderer.h"
 #include "runtime/trace/traced_renderer.h"
 
 namespace daylit {
@@ -19,7 +18,8 @@ Result<std::unique_ptr<PictureRenderer>> make_rays(const Room& room, std::span<c
 
 Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const Room& room,
                                                          std::span<const Aperture> apertures,
-                                                         std::vector<std::string>& notes) {
+                                                         std::vector<std::string>& notes,
+                                                         const RenderSettings& settings) {
   if (backend == Backend::rays || backend == Backend::rays_unshared)
     return make_rays(room, apertures, backend == Backend::rays);
   const bool may_fall_back = backend == Backend::automatic;
@@ -32,7 +32,7 @@ Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const 
     notes.push_back("no OpenGL (" + context.error().what + "): rays on the processor draw the picture");
     return make_rays(room, apertures);
   }
-  auto made = Renderer::make(std::move(*context), room, apertures);
+  auto made = Renderer::make(std::move(*context), room, apertures, settings);
   if (!made && !may_fall_back)
     return made.error();
   if (!made)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "runtime/render/picture_renderer.h"
+#include "runtime/render/renderer.h"
 
 namespace daylit {
 
@@ -18,9 +19,11 @@ enum class Backend {
   rays_unshared, ///< every pixel traces every light: the slow twin of rays
 };
 
-/// `notes`: what was chosen against expectation. Error: the one asked for does not start.
+/// `notes`: what was chosen against expectation; `settings`: of the picture by OpenGL. Error: the one asked for does
+/// not start.
 Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const Room& room,
                                                          std::span<const Aperture> apertures,
-                                                         std::vector<std::string>& notes);
+                                                         std::vector<std::string>& notes,
+                                                         const RenderSettings& settings = {});
 
 } // namespace daylit

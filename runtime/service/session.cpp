@@ -33,6 +33,7 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
 struct Session::State {
   RunConfig config;
   Backend backend = Backend::automatic;
+  RenderSettings render_settings;
   BasisVolume volume;
   VirtualObjects objects;
   BoundingSphere sphere;
@@ -96,7 +97,7 @@ Result<void> Session::State::set_camera(const glm::dmat4& world_from_camera) {
 }
 
 Result<void> Session::State::start_renderer() {
-  auto made = choose_renderer(backend, volume.room, volume.apertures, notes);
+  auto made = choose_renderer(backend, volume.room, volume.apertures, notes, render_settings);
   if (!made)
     return made.error();
   renderer = std::move(*made);
@@ -292,10 +293,11 @@ void Session::State::report_frame() {
     report.skipped.emplace_back("direct light: no light from the sky reaches the object through a window (exact)");
 }
 
-Result<Session> Session::open(const RunConfig& config, int width, int height, const Progress& progress,
-                              Backend backend) {
+Result<Session> Session::open(const RunConfig& config, int width, int height, const Progress& progress, Backend backend,
+                              const RenderSettings& settings) {
   auto state = std::make_unique<State>();
   state->backend = backend;
+  state->render_settings = settings;
   if (const auto loaded = state->load(config, width, height, progress); !loaded)
     return loaded.error();
   return Session(std::move(state));
