@@ -94,7 +94,7 @@ double distance(const LightField& a, const LightField& b, std::span<const std::s
 }
 
 /// The volume of the fine sky, the exact suns on the same probes, which of these are valid, and which of those do not
-/// stand in the outermost layer, a hand's breadth off the walls.
+/// stand in the outermost layer, close to the walls.
 struct Pair {
   BasisVolume volume, truth;
   SunCells cells;
