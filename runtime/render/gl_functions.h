@@ -53,6 +53,7 @@
   X(GETSHADERIV, GetShaderiv)                                                                                          \
   X(GETSTRING, GetString)                                                                                              \
   X(GETTEXTUREIMAGE, GetTextureImage)                                                                                  \
+  X(GETTEXTURESUBIMAGE, GetTextureSubImage)                                                                            \
   X(GETUNIFORMLOCATION, GetUniformLocation)                                                                            \
   X(LINKPROGRAM, LinkProgram)                                                                                          \
   X(NAMEDBUFFERDATA, NamedBufferData)                                                                                  \

@@ -32,8 +32,10 @@ Result<LightBatches> LightBatches::make(const Gl& gl, std::span<const Aperture> 
     return Error{ErrorCode::limit_exceeded,
                  std::to_string(apertures.size()) + " windows and holes are too many to draw", "room",
                  "at most " + std::to_string(kMaxApertures) + ": merge neighbouring panes"};
-  if (b.quads_.empty())
-    b.quads_.emplace_back(); // its plane is nowhere in front: no light passes
+  if (b.quads_.empty()) { // its plane is nowhere in front: no light passes
+    b.quads_.emplace_back();
+    b.window_edges_.emplace_back();
+  }
   b.choose_batch_size();
   GLint alignment = 1;
   gl->GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
@@ -76,20 +78,18 @@ void LightBatches::append_quads(const Aperture& a, const glm::dvec3& origin) {
   }
   edges.resize((std::max<std::size_t>(edges.size(), 1) + 3) / 4 * 4,
                glm::vec4(0.0f, 0.0f, 0.0f, 1.0f)); // always inside
-  for (std::size_t k = 0; k < edges.size(); k += 4)
-    quads_.push_back({a.inward,
-                      {edges[k], edges[k + 1], edges[k + 2], edges[k + 3]},
-                      plane_through(a.inward, a.corners[0]),
-                      k + 4 == edges.size(),
-                      a.transmittance,
-                      a.refractive_index});
+  for (std::size_t k = 0; k < edges.size(); k += 4) {
+    quads_.push_back({a.inward, k + 4 == edges.size(), a.transmittance, a.refractive_index});
+    window_edges_.push_back(
+        {plane_through(a.inward, a.corners[0]), {edges[k], edges[k + 1], edges[k + 2], edges[k + 3]}});
+  }
 }
 
 void LightBatches::upload_windows() {
   std::vector<glm::vec4> block;
-  for (const Quad& q : quads_)
+  for (const WindowEdges& q : window_edges_)
     block.push_back(q.plane);
-  for (const Quad& q : quads_)
+  for (const WindowEdges& q : window_edges_)
     block.insert(block.end(), q.edges.begin(), q.edges.end());
   windows_ = make_buffer(gl_, std::as_bytes(std::span<const glm::vec4>(block)), GL_STATIC_DRAW);
 }
@@ -114,33 +114,31 @@ void LightBatches::write_light(const DirectionalLight& light, int layer, int slo
   const std::size_t count = quads_.size(), first = kPerLight * static_cast<std::size_t>(lights_per_batch_);
   glm::vec4* pane = &batch[first + static_cast<std::size_t>(slot) * count];
   glm::vec4* slope = pane + static_cast<std::size_t>(lights_per_batch_) * count;
-  for (const Quad& q : quads_) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const Quad& q = quads_[k];
     const double approach = -glm::dot(q.inward, light.direction);
     *pane++ = glm::vec4(pane_transmittance(q.transmittance, q.refractive_index, std::max(approach, 0.0)),
                         q.ends ? 1.0f : 0.0f);
     for (int e = 0; e < 4; ++e)
       (*slope)[e] = approach > 0.0
-                        ? static_cast<float>(
-                              glm::dot(glm::dvec3(q.edges[static_cast<std::size_t>(e)]), light.direction) / approach)
+                        ? static_cast<float>(glm::dot(glm::dvec3(window_edges_[k].edges[static_cast<std::size_t>(e)]),
+                                                      light.direction) /
+                                             approach)
                         : kNeverOut;
     ++slope;
   }
 }
 
-LightGroup LightBatches::write_group(std::span<const DirectionalLight> lights, int sets,
-                                     std::vector<glm::vec4>& data) const {
+LightGroup LightBatches::write_group(std::span<const DirectionalLight> lights, std::vector<glm::vec4>& data) const {
   const std::size_t vectors = static_cast<std::size_t>(batch_bytes_) / sizeof(glm::vec4);
-  const int count = static_cast<int>(lights.size()), in_set = (count + sets - 1) / sets;
-  const int per_set = (in_set + lights_per_batch_ - 1) / lights_per_batch_;
+  const int count = static_cast<int>(lights.size());
   LightGroup group;
   group.first_batch = static_cast<int>(data.size() / vectors);
-  group.batches = sets * per_set;
+  group.batches = (count + lights_per_batch_ - 1) / lights_per_batch_;
   data.resize(data.size() + static_cast<std::size_t>(group.batches) * vectors, glm::vec4(0.0f)); // unused: no light
   for (int j = 0; j < count; ++j) {
-    const int set = j % sets, place = j / sets;
-    const std::size_t batch =
-        static_cast<std::size_t>(group.first_batch + set * per_set + place / lights_per_batch_) * vectors;
-    write_light(lights[static_cast<std::size_t>(j)], j, place % lights_per_batch_, {&data[batch], vectors});
+    const std::size_t batch = static_cast<std::size_t>(group.first_batch + j / lights_per_batch_) * vectors;
+    write_light(lights[static_cast<std::size_t>(j)], j, j % lights_per_batch_, {&data[batch], vectors});
     const OrthonormalBasis basis(lights[static_cast<std::size_t>(j)].direction);
     group.maps.push_back(
         {glm::vec3(basis.u), glm::vec3(basis.v), glm::vec3(lights[static_cast<std::size_t>(j)].direction)});
@@ -153,8 +151,8 @@ Result<void> LightBatches::set_lights(const LightSet& lights) {
     return Error{ErrorCode::limit_exceeded, std::to_string(lights.size()) + " light samples", "renderer",
                  "at most " + std::to_string(kMaxLights)};
   std::vector<glm::vec4> data;
-  sky_ = write_group(lights.sky, kSets, data);
-  sun_ = write_group(lights.sun, 1, data);
+  sky_ = write_group(lights.sky, data);
+  sun_ = write_group(lights.sun, data);
   sky_.cone = bounding_cone(lights.sky);
   sun_.cone = bounding_cone(lights.sun);
   sun_normal_irradiance_ = Rgb(0.0f);

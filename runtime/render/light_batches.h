@@ -13,6 +13,7 @@
 #include "runtime/light/direct_light.h"
 #include "runtime/render/depth_raster.h"
 #include "runtime/render/gl_objects.h"
+#include "runtime/render/shadow_reach.h"
 #include "scene/room.h"
 
 namespace daylit {
@@ -27,9 +28,6 @@ struct LightGroup {
 
 class LightBatches {
 public:
-  /// Neighbouring pixels that share the sky's lights: each asks one set of them.
-  static constexpr int kSets = 4;
-
   /// Positions are relative to `origin` (world metres). Error limit_exceeded: too many windows.
   static Result<LightBatches> make(const Gl& gl, std::span<const Aperture> apertures, const glm::dvec3& origin);
 
@@ -39,23 +37,22 @@ public:
   void bind_windows() const;
   void bind(int batch) const;
 
-  /// Its batches are in order of the sets, as many of each: every fourth light, so that each set is spread as all are.
   const LightGroup& sky() const { return sky_; }
   const LightGroup& sun() const { return sun_; }
+  std::span<const WindowEdges> windows() const { return window_edges_; }
   const Rgb& sun_normal_irradiance() const { return sun_normal_irradiance_; }
 
 private:
-  /// Up to four edges of a window; d.xyz . x + d.w is positive inside.
+  /// Up to four edges of a window: the rest of what window_edges_ says.
   struct Quad {
     glm::dvec3 inward{0.0};
-    std::array<glm::vec4, 4> edges{};
-    glm::vec4 plane{0.0f};
     bool ends = true; ///< the last of its window
     Rgb transmittance{0.0f};
     float refractive_index = 0.0f;
   };
   Gl gl_;
-  std::vector<Quad> quads_; ///< at least one
+  std::vector<Quad> quads_;               ///< at least one
+  std::vector<WindowEdges> window_edges_; ///< as many
   int lights_per_batch_ = 8;
   bool flat_ = false;          ///< the shaders hand a batch from vertices to fragments
   GLsizeiptr batch_bytes_ = 0; ///< from one to the next
@@ -66,7 +63,7 @@ private:
   void choose_batch_size();
   void append_quads(const Aperture& aperture, const glm::dvec3& origin);
   void upload_windows();
-  LightGroup write_group(std::span<const DirectionalLight> lights, int sets, std::vector<glm::vec4>& data) const;
+  LightGroup write_group(std::span<const DirectionalLight> lights, std::vector<glm::vec4>& data) const;
   void write_light(const DirectionalLight& light, int layer, int slot, std::span<glm::vec4> batch) const;
 };
 

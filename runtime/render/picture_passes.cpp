@@ -6,20 +6,11 @@ namespace daylit {
 
 namespace {
 
-constexpr int kTileColumns = 2, kTileRows = 2; // shaders/whole_fragment.glsl
-static_assert(kTileColumns * kTileRows == LightBatches::kSets);
-
 // std140 layout of shaders/frame.glsl.
 struct GpuFrame {
   glm::mat4 clip_from_scene;
-  glm::vec4 eye, ray_corner, ray_right, ray_down, sphere, sky_cone, sun_cone, sun_normal_irradiance;
-  glm::ivec4 tile_size;
+  glm::vec4 eye, ray_corner, ray_right, ray_down, sphere, sun_normal_irradiance;
 };
-
-PixelBox tile_box(int tile, const RenderTargets& t) {
-  const int x = tile % kTileColumns * t.tile_width, y = tile / kTileColumns * t.tile_height;
-  return {x, y, x + t.tile_width, y + t.tile_height};
-}
 
 } // namespace
 
@@ -41,9 +32,7 @@ Result<void> PicturePasses::build(const std::string& definitions) {
       {&object_light_, "object light", light, {kOwn, windows, light_batch, light_fragment}},
       {&object_picture_, "objects", whole, {kWhole, whole_fragment, object_surface, share, object_picture_fragment}},
       {&object_edges_, "edges", whole, {kMixed, whole_fragment, object_surface, share, object_picture_fragment}},
-      {&room_points_, "room points", whole, {whole_fragment, windows, room_point_fragment}},
-      {&room_light_, "room light", light, {kOther, windows, light_batch, light_fragment}},
-      {&room_picture_, "room", whole, {whole_fragment, share, room_picture_fragment}}};
+      {&room_light_, "room light", light, {kOther, windows, light_batch, light_fragment}}};
   const std::string vertex = definitions + "#define VERTEX 1\n", fragment = definitions + "#define VERTEX 0\n";
   for (Entry e : entries) {
     e.vertex.insert(e.vertex.begin(), vertex.c_str());
@@ -68,13 +57,12 @@ Result<PicturePasses> PicturePasses::make(const Gl& gl, const std::string& light
   p.frame_ = make_buffer(gl, {});
   gl->ProgramUniform1f(p.object_points_.name(), gl->GetUniformLocation(p.object_points_.name(), "near_plane"),
                        static_cast<float>(kNearPlane_m));
-  gl->ProgramUniform1i(p.room_points_.name(), gl->GetUniformLocation(p.room_points_.name(), "pass"), 1);
-  gl->ProgramUniform1i(p.object_edges_.name(), gl->GetUniformLocation(p.object_edges_.name(), "pass"), 2);
+  gl->ProgramUniform1i(p.object_edges_.name(), gl->GetUniformLocation(p.object_edges_.name(), "mixed_only"), 1);
   return p;
 }
 
 void PicturePasses::set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
-                              double room_extent, const LightBatches& lights, const RenderTargets& targets) {
+                              double room_extent, const LightBatches& lights) {
   const glm::dmat3 axes(camera.world_from_camera);
   const glm::dvec3 right = axes[0] / camera.fx, down = axes[1] / camera.fy;
   const auto vector = [](const glm::dvec3& v) { return glm::vec4(glm::vec3(v), 0.0f); };
@@ -85,10 +73,7 @@ void PicturePasses::set_frame(const RenderCamera& camera, const glm::dvec3& orig
   f.ray_right = vector(right);
   f.ray_down = vector(down);
   f.sphere = glm::vec4(glm::vec3(sphere.centre), static_cast<float>(sphere.radius));
-  f.sky_cone = lights.sky().cone;
-  f.sun_cone = lights.sun().cone;
   f.sun_normal_irradiance = glm::vec4(lights.sun_normal_irradiance(), 0.0f);
-  f.tile_size = {targets.tile_width, targets.tile_height, 0, 0};
   room_extent_ = static_cast<float>(room_extent);
   refill_buffer(gl_, frame_, std::as_bytes(std::span<const GpuFrame>(&f, 1)));
   gl_->BindBufferBase(GL_UNIFORM_BUFFER, 3, frame_.name());
@@ -109,18 +94,6 @@ void PicturePasses::draw_whole(const GlProgram& program) const {
   gl_->UseProgram(program.name());
   gl_->BindVertexArray(nothing_.name());
   gl_->DrawArrays(GL_TRIANGLES, 0, 3);
-}
-
-template <class Draw>
-void PicturePasses::by_tiles(const GlProgram& program, const RenderTargets& t, const Draw& draw) const {
-  const GLint tile = gl_->GetUniformLocation(program.name(), "this_tile");
-  for (int k = 0; k < LightBatches::kSets; ++k) {
-    scissor(tile_box(k, t));
-    if (tile >= 0)
-      gl_->ProgramUniform2i(program.name(), tile, k % kTileColumns, k / kTileColumns);
-    draw(k);
-  }
-  gl_->Disable(GL_SCISSOR_TEST);
 }
 
 void PicturePasses::show_room(const RoomBuffers& room, const RenderTargets& t) const {
@@ -157,10 +130,10 @@ void PicturePasses::show_objects(const RoomBuffers& room, const ObjectBuffers& o
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
-/// Only marked pixels, added up; the fourth channel is not added.
-void PicturePasses::begin_sums(const GlProgram& program, const LightSums& sums, const DrawTarget& points,
+/// Only marked pixels, where the target has marks, added up.
+void PicturePasses::begin_sums(const GlProgram& program, const LightSums& sums, GLuint offsets, GLuint normals,
                                GLuint object_maps, GLuint room_maps, int texels) const {
-  bind(0, {points.texture(0), points.texture(1), object_maps, room_maps});
+  bind(0, {offsets, normals, object_maps, room_maps});
   const float map_texels[] = {static_cast<float>(texels), room_extent_};
   gl_->ProgramUniform2fv(program.name(), gl_->GetUniformLocation(program.name(), "map_texels"), 1, map_texels);
   sums.target.bind();
@@ -169,7 +142,7 @@ void PicturePasses::begin_sums(const GlProgram& program, const LightSums& sums, 
   gl_->DepthFunc(GL_LEQUAL);
   gl_->DepthMask(GL_FALSE);
   gl_->Enable(GL_BLEND);
-  gl_->BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ZERO);
+  gl_->BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
 }
 
 void PicturePasses::add_batches(const GlProgram& program, const LightBatches& lights, int first, int count) const {
@@ -182,45 +155,60 @@ void PicturePasses::add_batches(const GlProgram& program, const LightBatches& li
 void PicturePasses::light_objects(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
                                   const RenderTargets& t) const {
   scissor(box);
-  begin_sums(object_light_, t.object_sky, t.object_points, maps.object_sky, maps.room_sky, maps.sky_texels);
+  begin_sums(object_light_, t.object_sky, t.object_points.texture(0), t.object_points.texture(1), maps.object_sky,
+             maps.room_sky, maps.sky_texels);
   add_batches(object_light_, lights, lights.sky().first_batch, lights.sky().batches);
   if (lights.sun().batches > 0) {
-    begin_sums(object_light_, t.object_sun, t.object_points, maps.object_sun, maps.room_sun, maps.sun_texels);
+    begin_sums(object_light_, t.object_sun, t.object_points.texture(0), t.object_points.texture(1), maps.object_sun,
+               maps.room_sun, maps.sun_texels);
     add_batches(object_light_, lights, lights.sun().first_batch, lights.sun().batches);
   }
   gl_->Disable(GL_BLEND);
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
-void PicturePasses::light_room(const RoomBuffers& room, const LightBatches& lights, const MapTextures& maps, bool share,
-                               const RenderTargets& t) const {
-  t.room_points.bind();
-  t.room_points.clear_depth();
-  gl_->Enable(GL_DEPTH_TEST);
-  gl_->DepthFunc(GL_ALWAYS);
-  bind(0, {t.room_ids.texture(0)});
-  room.bind(gl_);
-  by_tiles(room_points_, t, [&](int) { draw_whole(room_points_); });
-
-  begin_sums(room_light_, t.room_sky, t.room_points, maps.object_sky, maps.room_sky, maps.sky_texels);
-  const LightGroup& sky = lights.sky();
-  const int per_set = sky.batches / LightBatches::kSets;
-  by_tiles(room_light_, t, [&](int k) {
-    add_batches(room_light_, lights, sky.first_batch + (share ? k * per_set : 0), share ? per_set : sky.batches);
-  });
-  if (lights.sun().batches > 0) {
-    begin_sums(room_light_, t.room_sun, t.room_points, maps.object_sun, maps.room_sun, maps.sun_texels);
-    add_batches(room_light_, lights, lights.sun().first_batch, lights.sun().batches);
+Result<void> PicturePasses::ask(const LightPoints& points, const LightBatches& lights, const LightGroup& group,
+                                GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& t,
+                                LightAnswers& answers) const {
+  const int rows = static_cast<int>((points.size() + static_cast<std::size_t>(t.width_px) - 1) /
+                                    static_cast<std::size_t>(t.width_px));
+  const PixelBox box{0, 0, t.width_px, rows};
+  std::vector<glm::vec4> whole_rows;
+  for (auto [texture, values] : {std::pair{&t.asked_offsets, &points.offset}, {&t.asked_normals, &points.normal}}) {
+    whole_rows = *values;
+    whole_rows.resize(static_cast<std::size_t>(t.width_px) * static_cast<std::size_t>(rows), glm::vec4(0.0f));
+    if (rows > 0)
+      gl_->TextureSubImage2D(texture->name(), 0, 0, 0, t.width_px, rows, GL_RGBA, GL_FLOAT, whole_rows.data());
   }
-  gl_->Disable(GL_BLEND);
+  if (rows > 0) {
+    scissor(box);
+    begin_sums(room_light_, t.asked, t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps, texels);
+    add_batches(room_light_, lights, group.first_batch, group.batches);
+    gl_->Disable(GL_BLEND);
+    gl_->Disable(GL_SCISSOR_TEST);
+  }
+  answers.past_room.clear();
+  std::vector<glm::vec4>* const sums[] = {&answers.unblocked, &answers.lost, &answers.past_room};
+  for (int k = 0; k < (t.asked.room_blocks ? 3 : 2); ++k)
+    if (const auto read = t.asked.target.read(k, box, *sums[k]); !read)
+      return read;
+  return {};
+}
+
+Result<void> PicturePasses::ask_sky(const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
+                                    const RenderTargets& t, LightAnswers& answers) const {
+  return ask(points, lights, lights.sky(), maps.object_sky, maps.room_sky, maps.sky_texels, t, answers);
+}
+
+Result<void> PicturePasses::ask_sun(const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
+                                    const RenderTargets& t, LightAnswers& answers) const {
+  return ask(points, lights, lights.sun(), maps.object_sun, maps.room_sun, maps.sun_texels, t, answers);
 }
 
 void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& t) const {
+  scissor(box);
   t.object_picture.bind();
   t.object_picture.clear_colours();
-  if (box.empty())
-    return;
-  scissor(box);
   gl_->DepthMask(GL_FALSE);
   gl_->DepthFunc(GL_LEQUAL);
   bind(0, {t.object_ids.texture(0), t.object_points.texture(0), t.object_points.texture(1), objects.light_list()});
@@ -230,18 +218,6 @@ void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& b
   draw_whole(object_picture_);
   draw_whole(object_edges_); // over it
   gl_->Disable(GL_SCISSOR_TEST);
-}
-
-void PicturePasses::draw_room(bool share, const RenderTargets& t) const {
-  t.room_picture.bind();
-  t.room_picture.clear_colours();
-  gl_->DepthMask(GL_FALSE);
-  gl_->DepthFunc(GL_LEQUAL);
-  bind(1,
-       {t.room_sky.unblocked(), t.room_sky.lost(), t.room_sky.past_room(), t.room_sun.lost(), t.room_sun.past_room()});
-  gl_->ProgramUniform3i(room_picture_.name(), gl_->GetUniformLocation(room_picture_.name(), "shared_lights"),
-                        share ? 1 : 0, t.width_px - 1, t.height_px - 1);
-  by_tiles(room_picture_, t, [&](int) { draw_whole(room_picture_); });
 }
 
 } // namespace daylit

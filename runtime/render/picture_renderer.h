@@ -67,8 +67,8 @@ struct RenderedFrame {
 
 /// Wall-clock milliseconds and counts of the last draw().
 struct RenderTimes {
-  double shadow_maps_ms = 0, picture_ms = 0, read_back_ms = 0;
-  std::uint64_t shadow_rays = 0; ///< traced; 0 with shadow maps
+  double shadow_maps_ms = 0, picture_ms = 0, room_ms = 0; ///< room: its new shadows, by OpenGL
+  std::uint64_t shadow_rays = 0;                          ///< traced; 0 with shadow maps
 };
 
 /// Not thread-safe. After an Error the renderer is spent: make a new one.

@@ -231,17 +231,21 @@ Difference difference(const RenderedFrame& a, const RenderedFrame& b) {
   return d;
 }
 
-TEST(Renderer, neighbours_that_share_lights_lose_what_each_loses_by_itself) {
+TEST(Renderer, sharing_lights_comes_nearer_to_many_lights_than_asking_all_at_every_pixel) {
+  // Between two corners the lost share climbs in steps of about 1 / 64, one per light: interpolation smooths them.
   Scene scene;
   scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.2, 0.0}, kWidth, kHeight, 0.2); // near: else nothing is shared
+  scene.object = test::place(test::torus(0.15f, 0.07f, 80, 40), {2.0, 3.4, 0.23}, 1.2);
   const auto shared = scene.render();
   scene.settings.share_lights = false;
   const auto alone = scene.render();
-  ASSERT_TRUE(shared && alone);
+  scene.samples = 512;
+  const auto many = scene.render();
+  ASSERT_TRUE(shared && alone && many);
   const Difference d = difference(*alone, *shared);
   EXPECT_GT(d.shadow_pixels, 3000);
   EXPECT_GT(d.lost, 0.0) << "nothing was shared";
-  EXPECT_LT(d.lost, 0.015); // edges of single lights, interpolated over two pixels
+  EXPECT_LT(difference(*many, *shared).lost, difference(*many, *alone).lost);
   EXPECT_EQ(d.object, 0.0);
 }
 
