@@ -1,9 +1,11 @@
 #include "runtime/render/depth_raster.h"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
@@ -117,6 +119,25 @@ DAYLIT_LANE_CLONES void draw_triangles(const std::array<std::uint32_t, 3>* trian
 }
 
 } // namespace
+
+bool DepthRaster::meets(const MapAxes& axes) const {
+  const float reach = 1.02f * half_width; // filters reach a texel further
+  return std::any_of(triangles.begin(), triangles.end(), [&](const std::array<std::uint32_t, 3>& t) {
+    glm::vec2 p[3];
+    for (int k = 0; k < 3; ++k)
+      p[k] = {glm::dot(axes.right, vertices[t[k]]), glm::dot(axes.up, vertices[t[k]])};
+    // The axes that may separate a triangle from the square.
+    const glm::vec2 normals[] = {{1.0f, 0.0f}, {0.0f, 1.0f}, p[1] - p[0], p[2] - p[1], p[0] - p[2]};
+    for (int k = 0; k < 5; ++k) {
+      const glm::vec2 n = k < 2 ? normals[k] : glm::vec2(-normals[k].y, normals[k].x);
+      const float a = glm::dot(n, p[0]), b = glm::dot(n, p[1]), c = glm::dot(n, p[2]);
+      const float square = reach * (std::fabs(n.x) + std::fabs(n.y));
+      if (std::min({a, b, c}) > square || std::max({a, b, c}) < -square)
+        return false;
+    }
+    return true;
+  });
+}
 
 void DepthRaster::draw(std::span<const MapAxes> axes, std::span<float> maps) const {
   const std::size_t size = static_cast<std::size_t>(texels) * static_cast<std::size_t>(texels);

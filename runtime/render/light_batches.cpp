@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
 
 #include "runtime/light/orthonormal.h"
 #include "runtime/render/bounds.h"
@@ -102,12 +103,13 @@ std::string LightBatches::definitions() const {
          "\n#define FLAT " + (flat_ ? "1\n" : "0\n") + each + "\n";
 }
 
-void LightBatches::write_light(const DirectionalLight& light, int layer, int slot, std::span<glm::vec4> batch) const {
+void LightBatches::write_light(const DirectionalLight& light, int layer, int room_layer, int slot,
+                               std::span<glm::vec4> batch) const {
   const auto at = [&, n = static_cast<std::size_t>(lights_per_batch_)](int field) -> glm::vec4& {
     return batch[static_cast<std::size_t>(field) * n + static_cast<std::size_t>(slot)];
   };
   const OrthonormalBasis basis(light.direction);
-  at(0) = glm::vec4(glm::vec3(basis.u), 0.0f);
+  at(0) = glm::vec4(glm::vec3(basis.u), static_cast<float>(room_layer));
   at(1) = glm::vec4(glm::vec3(basis.v), 0.0f);
   at(2) = glm::vec4(glm::vec3(light.direction), static_cast<float>(layer));
   at(3) = glm::vec4(light.irradiance, 0.0f);
@@ -129,35 +131,57 @@ void LightBatches::write_light(const DirectionalLight& light, int layer, int slo
   }
 }
 
-LightGroup LightBatches::write_group(std::span<const DirectionalLight> lights, std::vector<glm::vec4>& data) const {
+void LightBatches::write_group(std::span<const DirectionalLight> lights, const DepthRaster& room, LightGroup& group,
+                               std::vector<glm::vec4>& data) const {
   const std::size_t vectors = static_cast<std::size_t>(batch_bytes_) / sizeof(glm::vec4);
-  const int count = static_cast<int>(lights.size());
-  LightGroup group;
+  std::vector<std::uint8_t> by_room(lights.size());
+  tbb::parallel_for(std::size_t{0}, lights.size(), [&](std::size_t j) { by_room[j] = room.meets(group.maps[j]); });
   group.first_batch = static_cast<int>(data.size() / vectors);
-  group.batches = (count + lights_per_batch_ - 1) / lights_per_batch_;
-  data.resize(data.size() + static_cast<std::size_t>(group.batches) * vectors, glm::vec4(0.0f)); // unused: no light
-  for (int j = 0; j < count; ++j) {
-    const std::size_t batch = static_cast<std::size_t>(group.first_batch + j / lights_per_batch_) * vectors;
-    write_light(lights[static_cast<std::size_t>(j)], j, j % lights_per_batch_, {&data[batch], vectors});
-    const OrthonormalBasis basis(lights[static_cast<std::size_t>(j)].direction);
-    group.maps.push_back(
-        {glm::vec3(basis.u), glm::vec3(basis.v), glm::vec3(lights[static_cast<std::size_t>(j)].direction)});
+  group.batches = 0;
+  group.room_maps.clear();
+  for (const bool with_room : {true, false}) {
+    int slot = 0;
+    for (std::size_t j = 0; j < lights.size(); ++j) {
+      if ((by_room[j] != 0) != with_room)
+        continue;
+      if (slot == 0) {
+        data.resize(data.size() + vectors, glm::vec4(0.0f)); // unused: no light
+        ++group.batches;
+      }
+      write_light(lights[j], static_cast<int>(j), static_cast<int>(group.room_maps.size()), slot,
+                  {&data[data.size() - vectors], vectors});
+      if (with_room)
+        group.room_maps.push_back(group.maps[j]);
+      slot = (slot + 1) % lights_per_batch_;
+    }
+    if (with_room)
+      group.room_batches = group.batches;
   }
-  return group;
 }
 
 Result<void> LightBatches::set_lights(const LightSet& lights) {
   if (lights.size() > kMaxLights)
     return Error{ErrorCode::limit_exceeded, std::to_string(lights.size()) + " light samples", "renderer",
                  "at most " + std::to_string(kMaxLights)};
-  std::vector<glm::vec4> data;
-  sky_ = write_group(lights.sky, data);
-  sun_ = write_group(lights.sun, data);
-  sky_.cone = bounding_cone(lights.sky);
-  sun_.cone = bounding_cone(lights.sun);
+  lights_ = lights;
+  for (auto [group, list] : {std::pair{&sky_, &lights_.sky}, {&sun_, &lights_.sun}}) {
+    group->maps.clear();
+    for (const DirectionalLight& l : *list) {
+      const OrthonormalBasis basis(l.direction);
+      group->maps.push_back({glm::vec3(basis.u), glm::vec3(basis.v), glm::vec3(l.direction)});
+    }
+    group->cone = bounding_cone(*list);
+  }
   sun_normal_irradiance_ = Rgb(0.0f);
-  for (const DirectionalLight& l : lights.sun)
+  for (const DirectionalLight& l : lights_.sun)
     sun_normal_irradiance_ += l.irradiance;
+  return {};
+}
+
+Result<void> LightBatches::upload(const DepthRaster& room) {
+  std::vector<glm::vec4> data;
+  write_group(lights_.sky, room, sky_, data);
+  write_group(lights_.sun, room, sun_, data);
   refill_buffer(gl_, batches_, std::as_bytes(std::span<const glm::vec4>(data)));
   return check_gl(*gl_, "uploading lights");
 }

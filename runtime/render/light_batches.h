@@ -21,9 +21,11 @@ namespace daylit {
 constexpr int kMaxLights = 1024, kMaxApertures = 256, kMaxApertureEdges = 2048;
 
 struct LightGroup {
-  std::vector<MapAxes> maps; ///< per light
-  glm::vec4 cone{0.0f};      ///< bounding_cone()
-  int first_batch = 0, batches = 0;
+  std::vector<MapAxes> maps;      ///< per light
+  std::vector<MapAxes> room_maps; ///< of those that the room may keep from points near the objects
+  glm::vec4 cone{0.0f};           ///< bounding_cone()
+  /// The lights of room_maps come first, in batches of their own: the others need not look into those maps.
+  int first_batch = 0, room_batches = 0, batches = 0;
 };
 
 class LightBatches {
@@ -31,8 +33,10 @@ public:
   /// Positions are relative to `origin` (world metres). Error limit_exceeded: too many windows.
   static Result<LightBatches> make(const Gl& gl, std::span<const Aperture> apertures, const glm::dvec3& origin);
 
-  /// Error limit_exceeded: more than kMaxLights.
+  /// Error limit_exceeded: more than kMaxLights. upload() before they are drawn.
   Result<void> set_lights(const LightSet& lights);
+  /// `room`: what of the room can stand between the objects and the sky.
+  Result<void> upload(const DepthRaster& room);
   std::string definitions() const; ///< for the shaders
   void bind_windows() const;
   void bind(int batch) const;
@@ -57,14 +61,18 @@ private:
   bool flat_ = false;          ///< the shaders hand a batch from vertices to fragments
   GLsizeiptr batch_bytes_ = 0; ///< from one to the next
   GlBuffer batches_, windows_;
+  LightSet lights_;
   LightGroup sky_, sun_;
   Rgb sun_normal_irradiance_{0.0f};
 
   void choose_batch_size();
   void append_quads(const Aperture& aperture, const glm::dvec3& origin);
   void upload_windows();
-  LightGroup write_group(std::span<const DirectionalLight> lights, std::vector<glm::vec4>& data) const;
-  void write_light(const DirectionalLight& light, int layer, int slot, std::span<glm::vec4> batch) const;
+  void write_group(std::span<const DirectionalLight> lights, const DepthRaster& room, LightGroup& group,
+                   std::vector<glm::vec4>& data) const;
+  /// Layers of the objects' maps and of the room's.
+  void write_light(const DirectionalLight& light, int layer, int room_layer, int slot,
+                   std::span<glm::vec4> batch) const;
 };
 
 } // namespace daylit

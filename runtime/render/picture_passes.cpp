@@ -22,6 +22,7 @@ Result<void> PicturePasses::build(const std::string& definitions) {
     std::vector<const char*> vertex, fragment; ///< after the definitions
   };
   constexpr const char *kOwn = "#define OWN_SHADOW true\n", *kOther = "#define OWN_SHADOW false\n";
+  constexpr const char *kPlain = "#define ROOM_SHADOWS 0\n", *kPast = "#define ROOM_SHADOWS 1\n";
   constexpr const char *kWhole = "#define MIXED 0\n", *kMixed = "#define MIXED 1\n";
   const std::vector<const char*> whole{frame, marks, windows, whole_vertex};
   const std::vector<const char*> light{frame, marks, windows, light_batch, light_vertex};
@@ -29,10 +30,18 @@ Result<void> PicturePasses::build(const std::string& definitions) {
       {&shadow_, "shadow", {shadow_vertex}, {depth_fragment}},
       {&ids_, "ids", {frame, scene_vertex}, {id_fragment}},
       {&object_points_, "object points", whole, {whole_fragment, marks, object_surface, object_point_fragment}},
-      {&object_light_, "object light", light, {kOwn, windows, light_batch, light_fragment}},
+      {&object_light_.plain, "object light", light, {kOwn, kPlain, windows, light_batch, light_fragment}},
+      {&object_light_.past_room,
+       "object light past the room",
+       light,
+       {kOwn, kPast, windows, light_batch, light_fragment}},
       {&object_picture_, "objects", whole, {kWhole, whole_fragment, object_surface, share, object_picture_fragment}},
       {&object_edges_, "edges", whole, {kMixed, whole_fragment, object_surface, share, object_picture_fragment}},
-      {&room_light_, "room light", light, {kOther, windows, light_batch, light_fragment}}};
+      {&room_light_.plain, "room light", light, {kOther, kPlain, windows, light_batch, light_fragment}},
+      {&room_light_.past_room,
+       "room light past the room",
+       light,
+       {kOther, kPast, windows, light_batch, light_fragment}}};
   const std::string vertex = definitions + "#define VERTEX 1\n", fragment = definitions + "#define VERTEX 0\n";
   for (Entry e : entries) {
     e.vertex.insert(e.vertex.begin(), vertex.c_str());
@@ -130,12 +139,9 @@ void PicturePasses::show_objects(const RoomBuffers& room, const ObjectBuffers& o
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
-/// Only marked pixels, where the target has marks, added up.
-void PicturePasses::begin_sums(const GlProgram& program, const LightSums& sums, GLuint offsets, GLuint normals,
-                               GLuint object_maps, GLuint room_maps, int texels) const {
-  bind(0, {offsets, normals, object_maps, room_maps});
-  const float map_texels[] = {static_cast<float>(texels), room_extent_};
-  gl_->ProgramUniform2fv(program.name(), gl_->GetUniformLocation(program.name(), "map_texels"), 1, map_texels);
+void PicturePasses::add_lights(const LightPrograms& programs, const LightBatches& lights, const LightGroup& group,
+                               const LightSums& sums, int texels, std::initializer_list<GLuint> points_and_maps) const {
+  bind(0, points_and_maps);
   sums.target.bind();
   sums.target.clear_colours();
   gl_->Enable(GL_DEPTH_TEST);
@@ -143,10 +149,19 @@ void PicturePasses::begin_sums(const GlProgram& program, const LightSums& sums, 
   gl_->DepthMask(GL_FALSE);
   gl_->Enable(GL_BLEND);
   gl_->BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+  const int first = group.first_batch, middle = first + group.room_batches, last = first + group.batches;
+  add_batches(programs.past_room, lights, first, middle, texels);
+  add_batches(programs.plain, lights, middle, last, texels);
+  gl_->Disable(GL_BLEND);
 }
 
-void PicturePasses::add_batches(const GlProgram& program, const LightBatches& lights, int first, int count) const {
-  for (int k = first; k < first + count; ++k) {
+void PicturePasses::add_batches(const GlProgram& program, const LightBatches& lights, int first, int last,
+                                int texels) const {
+  if (first >= last)
+    return;
+  const float map_texels[] = {static_cast<float>(texels), room_extent_};
+  gl_->ProgramUniform2fv(program.name(), gl_->GetUniformLocation(program.name(), "map_texels"), 1, map_texels);
+  for (int k = first; k < last; ++k) {
     lights.bind(k);
     draw_whole(program);
   }
@@ -155,15 +170,12 @@ void PicturePasses::add_batches(const GlProgram& program, const LightBatches& li
 void PicturePasses::light_objects(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
                                   const RenderTargets& t) const {
   scissor(box);
-  begin_sums(object_light_, t.object_sky, t.object_points.texture(0), t.object_points.texture(1), maps.object_sky,
-             maps.room_sky, maps.sky_texels);
-  add_batches(object_light_, lights, lights.sky().first_batch, lights.sky().batches);
-  if (lights.sun().batches > 0) {
-    begin_sums(object_light_, t.object_sun, t.object_points.texture(0), t.object_points.texture(1), maps.object_sun,
-               maps.room_sun, maps.sun_texels);
-    add_batches(object_light_, lights, lights.sun().first_batch, lights.sun().batches);
-  }
-  gl_->Disable(GL_BLEND);
+  const GLuint offsets = t.object_points.texture(0), normals = t.object_points.texture(1);
+  add_lights(object_light_, lights, lights.sky(), t.object_sky, maps.sky_texels,
+             {offsets, normals, maps.object_sky, maps.room_sky});
+  if (lights.sun().batches > 0)
+    add_lights(object_light_, lights, lights.sun(), t.object_sun, maps.sun_texels,
+               {offsets, normals, maps.object_sun, maps.room_sun});
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
@@ -182,9 +194,8 @@ Result<void> PicturePasses::ask(const LightPoints& points, const LightBatches& l
   }
   if (rows > 0) {
     scissor(box);
-    begin_sums(room_light_, t.asked, t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps, texels);
-    add_batches(room_light_, lights, group.first_batch, group.batches);
-    gl_->Disable(GL_BLEND);
+    add_lights(room_light_, lights, group, t.asked, texels,
+               {t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps});
     gl_->Disable(GL_SCISSOR_TEST);
   }
   answers.past_room.clear();

@@ -44,18 +44,23 @@ public:
   GLuint shadow_program() const { return shadow_.name(); }
 
 private:
+  struct LightPrograms {
+    GlProgram past_room; ///< looks into the room's maps, for lights that need it
+    GlProgram plain;
+  };
   Gl gl_;
-  GlProgram shadow_, ids_, object_points_, object_light_, object_picture_, object_edges_, room_light_;
+  GlProgram shadow_, ids_, object_points_, object_picture_, object_edges_;
+  LightPrograms object_light_, room_light_;
   GlVertexArray nothing_; ///< for passes over the whole picture
   GlBuffer frame_;
   float room_extent_ = 1.0f;
 
   Result<void> build(const std::string& definitions);
   void draw_whole(const GlProgram& program) const;
-  void begin_sums(const GlProgram& program, const LightSums& sums, GLuint offsets, GLuint normals, GLuint object_maps,
-                  GLuint room_maps, int texels) const;
-  /// Adds batches [first, first + count) to sums where pixels are marked.
-  void add_batches(const GlProgram& program, const LightBatches& lights, int first, int count) const;
+  /// Adds up the lights of a group where pixels are marked; everywhere in a target without marks.
+  void add_lights(const LightPrograms& programs, const LightBatches& lights, const LightGroup& group,
+                  const LightSums& sums, int texels, std::initializer_list<GLuint> points_and_maps) const;
+  void add_batches(const GlProgram& program, const LightBatches& lights, int first, int last, int texels) const;
   Result<void> ask(const LightPoints& points, const LightBatches& lights, const LightGroup& group, GLuint object_maps,
                    GLuint room_maps, int texels, const RenderTargets& targets, LightAnswers& answers) const;
   void bind(GLuint first_unit, std::initializer_list<GLuint> textures) const;

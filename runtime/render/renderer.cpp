@@ -44,7 +44,7 @@ struct Renderer::State {
   RenderTargets targets;
   RenderCamera camera;
   LightSet drawn_lights; ///< that the maps hold
-  bool maps_hold = false, room_holds = false;
+  bool maps_hold = false, lights_hold = false, room_holds = false;
   RoomView view;
   RoomGrid grid;
   ObjectPixels object_pixels;
@@ -187,19 +187,25 @@ Result<void> Renderer::set_lights(const LightSet& lights) {
   s.maps_hold =
       s.maps_hold && same_lights(lights.sky, s.drawn_lights.sky) && same_lights(lights.sun, s.drawn_lights.sun);
   s.drawn_lights = lights;
+  s.lights_hold = false;
   return s.lights.set_lights(lights);
 }
 
 Result<void> Renderer::State::draw_shadow_maps() {
-  if (maps_hold)
+  if (maps_hold && lights_hold)
     return {};
   const BoundingSphere& sphere = objects.sphere();
   const ShadowCaster object = objects.caster(), occluder = room.occluder(sphere, room_extent());
-  for (auto [maps, caster, group] : {std::tuple{&object_sky, &object, &lights.sky()},
-                                     {&object_sun, &object, &lights.sun()},
-                                     {&room_sky, &occluder, &lights.sky()},
-                                     {&room_sun, &occluder, &lights.sun()}})
-    if (const auto drawn = maps->draw(passes.shadow_program(), *caster, group->maps, glm::vec3(sphere.centre)); !drawn)
+  if (const auto uploaded = lights.upload(occluder.mesh); !uploaded)
+    return uploaded;
+  lights_hold = true;
+  if (maps_hold)
+    return {};
+  for (auto [maps, caster, axes] : {std::tuple{&object_sky, &object, &lights.sky().maps},
+                                    {&object_sun, &object, &lights.sun().maps},
+                                    {&room_sky, &occluder, &lights.sky().room_maps},
+                                    {&room_sun, &occluder, &lights.sun().room_maps}})
+    if (const auto drawn = maps->draw(passes.shadow_program(), *caster, *axes, glm::vec3(sphere.centre)); !drawn)
       return drawn;
   maps_hold = true;
   return {};

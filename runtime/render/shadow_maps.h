@@ -18,7 +18,7 @@ struct ShadowCaster {
 /// A depth-compare texture array with one layer per light, drawn along the light onto the bounding sphere's disc.
 class ShadowMaps {
 public:
-  /// `texels` on a side; layers are allocated by draw() when their number changes. `by_processor`: see depth_raster.h.
+  /// `texels` on a side; layers are allocated by draw() when there are too few. `by_processor`: see depth_raster.h.
   static Result<ShadowMaps> make(const Gl& gl, int texels, bool by_processor);
 
   /// `centre` and the radius, caster.mesh.half_width: of the sphere, in the scene.

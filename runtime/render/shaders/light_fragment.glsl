@@ -60,11 +60,13 @@ void main() {
     float object = map_visibility(object_maps, toward[K].w, p, sphere.w, OWN_SHADOW ? 0.5 * texel : 0.0);              \
     lost.rgb += arrives * (reached ? 1.0 - object : 0.0);                                                              \
   }
-#if ROOM_OCCLUDES
+#if ROOM_SHADOWS
 #define ROOM_SHADOW(K)                                                                                                 \
-  float room = map_visibility(room_maps, toward[K].w, ALONG(K, lifted), map_texels.y, texel);                          \
+  float room = map_visibility(room_maps, right[K].w, ALONG(K, lifted), map_texels.y, texel);                           \
   arrives *= reached ? room : 1.0;                                                                                     \
   past_room.rgb += arrives;
+#elif ROOM_OCCLUDES
+#define ROOM_SHADOW(K) past_room.rgb += arrives;
 #else
 #define ROOM_SHADOW(K)
 #endif
