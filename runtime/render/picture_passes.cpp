@@ -167,19 +167,30 @@ void PicturePasses::add_batches(const GlProgram& program, const LightBatches& li
   }
 }
 
-void PicturePasses::light_objects(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                                  const RenderTargets& t) const {
+void PicturePasses::ask_objects_sky(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
+                                    const RenderTargets& t) const {
   scissor(box);
-  const GLuint offsets = t.object_points.texture(0), normals = t.object_points.texture(1);
   add_lights(object_light_, lights, lights.sky(), t.object_sky, maps.sky_texels,
-             {offsets, normals, maps.object_sky, maps.room_sky});
-  if (lights.sun().batches > 0)
-    add_lights(object_light_, lights, lights.sun(), t.object_sun, maps.sun_texels,
-               {offsets, normals, maps.object_sun, maps.room_sun});
+             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sky, maps.room_sky});
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
-Result<void> PicturePasses::ask(const LightPoints& points, const LightBatches& lights, const LightGroup& group,
+void PicturePasses::ask_objects_sun(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
+                                    const RenderTargets& t) const {
+  scissor(box);
+  add_lights(object_light_, lights, lights.sun(), t.object_sun, maps.sun_texels,
+             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sun, maps.room_sun});
+  gl_->Disable(GL_SCISSOR_TEST);
+}
+
+void PicturePasses::set_objects_sky(const LightAnswers& shares, const PixelBox& box, const RenderTargets& t) const {
+  const std::vector<glm::vec4>* const sums[] = {&shares.unblocked, &shares.lost, &shares.past_room};
+  for (int k = 0; k < (t.object_sky.room_blocks ? 3 : 2); ++k)
+    gl_->TextureSubImage2D(t.object_sky.target.texture(k), 0, box.x0, box.y0, box.width(), box.height(), GL_RGBA,
+                           GL_FLOAT, sums[k]->data());
+}
+
+Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
                                 GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& t,
                                 LightAnswers& answers) const {
   const int rows = static_cast<int>((points.size() + static_cast<std::size_t>(t.width_px) - 1) /
@@ -194,7 +205,7 @@ Result<void> PicturePasses::ask(const LightPoints& points, const LightBatches& l
   }
   if (rows > 0) {
     scissor(box);
-    add_lights(room_light_, lights, group, t.asked, texels,
+    add_lights(on == On::objects ? object_light_ : room_light_, lights, group, t.asked, texels,
                {t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps});
     gl_->Disable(GL_SCISSOR_TEST);
   }
@@ -206,14 +217,14 @@ Result<void> PicturePasses::ask(const LightPoints& points, const LightBatches& l
   return {};
 }
 
-Result<void> PicturePasses::ask_sky(const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
-                                    const RenderTargets& t, LightAnswers& answers) const {
-  return ask(points, lights, lights.sky(), maps.object_sky, maps.room_sky, maps.sky_texels, t, answers);
+Result<void> PicturePasses::ask_sky(On on, const LightPoints& points, const LightBatches& lights,
+                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
+  return ask(on, points, lights, lights.sky(), maps.object_sky, maps.room_sky, maps.sky_texels, t, answers);
 }
 
-Result<void> PicturePasses::ask_sun(const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
-                                    const RenderTargets& t, LightAnswers& answers) const {
-  return ask(points, lights, lights.sun(), maps.object_sun, maps.room_sun, maps.sun_texels, t, answers);
+Result<void> PicturePasses::ask_sun(On on, const LightPoints& points, const LightBatches& lights,
+                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
+  return ask(on, points, lights, lights.sun(), maps.object_sun, maps.room_sun, maps.sun_texels, t, answers);
 }
 
 void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& t) const {

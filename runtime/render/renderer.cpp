@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/render/bounds.h"
+#include "runtime/render/object_grid.h"
 #include "runtime/render/picture_passes.h"
 #include "runtime/render/room_grid.h"
 
@@ -47,6 +48,9 @@ struct Renderer::State {
   bool maps_hold = false, lights_hold = false, room_holds = false;
   RoomView view;
   RoomGrid grid;
+  ObjectGrid object_grid;
+  ObjectPoints object_points;
+  LightAnswers object_shares;
   ObjectPixels object_pixels;
   LightAnswers sky_answers, sun_answers;
   RenderTimes times;
@@ -54,6 +58,7 @@ struct Renderer::State {
   Result<void> start(const Room& room_model, std::span<const Aperture> apertures);
   Result<void> draw_shadow_maps();
   MapTextures map_textures() const;
+  Result<void> light_objects(const PixelBox& box);
   Result<void> draw_picture();
   Result<void> light_room(RenderedFrame& frame);
 
@@ -216,6 +221,33 @@ MapTextures Renderer::State::map_textures() const {
           room_sun.texture(),   settings.sky_map_texels, settings.sun_map_texels};
 }
 
+/// Of the sky by few points where the objects are not small in the picture; of the sun, whose shadows are sharp, by
+/// all.
+Result<void> Renderer::State::light_objects(const PixelBox& box) {
+  const MapTextures maps = map_textures();
+  if (lights.sun().batches > 0)
+    passes.ask_objects_sun(lights, maps, box, targets);
+  if (!shares_lights()) {
+    passes.ask_objects_sky(lights, maps, box, targets);
+    return {};
+  }
+  object_points.box = box;
+  for (auto [texels, colour] : {std::pair{&object_points.offset, 0}, {&object_points.normal, 1}})
+    if (const auto read = targets.object_points.read(colour, box, *texels); !read)
+      return read;
+  const auto ask = [&](const LightPoints& points) {
+    return passes.ask_sky(PicturePasses::On::objects, points, lights, maps, targets, sky_answers);
+  };
+  if (const auto asked = ask(object_grid.ask_corners(object_points, static_cast<float>(objects.sphere().radius)));
+      !asked)
+    return asked;
+  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers)); !asked)
+    return asked;
+  object_grid.fill(object_points, sky_answers, object_shares);
+  passes.set_objects_sky(object_shares, box, targets);
+  return {};
+}
+
 /// What room and objects show, and the light on the objects.
 Result<void> Renderer::State::draw_picture() {
   passes.set_frame(camera, origin, objects.sphere(), room_extent(), lights);
@@ -233,7 +265,8 @@ Result<void> Renderer::State::draw_picture() {
   }
   if (!box.empty()) {
     passes.show_objects(room, objects, box, targets);
-    passes.light_objects(lights, map_textures(), box, targets);
+    if (const auto lit = light_objects(box); !lit)
+      return lit;
     passes.draw_objects(objects, box, targets);
   }
   if (const auto read = targets.object_picture.read(0, box, object_pixels.pixels); !read)
@@ -251,10 +284,13 @@ Result<void> Renderer::State::light_room(RenderedFrame& frame) {
                               sun.r + sun.g + sun.b,
                               shares_lights()};
   const auto ask = [&](const LightPoints& sky_points, const LightPoints& sun_points) -> Result<void> {
-    if (const auto sky = passes.ask_sky(sky_points, lights, map_textures(), targets, sky_answers); !sky)
+    if (const auto sky =
+            passes.ask_sky(PicturePasses::On::room, sky_points, lights, map_textures(), targets, sky_answers);
+        !sky)
       return sky;
-    return scene.whole_sun > 0.0f ? passes.ask_sun(sun_points, lights, map_textures(), targets, sun_answers)
-                                  : Result<void>{};
+    return scene.whole_sun > 0.0f
+               ? passes.ask_sun(PicturePasses::On::room, sun_points, lights, map_textures(), targets, sun_answers)
+               : Result<void>{};
   };
   const LightPoints& corners = grid.ask_corners(scene);
   if (const auto asked = ask(corners, corners); !asked)
