@@ -1,5 +1,7 @@
 #include "runtime/render/picture_passes.h"
 
+#include <algorithm>
+
 #include "runtime/render/shaders.h"
 
 namespace daylit {
@@ -10,6 +12,30 @@ namespace {
 struct GpuFrame {
   glm::mat4 clip_from_scene;
   glm::vec4 eye, ray_corner, ray_right, ray_down, sphere, sun_normal_irradiance;
+};
+
+/// Points that follow each other share a block of 4 x 4 texels, which software rasterisers work on at once: they look
+/// into the same parts of the maps.
+struct AskedPlaces {
+  static constexpr std::size_t kSide = 4;
+  int columns = 0, rows = 0; ///< of texels that hold points, and a few more
+
+  /// Few columns, so that the last blocks are not many; several tiles of a rasteriser for as many threads.
+  AskedPlaces(std::size_t points, int width, int height) {
+    constexpr int kColumns = 256;
+    columns = std::min(kColumns, width);
+    if (points > static_cast<std::size_t>(columns) * static_cast<std::size_t>(height))
+      columns = width;
+    const std::size_t row_of_blocks = kSide * static_cast<std::size_t>(columns);
+    rows = static_cast<int>(kSide * ((points + row_of_blocks - 1) / row_of_blocks));
+  }
+  std::size_t count() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+  std::size_t of(std::size_t k) const {
+    const std::size_t across = static_cast<std::size_t>(columns), block = k / (kSide * kSide), in = k % (kSide * kSide);
+    const std::size_t x = block % (across / kSide) * kSide + in % kSide,
+                      y = block / (across / kSide) * kSide + in / kSide;
+    return y * across + x;
+  }
 };
 
 } // namespace
@@ -193,17 +219,17 @@ void PicturePasses::set_objects_sky(const LightAnswers& shares, const PixelBox& 
 Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
                                 GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& t,
                                 LightAnswers& answers) const {
-  const int rows = static_cast<int>((points.size() + static_cast<std::size_t>(t.width_px) - 1) /
-                                    static_cast<std::size_t>(t.width_px));
-  const PixelBox box{0, 0, t.width_px, rows};
-  std::vector<glm::vec4> whole_rows;
+  const AskedPlaces places(points.size(), t.asked_width, t.asked_height);
+  const PixelBox box{0, 0, places.columns, places.rows};
+  std::vector<glm::vec4> texels_in_place;
   for (auto [texture, values] : {std::pair{&t.asked_offsets, &points.offset}, {&t.asked_normals, &points.normal}}) {
-    whole_rows = *values;
-    whole_rows.resize(static_cast<std::size_t>(t.width_px) * static_cast<std::size_t>(rows), glm::vec4(0.0f));
-    if (rows > 0)
-      gl_->TextureSubImage2D(texture->name(), 0, 0, 0, t.width_px, rows, GL_RGBA, GL_FLOAT, whole_rows.data());
+    texels_in_place.assign(places.count(), glm::vec4(0.0f));
+    for (std::size_t k = 0; k < values->size(); ++k)
+      texels_in_place[places.of(k)] = (*values)[k];
+    if (!box.empty())
+      gl_->TextureSubImage2D(texture->name(), 0, 0, 0, box.x1, box.y1, GL_RGBA, GL_FLOAT, texels_in_place.data());
   }
-  if (rows > 0) {
+  if (!box.empty()) {
     scissor(box);
     add_lights(on == On::objects ? object_light_ : room_light_, lights, group, t.asked, texels,
                {t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps});
@@ -211,9 +237,13 @@ Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBat
   }
   answers.past_room.clear();
   std::vector<glm::vec4>* const sums[] = {&answers.unblocked, &answers.lost, &answers.past_room};
-  for (int k = 0; k < (t.asked.room_blocks ? 3 : 2); ++k)
-    if (const auto read = t.asked.target.read(k, box, *sums[k]); !read)
+  for (int c = 0; c < (t.asked.room_blocks ? 3 : 2); ++c) {
+    if (const auto read = t.asked.target.read(c, box, texels_in_place); !read)
       return read;
+    sums[c]->resize(points.size());
+    for (std::size_t k = 0; k < points.size(); ++k)
+      (*sums[c])[k] = texels_in_place[places.of(k)];
+  }
   return {};
 }
 

@@ -81,15 +81,17 @@ Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, i
   RenderTargets t;
   t.width_px = width;
   t.height_px = height;
-  if (width <= 0 || height <= 0 || std::max(width, height) > sides)
+  if (width <= 0 || height <= 0 || std::max(width, height) > sides - 3)
     return Error{ErrorCode::limit_exceeded,
                  "a picture of " + std::to_string(width) + " x " + std::to_string(height) + " cannot be drawn",
                  "renderer", "the driver's limit is " + std::to_string(sides) + " pixels a side"};
   t.room_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
   t.object_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, samples);
   t.object_marks = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
-  t.asked_offsets = make_picture_texture(gl, width, height, GL_RGBA32F, 0);
-  t.asked_normals = make_picture_texture(gl, width, height, GL_RGBA32F, 0);
+  t.asked_width = (width + 3) / 4 * 4;
+  t.asked_height = (height + 3) / 4 * 4;
+  t.asked_offsets = make_picture_texture(gl, t.asked_width, t.asked_height, GL_RGBA32F, 0);
+  t.asked_normals = make_picture_texture(gl, t.asked_width, t.asked_height, GL_RGBA32F, 0);
   const int sums = room_blocks ? 3 : 2;
   struct Entry {
     DrawTarget* target;
@@ -106,7 +108,7 @@ Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, i
                            {&t.object_picture, width, height, GL_RGBA32F, 1, points, 0},
                            {&t.object_sky.target, width, height, GL_RGBA32F, sums, points, 0},
                            {&t.object_sun.target, width, height, GL_RGBA32F, sums, points, 0},
-                           {&t.asked.target, width, height, GL_RGBA32F, sums, 0, 0}};
+                           {&t.asked.target, t.asked_width, t.asked_height, GL_RGBA32F, sums, 0, 0}};
   for (const Entry& e : entries) {
     auto made = DrawTarget::make(gl, e.width, e.height, e.format, e.colours, e.depth, e.samples);
     if (!made)

@@ -52,6 +52,7 @@ struct RenderTargets {
   LightSums object_sky, object_sun;
   GlTexture asked_offsets, asked_normals; ///< LightPoints, row by row
   LightSums asked;
+  int asked_width = 0, asked_height = 0; ///< multiples of four
 
   static Result<RenderTargets> make(const Gl& gl, int width_px, int height_px, int samples, bool room_blocks);
 };
