@@ -43,7 +43,6 @@
   X(DRAWELEMENTS, DrawElements)                                                                                        \
   X(ENABLE, Enable)                                                                                                    \
   X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)                                                                  \
-  X(FINISH, Finish)                                                                                                    \
   X(GETERROR, GetError)                                                                                                \
   X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)                                                                    \
   X(GETINTEGERV, GetIntegerv)                                                                                          \
@@ -65,9 +64,7 @@
   X(PROGRAMUNIFORM1F, ProgramUniform1f)                                                                                \
   X(PROGRAMUNIFORM1I, ProgramUniform1i)                                                                                \
   X(PROGRAMUNIFORM2FV, ProgramUniform2fv)                                                                              \
-  X(PROGRAMUNIFORM2I, ProgramUniform2i)                                                                                \
   X(PROGRAMUNIFORM3FV, ProgramUniform3fv)                                                                              \
-  X(PROGRAMUNIFORM3I, ProgramUniform3i)                                                                                \
   X(SCISSOR, Scissor)                                                                                                  \
   X(SHADERSOURCE, ShaderSource)                                                                                        \
   X(TEXTUREBUFFER, TextureBuffer)                                                                                      \

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include <glm/geometric.hpp>
+#include <tbb/task_group.h>
 
 #include "runtime/render/bounds.h"
 #include "runtime/render/object_grid.h"
@@ -56,10 +57,11 @@ struct Renderer::State {
   RenderTimes times;
 
   Result<void> start(const Room& room_model, std::span<const Aperture> apertures);
-  Result<void> draw_shadow_maps();
+  Result<void> draw_surfaces();
+  Result<void> show_surfaces();
   MapTextures map_textures() const;
   Result<void> light_objects(const PixelBox& box);
-  Result<void> draw_picture();
+  Result<void> draw_objects();
   Result<void> light_room(RenderedFrame& frame);
 
   bool room_blocks() const { return room.occluders() > 0; }
@@ -196,23 +198,53 @@ Result<void> Renderer::set_lights(const LightSet& lights) {
   return s.lights.set_lights(lights);
 }
 
-Result<void> Renderer::State::draw_shadow_maps() {
-  if (maps_hold && lights_hold)
-    return {};
+/// While the processor draws shadow maps with its threads, this one tells OpenGL what to draw: in software, setting
+/// triangles up takes one thread only.
+Result<void> Renderer::State::draw_surfaces() {
   const BoundingSphere& sphere = objects.sphere();
   const ShadowCaster object = objects.caster(), occluder = room.occluder(sphere, room_extent());
-  if (const auto uploaded = lights.upload(occluder.mesh); !uploaded)
-    return uploaded;
+  if (!maps_hold || !lights_hold)
+    if (const auto uploaded = lights.upload(occluder.mesh); !uploaded)
+      return uploaded;
   lights_hold = true;
-  if (maps_hold)
-    return {};
-  for (auto [maps, caster, axes] : {std::tuple{&object_sky, &object, &lights.sky().maps},
-                                    {&object_sun, &object, &lights.sun().maps},
-                                    {&room_sky, &occluder, &lights.sky().room_maps},
-                                    {&room_sun, &occluder, &lights.sun().room_maps}})
-    if (const auto drawn = maps->draw(passes.shadow_program(), *caster, *axes, glm::vec3(sphere.centre)); !drawn)
-      return drawn;
+  const std::tuple<ShadowMaps*, const ShadowCaster*, const std::vector<MapAxes>*> maps[] = {
+      {&object_sky, &object, &lights.sky().maps},
+      {&object_sun, &object, &lights.sun().maps},
+      {&room_sky, &occluder, &lights.sky().room_maps},
+      {&room_sun, &occluder, &lights.sun().room_maps}};
+  tbb::task_group by_processor;
+  by_processor.run([&] {
+    for (const auto& [map, caster, axes] : maps)
+      if (!maps_hold)
+        map->prepare(*caster, *axes);
+  });
+  const auto shown = show_surfaces();
+  by_processor.wait();
+  for (const auto& [map, caster, axes] : maps)
+    if (!maps_hold)
+      if (const auto drawn = map->draw(passes.shadow_program(), *caster, *axes, glm::vec3(sphere.centre)); !drawn)
+        return drawn;
   maps_hold = true;
+  return shown;
+}
+
+/// Which triangles of room and objects the pixels show.
+Result<void> Renderer::State::show_surfaces() {
+  passes.set_frame(camera, origin, objects.sphere(), room_extent(), lights);
+  PixelBox& box = object_pixels.box;
+  box = {};
+  if (!objects.empty()) {
+    box = projected_box(camera, origin + objects.sphere().centre, objects.positions());
+    box = PixelBox{box.x0 - 2, box.y0 - 2, box.x1 + 2, box.y1 + 2}.clipped(camera.width_px, camera.height_px);
+  }
+  if (!room_holds)
+    passes.show_room(room, targets);
+  if (!box.empty())
+    passes.show_objects(room, objects, box, targets);
+  if (!room_holds)
+    if (const auto read = targets.room_ids.read(0, view.ids); !read)
+      return read;
+  room_holds = true;
   return {};
 }
 
@@ -248,23 +280,9 @@ Result<void> Renderer::State::light_objects(const PixelBox& box) {
   return {};
 }
 
-/// What room and objects show, and the light on the objects.
-Result<void> Renderer::State::draw_picture() {
-  passes.set_frame(camera, origin, objects.sphere(), room_extent(), lights);
-  if (!room_holds) {
-    passes.show_room(room, targets);
-    if (const auto read = targets.room_ids.read(0, view.ids); !read)
-      return read;
-    room_holds = true;
-  }
-  PixelBox& box = object_pixels.box;
-  box = {};
-  if (!objects.empty()) {
-    box = projected_box(camera, origin + objects.sphere().centre, objects.positions());
-    box = PixelBox{box.x0 - 2, box.y0 - 2, box.x1 + 2, box.y1 + 2}.clipped(camera.width_px, camera.height_px);
-  }
+Result<void> Renderer::State::draw_objects() {
+  const PixelBox& box = object_pixels.box;
   if (!box.empty()) {
-    passes.show_objects(room, objects, box, targets);
     if (const auto lit = light_objects(box); !lit)
       return lit;
     passes.draw_objects(objects, box, targets);
@@ -324,14 +342,13 @@ Result<void> Renderer::draw(RenderedFrame& frame) {
   if (s.targets.width_px == 0)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   auto start = std::chrono::steady_clock::now();
-  if (const auto drawn = s.draw_shadow_maps(); !drawn)
+  if (const auto drawn = s.draw_surfaces(); !drawn)
     return drawn.error();
-  s.gl->Finish();
-  s.times.shadow_maps_ms = milliseconds_since(start);
+  s.times.surfaces_ms = milliseconds_since(start);
   start = std::chrono::steady_clock::now();
-  if (const auto drawn = s.draw_picture(); !drawn)
+  if (const auto drawn = s.draw_objects(); !drawn)
     return drawn.error();
-  s.times.picture_ms = milliseconds_since(start);
+  s.times.objects_ms = milliseconds_since(start);
   start = std::chrono::steady_clock::now();
   if (const auto lit = s.light_room(frame); !lit)
     return lit;

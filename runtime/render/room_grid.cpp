@@ -131,33 +131,38 @@ bool RoomGrid::sun_agrees(const Scene& scene, int column, int row) const {
   return most - least <= kSameSun && most_past - least_past <= kSameSun;
 }
 
-RoomGrid::Block RoomGrid::choose_block(const Scene& scene, const ObjectPixels& objects, int column, int row) const {
+RoomGrid::Block RoomGrid::look_at_corners(const Scene& scene, int column, int row) const {
   Block block;
-  int plane = 0;
-  if (scene.share) {
-    const Corner* c[4] = {&corner(column, row), &corner(column + 1, row), &corner(column, row + 1),
-                          &corner(column + 1, row + 1)};
-    if (std::none_of(c, c + 4, [](const Corner* k) { return k->asked; }))
-      return block;
-    if (std::all_of(c, c + 4, [&](const Corner* k) { return k->asked && k->plane == c[0]->plane; }))
-      plane = c[0]->plane;
-    glm::vec3 least(2.0f), most(-2.0f);
-    for (const Corner* k : c) {
-      const glm::vec3 after = k->loss.shares.x - k->loss.lost_sky;
-      least = glm::min(least, after);
-      most = glm::max(most, after);
-    }
-    const glm::vec3 range = most - least;
-    block.smooth_sky = plane != 0 && std::max({range.x, range.y, range.z}) <= kSteepShare;
-    block.smooth_sun = plane != 0 && sun_agrees(scene, column, row);
+  if (!scene.share) {
+    block.reached = true;
+    return block;
   }
-  block.reached = true;
+  const Corner* c[4] = {&corner(column, row), &corner(column + 1, row), &corner(column, row + 1),
+                        &corner(column + 1, row + 1)};
+  block.reached = std::any_of(c, c + 4, [](const Corner* k) { return k->asked; });
+  if (!std::all_of(c, c + 4, [&](const Corner* k) { return k->asked && k->plane == c[0]->plane; }))
+    return block;
+  block.plane = c[0]->plane;
+  glm::vec3 least(2.0f), most(-2.0f);
+  for (const Corner* k : c) {
+    const glm::vec3 after = k->loss.shares.x - k->loss.lost_sky;
+    least = glm::min(least, after);
+    most = glm::max(most, after);
+  }
+  const glm::vec3 range = most - least;
+  block.smooth_sky = std::max({range.x, range.y, range.z}) <= kSteepShare;
+  block.smooth_sun = sun_agrees(scene, column, row);
+  return block;
+}
+
+RoomGrid::Block RoomGrid::choose_block(const Scene& scene, const ObjectPixels& objects, int column, int row) const {
+  Block block = look_at_corners(scene, column, row);
   const PixelBox pixels = block_pixels(scene, column, row);
-  for (int y = pixels.y0; y < pixels.y1; ++y)
+  for (int y = pixels.y0; block.reached && y < pixels.y1; ++y)
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const int shown = scene.view.plane_number(scene.room, x, y);
-      const bool sky = !(block.smooth_sky && shown == plane),
-                 sun = scene.whole_sun > 0.0f && !(block.smooth_sun && shown == plane);
+      const bool sky = !(block.smooth_sky && shown == block.plane),
+                 sun = scene.whole_sun > 0.0f && !(block.smooth_sun && shown == block.plane);
       if (shown == 0 || !(sky || sun) || objects.at(x, y).w >= 1.0f ||
           !scene.reach.meets(scene.view.surface(scene.room, x, y).position))
         continue;
@@ -221,20 +226,17 @@ RoomLoss RoomGrid::between(const Scene& scene, int column, int row, int x, int y
           wa * a.shares + wb * b.shares + wc * c.shares + wd * d.shares};
 }
 
-void RoomGrid::fill_block(const Scene& scene, const ObjectPixels& objects, const LightAnswers& sky,
-                          const LightAnswers& sun, int column, int row, RenderedFrame& frame) const {
+/// Of the pixels of a block, kSide to a row.
+void RoomGrid::find_losses(const Scene& scene, const LightAnswers& sky, const LightAnswers& sun, int column, int row,
+                           std::span<RoomLoss> losses) const {
   const PixelBox pixels = block_pixels(scene, column, row);
   const Block& block = blocks_[block_index(column, row)];
-  bool shows = false;
-  RoomLoss losses[kSide * kSide];
   std::size_t next_sky = block.first_sky, next_sun = block.first_sun;
-  const int plane = scene.share ? corner(column, row).plane : 0;
   for (int y = pixels.y0; y < pixels.y1; ++y)
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const int k = (y - pixels.y0) * kSide + x - pixels.x0;
-      RoomLoss& loss = losses[k];
-      if (block.reached && (block.smooth_sky || block.smooth_sun) &&
-          scene.view.plane_number(scene.room, x, y) == plane) {
+      RoomLoss& loss = losses[static_cast<std::size_t>(k)];
+      if (block.plane != 0 && scene.view.plane_number(scene.room, x, y) == block.plane) {
         const RoomLoss mixed = between(scene, column, row, x, y);
         if (block.smooth_sky) {
           loss.lost_sky = mixed.lost_sky;
@@ -249,8 +251,19 @@ void RoomGrid::fill_block(const Scene& scene, const ObjectPixels& objects, const
         set_sky(sky, next_sky++, loss);
       if (block.sun >> k & 1u)
         set_sun(sun, next_sun++, scene.whole_sun, loss);
-      shows = shows || loses_any(loss) || objects.at(x, y).w > 0.0f;
     }
+}
+
+void RoomGrid::fill_block(const Scene& scene, const ObjectPixels& objects, const LightAnswers& sky,
+                          const LightAnswers& sun, int column, int row, RenderedFrame& frame) const {
+  const PixelBox pixels = block_pixels(scene, column, row);
+  RoomLoss losses[kSide * kSide];
+  if (blocks_[block_index(column, row)].reached)
+    find_losses(scene, sky, sun, column, row, losses);
+  bool shows = std::any_of(std::begin(losses), std::end(losses), loses_any);
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x)
+      shows = shows || objects.at(x, y).w > 0.0f;
   frame.shows[frame.block_index(pixels.x0, pixels.y0)] = shows ? 1 : 0;
   for (int y = pixels.y0; shows && y < pixels.y1; ++y)
     for (int x = pixels.x0; x < pixels.x1; ++x) {

@@ -8,6 +8,7 @@
 // is asked.
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "runtime/render/light_points.h"
@@ -61,7 +62,8 @@ private:
   struct Block {
     std::uint16_t sky = 0, sun = 0;              ///< pixels that are asked, a bit each
     bool smooth_sky = false, smooth_sun = false; ///< the others on the corners' plane lie between
-    bool reached = false;
+    bool reached = false;                        ///< by a shadow, perhaps
+    int plane = 0;                               ///< of all four corners; 0: they are not asked or lie on several
     std::uint32_t first_sky = 0, first_sun = 0;
   };
   int columns_ = 0, rows_ = 0; ///< of blocks; corners: one more
@@ -80,9 +82,12 @@ private:
   PixelBox block_pixels(const Scene& scene, int column, int row) const;
   void reach_corners(const Scene& scene);
   bool sun_agrees(const Scene& scene, int column, int row) const;
+  Block look_at_corners(const Scene& scene, int column, int row) const;
   Block choose_block(const Scene& scene, const ObjectPixels& objects, int column, int row) const;
   void set_points(const Scene& scene, int column, int row);
   RoomLoss between(const Scene& scene, int column, int row, int x, int y) const;
+  void find_losses(const Scene& scene, const LightAnswers& sky, const LightAnswers& sun, int column, int row,
+                   std::span<RoomLoss> losses) const;
   void fill_block(const Scene& scene, const ObjectPixels& objects, const LightAnswers& sky, const LightAnswers& sun,
                   int column, int row, RenderedFrame& frame) const;
 };

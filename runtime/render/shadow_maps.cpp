@@ -45,12 +45,13 @@ Result<void> ShadowMaps::clear() {
   return check_gl(*gl_, "shadow maps");
 }
 
-void ShadowMaps::upload(DepthRaster mesh, std::span<const MapAxes> lights) {
+void ShadowMaps::prepare(const ShadowCaster& caster, std::span<const MapAxes> lights) {
+  if (!by_processor_ || lights.empty() || caster.vertices == 0)
+    return;
+  DepthRaster mesh = caster.mesh;
   mesh.texels = texels_;
   depths_.resize(lights.size() * static_cast<std::size_t>(texels_) * static_cast<std::size_t>(texels_));
   mesh.draw(lights, depths_);
-  gl_->TextureSubImage3D(texture_.name(), 0, 0, 0, 0, texels_, texels_, static_cast<GLsizei>(lights.size()),
-                         GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
 }
 
 Result<void> ShadowMaps::draw(GLuint program, const ShadowCaster& caster, std::span<const MapAxes> lights,
@@ -61,7 +62,8 @@ Result<void> ShadowMaps::draw(GLuint program, const ShadowCaster& caster, std::s
     if (const auto allocated = allocate(static_cast<int>(lights.size())); !allocated)
       return allocated;
   if (by_processor_) {
-    upload(caster.mesh, lights);
+    gl_->TextureSubImage3D(texture_.name(), 0, 0, 0, 0, texels_, texels_, static_cast<GLsizei>(lights.size()),
+                           GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
     return check_gl(*gl_, "shadow maps");
   }
   const auto at = [&](const char* name) { return gl_->GetUniformLocation(program, name); };
