@@ -252,6 +252,40 @@ TEST(Renderer, sharing_lights_comes_nearer_to_many_lights_than_asking_all_at_eve
   EXPECT_LT(from_shared.object, from_alone.object);
 }
 
+TEST(Renderer, sharing_loses_no_edge_of_a_shadow_beside_furniture) {
+  Scene scene;
+  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.2, 0.0}, kWidth, kHeight, 0.2);
+  scene.object = test::place(test::torus(0.15f, 0.07f, 80, 40), {2.0, 3.4, 0.23}, 1.2);
+  test::add_block(scene.room, {1.4, 4.0, 0.0}, {2.1, 4.3, 0.5}, 0);
+  test::add_block(scene.room, {1.75, 2.95, 0.0}, {2.15, 3.15, 0.06}, 0); // in the shadow
+  scene.sun = sun_through_the_window();
+  const auto shared = scene.render();
+  scene.settings.share_lights = false;
+  const auto alone = scene.render();
+  ASSERT_TRUE(shared && alone);
+  int shadow = 0, lit = 0, object = 0, wrong_sun = 0, wrong_sky = 0, wrong_object = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const std::size_t i = alone->index(x, y);
+      const auto lost = [&](const RenderedFrame& f) {
+        return f.shown(x, y) ? glm::vec2(f.room[i].z, f.lost_sky[i].y) : glm::vec2(0.0f);
+      };
+      const glm::vec2 exact = lost(*alone), apart = glm::abs(lost(*shared) - exact);
+      shadow += exact.x > 0.0f;
+      lit += exact.x == 0.0f;
+      wrong_sun += apart.x > 0.02f; // room_grid.cpp: what corners that agree may differ by
+      wrong_sky += apart.y > 0.1f;  // steps of single lights
+      object += alone->object[i].w > 0.0f;
+      wrong_object += std::fabs(shared->object[i].y - alone->object[i].y) > 0.02f * alone->object[i].y;
+    }
+  EXPECT_GT(shadow, 300);
+  EXPECT_GT(lit, 300);
+  EXPECT_EQ(wrong_sun, 0);
+  EXPECT_LE(wrong_sky, 3);
+  EXPECT_GT(object, 5000);
+  EXPECT_LE(wrong_object, object / 100);
+}
+
 TEST(Renderer, shadow_maps_by_processor_and_by_open_gl_give_the_same_picture) {
   Scene scene;
   test::add_block(scene.room, {1.4, 4.0, 0.0}, {2.6, 4.3, 0.5}, 0); // casts shadows too
