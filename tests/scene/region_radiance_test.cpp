@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "scene/detail/quad_sums.h"
 #include "scene/sky_partition.h"
 #include "tests/scene/test_volumes.h"
 
@@ -222,6 +223,49 @@ TEST(RegionRadiance, spans_of_pixels_give_the_sums_of_single_pixels) {
   EXPECT_GT(whole, 500);
   EXPECT_GT(most, 50.0);  // the sun is in one of them
   EXPECT_LT(error, 3e-4); // weights are rounded to 1/65535 of a pixel; the sun's share of a node may be small
+}
+
+TEST(RegionRadiance, a_sun_alone_is_shared_by_its_four_nodes_within_a_hundredth_of_a_pixel) {
+  const auto geometry = make_sky(noise(300, 300), tilted_fisheye(300, 300, 4.0)).geometry();
+  constexpr double kPixel = 0.0133; // of this lens, radians
+  constexpr float kSun = 1e9f;
+  for (const int count : {16, 1024, 4096}) {
+    const SkyPartition nodes = *SkyPartition::fine(count);
+    const auto quads = detail::QuadSums::make(*geometry, nodes, 1.0);
+    const double pixel_of_node = kPixel / std::sqrt(4 * kPi / nodes.size());
+    std::vector<float> picture(3 * 300 * 300, 0.0f);
+    for (const std::size_t texel :
+         {150 * 300 + 90, 150 * 300 + 150, 40 * 300 + 150, 222 * 300 + 203, 149 * 300 + 149}) {
+      picture[3 * texel + 1] = kSun;
+      std::vector<double> expected(static_cast<std::size_t>(nodes.size()));
+      for (const RegionWeight& w :
+           nodes.interpolation(*geometry->direction({double(texel % 300), double(texel / 300)})))
+        expected[static_cast<std::size_t>(w.region)] += w.weight;
+      for (const bool portable : {false, true}) {
+        std::vector<std::array<double, 3>> sums(expected.size());
+        portable ? quads.add_portable(picture.data(), sums) : quads.add(picture.data(), sums);
+        for (std::size_t n = 0; n < sums.size(); ++n) {
+          const double share = sums[n][1] / (double(kSun) * double(geometry->solid_angle_sr()[texel]));
+          ASSERT_NEAR(share, expected[n], 0.012 * pixel_of_node + 2e-5) << count << " nodes, texel " << texel;
+          ASSERT_GE(share, 0.0);
+        }
+      }
+      picture[3 * texel + 1] = 0.0f;
+    }
+  }
+}
+
+TEST(RegionRadiance, portable_and_wide_sums_of_quads_agree) {
+  const SkyImage sky = make_sky(noise(300, 300), tilted_fisheye(300, 300, 4.0));
+  const SkyPartition nodes = *SkyPartition::fine(4096);
+  const auto quads = detail::QuadSums::make(*sky.geometry(), nodes, 1.0);
+  std::vector<std::array<double, 3>> wide(static_cast<std::size_t>(nodes.size())), portable = wide;
+  const float* const texels = &sky.image().texels.front().r;
+  quads.add(texels, wide);
+  quads.add_portable(texels, portable);
+  for (std::size_t n = 0; n < wide.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c)
+      EXPECT_NEAR(wide[n][c], portable[n][c], 2e-6 * portable[n][c] + 1e-9) << n;
 }
 
 TEST(RegionRadiance, pictures_smaller_than_a_span_are_reduced) {
