@@ -257,21 +257,35 @@ void RegionSums::set_divisors(const SkyPartition& partition) {
   }
 }
 
-RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition) {
+RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
+                            std::span<const std::uint8_t> needed) {
   RegionSums sums;
   sums.geometry_ = std::move(geometry);
-  const std::vector<Share> shares = partition.interpolated()        ? node_shares(*sums.geometry_, partition)
-                                    : sums.geometry_->is_equirect() ? equirect_shares(*sums.geometry_, partition)
-                                                                    : lens_shares(*sums.geometry_, partition);
+  std::vector<Share> shares = partition.interpolated()        ? node_shares(*sums.geometry_, partition)
+                              : sums.geometry_->is_equirect() ? equirect_shares(*sums.geometry_, partition)
+                                                              : lens_shares(*sums.geometry_, partition);
   if (partition.interpolated())
     sums.quads_ = std::make_shared<const detail::QuadSums>(
-        detail::QuadSums::make(*sums.geometry_, partition, large_pixel_sr(partition)));
+        detail::QuadSums::make(*sums.geometry_, partition, large_pixel_sr(partition), needed));
+  if (!needed.empty())
+    std::erase_if(shares, [&](const Share& s) { return needed[s.region] == 0; });
   sums.make_spans(shares, static_cast<std::size_t>(partition.size()));
   sums.measure_coverage(partition);
   if (partition.interpolated())
     sums.measure_nodes(partition);
   sums.set_divisors(partition);
+  sums.forget_all_but(needed);
   return sums;
+}
+
+/// Divisors of zero: what the pixels of others gave them does not count.
+void RegionSums::forget_all_but(std::span<const std::uint8_t> needed) {
+  if (needed.empty())
+    return;
+  for (std::size_t region = 0; region < divisor_.size(); ++region)
+    if (needed[region] == 0)
+      divisor_[region] = {};
+  std::erase_if(unseen_, [&](std::uint32_t region) { return needed[region] == 0; });
 }
 
 std::vector<Rgb> region_radiance(const SkyImage& sky, const SkyPartition& partition) {

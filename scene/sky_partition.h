@@ -124,11 +124,14 @@ private:
 /// of a sky camera with the same one.
 class RegionSums {
 public:
-  static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition);
+  /// `needed`: one per region, 0 for regions that nobody asks for: they come out black, and pixels that only they
+  /// have are not read. Empty: all are needed.
+  static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
+                         std::span<const std::uint8_t> needed = {});
   /// Mean radiance per region; of nodes: the integral of radiance times hat function over the region's solid angle.
   /// `sky` must have the geometry given to make(), or one of equal size and projection.
   std::vector<Rgb> reduce(const SkyImage& sky) const;
-  /// Share of each region's solid angle that the camera sees; the rest takes the fill.
+  /// Share of each needed region's solid angle that the camera sees; the rest takes the fill.
   double covered_share(int region) const;
   /// Size of the tables that reduce() reads, bytes.
   std::size_t bytes() const;
@@ -186,6 +189,7 @@ private:
   void measure_coverage(const SkyPartition& partition);
   void measure_nodes(const SkyPartition& partition);
   void set_divisors(const SkyPartition& partition);
+  void forget_all_but(std::span<const std::uint8_t> needed);
 };
 
 /// Solid-angle mean radiance of every region, pixels split where a border crosses them; directions that the image

@@ -106,7 +106,7 @@ QuadSums::Segment QuadSums::first_segment(std::span<const Pixel> pixels, double 
 }
 
 QuadSums::Strip QuadSums::make_strip(const SkyGeometry& geometry, const SkyPartition& nodes, double largest_sr,
-                                     double most_sr, std::size_t row) {
+                                     double most_sr, std::span<const std::uint8_t> needed, std::size_t row) {
   const auto width = static_cast<std::size_t>(geometry.width()), height = static_cast<std::size_t>(geometry.height());
   const double most_sr_error = kMostAngleError * most_sr,
                most_share_error = kMostShift * std::sqrt(most_sr * nodes.size() / (4 * kPi));
@@ -121,6 +121,8 @@ QuadSums::Strip QuadSums::make_strip(const SkyGeometry& geometry, const SkyParti
         continue;
       if (const auto d = geometry.direction({double(x), double(y)})) {
         const SkyPartition::Quad q = nodes.quad(*d);
+        if (!needed.empty() && std::ranges::none_of(q.node, [&](std::uint32_t n) { return needed[n] != 0; }))
+          continue;
         pixels.push_back({static_cast<std::uint32_t>(texel), q.node, sr, {q.up, q.right_below, q.right_above}});
       }
     }
@@ -145,12 +147,13 @@ QuadSums::Strip QuadSums::make_strip(const SkyGeometry& geometry, const SkyParti
   return strip;
 }
 
-QuadSums QuadSums::make(const SkyGeometry& geometry, const SkyPartition& nodes, double largest_sr) {
+QuadSums QuadSums::make(const SkyGeometry& geometry, const SkyPartition& nodes, double largest_sr,
+                        std::span<const std::uint8_t> needed) {
   const std::size_t count = (static_cast<std::size_t>(geometry.height()) + kStripRows - 1) / kStripRows;
   const double most_sr = double(*std::ranges::max_element(geometry.solid_angle_sr()));
   std::vector<Strip> strips(count);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
-    strips[k] = make_strip(geometry, nodes, largest_sr, most_sr, k * kStripRows);
+    strips[k] = make_strip(geometry, nodes, largest_sr, most_sr, needed, k * kStripRows);
   });
   QuadSums sums;
   for (std::size_t k = 0; k < count; ++k) {

@@ -17,8 +17,10 @@ namespace daylit::detail {
 class QuadSums {
 public:
   QuadSums() = default;
-  /// Takes the pixels of at most `largest_sr`; for others the weights at the centre are not exact enough.
-  static QuadSums make(const SkyGeometry& geometry, const SkyPartition& nodes, double largest_sr);
+  /// Takes the pixels of at most `largest_sr`; for others the weights at the centre are not exact enough. `needed`: one
+  /// per node, or empty for all; pixels between four nodes with 0 are left out.
+  static QuadSums make(const SkyGeometry& geometry, const SkyPartition& nodes, double largest_sr,
+                       std::span<const std::uint8_t> needed = {});
 
   /// sums[node][colour] += integral of radiance times hat function over the pixels taken, steradians times radiance.
   /// `texels`: of a picture of the geometry, interleaved. Does not depend on the number of threads.
@@ -63,7 +65,7 @@ private:
   std::vector<std::uint32_t> first_slot_; ///< of each node's sums, and the end
 
   static Strip make_strip(const SkyGeometry& geometry, const SkyPartition& nodes, double largest_sr, double most_sr,
-                          std::size_t row);
+                          std::span<const std::uint8_t> needed, std::size_t row);
   static Segment first_segment(std::span<const Pixel> pixels, double most_sr_error, double most_share_error);
   static bool fit(std::span<const Pixel> pixels, double most_sr_error, double most_share_error, Segment& segment);
   void number_slots(std::size_t nodes);

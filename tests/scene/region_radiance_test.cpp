@@ -255,6 +255,22 @@ TEST(RegionRadiance, a_sun_alone_is_shared_by_its_four_nodes_within_a_hundredth_
   }
 }
 
+TEST(RegionRadiance, regions_that_nobody_needs_are_black_and_the_others_the_same) {
+  const SkyImage sky = make_sky(noise(200, 200), tilted_fisheye(200, 200, 3.3));
+  for (const SkyPartition& partition : {*SkyPartition::fine(4096), *SkyPartition::uniform(512)}) {
+    std::vector<std::uint8_t> needed(static_cast<std::size_t>(partition.size()));
+    for (int r = 0; r < partition.size(); ++r)
+      needed[static_cast<std::size_t>(r)] = partition.centre(r).x > 0.3 ? 1 : 0;
+    const RegionSums all = RegionSums::make(sky.geometry(), partition),
+                     some = RegionSums::make(sky.geometry(), partition, needed);
+    EXPECT_LT(some.bytes(), all.bytes());
+    const std::vector<Rgb> of_all = all.reduce(sky), of_some = some.reduce(sky);
+    for (std::size_t r = 0; r < needed.size(); ++r)
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(of_some[r][c], needed[r] ? of_all[r][c] : 0.0f, 1e-6f) << partition.name() << " region " << r;
+  }
+}
+
 TEST(RegionRadiance, portable_and_wide_sums_of_quads_agree) {
   const SkyImage sky = make_sky(noise(300, 300), tilted_fisheye(300, 300, 4.0));
   const SkyPartition nodes = *SkyPartition::fine(4096);
