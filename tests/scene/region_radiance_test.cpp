@@ -255,6 +255,7 @@ TEST(RegionRadiance, a_sun_alone_is_shared_by_its_four_nodes_within_a_hundredth_
   }
 }
 
+/// But for the rounding of shares to 1/65535 of a pixel, which depends on the regions before.
 TEST(RegionRadiance, regions_that_nobody_needs_are_black_and_the_others_the_same) {
   const SkyImage sky = make_sky(noise(200, 200), tilted_fisheye(200, 200, 3.3));
   for (const SkyPartition& partition : {*SkyPartition::fine(4096), *SkyPartition::uniform(512)}) {
@@ -267,7 +268,7 @@ TEST(RegionRadiance, regions_that_nobody_needs_are_black_and_the_others_the_same
     const std::vector<Rgb> of_all = all.reduce(sky), of_some = some.reduce(sky);
     for (std::size_t r = 0; r < needed.size(); ++r)
       for (int c = 0; c < 3; ++c)
-        ASSERT_NEAR(of_some[r][c], needed[r] ? of_all[r][c] : 0.0f, 1e-6f) << partition.name() << " region " << r;
+        ASSERT_NEAR(of_some[r][c], needed[r] ? of_all[r][c] : 0.0f, 1e-5f) << partition.name() << " region " << r;
   }
 }
 
