@@ -96,10 +96,11 @@ void find_covered(const RayScene& room, const RoomPatches& patches, const Placed
     if (sphere.radius <= 0.0 || glm::dot(n, sphere.centre - x) < -sphere.radius)
       continue;
     const Cone cone(sphere, x, n);
+    const glm::dvec3 own = parts.to_own(part, x);
     for (std::size_t k = 0; k < points.size();) {
       std::size_t count = 0;
       for (; k < points.size() && count < kPacket; ++k)
-        if (const glm::dvec3 w = cone.direction(points[k]); glm::dot(n, w) > 0.0)
+        if (const glm::dvec3 w = cone.direction(points[k]); glm::dot(n, w) > 0.0 && parts.may_meet(part, own, w))
           directions[count++] = w;
       const std::span<const glm::dvec3> asked(directions.data(), count);
       const std::uint32_t met = count > 0 ? parts.cast_first(part, x, asked, hits) : 0u;

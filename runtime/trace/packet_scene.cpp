@@ -71,7 +71,7 @@ RTCIntersectContext coherent_context() {
 } // namespace
 
 Result<PacketScene> PacketScene::build(std::span<const glm::vec3> vertices,
-                                       std::span<const std::array<std::uint32_t, 3>> triangles) {
+                                       std::span<const std::array<std::uint32_t, 3>> triangles, Edges edges) {
   PacketScene result;
   result.handle_ = std::make_shared<Handle>();
   Handle& h = *result.handle_;
@@ -79,7 +79,8 @@ Result<PacketScene> PacketScene::build(std::span<const glm::vec3> vertices,
   if (!h.device)
     return Error{ErrorCode::device, "the ray tracing library did not start", "embree", ""};
   h.scene = rtcNewScene(h.device);
-  rtcSetSceneFlags(h.scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
+  const RTCSceneFlags robust = edges == Edges::watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+  rtcSetSceneFlags(h.scene, static_cast<RTCSceneFlags>(robust | RTC_SCENE_FLAG_DYNAMIC));
   result.empty_ = triangles.empty();
   if (result.empty_) {
     rtcCommitScene(h.scene);

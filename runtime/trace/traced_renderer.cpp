@@ -138,7 +138,9 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   if (same_mesh && !scene.triangles.empty())
     return scene.objects.move(scene.positions);
   scene.triangles = objects.triangles;
-  auto built = PacketScene::build(scene.positions, scene.triangles);
+  // A ray that slips between facets is one light of many at a point; a pixel that misses becomes an outline, which is
+  // looked at eight times.
+  auto built = PacketScene::build(scene.positions, scene.triangles, PacketScene::Edges::quick);
   if (!built)
     return built.error();
   scene.objects = std::move(*built);
