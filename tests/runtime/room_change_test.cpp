@@ -4,6 +4,8 @@
 
 #include "runtime/light/room_change.h"
 #include "runtime/render/change_picture.h"
+#include "runtime/render/compose.h"
+#include "runtime/trace/traced_renderer.h"
 #include "scene/lens.h"
 #include "test_session.h"
 
@@ -192,6 +194,63 @@ TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_i
     }
   EXPECT_GT(whole, 2000);
   EXPECT_GT(nothing, 30000);
+}
+
+TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
+  constexpr int kSide = 320;
+  const std::vector<Aperture> windows = test::box_window();
+  Surrounded s(0.12f, windows, 40.0f);
+  const glm::dvec3 place(2.0, 3.6, 0.13);
+  s.place(place, 1.0f);
+  auto renderer = TracedRenderer::make(s.volume.room, windows);
+  ASSERT_TRUE(renderer);
+  const RenderCamera camera = test::look_at({2.6, 4.7, 1.0}, {2.0, 3.5, 0.1}, kSide, kSide, 0.9);
+  const ObjectSurface object = test::place(s.mesh, place);
+  const LightSet lights = sample_lights(s.pyramid[0], {}, windows, object.bounds(), 64);
+  RenderedFrame frame;
+  for (const auto& step : {renderer->set_camera(camera), renderer->set_objects(object), renderer->set_lights(lights),
+                           renderer->draw(frame)})
+    ASSERT_TRUE(step) << step.error().message();
+  ChangePicture change;
+  change.set_view(camera, s.rays, nullptr, {});
+  change.update(s.change);
+  const RgbImage photo(kSide, kSide, Rgb(0.4f, 0.5f, 0.6f));
+  const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) {
+    return seen ? std::optional(
+                      s.room_light.at_surface(seen->triangle, frame.origin + glm::dvec3(seen->position), direction))
+                : s.room_light.at(camera.eye(), direction);
+  };
+  Composite blocks, pixels;
+  compose(photo, frame, camera, look_up, {}, blocks, &change);
+  // A frame that does not say which blocks it shows is composed pixel by pixel: what it leaves out shows nothing.
+  for (int y = frame.box.y0; y < frame.box.y1; ++y)
+    for (int x = frame.box.x0; x < frame.box.x1; ++x)
+      if (!frame.shown(x, y)) {
+        for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
+          (*pass)[frame.index(x, y)] = glm::vec4(0.0f);
+        frame.surface[frame.index(x, y)] = {};
+      }
+  frame.shows.clear();
+  compose(photo, frame, camera, look_up, {}, pixels, &change);
+  double square = 0.0, largest = 0.0, darkest = 1.0;
+  int touched = 0, otherwise = 0;
+  for (std::size_t i = 0; i < photo.texels.size(); ++i) {
+    ASSERT_EQ(blocks.touched[i] == 2, pixels.touched[i] == 2);
+    if (pixels.touched[i] == 2)
+      continue;
+    otherwise += blocks.touched[i] != pixels.touched[i];
+    const double a = static_cast<double>(blocks.picture.texels[i].g),
+                 b = static_cast<double>(pixels.picture.texels[i].g);
+    square += (a - b) * (a - b) / (b * b);
+    largest = std::max(largest, std::fabs(a - b) / b);
+    darkest = std::min(darkest, b / 0.5);
+    touched += pixels.touched[i] == 1;
+  }
+  EXPECT_GT(touched, 5000);
+  EXPECT_LT(darkest, 0.5) << "a shadow";
+  EXPECT_LT(std::sqrt(square / touched), 2e-4) << "light between the corners of eight pixels, taken as straight";
+  EXPECT_LT(largest, 0.01);
+  EXPECT_LT(otherwise, touched / 50) << "of half a code value";
 }
 
 } // namespace

@@ -159,6 +159,36 @@ TEST(TracedRenderer, sharing_visibility_changes_little_whatever_the_size_of_the_
   }
 }
 
+TEST(TracedRenderer, blocks_of_one_plane_lose_what_their_pixels_lose_one_by_one) {
+  Scene scene;
+  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, 384, 384, 0.6);
+  auto renderer = TracedRenderer::make(scene.room, scene.windows);
+  ASSERT_TRUE(renderer);
+  const auto blocks = scene.render(*renderer);
+  ASSERT_TRUE(blocks) << blocks.error().message();
+  // Where a sun shines, were it black, every pixel is looked at by itself.
+  scene.lights.sun = {{scene.lights.sky.front().direction, Rgb(0.0f)}};
+  RenderedFrame pixels;
+  ASSERT_TRUE(renderer->set_lights(scene.lights));
+  ASSERT_TRUE(renderer->draw(pixels));
+  int shadowed = 0;
+  for (int y = 0; y < blocks->height_px; ++y)
+    for (int x = 0; x < blocks->width_px; ++x) {
+      const glm::vec4 a = at(blocks->lost_sky, *blocks, x, y), b = at(pixels.lost_sky, pixels, x, y);
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(a[c], b[c], 2e-6f) << x << ", " << y;
+      if (!(b.y > 0.0f))
+        continue;
+      ++shadowed;
+      ASSERT_NEAR(a.w, b.w, 1e-6f);
+      ASSERT_NEAR(at(blocks->room, *blocks, x, y).x, at(pixels.room, pixels, x, y).x, 2e-6f) << x << ", " << y;
+      const RoomSurface &p = blocks->surface[blocks->index(x, y)], &q = pixels.surface[pixels.index(x, y)];
+      ASSERT_EQ(p.triangle, q.triangle);
+      ASSERT_LT(glm::length(p.position - q.position), 1e-5f);
+    }
+  EXPECT_GT(shadowed, 10000);
+}
+
 /// A wire that lies on a ring.
 ObjectMesh ring_with_wire() {
   ObjectMesh mesh = test::torus(0.15f, 0.07f, 160, 80);
