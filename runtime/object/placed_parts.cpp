@@ -83,7 +83,7 @@ bool PlacedParts::may_meet(std::size_t which, const glm::dvec3& own, const glm::
 }
 
 std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
-                                      std::span<PartHit> hits) const {
+                                      std::span<PartHit> hits, std::size_t ignored) const {
   const Caster& c = casters_[which];
   const RayScene& rays = *c.part.rays;
   const glm::vec3 from = rays.to_local(to_own(which, x));
@@ -98,7 +98,8 @@ std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, st
     hits[k] = part_hit(c, {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]},
                        {found.triangle[k], found.distance[k], found.u[k], found.v[k]});
     for (std::size_t other = 0; other < casters_.size(); ++other)
-      if (PartHit nearer; other != which && cast(other, x, directions[k], nearer) && nearer.distance < hits[k].distance)
+      if (PartHit nearer; other != which && other != ignored && cast(other, x, directions[k], nearer) &&
+                          nearer.distance < hits[k].distance)
         met &= ~(1u << k);
   }
   return met;
@@ -108,6 +109,14 @@ bool PlacedParts::may_cover(const Caster& c, const glm::dvec3& x, const glm::dve
   const glm::dvec3 to = c.sphere.centre - x;
   const double along = glm::dot(to, w), r2 = c.sphere.radius * c.sphere.radius, d2 = glm::dot(to, to);
   return d2 <= r2 || (along > 0.0 && d2 - along * along <= r2);
+}
+
+bool PlacedParts::hidden(const glm::dvec3& x, const glm::dvec3& w, double distance, std::size_t ignored) const {
+  for (std::size_t part = 0; part < casters_.size(); ++part)
+    if (PartHit hit;
+        part != ignored && may_cover(casters_[part], x, w) && cast(part, x, w, hit) && hit.distance < distance)
+      return true;
+  return false;
 }
 
 bool PlacedParts::covered(const glm::dvec3& x, const glm::dvec3& w) const { return covered(x, {&w, 1}) != 0; }

@@ -133,6 +133,50 @@ TEST(RoomChange, an_object_loses_the_light_of_the_floor_that_it_shades) {
   EXPECT_NEAR(irradiance(s.change.arriving_change(0, {2.0, 3.3, 1.6}), {0, 0, -1}).g, 0.0f, 1e-6f);
 }
 
+TEST(RoomChange, objects_beside_each_other_exchange_light_by_their_form_factor) {
+  // At a point of one sphere, d from the middle of another of radius r, whose normal is theta off that direction: the
+  // other covers F = (r / d)^2 cos theta where all of it is above the horizon (Howell B-4), and hides walls of
+  // reflectance 0.6 under the irradiance pi L.
+  Surrounded s(0.15f);
+  const glm::dvec3 here(2.0, 2.5, 1.2), there(2.0, 2.05, 1.2);
+  std::vector<PlacedPart> parts;
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::vec3> normals;
+  std::vector<Rgb> reflectance;
+  for (const glm::dvec3& at : {here, there}) {
+    glm::dmat4 world(1.0);
+    world[3] = glm::dvec4(at, 1.0);
+    parts.push_back({&s.mesh_rays, s.mesh.triangles, s.mesh.positions, positions.size(), world});
+    for (const glm::vec3& p : s.mesh.positions)
+      positions.push_back(glm::dvec3(p) + at);
+    normals.insert(normals.end(), s.mesh.normals.begin(), s.mesh.normals.end());
+    reflectance.insert(reflectance.end(), s.mesh.reflectance.begin(), s.mesh.reflectance.end());
+  }
+  s.change.set_objects(parts);
+  EXPECT_TRUE(s.change.objects_see_each_other());
+  for (const float radiance : {0.0f, 4.0f}) {
+    s.change.set_sky(s.pyramid, {});
+    s.change.set_light(std::vector<TwoSided>(positions.size(), {Rgb(radiance), Rgb(0.0f)}), positions, normals,
+                       reflectance);
+    s.change.exchange();
+    const double contrast = kPi * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
+    for (const double turn : {0.0, 0.3, 0.6}) {
+      const glm::dvec3 n(std::sin(turn), -std::cos(turn), 0.0), x = here + 0.15 * n, to = there - x;
+      const double d = glm::length(to), theta_cosine = glm::dot(n, to) / d;
+      ASSERT_GT(std::asin(theta_cosine), std::asin(0.15 / d)) << "above the horizon";
+      const double expected = contrast * 0.15 * 0.15 / (d * d) * theta_cosine;
+      const double found = static_cast<double>(irradiance(s.change.exchanged_change(0, x), n).g);
+      EXPECT_NEAR(found, expected, 0.12 * std::fabs(expected)) << turn << ": nine coefficients, eight points a side";
+    }
+    const double behind = static_cast<double>(
+        irradiance(s.change.exchanged_change(0, here + glm::dvec3(0, 0.15, 0)), glm::vec3(0, 1, 0)).g);
+    EXPECT_NEAR(behind, 0.0, 0.03 * std::fabs(contrast) * 0.25) << "on the far side nothing changes";
+  }
+  parts[1].world_from_object[3] = glm::dvec4(2.0, 2.5, 1.2 + 0.3 / 0.0447 + 0.2, 1.0); // a five-hundredth of the view
+  s.change.set_objects(parts);
+  EXPECT_FALSE(s.change.objects_see_each_other());
+}
+
 TEST(RoomChange, far_away_nothing_is_looked_at) {
   Surrounded s(0.02f);
   s.place({2.0, 2.5, 1.0}, 5.0f);
