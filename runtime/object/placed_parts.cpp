@@ -113,8 +113,8 @@ bool PlacedParts::may_cover(const Caster& c, const glm::dvec3& x, const glm::dve
 
 bool PlacedParts::hidden(const glm::dvec3& x, const glm::dvec3& w, double distance, std::size_t ignored) const {
   for (std::size_t part = 0; part < casters_.size(); ++part)
-    if (PartHit hit;
-        part != ignored && may_cover(casters_[part], x, w) && cast(part, x, w, hit) && hit.distance < distance)
+    if (PartHit hit; part != ignored && may_cover(casters_[part], x, w) && cast(part, x, w, hit) && !hit.back &&
+                     hit.distance < distance)
       return true;
   return false;
 }

@@ -55,7 +55,7 @@ public:
   /// part but `ignored` before it; hits[k].
   std::uint32_t cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
                            std::span<PartHit> hits, std::size_t ignored) const;
-  /// A part other than `ignored` lies in the direction, nearer than that.
+  /// The front of a part other than `ignored` lies in the direction, nearer than that: x is not inside it.
   bool hidden(const glm::dvec3& x, const glm::dvec3& direction, double distance_m, std::size_t ignored) const;
   /// Some part lies in the direction.
   bool covered(const glm::dvec3& x, const glm::dvec3& direction) const;
