@@ -71,6 +71,8 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   if (!sky.known) {
     l.unknown |= 1u << i;
     hint(l, Layer::object, x, y, point.position, point.normal);
+    if (!point.back)
+      scene_.tell_own_visibility(hit.triangle, i, l.hints);
   }
   l.pixel[i] = frame_.index(x, y);
   l.coverage[i] = static_cast<float>(hit.samples) / kCoverageSamples;
