@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "radiosity/detail/whole_faces.h"
 #include "radiosity/elements.h"
 #include "radiosity/solve.h"
 #include "scene/program.h"
@@ -17,6 +18,7 @@ struct GatherOptions {
   /// Not empty: group of each element; the members of one follow each other. From afar a group counts as one: what its
   /// rays bring is shared out by area where a member meets too few of them for its part to be more than noise.
   std::span<const std::uint32_t> group = {};
+  const WholeFaces* faces = nullptr; ///< of the same patches; most rays are then quicker. Kept by reference
 };
 
 /// The rays of every point, each point's turned about z by an angle of its own: a spherical Fibonacci lattice, in an
@@ -52,6 +54,7 @@ private:
   const ElementSet* set_ = nullptr;
   const PatchMesh* mesh_ = nullptr;
   const RayScene* scene_ = nullptr;
+  const WholeFaces* faces_ = nullptr;
   std::vector<glm::dvec3> points_;
   std::size_t rays_ = 0;
   /// Elements [first, end) that count as one from afar.
@@ -66,8 +69,11 @@ private:
   void share_out(const glm::dvec3& point, std::vector<float>& sum) const;
   /// [element][RayFan::kStride] of the rays from a point.
   std::vector<float> sums(std::size_t point) const;
+  /// The elements that a point's rays meet.
+  void trace(std::size_t point, std::span<std::int32_t> met) const;
   std::vector<std::int32_t> element_; ///< [point][ray] of the first points; -1 for none or a black side
   RayFan fan_;
+  RayGroups rays_in_groups_; ///< of `fan_`
 };
 /// `points`: metres, relative to the mesh origin. Errors: interrupted.
 Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
