@@ -48,13 +48,14 @@ std::uint32_t place_on_curve(const glm::vec3& d) {
   return code;
 }
 
-/// sum[element][16] += harmonics of the rays that meet it. Plain loops that become vectors of any width.
+/// sum[piece][16] += harmonics of the rays that meet one of its elements. Plain loops that become vectors of any width.
 __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) void
-add_harmonics(const std::int32_t* met, const float* harmonics, std::size_t rays, float* sum) {
+add_harmonics(const std::int32_t* met, const std::uint32_t* piece, const float* harmonics, std::size_t rays,
+              float* sum) {
   for (std::size_t k = 0; k < rays; ++k) {
     if (met[k] < 0)
       continue;
-    float* to = sum + static_cast<std::size_t>(met[k]) * RayFan::kStride;
+    float* to = sum + static_cast<std::size_t>(piece[met[k]]) * RayFan::kStride;
     for (std::size_t l = 0; l < RayFan::kStride; ++l)
       to[l] += harmonics[k * RayFan::kStride + l];
   }
@@ -224,23 +225,26 @@ void GatherHits::mark_told_apart(std::size_t point, std::span<std::uint8_t> grou
       groups[g.group] = 1;
 }
 
-void GatherHits::share_out(const glm::dvec3& point, std::vector<float>& sum) const {
+void GatherHits::share_out(const glm::dvec3& point, std::span<const std::uint32_t> piece,
+                           std::vector<float>& sum) const {
   for (const Group& g : groups_) {
-    if (tells_apart(point, g))
+    const std::size_t count = g.end - g.first;
+    if (piece[g.first] == piece[g.end - 1] || tells_apart(point, g))
       continue;
     std::array<float, RayFan::kStride> all{};
-    for (std::size_t e = g.first; e < g.end; ++e)
+    float* of_group = sum.data() + piece[g.first] * RayFan::kStride; // every element is a piece
+    for (std::size_t k = 0; k < count; ++k)
       for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        all[l] += sum[e * RayFan::kStride + l];
-    for (std::size_t e = g.first; e < g.end; ++e) {
-      const auto share = static_cast<float>(set_->elements[e].area_m2 / (g.member_m2 * (g.end - g.first)));
+        all[l] += of_group[k * RayFan::kStride + l];
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto share = static_cast<float>(set_->elements[g.first + k].area_m2 / (g.member_m2 * (g.end - g.first)));
       for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        sum[e * RayFan::kStride + l] = share * all[l];
+        of_group[k * RayFan::kStride + l] = share * all[l];
     }
   }
 }
 
-std::vector<float> GatherHits::sums(std::size_t point) const {
+std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces) const {
   std::vector<std::int32_t> again;
   const std::int32_t* met = element_.data() + point * rays_;
   if ((point + 1) * rays_ > element_.size()) {
@@ -248,29 +252,27 @@ std::vector<float> GatherHits::sums(std::size_t point) const {
     trace(point, again);
     met = again.data();
   }
-  std::vector<float> sum(elements() * RayFan::kStride, 0.0f);
-  add_harmonics(met, fan_.harmonics.data(), rays_, sum.data());
-  share_out(points_[point], sum);
+  std::vector<float> sum(pieces * RayFan::kStride, 0.0f);
+  add_harmonics(met, piece.data(), fan_.harmonics.data(), rays_, sum.data());
+  share_out(points_[point], piece, sum);
   return sum;
 }
 
 void GatherHits::weights(std::size_t point, float* nine_rows) const {
-  const std::vector<float> sum = sums(point);
-  const glm::vec2 turn = turn_of(point);
-  for (std::size_t e = 0; e < elements(); ++e)
-    turn_harmonics(sum.data() + e * RayFan::kStride, turn, elements(), nine_rows + e);
+  std::vector<std::uint32_t> end(elements());
+  std::iota(end.begin(), end.end(), 1u);
+  weights(point, end, nine_rows);
 }
 
 void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows) const {
-  const std::vector<float> sum = sums(point);
-  const glm::vec2 turn = turn_of(point);
-  for (std::size_t k = 0, e = 0; k < piece_end.size(); ++k) {
-    std::array<float, RayFan::kStride> all{};
+  std::vector<std::uint32_t> piece(elements());
+  for (std::uint32_t k = 0, e = 0; k < piece_end.size(); ++k)
     for (; e < piece_end[k]; ++e)
-      for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        all[l] += sum[e * RayFan::kStride + l];
-    turn_harmonics(all.data(), turn, piece_end.size(), nine_rows + k);
-  }
+      piece[e] = k;
+  const std::vector<float> sum = sums(point, piece, piece_end.size());
+  const glm::vec2 turn = turn_of(point);
+  for (std::size_t k = 0; k < piece_end.size(); ++k)
+    turn_harmonics(sum.data() + k * RayFan::kStride, turn, piece_end.size(), nine_rows + k);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,

@@ -44,7 +44,8 @@ public:
   void weights(std::size_t point, float* nine_rows) const;
   /// Marks the groups (GatherOptions::group) whose members count by themselves at the point.
   void mark_told_apart(std::size_t point, std::span<std::uint8_t> groups) const;
-  /// weights() of pieces: elements up to piece_end[0], from there up to piece_end[1], and so on, summed.
+  /// weights() of pieces: elements up to piece_end[0], from there up to piece_end[1], and so on, summed. A group is
+  /// one piece, or each of its elements is.
   void weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows) const;
 
 private:
@@ -66,9 +67,10 @@ private:
   std::vector<Group> groups_;
   static std::vector<Group> groups_of(const ElementSet& set, std::span<const std::uint32_t> group);
   bool tells_apart(const glm::dvec3& point, const Group& group) const;
-  void share_out(const glm::dvec3& point, std::vector<float>& sum) const;
-  /// [element][RayFan::kStride] of the rays from a point.
-  std::vector<float> sums(std::size_t point) const;
+  void share_out(const glm::dvec3& point, std::span<const std::uint32_t> piece, std::vector<float>& sum) const;
+  /// [piece][RayFan::kStride] of the rays from a point; `piece`: of each element, the elements of a group all in one
+  /// or each in its own.
+  std::vector<float> sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces) const;
   /// The elements that a point's rays meet.
   void trace(std::size_t point, std::span<std::int32_t> met) const;
   std::vector<std::int32_t> element_; ///< [point][ray] of the first points; -1 for none or a black side
