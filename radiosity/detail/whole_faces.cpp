@@ -84,13 +84,22 @@ RayGroups RayGroups::of(std::span<const glm::vec3> directions) {
   return groups;
 }
 
-void WholeFaces::fill(const PatchMesh& patches, const ElementSet& set, std::span<const std::uint32_t> of_plane,
-                      Plane& plane) {
-  if (of_plane.empty())
-    return;
-  const auto flat = [&](const glm::dvec3& p) {
-    return glm::dvec2(glm::dot(p, plane.axis_u), glm::dot(p, plane.axis_v));
-  };
+bool WholeFaces::Tile::touches_cell(int u, int v) const {
+  constexpr float kBeside = 1e-3f;
+  // The corner of the cell that is farthest inside each edge.
+  return std::ranges::all_of(edge, [&](const glm::vec3& e) {
+    return e.x * (static_cast<float>(u) + (e.x > 0 ? 1.0f + kBeside : -kBeside)) +
+               e.y * (static_cast<float>(v) + (e.y > 0 ? 1.0f + kBeside : -kBeside)) + e.z >=
+           0.0f;
+  });
+}
+
+glm::dvec2 WholeFaces::Plane::flat(const glm::dvec3& p) const {
+  return (glm::dvec2(glm::dot(p, axis_u), glm::dot(p, axis_v)) - corner) * cells_per_m;
+}
+
+void WholeFaces::Plane::cover(const PatchMesh& patches, std::span<const std::uint32_t> of_plane) {
+  cells_per_m = 1;
   glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
   for (const std::uint32_t p : of_plane)
     for (const glm::dvec3& c : patches.patches[p].corner) {
@@ -98,51 +107,53 @@ void WholeFaces::fill(const PatchMesh& patches, const ElementSet& set, std::span
       high = glm::max(high, flat(c));
     }
   const glm::dvec2 size = high - low;
-  const double wanted = kCellsPerPatch * static_cast<double>(of_plane.size()), longest = std::max(size.x, size.y);
-  plane.cells_per_m = std::min(std::sqrt(wanted / std::max(size.x * size.y, 1e-300)), wanted / longest);
-  plane.corner = low;
-  for (int axis = 0; axis < 2; ++axis)
-    plane.cells[static_cast<std::size_t>(axis)] = 1 + static_cast<std::int32_t>(size[axis] * plane.cells_per_m);
-  std::vector<std::vector<std::uint32_t>> of_cell(static_cast<std::size_t>(plane.cells[0]) *
-                                         static_cast<std::size_t>(plane.cells[1]));
+  const double wanted = kCellsPerPatch * static_cast<double>(of_plane.size());
+  corner = low;
+  cells_per_m = std::min(std::sqrt(wanted / std::max(size.x * size.y, 1e-300)), wanted / std::max(size.x, size.y));
+  width = 1 + static_cast<std::int32_t>(size.x * cells_per_m);
+  height = 1 + static_cast<std::int32_t>(size.y * cells_per_m);
+}
+
+void WholeFaces::Plane::list(const Tile& tile, const std::array<glm::dvec2, 3>& c, std::uint32_t number,
+                             std::vector<std::vector<std::uint32_t>>& of_cell) const {
+  constexpr double kBeside = 1e-3;
+  const glm::dvec2 least = glm::min(glm::min(c[0], c[1]), c[2]) - kBeside,
+                   most = glm::max(glm::max(c[0], c[1]), c[2]) + kBeside;
+  for (int v = std::max(static_cast<int>(least.y), 0); v <= most.y && v < height; ++v)
+    for (int u = std::max(static_cast<int>(least.x), 0); u <= most.x && u < width; ++u)
+      if (tile.touches_cell(u, v))
+        of_cell[static_cast<std::size_t>(v * width + u)].push_back(number);
+}
+
+void WholeFaces::add_cells(const PatchMesh& patches, const ElementSet& set, std::span<const std::uint32_t> of_plane,
+                           Plane& plane) {
+  plane.first_cell = static_cast<std::int32_t>(likely_.size());
+  if (of_plane.empty())
+    return;
+  plane.cover(patches, of_plane);
+  const auto width = static_cast<std::size_t>(plane.width);
+  std::vector<std::vector<std::uint32_t>> of_cell(width * static_cast<std::size_t>(plane.height));
   for (const std::uint32_t p : of_plane) {
-    // In units of cells.
     std::array<glm::dvec2, 3> c;
     for (std::size_t k = 0; k < 3; ++k)
-      c[k] = (flat(patches.patches[p].corner[k]) - low) * plane.cells_per_m;
+      c[k] = plane.flat(patches.patches[p].corner[k]);
     Tile tile{{}, set.of_patch[p]};
     const double side = (c[1].x - c[0].x) * (c[2].y - c[0].y) < (c[1].y - c[0].y) * (c[2].x - c[0].x) ? -1.0 : 1.0;
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::dvec2 e = c[(k + 1) % 3] - c[k];
       tile.edge[k] = glm::vec3(side * glm::dvec3(-e.y, e.x, e.y * c[k].x - e.x * c[k].y));
     }
-    const auto range = [&](int axis) {
-      const auto [least, most] = std::minmax({c[0][axis], c[1][axis], c[2][axis]});
-      const int last = plane.cells[static_cast<std::size_t>(axis)] - 1;
-      return std::array{std::clamp(static_cast<int>(least - 1e-3), 0, last),
-                        std::clamp(static_cast<int>(most + 1e-3), 0, last)};
-    };
-    const auto [x0, x1] = range(0);
-    const auto [y0, y1] = range(1);
-    for (int y = y0; y <= y1; ++y)
-      for (int x = x0; x <= x1; ++x) {
-        // The corner of the cell that is farthest inside each edge.
-        const bool touched = std::ranges::all_of(tile.edge, [&](const glm::vec3& e) {
-          const float u = static_cast<float>(x) + (e.x > 0 ? 1.001f : -0.001f),
-                      v = static_cast<float>(y) + (e.y > 0 ? 1.001f : -0.001f);
-          return e.x * u + e.y * v + e.z >= 0.0f;
-        });
-        if (touched)
-          of_cell[static_cast<std::size_t>(y) * static_cast<std::size_t>(plane.cells[0]) + static_cast<std::size_t>(x)]
-              .push_back(static_cast<std::uint32_t>(plane.tile.size()));
-      }
-    plane.tile.push_back(tile);
+    plane.list(tile, c, static_cast<std::uint32_t>(tile_.size()), of_cell);
+    tile_.push_back(tile);
   }
-  for (const std::vector<std::uint32_t>& cell : of_cell) {
-    plane.first.push_back(static_cast<std::uint32_t>(plane.in_cell.size()));
-    plane.in_cell.insert(plane.in_cell.end(), cell.begin(), cell.end());
+  for (std::size_t cell = 0; cell < of_cell.size(); ++cell) {
+    const std::vector<std::uint32_t>& tiles = of_cell[cell];
+    const float u = static_cast<float>(cell % width) + 0.5f, v = static_cast<float>(cell / width) + 0.5f;
+    const auto middle = std::ranges::find_if(tiles, [&](std::uint32_t t) { return tile_[t].holds(u, v); });
+    likely_.push_back(middle != tiles.end() ? *middle : tiles.empty() ? 0 : tiles.front());
+    in_cell_.insert(in_cell_.end(), tiles.begin(), tiles.end());
+    first_.push_back(static_cast<std::uint32_t>(in_cell_.size()));
   }
-  plane.first.push_back(static_cast<std::uint32_t>(plane.in_cell.size()));
 }
 
 WholeFaces WholeFaces::make(const Room& room, const PatchMesh& patches, const ElementSet& set) {
@@ -153,6 +164,9 @@ WholeFaces WholeFaces::make(const Room& room, const PatchMesh& patches, const El
     count += g.triangles.size();
   if (count > kMostFaces)
     return faces;
+  faces.tile_.push_back({{}, {kUnknown, kUnknown}});
+  faces.likely_ = {0};
+  faces.first_ = {0, 0};
   std::vector<std::vector<std::uint32_t>> of_plane(groups.size());
   for (std::uint32_t p = 0; p < patches.patches.size(); ++p)
     of_plane[patches.patches[p].plane].push_back(p);
@@ -163,8 +177,8 @@ WholeFaces WholeFaces::make(const Room& room, const PatchMesh& patches, const El
     plane.axis_u = g.axis_u;
     plane.axis_v = g.axis_v;
     plane.offset = glm::dot(g.point, g.normal);
-    fill(patches, set, of_plane[k], plane);
-    faces.plane_.push_back(std::move(plane));
+    faces.add_cells(patches, set, of_plane[k], plane);
+    faces.plane_.push_back(plane);
     for (const auto& t : g.triangles)
       faces.face_.push_back({{g.lift(t[0]), g.lift(t[1]), g.lift(t[2])}, k});
   }
@@ -173,68 +187,143 @@ WholeFaces WholeFaces::make(const Room& room, const PatchMesh& patches, const El
   return faces;
 }
 
-/// A plane's table as rays from one point meet it: in cells, (start + d * along / nearness).
-struct WholeFaces::View {
-  const Plane* plane;
-  glm::vec3 along_u, along_v;
-  float u, v;
-  int side;
-  bool in_plane; ///< the point is
+namespace {
 
-  bool on_patch() const { return in_plane && element(glm::vec3(0.0f), 0.0f) != kUnknown; }
-  std::int32_t element(const glm::vec3& d, float distance) const {
-    const float x = u + distance * glm::dot(along_u, d), y = v + distance * glm::dot(along_v, d);
-    if (plane->tile.empty() || !(x > -1.0f && y > -1.0f))
-      return kUnknown;
-    const int cx = std::max(static_cast<int>(x), 0), cy = std::max(static_cast<int>(y), 0);
-    if (cx >= plane->cells[0] || cy >= plane->cells[1])
-      return kUnknown;
-    const auto cell = static_cast<std::size_t>(cy * plane->cells[0] + cx);
-    for (std::size_t t = plane->first[cell]; t < plane->first[cell + 1]; ++t) {
-      const Tile& tile = plane->tile[plane->in_cell[t]];
-      const auto inside = [&](std::size_t k) { return tile.edge[k].x * x + tile.edge[k].y * y + tile.edge[k].z; };
-      if (std::min(std::min(inside(0), inside(1)), inside(2)) >= 0.0f)
-        return tile.element[static_cast<std::size_t>(side)];
-    }
-    return kUnknown;
+struct PlaneArrays {
+  std::array<const float*, 3> along_u, along_v;
+  const float *start_u, *start_v;
+  const std::int32_t *width, *height, *first_cell;
+};
+
+/// Where rays meet their planes and in which cell that is; cell 0 where no face is met.
+__attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) void
+find_places(const PlaneArrays& p, const float* x, const float* y, const float* z, const float* nearness,
+            const std::int32_t* plane, std::size_t rays, float* __restrict u, float* __restrict v,
+            std::int32_t* __restrict cell) {
+  for (std::size_t k = 0; k < rays; ++k) {
+    const std::int32_t i = plane[k] < 0 ? 0 : plane[k];
+    const float distance = plane[k] < 0 ? 0.0f : 1.0f / nearness[k];
+    u[k] = p.start_u[i] + distance * (p.along_u[0][i] * x[k] + p.along_u[1][i] * y[k] + p.along_u[2][i] * z[k]);
+    v[k] = p.start_v[i] + distance * (p.along_v[0][i] * x[k] + p.along_v[1][i] * y[k] + p.along_v[2][i] * z[k]);
+    const auto cu = static_cast<std::int32_t>(u[k]), cv = static_cast<std::int32_t>(v[k]);
+    const bool known = (plane[k] >= 0) & (u[k] > -1.0f) & (v[k] > -1.0f) & (cu < p.width[i]) & (cv < p.height[i]);
+    cell[k] = known ? p.first_cell[i] + cv * p.width[i] + cu : 0;
+  }
+}
+
+} // namespace
+
+/// The planes as rays from one point meet them, in cells: a ray d is at start + d * along / nearness.
+struct WholeFaces::Views {
+  std::array<std::vector<float>, 3> along_u, along_v;
+  std::vector<float> start_u, start_v;
+  std::vector<std::int32_t> width, height, first_cell;
+  std::vector<std::int32_t> side;
+  std::vector<double> height_m;
+
+  PlaneArrays arrays() const {
+    return {{along_u[0].data(), along_u[1].data(), along_u[2].data()},
+            {along_v[0].data(), along_v[1].data(), along_v[2].data()},
+            start_u.data(),
+            start_v.data(),
+            width.data(),
+            height.data(),
+            first_cell.data()};
   }
 };
 
-void WholeFaces::trace(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn_of_rays,
-                       std::span<std::int32_t> element) const {
+/// What each ray met.
+struct WholeFaces::Nearest {
+  std::vector<float> nearness;     ///< 1 / distance, 0 nothing
+  std::vector<std::int32_t> plane; ///< -1 none
+};
+
+WholeFaces::Views WholeFaces::views(const glm::dvec3& point, const glm::dvec2& turn_of_rays) const {
   const Turn turn{turn_of_rays.x, turn_of_rays.y};
-  std::vector<float> nearest(rays.rays(), 0.0f);
-  std::ranges::fill(element, kUnknown);
-  std::vector<View> view;
-  std::vector<double> height_m;
+  Views views;
   for (const Plane& p : plane_) {
-    height_m.push_back(glm::dot(point, p.normal) - p.offset);
-    const glm::dvec2 start =
-        p.cells_per_m * (glm::dvec2(glm::dot(point, p.axis_u), glm::dot(point, p.axis_v)) - p.corner);
-    view.push_back({&p, glm::vec3(turn.back(p.cells_per_m * p.axis_u)), glm::vec3(turn.back(p.cells_per_m * p.axis_v)),
-                    static_cast<float>(start.x), static_cast<float>(start.y), height_m.back() > 0.0 ? 0 : 1,
-                    std::abs(height_m.back()) < least_height_m_});
+    const glm::dvec3 u = turn.back(p.cells_per_m * p.axis_u), v = turn.back(p.cells_per_m * p.axis_v);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      views.along_u[axis].push_back(static_cast<float>(u[static_cast<int>(axis)]));
+      views.along_v[axis].push_back(static_cast<float>(v[static_cast<int>(axis)]));
+    }
+    const glm::dvec2 start = p.flat(point);
+    views.start_u.push_back(static_cast<float>(start.x));
+    views.start_v.push_back(static_cast<float>(start.y));
+    views.width.push_back(p.width);
+    views.height.push_back(p.height);
+    views.first_cell.push_back(p.first_cell);
+    views.height_m.push_back(glm::dot(point, p.normal) - p.offset);
+    views.side.push_back(views.height_m.back() > 0.0 ? 0 : 1);
   }
-  if (std::ranges::any_of(view, &View::on_patch))
-    return;
-  std::vector<std::int32_t> met(rays.rays(), -1);
-  for (std::size_t f = 0; f < face_.size(); ++f) {
-    const std::uint32_t plane = face_[f].plane;
-    if (view[plane].in_plane) // edge on
+  return views;
+}
+
+std::int32_t WholeFaces::element_at(std::int32_t cell, float u, float v, std::size_t side) const {
+  const auto c = static_cast<std::size_t>(cell);
+  for (std::size_t t = first_[c]; t < first_[c + 1]; ++t)
+    if (tile_[in_cell_[t]].holds(u, v))
+      return tile_[in_cell_[t]].element[side];
+  return kUnknown;
+}
+
+bool WholeFaces::on_patch(const Views& views) const {
+  for (std::size_t p = 0; p < plane_.size(); ++p) {
+    const float u = views.start_u[p], v = views.start_v[p];
+    if (std::abs(views.height_m[p]) < least_height_m_ && u > -1.0f && v > -1.0f &&
+        u < static_cast<float>(plane_[p].width) && v < static_cast<float>(plane_[p].height) &&
+        element_at(plane_[p].first_cell + static_cast<int>(v) * plane_[p].width + static_cast<int>(u), u, v, 0) !=
+            kUnknown)
+      return true;
+  }
+  return false;
+}
+
+void WholeFaces::find_nearest(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn,
+                              const Views& views, Nearest& out) const {
+  for (const Face& face : face_) {
+    const double height_m = views.height_m[face.plane];
+    if (std::abs(height_m) < least_height_m_) // edge on
       continue;
-    const SeenFace s = seen(face_[f].corner, point, plane_[plane].normal, height_m[plane], turn);
+    const SeenFace s = seen(face.corner, point, plane_[face.plane].normal, height_m, {turn.x, turn.y});
     for (std::size_t g = 0; g < rays.cone.size(); ++g) {
-      if (outside(s, rays.cone[g]))
-        continue;
-      const std::size_t first = g * RayGroups::kGroup, count = std::min(RayGroups::kGroup, rays.rays() - first);
-      meet(s, rays.direction[0].data() + first, rays.direction[1].data() + first, rays.direction[2].data() + first,
-           count, static_cast<std::int32_t>(plane), nearest.data() + first, met.data() + first);
+      const std::size_t first = g * RayGroups::kGroup;
+      if (!outside(s, rays.cone[g]))
+        meet(s, rays.direction[0].data() + first, rays.direction[1].data() + first, rays.direction[2].data() + first,
+             std::min(RayGroups::kGroup, rays.rays() - first), static_cast<std::int32_t>(face.plane),
+             out.nearness.data() + first, out.plane.data() + first);
     }
   }
-  for (std::size_t k = 0; k < rays.rays(); ++k)
-    if (met[k] >= 0)
-      element[k] = view[static_cast<std::size_t>(met[k])].element(
-          {rays.direction[0][k], rays.direction[1][k], rays.direction[2][k]}, 1.0f / nearest[k]);
+}
+
+void WholeFaces::trace(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn,
+                       std::span<std::int32_t> element) const {
+  const Views views = this->views(point, turn);
+  if (on_patch(views)) {
+    std::ranges::fill(element, kUnknown);
+    return;
+  }
+  const std::size_t count = rays.rays();
+  Nearest nearest{std::vector<float>(count, 0.0f), std::vector<std::int32_t>(count, -1)};
+  find_nearest(point, rays, turn, views, nearest);
+  std::vector<float> u(count), v(count);
+  std::vector<std::int32_t> cell(count);
+  find_places(views.arrays(), rays.direction[0].data(), rays.direction[1].data(), rays.direction[2].data(),
+              nearest.nearness.data(), nearest.plane.data(), count, u.data(), v.data(), cell.data());
+  const auto side_of = [&](std::uint32_t ray) {
+    return static_cast<std::size_t>(views.side[static_cast<std::size_t>(std::max(nearest.plane[ray], 0))]);
+  };
+  // Most rays meet the tile at the middle of their cell: no branch for these.
+  std::vector<std::uint32_t> others(count + 1);
+  std::size_t more = 0;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const Tile& tile = tile_[likely_[static_cast<std::size_t>(cell[k])]];
+    element[k] = tile.element[side_of(k)];
+    others[more] = k;
+    more += tile.holds(u[k], v[k]) ? 0 : 1;
+  }
+  for (const std::uint32_t k : std::span(others).first(more))
+    element[k] = element_at(cell[k], u[k], v[k], side_of(k));
 }
 
 } // namespace daylit::radiosity

@@ -4,6 +4,7 @@
 // tried against one face after another, sixteen at a time, and a table of each plane says which patch lies where a
 // face was met.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -52,28 +53,48 @@ private:
     std::array<glm::dvec3, 3> corner;
     std::uint32_t plane;
   };
-  /// A patch in its plane: inside where all of edge.x u + edge.y v + edge.z are >= 0.
+  /// A patch in its plane, in cells: inside where all of edge.x u + edge.y v + edge.z are >= 0.
   struct Tile {
     std::array<glm::vec3, 3> edge;
     std::array<std::int32_t, 2> element; ///< in front and at the back
+
+    bool holds(float u, float v) const {
+      const auto inside = [&](std::size_t k) { return edge[k].x * u + edge[k].y * v + edge[k].z; };
+      return std::min(std::min(inside(0), inside(1)), inside(2)) >= 0.0f;
+    }
+    bool touches_cell(int u, int v) const;
   };
   struct Plane {
     glm::dvec3 normal{0.0}, axis_u{0.0}, axis_v{0.0};
     double offset = 0;      ///< of its points along the normal, metres
-    glm::dvec2 corner{0.0}; ///< of the table, metres in (u, v)
+    glm::dvec2 corner{0.0}; ///< of its cells, metres in (u, v)
     double cells_per_m = 0;
-    std::array<std::int32_t, 2> cells{0, 0};
-    std::vector<std::uint32_t> first;   ///< of each cell in `in_cell`, and the end
-    std::vector<std::uint32_t> in_cell; ///< tiles that touch it
-    std::vector<Tile> tile;
+    std::int32_t width = 0, height = 0;
+    std::int32_t first_cell = 0;
+
+    glm::dvec2 flat(const glm::dvec3& p) const; ///< in cells
+    void cover(const PatchMesh& patches, std::span<const std::uint32_t> of_plane);
+    /// A tile of these corners, in all cells that it touches.
+    void list(const Tile& tile, const std::array<glm::dvec2, 3>& corners, std::uint32_t number,
+              std::vector<std::vector<std::uint32_t>>& of_cell) const;
   };
-  struct View;
-  static void fill(const PatchMesh& patches, const ElementSet& set, std::span<const std::uint32_t> of_plane,
-                   Plane& plane);
+  struct Views;
+  struct Nearest;
+  void add_cells(const PatchMesh& patches, const ElementSet& set, std::span<const std::uint32_t> of_plane,
+                 Plane& plane);
+  Views views(const glm::dvec3& point, const glm::dvec2& turn) const;
+  void find_nearest(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn, const Views& views,
+                    Nearest& out) const;
+  bool on_patch(const Views& views) const;
+  std::int32_t element_at(std::int32_t cell, float u, float v, std::size_t side) const;
 
   std::vector<Face> face_;
   std::vector<Plane> plane_;
-  double least_height_m_ = 0; ///< of a point over a plane, to be told from one in it
+  std::vector<Tile> tile_; ///< the first holds every place and does not know
+  // Of the cells of all planes, after one that is nowhere.
+  std::vector<std::uint32_t> likely_;          ///< tile at its middle
+  std::vector<std::uint32_t> first_, in_cell_; ///< tiles that touch it, in_cell_[first_[cell]] and on
+  double least_height_m_ = 0;                  ///< of a point over a plane, to be told from one in it
 };
 
 } // namespace daylit::radiosity
