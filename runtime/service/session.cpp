@@ -179,7 +179,7 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   pyramid = sky_map_pyramid(map);
   clock.end("sky");
   if (!region_sums || region_geometry != sky.geometry()) {
-    region_sums = RegionSums::make(sky.geometry(), volume.partition);
+    region_sums = RegionSums::make(sky.geometry(), volume.partition, regions_that_count(volume));
     region_geometry = sky.geometry();
   }
   std::vector<Rgb> regions = region_sums->reduce(sky);
