@@ -102,14 +102,13 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
                   const glm::dvec3& x, const Cone& cone, const DirectionPattern& pattern, const Weight& weight,
                   std::vector<Covered>& covered) {
   const std::span<const DirectionPattern::Point> points = pattern.points();
-  const glm::dvec3 own = parts.to_own(seen.part, x);
   Candidates candidates;
   std::array<glm::dvec3, kPacket> directions;
   std::array<PartHit, kPacket> hits;
   for (std::size_t k = 0; k < points.size();) {
     std::size_t count = 0;
     for (; k < points.size() && count < kPacket; ++k)
-      if (const glm::dvec3 w = cone.direction(points[k]); weight(w) > 0.0f && parts.may_meet(seen.part, own, w))
+      if (const glm::dvec3 w = cone.direction(points[k]); weight(w) > 0.0f)
         directions[count++] = w;
     const std::span<const glm::dvec3> asked(directions.data(), count);
     const std::uint32_t met = count > 0 ? parts.cast_first(seen.part, x, asked, hits, seen.ignored) : 0u;
@@ -117,8 +116,7 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
       if (!(met >> i & 1u))
         continue;
       candidates.direction[candidates.count] = directions[i];
-      candidates.covered[candidates.count++] = {hits[i], weight(directions[i]), nullptr, glm::dvec3(0.0),
-                                                glm::vec3(directions[i])};
+      candidates.covered[candidates.count++] = {hits[i], weight(directions[i]), nullptr, x + directions[i]};
       if (candidates.count == kPacket)
         candidates.flush(room, patches, x, covered);
     }
@@ -149,25 +147,6 @@ void find_covered_by(const RayScene& room, const RoomPatches& patches, const Pla
   look_at_part(
       room, patches, parts, seen, x, cone, pattern,
       [&](const glm::dvec3&) { return cone.weight(1.0, pattern.points().size()); }, covered);
-}
-
-Rgb object_radiance(const Covered& covered, std::span<const TwoSided> radiance) {
-  const PartHit& hit = covered.object;
-  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
-  Rgb sum(0.0f);
-  for (int i = 0; i < 3; ++i) {
-    const TwoSided& vertex = radiance[hit.vertex[i]];
-    sum += b[i] * (hit.back ? vertex.back : vertex.front);
-  }
-  return sum;
-}
-
-Rgb sunlight_behind(const Covered& covered, std::size_t number, const WindowSight& sight) {
-  if (!covered.behind || !sight.has_sun())
-    return Rgb(0.0f);
-  const glm::dvec3& n = covered.behind->normal;
-  return covered.behind->reflectance * sight.sun_sample(number, covered.position + kAirGap_m * n, n) *
-         std::numbers::inv_pi_v<float>;
 }
 
 } // namespace daylit

@@ -3,6 +3,7 @@
 // The directions that virtual objects cover as seen from a point of the room, and what of the room is behind them: all
 // of their effect on indirect light that does not depend on the light.
 
+#include <numbers>
 #include <span>
 #include <vector>
 
@@ -21,8 +22,7 @@ struct Covered {
   PartHit object;
   float weight = 0.0f;         ///< cos dw, sr
   RoomPatch* behind = nullptr; ///< null: the sky
-  glm::dvec3 position{0.0};    ///< behind it
-  glm::vec3 direction{0.0f};   ///< towards it, unit
+  glm::dvec3 position{0.0};    ///< behind it; of the sky any point in the direction
 };
 
 /// Points spread evenly over the unit square, as what directions in a cone are made of.
@@ -52,8 +52,24 @@ void find_covered_by(const RayScene& room, const RoomPatches& patches, const Pla
                      const glm::dvec3& x, const DirectionPattern& pattern, std::vector<Covered>& covered);
 
 /// Radiance of the object there.
-Rgb object_radiance(const Covered& covered, std::span<const TwoSided> radiance);
+inline Rgb object_radiance(const Covered& covered, std::span<const TwoSided> radiance) {
+  const PartHit& hit = covered.object;
+  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  Rgb sum(0.0f);
+  for (int i = 0; i < 3; ++i) {
+    const TwoSided& vertex = radiance[hit.vertex[i]];
+    sum += b[i] * (hit.back ? vertex.back : vertex.front);
+  }
+  return sum;
+}
+
 /// The sun's part of the room's radiance that the object hides; sample `number` of the sun stands for all.
-Rgb sunlight_behind(const Covered& covered, std::size_t number, const WindowSight& sight);
+inline Rgb sunlight_behind(const Covered& covered, std::size_t number, const WindowSight& sight) {
+  if (!covered.behind || !sight.has_sun())
+    return Rgb(0.0f);
+  const glm::dvec3& n = covered.behind->normal;
+  return covered.behind->reflectance * sight.sun_sample(number, covered.position + kAirGap_m * n, n) *
+         std::numbers::inv_pi_v<float>;
+}
 
 } // namespace daylit

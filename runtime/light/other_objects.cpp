@@ -90,7 +90,7 @@ void OtherObjects::look_around(std::size_t part, std::size_t which) {
   place.open = from_behind <= 0.5f * all;
 }
 
-Sh9Rgb OtherObjects::change_at(const Place& place, std::span<const TwoSided> radiance) const {
+Sh9Rgb OtherObjects::change_at(const Place& place, const glm::dvec3& x, std::span<const TwoSided> radiance) const {
   Sh9Rgb sum{};
   for (std::size_t k = 0; k < place.covered.size(); ++k) {
     const Covered& c = place.covered[k];
@@ -98,7 +98,7 @@ Sh9Rgb OtherObjects::change_at(const Place& place, std::span<const TwoSided> rad
     if (c.behind)
       change -= c.behind->reflectance * patches_.irradiance(*c.behind) * std::numbers::inv_pi_v<float> +
                 sunlight_behind(c, k, sight_);
-    const std::array<float, 9> y = sh::evaluate9(c.direction);
+    const std::array<float, 9> y = sh::evaluate9(glm::vec3(glm::normalize(c.position - x)));
     for (int i = 0; i < 9; ++i)
       sum[i] += c.weight * y[i] * change;
   }
@@ -115,7 +115,7 @@ void OtherObjects::set_light(std::span<const TwoSided> radiance) {
       return;
     if (trace)
       look_around(k / kPlaces, k % kPlaces);
-    place.change = change_at(place, radiance);
+    place.change = change_at(place, position(k / kPlaces, k % kPlaces), radiance);
   });
 }
 

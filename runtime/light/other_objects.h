@@ -63,7 +63,7 @@ private:
   glm::dvec3 position(std::size_t part, std::size_t place) const;
   void mark_used(std::size_t part);
   void look_around(std::size_t part, std::size_t place);
-  Sh9Rgb change_at(const Place& place, std::span<const TwoSided> radiance) const;
+  Sh9Rgb change_at(const Place& place, const glm::dvec3& x, std::span<const TwoSided> radiance) const;
 };
 
 } // namespace daylit

@@ -14,7 +14,6 @@ namespace daylit {
 
 namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr double kBoxMargin = 1e-4; // of the radius: the rays' single precision
 } // namespace
 
 PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
@@ -66,20 +65,6 @@ bool PlacedParts::cast(std::size_t which, const glm::dvec3& x, const glm::dvec3&
     return false;
   hit = part_hit(c, direction, found);
   return true;
-}
-
-bool PlacedParts::may_meet(std::size_t which, const glm::dvec3& own, const glm::dvec3& direction) const {
-  const Caster& c = casters_[which];
-  const glm::dvec3 w = c.own_from_world * direction, margin(kBoxMargin * c.sphere.radius / c.scale);
-  double enter = 0.0, leave = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    const double inverse = 1.0 / (std::fabs(w[axis]) > 1e-12 ? w[axis] : 1e-12);
-    const double a = (c.box.min[axis] - margin[axis] - own[axis]) * inverse,
-                 b = (c.box.max[axis] + margin[axis] - own[axis]) * inverse;
-    enter = std::max(enter, std::min(a, b));
-    leave = std::min(leave, std::max(a, b));
-  }
-  return enter <= leave;
 }
 
 std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,

@@ -48,9 +48,6 @@ public:
   glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
   glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;
 
-  /// A ray from a point in the part's own frame along a world direction meets its box: what a ray needs to be asked
-  /// for.
-  bool may_meet(std::size_t which, const glm::dvec3& own, const glm::dvec3& direction) const;
   /// Up to sixteen rays from x; `directions`: unit, world. Bit k of the result: ray k meets part `which`, and no other
   /// part but `ignored` before it; hits[k].
   std::uint32_t cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,

@@ -79,6 +79,21 @@ inline ObjectMesh torus(float major, float minor, int around = 48, int across = 
   return mesh;
 }
 
+/// A wire that lies on a ring.
+inline ObjectMesh ring_with_wire() {
+  ObjectMesh mesh = torus(0.15f, 0.07f, 160, 80);
+  const ObjectMesh wire = torus(0.15f, 0.012f, 160, 24);
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (std::size_t i = 0; i < wire.positions.size(); ++i) {
+    mesh.positions.push_back(wire.positions[i] + glm::vec3(0.02f, 0.0f, 0.08f));
+    mesh.normals.push_back(wire.normals[i]);
+    mesh.reflectance.push_back(wire.reflectance[i]);
+  }
+  for (const auto& t : wire.triangles)
+    mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  return mesh;
+}
+
 /// Turned about x by `tilt` radians, then moved.
 inline ObjectSurface place(const ObjectMesh& mesh, const glm::dvec3& position, double tilt = 0.0) {
   ObjectSurface s;
