@@ -55,6 +55,9 @@ struct BasisVolume {
   std::size_t row_floats() const { return probes.size() * 27; }
 };
 
+/// One per region of the sky: 0 where its light reaches no probe.
+std::vector<std::uint8_t> regions_that_count(const BasisVolume& volume);
+
 /// Coefficients at the probes for one sky.
 struct LightField {
   std::vector<Sh9Rgb> probe; ///< one per probe of the volume
