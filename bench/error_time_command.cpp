@@ -122,7 +122,8 @@ Result<nlohmann::json> errors(const Case& c, const BasisVolume& volume) {
                     {"irradiance", e->irradiance},
                     {"reference_coefficients", e->coefficient_noise},
                     {"reference_irradiance", e->irradiance_noise},
-                    {"nine_coefficients", e->nine_coefficients}});
+                    {"nine_coefficients", e->nine_coefficients},
+                    {"with_band4", e->with_band4}});
   }
   return list;
 }
@@ -169,9 +170,9 @@ void print_row(const nlohmann::json& row) {
   for (const nlohmann::json& sky : row["skies"]) {
     const auto of = [&](const char* key) { return 100 * sky[key].get<double>(); };
     std::printf("    %-32s coefficients %6.2f %% (reference %.2f)  irradiance %6.2f %% (reference %.2f, nine "
-                "coefficients leave %.2f)\n",
+                "coefficients leave %.2f, with l = 4 %.2f)\n",
                 sky["sky"].get<std::string>().c_str(), of("coefficients"), of("reference_coefficients"),
-                of("irradiance"), of("reference_irradiance"), of("nine_coefficients"));
+                of("irradiance"), of("reference_irradiance"), of("nine_coefficients"), of("with_band4"));
   }
 }
 

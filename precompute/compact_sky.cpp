@@ -242,11 +242,11 @@ CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& ligh
   std::vector<const detail::Factors*> factors;
   for (const Brick& b : bricks) {
     factors.push_back(&b.factors);
-    basis.brick.push_back({static_cast<std::uint32_t>(b.point.size()), 0, 0});
+    basis.nine.brick.push_back({static_cast<std::uint32_t>(b.point.size()), 0, 0});
     for (const std::uint32_t p : b.point)
-      basis.probe.push_back(static_cast<std::uint32_t>(probe_of_point[p]));
+      basis.nine.probe.push_back(static_cast<std::uint32_t>(probe_of_point[p]));
   }
-  detail::store_factors(factors, basis);
+  detail::store_factors(factors, basis.sources, basis.nine);
   return basis;
 }
 
@@ -279,11 +279,11 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   CompactReport report{.nodes = columns.size(),
                        .sources = light.source.size(),
                        .clusters = light.clusters,
-                       .bricks = basis.brick.size(),
+                       .bricks = basis.nine.brick.size(),
                        .bytes = basis.bytes()};
-  const double components = static_cast<double>(basis.half_scale.size() + basis.byte_scale.size());
-  report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.brick.size(), 1));
-  report.half_share = static_cast<double>(basis.half_scale.size()) / std::max(components, 1.0);
+  const double components = static_cast<double>(basis.nine.half_scale.size() + basis.nine.byte_scale.size());
+  report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.nine.brick.size(), 1));
+  report.half_share = static_cast<double>(basis.nine.half_scale.size()) / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {

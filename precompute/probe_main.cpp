@@ -55,12 +55,12 @@ struct Probe {
   LightField field;
   LightFieldSampler sampler;
   std::optional<DirectSky> direct;
-  /// Points whose nine coefficients rang below zero, and what ending that changed at most.
+  /// Points whose coefficients rang below zero, and what ending that changed at most.
   mutable std::atomic<std::size_t> windowed{0};
   mutable std::atomic<double> bias{0};
 
   std::optional<Rgb> irradiance_at(const ProbePoint& at) const {
-    const std::optional<Sh9Rgb> sh = sampler.sample(field, at.position);
+    const std::optional<ShRadiance> sh = sampler.sample_all(field, at.position);
     if (!sh)
       return std::nullopt;
     const NonNegativeLight light = without_ringing(*sh);
@@ -192,7 +192,7 @@ Result<void> run(const Arguments& a) {
   const Result<Sky> sky = read_sky(a);
   if (!sky)
     return sky.error();
-  Probe probe{combine(*volume, region_radiance(*sky, volume->partition)), *sampler, {}};
+  Probe probe{combine(*volume, region_radiance(*sky, volume->partition), ShOrder::fourth), *sampler, {}};
   if (a.total)
     probe.direct.emplace(volume->room, volume->apertures, *scene, *sky);
   return answer_lines(a, probe);

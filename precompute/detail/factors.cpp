@@ -209,8 +209,7 @@ std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs,
   return left;
 }
 
-void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) {
-  const std::size_t sources = basis.sources;
+void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis) {
   std::size_t halves = 0, bytes = 0;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     const auto count = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::halves));

@@ -65,7 +65,7 @@ struct Factors {
 Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
                   std::span<const float> metric);
 
-/// Rounds the factors of all bricks into the tiles of `basis`, whose bricks and sources are set.
-void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis);
+/// Rounds the factors of all bricks into the tiles of `basis`, whose bricks are set.
+void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis);
 
 } // namespace daylit::precompute::detail

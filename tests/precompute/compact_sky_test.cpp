@@ -287,8 +287,8 @@ TEST(CompactSky, file_keeps_every_bit_and_is_refused_when_a_size_is_wrong) {
   ASSERT_TRUE(read->compact);
   EXPECT_TRUE(read->partition.interpolated());
   EXPECT_EQ(read->compact->light.weight, volume.compact->light.weight);
-  EXPECT_EQ(read->compact->source_byte, volume.compact->source_byte);
-  EXPECT_EQ(read->compact->probe_half, volume.compact->probe_half);
+  EXPECT_EQ(read->compact->nine.source_byte, volume.compact->nine.source_byte);
+  EXPECT_EQ(read->compact->nine.probe_half, volume.compact->nine.probe_half);
   const std::vector<Rgb> radiance = sun(c.partition, {0, 1, 0});
   EXPECT_EQ(combine(*read, radiance).probe, combine(volume, radiance).probe);
 
