@@ -158,6 +158,7 @@ public:
       plan.options.leaves = static_cast<std::size_t>(kLeafShare * patches);
     }
     choose_grid(target, plan.options);
+    plan.options.sh_order = request_.sh_order.value_or(fine() ? ShOrder::fourth : ShOrder::second);
     if (const Result<void> sky = choose_sky(target, plan); !sky)
       return sky.error();
     predict(plan);

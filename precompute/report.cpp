@@ -58,6 +58,10 @@ std::string to_json(const BakeReport& r, bool times) {
         {"nodes", r.compact.nodes},   {"sources", r.compact.sources},     {"clusters", r.compact.clusters},
         {"bricks", r.compact.bricks}, {"mean_rank", r.compact.mean_rank}, {"half_float_share", r.compact.half_share},
         {"bytes", r.compact.bytes},   {"rms_error", r.compact.rms_error}, {"largest_error", r.compact.largest_error}};
+  if (r.compact.band4_bricks > 0)
+    j["fine_sky"]["band4"] = {{"bricks", r.compact.band4_bricks},
+                              {"components", r.compact.band4_components},
+                              {"bytes", r.compact.band4_bytes}};
   for (const SkyError& s : r.audit.sky)
     j["audit"].push_back({{"sky", s.sky},
                           {"error", s.total},
@@ -118,6 +122,9 @@ std::string to_text(const BakeReport& r) {
         "%.2f %% at worst\n",
         r.compact.nodes, r.compact.sources, r.compact.bricks, r.compact.mean_rank,
         static_cast<double>(r.compact.bytes) / 1e6, 100 * r.compact.rms_error, 100 * r.compact.largest_error);
+  if (r.compact.band4_bricks > 0)
+    text += format("           l = 4 in %zu bricks, %zu components, %.1f MB of it\n", r.compact.band4_bricks,
+                   r.compact.band4_components, static_cast<double>(r.compact.band4_bytes) / 1e6);
   text += "seconds    ";
   for (const StageTime& s : r.stages)
     text += format("%s %.2f, ", s.name.c_str(), s.seconds);

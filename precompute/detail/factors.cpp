@@ -138,6 +138,21 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   return f;
 }
 
+Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
+                  const std::vector<float>& suns, std::size_t width) {
+  const std::size_t sources = suns.size() / width;
+  std::vector<float> seen = multiply(transport, suns, rows, sources, width);
+  for (int pass = 0;; ++pass) {
+    const Basis range = orthonormal_range(seen, rows, width);
+    std::vector<float> coordinates = multiply_transposed(range.q, transport, rows, range.rank, sources);
+    if (pass == 1 || range.rank == 0)
+      return factorise(range, rows, std::move(coordinates), sources, metric);
+    width = range.rank;
+    const std::vector<float> sun = multiply_by_transposed(metric, coordinates, sources, sources, width);
+    seen = multiply(transport, sun, rows, sources, width);
+  }
+}
+
 void Factors::keep(std::size_t rank) {
   power.resize(rank);
   stored.resize(rank);
