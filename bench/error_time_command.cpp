@@ -3,6 +3,7 @@
 // bake measured of itself, beside it.
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -66,13 +67,13 @@ Result<double> file_bytes(const precompute::PlannedBake& bake) {
 }
 
 /// One thread, the whole volume, all radiances changed each time.
-double combine_ms(const BasisVolume& volume) {
-  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::fixed16);
-  const std::vector<Rgb> bright(static_cast<std::size_t>(volume.partition.size()), Rgb(1.0f)),
-      dim(bright.size(), Rgb(0.5f));
+double combine_ms(const BasisVolume& volume, ShOrder order) {
+  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::fixed16, order);
+  const auto regions = static_cast<std::size_t>(volume.partition.size());
+  const std::array<std::vector<Rgb>, 2> sky{std::vector<Rgb>(regions, Rgb(1.0f)), std::vector<Rgb>(regions, Rgb(0.5f))};
   bool odd = false;
   set_thread_count(1);
-  const double seconds = alternate(20, [&] { combiner.update((odd = !odd) ? bright : dim); })[0];
+  const double seconds = alternate(20, [&] { combiner.update(sky[(odd = !odd) ? 0 : 1]); })[0];
   set_thread_count(0);
   return 1e3 * seconds;
 }
@@ -146,7 +147,8 @@ Result<nlohmann::json> measure(const Case& c, const std::string& regions, double
   if (!bytes)
     return bytes.error();
   row["file_bytes"] = *bytes;
-  row["combine_ms"] = combine_ms(baked->volume);
+  row["combine_ms"] = combine_ms(baked->volume, ShOrder::second);
+  row["combine_order4_ms"] = combine_ms(baked->volume, ShOrder::fourth);
   const auto text = nlohmann::json::parse(to_json(*baked));
   for (const char* key : {"plan", "predicted", "measured"})
     row[key] = text[key];

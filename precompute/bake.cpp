@@ -92,7 +92,8 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
     if (!coefficients)
       return coefficients.error();
     std::vector<float> of_probes = s.points.spread(std::move(*coefficients));
-    s.fit.apply(of_probes, 27 * light.columns());
+    if (low) // what the fit would change of the small part that l = 4 has in irradiance is not worth its time
+      s.fit.apply(of_probes, 27 * light.columns());
     (low ? volume.basis : volume.band4) = rows_of(of_probes, s.points.probe, light.columns(), volume);
   }
   s.clock.finish("volume");
@@ -125,10 +126,8 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
   if (s.options.sh_order == ShOrder::fourth)
     rows_of_points.band4_rows = [&](std::span<const std::uint32_t> some, std::span<const std::uint32_t> piece_end,
                                     float* out) {
-      const auto one = [&](std::uint32_t point, float* nine_rows) {
-        s.hits.weights(s.points.place[point], piece_end, nine_rows, radiosity::Bands::fourth);
-      };
-      s.fit.apply(some, 9 * piece_end.size(), one, out);
+      for (std::size_t i = 0; i < some.size(); ++i)
+        s.hits.weights(s.points.place[some[i]], piece_end, out + i * 9 * piece_end.size(), radiosity::Bands::fourth);
     };
   auto compact = compact_sky(*light, rows_of_points, volume.probes, s.points.probe, volume.partition,
                              {.error = s.options.compact_error, .part = s.fit.part()}, s.progress, &report.compact);
@@ -200,6 +199,9 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   const auto at_points = radiosity::gather_coefficients(*seen, radiosity, s.progress);
   if (!at_points)
     return at_points.error();
+  const auto band4 = radiosity::gather_coefficients(*seen, radiosity, s.progress, radiosity::Bands::fourth);
+  if (!band4)
+    return band4.error();
   const std::vector<std::uint32_t> some = points_of(s.points, audit->probes());
   const auto at_probes = fitted_coefficients(s, some, radiosity);
   if (!at_probes)
@@ -207,7 +209,7 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   std::vector<std::size_t> probes;
   for (const std::uint32_t point : some)
     probes.push_back(s.points.probe[point]);
-  AuditReport report = audit->judge(volume, *at_points, *at_probes, probes);
+  AuditReport report = audit->judge(volume, *at_points, *band4, *at_probes, probes);
   s.clock.finish("audit");
   return report;
 }

@@ -30,7 +30,7 @@ struct Arguments {
   std::filesystem::path volume;
   SkyArguments sky;
   double ground_albedo = -1, efficacy = 0; ///< efficacy: 0 prints irradiance
-  bool coefficients = false, total = false, info = false, positions = false, quiet = false, json = false;
+  bool coefficients = false, band4 = false, total = false, info = false, positions = false, quiet = false, json = false;
   std::optional<ShLayout> layout; ///< of the coefficients
   std::string matrix;             ///< sky patches of the matrix that is asked for
   MatrixFormat format = MatrixFormat::ascii;
@@ -88,6 +88,8 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
       if (a.layout)
         answers[i] = layout_text(probe.sampler.sample(probe.field, points[i].position), *a.layout, a.json);
+      else if (a.band4)
+        answers[i] = coefficients_text(probe.sampler.sample_all(probe.field, points[i].position), a.json);
       else if (a.coefficients)
         answers[i] = coefficients_text(probe.sampler.sample(probe.field, points[i].position), a.json);
       else if (a.efficacy > 0)
@@ -240,6 +242,11 @@ void add_output_options(CLI::App& app, Arguments& a) {
                                 "tregenza or reinhart:K; needs no sky")
                      ->excludes(layout)
                      ->excludes(lux);
+  app.add_flag("--band4", a.band4,
+               "with --sh: 27 numbers more, the coefficients of l = 4 (m = -4 to 4), zeros if the volume has none")
+      ->needs(sh)
+      ->excludes(layout)
+      ->excludes(matrix);
   app.add_option("--format", a.format, "of the matrix: ascii, float or double")
       ->transform(CLI::CheckedTransformer(formats))
       ->needs(matrix);

@@ -67,7 +67,8 @@ std::string to_json(const BakeReport& r, bool times) {
                           {"error", s.total},
                           {"sky_part", s.sky_part},
                           {"probe_part", s.grid_part},
-                          {"irradiance", s.irradiance}});
+                          {"irradiance", s.irradiance},
+                          {"nine_coefficients", s.band4}});
   for (const StageTime& s : r.stages)
     if (times)
       j["seconds"][s.name] = s.seconds;

@@ -6,11 +6,11 @@ namespace daylit::precompute::detail {
 
 namespace {
 
-/// Of an error here beside one of the nine, which irradiance takes with a mean factor of 1.7 (root mean square of A_l):
-/// |A_4| / 1.7 = 0.077.
-constexpr float kWeight = 0.077f;
+/// Of an error here beside one of the nine. Irradiance takes these with a factor of 1.7 (root mean square of A_l over
+/// the nine), so that |A_4| / 1.7 = 0.077 would weigh both alike in irradiance. The nine serve more than that.
+constexpr float kWeight = 0.06f;
 /// Of the columns that the sketches of the nine have: singular values that are worth keeping are so much fewer.
-constexpr double kColumns = 0.2;
+constexpr double kColumns = 0.13;
 constexpr std::size_t kFewest = 16;
 
 std::size_t fewer(std::size_t columns) {
