@@ -230,8 +230,8 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->excludes(max_error);
   app.add_option("--sh-order", a.sh_order,
-                 "2: nine coefficients per probe; 4: those of l = 4 too, for irradiance under small bright suns;\n"
-                 "auto: where the error asks for them")
+                 "2: nine coefficients per probe; 4: those of l = 4 too, where they are worth their bytes to\n"
+                 "irradiance; auto: where nine leave too much of the error")
       ->capture_default_str()
       ->check(CLI::IsMember({"2", "4", "auto"}));
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));

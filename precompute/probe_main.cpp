@@ -89,7 +89,7 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
       if (a.layout)
         answers[i] = layout_text(probe.sampler.sample(probe.field, points[i].position), *a.layout, a.json);
       else if (a.band4)
-        answers[i] = coefficients_text(probe.sampler.sample_all(probe.field, points[i].position), a.json);
+        answers[i] = order4_text(probe.sampler.sample_all(probe.field, points[i].position), a.json);
       else if (a.coefficients)
         answers[i] = coefficients_text(probe.sampler.sample(probe.field, points[i].position), a.json);
       else if (a.efficacy > 0)

@@ -125,7 +125,7 @@ std::string coefficients_text(const std::optional<Sh9Rgb>& sh, bool json) {
   return sh_numbers_text(sh ? std::optional(numbers) : std::nullopt, json);
 }
 
-std::string coefficients_text(const std::optional<ShRadiance>& sh, bool json) {
+std::string order4_text(const std::optional<ShRadiance>& sh, bool json) {
   std::array<float, 54> numbers{};
   for (std::size_t i = 0; sh && i < 54; ++i)
     numbers[i] = (i < 27 ? sh->nine : sh->band4)[i % 27 / 3][static_cast<int>(i % 3)];
