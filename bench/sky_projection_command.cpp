@@ -12,6 +12,7 @@
 #include "bench/timing.h"
 #include "scene/detail/tile_kernels.h"
 #include "scene/sky_partition.h"
+#include "scene/volume_file.h"
 
 namespace daylit::bench {
 namespace {
@@ -19,6 +20,7 @@ namespace {
 struct Arguments {
   std::vector<int> nodes = {64, 1024, 16384};
   int size_px = 1024;
+  std::vector<std::string> volumes;
 };
 
 constexpr int kRepetitions = 40;
@@ -43,8 +45,8 @@ void flush_caches() {
     other[k] = static_cast<std::byte>(std::to_integer<int>(other[k]) + 1);
 }
 
-nlohmann::json measure(const SkyImage& sky, const SkyPartition& partition) {
-  const RegionSums sums = RegionSums::make(sky.geometry(), partition);
+nlohmann::json measure(const SkyImage& sky, const SkyPartition& partition, std::span<const std::uint8_t> needed = {}) {
+  const RegionSums sums = RegionSums::make(sky.geometry(), partition, needed);
   const std::span<const std::byte> picture = std::as_bytes(std::span(sky.image().texels));
   volatile float sink = 0;
   const auto sweep = [&] { sink = sink + detail::tile_kernels().sum_bytes(picture.data(), picture.size()); };
@@ -74,21 +76,32 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   document["picture_megabytes"] = static_cast<double>(sky.image().texels.size() * sizeof(Rgb)) / 1e6;
   if (!options.json)
     std::printf("partition        table MB   warm: sweep ms  reduced ms  ratio   cold: sweep ms  reduced ms  ratio\n");
+  const auto add = [&](const nlohmann::json& row) {
+    document["rows"].push_back(row);
+    const auto number = [&](const char* key) { return row[key].get<double>(); };
+    if (!options.json)
+      std::printf("%-16s %8.2f %16.3f %11.3f %6.2f %16.3f %11.3f %6.2f\n", row["name"].get<std::string>().c_str(),
+                  number("table_megabytes"), number("sweep_warm_ms"), number("warm_ms"), number("warm_over_sweep"),
+                  number("sweep_cold_ms"), number("cold_ms"), number("cold_over_sweep"));
+  };
   for (const int nodes : a.nodes)
     for (const bool interpolated : {false, true}) {
       if (interrupted())
         return interrupted_error("sky-projection");
       const auto partition = interpolated ? SkyPartition::fine(nodes) : SkyPartition::uniform(nodes);
-      if (!partition)
-        continue; // more regions than constants may have
-      const nlohmann::json row = measure(sky, *partition);
-      document["rows"].push_back(row);
-      const auto number = [&](const char* key) { return row[key].get<double>(); };
-      if (!options.json)
-        std::printf("%-16s %8.2f %16.3f %11.3f %6.2f %16.3f %11.3f %6.2f\n", row["name"].get<std::string>().c_str(),
-                    number("table_megabytes"), number("sweep_warm_ms"), number("warm_ms"), number("warm_over_sweep"),
-                    number("sweep_cold_ms"), number("cold_ms"), number("cold_over_sweep"));
+      if (partition) // else more regions than constants may have
+        add(measure(sky, *partition));
     }
+  for (const std::string& file : a.volumes) {
+    const auto volume = read_volume(file);
+    if (!volume)
+      return volume.error();
+    const std::vector<std::uint8_t> needed = regions_that_count(*volume);
+    nlohmann::json row = measure(sky, volume->partition, needed);
+    row["name"] = "a room's " + std::to_string(std::ranges::count(needed, std::uint8_t{1})) + " of " +
+                  std::to_string(needed.size());
+    add(row);
+  }
   return deliver(document, options);
 }
 
@@ -102,6 +115,7 @@ Command add_sky_projection(CLI::App& program) {
   parser->add_option("--size", arguments->size_px, "of the square picture, pixels")
       ->capture_default_str()
       ->check(CLI::Range(64, 8192));
+  parser->add_option("--volume", arguments->volumes, "also the regions that count in the room of this volume");
   return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};
 }
 

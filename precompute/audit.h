@@ -65,6 +65,9 @@ public:
                     std::span<const std::size_t> probes) const;
 
 private:
+  SkyError judge_sky(std::size_t sky, const BasisVolume& volume, std::span<const float> exact_at_points,
+                     std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
+                     std::span<const std::size_t> probes) const;
   LightFieldSampler sampler_;
   std::vector<glm::dvec3> points_;
   std::vector<HeldOutSky> skies_;

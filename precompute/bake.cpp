@@ -53,6 +53,7 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
 struct Stage {
   const Problem& problem;
   const LightLeaves& leaves; ///< constant regions: the elements themselves
+  const radiosity::WholeFaces& faces;
   const radiosity::ExchangeMatrix& exchange;
   const ProbePoints& points;
   const radiosity::GatherHits& hits; ///< leaves seen from the points' places
@@ -192,9 +193,9 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   std::vector<glm::dvec3> points = audit->points();
   for (glm::dvec3& p : points)
     p -= s.problem.mesh.origin;
-  const auto seen =
-      radiosity::gather_hits(points, leaves.elements, leaves.mesh, leaves.rays,
-                             {.rays = kHeldOutRays * s.options.gather_rays, .group = leaves.parent}, s.progress);
+  const auto seen = radiosity::gather_hits(
+      points, leaves.elements, leaves.mesh, leaves.rays,
+      {.rays = kHeldOutRays * s.options.gather_rays, .group = leaves.parent, .faces = &s.faces}, s.progress);
   if (!seen)
     return seen.error();
   const auto at_points = radiosity::gather_coefficients(*seen, radiosity, s.progress);
@@ -292,8 +293,10 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
 
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
-  const auto hits = radiosity::gather_hits(points.at, leaves->elements, leaves->mesh, leaves->rays,
-                                           {.rays = options.gather_rays, .group = leaves->parent}, progress);
+  const auto faces = radiosity::WholeFaces::make(file.room, leaves->mesh, leaves->elements);
+  const auto hits =
+      radiosity::gather_hits(points.at, leaves->elements, leaves->mesh, leaves->rays,
+                             {.rays = options.gather_rays, .group = leaves->parent, .faces = &faces}, progress);
   if (!hits)
     return hits.error();
   clock.finish("rays");
@@ -305,7 +308,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  const Stage stage{*problem, *leaves, *exchange, points, *hits, fit, options, progress, clock};
+  const Stage stage{*problem, *leaves, faces, *exchange, points, *hits, fit, options, progress, clock};
   if (const Result<void> done =
           fine ? bake_fine_sky(stage, std::move(*rows), volume, report) : bake_regions(stage, *light, volume, report);
       !done)

@@ -20,7 +20,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr double kSketchAtThree = 180;   ///< columns of the range finder at an error of 3 %, ~ error^-0.8
+constexpr double kSketchAtThree = 140;   ///< columns of the range finder at an error of 3 %, ~ error^-0.8
 constexpr double kRangeAtThree = 180;    ///< the same of what counts at all in the rows of a brick
 constexpr std::size_t kProjections = 16; ///< random signs that measure norms
 constexpr std::size_t kRoundingSuns = 64;
@@ -70,8 +70,9 @@ struct Brick {
 };
 
 void scale_sources(std::vector<float>& rows, const std::vector<float>& sigma) {
-  for (std::size_t k = 0; k < rows.size(); ++k)
-    rows[k] *= sigma[k % sigma.size()];
+  for (std::size_t first = 0; first < rows.size(); first += sigma.size())
+    for (std::size_t s = 0; s < sigma.size(); ++s)
+      rows[first + s] *= sigma[s];
 }
 
 double squares(const std::vector<float>& a) {

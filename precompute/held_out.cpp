@@ -9,6 +9,7 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
 
 namespace daylit::precompute {
 
@@ -79,7 +80,9 @@ double ground_or(const glm::dvec3& d, double sky) { return d.z > 0.0 ? sky : 0.6
 
 const SkyPartition& held_out_partition() { return layout().partition; }
 
-std::vector<HeldOutSky> smooth_skies() {
+namespace {
+
+std::vector<HeldOutSky> make_smooth_skies() {
   using Radiance = std::function<double(const glm::dvec3&)>;
   const std::array<std::pair<const char*, Radiance>, 5> models = {
       {{"uniform", [](const glm::dvec3&) { return 1.0; }},
@@ -104,6 +107,13 @@ std::vector<HeldOutSky> smooth_skies() {
     skies.push_back(std::move(sky));
   }
   return skies;
+}
+
+} // namespace
+
+const std::vector<HeldOutSky>& smooth_skies() {
+  static const std::vector<HeldOutSky> the_skies = make_smooth_skies();
+  return the_skies;
 }
 
 std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::ElementSet& set) {
@@ -143,15 +153,19 @@ radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::spa
       .elements = light.elements, .channels = light.channels, .region = {}, .irradiance = {}, .opening = light.opening};
   for (std::size_t s = 0; s < skies.size(); ++s)
     out.region.push_back(static_cast<std::int32_t>(s));
-  for (std::size_t e = 0; e < light.elements; ++e)
-    for (int c = 0; c < light.channels; ++c)
-      for (const HeldOutSky& sky : skies) {
+  const std::size_t channels = static_cast<std::size_t>(light.channels), count = skies.size();
+  out.irradiance.resize(light.elements * channels * count);
+  tbb::parallel_for(std::size_t{0}, light.elements, [&](std::size_t e) {
+    for (std::size_t c = 0; c < channels; ++c)
+      for (std::size_t s = 0; s < count; ++s) {
+        const float* row = light.row(e, static_cast<int>(c));
         double sum = 0;
         for (std::size_t k = 0; k < light.columns(); ++k)
-          sum += static_cast<double>(light.row(e, c)[k]) *
-                 static_cast<double>(sky.radiance[static_cast<std::size_t>(light.region[k])]);
-        out.irradiance.push_back(static_cast<float>(sum));
+          sum += static_cast<double>(row[k]) *
+                 static_cast<double>(skies[s].radiance[static_cast<std::size_t>(light.region[k])]);
+        out.irradiance[(e * channels + c) * count + s] = static_cast<float>(sum);
       }
+  });
   return out;
 }
 

@@ -29,7 +29,7 @@ struct HeldOutSky {
 const SkyPartition& held_out_partition();
 
 /// Smooth skies: uniform, CIE overcast over a darker ground, a slope across the sky, a glow at the horizon.
-std::vector<HeldOutSky> smooth_skies();
+const std::vector<HeldOutSky>& smooth_skies();
 
 /// Suns of half a degree, two for each band that lights the room at all: where a third and two thirds of the band's
 /// light have come in, so that they stand where suns count in this room. `light`: of held_out_partition().

@@ -49,40 +49,14 @@ std::uint32_t place_on_curve(const glm::vec3& d) {
   return code;
 }
 
-/// The elements that a point's rays meet.
-void trace_point(const glm::dvec3& point, std::size_t index, const ElementSet& set, const PatchMesh& mesh,
-                 const RayScene& scene, const RayFan& fan, std::span<std::int32_t> met) {
-  const glm::vec2 turn = turn_of(index);
-  const glm::vec3 origin = scene.to_local(point);
-  RayPacket16 packet;
-  std::ranges::fill(packet.org_x, origin.x);
-  std::ranges::fill(packet.org_y, origin.y);
-  std::ranges::fill(packet.org_z, origin.z);
-  std::ranges::fill(packet.tnear, 0.0f);
-  std::ranges::fill(packet.tfar, std::numeric_limits<float>::infinity());
-  std::array<std::uint32_t, 16> patch;
-  for (std::size_t first = 0; first < met.size(); first += 16) {
-    const std::size_t count = std::min<std::size_t>(16, met.size() - first);
-    for (std::size_t k = 0; k < 16; ++k) {
-      const glm::vec3 d = turned(fan.direction[first + std::min(k, count - 1)], turn);
-      packet.dir_x[k] = d.x;
-      packet.dir_y[k] = d.y;
-      packet.dir_z[k] = d.z;
-    }
-    const std::uint32_t hit = scene.closest16(packet, static_cast<int>(count), patch);
-    for (std::size_t k = 0; k < count; ++k)
-      met[first + k] =
-          (hit >> k & 1u) != 0 ? set.hit(mesh, patch[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
-  }
-}
-
-/// sum[element][16] += harmonics of the rays that meet it. Plain loops that become vectors of any width.
+/// sum[piece][16] += harmonics of the rays that meet one of its elements. Plain loops that become vectors of any width.
 __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) void
-add_harmonics(const std::int32_t* met, const float* harmonics, std::size_t rays, float* sum) {
+add_harmonics(const std::int32_t* met, const std::uint32_t* piece, const float* harmonics, std::size_t rays,
+              float* sum) {
   for (std::size_t k = 0; k < rays; ++k) {
     if (met[k] < 0)
       continue;
-    float* to = sum + static_cast<std::size_t>(met[k]) * RayFan::kStride;
+    float* to = sum + static_cast<std::size_t>(piece[met[k]]) * RayFan::kStride;
     for (std::size_t l = 0; l < RayFan::kStride; ++l)
       to[l] += harmonics[k * RayFan::kStride + l];
   }
@@ -167,6 +141,43 @@ RayFan RayFan::of(int rays) {
   return fan;
 }
 
+void GatherHits::trace(std::size_t point, std::span<std::int32_t> met) const {
+  const glm::vec2 turn = turn_of(point);
+  std::ranges::fill(met, WholeFaces::kUnknown);
+  if (faces_)
+    faces_->trace(points_[point], rays_in_groups_, turn, met);
+  const glm::vec3 origin = scene_->to_local(points_[point]);
+  RayPacket16 packet;
+  std::ranges::fill(packet.org_x, origin.x);
+  std::ranges::fill(packet.org_y, origin.y);
+  std::ranges::fill(packet.org_z, origin.z);
+  std::ranges::fill(packet.tnear, 0.0f);
+  std::ranges::fill(packet.tfar, std::numeric_limits<float>::infinity());
+  std::array<std::uint32_t, 16> patch;
+  std::array<std::size_t, 16> ray;
+  std::size_t count = 0;
+  const auto shoot = [&] {
+    const std::uint32_t hit = scene_->closest16(packet, static_cast<int>(count), patch);
+    for (std::size_t k = 0; k < count; ++k)
+      met[ray[k]] =
+          (hit >> k & 1u) != 0 ? set_->hit(*mesh_, patch[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
+    count = 0;
+  };
+  for (std::size_t k = 0; k < met.size(); ++k) {
+    if (met[k] != WholeFaces::kUnknown)
+      continue;
+    const glm::vec3 d = turned(fan_.direction[k], turn);
+    packet.dir_x[count] = d.x;
+    packet.dir_y[count] = d.y;
+    packet.dir_z[count] = d.z;
+    ray[count] = k;
+    if (++count == 16)
+      shoot();
+  }
+  if (count > 0)
+    shoot();
+}
+
 Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
                                const RayScene& patches, const GatherOptions& options, const Progress& progress,
                                std::size_t most_kept_rays) {
@@ -174,9 +185,11 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
   hits.set_ = &set;
   hits.mesh_ = &mesh;
   hits.scene_ = &patches;
+  hits.faces_ = options.faces && !options.faces->empty() ? options.faces : nullptr;
   hits.points_.assign(points.begin(), points.end());
   hits.rays_ = static_cast<std::size_t>(options.rays);
   hits.fan_ = RayFan::of(options.rays);
+  hits.rays_in_groups_ = RayGroups::of(hits.fan_.direction);
   hits.groups_ = GatherHits::groups_of(set, options.group);
   const std::size_t kept = std::min(points.size(), most_kept_rays / hits.rays_);
   hits.element_.resize(kept * hits.rays_);
@@ -185,8 +198,7 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
   tbb::parallel_for(std::size_t{0}, kept, [&](std::size_t p) {
     if (stop)
       return;
-    trace_point(points[p], p, set, mesh, patches, hits.fan_,
-                std::span(hits.element_).subspan(p * hits.rays_, hits.rays_));
+    hits.trace(p, std::span(hits.element_).subspan(p * hits.rays_, hits.rays_));
     if (++done % kChunk == 0 && !progress("rays", static_cast<double>(done) / static_cast<double>(kept)))
       stop = true;
   });
@@ -225,54 +237,56 @@ void GatherHits::mark_told_apart(std::size_t point, std::span<std::uint8_t> grou
       groups[g.group] = 1;
 }
 
-void GatherHits::share_out(const glm::dvec3& point, std::vector<float>& sum) const {
+void GatherHits::share_out(const glm::dvec3& point, std::span<const std::uint32_t> piece,
+                           std::vector<float>& sum) const {
   for (const Group& g : groups_) {
-    if (tells_apart(point, g))
+    const std::size_t count = g.end - g.first;
+    if (piece[g.first] == piece[g.end - 1] || tells_apart(point, g))
       continue;
     std::array<float, RayFan::kStride> all{};
-    for (std::size_t e = g.first; e < g.end; ++e)
+    float* of_group = sum.data() + piece[g.first] * RayFan::kStride; // every element is a piece
+    for (std::size_t k = 0; k < count; ++k)
       for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        all[l] += sum[e * RayFan::kStride + l];
-    for (std::size_t e = g.first; e < g.end; ++e) {
-      const auto share = static_cast<float>(set_->elements[e].area_m2 / (g.member_m2 * (g.end - g.first)));
+        all[l] += of_group[k * RayFan::kStride + l];
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto share = static_cast<float>(set_->elements[g.first + k].area_m2 / (g.member_m2 * (g.end - g.first)));
       for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        sum[e * RayFan::kStride + l] = share * all[l];
+        of_group[k * RayFan::kStride + l] = share * all[l];
     }
   }
 }
 
-std::vector<float> GatherHits::sums(std::size_t point, Bands bands) const {
+std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces,
+                                    Bands bands) const {
   std::vector<std::int32_t> again;
   const std::int32_t* met = element_.data() + point * rays_;
   if ((point + 1) * rays_ > element_.size()) {
     again.resize(rays_);
-    trace_point(points_[point], point, *set_, *mesh_, *scene_, fan_, again);
+    trace(point, again);
     met = again.data();
   }
-  std::vector<float> sum(elements() * RayFan::kStride, 0.0f);
-  add_harmonics(met, (bands == Bands::low ? fan_.harmonics : fan_.band4).data(), rays_, sum.data());
-  share_out(points_[point], sum);
+  std::vector<float> sum(pieces * RayFan::kStride, 0.0f);
+  add_harmonics(met, piece.data(), (bands == Bands::low ? fan_.harmonics : fan_.band4).data(), rays_, sum.data());
+  share_out(points_[point], piece, sum);
   return sum;
 }
 
 void GatherHits::weights(std::size_t point, float* nine_rows, Bands bands) const {
-  const std::vector<float> sum = sums(point, bands);
-  const glm::vec2 turn = turn_of(point);
-  for (std::size_t e = 0; e < elements(); ++e)
-    turn_harmonics(sum.data() + e * RayFan::kStride, turn, elements(), bands, nine_rows + e);
+  std::vector<std::uint32_t> end(elements());
+  std::iota(end.begin(), end.end(), 1u);
+  weights(point, end, nine_rows, bands);
 }
 
 void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows,
                          Bands bands) const {
-  const std::vector<float> sum = sums(point, bands);
-  const glm::vec2 turn = turn_of(point);
-  for (std::size_t k = 0, e = 0; k < piece_end.size(); ++k) {
-    std::array<float, RayFan::kStride> all{};
+  std::vector<std::uint32_t> piece(elements());
+  for (std::uint32_t k = 0, e = 0; k < piece_end.size(); ++k)
     for (; e < piece_end[k]; ++e)
-      for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        all[l] += sum[e * RayFan::kStride + l];
-    turn_harmonics(all.data(), turn, piece_end.size(), bands, nine_rows + k);
-  }
+      piece[e] = k;
+  const std::vector<float> sum = sums(point, piece, piece_end.size(), bands);
+  const glm::vec2 turn = turn_of(point);
+  for (std::size_t k = 0; k < piece_end.size(); ++k)
+    turn_harmonics(sum.data() + k * RayFan::kStride, turn, piece_end.size(), bands, nine_rows + k);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,

@@ -6,6 +6,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "radiosity/detail/whole_faces.h"
 #include "radiosity/elements.h"
 #include "radiosity/solve.h"
 #include "scene/program.h"
@@ -17,6 +18,7 @@ struct GatherOptions {
   /// Not empty: group of each element; the members of one follow each other. From afar a group counts as one: what its
   /// rays bring is shared out by area where a member meets too few of them for its part to be more than noise.
   std::span<const std::uint32_t> group = {};
+  const WholeFaces* faces = nullptr; ///< of the same patches; most rays are then quicker. Kept by reference
 };
 
 /// The rays of every point, each point's turned about z by an angle of its own: a spherical Fibonacci lattice, in an
@@ -46,7 +48,8 @@ public:
   void weights(std::size_t point, float* nine_rows, Bands bands = Bands::low) const;
   /// Marks the groups (GatherOptions::group) whose members count by themselves at the point.
   void mark_told_apart(std::size_t point, std::span<std::uint8_t> groups) const;
-  /// weights() of pieces: elements up to piece_end[0], from there up to piece_end[1], and so on, summed.
+  /// weights() of pieces: elements up to piece_end[0], from there up to piece_end[1], and so on, summed. A group is
+  /// one piece, or each of its elements is.
   void weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows,
                Bands bands = Bands::low) const;
 
@@ -57,6 +60,7 @@ private:
   const ElementSet* set_ = nullptr;
   const PatchMesh* mesh_ = nullptr;
   const RayScene* scene_ = nullptr;
+  const WholeFaces* faces_ = nullptr;
   std::vector<glm::dvec3> points_;
   std::size_t rays_ = 0;
   /// Elements [first, end) that count as one from afar.
@@ -68,11 +72,16 @@ private:
   std::vector<Group> groups_;
   static std::vector<Group> groups_of(const ElementSet& set, std::span<const std::uint32_t> group);
   bool tells_apart(const glm::dvec3& point, const Group& group) const;
-  void share_out(const glm::dvec3& point, std::vector<float>& sum) const;
-  /// [element][RayFan::kStride] of the rays from a point.
-  std::vector<float> sums(std::size_t point, Bands bands) const;
+  void share_out(const glm::dvec3& point, std::span<const std::uint32_t> piece, std::vector<float>& sum) const;
+  /// [piece][RayFan::kStride] of the rays from a point; `piece`: of each element, the elements of a group all in one
+  /// or each in its own.
+  std::vector<float> sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces,
+                          Bands bands) const;
+  /// The elements that a point's rays meet.
+  void trace(std::size_t point, std::span<std::int32_t> met) const;
   std::vector<std::int32_t> element_; ///< [point][ray] of the first points; -1 for none or a black side
   RayFan fan_;
+  RayGroups rays_in_groups_; ///< of `fan_`
 };
 /// `points`: metres, relative to the mesh origin. Errors: interrupted.
 Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,

@@ -5,6 +5,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "scene/detail/quad_sums.h"
 #include "scene/sky_partition.h"
 
 namespace daylit {
@@ -108,6 +109,12 @@ private:
   Shares shares_;
 };
 
+/// Nodes see smaller pixels by their centres.
+double large_pixel_sr(const SkyPartition& nodes) {
+  constexpr double kOfRegion = 1.0 / 64;
+  return kOfRegion * 4 * kPi / nodes.size();
+}
+
 } // namespace
 
 /// Pixels and cells are both rectangles in (azimuth, sin(altitude)), where area is solid angle: overlaps are exact.
@@ -169,23 +176,19 @@ std::vector<RegionSums::Share> RegionSums::lens_shares(const SkyGeometry& geomet
   return runs;
 }
 
-/// Every pixel at its centre, or at 2 x 2 points when it is large beside a region: shares of the hats there.
+/// Of pixels that are large beside a region: shares of the hats at 2 x 2 points. All others are in quads_.
 std::vector<RegionSums::Share> RegionSums::node_shares(const SkyGeometry& geometry, const SkyPartition& partition) {
-  constexpr double kLargePixel = 1.0 / 64; // of a region
-  const double region_sr = 4 * kPi / partition.size();
+  const double large_sr = large_pixel_sr(partition);
   const auto width = static_cast<std::size_t>(geometry.width());
   std::vector<std::vector<Share>> rows(static_cast<std::size_t>(geometry.height()));
   tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t texel = y * width + x, first = rows[y].size();
-      const double solid_angle = double(geometry.solid_angle_sr()[texel]);
-      if (solid_angle == 0)
+      if (double(geometry.solid_angle_sr()[texel]) <= large_sr)
         continue;
-      const int points = solid_angle > kLargePixel * region_sr ? 4 : 1;
       double total = 0;
-      for (int k = 0; k < points; ++k) {
-        const double at = points == 1 ? 0.0 : 0.25;
-        const auto d = geometry.direction({double(x) + (k % 2 ? at : -at), double(y) + (k / 2 ? at : -at)});
+      for (int k = 0; k < 4; ++k) {
+        const auto d = geometry.direction({double(x) + (k % 2 ? 0.25 : -0.25), double(y) + (k / 2 ? 0.25 : -0.25)});
         if (!d)
           continue;
         total += 1;
@@ -223,7 +226,7 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
   covered_.assign(regions, 0.0);
   gap_.assign(regions, 0.0);
   centre_.resize(regions);
-  measure_spans(covered_);
+  measure_sums(covered_);
   tbb::parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
     centre_[region] = partition.centre(static_cast<int>(region));
     if (geometry_->covers_sphere() || partition.interpolated())
@@ -254,18 +257,35 @@ void RegionSums::set_divisors(const SkyPartition& partition) {
   }
 }
 
-RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition) {
+RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
+                            std::span<const std::uint8_t> needed) {
   RegionSums sums;
   sums.geometry_ = std::move(geometry);
-  const std::vector<Share> shares = partition.interpolated()        ? node_shares(*sums.geometry_, partition)
-                                    : sums.geometry_->is_equirect() ? equirect_shares(*sums.geometry_, partition)
-                                                                    : lens_shares(*sums.geometry_, partition);
+  std::vector<Share> shares = partition.interpolated()        ? node_shares(*sums.geometry_, partition)
+                              : sums.geometry_->is_equirect() ? equirect_shares(*sums.geometry_, partition)
+                                                              : lens_shares(*sums.geometry_, partition);
+  if (partition.interpolated())
+    sums.quads_ = std::make_shared<const detail::QuadSums>(
+        detail::QuadSums::make(*sums.geometry_, partition, large_pixel_sr(partition), needed));
+  if (!needed.empty())
+    std::erase_if(shares, [&](const Share& s) { return needed[s.region] == 0; });
   sums.make_spans(shares, static_cast<std::size_t>(partition.size()));
   sums.measure_coverage(partition);
   if (partition.interpolated())
     sums.measure_nodes(partition);
   sums.set_divisors(partition);
+  sums.forget_all_but(needed);
   return sums;
+}
+
+/// Divisors of zero: what the pixels of others gave them does not count.
+void RegionSums::forget_all_but(std::span<const std::uint8_t> needed) {
+  if (needed.empty())
+    return;
+  for (std::size_t region = 0; region < divisor_.size(); ++region)
+    if (needed[region] == 0)
+      divisor_[region] = {};
+  std::erase_if(unseen_, [&](std::uint32_t region) { return needed[region] == 0; });
 }
 
 std::vector<Rgb> region_radiance(const SkyImage& sky, const SkyPartition& partition) {

@@ -7,6 +7,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include "scene/detail/quad_sums.h"
 #include "scene/detail/tile_kernels.h"
 #include "scene/sky_partition.h"
 
@@ -148,16 +149,14 @@ void RegionSums::number_slots(std::size_t regions) {
 }
 
 /// What reduce() sums of a picture of ones, by the same weights: steradians.
-void RegionSums::measure_spans(std::vector<double>& covered_sr) const {
-  std::vector<double> of_slot(first_slot_.back(), 0.0);
-  const Span* span = spans_.data();
-  for (const Group& group : groups_)
-    for (const Span* const end = span + group.spans; span != end; ++span)
-      for (const std::uint16_t weight : span->weight)
-        of_slot[group.slot] += weight * static_cast<double>(group.step_sr);
+void RegionSums::measure_sums(std::vector<double>& covered_sr) const {
+  const std::vector<Rgb> ones(texels(), Rgb(1.0f));
+  std::vector<std::array<double, 3>> sums(covered_sr.size());
+  add_spans(ones, sums);
+  if (quads_)
+    quads_->add(&ones.front().r, sums);
   for (std::size_t r = 0; r < covered_sr.size(); ++r)
-    for (std::size_t slot = first_slot_[r]; slot < first_slot_[r + 1]; ++slot)
-      covered_sr[r] += of_slot[slot];
+    covered_sr[r] = sums[r][0];
 }
 
 /// sums[slot] += step * sum of weight * texel for each group in turn; four numbers to a slot, the last unused.
@@ -216,9 +215,11 @@ DAYLIT_AVX512 void RegionSums::add_groups_avx512(std::span<const Group> groups, 
   }
 }
 
-std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
+void RegionSums::add_spans(const std::vector<Rgb>& picture, std::span<std::array<double, 3>> region_sums) const {
+  if (groups_.empty())
+    return;
   std::vector<Rgb> padded;
-  const std::vector<Rgb>* image = &sky.image().texels;
+  const std::vector<Rgb>* image = &picture;
   if (image->size() < kSpanTexels) {
     padded = *image;
     padded.resize(kSpanTexels, Rgb(0.0f));
@@ -232,13 +233,26 @@ std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
     add(std::span(groups_).subspan(part_[p].group, part_[p + 1].group - part_[p].group), spans_.data() + part_[p].span,
         texels, sums.data());
   });
+  for (std::size_t region = 0; region < region_sums.size(); ++region)
+    for (std::size_t slot = first_slot_[region]; slot < first_slot_[region + 1]; ++slot)
+      for (std::size_t c = 0; c < 3; ++c)
+        region_sums[region][c] += sums[4 * slot + c];
+}
+
+std::size_t RegionSums::bytes() const {
+  return spans_.size() * sizeof(Span) + groups_.size() * sizeof(Group) + divisor_.size() * sizeof(Divisor) +
+         (quads_ ? quads_->bytes() : 0);
+}
+
+std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
+  std::vector<std::array<double, 3>> sums(covered_.size());
+  add_spans(sky.image().texels, sums);
+  if (quads_)
+    quads_->add(&sky.image().texels.front().r, sums);
   const Rgb above = sky.sky_fill_radiance(), below = sky.fill_radiance();
   std::vector<Rgb> mean(covered_.size());
   for (std::size_t region = 0; region < mean.size(); ++region) {
-    std::array<double, 3> sum{};
-    for (std::size_t slot = first_slot_[region]; slot < first_slot_[region + 1]; ++slot)
-      for (std::size_t c = 0; c < 3; ++c)
-        sum[c] += sums[4 * slot + c];
+    const std::array<double, 3>& sum = sums[region];
     const Divisor& d = divisor_[region];
     mean[region] = Rgb(static_cast<float>(sum[0] * d.per_sr), static_cast<float>(sum[1] * d.per_sr),
                        static_cast<float>(sum[2] * d.per_sr)) +

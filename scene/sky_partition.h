@@ -18,6 +18,10 @@
 
 namespace daylit {
 
+namespace detail {
+class QuadSums;
+}
+
 /// sin(altitude) in [sin_low, sin_high), `cells` equal azimuth cells, the first one centred on azimuth 0 (+x) when
 /// `centred`, else starting there. Regions are numbered first_region + cell, cells counter-clockwise.
 struct SkyBand {
@@ -85,6 +89,14 @@ public:
   /// Direction at relative position (s, t) in [0,1)^2 of a region; uniform in solid angle.
   glm::dvec3 sample(int region, double s, double t) const;
 
+  /// The four nodes around a direction, some possibly the same: left and right of it (counter-clockwise) in the band
+  /// below, then in the band above.
+  struct Quad {
+    std::array<std::uint32_t, 4> node{};
+    double up = 0;                           ///< share of the band above
+    double right_below = 0, right_above = 0; ///< shares of the right nodes within their band
+  };
+  Quad quad(const glm::dvec3& unit_direction) const;
   /// Values of the hat functions at a direction: weights >= 0 that sum to 1, some possibly of the same region.
   std::array<RegionWeight, 4> interpolation(const glm::dvec3& unit_direction) const;
   /// Integral of a region's hat function over the sphere.
@@ -112,16 +124,17 @@ private:
 /// of a sky camera with the same one.
 class RegionSums {
 public:
-  static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition);
+  /// `needed`: one per region, 0 for regions that nobody asks for: they come out black, and pixels that only they
+  /// have are not read. Empty: all are needed.
+  static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
+                         std::span<const std::uint8_t> needed = {});
   /// Mean radiance per region; of nodes: the integral of radiance times hat function over the region's solid angle.
   /// `sky` must have the geometry given to make(), or one of equal size and projection.
   std::vector<Rgb> reduce(const SkyImage& sky) const;
-  /// Share of each region's solid angle that the camera sees; the rest takes the fill.
+  /// Share of each needed region's solid angle that the camera sees; the rest takes the fill.
   double covered_share(int region) const;
   /// Size of the tables that reduce() reads, bytes.
-  std::size_t bytes() const {
-    return spans_.size() * sizeof(Span) + groups_.size() * sizeof(Group) + divisor_.size() * sizeof(Divisor);
-  }
+  std::size_t bytes() const;
 
 private:
   /// A texel's solid angle times a weight goes to a region.
@@ -150,6 +163,7 @@ private:
   };
   struct Strip;
   std::shared_ptr<const SkyGeometry> geometry_;
+  std::shared_ptr<const detail::QuadSums> quads_; ///< of nodes: all pixels but large ones, which have spans
   std::vector<Span> spans_;
   std::vector<Group> groups_;
   std::vector<Part> part_;                ///< bands of the picture that threads take, and the end
@@ -170,10 +184,12 @@ private:
   void number_slots(std::size_t regions);
   static void add_groups(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
   static void add_groups_avx512(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
-  void measure_spans(std::vector<double>& covered_sr) const;
+  void measure_sums(std::vector<double>& covered_sr) const;
+  void add_spans(const std::vector<Rgb>& image, std::span<std::array<double, 3>> region_sums) const;
   void measure_coverage(const SkyPartition& partition);
   void measure_nodes(const SkyPartition& partition);
   void set_divisors(const SkyPartition& partition);
+  void forget_all_but(std::span<const std::uint8_t> needed);
 };
 
 /// Solid-angle mean radiance of every region, pixels split where a border crosses them; directions that the image

@@ -127,6 +127,16 @@ bool surely_nonnegative(const std::array<double, 25>& e) {
 
 } // namespace
 
+std::vector<std::uint8_t> regions_that_count(const BasisVolume& volume) {
+  std::vector<std::uint8_t> counts(static_cast<std::size_t>(volume.partition.size()), 0);
+  for (const std::int32_t region : volume.stored_region)
+    counts[static_cast<std::size_t>(region)] = 1;
+  if (volume.compact)
+    for (const FirstLight::Run& run : volume.compact->light.run)
+      std::fill_n(counts.begin() + run.first_region, run.count, std::uint8_t{1});
+  return counts;
+}
+
 LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radiance, ShOrder order) {
   static_assert(sizeof(Sh9Rgb) == 27 * sizeof(float));
   assert(region_radiance.size() == static_cast<std::size_t>(volume.partition.size()));

@@ -58,6 +58,9 @@ struct BasisVolume {
   bool has_band4() const { return compact ? !compact->band4.brick.empty() : !band4.empty(); }
 };
 
+/// One per region of the sky: 0 where its light reaches no probe.
+std::vector<std::uint8_t> regions_that_count(const BasisVolume& volume);
+
 /// How much of the radiance is asked for: nine coefficients, or also those of l = 4. With these, irradiance is right to
 /// order 4, because its kernel has no band 3.
 enum class ShOrder { second = 2, fourth = 4 };

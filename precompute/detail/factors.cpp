@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include <cblas.h>
+#include <tbb/parallel_for.h>
 
 #include "scene/detail/tile_kernels.h"
 
@@ -224,49 +225,73 @@ std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs,
   return left;
 }
 
-void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis) {
-  std::size_t halves = 0, bytes = 0;
+namespace {
+
+/// Where the components of a brick begin in the arrays of the basis.
+struct BrickPlace {
+  std::size_t halves = 0, bytes = 0;             ///< components of earlier bricks
+  std::size_t probe_halves = 0, probe_bytes = 0; ///< numbers of their row factors
+};
+
+std::vector<BrickPlace> make_places(std::span<const Factors* const> bricks, std::size_t sources,
+                                    CompactFactors& basis) {
+  std::vector<BrickPlace> places;
+  BrickPlace next;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
-    const auto count = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::halves));
-    basis.brick[b].half_rank = count;
-    basis.brick[b].byte_rank = static_cast<std::uint32_t>(bricks[b]->rank()) - count;
-    halves += count;
-    bytes += basis.brick[b].byte_rank;
+    CompactFactors::Brick& brick = basis.brick[b];
+    brick.half_rank = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::halves));
+    brick.byte_rank = static_cast<std::uint32_t>(bricks[b]->rank()) - brick.half_rank;
+    places.push_back(next);
+    next.halves += brick.half_rank;
+    next.bytes += brick.byte_rank;
+    next.probe_halves += 3 * brick.tiles() * brick.half_rank * kTileNumbers;
+    next.probe_bytes += 3 * brick.tiles() * brick.byte_rank * kTileNumbers;
   }
   const auto tiles = [](std::size_t n) { return (n + kTileNumbers - 1) / kTileNumbers; };
-  basis.source_half.assign(tiles(halves) * sources * kTileNumbers, 0);
-  basis.source_byte.assign(tiles(bytes) * sources * kTileNumbers, 0);
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    const Factors& f = *bricks[b];
-    const std::size_t brick_tiles = basis.brick[b].tiles(), half_rank = basis.brick[b].half_rank,
-                      byte_rank = basis.brick[b].byte_rank, half_at = basis.probe_half.size(),
-                      byte_at = basis.probe_byte.size();
-    basis.probe_half.resize(half_at + 3 * brick_tiles * half_rank * kTileNumbers, 0);
-    basis.probe_byte.resize(byte_at + 3 * brick_tiles * byte_rank * kTileNumbers, 0);
-    for (std::size_t k = 0; k < f.rank(); ++k) {
-      const bool half = f.stored[k] == Stored::halves;
-      const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, sources), f.stored[k]),
-                    row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), f.stored[k]);
-      const std::size_t component = half ? basis.half_scale.size() : basis.byte_scale.size();
-      for (std::size_t i = 0; i < sources; ++i) {
-        const std::size_t at = (component / kTileNumbers * sources + i) * kTileNumbers + component % kTileNumbers;
-        if (half)
-          basis.source_half[at] = source.half[i];
-        else
-          basis.source_byte[at] = source.byte[i];
-      }
-      const std::size_t numbers = f.rows / 3;
-      for (std::size_t i = 0; i < f.rows; ++i) {
-        const std::size_t number = i % numbers, tile = i / numbers * brick_tiles + number / kTileNumbers;
-        if (half)
-          basis.probe_half[half_at + (tile * half_rank + k) * kTileNumbers + number % kTileNumbers] = row.half[i];
-        else
-          basis.probe_byte[byte_at + (tile * byte_rank + k - half_rank) * kTileNumbers + number % kTileNumbers] =
-              row.byte[i];
-      }
-      (half ? basis.half_scale : basis.byte_scale).push_back(source.unit * row.unit);
-    }
+  basis.source_half.assign(tiles(next.halves) * sources * kTileNumbers, 0);
+  basis.source_byte.assign(tiles(next.bytes) * sources * kTileNumbers, 0);
+  basis.half_scale.assign(next.halves, 0.0f);
+  basis.byte_scale.assign(next.bytes, 0.0f);
+  basis.probe_half.assign(next.probe_halves, 0);
+  basis.probe_byte.assign(next.probe_bytes, 0);
+  return places;
+}
+
+/// Component k of a brick; no two write to the same numbers.
+void store_component(const Factors& f, std::size_t k, const CompactFactors::Brick& brick, const BrickPlace& place,
+                     CompactFactors& basis) {
+  const bool half = f.stored[k] == Stored::halves;
+  const std::size_t sources = f.sources, numbers = f.rows / 3, own = half ? k : k - brick.half_rank,
+                    component = half ? place.halves + own : place.bytes + own;
+  const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, sources), f.stored[k]),
+                row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), f.stored[k]);
+  for (std::size_t i = 0; i < sources; ++i) {
+    const std::size_t at = (component / kTileNumbers * sources + i) * kTileNumbers + component % kTileNumbers;
+    if (half)
+      basis.source_half[at] = source.half[i];
+    else
+      basis.source_byte[at] = source.byte[i];
   }
+  for (std::size_t i = 0; i < f.rows; ++i) {
+    const std::size_t number = i % numbers, tile = i / numbers * brick.tiles() + number / kTileNumbers,
+                      at = (tile * (half ? brick.half_rank : brick.byte_rank) + own) * kTileNumbers +
+                           number % kTileNumbers;
+    if (half)
+      basis.probe_half[place.probe_halves + at] = row.half[i];
+    else
+      basis.probe_byte[place.probe_bytes + at] = row.byte[i];
+  }
+  (half ? basis.half_scale : basis.byte_scale)[component] = source.unit * row.unit;
+}
+
+} // namespace
+
+void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis) {
+  const std::vector<BrickPlace> places = make_places(bricks, sources, basis);
+  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+    for (std::size_t k = 0; k < bricks[b]->rank(); ++k)
+      store_component(*bricks[b], k, basis.brick[b], places[b], basis);
+  });
 }
 
 } // namespace daylit::precompute::detail

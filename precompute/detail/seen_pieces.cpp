@@ -66,13 +66,19 @@ SunMetric SeenPieces::metric(const SunMetric& of_sources) const {
       row = sum.data();
     }
     const float scale = lit[a].end - lit[a].first > 1 ? 1.0f : unit[lit[a].first];
-    for (std::size_t b = 0; b < n; ++b) {
+    for (std::size_t b = a; b < n; ++b) {
       float both = 0;
       for (std::size_t t = lit[b].first; t < lit[b].end; ++t)
         both += unit[t] * row[t];
       own.correlation[a * n + b] = scale * both;
     }
   }
+  // By squares, so that whole lines are read and written.
+  constexpr std::size_t kSquare = 32;
+  for (std::size_t first = 0; first < n; first += kSquare)
+    for (std::size_t column = 0; column < first + kSquare && column < n; ++column)
+      for (std::size_t a = std::max(first, column + 1); a < std::min(first + kSquare, n); ++a)
+        own.correlation[a * n + column] = own.correlation[column * n + a];
   own.normalise();
   return own;
 }
@@ -104,8 +110,9 @@ std::vector<float> SeenPieces::expand(std::span<const float> rows, const SunMetr
   for (std::size_t a = 0; a < lit.size(); ++a)
     for (std::size_t s = lit[a].first; s < lit[a].end; ++s)
       unit[s] = of_sources.sigma[s] / own.sigma[a];
-  for (std::size_t k = 0; k < out.size(); ++k)
-    out[k] *= unit[k % unit.size()];
+  for (std::size_t first = 0; first < out.size(); first += unit.size())
+    for (std::size_t s = 0; s < unit.size(); ++s)
+      out[first + s] *= unit[s];
   return out;
 }
 

@@ -36,6 +36,15 @@ struct Cone {
     axis = to / distance;
     basis = OrthonormalBasis(axis);
   }
+  /// On all sides of x.
+  Cone(const BoundingSphere& sphere, const glm::dvec3& x) : axis(0.0, 0.0, 1.0), basis(axis) {
+    const glm::dvec3 to = sphere.centre - x;
+    const double distance = glm::length(to), s = sphere.radius / std::max(distance, 1e-9);
+    cos_max = s < 1.0 ? std::sqrt(1.0 - s * s) : -1.0;
+    if (distance > 0.0)
+      axis = to / distance;
+    basis = OrthonormalBasis(axis);
+  }
   glm::dvec3 direction(const DirectionPattern::Point& p) const {
     const double up = whole ? std::sqrt(1.0 - p.height) : 1.0 - p.height * (1.0 - cos_max);
     const double side = std::sqrt(std::max(0.0, 1.0 - up * up));
@@ -85,35 +94,80 @@ DirectionPattern::DirectionPattern(int count) {
   }
 }
 
-void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
-                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered) {
+namespace {
+
+/// `weight`: of a direction, none where it is not positive.
+template <class Weight>
+void look_at_part(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                  const glm::dvec3& x, const Cone& cone, const DirectionPattern& pattern, const Weight& weight,
+                  std::vector<Covered>& covered) {
   const std::span<const DirectionPattern::Point> points = pattern.points();
+  const glm::dvec3 own = parts.to_own(seen.part, x);
   Candidates candidates;
   std::array<glm::dvec3, kPacket> directions;
   std::array<PartHit, kPacket> hits;
+  for (std::size_t k = 0; k < points.size();) {
+    std::size_t count = 0;
+    for (; k < points.size() && count < kPacket; ++k)
+      if (const glm::dvec3 w = cone.direction(points[k]); weight(w) > 0.0f && parts.may_meet(seen.part, own, w))
+        directions[count++] = w;
+    const std::span<const glm::dvec3> asked(directions.data(), count);
+    const std::uint32_t met = count > 0 ? parts.cast_first(seen.part, x, asked, hits, seen.ignored) : 0u;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(met >> i & 1u))
+        continue;
+      candidates.direction[candidates.count] = directions[i];
+      candidates.covered[candidates.count++] = {hits[i], weight(directions[i]), nullptr, glm::dvec3(0.0),
+                                                glm::vec3(directions[i])};
+      if (candidates.count == kPacket)
+        candidates.flush(room, patches, x, covered);
+    }
+  }
+  candidates.flush(room, patches, x, covered);
+}
+
+} // namespace
+
+void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
+                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered) {
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const BoundingSphere& sphere = parts.sphere(part);
     if (sphere.radius <= 0.0 || glm::dot(n, sphere.centre - x) < -sphere.radius)
       continue;
     const Cone cone(sphere, x, n);
-    for (std::size_t k = 0; k < points.size();) {
-      std::size_t count = 0;
-      for (; k < points.size() && count < kPacket; ++k)
-        if (const glm::dvec3 w = cone.direction(points[k]); glm::dot(n, w) > 0.0)
-          directions[count++] = w;
-      const std::span<const glm::dvec3> asked(directions.data(), count);
-      const std::uint32_t met = count > 0 ? parts.cast_first(part, x, asked, hits) : 0u;
-      for (std::size_t i = 0; i < count; ++i) {
-        if (!(met >> i & 1u))
-          continue;
-        candidates.direction[candidates.count] = directions[i];
-        candidates.covered[candidates.count++] = {hits[i], cone.weight(glm::dot(n, directions[i]), points.size())};
-        if (candidates.count == kPacket)
-          candidates.flush(room, patches, x, covered);
-      }
-    }
-    candidates.flush(room, patches, x, covered);
+    const auto weight = [&](const glm::dvec3& w) {
+      const double cosine = glm::dot(n, w);
+      return cosine > 0.0 ? cone.weight(cosine, pattern.points().size()) : 0.0f;
+    };
+    look_at_part(room, patches, parts, {part, part}, x, cone, pattern, weight, covered);
   }
+}
+
+void find_covered_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                     const glm::dvec3& x, const DirectionPattern& pattern, std::vector<Covered>& covered) {
+  const Cone cone(parts.sphere(seen.part), x);
+  look_at_part(
+      room, patches, parts, seen, x, cone, pattern,
+      [&](const glm::dvec3&) { return cone.weight(1.0, pattern.points().size()); }, covered);
+}
+
+Rgb object_radiance(const Covered& covered, std::span<const TwoSided> radiance) {
+  const PartHit& hit = covered.object;
+  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  Rgb sum(0.0f);
+  for (int i = 0; i < 3; ++i) {
+    const TwoSided& vertex = radiance[hit.vertex[i]];
+    sum += b[i] * (hit.back ? vertex.back : vertex.front);
+  }
+  return sum;
+}
+
+Rgb sunlight_behind(const Covered& covered, std::size_t number, const WindowSight& sight) {
+  if (!covered.behind || !sight.has_sun())
+    return Rgb(0.0f);
+  const glm::dvec3& n = covered.behind->normal;
+  return covered.behind->reflectance * sight.sun_sample(number, covered.position + kAirGap_m * n, n) *
+         std::numbers::inv_pi_v<float>;
 }
 
 } // namespace daylit

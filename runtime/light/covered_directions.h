@@ -8,7 +8,9 @@
 
 #include <glm/vec3.hpp>
 
+#include "runtime/light/relight.h"
 #include "runtime/light/room_patches.h"
+#include "runtime/light/window_sight.h"
 #include "runtime/object/placed_parts.h"
 #include "scene/ray_scene.h"
 
@@ -20,6 +22,7 @@ struct Covered {
   float weight = 0.0f;         ///< cos dw, sr
   RoomPatch* behind = nullptr; ///< null: the sky
   glm::dvec3 position{0.0};    ///< behind it
+  glm::vec3 direction{0.0f};   ///< towards it, unit
 };
 
 /// Points spread evenly over the unit square, as what directions in a cone are made of.
@@ -39,5 +42,18 @@ private:
 /// normal n sees it. Appends those that the part covers before the room and before other parts.
 void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
                   const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered);
+
+/// An object, and another whose own triangles hide nothing.
+struct SeenFrom {
+  std::size_t part = 0, ignored = 0;
+};
+/// The same of the directions in which one part lies, on all sides of x; the weights are solid angles, sr.
+void find_covered_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                     const glm::dvec3& x, const DirectionPattern& pattern, std::vector<Covered>& covered);
+
+/// Radiance of the object there.
+Rgb object_radiance(const Covered& covered, std::span<const TwoSided> radiance);
+/// The sun's part of the room's radiance that the object hides; sample `number` of the sun stands for all.
+Rgb sunlight_behind(const Covered& covered, std::size_t number, const WindowSight& sight);
 
 } // namespace daylit

@@ -28,7 +28,7 @@ void OwnShadow::set_objects(const PlacedParts& parts) {
   });
 }
 
-/// The room is looked at as if no object stood there: what hides it is in the transfer vectors.
+/// The room is looked at as if the object did not stand there: what it hides is in its transfer vectors.
 std::vector<OwnShadow::SeenPoint> OwnShadow::look_around(std::size_t part, int corner) const {
   std::vector<SeenPoint> seen;
   const Bounds& box = parts_->box(part);
@@ -47,7 +47,8 @@ std::vector<OwnShadow::SeenPoint> OwnShadow::look_around(std::size_t part, int c
       continue;
     const glm::dvec3 n = planes_[planes_.facing_of(hit.triangle, w)].normal;
     const glm::dvec3 position = eye + static_cast<double>(hit.distance) * w, air = position + kAirGap_m * n;
-    if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius)
+    if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius &&
+        !parts_->hidden(eye, w, static_cast<double>(hit.distance), part)) // by another: see OtherObjects
       seen.push_back({hit.triangle, position, w, sight_.lost_share(air, n, *parts_)});
   }
   return seen;

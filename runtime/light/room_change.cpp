@@ -16,6 +16,7 @@
 #include <tbb/parallel_for.h>
 
 #include "runtime/light/covered_directions.h"
+#include "runtime/light/other_objects.h"
 #include "runtime/light/own_shadow.h"
 #include "runtime/light/room_patches.h"
 #include "runtime/light/room_planes.h"
@@ -84,6 +85,7 @@ struct RoomChangeField::State {
   WindowSight sight;
   RoomPatches patches;
   OwnShadow own_shadow;
+  OtherObjects other_objects;
   PlacedParts parts;
   std::vector<TwoSided> radiance;
   std::uint64_t light_number = 0, placing_number = 1;
@@ -92,14 +94,14 @@ struct RoomChangeField::State {
 
   State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& light)
       : rays(room_rays), room_light(light), planes(room), sight(room_rays, apertures),
-        patches(room, room_rays, planes, light), own_shadow(room_rays, planes, light, sight) {
+        patches(room, room_rays, planes, light), own_shadow(room_rays, planes, light, sight),
+        other_objects(room_rays, patches, sight) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
       lattices[k].pattern = kLevels[k].rays == kRays ? &near_pattern : &far_pattern;
   }
 
   void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
-  Rgb sunlight_behind(const Covered& c, std::size_t number) const;
   RoomChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
                  const glm::dvec3& direction) const;
   Node* node(const Lattice& lattice, const LatticeKey& key) const;
@@ -129,27 +131,13 @@ void RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, con
     receiver.sky_share = sight.window_share(x, n);
 }
 
-/// The sun's part of the room's radiance that the object hides; one of the sun's samples stands for all.
-Rgb RoomChangeField::State::sunlight_behind(const Covered& c, std::size_t number) const {
-  if (!c.behind)
-    return Rgb(0.0f);
-  const glm::dvec3& n = c.behind->normal;
-  return c.behind->reflectance * sight.sun_sample(number, c.position + kAirGap_m * n, n) *
-         std::numbers::inv_pi_v<float>;
-}
-
 RoomChange RoomChangeField::State::lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
                                        const glm::dvec3& direction) const {
   RoomChange change;
   for (std::size_t k = 0; k < receiver.covered.size(); ++k) {
     const Covered& c = receiver.covered[k];
-    const float b[3] = {1.0f - c.object.u - c.object.v, c.object.u, c.object.v};
-    Rgb object(0.0f);
-    for (int i = 0; i < 3; ++i) {
-      const TwoSided& vertex = radiance[c.object.vertex[i]];
-      object += b[i] * (c.object.back ? vertex.back : vertex.front);
-    }
-    change.irradiance += c.weight * (sight.has_sun() ? object - sunlight_behind(c, k) : object);
+    const Rgb object = object_radiance(c, radiance);
+    change.irradiance += c.weight * (object - sunlight_behind(c, k, sight));
   }
   for (const Hidden& h : receiver.hidden)
     change.irradiance -= h.weight * h.patch->reflectance * patches.irradiance(*h.patch) * std::numbers::inv_pi_v<float>;
@@ -256,6 +244,7 @@ void RoomChangeField::set_objects(std::vector<PlacedPart> parts) {
   State& s = *state_;
   s.parts = PlacedParts(std::move(parts));
   s.own_shadow.set_objects(s.parts);
+  s.other_objects.set_objects(s.parts);
   ++s.placing_number;
   ++s.light_number;
   double smallest = s.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
@@ -297,6 +286,12 @@ void RoomChangeField::set_light(std::vector<TwoSided> radiance, std::span<const 
       }
     });
   ++s.light_number;
+}
+
+bool RoomChangeField::objects_see_each_other() const { return state_->other_objects.any(); }
+void RoomChangeField::exchange() { state_->other_objects.set_light(state_->radiance); }
+Sh9Rgb RoomChangeField::exchanged_change(std::size_t part, const glm::dvec3& x) const {
+  return state_->other_objects.change(part, x);
 }
 
 bool RoomChangeField::reaches(const glm::dvec3& x) const {

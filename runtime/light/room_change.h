@@ -52,6 +52,12 @@ public:
   void set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
                  std::span<const glm::vec3> normals, std::span<const Rgb> reflectance);
 
+  /// Light between the objects: whether there is any, and once set_light() has said what leaves them, what it changes
+  /// of the radiance that arrives at a point of a part.
+  bool objects_see_each_other() const;
+  void exchange();
+  Sh9Rgb exchanged_change(std::size_t part, const glm::dvec3& x) const;
+
   /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
   bool reaches(const glm::dvec3& x) const;
   /// So close to an object that its effect may be narrower than a few of its cells further away.

@@ -195,7 +195,9 @@ RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const
   const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
   VertexProbes probes;
   probes.count = s.sampler.weights(x + kAir * n, probes.probe, probes.weight);
-  return s.point(triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, x, n)});
+  const glm::vec3 normal(n);
+  return s.point(
+      triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, {&x, 1}, {&normal, 1}).front()});
 }
 
 VertexProbes RoomLight::probes_at(const glm::dvec3& x) const {

@@ -52,8 +52,9 @@ Rgb RoomPatches::irradiance(RoomPatch& patch) const {
   if (patch.lit && patch.frame.load(std::memory_order_acquire) != frame_) {
     const std::lock_guard lock(patch.renewing);
     if (patch.frame.load(std::memory_order_relaxed) != frame_) {
+      const glm::vec3 n(patch.normal);
       patch.irradiance = light_.indirect_irradiance(patch.normal, patch.probes) +
-                         open_sky_irradiance(pyramid_, windows_, patch.point, patch.normal);
+                         open_sky_irradiance(pyramid_, windows_, {&patch.point, 1}, {&n, 1}).front();
       patch.frame.store(frame_, std::memory_order_release);
     }
   }

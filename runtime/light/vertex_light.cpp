@@ -5,19 +5,36 @@
 
 namespace daylit {
 
-void add_arriving_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+namespace {
+
+/// `change`: nine coefficients at a point of a part.
+template <class Change>
+void add_change(const VirtualObjects& objects, const Change& change, std::span<TwoSided> radiance) {
   const ObjectSurface& surface = objects.surface;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
     tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const Sh9Rgb change = field.arriving_change(k, surface.positions[i]);
-        radiance[i].front = add_reflected(radiance[i].front, change, objects.transfer[i].front, surface.reflectance[i]);
+        const Sh9Rgb arriving = change(k, surface.positions[i]);
+        const Rgb& rho = surface.reflectance[i];
+        radiance[i].front = add_reflected(radiance[i].front, arriving, objects.transfer[i].front, rho);
         if (objects.has_back[i])
-          radiance[i].back = add_reflected(radiance[i].back, change, objects.transfer[i].back, surface.reflectance[i]);
+          radiance[i].back = add_reflected(radiance[i].back, arriving, objects.transfer[i].back, rho);
       }
     });
   }
+}
+
+} // namespace
+
+void add_arriving_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+  add_change(
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.arriving_change(part, x); }, radiance);
+}
+
+void add_exchanged_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+  add_change(
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged_change(part, x); }, radiance);
 }
 
 std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,

@@ -14,6 +14,7 @@ namespace daylit {
 
 namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr double kBoxMargin = 1e-4; // of the radius: the rays' single precision
 } // namespace
 
 PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
@@ -67,8 +68,22 @@ bool PlacedParts::cast(std::size_t which, const glm::dvec3& x, const glm::dvec3&
   return true;
 }
 
+bool PlacedParts::may_meet(std::size_t which, const glm::dvec3& own, const glm::dvec3& direction) const {
+  const Caster& c = casters_[which];
+  const glm::dvec3 w = c.own_from_world * direction, margin(kBoxMargin * c.sphere.radius / c.scale);
+  double enter = 0.0, leave = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double inverse = 1.0 / (std::fabs(w[axis]) > 1e-12 ? w[axis] : 1e-12);
+    const double a = (c.box.min[axis] - margin[axis] - own[axis]) * inverse,
+                 b = (c.box.max[axis] + margin[axis] - own[axis]) * inverse;
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter <= leave;
+}
+
 std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
-                                      std::span<PartHit> hits) const {
+                                      std::span<PartHit> hits, std::size_t ignored) const {
   const Caster& c = casters_[which];
   const RayScene& rays = *c.part.rays;
   const glm::vec3 from = rays.to_local(to_own(which, x));
@@ -83,7 +98,8 @@ std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, st
     hits[k] = part_hit(c, {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]},
                        {found.triangle[k], found.distance[k], found.u[k], found.v[k]});
     for (std::size_t other = 0; other < casters_.size(); ++other)
-      if (PartHit nearer; other != which && cast(other, x, directions[k], nearer) && nearer.distance < hits[k].distance)
+      if (PartHit nearer; other != which && other != ignored && cast(other, x, directions[k], nearer) &&
+                          nearer.distance < hits[k].distance)
         met &= ~(1u << k);
   }
   return met;
@@ -93,6 +109,14 @@ bool PlacedParts::may_cover(const Caster& c, const glm::dvec3& x, const glm::dve
   const glm::dvec3 to = c.sphere.centre - x;
   const double along = glm::dot(to, w), r2 = c.sphere.radius * c.sphere.radius, d2 = glm::dot(to, to);
   return d2 <= r2 || (along > 0.0 && d2 - along * along <= r2);
+}
+
+bool PlacedParts::hidden(const glm::dvec3& x, const glm::dvec3& w, double distance, std::size_t ignored) const {
+  for (std::size_t part = 0; part < casters_.size(); ++part)
+    if (PartHit hit; part != ignored && may_cover(casters_[part], x, w) && cast(part, x, w, hit) && !hit.back &&
+                     hit.distance < distance)
+      return true;
+  return false;
 }
 
 bool PlacedParts::covered(const glm::dvec3& x, const glm::dvec3& w) const { return covered(x, {&w, 1}) != 0; }

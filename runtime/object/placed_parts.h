@@ -42,13 +42,21 @@ public:
   std::size_t size() const { return casters_.size(); }
   const BoundingSphere& sphere(std::size_t which) const { return casters_[which].sphere; } ///< world; radius 0: empty
   const Bounds& box(std::size_t which) const { return casters_[which].box; }               ///< own frame
+  std::span<const glm::vec3> positions(std::size_t which) const {
+    return casters_[which].part.positions;
+  } ///< own frame
   glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
   glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;
 
+  /// A ray from a point in the part's own frame along a world direction meets its box: what a ray needs to be asked
+  /// for.
+  bool may_meet(std::size_t which, const glm::dvec3& own, const glm::dvec3& direction) const;
   /// Up to sixteen rays from x; `directions`: unit, world. Bit k of the result: ray k meets part `which`, and no other
-  /// part before it; hits[k].
+  /// part but `ignored` before it; hits[k].
   std::uint32_t cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
-                           std::span<PartHit> hits) const;
+                           std::span<PartHit> hits, std::size_t ignored) const;
+  /// The front of a part other than `ignored` lies in the direction, nearer than that: x is not inside it.
+  bool hidden(const glm::dvec3& x, const glm::dvec3& direction, double distance_m, std::size_t ignored) const;
   /// Some part lies in the direction.
   bool covered(const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same of up to sixteen directions: bit k is direction k.

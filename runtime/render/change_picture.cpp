@@ -13,6 +13,11 @@ namespace daylit {
 
 namespace {
 
+/// How far a pixel lies from the first of its block towards the next block.
+float block_share(int pixel) {
+  return static_cast<float>(pixel % ChangePicture::kBlock) / static_cast<float>(ChangePicture::kBlock);
+}
+
 constexpr float kLeastWeight = 0.2f; // of the corners on a pixel's plane
 constexpr float kSameSun = 0.01f;    // of what arrives: corners under the same sun
 
@@ -43,6 +48,9 @@ Rgb ratio(const Rgb& change, const Rgb& before) {
 } // namespace
 
 float ChangePicture::drawn_share(const Rgb& change, const Rgb& before) {
+  for (int c = 0; c < 3; ++c)
+    if (std::fabs(change[c]) > 1.5f * kThreshold * before[c] && before[c] > 0.0f)
+      return 1.0f; // the same as below, without dividing
   const float t = std::clamp(relative(change, before) / kThreshold - 0.5f, 0.0f, 1.0f);
   return t * t * (3.0f - 2.0f * t);
 }
@@ -159,22 +167,23 @@ std::optional<Rgb> ChangePicture::ratio_at(int x, int y) const {
 void ChangePicture::interpolate_row(int x, int y, int count, Rgb* ratios) const {
   const Rgb* upper = &ratios_[static_cast<std::size_t>(y / kBlock) * (columns_ + 1) + x / kBlock];
   const Rgb* lower = upper + columns_ + 1;
-  for (int k = 0; k < count; ++k) {
-    const std::array<float, 4> weight = corner_weights(x + k, y);
-    ratios[k] = weight[0] * upper[0] + weight[1] * upper[1] + weight[2] * lower[0] + weight[3] * lower[1];
-  }
+  const float t = block_share(y);
+  const Rgb left = upper[0] + t * (lower[0] - upper[0]), step = upper[1] + t * (lower[1] - upper[1]) - left;
+  for (int k = 0; k < count; ++k)
+    ratios[k] = left + block_share(x + k) * step;
 }
 
 void ChangePicture::interpolate_row(int x, int y, int count, PixelChange* changes) const {
   const PixelChange* upper = &changes_[static_cast<std::size_t>(y / kBlock) * (columns_ + 1) + x / kBlock];
   const PixelChange* lower = upper + columns_ + 1;
+  const float t = block_share(y);
+  const auto mix = [](const PixelChange& a, const PixelChange& b, float share) {
+    return PixelChange{a.irradiance + share * (b.irradiance - a.irradiance), a.before + share * (b.before - a.before)};
+  };
+  const PixelChange left = mix(upper[0], lower[0], t), right = mix(upper[1], lower[1], t);
   for (int k = 0; k < count; ++k) {
-    const std::array<float, 4> w = corner_weights(x + k, y);
-    PixelChange& c = changes[k];
-    c.irradiance = w[0] * upper[0].irradiance + w[1] * upper[1].irradiance + w[2] * lower[0].irradiance +
-                   w[3] * lower[1].irradiance;
-    c.before = w[0] * upper[0].before + w[1] * upper[1].before + w[2] * lower[0].before + w[3] * lower[1].before;
-    c.irradiance *= drawn_share(c.irradiance, c.before);
+    changes[k] = mix(left, right, block_share(x + k));
+    changes[k].irradiance *= drawn_share(changes[k].irradiance, changes[k].before);
   }
 }
 

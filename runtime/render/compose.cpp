@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
 #include <tbb/parallel_for.h>
 
 #include "runtime/render/change_picture.h"
@@ -99,8 +100,9 @@ struct RoomLoss {
 };
 
 RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
-  const Rgb lost_sky = Rgb(drawn.lost_sky) / drawn.lost_sky.w;
-  const glm::vec3 shares = glm::vec3(drawn.room) / drawn.lost_sky.w;
+  const float whole = 1.0f / drawn.lost_sky.w;
+  const Rgb lost_sky = whole * Rgb(drawn.lost_sky);
+  const glm::vec3 shares = whole * glm::vec3(drawn.room);
   return {point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance,
           point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z};
 }
@@ -130,10 +132,9 @@ Rgb changed(const Rgb& photo, const RoomLoss& loss, const Rgb& reflectance, cons
 }
 
 bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
-  for (int c = 0; c < 3; ++c)
-    if (std::fabs(after[c] - before[c]) > threshold * std::max(std::fabs(before[c]), std::fabs(after[c])))
-      return true;
-  return false;
+  const glm::bvec3 differs =
+      glm::greaterThan(glm::abs(after - before), threshold * glm::max(glm::abs(before), glm::abs(after)));
+  return differs.x | differs.y | differs.z; // no branch: it would be guessed wrong at every faint edge
 }
 
 /// All that a pixel of the photograph is made of.

@@ -26,6 +26,8 @@ struct DepthRaster {
   float half_width = 1.0f, half_depth = 1.0f;
   int texels = 0;
 
+  /// Whether a map may show anything of the mesh. Conservative.
+  bool meets(const MapAxes& axes) const;
   /// `maps`: axes.size() times texels^2, row by row along `up`. In parallel.
   void draw(std::span<const MapAxes> axes, std::span<float> maps) const;
 };

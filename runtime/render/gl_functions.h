@@ -43,7 +43,6 @@
   X(DRAWELEMENTS, DrawElements)                                                                                        \
   X(ENABLE, Enable)                                                                                                    \
   X(ENABLEVERTEXARRAYATTRIB, EnableVertexArrayAttrib)                                                                  \
-  X(FINISH, Finish)                                                                                                    \
   X(GETERROR, GetError)                                                                                                \
   X(GETGRAPHICSRESETSTATUS, GetGraphicsResetStatus)                                                                    \
   X(GETINTEGERV, GetIntegerv)                                                                                          \
@@ -53,6 +52,7 @@
   X(GETSHADERIV, GetShaderiv)                                                                                          \
   X(GETSTRING, GetString)                                                                                              \
   X(GETTEXTUREIMAGE, GetTextureImage)                                                                                  \
+  X(GETTEXTURESUBIMAGE, GetTextureSubImage)                                                                            \
   X(GETUNIFORMLOCATION, GetUniformLocation)                                                                            \
   X(LINKPROGRAM, LinkProgram)                                                                                          \
   X(NAMEDBUFFERDATA, NamedBufferData)                                                                                  \
@@ -64,9 +64,7 @@
   X(PROGRAMUNIFORM1F, ProgramUniform1f)                                                                                \
   X(PROGRAMUNIFORM1I, ProgramUniform1i)                                                                                \
   X(PROGRAMUNIFORM2FV, ProgramUniform2fv)                                                                              \
-  X(PROGRAMUNIFORM2I, ProgramUniform2i)                                                                                \
   X(PROGRAMUNIFORM3FV, ProgramUniform3fv)                                                                              \
-  X(PROGRAMUNIFORM3I, ProgramUniform3i)                                                                                \
   X(SCISSOR, Scissor)                                                                                                  \
   X(SHADERSOURCE, ShaderSource)                                                                                        \
   X(TEXTUREBUFFER, TextureBuffer)                                                                                      \

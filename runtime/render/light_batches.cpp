@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
 
 #include "runtime/light/orthonormal.h"
 #include "runtime/render/bounds.h"
@@ -32,8 +33,10 @@ Result<LightBatches> LightBatches::make(const Gl& gl, std::span<const Aperture> 
     return Error{ErrorCode::limit_exceeded,
                  std::to_string(apertures.size()) + " windows and holes are too many to draw", "room",
                  "at most " + std::to_string(kMaxApertures) + ": merge neighbouring panes"};
-  if (b.quads_.empty())
-    b.quads_.emplace_back(); // its plane is nowhere in front: no light passes
+  if (b.quads_.empty()) { // its plane is nowhere in front: no light passes
+    b.quads_.emplace_back();
+    b.window_edges_.emplace_back();
+  }
   b.choose_batch_size();
   GLint alignment = 1;
   gl->GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
@@ -76,20 +79,18 @@ void LightBatches::append_quads(const Aperture& a, const glm::dvec3& origin) {
   }
   edges.resize((std::max<std::size_t>(edges.size(), 1) + 3) / 4 * 4,
                glm::vec4(0.0f, 0.0f, 0.0f, 1.0f)); // always inside
-  for (std::size_t k = 0; k < edges.size(); k += 4)
-    quads_.push_back({a.inward,
-                      {edges[k], edges[k + 1], edges[k + 2], edges[k + 3]},
-                      plane_through(a.inward, a.corners[0]),
-                      k + 4 == edges.size(),
-                      a.transmittance,
-                      a.refractive_index});
+  for (std::size_t k = 0; k < edges.size(); k += 4) {
+    quads_.push_back({a.inward, k + 4 == edges.size(), a.transmittance, a.refractive_index});
+    window_edges_.push_back(
+        {plane_through(a.inward, a.corners[0]), {edges[k], edges[k + 1], edges[k + 2], edges[k + 3]}});
+  }
 }
 
 void LightBatches::upload_windows() {
   std::vector<glm::vec4> block;
-  for (const Quad& q : quads_)
+  for (const WindowEdges& q : window_edges_)
     block.push_back(q.plane);
-  for (const Quad& q : quads_)
+  for (const WindowEdges& q : window_edges_)
     block.insert(block.end(), q.edges.begin(), q.edges.end());
   windows_ = make_buffer(gl_, std::as_bytes(std::span<const glm::vec4>(block)), GL_STATIC_DRAW);
 }
@@ -102,64 +103,85 @@ std::string LightBatches::definitions() const {
          "\n#define FLAT " + (flat_ ? "1\n" : "0\n") + each + "\n";
 }
 
-void LightBatches::write_light(const DirectionalLight& light, int layer, int slot, std::span<glm::vec4> batch) const {
+void LightBatches::write_light(const DirectionalLight& light, int layer, int room_layer, int slot,
+                               std::span<glm::vec4> batch) const {
   const auto at = [&, n = static_cast<std::size_t>(lights_per_batch_)](int field) -> glm::vec4& {
     return batch[static_cast<std::size_t>(field) * n + static_cast<std::size_t>(slot)];
   };
   const OrthonormalBasis basis(light.direction);
-  at(0) = glm::vec4(glm::vec3(basis.u), 0.0f);
+  at(0) = glm::vec4(glm::vec3(basis.u), static_cast<float>(room_layer));
   at(1) = glm::vec4(glm::vec3(basis.v), 0.0f);
   at(2) = glm::vec4(glm::vec3(light.direction), static_cast<float>(layer));
   at(3) = glm::vec4(light.irradiance, 0.0f);
   const std::size_t count = quads_.size(), first = kPerLight * static_cast<std::size_t>(lights_per_batch_);
   glm::vec4* pane = &batch[first + static_cast<std::size_t>(slot) * count];
   glm::vec4* slope = pane + static_cast<std::size_t>(lights_per_batch_) * count;
-  for (const Quad& q : quads_) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const Quad& q = quads_[k];
     const double approach = -glm::dot(q.inward, light.direction);
     *pane++ = glm::vec4(pane_transmittance(q.transmittance, q.refractive_index, std::max(approach, 0.0)),
                         q.ends ? 1.0f : 0.0f);
     for (int e = 0; e < 4; ++e)
       (*slope)[e] = approach > 0.0
-                        ? static_cast<float>(
-                              glm::dot(glm::dvec3(q.edges[static_cast<std::size_t>(e)]), light.direction) / approach)
+                        ? static_cast<float>(glm::dot(glm::dvec3(window_edges_[k].edges[static_cast<std::size_t>(e)]),
+                                                      light.direction) /
+                                             approach)
                         : kNeverOut;
     ++slope;
   }
 }
 
-LightGroup LightBatches::write_group(std::span<const DirectionalLight> lights, int sets,
-                                     std::vector<glm::vec4>& data) const {
+void LightBatches::write_group(std::span<const DirectionalLight> lights, const DepthRaster& room, LightGroup& group,
+                               std::vector<glm::vec4>& data) const {
   const std::size_t vectors = static_cast<std::size_t>(batch_bytes_) / sizeof(glm::vec4);
-  const int count = static_cast<int>(lights.size()), in_set = (count + sets - 1) / sets;
-  const int per_set = (in_set + lights_per_batch_ - 1) / lights_per_batch_;
-  LightGroup group;
+  std::vector<std::uint8_t> by_room(lights.size());
+  tbb::parallel_for(std::size_t{0}, lights.size(), [&](std::size_t j) { by_room[j] = room.meets(group.maps[j]); });
   group.first_batch = static_cast<int>(data.size() / vectors);
-  group.batches = sets * per_set;
-  data.resize(data.size() + static_cast<std::size_t>(group.batches) * vectors, glm::vec4(0.0f)); // unused: no light
-  for (int j = 0; j < count; ++j) {
-    const int set = j % sets, place = j / sets;
-    const std::size_t batch =
-        static_cast<std::size_t>(group.first_batch + set * per_set + place / lights_per_batch_) * vectors;
-    write_light(lights[static_cast<std::size_t>(j)], j, place % lights_per_batch_, {&data[batch], vectors});
-    const OrthonormalBasis basis(lights[static_cast<std::size_t>(j)].direction);
-    group.maps.push_back(
-        {glm::vec3(basis.u), glm::vec3(basis.v), glm::vec3(lights[static_cast<std::size_t>(j)].direction)});
+  group.batches = 0;
+  group.room_maps.clear();
+  for (const bool with_room : {true, false}) {
+    int slot = 0;
+    for (std::size_t j = 0; j < lights.size(); ++j) {
+      if ((by_room[j] != 0) != with_room)
+        continue;
+      if (slot == 0) {
+        data.resize(data.size() + vectors, glm::vec4(0.0f)); // unused: no light
+        ++group.batches;
+      }
+      write_light(lights[j], static_cast<int>(j), static_cast<int>(group.room_maps.size()), slot,
+                  {&data[data.size() - vectors], vectors});
+      if (with_room)
+        group.room_maps.push_back(group.maps[j]);
+      slot = (slot + 1) % lights_per_batch_;
+    }
+    if (with_room)
+      group.room_batches = group.batches;
   }
-  return group;
 }
 
 Result<void> LightBatches::set_lights(const LightSet& lights) {
   if (lights.size() > kMaxLights)
     return Error{ErrorCode::limit_exceeded, std::to_string(lights.size()) + " light samples", "renderer",
                  "at most " + std::to_string(kMaxLights)};
-  std::vector<glm::vec4> data;
-  sky_ = write_group(lights.sky, kSets, data);
-  sun_ = write_group(lights.sun, 1, data);
-  sky_.cone = bounding_cone(lights.sky);
-  sun_.cone = bounding_cone(lights.sun);
+  lights_ = lights;
+  for (auto [group, list] : {std::pair{&sky_, &lights_.sky}, {&sun_, &lights_.sun}}) {
+    group->maps.clear();
+    for (const DirectionalLight& l : *list) {
+      const OrthonormalBasis basis(l.direction);
+      group->maps.push_back({glm::vec3(basis.u), glm::vec3(basis.v), glm::vec3(l.direction)});
+    }
+    group->cone = bounding_cone(*list);
+  }
   sun_normal_irradiance_ = Rgb(0.0f);
-  for (const DirectionalLight& l : lights.sun)
+  for (const DirectionalLight& l : lights_.sun)
     sun_normal_irradiance_ += l.irradiance;
+  return {};
+}
+
+Result<void> LightBatches::upload(const DepthRaster& room) {
+  std::vector<glm::vec4> data;
+  write_group(lights_.sky, room, sky_, data);
+  write_group(lights_.sun, room, sun_, data);
   refill_buffer(gl_, batches_, std::as_bytes(std::span<const glm::vec4>(data)));
   return check_gl(*gl_, "uploading lights");
 }

@@ -1,25 +1,42 @@
 #include "runtime/render/picture_passes.h"
 
+#include <algorithm>
+
 #include "runtime/render/shaders.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr int kTileColumns = 2, kTileRows = 2; // shaders/whole_fragment.glsl
-static_assert(kTileColumns * kTileRows == LightBatches::kSets);
-
 // std140 layout of shaders/frame.glsl.
 struct GpuFrame {
   glm::mat4 clip_from_scene;
-  glm::vec4 eye, ray_corner, ray_right, ray_down, sphere, sky_cone, sun_cone, sun_normal_irradiance;
-  glm::ivec4 tile_size;
+  glm::vec4 eye, ray_corner, ray_right, ray_down, sphere, sun_normal_irradiance;
 };
 
-PixelBox tile_box(int tile, const RenderTargets& t) {
-  const int x = tile % kTileColumns * t.tile_width, y = tile / kTileColumns * t.tile_height;
-  return {x, y, x + t.tile_width, y + t.tile_height};
-}
+/// Points that follow each other share a block of 4 x 4 texels, which software rasterisers work on at once: they look
+/// into the same parts of the maps.
+struct AskedPlaces {
+  static constexpr std::size_t kSide = 4;
+  int columns = 0, rows = 0; ///< of texels that hold points, and a few more
+
+  /// Few columns, so that the last blocks are not many; several tiles of a rasteriser for as many threads.
+  AskedPlaces(std::size_t points, int width, int height) {
+    constexpr int kColumns = 256;
+    columns = std::min(kColumns, width);
+    if (points > static_cast<std::size_t>(columns) * static_cast<std::size_t>(height))
+      columns = width;
+    const std::size_t row_of_blocks = kSide * static_cast<std::size_t>(columns);
+    rows = static_cast<int>(kSide * ((points + row_of_blocks - 1) / row_of_blocks));
+  }
+  std::size_t count() const { return static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows); }
+  std::size_t of(std::size_t k) const {
+    const std::size_t across = static_cast<std::size_t>(columns), block = k / (kSide * kSide), in = k % (kSide * kSide);
+    const std::size_t x = block % (across / kSide) * kSide + in % kSide,
+                      y = block / (across / kSide) * kSide + in / kSide;
+    return y * across + x;
+  }
+};
 
 } // namespace
 
@@ -31,6 +48,7 @@ Result<void> PicturePasses::build(const std::string& definitions) {
     std::vector<const char*> vertex, fragment; ///< after the definitions
   };
   constexpr const char *kOwn = "#define OWN_SHADOW true\n", *kOther = "#define OWN_SHADOW false\n";
+  constexpr const char *kPlain = "#define ROOM_SHADOWS 0\n", *kPast = "#define ROOM_SHADOWS 1\n";
   constexpr const char *kWhole = "#define MIXED 0\n", *kMixed = "#define MIXED 1\n";
   const std::vector<const char*> whole{frame, marks, windows, whole_vertex};
   const std::vector<const char*> light{frame, marks, windows, light_batch, light_vertex};
@@ -38,12 +56,18 @@ Result<void> PicturePasses::build(const std::string& definitions) {
       {&shadow_, "shadow", {shadow_vertex}, {depth_fragment}},
       {&ids_, "ids", {frame, scene_vertex}, {id_fragment}},
       {&object_points_, "object points", whole, {whole_fragment, marks, object_surface, object_point_fragment}},
-      {&object_light_, "object light", light, {kOwn, windows, light_batch, light_fragment}},
+      {&object_light_.plain, "object light", light, {kOwn, kPlain, windows, light_batch, light_fragment}},
+      {&object_light_.past_room,
+       "object light past the room",
+       light,
+       {kOwn, kPast, windows, light_batch, light_fragment}},
       {&object_picture_, "objects", whole, {kWhole, whole_fragment, object_surface, share, object_picture_fragment}},
       {&object_edges_, "edges", whole, {kMixed, whole_fragment, object_surface, share, object_picture_fragment}},
-      {&room_points_, "room points", whole, {whole_fragment, windows, room_point_fragment}},
-      {&room_light_, "room light", light, {kOther, windows, light_batch, light_fragment}},
-      {&room_picture_, "room", whole, {whole_fragment, share, room_picture_fragment}}};
+      {&room_light_.plain, "room light", light, {kOther, kPlain, windows, light_batch, light_fragment}},
+      {&room_light_.past_room,
+       "room light past the room",
+       light,
+       {kOther, kPast, windows, light_batch, light_fragment}}};
   const std::string vertex = definitions + "#define VERTEX 1\n", fragment = definitions + "#define VERTEX 0\n";
   for (Entry e : entries) {
     e.vertex.insert(e.vertex.begin(), vertex.c_str());
@@ -68,13 +92,12 @@ Result<PicturePasses> PicturePasses::make(const Gl& gl, const std::string& light
   p.frame_ = make_buffer(gl, {});
   gl->ProgramUniform1f(p.object_points_.name(), gl->GetUniformLocation(p.object_points_.name(), "near_plane"),
                        static_cast<float>(kNearPlane_m));
-  gl->ProgramUniform1i(p.room_points_.name(), gl->GetUniformLocation(p.room_points_.name(), "pass"), 1);
-  gl->ProgramUniform1i(p.object_edges_.name(), gl->GetUniformLocation(p.object_edges_.name(), "pass"), 2);
+  gl->ProgramUniform1i(p.object_edges_.name(), gl->GetUniformLocation(p.object_edges_.name(), "mixed_only"), 1);
   return p;
 }
 
 void PicturePasses::set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
-                              double room_extent, const LightBatches& lights, const RenderTargets& targets) {
+                              double room_extent, const LightBatches& lights) {
   const glm::dmat3 axes(camera.world_from_camera);
   const glm::dvec3 right = axes[0] / camera.fx, down = axes[1] / camera.fy;
   const auto vector = [](const glm::dvec3& v) { return glm::vec4(glm::vec3(v), 0.0f); };
@@ -85,10 +108,7 @@ void PicturePasses::set_frame(const RenderCamera& camera, const glm::dvec3& orig
   f.ray_right = vector(right);
   f.ray_down = vector(down);
   f.sphere = glm::vec4(glm::vec3(sphere.centre), static_cast<float>(sphere.radius));
-  f.sky_cone = lights.sky().cone;
-  f.sun_cone = lights.sun().cone;
   f.sun_normal_irradiance = glm::vec4(lights.sun_normal_irradiance(), 0.0f);
-  f.tile_size = {targets.tile_width, targets.tile_height, 0, 0};
   room_extent_ = static_cast<float>(room_extent);
   refill_buffer(gl_, frame_, std::as_bytes(std::span<const GpuFrame>(&f, 1)));
   gl_->BindBufferBase(GL_UNIFORM_BUFFER, 3, frame_.name());
@@ -109,18 +129,6 @@ void PicturePasses::draw_whole(const GlProgram& program) const {
   gl_->UseProgram(program.name());
   gl_->BindVertexArray(nothing_.name());
   gl_->DrawArrays(GL_TRIANGLES, 0, 3);
-}
-
-template <class Draw>
-void PicturePasses::by_tiles(const GlProgram& program, const RenderTargets& t, const Draw& draw) const {
-  const GLint tile = gl_->GetUniformLocation(program.name(), "this_tile");
-  for (int k = 0; k < LightBatches::kSets; ++k) {
-    scissor(tile_box(k, t));
-    if (tile >= 0)
-      gl_->ProgramUniform2i(program.name(), tile, k % kTileColumns, k / kTileColumns);
-    draw(k);
-  }
-  gl_->Disable(GL_SCISSOR_TEST);
 }
 
 void PicturePasses::show_room(const RoomBuffers& room, const RenderTargets& t) const {
@@ -157,70 +165,102 @@ void PicturePasses::show_objects(const RoomBuffers& room, const ObjectBuffers& o
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
-/// Only marked pixels, added up; the fourth channel is not added.
-void PicturePasses::begin_sums(const GlProgram& program, const LightSums& sums, const DrawTarget& points,
-                               GLuint object_maps, GLuint room_maps, int texels) const {
-  bind(0, {points.texture(0), points.texture(1), object_maps, room_maps});
-  const float map_texels[] = {static_cast<float>(texels), room_extent_};
-  gl_->ProgramUniform2fv(program.name(), gl_->GetUniformLocation(program.name(), "map_texels"), 1, map_texels);
+void PicturePasses::add_lights(const LightPrograms& programs, const LightBatches& lights, const LightGroup& group,
+                               const LightSums& sums, int texels, std::initializer_list<GLuint> points_and_maps) const {
+  bind(0, points_and_maps);
   sums.target.bind();
   sums.target.clear_colours();
   gl_->Enable(GL_DEPTH_TEST);
   gl_->DepthFunc(GL_LEQUAL);
   gl_->DepthMask(GL_FALSE);
   gl_->Enable(GL_BLEND);
-  gl_->BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ZERO);
+  gl_->BlendFuncSeparate(GL_ONE, GL_ONE, GL_ONE, GL_ONE);
+  const int first = group.first_batch, middle = first + group.room_batches, last = first + group.batches;
+  add_batches(programs.past_room, lights, first, middle, texels);
+  add_batches(programs.plain, lights, middle, last, texels);
+  gl_->Disable(GL_BLEND);
 }
 
-void PicturePasses::add_batches(const GlProgram& program, const LightBatches& lights, int first, int count) const {
-  for (int k = first; k < first + count; ++k) {
+void PicturePasses::add_batches(const GlProgram& program, const LightBatches& lights, int first, int last,
+                                int texels) const {
+  if (first >= last)
+    return;
+  const float map_texels[] = {static_cast<float>(texels), room_extent_};
+  gl_->ProgramUniform2fv(program.name(), gl_->GetUniformLocation(program.name(), "map_texels"), 1, map_texels);
+  for (int k = first; k < last; ++k) {
     lights.bind(k);
     draw_whole(program);
   }
 }
 
-void PicturePasses::light_objects(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                                  const RenderTargets& t) const {
+void PicturePasses::ask_objects_sky(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
+                                    const RenderTargets& t) const {
   scissor(box);
-  begin_sums(object_light_, t.object_sky, t.object_points, maps.object_sky, maps.room_sky, maps.sky_texels);
-  add_batches(object_light_, lights, lights.sky().first_batch, lights.sky().batches);
-  if (lights.sun().batches > 0) {
-    begin_sums(object_light_, t.object_sun, t.object_points, maps.object_sun, maps.room_sun, maps.sun_texels);
-    add_batches(object_light_, lights, lights.sun().first_batch, lights.sun().batches);
-  }
-  gl_->Disable(GL_BLEND);
+  add_lights(object_light_, lights, lights.sky(), t.object_sky, maps.sky_texels,
+             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sky, maps.room_sky});
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
-void PicturePasses::light_room(const RoomBuffers& room, const LightBatches& lights, const MapTextures& maps, bool share,
-                               const RenderTargets& t) const {
-  t.room_points.bind();
-  t.room_points.clear_depth();
-  gl_->Enable(GL_DEPTH_TEST);
-  gl_->DepthFunc(GL_ALWAYS);
-  bind(0, {t.room_ids.texture(0)});
-  room.bind(gl_);
-  by_tiles(room_points_, t, [&](int) { draw_whole(room_points_); });
+void PicturePasses::ask_objects_sun(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
+                                    const RenderTargets& t) const {
+  scissor(box);
+  add_lights(object_light_, lights, lights.sun(), t.object_sun, maps.sun_texels,
+             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sun, maps.room_sun});
+  gl_->Disable(GL_SCISSOR_TEST);
+}
 
-  begin_sums(room_light_, t.room_sky, t.room_points, maps.object_sky, maps.room_sky, maps.sky_texels);
-  const LightGroup& sky = lights.sky();
-  const int per_set = sky.batches / LightBatches::kSets;
-  by_tiles(room_light_, t, [&](int k) {
-    add_batches(room_light_, lights, sky.first_batch + (share ? k * per_set : 0), share ? per_set : sky.batches);
-  });
-  if (lights.sun().batches > 0) {
-    begin_sums(room_light_, t.room_sun, t.room_points, maps.object_sun, maps.room_sun, maps.sun_texels);
-    add_batches(room_light_, lights, lights.sun().first_batch, lights.sun().batches);
+void PicturePasses::set_objects_sky(const LightAnswers& shares, const PixelBox& box, const RenderTargets& t) const {
+  const std::vector<glm::vec4>* const sums[] = {&shares.unblocked, &shares.lost, &shares.past_room};
+  for (int k = 0; k < (t.object_sky.room_blocks ? 3 : 2); ++k)
+    gl_->TextureSubImage2D(t.object_sky.target.texture(k), 0, box.x0, box.y0, box.width(), box.height(), GL_RGBA,
+                           GL_FLOAT, sums[k]->data());
+}
+
+Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
+                                GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& t,
+                                LightAnswers& answers) const {
+  const AskedPlaces places(points.size(), t.asked_width, t.asked_height);
+  const PixelBox box{0, 0, places.columns, places.rows};
+  std::vector<glm::vec4> texels_in_place;
+  for (auto [texture, values] : {std::pair{&t.asked_offsets, &points.offset}, {&t.asked_normals, &points.normal}}) {
+    texels_in_place.assign(places.count(), glm::vec4(0.0f));
+    for (std::size_t k = 0; k < values->size(); ++k)
+      texels_in_place[places.of(k)] = (*values)[k];
+    if (!box.empty())
+      gl_->TextureSubImage2D(texture->name(), 0, 0, 0, box.x1, box.y1, GL_RGBA, GL_FLOAT, texels_in_place.data());
   }
-  gl_->Disable(GL_BLEND);
+  if (!box.empty()) {
+    scissor(box);
+    add_lights(on == On::objects ? object_light_ : room_light_, lights, group, t.asked, texels,
+               {t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps});
+    gl_->Disable(GL_SCISSOR_TEST);
+  }
+  answers.past_room.clear();
+  std::vector<glm::vec4>* const sums[] = {&answers.unblocked, &answers.lost, &answers.past_room};
+  for (int c = 0; c < (t.asked.room_blocks ? 3 : 2); ++c) {
+    if (const auto read = t.asked.target.read(c, box, texels_in_place); !read)
+      return read;
+    sums[c]->resize(points.size());
+    for (std::size_t k = 0; k < points.size(); ++k)
+      (*sums[c])[k] = texels_in_place[places.of(k)];
+  }
+  return {};
+}
+
+Result<void> PicturePasses::ask_sky(On on, const LightPoints& points, const LightBatches& lights,
+                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
+  return ask(on, points, lights, lights.sky(), maps.object_sky, maps.room_sky, maps.sky_texels, t, answers);
+}
+
+Result<void> PicturePasses::ask_sun(On on, const LightPoints& points, const LightBatches& lights,
+                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
+  return ask(on, points, lights, lights.sun(), maps.object_sun, maps.room_sun, maps.sun_texels, t, answers);
 }
 
 void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& t) const {
+  scissor(box);
   t.object_picture.bind();
   t.object_picture.clear_colours();
-  if (box.empty())
-    return;
-  scissor(box);
   gl_->DepthMask(GL_FALSE);
   gl_->DepthFunc(GL_LEQUAL);
   bind(0, {t.object_ids.texture(0), t.object_points.texture(0), t.object_points.texture(1), objects.light_list()});
@@ -230,18 +270,6 @@ void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& b
   draw_whole(object_picture_);
   draw_whole(object_edges_); // over it
   gl_->Disable(GL_SCISSOR_TEST);
-}
-
-void PicturePasses::draw_room(bool share, const RenderTargets& t) const {
-  t.room_picture.bind();
-  t.room_picture.clear_colours();
-  gl_->DepthMask(GL_FALSE);
-  gl_->DepthFunc(GL_LEQUAL);
-  bind(1,
-       {t.room_sky.unblocked(), t.room_sky.lost(), t.room_sky.past_room(), t.room_sun.lost(), t.room_sun.past_room()});
-  gl_->ProgramUniform3i(room_picture_.name(), gl_->GetUniformLocation(room_picture_.name(), "shared_lights"),
-                        share ? 1 : 0, t.width_px - 1, t.height_px - 1);
-  by_tiles(room_picture_, t, [&](int) { draw_whole(room_picture_); });
 }
 
 } // namespace daylit

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "runtime/render/light_batches.h"
+#include "runtime/render/light_points.h"
 #include "runtime/render/pixel_box.h"
 #include "runtime/render/render_camera.h"
 #include "runtime/render/render_targets.h"
@@ -25,39 +26,50 @@ public:
 
   /// For all that follow. `room_extent`: half the depth range of the room's maps, metres.
   void set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere, double room_extent,
-                 const LightBatches& lights, const RenderTargets& targets);
+                 const LightBatches& lights);
   void show_room(const RoomBuffers& room, const RenderTargets& targets) const;
   /// Within `box`, which holds all pixels that may show objects and two more on each side.
   void show_objects(const RoomBuffers& room, const ObjectBuffers& objects, const PixelBox& box,
                     const RenderTargets& targets) const;
-  void light_objects(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                     const RenderTargets& targets) const;
-  /// Leaves what objects and room show in targets.object_picture; an empty box clears it.
+  /// Every point of the objects asks.
+  void ask_objects_sky(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
+                       const RenderTargets& targets) const;
+  void ask_objects_sun(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
+                       const RenderTargets& targets) const;
+  /// What ask_objects_sky() would leave, known already.
+  void set_objects_sky(const LightAnswers& shares, const PixelBox& box, const RenderTargets& targets) const;
+  /// Leaves what the objects show in the box of targets.object_picture.
   void draw_objects(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& targets) const;
-  /// Which points may be shadowed, and what they lose: targets.room_picture. `share`: each pixel asks one of the four
-  /// sets of the sky's lights; else all.
-  void light_room(const RoomBuffers& room, const LightBatches& lights, const MapTextures& maps, bool share,
-                  const RenderTargets& targets) const;
-  void draw_room(bool share, const RenderTargets& targets) const;
+  /// What points of the objects or of the room receive and lose of a group of the lights; as many points as the picture
+  /// has pixels at most.
+  enum class On { objects, room };
+  Result<void> ask_sky(On on, const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
+                       const RenderTargets& targets, LightAnswers& answers) const;
+  Result<void> ask_sun(On on, const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
+                       const RenderTargets& targets, LightAnswers& answers) const;
   GLuint shadow_program() const { return shadow_.name(); }
 
 private:
+  struct LightPrograms {
+    GlProgram past_room; ///< looks into the room's maps, for lights that need it
+    GlProgram plain;
+  };
   Gl gl_;
-  GlProgram shadow_, ids_, object_points_, object_light_, object_picture_, object_edges_, room_points_, room_light_,
-      room_picture_;
+  GlProgram shadow_, ids_, object_points_, object_picture_, object_edges_;
+  LightPrograms object_light_, room_light_;
   GlVertexArray nothing_; ///< for passes over the whole picture
   GlBuffer frame_;
   float room_extent_ = 1.0f;
 
   Result<void> build(const std::string& definitions);
   void draw_whole(const GlProgram& program) const;
-  /// Tile by tile; `draw` is given the number of the tile.
-  template <class Draw>
-  void by_tiles(const GlProgram& program, const RenderTargets& targets, const Draw& draw) const;
-  void begin_sums(const GlProgram& program, const LightSums& sums, const DrawTarget& points, GLuint object_maps,
-                  GLuint room_maps, int texels) const;
-  /// Adds batches [first, first + count) to sums where pixels are marked.
-  void add_batches(const GlProgram& program, const LightBatches& lights, int first, int count) const;
+  /// Adds up the lights of a group where pixels are marked; everywhere in a target without marks.
+  void add_lights(const LightPrograms& programs, const LightBatches& lights, const LightGroup& group,
+                  const LightSums& sums, int texels, std::initializer_list<GLuint> points_and_maps) const;
+  void add_batches(const GlProgram& program, const LightBatches& lights, int first, int last, int texels) const;
+  Result<void> ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
+                   GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& targets,
+                   LightAnswers& answers) const;
   void bind(GLuint first_unit, std::initializer_list<GLuint> textures) const;
   void scissor(const PixelBox& box) const;
 };

@@ -67,7 +67,8 @@ struct RenderedFrame {
 
 /// Wall-clock milliseconds and counts of the last draw().
 struct RenderTimes {
-  double shadow_maps_ms = 0, picture_ms = 0, read_back_ms = 0;
+  /// By OpenGL: shadow maps and which triangles pixels show; light on the objects; shadows on the room.
+  double surfaces_ms = 0, objects_ms = 0, room_ms = 0;
   std::uint64_t shadow_rays = 0; ///< traced; 0 with shadow maps
 };
 

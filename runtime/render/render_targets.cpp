@@ -59,10 +59,12 @@ void DrawTarget::clear_depth() const {
   gl_->ClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &zero);
 }
 
-Result<void> DrawTarget::read(int k, std::vector<glm::vec4>& texels) const {
-  texels.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
-  gl_->GetTextureImage(texture(k), 0, GL_RGBA, GL_FLOAT, static_cast<GLsizei>(texels.size() * sizeof(glm::vec4)),
-                       texels.data());
+Result<void> DrawTarget::read(int k, const PixelBox& box, std::vector<glm::vec4>& texels) const {
+  texels.resize(static_cast<std::size_t>(box.width()) * static_cast<std::size_t>(box.height()));
+  if (texels.empty())
+    return {};
+  gl_->GetTextureSubImage(texture(k), 0, box.x0, box.y0, 0, box.width(), box.height(), 1, GL_RGBA, GL_FLOAT,
+                          static_cast<GLsizei>(texels.size() * sizeof(glm::vec4)), texels.data());
   return check_gl(*gl_, "reading the picture back");
 }
 
@@ -79,17 +81,17 @@ Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, i
   RenderTargets t;
   t.width_px = width;
   t.height_px = height;
-  t.tile_width = (width + 1) / 2;
-  t.tile_height = (height + 1) / 2;
-  const int by_tiles[] = {2 * t.tile_width, 2 * t.tile_height};
-  if (width <= 0 || height <= 0 || std::max(by_tiles[0], by_tiles[1]) > sides)
+  if (width <= 0 || height <= 0 || std::max(width, height) > sides - 3)
     return Error{ErrorCode::limit_exceeded,
                  "a picture of " + std::to_string(width) + " x " + std::to_string(height) + " cannot be drawn",
                  "renderer", "the driver's limit is " + std::to_string(sides) + " pixels a side"};
   t.room_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
   t.object_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, samples);
   t.object_marks = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
-  t.room_marks = make_picture_texture(gl, by_tiles[0], by_tiles[1], GL_DEPTH_COMPONENT32F, 0);
+  t.asked_width = (width + 3) / 4 * 4;
+  t.asked_height = (height + 3) / 4 * 4;
+  t.asked_offsets = make_picture_texture(gl, t.asked_width, t.asked_height, GL_RGBA32F, 0);
+  t.asked_normals = make_picture_texture(gl, t.asked_width, t.asked_height, GL_RGBA32F, 0);
   const int sums = room_blocks ? 3 : 2;
   struct Entry {
     DrawTarget* target;
@@ -99,24 +101,21 @@ Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, i
     GLuint depth;
     int samples;
   };
-  const GLuint marks = t.room_marks.name(), points = t.object_marks.name();
+  const GLuint points = t.object_marks.name();
   const Entry entries[] = {{&t.room_ids, width, height, GL_R32F, 1, t.room_depth.name(), 0},
                            {&t.object_ids, width, height, GL_R32F, 1, t.object_depth.name(), samples},
                            {&t.object_points, width, height, GL_RGBA32F, 2, points, 0},
-                           {&t.room_points, by_tiles[0], by_tiles[1], GL_RGBA32F, 2, marks, 0},
                            {&t.object_picture, width, height, GL_RGBA32F, 1, points, 0},
-                           {&t.room_picture, by_tiles[0], by_tiles[1], GL_RGBA32F, 2, marks, 0},
                            {&t.object_sky.target, width, height, GL_RGBA32F, sums, points, 0},
                            {&t.object_sun.target, width, height, GL_RGBA32F, sums, points, 0},
-                           {&t.room_sky.target, by_tiles[0], by_tiles[1], GL_RGBA32F, sums, marks, 0},
-                           {&t.room_sun.target, by_tiles[0], by_tiles[1], GL_RGBA32F, sums, marks, 0}};
+                           {&t.asked.target, t.asked_width, t.asked_height, GL_RGBA32F, sums, 0, 0}};
   for (const Entry& e : entries) {
     auto made = DrawTarget::make(gl, e.width, e.height, e.format, e.colours, e.depth, e.samples);
     if (!made)
       return made.error();
     *e.target = std::move(*made);
   }
-  for (LightSums* s : {&t.object_sky, &t.object_sun, &t.room_sky, &t.room_sun})
+  for (LightSums* s : {&t.object_sky, &t.object_sun, &t.asked})
     s->room_blocks = room_blocks;
   return t;
 }

@@ -8,6 +8,7 @@
 #include <glm/vec4.hpp>
 
 #include "runtime/render/gl_objects.h"
+#include "runtime/render/pixel_box.h"
 
 namespace daylit {
 
@@ -21,9 +22,10 @@ public:
   void clear_colours() const; ///< to zero, within the scissor rectangle
   void clear_depth() const;   ///< to zero: infinitely far
   GLuint texture(int k) const { return colours_[static_cast<std::size_t>(k)].name(); }
-  /// Row 0 first; `texels` is resized to width x height.
-  Result<void> read(int k, std::vector<glm::vec4>& texels) const;
-  Result<void> read(int k, std::vector<float>& texels) const; ///< one channel
+  /// Row 0 first; `texels` is resized to the box's size.
+  Result<void> read(int k, const PixelBox& box, std::vector<glm::vec4>& texels) const;
+  /// The whole target, one channel.
+  Result<void> read(int k, std::vector<float>& texels) const;
 
 private:
   Gl gl_;
@@ -43,12 +45,14 @@ struct LightSums {
 
 struct RenderTargets {
   int width_px = 0, height_px = 0;
-  int tile_width = 0, tile_height = 0; ///< shaders/frame.glsl
-  GlTexture room_depth, object_depth, room_marks, object_marks;
+  GlTexture room_depth, object_depth, object_marks;
   DrawTarget room_ids, object_ids;
-  DrawTarget object_points, room_points; ///< offset and normal; of the room, here and below, by tiles
-  DrawTarget object_picture, room_picture;
-  LightSums object_sky, object_sun, room_sky, room_sun;
+  DrawTarget object_points; ///< offset and normal
+  DrawTarget object_picture;
+  LightSums object_sky, object_sun;
+  GlTexture asked_offsets, asked_normals; ///< LightPoints, row by row
+  LightSums asked;
+  int asked_width = 0, asked_height = 0; ///< multiples of four
 
   static Result<RenderTargets> make(const Gl& gl, int width_px, int height_px, int samples, bool room_blocks);
 };

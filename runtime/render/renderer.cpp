@@ -5,10 +5,12 @@
 #include <tuple>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
+#include <tbb/task_group.h>
 
 #include "runtime/render/bounds.h"
+#include "runtime/render/object_grid.h"
 #include "runtime/render/picture_passes.h"
+#include "runtime/render/room_grid.h"
 
 namespace daylit {
 
@@ -44,17 +46,23 @@ struct Renderer::State {
   RenderTargets targets;
   RenderCamera camera;
   LightSet drawn_lights; ///< that the maps hold
-  bool maps_hold = false, room_holds = false;
-  std::vector<float> room_ids; ///< per pixel, triangle as drawn
-  std::vector<glm::vec4> tiles_lost, tiles_room;
+  bool maps_hold = false, lights_hold = false, room_holds = false;
+  RoomView view;
+  RoomGrid grid;
+  ObjectGrid object_grid;
+  ObjectPoints object_points;
+  LightAnswers object_shares;
+  ObjectPixels object_pixels;
+  LightAnswers sky_answers, sun_answers;
   RenderTimes times;
 
   Result<void> start(const Room& room_model, std::span<const Aperture> apertures);
-  Result<void> draw_shadow_maps();
-  void draw_picture();
-  Result<void> read_back(RenderedFrame& frame);
-  void fill_block(const PixelBox& block, RenderedFrame& frame) const;
-  RoomSurface surface_at(int x, int y) const;
+  Result<void> draw_surfaces();
+  Result<void> show_surfaces();
+  MapTextures map_textures() const;
+  Result<void> light_objects(const PixelBox& box);
+  Result<void> draw_objects();
+  Result<void> light_room(RenderedFrame& frame);
 
   bool room_blocks() const { return room.occluders() > 0; }
   /// Several contexts may share a thread: each call takes its own.
@@ -160,6 +168,7 @@ Result<void> Renderer::set_camera(const RenderCamera& camera) {
   }
   s.room_holds = s.room_holds && same_view(camera, s.camera);
   s.camera = camera;
+  s.view.set(camera, s.origin);
   return {};
 }
 
@@ -185,117 +194,144 @@ Result<void> Renderer::set_lights(const LightSet& lights) {
   s.maps_hold =
       s.maps_hold && same_lights(lights.sky, s.drawn_lights.sky) && same_lights(lights.sun, s.drawn_lights.sun);
   s.drawn_lights = lights;
+  s.lights_hold = false;
   return s.lights.set_lights(lights);
 }
 
-Result<void> Renderer::State::draw_shadow_maps() {
-  if (maps_hold)
-    return {};
+/// While the processor draws shadow maps with its threads, this one tells OpenGL what to draw: in software, setting
+/// triangles up takes one thread only.
+Result<void> Renderer::State::draw_surfaces() {
   const BoundingSphere& sphere = objects.sphere();
   const ShadowCaster object = objects.caster(), occluder = room.occluder(sphere, room_extent());
-  for (auto [maps, caster, group] : {std::tuple{&object_sky, &object, &lights.sky()},
-                                     {&object_sun, &object, &lights.sun()},
-                                     {&room_sky, &occluder, &lights.sky()},
-                                     {&room_sun, &occluder, &lights.sun()}})
-    if (const auto drawn = maps->draw(passes.shadow_program(), *caster, group->maps, glm::vec3(sphere.centre)); !drawn)
-      return drawn;
+  if (!maps_hold || !lights_hold)
+    if (const auto uploaded = lights.upload(occluder.mesh); !uploaded)
+      return uploaded;
+  lights_hold = true;
+  const std::tuple<ShadowMaps*, const ShadowCaster*, const std::vector<MapAxes>*> maps[] = {
+      {&object_sky, &object, &lights.sky().maps},
+      {&object_sun, &object, &lights.sun().maps},
+      {&room_sky, &occluder, &lights.sky().room_maps},
+      {&room_sun, &occluder, &lights.sun().room_maps}};
+  tbb::task_group by_processor;
+  by_processor.run([&] {
+    for (const auto& [map, caster, axes] : maps)
+      if (!maps_hold)
+        map->prepare(*caster, *axes);
+  });
+  const auto shown = show_surfaces();
+  by_processor.wait();
+  for (const auto& [map, caster, axes] : maps)
+    if (!maps_hold)
+      if (const auto drawn = map->draw(passes.shadow_program(), *caster, *axes, glm::vec3(sphere.centre)); !drawn)
+        return drawn;
   maps_hold = true;
-  return {};
+  return shown;
 }
 
-void Renderer::State::draw_picture() {
-  passes.set_frame(camera, origin, objects.sphere(), room_extent(), lights, targets);
-  const MapTextures maps{object_sky.texture(), object_sun.texture(),    room_sky.texture(),
-                         room_sun.texture(),   settings.sky_map_texels, settings.sun_map_texels};
-  if (!room_holds)
-    passes.show_room(room, targets);
-  PixelBox box;
+/// Which triangles of room and objects the pixels show.
+Result<void> Renderer::State::show_surfaces() {
+  passes.set_frame(camera, origin, objects.sphere(), room_extent(), lights);
+  PixelBox& box = object_pixels.box;
+  box = {};
   if (!objects.empty()) {
     box = projected_box(camera, origin + objects.sphere().centre, objects.positions());
     box = PixelBox{box.x0 - 2, box.y0 - 2, box.x1 + 2, box.y1 + 2}.clipped(camera.width_px, camera.height_px);
   }
-  if (!box.empty()) {
+  if (!room_holds)
+    passes.show_room(room, targets);
+  if (!box.empty())
     passes.show_objects(room, objects, box, targets);
-    passes.light_objects(lights, maps, box, targets);
+  if (!room_holds)
+    if (const auto read = targets.room_ids.read(0, view.ids); !read)
+      return read;
+  room_holds = true;
+  return {};
+}
+
+MapTextures Renderer::State::map_textures() const {
+  return {object_sky.texture(), object_sun.texture(),    room_sky.texture(),
+          room_sun.texture(),   settings.sky_map_texels, settings.sun_map_texels};
+}
+
+/// Of the sky by few points where the objects are not small in the picture; of the sun, whose shadows are sharp, by
+/// all.
+Result<void> Renderer::State::light_objects(const PixelBox& box) {
+  const MapTextures maps = map_textures();
+  if (lights.sun().batches > 0)
+    passes.ask_objects_sun(lights, maps, box, targets);
+  if (!shares_lights()) {
+    passes.ask_objects_sky(lights, maps, box, targets);
+    return {};
   }
-  passes.draw_objects(objects, box, targets);
-  passes.light_room(room, lights, maps, shares_lights(), targets);
-  passes.draw_room(shares_lights(), targets);
-  gl->Finish();
+  object_points.box = box;
+  for (auto [texels, colour] : {std::pair{&object_points.offset, 0}, {&object_points.normal, 1}})
+    if (const auto read = targets.object_points.read(colour, box, *texels); !read)
+      return read;
+  const auto ask = [&](const LightPoints& points) {
+    return passes.ask_sky(PicturePasses::On::objects, points, lights, maps, targets, sky_answers);
+  };
+  if (const auto asked = ask(object_grid.ask_corners(object_points, static_cast<float>(objects.sphere().radius)));
+      !asked)
+    return asked;
+  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers)); !asked)
+    return asked;
+  object_grid.fill(object_points, sky_answers, object_shares);
+  passes.set_objects_sky(object_shares, box, targets);
+  return {};
+}
+
+Result<void> Renderer::State::draw_objects() {
+  const PixelBox& box = object_pixels.box;
+  if (!box.empty()) {
+    if (const auto lit = light_objects(box); !lit)
+      return lit;
+    passes.draw_objects(objects, box, targets);
+  }
+  if (const auto read = targets.object_picture.read(0, box, object_pixels.pixels); !read)
+    return read;
+  return check_gl(*gl, "drawing the picture");
+}
+
+Result<void> Renderer::State::light_room(RenderedFrame& frame) {
+  const BoundingSphere& sphere = objects.sphere();
+  const Rgb sun = lights.sun_normal_irradiance();
+  const RoomGrid::Scene scene{view,
+                              room,
+                              {glm::vec3(sphere.centre), static_cast<float>(sphere.radius), lights.sky().cone,
+                               lights.sun().cone, lights.windows()},
+                              sun.r + sun.g + sun.b,
+                              shares_lights()};
+  const auto ask = [&](const LightPoints& sky_points, const LightPoints& sun_points) -> Result<void> {
+    if (const auto sky =
+            passes.ask_sky(PicturePasses::On::room, sky_points, lights, map_textures(), targets, sky_answers);
+        !sky)
+      return sky;
+    return scene.whole_sun > 0.0f
+               ? passes.ask_sun(PicturePasses::On::room, sun_points, lights, map_textures(), targets, sun_answers)
+               : Result<void>{};
+  };
+  const LightPoints& corners = grid.ask_corners(scene);
+  if (const auto asked = ask(corners, corners); !asked)
+    return asked;
+  grid.take_corners(scene, sky_answers, sun_answers);
+  grid.choose_pixels(scene, object_pixels);
+  if (const auto asked = ask(grid.sky_pixels(), grid.sun_pixels()); !asked)
+    return asked;
+  frame.width_px = targets.width_px;
+  frame.height_px = targets.height_px;
+  frame.origin = origin;
+  grid.fill(scene, object_pixels, sky_answers, sun_answers, frame);
+  return {};
 }
 
 Result<std::vector<std::uint8_t>> Renderer::vertices_in_view() {
   return std::vector<std::uint8_t>(state_->objects.positions().size(), 1);
 }
 
-Result<void> Renderer::State::read_back(RenderedFrame& frame) {
-  if (!room_holds)
-    if (const auto read = targets.room_ids.read(0, room_ids); !read)
-      return read;
-  room_holds = true;
-  if (const auto read = targets.object_picture.read(0, frame.object); !read)
-    return read;
-  for (auto [pixels, colour] : {std::pair{&tiles_lost, 0}, {&tiles_room, 1}})
-    if (const auto read = targets.room_picture.read(colour, *pixels); !read)
-      return read;
-  frame.width_px = targets.width_px;
-  frame.height_px = targets.height_px;
-  frame.box = {0, 0, frame.width_px, frame.height_px};
-  frame.origin = origin;
-  frame.lost_sky.resize(frame.object.size());
-  frame.room.resize(frame.object.size());
-  frame.surface.resize(frame.object.size());
-  constexpr int kBlock = RenderedFrame::kBlock;
-  const int columns = (frame.width_px + kBlock - 1) / kBlock, rows = (frame.height_px + kBlock - 1) / kBlock;
-  frame.shows.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  tbb::parallel_for(0, rows, [&](int row) {
-    for (int x = 0; x < frame.width_px; x += kBlock)
-      fill_block(PixelBox{x, row * kBlock, x + kBlock, (row + 1) * kBlock}.common(frame.box), frame);
-  });
-  return {};
-}
-
-/// Puts the room's tiles back in place where something shows.
-void Renderer::State::fill_block(const PixelBox& block, RenderedFrame& frame) const {
-  const auto place = [&](int x, int y) { // shaders/whole_fragment.glsl
-    return static_cast<std::size_t>((y & 1) * targets.tile_height + y / 2) *
-               (2 * static_cast<std::size_t>(targets.tile_width)) +
-           static_cast<std::size_t>((x & 1) * targets.tile_width + x / 2);
-  };
-  bool shows = false;
-  for (int y = block.y0; y < block.y1; ++y)
-    for (int x = block.x0; x < block.x1; ++x) {
-      const glm::vec4 &lost = tiles_lost[place(x, y)], &shares = tiles_room[place(x, y)];
-      shows = shows || frame.object[frame.index(x, y)].w > 0.0f || lost.x > 0.0f || lost.y > 0.0f || lost.z > 0.0f ||
-              shares.z > 0.0f;
-    }
-  frame.shows[frame.block_index(block.x0, block.y0)] = shows ? 1 : 0;
-  for (int y = block.y0; shows && y < block.y1; ++y)
-    for (int x = block.x0; x < block.x1; ++x) {
-      const std::size_t i = frame.index(x, y), k = place(x, y);
-      frame.surface[i] = surface_at(x, y);
-      const bool asked = tiles_lost[k].w > 0.0f, in_room = frame.surface[i].triangle != RoomSurface{}.triangle;
-      const float open = 1.0f - frame.object[i].w;
-      frame.lost_sky[i] = open * (asked ? tiles_lost[k] : glm::vec4(0.0f, 0.0f, 0.0f, in_room ? 1.0f : 0.0f));
-      frame.room[i] = open * (asked ? tiles_room[k] : glm::vec4(in_room ? 1.0f : 0.0f, 0.0f, 0.0f, 0.0f));
-    }
-}
-
-RoomSurface Renderer::State::surface_at(int x, int y) const {
-  const int id = static_cast<int>(
-      room_ids[static_cast<std::size_t>(y) * static_cast<std::size_t>(targets.width_px) + static_cast<std::size_t>(x)]);
-  if (id <= 0)
-    return {};
-  const glm::vec4& plane = room.plane(id);
-  const glm::dvec3 eye = camera.eye() - origin, ray = camera.direction({x, y}), n(plane);
-  const double t = -(glm::dot(n, eye) + static_cast<double>(plane.w)) / glm::dot(n, ray);
-  return {room.triangle(id), glm::vec3(eye + t * ray)};
-}
-
 bool Renderer::room_point(int x, int y, RoomSurface& point) const {
-  if (state_->room_ids.empty())
+  if (state_->view.ids.empty())
     return false;
-  point = state_->surface_at(x, y);
+  point = state_->view.surface(state_->room, x, y);
   return true;
 }
 
@@ -306,19 +342,17 @@ Result<void> Renderer::draw(RenderedFrame& frame) {
   if (s.targets.width_px == 0)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   auto start = std::chrono::steady_clock::now();
-  if (const auto drawn = s.draw_shadow_maps(); !drawn)
+  if (const auto drawn = s.draw_surfaces(); !drawn)
     return drawn.error();
-  s.gl->Finish();
-  s.times.shadow_maps_ms = milliseconds_since(start);
+  s.times.surfaces_ms = milliseconds_since(start);
   start = std::chrono::steady_clock::now();
-  s.draw_picture();
-  if (const auto good = check_gl(*s.gl, "drawing the picture"); !good)
-    return good.error();
-  s.times.picture_ms = milliseconds_since(start);
+  if (const auto drawn = s.draw_objects(); !drawn)
+    return drawn.error();
+  s.times.objects_ms = milliseconds_since(start);
   start = std::chrono::steady_clock::now();
-  if (const auto read = s.read_back(frame); !read)
-    return read;
-  s.times.read_back_ms = milliseconds_since(start);
+  if (const auto lit = s.light_room(frame); !lit)
+    return lit;
+  s.times.room_ms = milliseconds_since(start);
   return {};
 }
 

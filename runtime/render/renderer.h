@@ -14,8 +14,8 @@ struct RenderSettings {
   int sky_map_texels = 128; ///< shadow map side for sky samples
   int sun_map_texels = 256; ///< for samples of the sun, which carries most of the light in few samples
   int coverage_samples = 4; ///< per pixel, for object edges
-  /// Each pixel of the room asks a quarter of the sky's lights and takes the answers of its neighbours on the same
-  /// plane, where the objects are not small in the picture; false: every pixel asks all.
+  /// Where the objects are not small in the picture, one pixel of the room in sixteen asks the lights, and those
+  /// between only where these do not agree (room_grid.h); false: every pixel asks all.
   bool share_lights = true;
   /// Who draws the shadow maps: the processor where OpenGL is software, unless said.
   enum class Maps { automatic, opengl, processor } maps = Maps::automatic;

@@ -23,7 +23,6 @@ Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<
                                       const glm::dvec3& origin) {
   RoomBuffers b;
   std::vector<glm::vec3> corners;
-  std::vector<float> numbers; // a vector each: shaders look up whole vectors
   const RoomPlanes room_planes(room);
   for (std::uint32_t i = 0; i < room.triangles.size(); ++i) {
     const RoomTriangle& t = room.triangles[i];
@@ -34,7 +33,7 @@ Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<
     for (int k = 0; k < 3; ++k)
       corners.emplace_back(room.corner(t, k) - origin);
     b.plane_of_.emplace_back(glm::vec3(unit), static_cast<float>(-glm::dot(unit, room.corner(t, 0) - origin)));
-    numbers.push_back(static_cast<float>(room_planes.facing_of(i, glm::dvec3(0.0)) / 2 + 1));
+    b.plane_number_.push_back(static_cast<int>(room_planes.facing_of(i, glm::dvec3(0.0)) / 2 + 1));
     b.source_.push_back(i);
   }
   if (b.source_.size() > kMostTriangles)
@@ -48,29 +47,14 @@ Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<
   }
   b.vertices_ = make_buffer(gl, bytes_of(corners), GL_STATIC_DRAW);
   b.occluder_vertices_ = make_buffer(gl, bytes_of(b.occluder_corners_), GL_STATIC_DRAW);
-  b.planes_ = make_buffer(gl, bytes_of(b.plane_of_), GL_STATIC_DRAW);
-  b.numbers_ = make_buffer(gl, bytes_of(numbers), GL_STATIC_DRAW);
   b.array_ = make_vertex_array(gl, {{b.vertices_.name(), {3}}}, 0);
   b.occluder_array_ = make_vertex_array(gl, {{b.occluder_vertices_.name(), {3}}}, 0);
-  auto plane_list = make_buffer_texture(gl, b.planes_, GL_RGBA32F, b.plane_of_.size(), "planes of the room");
-  if (!plane_list)
-    return plane_list.error();
-  auto number_list = make_buffer_texture(gl, b.numbers_, GL_R32F, numbers.size(), "surfaces of the room");
-  if (!number_list)
-    return number_list.error();
-  b.plane_list_ = std::move(*plane_list);
-  b.number_list_ = std::move(*number_list);
   return b;
 }
 
 void RoomBuffers::draw(const Gl& gl) const {
   gl->BindVertexArray(array_.name());
   gl->DrawArrays(GL_TRIANGLES, 0, 3 * count());
-}
-
-void RoomBuffers::bind(const Gl& gl) const {
-  gl->BindTextureUnit(6, plane_list_.name());
-  gl->BindTextureUnit(7, number_list_.name());
 }
 
 ShadowCaster RoomBuffers::occluder(const BoundingSphere& sphere, double half_depth) {

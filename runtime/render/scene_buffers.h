@@ -22,22 +22,23 @@ public:
   static Result<RoomBuffers> make(const Gl& gl, const Room& room, std::span<const Aperture> apertures,
                                   const glm::dvec3& origin);
   void draw(const Gl& gl) const;
-  void bind(const Gl& gl) const; ///< textures of shaders/room_surface.glsl and room_light_fragment.glsl
   /// Of the room, of triangle `id` as drawn (from 1).
   std::uint32_t triangle(int id) const { return source_[static_cast<std::size_t>(id - 1)]; }
   /// Its plane: dot(xyz, x) + w = 0, unit.
   const glm::vec4& plane(int id) const { return plane_of_[static_cast<std::size_t>(id - 1)]; }
+  /// The same for all triangles of one plane, from 1.
+  int plane_number(int id) const { return plane_number_[static_cast<std::size_t>(id - 1)]; }
   int count() const { return static_cast<int>(source_.size()); }
   int occluders() const { return static_cast<int>(occluder_triangles_.size()); }
   /// What can stand between the objects and the sky.
   ShadowCaster occluder(const BoundingSphere& sphere, double half_depth);
 
 private:
-  GlBuffer vertices_, occluder_vertices_, planes_, numbers_;
+  GlBuffer vertices_, occluder_vertices_;
   GlVertexArray array_, occluder_array_;
-  GlTexture plane_list_, number_list_;
   std::vector<std::uint32_t> source_;
   std::vector<glm::vec4> plane_of_;
+  std::vector<int> plane_number_;
   std::vector<glm::vec3> occluder_corners_, around_sphere_;
   std::vector<std::array<std::uint32_t, 3>> occluder_triangles_;
 };

@@ -20,8 +20,6 @@ Result<ShadowMaps> ShadowMaps::make(const Gl& gl, int texels, bool by_processor)
 }
 
 Result<void> ShadowMaps::allocate(int layers) {
-  if (layers == layers_)
-    return {};
   texture_ = make_texture(gl_, GL_TEXTURE_2D_ARRAY);
   gl_->TextureStorage3D(texture_.name(), 1, GL_DEPTH_COMPONENT32F, texels_, texels_, layers);
   const std::pair<GLenum, GLenum> parameters[] = {{GL_TEXTURE_MIN_FILTER, GL_LINEAR},
@@ -38,30 +36,34 @@ Result<void> ShadowMaps::allocate(int layers) {
 }
 
 Result<void> ShadowMaps::clear() {
-  if (const auto allocated = allocate(1); !allocated)
-    return allocated;
+  if (layers_ != 1)
+    if (const auto allocated = allocate(1); !allocated)
+      return allocated;
   const float farthest = 1.0f;
   gl_->DepthMask(GL_TRUE);
   gl_->ClearNamedFramebufferfv(framebuffer_.name(), GL_DEPTH, 0, &farthest);
   return check_gl(*gl_, "shadow maps");
 }
 
-void ShadowMaps::upload(DepthRaster mesh, std::span<const MapAxes> lights) {
+void ShadowMaps::prepare(const ShadowCaster& caster, std::span<const MapAxes> lights) {
+  if (!by_processor_ || lights.empty() || caster.vertices == 0)
+    return;
+  DepthRaster mesh = caster.mesh;
   mesh.texels = texels_;
   depths_.resize(lights.size() * static_cast<std::size_t>(texels_) * static_cast<std::size_t>(texels_));
   mesh.draw(lights, depths_);
-  gl_->TextureSubImage3D(texture_.name(), 0, 0, 0, 0, texels_, texels_, layers_, GL_DEPTH_COMPONENT, GL_FLOAT,
-                         depths_.data());
 }
 
 Result<void> ShadowMaps::draw(GLuint program, const ShadowCaster& caster, std::span<const MapAxes> lights,
                               const glm::vec3& centre) {
   if (lights.empty() || caster.vertices == 0)
     return clear();
-  if (const auto allocated = allocate(static_cast<int>(lights.size())); !allocated)
-    return allocated;
+  if (static_cast<int>(lights.size()) > layers_)
+    if (const auto allocated = allocate(static_cast<int>(lights.size())); !allocated)
+      return allocated;
   if (by_processor_) {
-    upload(caster.mesh, lights);
+    gl_->TextureSubImage3D(texture_.name(), 0, 0, 0, 0, texels_, texels_, static_cast<GLsizei>(lights.size()),
+                           GL_DEPTH_COMPONENT, GL_FLOAT, depths_.data());
     return check_gl(*gl_, "shadow maps");
   }
   const auto at = [&](const char* name) { return gl_->GetUniformLocation(program, name); };

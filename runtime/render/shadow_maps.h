@@ -18,9 +18,11 @@ struct ShadowCaster {
 /// A depth-compare texture array with one layer per light, drawn along the light onto the bounding sphere's disc.
 class ShadowMaps {
 public:
-  /// `texels` on a side; layers are allocated by draw() when their number changes. `by_processor`: see depth_raster.h.
+  /// `texels` on a side; layers are allocated by draw() when there are too few. `by_processor`: see depth_raster.h.
   static Result<ShadowMaps> make(const Gl& gl, int texels, bool by_processor);
 
+  /// What the processor has to do for draw(), which takes the same; calls no OpenGL.
+  void prepare(const ShadowCaster& caster, std::span<const MapAxes> lights);
   /// `centre` and the radius, caster.mesh.half_width: of the sphere, in the scene.
   Result<void> draw(GLuint program, const ShadowCaster& caster, std::span<const MapAxes> lights,
                     const glm::vec3& centre);
@@ -30,7 +32,6 @@ private:
   /// One empty layer that shadows nothing: for groups without lights or occluders.
   Result<void> clear();
   Result<void> allocate(int layers);
-  void upload(DepthRaster mesh, std::span<const MapAxes> lights);
   Gl gl_;
   GlTexture texture_;
   GlFramebuffer framebuffer_;

@@ -25,4 +25,15 @@ std::vector<std::string> frame_warnings(const FrameState& s) {
   return warnings;
 }
 
+std::vector<std::string> skipped_exactly(const BasisVolume& volume, std::size_t room_occluders) {
+  std::vector<std::string> skipped;
+  if (room_occluders == 0)
+    skipped.emplace_back("shadows of the room: nothing in it stands between the object and the windows (exact)");
+  const int regions = volume.partition.size(), stored = static_cast<int>(volume.stored_region.size());
+  if (!volume.compact && stored < regions)
+    skipped.push_back(std::to_string(regions - stored) + " of " + std::to_string(regions) +
+                      " sky regions: no window sees them (exact)");
+  return skipped;
+}
+
 } // namespace daylit

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/volume.h"
+
 namespace daylit {
 
 /// What a frame found out that its user can do something about.
@@ -15,5 +17,8 @@ struct FrameState {
 
 /// One line each, with what to do.
 std::vector<std::string> frame_warnings(const FrameState& state);
+
+/// Work that is never done in a room, without a loss, a line each.
+std::vector<std::string> skipped_exactly(const BasisVolume& volume, std::size_t room_occluders);
 
 } // namespace daylit

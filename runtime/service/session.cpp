@@ -74,12 +74,13 @@ struct Session::State {
   Result<void> start_renderer();
   Result<void> move_objects();
   void find_probes();
-  void note_what_is_left_out();
   void measure_sky(const SkyImage& sky, StageClock& clock);
   void sample();
   Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
   Result<void> draw(StageClock& clock);
   void see_own_shadow();
+  void see_each_other();
+  void tell_what_leaves_objects();
   void change_room();
   void compose_picture(const RgbImage& photo, std::uint64_t photo_number);
   void report_frame();
@@ -125,15 +126,6 @@ void Session::State::find_probes() {
   has_probes = true;
 }
 
-void Session::State::note_what_is_left_out() {
-  if (renderer->room_occluders() == 0)
-    skipped.emplace_back("shadows of the room: nothing in it stands between the object and the windows (exact)");
-  const int regions = volume.partition.size(), stored = static_cast<int>(volume.stored_region.size());
-  if (!volume.compact && stored < regions)
-    skipped.push_back(std::to_string(regions - stored) + " of " + std::to_string(regions) +
-                      " sky regions: no window sees them (exact)");
-}
-
 Result<void> Session::State::load(const RunConfig& from, int width, int height, const Progress& progress) {
   config = from;
   photo_width_px = width;
@@ -172,7 +164,7 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
     return r;
   if (const auto r = set_camera(*config.world_from_camera); !r)
     return r;
-  note_what_is_left_out();
+  skipped = skipped_exactly(volume, renderer->room_occluders());
   return {};
 }
 
@@ -187,7 +179,7 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   pyramid = sky_map_pyramid(map);
   clock.end("sky");
   if (!region_sums || region_geometry != sky.geometry()) {
-    region_sums = RegionSums::make(sky.geometry(), volume.partition);
+    region_sums = RegionSums::make(sky.geometry(), volume.partition, regions_that_count(volume));
     region_geometry = sky.geometry();
   }
   std::vector<Rgb> regions = region_sums->reduce(sky);
@@ -216,6 +208,7 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   indirect = relight_vertices(light_field->field(), vertex_probes, objects.transfer, direct, surface.reflectance,
                               &report.ringing);
   see_own_shadow();
+  see_each_other();
   return light_vertices(surface, objects.has_back, *in_view, indirect, pyramid, cells, report.vertices_lit);
 }
 
@@ -225,6 +218,14 @@ void Session::State::see_own_shadow() {
     return;
   room_change->set_sky(pyramid, sun, std::exchange(has_room_change_sky, true));
   add_arriving_change(*room_change, objects, indirect);
+}
+
+void Session::State::see_each_other() {
+  if (!room_change || !room_change->objects_see_each_other())
+    return;
+  tell_what_leaves_objects();
+  room_change->exchange();
+  add_exchanged_change(*room_change, objects, indirect);
 }
 
 Result<void> Session::State::draw(StageClock& clock) {
@@ -248,14 +249,18 @@ Result<void> Session::State::draw(StageClock& clock) {
   return {};
 }
 
-/// What the objects do to the room's indirect light, in the camera's view.
-void Session::State::change_room() {
-  if (!room_change)
-    return;
+void Session::State::tell_what_leaves_objects() {
   const ObjectSurface& surface = objects.surface;
   const std::vector<DirectionalLight> windows = window_lights(pyramid, cells, sphere.centre);
   room_change->set_light(vertex_radiance(indirect, windows, surface.normals, objects.transfer, surface.reflectance),
                          surface.positions, surface.normals, surface.reflectance);
+}
+
+/// What the objects do to the room's indirect light, in the camera's view.
+void Session::State::change_room() {
+  if (!room_change)
+    return;
+  tell_what_leaves_objects();
   if (!has_view)
     change_picture.set_view(camera, *room_rays, renderer.get(), drawn.origin);
   has_view = true;

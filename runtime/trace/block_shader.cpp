@@ -60,9 +60,32 @@ BlockShader::SkyShare BlockShader::interpolate(Layer layer, int x, int y, const 
   return {before / sum, after / sum, true, share.between};
 }
 
+/// Light of the vertices at a point between them.
+BlockShader::ObjectLight BlockShader::light_at(const ObjectHit& hit, bool back) const {
+  ObjectLight light;
+  const auto& t = scene_.triangles[hit.triangle];
+  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  for (int k = 0; k < 3; ++k) {
+    const VertexLight& v = scene_.light[t[k]];
+    light.reflectance += b[k] * scene_.reflectance[t[k]];
+    light.indirect += b[k] * (back ? v.indirect_back : v.indirect_front);
+    light.open_sky += b[k] * (back ? v.open_sky_back : v.open_sky_front);
+  }
+  return light;
+}
+
+void BlockShader::show(const ObjectLight& light, const Rgb& direct, std::size_t pixel, float coverage) {
+  const Rgb radiance = light.indirect + light.reflectance * std::numbers::inv_pi_v<float> * direct;
+  frame_.object[pixel] += glm::vec4(coverage * radiance, coverage);
+}
+
 void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const ObjectPoint point = object_point(scene_, view_.eye(), hit);
   const SkyShare sky = interpolate(Layer::object, x, y, point.position, point.normal);
+  const ObjectLight light = light_at(hit, point.back);
+  const float coverage = static_cast<float>(hit.samples) / kCoverageSamples;
+  if (sky.known && scene_.sun.lights.size() == 0) // nothing is left to ask
+    return show(light, light.open_sky * sky.after, frame_.index(x, y), coverage);
   Lanes& l = sky.known ? objects_ : outlines_;
   const int i = l.count++;
   l.points.set(i, point.position, point.normal);
@@ -71,18 +94,12 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   if (!sky.known) {
     l.unknown |= 1u << i;
     hint(l, Layer::object, x, y, point.position, point.normal);
+    if (!point.back)
+      scene_.tell_own_visibility(hit.triangle, i, l.hints);
   }
   l.pixel[i] = frame_.index(x, y);
-  l.coverage[i] = static_cast<float>(hit.samples) / kCoverageSamples;
-  l.reflectance[i] = l.indirect[i] = l.open_sky[i] = Rgb(0.0f);
-  const auto& t = scene_.triangles[hit.triangle];
-  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
-  for (int k = 0; k < 3; ++k) {
-    const VertexLight& v = scene_.light[t[k]];
-    l.reflectance[i] += b[k] * scene_.reflectance[t[k]];
-    l.indirect[i] += b[k] * (point.back ? v.indirect_back : v.indirect_front);
-    l.open_sky[i] += b[k] * (point.back ? v.open_sky_back : v.open_sky_front);
-  }
+  l.coverage[i] = coverage;
+  l.light[i] = light;
   if (l.count == kLanes)
     shade_objects(l, sky.known ? sun_corner_count_ : 0);
 }
@@ -164,11 +181,10 @@ void BlockShader::shade_objects(Lanes& l, std::size_t sun_corner_count) {
     sum_lights(sun, sun_blocked_, casters_, l.points, l.starts, 0.0f, RoomShadow::on_objects, corners, sums, rays_);
   }
   for (int i = 0; i < l.count; ++i) {
-    Rgb direct = l.open_sky[i] * l.sky[i].after;
+    Rgb direct = l.light[i].open_sky * l.sky[i].after;
     for (int c = 0; c < 3; ++c)
       direct[c] += sums.past_both[c][i];
-    const Rgb radiance = l.indirect[i] + l.reflectance[i] * std::numbers::inv_pi_v<float> * direct;
-    frame_.object[l.pixel[i]] += glm::vec4(l.coverage[i] * radiance, l.coverage[i]);
+    show(l.light[i], direct, l.pixel[i], l.coverage[i]);
   }
   l.count = 0;
 }

@@ -31,6 +31,9 @@ private:
     bool known = false;
     bool between = false; ///< grid points on all sides speak for the point
   };
+  struct ObjectLight {
+    Rgb reflectance{0.0f}, indirect{0.0f}, open_sky{0.0f};
+  };
   /// Points of one kind, up to a full set of lanes.
   struct Lanes {
     PointBlock points, starts;
@@ -41,9 +44,11 @@ private:
     LightHints hints;               ///< for those
     SkyShare sky[kLanes];
     std::uint32_t triangle[kLanes] = {};
-    Rgb reflectance[kLanes] = {}, indirect[kLanes] = {}, open_sky[kLanes] = {};
+    ObjectLight light[kLanes];
   };
 
+  ObjectLight light_at(const ObjectHit& hit, bool back) const;
+  void show(const ObjectLight& light, const Rgb& direct, std::size_t pixel, float coverage);
   void add_object(const ObjectHit& hit, int x, int y);
   void add_room(int x, int y, float coverage);
   SkyShare interpolate(Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal) const;

@@ -10,6 +10,10 @@ namespace {
 constexpr float kGrazing = 0.1f; // cosine
 }
 
+float start_offset(const TracedScene& scene) {
+  return std::max(2e-5f, 3e-4f * static_cast<float>(scene.sphere.radius));
+}
+
 ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit) {
   const auto& t = scene.triangles[hit.triangle];
   const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
@@ -35,7 +39,7 @@ ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const O
     const glm::vec3 n = side * scene.normals[t[k]];
     point.start -= b[k] * std::min(0.0f, glm::dot(point.position - p[k], n)) * n;
   }
-  point.start += std::max(2e-5f, 3e-4f * static_cast<float>(scene.sphere.radius)) * point.normal;
+  point.start += start_offset(scene) * point.normal;
   return point;
 }
 

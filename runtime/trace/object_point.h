@@ -10,6 +10,8 @@ struct ObjectPoint {
   glm::vec3 position{0.0f}, normal{0.0f}, start{0.0f}; ///< normal: shading, on the side that is seen
   bool back = false;                                   ///< the inside of a thin shell
 };
+/// How far above the surface shadow rays start, metres.
+float start_offset(const TracedScene& scene);
 ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit);
 
 } // namespace daylit

@@ -1,5 +1,6 @@
 #include "runtime/trace/packet_scene.h"
 
+#include <bit>
 #include <cstring>
 
 #include <embree3/rtcore.h>
@@ -61,6 +62,32 @@ void fill(RTCRay16& to, const RayBlock& from) {
   std::memset(to.flags, 0, sizeof(to.flags));
 }
 
+constexpr int kFewLanes = 4; // a packet costs more than these one by one
+
+std::uint32_t occluded_one_by_one(RTCScene scene, std::uint32_t lanes, const RayBlock& rays) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  std::uint32_t blocked = 0;
+  for (std::uint32_t left = lanes; left; left &= left - 1) {
+    const int k = std::countr_zero(left);
+    RTCRay r{rays.org_x[k],
+             rays.org_y[k],
+             rays.org_z[k],
+             rays.tnear[k],
+             rays.dir_x[k],
+             rays.dir_y[k],
+             rays.dir_z[k],
+             0.0f,
+             rays.tfar[k],
+             0xFFFFFFFFu,
+             0,
+             0};
+    rtcOccluded1(scene, &context, &r);
+    blocked |= static_cast<std::uint32_t>(r.tfar < 0.0f) << k;
+  }
+  return blocked;
+}
+
 RTCIntersectContext coherent_context() {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -71,7 +98,7 @@ RTCIntersectContext coherent_context() {
 } // namespace
 
 Result<PacketScene> PacketScene::build(std::span<const glm::vec3> vertices,
-                                       std::span<const std::array<std::uint32_t, 3>> triangles) {
+                                       std::span<const std::array<std::uint32_t, 3>> triangles, Edges edges) {
   PacketScene result;
   result.handle_ = std::make_shared<Handle>();
   Handle& h = *result.handle_;
@@ -79,7 +106,8 @@ Result<PacketScene> PacketScene::build(std::span<const glm::vec3> vertices,
   if (!h.device)
     return Error{ErrorCode::device, "the ray tracing library did not start", "embree", ""};
   h.scene = rtcNewScene(h.device);
-  rtcSetSceneFlags(h.scene, static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
+  const RTCSceneFlags robust = edges == Edges::watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+  rtcSetSceneFlags(h.scene, static_cast<RTCSceneFlags>(robust | RTC_SCENE_FLAG_DYNAMIC));
   result.empty_ = triangles.empty();
   if (result.empty_) {
     rtcCommitScene(h.scene);
@@ -116,6 +144,8 @@ Result<void> PacketScene::move(std::span<const glm::vec3> vertices) {
 std::uint32_t PacketScene::occluded(std::uint32_t lanes, const RayBlock& rays) const {
   if (empty_ || lanes == 0)
     return 0;
+  if (std::popcount(lanes) <= kFewLanes)
+    return occluded_one_by_one(handle_->scene, lanes, rays);
   const LaneMask mask(lanes);
   alignas(64) RTCRay16 r;
   fill(r, rays);

@@ -28,12 +28,17 @@ struct alignas(64) HitBlock {
   float distance[kLanes], u[kLanes], v[kLanes];
 };
 
-/// Watertight (Embree's robust mode), in single precision: give coordinates relative to a point nearby.
+/// In single precision: give coordinates relative to a point nearby.
 class PacketScene {
 public:
+  enum class Edges {
+    watertight, ///< Embree's robust mode: no ray passes between neighbours
+    quick,      ///< one in some millions does
+  };
   /// An empty mesh is allowed: no ray meets it. Error: out of memory.
   static Result<PacketScene> build(std::span<const glm::vec3> vertices,
-                                   std::span<const std::array<std::uint32_t, 3>> triangles);
+                                   std::span<const std::array<std::uint32_t, 3>> triangles,
+                                   Edges edges = Edges::watertight);
   /// New places of the same vertices: the hierarchy is refitted, not rebuilt. Not thread-safe.
   Result<void> move(std::span<const glm::vec3> vertices);
 

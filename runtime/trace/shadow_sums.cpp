@@ -248,11 +248,16 @@ void LightHints::set(int lane, std::span<const LightWord* const> neighbours) {
       clear &= ~w.blocked;
       blocked &= ~w.clear;
     }
-    for (std::uint64_t left = two & clear; left; left &= left - 1)
-      verdicts_[first + static_cast<std::size_t>(std::countr_zero(left))].clear |= 1u << lane;
-    for (std::uint64_t left = two & blocked; left; left &= left - 1)
-      verdicts_[first + static_cast<std::size_t>(std::countr_zero(left))].blocked |= 1u << lane;
+    know(lane, first / 64, {two & clear, two & blocked});
   }
+}
+
+void LightHints::know(int lane, std::size_t word, const LightWord& known) {
+  Verdict* verdicts = &verdicts_[64 * word];
+  for (std::uint64_t left = known.clear; left; left &= left - 1)
+    verdicts[std::countr_zero(left)].clear |= 1u << lane;
+  for (std::uint64_t left = known.blocked; left; left &= left - 1)
+    verdicts[std::countr_zero(left)].blocked |= 1u << lane;
 }
 
 void note_verdicts(const BlockedLights& blocked, int lane, LightWord* words) {

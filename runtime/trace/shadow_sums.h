@@ -87,6 +87,8 @@ class LightHints {
 public:
   void reset(std::size_t lights);
   void set(int lane, std::span<const LightWord* const> neighbours);
+  /// Lights 64 `word` to 64 `word` + 63 of a lane.
+  void know(int lane, std::size_t word, const LightWord& known);
   std::span<const Verdict> verdicts() const { return verdicts_; }
 
 private:

@@ -42,7 +42,7 @@ bool stands_by(const GridPoint& g, Layer layer, const glm::vec3& position, const
 class ShareGrid::Tracer {
 public:
   Tracer(const TracedScene& scene, Layer layer)
-      : lights_(scene.sky.lights), casters_(scene.casters()), on_object_(layer == Layer::object) {
+      : scene_(scene), lights_(scene.sky.lights), casters_(scene.casters()), on_object_(layer == Layer::object) {
     hints_.reset(lights_.size());
   }
   /// `words`: where to write what is found; `neighbours`: points that may save rays.
@@ -50,6 +50,8 @@ public:
     points_.set(count_, g.position, g.normal);
     starts_.set(count_, g.start, g.normal);
     hints_.set(count_, neighbours);
+    if (g.triangle != kNoTriangle)
+      scene_.tell_own_visibility(g.triangle, count_, hints_);
     words_[count_] = words;
     g.traced = true;
     target_[count_++] = &g;
@@ -60,6 +62,7 @@ public:
   std::uint64_t rays() const { return rays_; }
 
 private:
+  const TracedScene& scene_;
   const LightGates& lights_;
   ShadowCasters casters_;
   bool on_object_;
@@ -122,6 +125,7 @@ GridPoint ShareGrid::object_point_at(const TracedScene& scene, const VisibleSurf
     return point;
   const ObjectPoint at = object_point(scene, view.eye(), hit);
   point.exists = point.receives = true;
+  point.triangle = at.back ? kNoTriangle : hit.triangle;
   point.normal = at.normal;
   point.position = at.position;
   point.start = at.start;

@@ -22,8 +22,9 @@ enum class Layer : std::uint8_t { object, room };
 
 struct GridPoint {
   bool exists = false;
-  bool receives = false; ///< its share is to be found; else nothing is lost
-  bool traced = false;   ///< its lights were asked one by one: ShareGrid::sky_words() knows them
+  bool receives = false;                ///< its share is to be found; else nothing is lost
+  bool traced = false;                  ///< its lights were asked one by one: ShareGrid::sky_words() knows them
+  std::uint32_t triangle = kNoTriangle; ///< whose front is seen; none of the room
   glm::vec3 normal{0.0f}, position{0.0f}, start{0.0f};
   Rgb before{1.0f}, after{1.0f}; ///< shares of the open sky received without and with the objects
 };

@@ -8,7 +8,9 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/render/bounds.h"
+#include "runtime/trace/object_point.h"
 #include "runtime/trace/picture_shader.h"
+#include "runtime/trace/rigid_motion.h"
 #include "runtime/trace/visible_surfaces.h"
 
 namespace daylit {
@@ -51,6 +53,7 @@ constexpr float kApartShare = 0.04f;
 
 struct TracedRenderer::State {
   TracedScene scene;
+  RigidMotion motion; ///< of the objects since their visibility was found
   PacketScene room;
   RoomMesh mesh; ///< what `room` was built from
   std::vector<Aperture> apertures;
@@ -62,7 +65,28 @@ struct TracedRenderer::State {
   RenderTimes times;
 
   void find_surfaces();
+  void find_own_visibility();
+  void tell_lights();
 };
+
+/// Once per mesh. Every pixel asks for itself where nothing is shared.
+void TracedRenderer::State::find_own_visibility() {
+  motion = RigidMotion(scene.positions);
+  std::vector<glm::vec3> starts;
+  for (std::size_t v = 0; v < scene.positions.size(); ++v)
+    starts.push_back(scene.positions[v] + start_offset(scene) * scene.normals[v]);
+  scene.own_visibility =
+      scene.settings.share_visibility ? OwnVisibility::find(scene.objects, starts, scene.normals) : OwnVisibility();
+}
+
+void TracedRenderer::State::tell_lights() {
+  if (scene.own_visibility.empty())
+    return;
+  std::vector<glm::vec3> directions;
+  for (std::size_t j = 0; j < scene.sky.lights.size(); ++j)
+    directions.push_back(scene.sky.lights.direction(j) * motion.rotation()); // back to where they were found
+  scene.own_visibility.set_lights(directions);
+}
 
 void TracedRenderer::State::find_surfaces() {
   if (!room_is_traced)
@@ -135,13 +159,19 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.sphere = objects.bounds();
   scene.light.assign(objects.positions.size(), {});
   s.objects_are_traced = false;
-  if (same_mesh && !scene.triangles.empty())
+  if (same_mesh && !scene.triangles.empty()) {
+    if (!scene.own_visibility.empty() && !s.motion.set(scene.positions))
+      scene.own_visibility = {};
     return scene.objects.move(scene.positions);
+  }
   scene.triangles = objects.triangles;
-  auto built = PacketScene::build(scene.positions, scene.triangles);
+  // A ray that slips between facets is one light of many at a point; a pixel that misses becomes an outline, which is
+  // looked at eight times.
+  auto built = PacketScene::build(scene.positions, scene.triangles, PacketScene::Edges::quick);
   if (!built)
     return built.error();
   scene.objects = std::move(*built);
+  s.find_own_visibility();
   return {};
 }
 
@@ -195,6 +225,7 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   const auto start = std::chrono::steady_clock::now();
   s.find_surfaces();
+  s.tell_lights();
   const ShadowCasters casters = s.scene.casters();
   for (LightGroup* group : {&s.scene.sky, &s.scene.sun}) // rays start a little outside the surface
     group->lights.find_room_shadows(s.scene.occluder_reach, casters.centre, 1.01f * casters.radius);

@@ -8,6 +8,7 @@
 
 #include "runtime/render/picture_renderer.h"
 #include "runtime/trace/occluder_reach.h"
+#include "runtime/trace/own_visibility.h"
 #include "runtime/trace/shadow_sums.h"
 #include "runtime/trace/traced_renderer.h"
 
@@ -23,6 +24,7 @@ struct TracedScene {
   TraceSettings settings;
   glm::dvec3 origin{0.0};
   PacketScene objects, occluders;
+  OwnVisibility own_visibility; ///< of all objects, while they stand to each other as they did at first; else empty
   OccluderReach occluder_reach;
   std::vector<glm::vec3> room_normals;      ///< unit, per triangle of the room's ray scene
   std::vector<std::uint32_t> room_triangle; ///< the same in Room::triangles
@@ -35,6 +37,11 @@ struct TracedScene {
   LightGroup sky, sun;
   Rgb sun_normal_irradiance{0.0f};
 
+  /// To the hints of a lane that shows the front of a facet.
+  void tell_own_visibility(std::uint32_t triangle, int lane, LightHints& hints) const {
+    for (std::size_t word = 0; word < own_visibility.words(); ++word)
+      hints.know(lane, word, own_visibility.at(triangles[triangle], word));
+  }
   ShadowCasters casters() const {
     return {&objects, &occluders, glm::vec3(sphere.centre - origin), static_cast<float>(sphere.radius), low, high};
   }

@@ -4,6 +4,7 @@
 
 #include "direct_reference.h"
 #include "runtime/render/compose.h"
+#include "runtime/render/depth_raster.h"
 #include "test_scene.h"
 
 namespace daylit {
@@ -231,18 +232,24 @@ Difference difference(const RenderedFrame& a, const RenderedFrame& b) {
   return d;
 }
 
-TEST(Renderer, neighbours_that_share_lights_lose_what_each_loses_by_itself) {
+TEST(Renderer, sharing_lights_comes_nearer_to_many_lights_than_asking_all_at_every_pixel) {
+  // Between two corners the lost share climbs in steps of about 1 / 64, one per light: interpolation smooths them.
   Scene scene;
   scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.2, 0.0}, kWidth, kHeight, 0.2); // near: else nothing is shared
+  scene.object = test::place(test::torus(0.15f, 0.07f, 80, 40), {2.0, 3.4, 0.23}, 1.2);
   const auto shared = scene.render();
   scene.settings.share_lights = false;
   const auto alone = scene.render();
-  ASSERT_TRUE(shared && alone);
+  scene.samples = 512;
+  const auto many = scene.render();
+  ASSERT_TRUE(shared && alone && many);
   const Difference d = difference(*alone, *shared);
   EXPECT_GT(d.shadow_pixels, 3000);
   EXPECT_GT(d.lost, 0.0) << "nothing was shared";
-  EXPECT_LT(d.lost, 0.015); // edges of single lights, interpolated over two pixels
-  EXPECT_EQ(d.object, 0.0);
+  const Difference from_shared = difference(*many, *shared), from_alone = difference(*many, *alone);
+  EXPECT_LT(from_shared.lost, from_alone.lost);
+  EXPECT_GT(d.object, 0.0) << "nothing was shared";
+  EXPECT_LT(from_shared.object, from_alone.object);
 }
 
 TEST(Renderer, shadow_maps_by_processor_and_by_open_gl_give_the_same_picture) {
@@ -258,6 +265,35 @@ TEST(Renderer, shadow_maps_by_processor_and_by_open_gl_give_the_same_picture) {
   EXPECT_GT(d.shadow_pixels, 300);
   EXPECT_LT(d.lost, 0.002); // OpenGL rounds corners to parts of a texel, and then a texel at an edge may differ
   EXPECT_LT(d.object, 0.005);
+}
+
+TEST(DepthRaster, maps_do_not_depend_on_their_neighbours_and_show_only_meshes_that_meet_them) {
+  constexpr std::size_t kMaps = 21; // not a whole number of lanes
+  constexpr int kTexels = 32;
+  const std::vector<glm::vec3> vertices{{0.1f, 0.2f, 0.0f}, {0.5f, 0.1f, 0.4f}, {0.2f, 0.6f, -0.3f}};
+  const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 1, 2}};
+  const DepthRaster raster{vertices, triangles, 0.2f, 1.0f, kTexels};
+  std::vector<MapAxes> axes;
+  for (std::size_t k = 0; k < kMaps; ++k) {
+    const float a = 0.3f * static_cast<float>(k);
+    const glm::vec3 toward = glm::normalize(glm::vec3(std::cos(a), std::sin(a), 0.4f));
+    const glm::vec3 right = glm::normalize(glm::cross(glm::vec3(0.0f, 0.0f, 1.0f), toward));
+    axes.push_back({right, glm::cross(toward, right), toward});
+  }
+  constexpr std::size_t kSize = kTexels * kTexels;
+  std::vector<float> together(kMaps * kSize), alone(kSize);
+  raster.draw(axes, together);
+  std::size_t shown = 0, missed = 0;
+  for (std::size_t k = 0; k < kMaps; ++k) {
+    raster.draw({&axes[k], 1}, alone);
+    EXPECT_TRUE(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(k * kSize)));
+    const bool shows = std::any_of(alone.begin(), alone.end(), [](float depth) { return depth < 1.0f; });
+    EXPECT_TRUE(raster.meets(axes[k]) || !shows) << k;
+    shown += shows;
+    missed += !raster.meets(axes[k]);
+  }
+  EXPECT_GT(shown, 0u);
+  EXPECT_GT(missed, 0u);
 }
 
 TEST(RoomOccluders, a_convex_empty_room_has_none) {

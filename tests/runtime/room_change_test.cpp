@@ -4,6 +4,8 @@
 
 #include "runtime/light/room_change.h"
 #include "runtime/render/change_picture.h"
+#include "runtime/render/compose.h"
+#include "runtime/trace/traced_renderer.h"
 #include "scene/lens.h"
 #include "test_session.h"
 
@@ -131,6 +133,50 @@ TEST(RoomChange, an_object_loses_the_light_of_the_floor_that_it_shades) {
   EXPECT_NEAR(irradiance(s.change.arriving_change(0, {2.0, 3.3, 1.6}), {0, 0, -1}).g, 0.0f, 1e-6f);
 }
 
+TEST(RoomChange, objects_beside_each_other_exchange_light_by_their_form_factor) {
+  // At a point of one sphere, d from the middle of another of radius r, whose normal is theta off that direction: the
+  // other covers F = (r / d)^2 cos theta where all of it is above the horizon (Howell B-4), and hides walls of
+  // reflectance 0.6 under the irradiance pi L.
+  Surrounded s(0.15f);
+  const glm::dvec3 here(2.0, 2.5, 1.2), there(2.0, 2.05, 1.2);
+  std::vector<PlacedPart> parts;
+  std::vector<glm::dvec3> positions;
+  std::vector<glm::vec3> normals;
+  std::vector<Rgb> reflectance;
+  for (const glm::dvec3& at : {here, there}) {
+    glm::dmat4 world(1.0);
+    world[3] = glm::dvec4(at, 1.0);
+    parts.push_back({&s.mesh_rays, s.mesh.triangles, s.mesh.positions, positions.size(), world});
+    for (const glm::vec3& p : s.mesh.positions)
+      positions.push_back(glm::dvec3(p) + at);
+    normals.insert(normals.end(), s.mesh.normals.begin(), s.mesh.normals.end());
+    reflectance.insert(reflectance.end(), s.mesh.reflectance.begin(), s.mesh.reflectance.end());
+  }
+  s.change.set_objects(parts);
+  EXPECT_TRUE(s.change.objects_see_each_other());
+  for (const float radiance : {0.0f, 4.0f}) {
+    s.change.set_sky(s.pyramid, {});
+    s.change.set_light(std::vector<TwoSided>(positions.size(), {Rgb(radiance), Rgb(0.0f)}), positions, normals,
+                       reflectance);
+    s.change.exchange();
+    const double contrast = kPi * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
+    for (const double turn : {0.0, 0.3, 0.6}) {
+      const glm::dvec3 n(std::sin(turn), -std::cos(turn), 0.0), x = here + 0.15 * n, to = there - x;
+      const double d = glm::length(to), theta_cosine = glm::dot(n, to) / d;
+      ASSERT_GT(std::asin(theta_cosine), std::asin(0.15 / d)) << "above the horizon";
+      const double expected = contrast * 0.15 * 0.15 / (d * d) * theta_cosine;
+      const double found = static_cast<double>(irradiance(s.change.exchanged_change(0, x), n).g);
+      EXPECT_NEAR(found, expected, 0.12 * std::fabs(expected)) << turn << ": nine coefficients, eight points a side";
+    }
+    const double behind = static_cast<double>(
+        irradiance(s.change.exchanged_change(0, here + glm::dvec3(0, 0.15, 0)), glm::vec3(0, 1, 0)).g);
+    EXPECT_NEAR(behind, 0.0, 0.03 * std::fabs(contrast) * 0.25) << "on the far side nothing changes";
+  }
+  parts[1].world_from_object[3] = glm::dvec4(2.0, 2.5, 1.2 + 0.3 / 0.0447 + 0.2, 1.0); // a five-hundredth of the view
+  s.change.set_objects(parts);
+  EXPECT_FALSE(s.change.objects_see_each_other());
+}
+
 TEST(RoomChange, far_away_nothing_is_looked_at) {
   Surrounded s(0.02f);
   s.place({2.0, 2.5, 1.0}, 5.0f);
@@ -192,6 +238,63 @@ TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_i
     }
   EXPECT_GT(whole, 2000);
   EXPECT_GT(nothing, 30000);
+}
+
+TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
+  constexpr int kSide = 320;
+  const std::vector<Aperture> windows = test::box_window();
+  Surrounded s(0.12f, windows, 40.0f);
+  const glm::dvec3 place(2.0, 3.6, 0.13);
+  s.place(place, 1.0f);
+  auto renderer = TracedRenderer::make(s.volume.room, windows);
+  ASSERT_TRUE(renderer);
+  const RenderCamera camera = test::look_at({2.6, 4.7, 1.0}, {2.0, 3.5, 0.1}, kSide, kSide, 0.9);
+  const ObjectSurface object = test::place(s.mesh, place);
+  const LightSet lights = sample_lights(s.pyramid[0], {}, windows, object.bounds(), 64);
+  RenderedFrame frame;
+  for (const auto& step : {renderer->set_camera(camera), renderer->set_objects(object), renderer->set_lights(lights),
+                           renderer->draw(frame)})
+    ASSERT_TRUE(step) << step.error().message();
+  ChangePicture change;
+  change.set_view(camera, s.rays, nullptr, {});
+  change.update(s.change);
+  const RgbImage photo(kSide, kSide, Rgb(0.4f, 0.5f, 0.6f));
+  const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) {
+    return seen ? std::optional(
+                      s.room_light.at_surface(seen->triangle, frame.origin + glm::dvec3(seen->position), direction))
+                : s.room_light.at(camera.eye(), direction);
+  };
+  Composite blocks, pixels;
+  compose(photo, frame, camera, look_up, {}, blocks, &change);
+  // A frame that does not say which blocks it shows is composed pixel by pixel: what it leaves out shows nothing.
+  for (int y = frame.box.y0; y < frame.box.y1; ++y)
+    for (int x = frame.box.x0; x < frame.box.x1; ++x)
+      if (!frame.shown(x, y)) {
+        for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
+          (*pass)[frame.index(x, y)] = glm::vec4(0.0f);
+        frame.surface[frame.index(x, y)] = {};
+      }
+  frame.shows.clear();
+  compose(photo, frame, camera, look_up, {}, pixels, &change);
+  double square = 0.0, largest = 0.0, darkest = 1.0;
+  int touched = 0, otherwise = 0;
+  for (std::size_t i = 0; i < photo.texels.size(); ++i) {
+    ASSERT_EQ(blocks.touched[i] == 2, pixels.touched[i] == 2);
+    if (pixels.touched[i] == 2)
+      continue;
+    otherwise += blocks.touched[i] != pixels.touched[i];
+    const double a = static_cast<double>(blocks.picture.texels[i].g),
+                 b = static_cast<double>(pixels.picture.texels[i].g);
+    square += (a - b) * (a - b) / (b * b);
+    largest = std::max(largest, std::fabs(a - b) / b);
+    darkest = std::min(darkest, b / 0.5);
+    touched += pixels.touched[i] == 1;
+  }
+  EXPECT_GT(touched, 5000);
+  EXPECT_LT(darkest, 0.5) << "a shadow";
+  EXPECT_LT(std::sqrt(square / touched), 2e-4) << "light between the corners of eight pixels, taken as straight";
+  EXPECT_LT(largest, 0.01);
+  EXPECT_LT(otherwise, touched / 50) << "of half a code value";
 }
 
 } // namespace

@@ -9,6 +9,8 @@
 #include "runtime/render/compose.h"
 #include "runtime/render/renderer.h"
 #include "runtime/trace/object_point.h"
+#include "runtime/trace/own_visibility.h"
+#include "runtime/trace/rigid_motion.h"
 #include "runtime/trace/traced_renderer.h"
 #include "test_scene.h"
 
@@ -159,6 +161,36 @@ TEST(TracedRenderer, sharing_visibility_changes_little_whatever_the_size_of_the_
   }
 }
 
+TEST(TracedRenderer, blocks_of_one_plane_lose_what_their_pixels_lose_one_by_one) {
+  Scene scene;
+  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, 384, 384, 0.6);
+  auto renderer = TracedRenderer::make(scene.room, scene.windows);
+  ASSERT_TRUE(renderer);
+  const auto blocks = scene.render(*renderer);
+  ASSERT_TRUE(blocks) << blocks.error().message();
+  // Where a sun shines, were it black, every pixel is looked at by itself.
+  scene.lights.sun = {{scene.lights.sky.front().direction, Rgb(0.0f)}};
+  RenderedFrame pixels;
+  ASSERT_TRUE(renderer->set_lights(scene.lights));
+  ASSERT_TRUE(renderer->draw(pixels));
+  int shadowed = 0;
+  for (int y = 0; y < blocks->height_px; ++y)
+    for (int x = 0; x < blocks->width_px; ++x) {
+      const glm::vec4 a = at(blocks->lost_sky, *blocks, x, y), b = at(pixels.lost_sky, pixels, x, y);
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(a[c], b[c], 2e-6f) << x << ", " << y;
+      if (!(b.y > 0.0f))
+        continue;
+      ++shadowed;
+      ASSERT_NEAR(a.w, b.w, 1e-6f);
+      ASSERT_NEAR(at(blocks->room, *blocks, x, y).x, at(pixels.room, pixels, x, y).x, 2e-6f) << x << ", " << y;
+      const RoomSurface &p = blocks->surface[blocks->index(x, y)], &q = pixels.surface[pixels.index(x, y)];
+      ASSERT_EQ(p.triangle, q.triangle);
+      ASSERT_LT(glm::length(p.position - q.position), 1e-5f);
+    }
+  EXPECT_GT(shadowed, 10000);
+}
+
 /// A wire that lies on a ring.
 ObjectMesh ring_with_wire() {
   ObjectMesh mesh = test::torus(0.15f, 0.07f, 160, 80);
@@ -172,6 +204,70 @@ ObjectMesh ring_with_wire() {
   for (const auto& t : wire.triangles)
     mesh.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   return mesh;
+}
+
+TEST(OwnVisibility, what_corners_agree_on_holds_between_them) {
+  const ObjectMesh mesh = ring_with_wire();
+  const auto scene = PacketScene::build(mesh.positions, mesh.triangles);
+  ASSERT_TRUE(scene);
+  constexpr float kAbove = 7e-5f;
+  std::vector<glm::vec3> starts, lights;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    starts.push_back(mesh.positions[v] + kAbove * mesh.normals[v]);
+  OwnVisibility own = OwnVisibility::find(*scene, starts, mesh.normals);
+  ASSERT_FALSE(own.empty());
+  for (int k = 0; k < 80; ++k) { // more than one word
+    const float z = 1.0f - 2.0f * (static_cast<float>(k) + 0.5f) / 80.0f, turn = 2.4f * static_cast<float>(k);
+    lights.push_back(glm::vec3(std::sqrt(1 - z * z) * glm::vec2(std::cos(turn), std::sin(turn)), z));
+  }
+  own.set_lights(lights);
+  ASSERT_EQ(own.words(), 2u);
+  int faced = 0, known = 0, wrong = 0, dark = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 7) {
+    glm::vec3 x(0.0f), n(0.0f);
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      x += starts[v] / 3.0f;
+      n += mesh.normals[v] / 3.0f;
+    }
+    for (std::size_t j = 0; j < lights.size(); ++j) {
+      if (glm::dot(n, lights[j]) <= 0.0f)
+        continue;
+      const LightWord word = own.at(mesh.triangles[t], j / 64);
+      const bool clear = word.clear >> j % 64 & 1u, blocked = word.blocked >> j % 64 & 1u;
+      ASSERT_FALSE(clear && blocked);
+      RayBlock rays{};
+      rays.org_x[0] = x.x;
+      rays.org_y[0] = x.y;
+      rays.org_z[0] = x.z;
+      rays.dir_x[0] = lights[j].x;
+      rays.dir_y[0] = lights[j].y;
+      rays.dir_z[0] = lights[j].z;
+      rays.tfar[0] = 10.0f;
+      const bool lost = scene->occluded(1u, rays) != 0;
+      ++faced;
+      known += clear || blocked;
+      dark += blocked;
+      wrong += lost ? clear : blocked;
+    }
+  }
+  EXPECT_GT(known, faced / 2);
+  EXPECT_GT(dark, faced / 50);
+  EXPECT_LT(wrong, known / 200) << "facets of the wire's shadow";
+}
+
+TEST(RigidMotion, knows_a_turn_from_a_change_of_shape) {
+  const ObjectMesh mesh = test::torus(0.15f, 0.07f, 24, 12);
+  RigidMotion motion(mesh.positions);
+  const ObjectSurface placed = test::place(mesh, {2.0, 3.4, 0.23}, 1.2);
+  std::vector<glm::vec3> points;
+  for (const glm::dvec3& p : placed.positions)
+    points.emplace_back(2.0 * p); // a scale as well
+  ASSERT_TRUE(motion.set(points));
+  for (std::size_t v = 0; v < mesh.normals.size(); ++v)
+    ASSERT_LT(glm::length(motion.rotation() * mesh.normals[v] - placed.normals[v]), 1e-4f);
+  points[17].x += 1e-3f;
+  EXPECT_FALSE(motion.set(points));
+  EXPECT_FALSE(motion.set(std::span(points).first(20)));
 }
 
 TEST(TracedRenderer, sharing_loses_no_shadow_where_two_parts_touch) {

@@ -4,9 +4,7 @@ layout(std140, binding = 3) uniform Frame {
   vec4 eye;                             // xyz
   vec4 ray_corner, ray_right, ray_down; // xyz: through pixel (x, y) goes corner + x right + y down, from the eye
   vec4 sphere;                          // around the objects: xyz centre, w radius
-  vec4 sky_cone, sun_cone;              // xyz: axis around the directions of a group of lights, w: half angle
   vec4 sun_normal_irradiance;           // rgb
-  ivec4 tile_size;                      // xy: pixels of one of the four tiles, whole_fragment.glsl
 } frame;
 
 // One triangle over the whole picture, at a depth that marks pixels (marks.glsl).

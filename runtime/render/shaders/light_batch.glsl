@@ -1,8 +1,8 @@
 // A few lights, written out one by one: the place of every value is then known when the program is compiled.
 #define BATCH_MEMBERS                                                                                                  \
-  vec4 right[LIGHTS];         /* xyz: of the shadow map, unit */                                                       \
+  vec4 right[LIGHTS];         /* xyz: of the shadow map, unit, w: layer of the room's maps */                          \
   vec4 up[LIGHTS];                                                                                                     \
-  vec4 toward[LIGHTS];        /* xyz: direction, unit, w: layer of the shadow maps */                                  \
+  vec4 toward[LIGHTS];        /* xyz: direction, unit, w: layer of the objects' maps */                                \
   vec4 irradiance[LIGHTS];    /* rgb */                                                                                \
   vec4 pane[LIGHTS * QUADS];  /* rgb: what a window lets through, at the light's angle; w: 1 with its last edges */    \
   vec4 slope[LIGHTS * QUADS]; /* of the window's edges; -1e30 where the light does not lead out */

@@ -1,13 +1,13 @@
 // Direct daylight at points: the GPU form of runtime/light/direct_light.h.
 flat in vec4 sphere;
-layout(binding = 0) uniform sampler2D point_offset; // xyz: from the sphere's centre, w: number of the surface
+layout(binding = 0) uniform sampler2D point_offset; // xyz: from the sphere's centre
 layout(binding = 1) uniform sampler2D point_normal;
 layout(binding = 2) uniform sampler2DArrayShadow object_maps;
 layout(binding = 3) uniform sampler2DArrayShadow room_maps;
 uniform vec2 map_texels; // x: side of the maps in texels, y: half the depth range of the room's, metres
 
 // Sum over lights of e_j, of e_j past the room, and of what of that the objects take.
-layout(location = 0) out vec4 unblocked; // a: number of the surface
+layout(location = 0) out vec4 unblocked;
 layout(location = 1) out vec4 lost;
 layout(location = 2) out vec4 past_room; // as unblocked where nothing of the room can block: then not written
 
@@ -20,8 +20,7 @@ float map_visibility(sampler2DArrayShadow maps, float layer, vec3 p, float exten
 
 void main() {
   ivec2 place = ivec2(gl_FragCoord.xy);
-  vec4 point = texelFetch(point_offset, place, 0);
-  vec3 offset = point.xyz, n = texelFetch(point_normal, place, 0).xyz, x = offset + sphere.xyz;
+  vec3 offset = texelFetch(point_offset, place, 0).xyz, n = texelFetch(point_normal, place, 0).xyz, x = offset + sphere.xyz;
   vec3 e[LIGHTS];
   bool inside[LIGHTS], crossed[LIGHTS];
 #define START(K)                                                                                                       \
@@ -45,8 +44,7 @@ void main() {
   }
     EACH_LIGHT(PASS)
   }
-  unblocked = vec4(0.0, 0.0, 0.0, point.w);
-  lost = past_room = vec4(0.0);
+  unblocked = lost = past_room = vec4(0.0);
   // A texel of the map is flat: a surface tilted by angle t differs by tan t within it, so the receiver is moved along
   // its normal, where a tilt moves the look-up sideways off the surface.
   float texel = 2.0 * sphere.w / map_texels.x;
@@ -62,11 +60,13 @@ void main() {
     float object = map_visibility(object_maps, toward[K].w, p, sphere.w, OWN_SHADOW ? 0.5 * texel : 0.0);              \
     lost.rgb += arrives * (reached ? 1.0 - object : 0.0);                                                              \
   }
-#if ROOM_OCCLUDES
+#if ROOM_SHADOWS
 #define ROOM_SHADOW(K)                                                                                                 \
-  float room = map_visibility(room_maps, toward[K].w, ALONG(K, lifted), map_texels.y, texel);                          \
+  float room = map_visibility(room_maps, right[K].w, ALONG(K, lifted), map_texels.y, texel);                           \
   arrives *= reached ? room : 1.0;                                                                                     \
   past_room.rgb += arrives;
+#elif ROOM_OCCLUDES
+#define ROOM_SHADOW(K) past_room.rgb += arrives;
 #else
 #define ROOM_SHADOW(K)
 #endif

@@ -3,7 +3,7 @@
 layout(binding = 0) uniform sampler2DMS object_ids;
 layout(binding = 1) uniform sampler2DMS object_depths; // near plane by distance
 layout(location = 0) out vec4 point_offset;            // w: 1
-layout(location = 1) out vec4 point_normal;
+layout(location = 1) out vec4 point_normal; // w: 1 where parts of the pixel show something else
 const float kApartShare = 0.04; // of the sphere's radius: parts further apart are lit separately
 uniform float near_plane;
 
@@ -22,7 +22,7 @@ void main() {
     discard;
   ObjectPoint p = object_point(id, pixel);
   point_offset = vec4(p.offset, 1.0);
-  point_normal = vec4(p.normal, 0.0);
   bool mixed = !all_covered || near_plane * (nearest - farthest) > kApartShare * sphere.w * nearest * farthest;
+  point_normal = vec4(p.normal, mixed ? 1.0 : 0.0);
   gl_FragDepth = mixed ? kMixedMark : kWholeMark;
 }
