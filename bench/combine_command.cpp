@@ -213,7 +213,7 @@ Result<nlohmann::json> measure_file(const std::string& path) {
     return Error{ErrorCode::value_invalid, "the volume has no compact basis", path, "bake it with --regions fine:N"};
   const std::vector<Rgb> a = random_sky(volume->partition.size(), 1), b = random_sky(volume->partition.size(), 2);
   VolumeCombiner combiner = VolumeCombiner::make(*volume);
-  const CompactBasis& basis = *volume->compact;
+  const CompactFactors& basis = volume->compact->nine;
   const auto first_part = std::as_bytes(std::span(basis.source_half)),
              second = std::as_bytes(std::span(basis.source_byte)), third = std::as_bytes(std::span(basis.probe_half)),
              fourth = std::as_bytes(std::span(basis.probe_byte));
@@ -227,7 +227,8 @@ Result<nlohmann::json> measure_file(const std::string& path) {
   }
   set_thread_count(1);
   const auto times = alternate(
-      100, [&] { combiner.update((odd = !odd) ? a : b); }, [&] { received(basis.light, basis.sources, a); },
+      100, [&] { combiner.update((odd = !odd) ? a : b); },
+      [&] { received(volume->compact->light, volume->compact->sources, a); },
       [&] {
         for (const auto part : {first_part, second, third, fourth})
           sink = sink + detail::tile_kernels().sum_bytes(part.data(), part.size());

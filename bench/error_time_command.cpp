@@ -3,6 +3,7 @@
 // bake measured of itself, beside it.
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -66,13 +67,13 @@ Result<double> file_bytes(const precompute::PlannedBake& bake) {
 }
 
 /// One thread, the whole volume, all radiances changed each time.
-double combine_ms(const BasisVolume& volume) {
-  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::fixed16);
-  const std::vector<Rgb> bright(static_cast<std::size_t>(volume.partition.size()), Rgb(1.0f)),
-      dim(bright.size(), Rgb(0.5f));
+double combine_ms(const BasisVolume& volume, ShOrder order) {
+  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::fixed16, order);
+  const auto regions = static_cast<std::size_t>(volume.partition.size());
+  const std::array<std::vector<Rgb>, 2> sky{std::vector<Rgb>(regions, Rgb(1.0f)), std::vector<Rgb>(regions, Rgb(0.5f))};
   bool odd = false;
   set_thread_count(1);
-  const double seconds = alternate(20, [&] { combiner.update((odd = !odd) ? bright : dim); })[0];
+  const double seconds = alternate(20, [&] { combiner.update(sky[(odd = !odd) ? 0 : 1]); })[0];
   set_thread_count(0);
   return 1e3 * seconds;
 }
@@ -122,7 +123,8 @@ Result<nlohmann::json> errors(const Case& c, const BasisVolume& volume) {
                     {"irradiance", e->irradiance},
                     {"reference_coefficients", e->coefficient_noise},
                     {"reference_irradiance", e->irradiance_noise},
-                    {"nine_coefficients", e->nine_coefficients}});
+                    {"nine_coefficients", e->nine_coefficients},
+                    {"with_band4", e->with_band4}});
   }
   return list;
 }
@@ -145,7 +147,8 @@ Result<nlohmann::json> measure(const Case& c, const std::string& regions, double
   if (!bytes)
     return bytes.error();
   row["file_bytes"] = *bytes;
-  row["combine_ms"] = combine_ms(baked->volume);
+  row["combine_ms"] = combine_ms(baked->volume, ShOrder::second);
+  row["combine_order4_ms"] = combine_ms(baked->volume, ShOrder::fourth);
   const auto text = nlohmann::json::parse(to_json(*baked));
   for (const char* key : {"plan", "predicted", "measured"})
     row[key] = text[key];
@@ -169,9 +172,9 @@ void print_row(const nlohmann::json& row) {
   for (const nlohmann::json& sky : row["skies"]) {
     const auto of = [&](const char* key) { return 100 * sky[key].get<double>(); };
     std::printf("    %-32s coefficients %6.2f %% (reference %.2f)  irradiance %6.2f %% (reference %.2f, nine "
-                "coefficients leave %.2f)\n",
+                "coefficients leave %.2f, with l = 4 %.2f)\n",
                 sky["sky"].get<std::string>().c_str(), of("coefficients"), of("reference_coefficients"),
-                of("irradiance"), of("reference_irradiance"), of("nine_coefficients"));
+                of("irradiance"), of("reference_irradiance"), of("nine_coefficients"), of("with_band4"));
   }
 }
 

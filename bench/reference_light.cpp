@@ -79,20 +79,23 @@ glm::dvec3 axis(std::size_t k) {
   return n;
 }
 
-/// What nine coefficients of the reference leave of its irradiance, without the noise of either.
-double nine_coefficients_leave(const ReferenceLight& reference) {
+/// What coefficients of the reference leave of its irradiance, without the noise of either.
+double coefficients_leave(const ReferenceLight& reference, ShOrder order) {
   Ratio left, noise;
   for (std::size_t p = 0; p < reference.points.size(); ++p)
     for (std::size_t k = 0; k < 6; ++k) {
       const CoefficientEstimate& c = reference.coefficients[p];
       const IrradianceEstimate& e = reference.irradiance[6 * p + k];
       const glm::vec3 n(axis(k));
-      left.add(irradiance(c.value, n) - e.value, e.value);
+      const bool band4 = order == ShOrder::fourth;
+      left.add(irradiance(ShRadiance{c.value, band4 ? c.band4 : Band4Rgb{}}, n) - e.value, e.value);
       noise.add(e.standard_error, e.value);
-      for (std::size_t l = 0; l < 9; ++l) {
-        Sh9Rgb one{};
-        one[l] = c.standard_error[l];
-        noise.add(irradiance(one, n), Rgb(0.0f)); // errors of the coefficients taken as independent
+      for (std::size_t l = 0; l < 9; ++l) { // errors of the coefficients taken as independent
+        ShRadiance one{}, four{};
+        one.nine[l] = c.standard_error[l];
+        four.band4[l] = c.band4_error[l];
+        noise.add(irradiance(one, n), Rgb(0.0f));
+        noise.add(band4 ? irradiance(four, n) : Rgb(0.0f), Rgb(0.0f));
       }
     }
   return std::sqrt(std::max(0.0, left.nrms() * left.nrms() - noise.nrms() * noise.nrms()));
@@ -169,10 +172,10 @@ Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, c
   const auto sampler = LightFieldSampler::make(volume);
   if (!sampler)
     return sampler.error();
-  const LightField field = combine(volume, region_radiance(sky.sky, volume.partition));
+  const LightField field = combine(volume, region_radiance(sky.sky, volume.partition), ShOrder::fourth);
   Ratio coefficients, received, coefficient_noise, received_noise;
   for (std::size_t p = 0; p < reference.points.size(); ++p) {
-    const auto got = sampler->sample(field, reference.points[p]);
+    const auto got = sampler->sample_all(field, reference.points[p]);
     if (!got) {
       const glm::dvec3& at = reference.points[p];
       return Error{ErrorCode::not_found, "the volume knows no light at a reference point",
@@ -180,7 +183,7 @@ Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, c
     }
     const CoefficientEstimate& truth = reference.coefficients[p];
     for (std::size_t l = 0; l < 9; ++l) {
-      coefficients.add((*got)[l] - truth.value[l], truth.value[l]);
+      coefficients.add(got->nine[l] - truth.value[l], truth.value[l]);
       coefficient_noise.add(truth.standard_error[l], truth.value[l]);
     }
     for (std::size_t k = 0; k < 6; ++k) {
@@ -192,7 +195,11 @@ Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, c
   }
   const double noise = coefficient_noise.nrms();
   return LightError{std::sqrt(std::max(0.0, coefficients.nrms() * coefficients.nrms() - noise * noise)),
-                    received.nrms(), noise, received_noise.nrms(), nine_coefficients_leave(reference)};
+                    received.nrms(),
+                    noise,
+                    received_noise.nrms(),
+                    coefficients_leave(reference, ShOrder::second),
+                    coefficients_leave(reference, ShOrder::fourth)};
 }
 
 } // namespace daylit::bench

@@ -29,7 +29,7 @@ struct BenchSky {
 Result<std::vector<BenchSky>> bench_skies(const std::vector<Aperture>& apertures,
                                           const std::vector<std::filesystem::path>& pictures);
 
-/// Light at the points: nine coefficients, and the irradiance on the six axes.
+/// Light at the points: coefficients, and the irradiance on the six axes.
 struct ReferenceLight {
   std::vector<glm::dvec3> points;
   std::vector<CoefficientEstimate> coefficients;
@@ -48,7 +48,8 @@ Result<ReferenceLight> trace_reference(const Room& room, const std::vector<Apert
 struct LightError {
   double coefficients = 0, irradiance = 0;
   double coefficient_noise = 0, irradiance_noise = 0; ///< of the reference
-  double nine_coefficients = 0; ///< irradiance: what the reference's own coefficients leave, its noise taken out
+  /// Irradiance: what the reference's own coefficients leave, its noise taken out; nine, and with those of l = 4.
+  double nine_coefficients = 0, with_band4 = 0;
 };
 Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, const ReferenceLight& reference);
 

@@ -43,7 +43,7 @@ void add(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
       ratio.add(static_cast<double>(value[l][c]), static_cast<double>(truth[l][c]));
 }
 
-void add_irradiance(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
+void add_irradiance(Ratio& ratio, const ShRadiance& value, const ShRadiance& truth) {
   for (int axis = 0; axis < 6; ++axis) {
     glm::vec3 n(0.0f);
     n[axis / 2] = axis % 2 == 0 ? 1.0f : -1.0f;
@@ -160,34 +160,39 @@ std::vector<std::size_t> Audit::probes() const {
 }
 
 SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<const float> exact_at_points,
-                          std::span<const float> exact_at_probes, std::span<const std::size_t> probes) const {
+                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
+                          std::span<const std::size_t> probes) const {
   std::vector<Rgb> radiance;
   for (const float r : radiance_on(volume.partition, skies_[s]))
     radiance.emplace_back(r);
-  const LightField field = combine(volume, radiance);
-  const Column at_points{exact_at_points, skies_.size(), s}, at_probes{exact_at_probes, skies_.size(), s};
+  const LightField field = combine(volume, radiance, ShOrder::fourth);
+  const Column at_points{exact_at_points, skies_.size(), s}, band4{band4_at_points, skies_.size(), s},
+      at_probes{exact_at_probes, skies_.size(), s};
   LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
-  Ratio total, sky_part, grid_part, received;
+  Ratio total, sky_part, grid_part, received, nine_leave;
   for (std::size_t p = 0; p < probes.size(); ++p) {
     exact.probe[probes[p]] = at_probes.at(p);
     add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
   }
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const Sh9Rgb truth = at_points.at(p);
-    const Sh9Rgb got = sampler_.sample(field, points_[p]).value_or(Sh9Rgb{});
-    add(total, got, truth);
+    const ShRadiance all{truth, band4.at(p)}, got = sampler_.sample_all(field, points_[p]).value_or(ShRadiance{});
+    add(total, got.nine, truth);
     if (p % grid_step_ == 0)
       add(grid_part, sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth);
-    add_irradiance(received, got, truth);
+    add_irradiance(received, got, all);
+    add_irradiance(nine_leave, {truth, {}}, all);
   }
-  return {skies_[s].name, skies_[s].is_sun, total.nrms(), sky_part.nrms(), grid_part.nrms(), received.nrms()};
+  return {skies_[s].name,   skies_[s].is_sun, total.nrms(),     sky_part.nrms(),
+          grid_part.nrms(), received.nrms(),  nine_leave.nrms()};
 }
 
 AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
-                         std::span<const float> exact_at_probes, std::span<const std::size_t> probes) const {
+                         std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
+                         std::span<const std::size_t> probes) const {
   AuditReport report{points_, std::vector<SkyError>(skies_.size()), {}};
   tbb::parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
-    report.sky[s] = judge_sky(s, volume, exact_at_points, exact_at_probes, probes);
+    report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes);
   });
   for (std::size_t s = 0; s < skies_.size(); ++s)
     for (std::size_t p = 0; p < points_.size(); ++p) {

@@ -25,7 +25,8 @@ struct SkyError {
   double total = 0;     ///< the volume at the points against the transport there
   double sky_part = 0;  ///< at Audit::probes(): what regions, nodes and stored precision change
   double grid_part = 0; ///< exact probes, interpolated to the points (to every second of them, where the grid is large)
-  double irradiance = 0; ///< total, as irradiance on six axes
+  double irradiance = 0; ///< as irradiance on six axes, to order 4; of a volume of nine coefficients too
+  double band4 = 0;      ///< what l = 4 is of the irradiance there: what nine true coefficients leave
 };
 
 struct AuditReport {
@@ -58,13 +59,15 @@ public:
   std::size_t skies() const { return skies_.size(); }
 
   /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky], the latter at `probes`, which hold all
-  /// of probes() that are valid.
+  /// of probes() that are valid. `band4_at_points`: the same of l = 4.
   AuditReport judge(const BasisVolume& volume, std::span<const float> exact_at_points,
-                    std::span<const float> exact_at_probes, std::span<const std::size_t> probes) const;
+                    std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
+                    std::span<const std::size_t> probes) const;
 
 private:
   SkyError judge_sky(std::size_t sky, const BasisVolume& volume, std::span<const float> exact_at_points,
-                     std::span<const float> exact_at_probes, std::span<const std::size_t> probes) const;
+                     std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
+                     std::span<const std::size_t> probes) const;
   LightFieldSampler sampler_;
   std::vector<glm::dvec3> points_;
   std::vector<HeldOutSky> skies_;

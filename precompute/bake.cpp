@@ -21,17 +21,18 @@ using detail::Problem;
 using detail::StageClock;
 
 /// [point][coefficient][channel * regions + region] -> [region][probe][coefficient][channel]
-void store_basis(const std::vector<float>& coefficients, const std::vector<std::size_t>& probe_of_point,
-                 std::size_t regions, BasisVolume& volume) {
-  volume.basis.assign(regions * volume.row_floats(), 0.0f);
+std::vector<float> rows_of(const std::vector<float>& coefficients, const std::vector<std::size_t>& probe_of_point,
+                           std::size_t regions, const BasisVolume& volume) {
+  std::vector<float> basis(regions * volume.row_floats(), 0.0f);
   for (std::size_t p = 0; p < probe_of_point.size(); ++p)
     for (std::size_t l = 0; l < 9; ++l)
       for (std::size_t c = 0; c < 3; ++c) {
         const float* from = coefficients.data() + ((p * 9 + l) * 3 + c) * regions;
-        float* to = volume.basis.data() + probe_of_point[p] * 27 + l * 3 + c;
+        float* to = basis.data() + probe_of_point[p] * 27 + l * 3 + c;
         for (std::size_t r = 0; r < regions; ++r)
           to[r * volume.row_floats()] = from[r];
       }
+  return basis;
 }
 
 /// All regions of the sky at once, for the audit when no region is solved by itself.
@@ -61,7 +62,10 @@ struct Stage {
   const Progress& progress;
   StageClock& clock;
 
-  radiosity::SolveOptions solve() const { return {.tolerance = options.tolerance, .store = options.store}; }
+  /// Pieces of adjoint solves are kept for the nine coefficients only: those of l = 4 have the same names.
+  radiosity::SolveOptions solve(radiosity::Bands bands = radiosity::Bands::low) const {
+    return {.tolerance = options.tolerance, .store = bands == radiosity::Bands::low ? options.store : nullptr};
+  }
 };
 
 /// Constant regions: the interior transport from the first light to the coefficients at the points, by whichever side
@@ -77,15 +81,23 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
     return radiosity.error();
   report.energy = radiosity::audit_energy(s.problem.elements, s.exchange, forward, *radiosity, &report.closure);
   s.clock.finish("solve");
-  auto coefficients = report.adjoint ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light,
-                                                                       s.solve(), s.progress, &report.solve)
-                                     : radiosity::gather_coefficients(s.hits, *radiosity, s.progress);
-  if (!coefficients)
-    return coefficients.error();
-  std::vector<float> of_probes = s.points.spread(std::move(*coefficients));
-  s.fit.apply(of_probes, 27 * light.columns());
   volume.stored_region = light.region;
-  store_basis(of_probes, s.points.probe, light.columns(), volume);
+  for (const radiosity::Bands bands : {radiosity::Bands::low, radiosity::Bands::fourth}) {
+    const bool low = bands == radiosity::Bands::low;
+    if (!low && s.options.sh_order == ShOrder::second)
+      continue;
+    auto coefficients = report.adjoint
+                            ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light,
+                                                              s.solve(bands), s.progress, &report.solve, bands)
+                            : radiosity::gather_coefficients(s.hits, *radiosity, s.progress, bands);
+    if (!coefficients)
+      return coefficients.error();
+    std::vector<float> of_probes = s.points.spread(std::move(*coefficients));
+    if (low) // the small part that l = 4 has in irradiance goes without: in a fine sky the fit would gather twice as
+             // much
+      s.fit.apply(of_probes, 27 * light.columns());
+    (low ? volume.basis : volume.band4) = rows_of(of_probes, s.points.probe, light.columns(), volume);
+  }
   s.clock.finish("volume");
   return {};
 }
@@ -112,7 +124,14 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
     };
     s.fit.apply(some, 9 * piece_end.size(), one, out);
   };
-  auto compact = compact_sky(*light, {told_apart, gather}, volume.probes, s.points.probe, volume.partition,
+  GatherRows rows_of_points{told_apart, gather};
+  if (s.options.sh_order == ShOrder::fourth)
+    rows_of_points.band4_rows = [&](std::span<const std::uint32_t> some, std::span<const std::uint32_t> piece_end,
+                                    float* out) {
+      for (std::size_t i = 0; i < some.size(); ++i)
+        s.hits.weights(s.points.place[some[i]], piece_end, out + i * 9 * piece_end.size(), radiosity::Bands::fourth);
+    };
+  auto compact = compact_sky(*light, rows_of_points, volume.probes, s.points.probe, volume.partition,
                              {.error = s.options.compact_error, .part = s.fit.part()}, s.progress, &report.compact);
   if (!compact)
     return compact.error();
@@ -182,6 +201,9 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   const auto at_points = radiosity::gather_coefficients(*seen, radiosity, s.progress);
   if (!at_points)
     return at_points.error();
+  const auto band4 = radiosity::gather_coefficients(*seen, radiosity, s.progress, radiosity::Bands::fourth);
+  if (!band4)
+    return band4.error();
   const std::vector<std::uint32_t> some = points_of(s.points, audit->probes());
   const auto at_probes = fitted_coefficients(s, some, radiosity);
   if (!at_probes)
@@ -189,7 +211,7 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   std::vector<std::size_t> probes;
   for (const std::uint32_t point : some)
     probes.push_back(s.points.probe[point]);
-  AuditReport report = audit->judge(volume, *at_points, *at_probes, probes);
+  AuditReport report = audit->judge(volume, *at_points, *band4, *at_probes, probes);
   s.clock.finish("audit");
   return report;
 }

@@ -37,6 +37,7 @@ struct BakeOptions {
   double compact_error = 0.03;           ///< of the factors of a fine sky
   std::size_t leaves = 3600;             ///< of the patches, on which the light of a fine sky falls: at least these
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
+  ShOrder sh_order = ShOrder::second;    ///< fourth: the coefficients of l = 4 too
   bool audit = false;                    ///< measure the error at held-out points and skies
   std::vector<glm::dvec3> held_out;      ///< world metres, of the audit; empty: chosen
 };

@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
+#include "precompute/detail/band4.h"
 #include "precompute/detail/factors.h"
 #include "precompute/detail/random_signs.h"
 #include "precompute/detail/sun_metric.h"
@@ -63,6 +64,7 @@ struct Brick {
       projected; ///< [projection][source]: random signs times the transport; lit pieces until there are factors
   detail::Factors factors;
   double unseen = 0; ///< squared error of what the sketches missed
+  detail::Band4 band4;
 
   std::size_t numbers() const { return point.size() * 9; } ///< of one colour
 };
@@ -101,9 +103,15 @@ void reduce(const SurfaceLight& light, const detail::SurfaceTransport& surfaces,
                              std::span(signs).subspan(static_cast<std::size_t>(c) * n * kProjections, n * kProjections),
                              rows, n, kProjections, pieces),
                          kProjections, b.seen, b.projected);
-  const std::vector<float> seen = detail::multiply(rows, b.seen.means(light, radiosity, columns), n, pieces, columns);
-  b.basis = detail::orthonormal_range(seen, n, columns, kRangeShare * kRangeShare * error * error * squares(seen));
+  const std::vector<float> means = b.seen.means(light, radiosity, columns);
+  const std::vector<float> seen = detail::multiply(rows, means, n, pieces, columns);
+  const double left = kRangeShare * kRangeShare * error * error * squares(seen);
+  b.basis = detail::orthonormal_range(seen, n, columns, left);
   b.coordinates = detail::multiply_transposed(b.basis.q, rows, n, b.basis.rank, pieces);
+  if (gather.band4_rows) {
+    gather.band4_rows(b.point, b.seen.end, rows.data());
+    b.band4.reduce(rows, n, means, columns, left);
+  }
 }
 
 /// The metric of suns with what is drawn from it.
@@ -121,25 +129,6 @@ struct Measure {
   }
 };
 
-/// Randomised singular value decomposition of `transport` [row][piece] in the metric of suns (Halko, Martinsson, Tropp
-/// 2011, algorithm 4.4, one power iteration: the singular values fall slowly, and the first sketch alone would miss
-/// half of them). `suns`: [piece][width].
-detail::Factors decompose(const std::vector<float>& transport, std::size_t rows, const detail::SunMetric& metric,
-                          const std::vector<float>& suns, std::size_t width) {
-  const std::size_t pieces = metric.sigma.size();
-  std::vector<float> seen = detail::multiply(transport, suns, rows, pieces, width);
-  for (int pass = 0;; ++pass) {
-    const detail::Basis range = detail::orthonormal_range(seen, rows, width);
-    std::vector<float> coordinates = detail::multiply_transposed(range.q, transport, rows, range.rank, pieces);
-    if (pass == 1 || range.rank == 0)
-      return detail::factorise(range, rows, std::move(coordinates), pieces, metric.correlation);
-    width = range.rank;
-    const std::vector<float> sun =
-        detail::multiply_by_transposed(metric.correlation, coordinates, pieces, pieces, width);
-    seen = detail::multiply(transport, sun, rows, pieces, width);
-  }
-}
-
 /// `first`: suns [source][width] of the first sketch; `limit`: of the squared error that the sketch may miss.
 void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,
                std::size_t number, double limit, Brick& b) {
@@ -154,8 +143,10 @@ void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure,
   scale_sources(b.projected, metric.sigma);
   for (std::size_t width = first.size() / sources;; width += width / 2) {
     const std::vector<float> more = width * sources == first.size() ? std::vector<float>{} : measure.suns(width);
-    b.factors = decompose(transport, rows, metric,
-                          b.seen.suns(metric, measure.metric, more.empty() ? first : more, width), width);
+    const std::vector<float> suns = b.seen.suns(metric, measure.metric, more.empty() ? first : more, width);
+    if (more.empty())
+      b.band4.factorise(surfaces, b.seen, metric, suns, width);
+    b.factors = detail::decompose(transport, rows, metric.correlation, suns, width);
     // Singular values fall like a power of their number: the tail is about as long as what was found.
     if (b.factors.rank() < width || b.factors.power.back() * static_cast<double>(width) <= limit)
       break;
@@ -167,8 +158,10 @@ void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure,
   b.unseen = detail::metric_trace(missed, metric.correlation, kProjections, pieces) / kProjections;
   b.basis = {};
   b.projected = b.seen.expand(b.projected, metric, measure.metric);
-  b.factors.source_factor = b.seen.expand(b.factors.source_factor, metric, measure.metric);
-  b.factors.sources = sources;
+  for (detail::Factors* factors : {&b.factors, &b.band4.factors}) {
+    factors->source_factor = b.seen.expand(factors->source_factor, metric, measure.metric);
+    factors->sources = sources;
+  }
 }
 
 /// What an error under a sun at each node counts.
@@ -213,6 +206,7 @@ double drop_weakest(std::vector<Brick>& bricks, double allowed) {
 /// Chooses for the components of all bricks together how each is stored: the least bytes whose squared error, with what
 /// the sketches missed, is at most `allowed`. Sketches that missed most of it leave the storage its own share: finer
 /// numbers would not help.
+/// Band 4 follows at the same error per byte, so that it changes nothing of the nine.
 void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
   const double own = kStorageShare * allowed;
   allowed -= drop_weakest(bricks, kCertain * allowed);
@@ -226,13 +220,16 @@ void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, 
     for (std::size_t k = 0; k < f.rank(); ++k)
       list.push_back({f.power[k], byte_error2[b][k], f.sources + f.rows});
   }
-  const std::vector<detail::Stored> choice = detail::cheapest(list, std::max(allowed, own));
+  double per_byte = 0;
+  const std::vector<detail::Stored> choice = detail::cheapest(list, std::max(allowed, own), &per_byte);
   auto next = choice.begin();
   for (Brick& b : bricks) {
     const auto end = next + std::ptrdiff_t(b.factors.rank());
     b.factors.store_as({next, end});
     next = end;
   }
+  tbb::parallel_for(std::size_t{0}, bricks.size(),
+                    [&](std::size_t b) { bricks[b].band4.choose_storage(per_byte, suns, kRoundingSuns); });
 }
 
 CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& light, const std::vector<float>& sigma,
@@ -240,14 +237,21 @@ CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& ligh
   CompactBasis basis;
   basis.sources = static_cast<std::uint32_t>(light.source.size());
   basis.light = detail::store_first_light(light, sigma);
-  std::vector<const detail::Factors*> factors;
-  for (const Brick& b : bricks) {
-    factors.push_back(&b.factors);
-    basis.brick.push_back({static_cast<std::uint32_t>(b.point.size()), 0, 0});
+  std::vector<const detail::Factors*> nine, band4;
+  const auto add = [&](const Brick& b, const detail::Factors& factors, std::vector<const detail::Factors*>& list,
+                       CompactFactors& out) {
+    list.push_back(&factors);
+    out.brick.push_back({static_cast<std::uint32_t>(b.point.size()), 0, 0});
     for (const std::uint32_t p : b.point)
-      basis.probe.push_back(static_cast<std::uint32_t>(probe_of_point[p]));
+      out.probe.push_back(static_cast<std::uint32_t>(probe_of_point[p]));
+  };
+  for (const Brick& b : bricks) {
+    add(b, b.factors, nine, basis.nine);
+    if (b.band4.factors.rank() > 0)
+      add(b, b.band4.factors, band4, basis.band4);
   }
-  detail::store_factors(factors, basis);
+  detail::store_factors(nine, basis.sources, basis.nine);
+  detail::store_factors(band4, basis.sources, basis.band4);
   return basis;
 }
 
@@ -280,11 +284,14 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   CompactReport report{.nodes = columns.size(),
                        .sources = light.source.size(),
                        .clusters = light.clusters,
-                       .bricks = basis.brick.size(),
-                       .bytes = basis.bytes()};
-  const double components = static_cast<double>(basis.half_scale.size() + basis.byte_scale.size());
-  report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.brick.size(), 1));
-  report.half_share = static_cast<double>(basis.half_scale.size()) / std::max(components, 1.0);
+                       .bricks = basis.nine.brick.size(),
+                       .bytes = basis.bytes(),
+                       .band4_bricks = basis.band4.brick.size(),
+                       .band4_components = basis.band4.half_scale.size() + basis.band4.byte_scale.size(),
+                       .band4_bytes = basis.band4.bytes()};
+  const double components = static_cast<double>(basis.nine.half_scale.size() + basis.nine.byte_scale.size());
+  report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.nine.brick.size(), 1));
+  report.half_share = static_cast<double>(basis.nine.half_scale.size()) / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {

@@ -32,7 +32,8 @@ struct CompactOptions {
 
 struct CompactReport {
   std::size_t nodes = 0, sources = 0, clusters = 0, bricks = 0, bytes = 0; ///< nodes: that light any source
-  double mean_rank = 0, half_share = 0;    ///< components per brick; share of them kept as half floats
+  std::size_t band4_bricks = 0, band4_components = 0, band4_bytes = 0;     ///< what was kept of l = 4
+  double mean_rank = 0, half_share = 0;    ///< of the nine: components per brick; share of them kept as half floats
   double rms_error = 0, largest_error = 0; ///< relative, measured on the stored factors (random projections)
   double seconds = 0;
 };
@@ -45,6 +46,9 @@ struct GatherRows {
   /// each given by its end.
   std::function<void(std::span<const std::uint32_t> points, std::span<const std::uint32_t> piece_end, float* rows)>
       rows;
+  /// The same for the coefficients of l = 4. Empty: these are left out.
+  std::function<void(std::span<const std::uint32_t> points, std::span<const std::uint32_t> piece_end, float* rows)>
+      band4_rows = {};
 };
 
 /// Point p is probe probe_of_point[p]. `partition` is one of nodes. Errors: interrupted.

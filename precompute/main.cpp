@@ -23,7 +23,7 @@ using namespace daylit;
 
 struct Arguments {
   std::filesystem::path room, output, points;
-  std::string regions, grid, max_error, quality = "normal", up = "z";
+  std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto";
   double spacing_m = 0, patch_size_m = 0;
   int threads = 0, patches = 0;
   bool quiet = false, json = false, drop_bad_faces = false, resume = false;
@@ -79,6 +79,8 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   request.patch_edge_m = a.patch_size_m;
   request.patches = a.patches;
   request.regions = a.regions;
+  if (a.sh_order != "auto")
+    request.sh_order = a.sh_order == "4" ? ShOrder::fourth : ShOrder::second;
   if (!a.points.empty()) {
     Result<std::vector<glm::dvec3>> points = precompute::read_points(a.points);
     if (!points)
@@ -115,6 +117,7 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   if (request.patches > 0)
     options->target_patches = request.patches;
   options->points = request.points;
+  options->sh_order = request.sh_order.value_or(ShOrder::second);
   options->store = &store;
   precompute::BakeReport report;
   const auto partition = precompute::sky_for(room, request.regions, progress);
@@ -226,6 +229,11 @@ int main(int argc, char** argv) {
   app.add_option("--quality", a.quality, "draft, normal or high: a --max-error of 4, 2 or 1 %")
       ->capture_default_str()
       ->excludes(max_error);
+  app.add_option("--sh-order", a.sh_order,
+                 "2: nine coefficients per probe; 4: those of l = 4 too, where they are worth their bytes to\n"
+                 "irradiance; auto: where nine leave too much of the error")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"2", "4", "auto"}));
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");
   app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, which an interrupted run leaves");

@@ -17,6 +17,7 @@ namespace {
 constexpr double kMeshShare = 0.45, kGridShare = 0.64;
 constexpr double kPointsShare = 0.30; ///< of the mesh at given points, where no grid adds to it
 constexpr double kSunShare = 2.0;
+constexpr double kOrderShare = 0.25; ///< of the target: what nine coefficients may leave of irradiance
 constexpr int kFewestPatches = 200, kMostPatches = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
@@ -158,6 +159,7 @@ public:
       plan.options.leaves = static_cast<std::size_t>(kLeafShare * patches);
     }
     choose_grid(target, plan.options);
+    plan.options.sh_order = request_.sh_order.value_or(choose_order(target));
     if (const Result<void> sky = choose_sky(target, plan); !sky)
       return sky.error();
     predict(plan);
@@ -166,6 +168,15 @@ public:
 
 private:
   bool fine() const { return request_.regions.empty() || SkyKind::of(request_.regions).nodes; }
+
+  /// Order 4 where nine coefficients leave much of what the light may err. In constant regions l = 4 doubles the file:
+  /// only when asked for.
+  ShOrder choose_order(double target) const {
+    const AuditReport& seen = pilot_.fine.audit;
+    const bool much = seen.smooth(&SkyError::band4) > kOrderShare * target ||
+                      seen.sun(&SkyError::band4) > kOrderShare * kSunShare * target;
+    return fine() && much ? ShOrder::fourth : ShOrder::second;
+  }
 
   double mesh_of(const Plan& plan) const {
     const double patches = plan.options.target_patches;

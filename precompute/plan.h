@@ -3,6 +3,7 @@
 // From an error to settings. A pilot measures the room, the laws carry what it found to other settings, and the plan is
 // the cheapest choice whose predicted error stays below what was asked, with a reserve.
 
+#include <optional>
 #include <string>
 
 #include "precompute/bake.h"
@@ -22,13 +23,14 @@ struct Prediction {
 
 /// What the user has fixed; all else is the plan's.
 struct PlanRequest {
-  double max_error = 0.02;        ///< of the coefficients under smooth skies; a small sun may err twice as much
-  double patch_edge_m = 0;        ///< > 0: fixed
-  int patches = 0;                ///< > 0: fixed
-  glm::ivec3 grid{0};             ///< > 0: fixed
-  double spacing_m = 0;           ///< > 0: fixed
-  std::vector<glm::dvec3> points; ///< not empty: no grid
-  std::string regions;            ///< not empty: fixed
+  double max_error = 0.02;         ///< of the coefficients under smooth skies; a small sun may err twice as much
+  double patch_edge_m = 0;         ///< > 0: fixed
+  int patches = 0;                 ///< > 0: fixed
+  glm::ivec3 grid{0};              ///< > 0: fixed
+  double spacing_m = 0;            ///< > 0: fixed
+  std::vector<glm::dvec3> points;  ///< not empty: no grid
+  std::string regions;             ///< not empty: fixed
+  std::optional<ShOrder> sh_order; ///< fixed
   /// False: what was fixed may make the target impossible, and the rest is planned as if it did not.
   bool must_reach = true;
 };

@@ -30,7 +30,7 @@ struct Arguments {
   std::filesystem::path volume;
   SkyArguments sky;
   double ground_albedo = -1, efficacy = 0; ///< efficacy: 0 prints irradiance
-  bool coefficients = false, total = false, info = false, positions = false, quiet = false, json = false;
+  bool coefficients = false, band4 = false, total = false, info = false, positions = false, quiet = false, json = false;
   std::optional<ShLayout> layout; ///< of the coefficients
   std::string matrix;             ///< sky patches of the matrix that is asked for
   MatrixFormat format = MatrixFormat::ascii;
@@ -55,12 +55,12 @@ struct Probe {
   LightField field;
   LightFieldSampler sampler;
   std::optional<DirectSky> direct;
-  /// Points whose nine coefficients rang below zero, and what ending that changed at most.
+  /// Points whose coefficients rang below zero, and what ending that changed at most.
   mutable std::atomic<std::size_t> windowed{0};
   mutable std::atomic<double> bias{0};
 
   std::optional<Rgb> irradiance_at(const ProbePoint& at) const {
-    const std::optional<Sh9Rgb> sh = sampler.sample(field, at.position);
+    const std::optional<ShRadiance> sh = sampler.sample_all(field, at.position);
     if (!sh)
       return std::nullopt;
     const NonNegativeLight light = without_ringing(*sh);
@@ -88,6 +88,8 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
       if (a.layout)
         answers[i] = layout_text(probe.sampler.sample(probe.field, points[i].position), *a.layout, a.json);
+      else if (a.band4)
+        answers[i] = order4_text(probe.sampler.sample_all(probe.field, points[i].position), a.json);
       else if (a.coefficients)
         answers[i] = coefficients_text(probe.sampler.sample(probe.field, points[i].position), a.json);
       else if (a.efficacy > 0)
@@ -192,7 +194,7 @@ Result<void> run(const Arguments& a) {
   const Result<Sky> sky = read_sky(a);
   if (!sky)
     return sky.error();
-  Probe probe{combine(*volume, region_radiance(*sky, volume->partition)), *sampler, {}};
+  Probe probe{combine(*volume, region_radiance(*sky, volume->partition), ShOrder::fourth), *sampler, {}};
   if (a.total)
     probe.direct.emplace(volume->room, volume->apertures, *scene, *sky);
   return answer_lines(a, probe);
@@ -240,6 +242,11 @@ void add_output_options(CLI::App& app, Arguments& a) {
                                 "tregenza or reinhart:K; needs no sky")
                      ->excludes(layout)
                      ->excludes(lux);
+  app.add_flag("--band4", a.band4,
+               "with --sh: 27 numbers more, the coefficients of l = 4 (m = -4 to 4), zeros if the volume has none")
+      ->needs(sh)
+      ->excludes(layout)
+      ->excludes(matrix);
   app.add_option("--format", a.format, "of the matrix: ascii, float or double")
       ->transform(CLI::CheckedTransformer(formats))
       ->needs(matrix);

@@ -19,11 +19,14 @@ struct Place {
   std::array<float, 8> weight{};
   int count = 0;
 
-  Sh9Rgb sample(const LightField& field) const {
-    Sh9Rgb sum{};
-    for (int i = 0; i < count; ++i)
-      for (std::size_t k = 0; k < 9; ++k)
-        sum[k] += weight[static_cast<std::size_t>(i)] * field.probe[probe[static_cast<std::size_t>(i)]][k];
+  ShRadiance sample(const LightField& field) const {
+    ShRadiance sum;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+      for (std::size_t k = 0; k < 9; ++k) {
+        sum.nine[k] += weight[i] * field.probe[probe[i]][k];
+        if (!field.band4.empty())
+          sum.band4[k] += weight[i] * field.band4[probe[i]][k];
+      }
     return sum;
   }
 };
@@ -72,14 +75,14 @@ Result<RadianceMatrix> daylight_matrix(const BasisVolume& volume, const LightFie
     const std::vector<RegionWeight> lit = patches.region_radiances(patch, volume.partition);
     for (const RegionWeight& w : lit)
       radiance[static_cast<std::size_t>(w.region)] = Rgb(static_cast<float>(w.weight));
-    const LightField field = combine(volume, radiance);
+    const LightField field = combine(volume, radiance, content.coefficients ? ShOrder::second : ShOrder::fourth);
     for (const RegionWeight& w : lit)
       radiance[static_cast<std::size_t>(w.region)] = Rgb(0.0f);
     tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-      const Sh9Rgb sh = (*places)[i].sample(field);
+      const ShRadiance sh = (*places)[i].sample(field);
       for (std::size_t k = 0; k < per_point; ++k)
         matrix.at(static_cast<int>(i * per_point + k), patch) =
-            content.coefficients ? sh[k] : irradiance(sh, glm::vec3(points[i].normal));
+            content.coefficients ? sh.nine[k] : irradiance(sh, glm::vec3(points[i].normal));
     });
   }
   if (content.total)

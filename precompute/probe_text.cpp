@@ -22,7 +22,8 @@ std::string numbers_text(std::span<const float> numbers, const char* separator) 
   return text;
 }
 
-std::string sh_numbers_text(std::optional<std::array<float, 27>> numbers, bool json) {
+template <std::size_t N>
+std::string sh_numbers_text(std::optional<std::array<float, N>> numbers, bool json) {
   if (!numbers && json)
     return "{\"sh\":null}\n";
   if (!numbers)
@@ -124,6 +125,13 @@ std::string coefficients_text(const std::optional<Sh9Rgb>& sh, bool json) {
   return sh_numbers_text(sh ? std::optional(numbers) : std::nullopt, json);
 }
 
+std::string order4_text(const std::optional<ShRadiance>& sh, bool json) {
+  std::array<float, 54> numbers{};
+  for (std::size_t i = 0; sh && i < 54; ++i)
+    numbers[i] = (i < 27 ? sh->nine : sh->band4)[i % 27 / 3][static_cast<int>(i % 3)];
+  return sh_numbers_text(sh ? std::optional(numbers) : std::nullopt, json);
+}
+
 std::string layout_text(const std::optional<Sh9Rgb>& sh, ShLayout layout, bool json) {
   return sh_numbers_text(sh ? std::optional(to_engine(*sh, layout)) : std::nullopt, json);
 }
@@ -143,7 +151,9 @@ std::string volume_info(const BasisVolume& volume) {
   if (volume.compact)
     info["sky"]["sources"] = volume.compact->sources;
   info["probes"] = probes_info(volume.probes);
-  info["basis_bytes"] = volume.compact ? volume.compact->bytes() : volume.basis.size() * sizeof(float);
+  info["sh_order"] = volume.has_band4() ? 4 : 2;
+  info["basis_bytes"] =
+      volume.compact ? volume.compact->bytes() : (volume.basis.size() + volume.band4.size()) * sizeof(float);
   const Bounds bounds = volume.room.bounds();
   info["room"] = {{"triangles", volume.room.triangles.size()},
                   {"min_m", json3(bounds.min)},

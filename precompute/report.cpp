@@ -58,12 +58,17 @@ std::string to_json(const BakeReport& r, bool times) {
         {"nodes", r.compact.nodes},   {"sources", r.compact.sources},     {"clusters", r.compact.clusters},
         {"bricks", r.compact.bricks}, {"mean_rank", r.compact.mean_rank}, {"half_float_share", r.compact.half_share},
         {"bytes", r.compact.bytes},   {"rms_error", r.compact.rms_error}, {"largest_error", r.compact.largest_error}};
+  if (r.compact.band4_bricks > 0)
+    j["fine_sky"]["band4"] = {{"bricks", r.compact.band4_bricks},
+                              {"components", r.compact.band4_components},
+                              {"bytes", r.compact.band4_bytes}};
   for (const SkyError& s : r.audit.sky)
     j["audit"].push_back({{"sky", s.sky},
                           {"error", s.total},
                           {"sky_part", s.sky_part},
                           {"probe_part", s.grid_part},
-                          {"irradiance", s.irradiance}});
+                          {"irradiance", s.irradiance},
+                          {"nine_coefficients", s.band4}});
   for (const StageTime& s : r.stages)
     if (times)
       j["seconds"][s.name] = s.seconds;
@@ -118,6 +123,9 @@ std::string to_text(const BakeReport& r) {
         "%.2f %% at worst\n",
         r.compact.nodes, r.compact.sources, r.compact.bricks, r.compact.mean_rank,
         static_cast<double>(r.compact.bytes) / 1e6, 100 * r.compact.rms_error, 100 * r.compact.largest_error);
+  if (r.compact.band4_bricks > 0)
+    text += format("           l = 4 in %zu bricks, %zu components, %.1f MB of it\n", r.compact.band4_bricks,
+                   r.compact.band4_components, static_cast<double>(r.compact.band4_bytes) / 1e6);
   text += "seconds    ";
   for (const StageTime& s : r.stages)
     text += format("%s %.2f, ", s.name.c_str(), s.seconds);

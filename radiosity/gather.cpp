@@ -13,6 +13,7 @@
 #include <tbb/parallel_for.h>
 
 #include "radiosity/detail/sampling.h"
+#include "sh/band4.h"
 #include "sh/sh9.h"
 
 namespace daylit::radiosity {
@@ -63,12 +64,20 @@ add_harmonics(const std::int32_t* met, const std::uint32_t* piece, const float* 
 
 /// Nine sums of harmonics of directions, as if these had been turned about z: m and -m are cosine and sine of m times
 /// the azimuth.
-void turn_harmonics(const float* from, const glm::vec2& turn, std::size_t stride, float* to) {
+void turn_harmonics(const float* from, const glm::vec2& turn, std::size_t stride, Bands bands, float* to) {
   const float c1 = turn.x, s1 = turn.y, c2 = c1 * c1 - s1 * s1, s2 = 2.0f * c1 * s1;
   const auto pair = [&](std::size_t sine, std::size_t cosine, float c, float s) {
     to[sine * stride] = from[sine] * c + from[cosine] * s;
     to[cosine * stride] = from[cosine] * c - from[sine] * s;
   };
+  if (bands == Bands::fourth) {
+    to[4 * stride] = from[4];
+    pair(3, 5, c1, s1);
+    pair(2, 6, c2, s2);
+    pair(1, 7, c2 * c1 - s2 * s1, s2 * c1 + c2 * s1);
+    pair(0, 8, c2 * c2 - s2 * s2, 2.0f * c2 * s2);
+    return;
+  }
   to[0] = from[0];
   to[2 * stride] = from[2];
   to[6 * stride] = from[6];
@@ -78,10 +87,10 @@ void turn_harmonics(const float* from, const glm::vec2& turn, std::size_t stride
 }
 
 /// Nine rows of weights for each of the points.
-std::vector<float> weights_of(const GatherHits& hits, std::span<const std::size_t> points) {
+std::vector<float> weights_of(const GatherHits& hits, std::span<const std::size_t> points, Bands bands) {
   std::vector<float> weights(points.size() * 9 * hits.elements());
   for (std::size_t p = 0; p < points.size(); ++p)
-    hits.weights(points[p], weights.data() + p * 9 * hits.elements());
+    hits.weights(points[p], weights.data() + p * 9 * hits.elements(), bands);
   return weights;
 }
 
@@ -120,11 +129,14 @@ RayFan RayFan::of(int rays) {
   std::ranges::stable_sort(list, {}, &std::pair<std::uint32_t, glm::vec3>::first);
   RayFan fan;
   fan.harmonics.assign(n * kStride, 0.0f);
+  fan.band4.assign(n * kStride, 0.0f);
   for (std::size_t k = 0; k < list.size(); ++k) {
     fan.direction.push_back(list[k].second);
-    const auto y = sh::evaluate9(list[k].second);
-    for (std::size_t l = 0; l < 9; ++l)
+    const auto y = sh::evaluate9(list[k].second), y4 = sh::evaluate_band4(list[k].second);
+    for (std::size_t l = 0; l < 9; ++l) {
       fan.harmonics[k * kStride + l] = y[l] * 4.0f / static_cast<float>(n);
+      fan.band4[k * kStride + l] = y4[l] * 4.0f / static_cast<float>(n);
+    }
   }
   return fan;
 }
@@ -244,7 +256,8 @@ void GatherHits::share_out(const glm::dvec3& point, std::span<const std::uint32_
   }
 }
 
-std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces) const {
+std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces,
+                                    Bands bands) const {
   std::vector<std::int32_t> again;
   const std::int32_t* met = element_.data() + point * rays_;
   if ((point + 1) * rays_ > element_.size()) {
@@ -253,35 +266,36 @@ std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint
     met = again.data();
   }
   std::vector<float> sum(pieces * RayFan::kStride, 0.0f);
-  add_harmonics(met, piece.data(), fan_.harmonics.data(), rays_, sum.data());
+  add_harmonics(met, piece.data(), (bands == Bands::low ? fan_.harmonics : fan_.band4).data(), rays_, sum.data());
   share_out(points_[point], piece, sum);
   return sum;
 }
 
-void GatherHits::weights(std::size_t point, float* nine_rows) const {
+void GatherHits::weights(std::size_t point, float* nine_rows, Bands bands) const {
   std::vector<std::uint32_t> end(elements());
   std::iota(end.begin(), end.end(), 1u);
-  weights(point, end, nine_rows);
+  weights(point, end, nine_rows, bands);
 }
 
-void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows) const {
+void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows,
+                         Bands bands) const {
   std::vector<std::uint32_t> piece(elements());
   for (std::uint32_t k = 0, e = 0; k < piece_end.size(); ++k)
     for (; e < piece_end[k]; ++e)
       piece[e] = k;
-  const std::vector<float> sum = sums(point, piece, piece_end.size());
+  const std::vector<float> sum = sums(point, piece, piece_end.size(), bands);
   const glm::vec2 turn = turn_of(point);
   for (std::size_t k = 0; k < piece_end.size(); ++k)
-    turn_harmonics(sum.data() + k * RayFan::kStride, turn, piece_end.size(), nine_rows + k);
+    turn_harmonics(sum.data() + k * RayFan::kStride, turn, piece_end.size(), bands, nine_rows + k);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
-                                               const Progress& progress) {
-  return gather_coefficients(hits, all_points(hits), radiosity, progress);
+                                               const Progress& progress, Bands bands) {
+  return gather_coefficients(hits, all_points(hits), radiosity, progress, bands);
 }
 
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span<const std::size_t> points,
-                                               const Radiosity& radiosity, const Progress& progress) {
+                                               const Radiosity& radiosity, const Progress& progress, Bands bands) {
   openblas_set_num_threads(1);
   const std::size_t columns = radiosity.columns, regions = columns / 3;
   std::vector<float> result(points.size() * 9 * columns, 0.0f);
@@ -292,7 +306,7 @@ Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span
     if (stop || columns == 0)
       return;
     const std::size_t first = c * kChunk, count = std::min(kChunk, points.size() - first);
-    const std::vector<float> weights = weights_of(hits, points.subspan(first, count));
+    const std::vector<float> weights = weights_of(hits, points.subspan(first, count), bands);
     const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements()),
                stride = static_cast<int>(columns);
     float* out = result.data() + first * 9 * columns;
@@ -313,9 +327,9 @@ Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span
 Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const ElementSet& set,
                                                 const ExchangeMatrix& exchange, const FirstBounce& light,
                                                 const SolveOptions& solve, const Progress& progress,
-                                                SolveReport* report) {
+                                                SolveReport* report, Bands bands) {
   const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * hits.points();
-  const std::vector<float> weights = weights_of(hits, all_points(hits));
+  const std::vector<float> weights = weights_of(hits, all_points(hits), bands);
   std::vector<float> result(rows * 3 * regions, 0.0f);
   const std::array<int, 3> copy_of = equal_channels(set, light);
   SolveReport total;

@@ -27,9 +27,13 @@ struct RayFan {
   static constexpr std::size_t kStride = 16;
   std::vector<glm::vec3> direction;
   std::vector<float> harmonics; ///< [ray][16]: nine of them times 4 / rays (dw / pi), then zeros
+  std::vector<float> band4;     ///< the same of l = 4
 
   static RayFan of(int rays);
 };
+
+/// Which nine coefficients: of l <= 2, or of l = 4.
+enum class Bands { low, fourth };
 
 /// What points in the air see: the element met by each of their rays. Kept for as many points as kMostKeptRays allow;
 /// those of the others are traced again whenever they are asked for, with the same result. Refers to the set, the mesh
@@ -41,12 +45,13 @@ public:
   std::size_t points() const { return points_.size(); }
   std::size_t elements() const { return set_->elements.size(); }
   /// The nine rows of a point: coefficient lm = sum over elements of weights[lm][element] * radiosity. Cleared first.
-  void weights(std::size_t point, float* nine_rows) const;
+  void weights(std::size_t point, float* nine_rows, Bands bands = Bands::low) const;
   /// Marks the groups (GatherOptions::group) whose members count by themselves at the point.
   void mark_told_apart(std::size_t point, std::span<std::uint8_t> groups) const;
   /// weights() of pieces: elements up to piece_end[0], from there up to piece_end[1], and so on, summed. A group is
   /// one piece, or each of its elements is.
-  void weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows) const;
+  void weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows,
+               Bands bands = Bands::low) const;
 
 private:
   friend Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set,
@@ -70,7 +75,8 @@ private:
   void share_out(const glm::dvec3& point, std::span<const std::uint32_t> piece, std::vector<float>& sum) const;
   /// [piece][RayFan::kStride] of the rays from a point; `piece`: of each element, the elements of a group all in one
   /// or each in its own.
-  std::vector<float> sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces) const;
+  std::vector<float> sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces,
+                          Bands bands) const;
   /// The elements that a point's rays meet.
   void trace(std::size_t point, std::span<std::int32_t> met) const;
   std::vector<std::int32_t> element_; ///< [point][ray] of the first points; -1 for none or a black side
@@ -86,16 +92,17 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
 /// L = B / pi of the surface met by the ray (Grosch et al. 2007, eq. 2).
 /// Result: [point][coefficient][column], columns as in Radiosity. Errors: interrupted.
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, const Radiosity& radiosity,
-                                               const Progress& progress);
+                                               const Progress& progress, Bands bands = Bands::low);
 /// At some of the points, in the order asked for.
 Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span<const std::size_t> points,
-                                               const Radiosity& radiosity, const Progress& progress);
+                                               const Radiosity& radiosity, const Progress& progress,
+                                               Bands bands = Bands::low);
 
 /// The same from the first light, without the radiosity of the room: adjoint solves for the 9 rows of every point.
 /// Cheaper where the points are fewer than a ninth of the sky regions. `report` as solve_adjoint().
 Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const ElementSet& set,
                                                 const ExchangeMatrix& exchange, const FirstBounce& light,
                                                 const SolveOptions& solve, const Progress& progress,
-                                                SolveReport* report = nullptr);
+                                                SolveReport* report = nullptr, Bands bands = Bands::low);
 
 } // namespace daylit::radiosity

@@ -25,10 +25,10 @@ struct Place {
   std::size_t probe_half = 0, probe_byte = 0; ///< first number of the probe factors
 };
 
-std::vector<Place> places(const CompactBasis& basis) {
+std::vector<Place> places(const CompactFactors& basis) {
   std::vector<Place> list(basis.brick.size() + 1);
   for (std::size_t b = 0; b < basis.brick.size(); ++b) {
-    const CompactBasis::Brick& brick = basis.brick[b];
+    const CompactFactors::Brick& brick = basis.brick[b];
     const std::size_t column = 3 * brick.tiles() * kTileNumbers;
     list[b + 1] = {list[b].probe + brick.probes, list[b].half + brick.half_rank, list[b].byte + brick.byte_rank,
                    list[b].probe_half + column * brick.half_rank, list[b].probe_byte + column * brick.byte_rank};
@@ -57,7 +57,7 @@ void mark(std::vector<std::uint8_t>& tiles, std::size_t first, std::size_t count
     tiles[t] = 1;
 }
 
-Amplitudes amplitudes(const CompactBasis& basis, const std::vector<ColouredRow>& rows,
+Amplitudes amplitudes(const CompactFactors& basis, std::size_t sources, const std::vector<ColouredRow>& rows,
                       const std::vector<std::uint8_t>& half_tiles, const std::vector<std::uint8_t>& byte_tiles) {
   Amplitudes a;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -65,7 +65,7 @@ Amplitudes amplitudes(const CompactBasis& basis, const std::vector<ColouredRow>&
     a.byte[c].assign(byte_tiles.size() * kTileNumbers, 0.0f);
   }
   const detail::TileKernels& kernels = detail::tile_kernels();
-  const std::size_t stride = std::size_t{basis.sources} * kTileNumbers;
+  const std::size_t stride = sources * kTileNumbers;
   const detail::ByteRows byte_rows{std::span<const ColouredRow>(rows)};
   tbb::parallel_for(std::size_t{0}, half_tiles.size() + byte_tiles.size(), [&](std::size_t t) {
     const bool half = t < half_tiles.size();
@@ -96,8 +96,8 @@ std::vector<WeightedRow> component_rows(const std::vector<float>& amplitude, std
   return rows;
 }
 
-void combine_brick(const CompactBasis& basis, const CompactBasis::Brick& brick, const Place& at, const Amplitudes& a,
-                   std::span<Sh9Rgb> result) {
+void combine_brick(const CompactFactors& basis, const CompactFactors::Brick& brick, const Place& at,
+                   const Amplitudes& a, std::span<Sh9Rgb> result) {
   const detail::TileKernels& kernels = detail::tile_kernels();
   const std::size_t tiles = brick.tiles(), plane = tiles * kTileNumbers;
   std::vector<float> sums(3 * plane, 0.0f), rgb(3 * plane);
@@ -118,8 +118,8 @@ void combine_brick(const CompactBasis& basis, const CompactBasis::Brick& brick, 
     std::copy_n(rgb.data() + 27 * p, 27, &result[basis.probe[at.probe + p]][0].x);
 }
 
-void combine_bricks(const CompactBasis& basis, std::span<const Rgb> region_radiance,
-                    const std::vector<std::uint8_t>& bricks, std::span<Sh9Rgb> result) {
+void combine_bricks(const CompactFactors& basis, std::size_t sources, const std::vector<ColouredRow>& lit,
+                    const std::vector<std::uint8_t>& bricks, std::span<std::array<Rgb, 9>> result) {
   const std::vector<Place> at = places(basis);
   std::vector<std::uint8_t> half_tiles(tiles_of(basis.half_scale.size()), 0),
       byte_tiles(tiles_of(basis.byte_scale.size()), 0);
@@ -128,8 +128,7 @@ void combine_bricks(const CompactBasis& basis, std::span<const Rgb> region_radia
       mark(half_tiles, at[b].half, basis.brick[b].half_rank);
       mark(byte_tiles, at[b].byte, basis.brick[b].byte_rank);
     }
-  const Amplitudes a =
-      amplitudes(basis, lit_sources(received(basis.light, basis.sources, region_radiance)), half_tiles, byte_tiles);
+  const Amplitudes a = amplitudes(basis, sources, lit, half_tiles, byte_tiles);
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     if (bricks[b] != 0)
       combine_brick(basis, basis.brick[b], at[b], a, result);
@@ -142,30 +141,41 @@ Error broken(const char* what) {
 
 } // namespace
 
-std::size_t CompactBasis::bytes() const {
-  return light.bytes() + source_half.size() * 2 + source_byte.size() + probe_half.size() * 2 + probe_byte.size() +
+std::size_t CompactFactors::bytes() const {
+  return source_half.size() * 2 + source_byte.size() + probe_half.size() * 2 + probe_byte.size() +
          4 * (probe.size() + 3 * brick.size() + half_scale.size() + byte_scale.size());
 }
 
-void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) {
-  combine_bricks(basis, region_radiance, std::vector<std::uint8_t>(basis.brick.size(), 1), result);
+std::size_t CompactBasis::bytes() const { return light.bytes() + nine.bytes() + band4.bytes(); }
+
+void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result,
+             std::span<Band4Rgb> band4) {
+  const std::vector<ColouredRow> lit = lit_sources(received(basis.light, basis.sources, region_radiance));
+  const auto all = [&](const CompactFactors& factors, std::span<std::array<Rgb, 9>> numbers) {
+    combine_bricks(factors, basis.sources, lit, std::vector<std::uint8_t>(factors.brick.size(), 1), numbers);
+  };
+  all(basis.nine, result);
+  if (!band4.empty())
+    all(basis.band4, band4);
 }
 
 void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<const std::uint32_t> wanted,
                 std::span<Sh9Rgb> result) {
-  std::vector<std::uint8_t> is_wanted(result.size(), 0), bricks(basis.brick.size(), 0);
+  const CompactFactors& nine = basis.nine;
+  std::vector<std::uint8_t> is_wanted(result.size(), 0), bricks(nine.brick.size(), 0);
   for (const std::uint32_t p : wanted)
     is_wanted[p] = 1;
   std::size_t next = 0;
   for (std::size_t b = 0; b < bricks.size(); ++b)
-    for (const std::size_t end = next + basis.brick[b].probes; next < end; ++next)
-      bricks[b] |= is_wanted[basis.probe[next]];
-  combine_bricks(basis, region_radiance, bricks, result);
+    for (const std::size_t end = next + nine.brick[b].probes; next < end; ++next)
+      bricks[b] |= is_wanted[nine.probe[next]];
+  combine_bricks(nine, basis.sources, lit_sources(received(basis.light, basis.sources, region_radiance)), bricks,
+                 result);
 }
 
-Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t probes) {
-  if (const Result<void> good = check_first_light(basis.light, basis.sources, regions); !good)
-    return good;
+namespace {
+
+Result<void> check_factors(const CompactFactors& basis, std::size_t sources, std::size_t probes) {
   std::vector<std::uint8_t> seen(probes, 0);
   for (const std::uint32_t p : basis.probe) {
     if (p >= probes || seen[p] != 0)
@@ -174,14 +184,14 @@ Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t p
   }
   // Sums of products of 32-bit numbers: double is exact enough to refuse what does not fit, and does not overflow.
   double sizes[5] = {};
-  for (const CompactBasis::Brick& b : basis.brick) {
+  for (const CompactFactors::Brick& b : basis.brick) {
     const double column = 3.0 * static_cast<double>(b.tiles() * kTileNumbers);
     const double part[5] = {double(b.probes), double(b.half_rank), double(b.byte_rank), column * b.half_rank,
                             column * b.byte_rank};
     for (int k = 0; k < 5; ++k)
       sizes[k] += part[k];
   }
-  const auto rows = static_cast<double>(basis.sources) * kTileNumbers;
+  const auto rows = static_cast<double>(sources) * kTileNumbers;
   const auto differ = [](double expected, std::size_t size) { return expected != static_cast<double>(size); };
   if (differ(sizes[0], basis.probe.size()) || differ(sizes[1], basis.half_scale.size()) ||
       differ(sizes[2], basis.byte_scale.size()) || differ(sizes[3], basis.probe_half.size()) ||
@@ -195,6 +205,16 @@ Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t p
       !std::ranges::all_of(basis.source_half, finite_half) || !std::ranges::all_of(basis.probe_half, finite_half))
     return broken("a factor is not finite");
   return {};
+}
+
+} // namespace
+
+Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t probes) {
+  if (const Result<void> good = check_first_light(basis.light, basis.sources, regions); !good)
+    return good;
+  if (const Result<void> good = check_factors(basis.nine, basis.sources, probes); !good)
+    return good;
+  return check_factors(basis.band4, basis.sources, probes);
 }
 
 } // namespace daylit

@@ -21,15 +21,16 @@ namespace daylit {
 
 /// Real orthonormal SH coefficients of radiance, index l*l+l+m, l <= 2.
 using Sh9Rgb = std::array<Rgb, 9>;
+/// Those of l = 4, index m + 4: what irradiance takes next, because its kernel has no band 3 (sh/band4.h).
+using Band4Rgb = std::array<Rgb, 9>;
 
-/// Factors in the order in which they are read: tiles of 128 numbers (detail/tile_kernels.h), padded with zeros.
-struct CompactBasis {
+/// From the sources to nine numbers per probe. Factors in the order in which they are read: tiles of 128 numbers
+/// (detail/tile_kernels.h), padded with zeros.
+struct CompactFactors {
   struct Brick {
     std::uint32_t probes = 0, half_rank = 0, byte_rank = 0;
     std::size_t tiles() const { return (std::size_t{probes} * 9 + 127) / 128; } ///< of one colour
   };
-  std::uint32_t sources = 0;
-  FirstLight light; ///< on each source
   std::vector<Brick> brick;
   std::vector<std::uint32_t> probe;          ///< numbers of the probes, brick by brick, each at most once
   std::vector<float> half_scale, byte_scale; ///< of each component, brick by brick
@@ -41,9 +42,20 @@ struct CompactBasis {
   std::size_t bytes() const;
 };
 
-/// Coefficients at all probes, those of no brick zero; `result` has one entry per probe of the volume.
+struct CompactBasis {
+  std::uint32_t sources = 0;
+  FirstLight light;     ///< on each source
+  CompactFactors nine;  ///< coefficients of l <= 2
+  CompactFactors band4; ///< of l = 4, of the probes where they change irradiance; no bricks: not known
+
+  std::size_t bytes() const;
+};
+
+/// Coefficients at all probes, those of no brick zero; `result` has one entry per probe of the volume, and so has
+/// `band4` unless it is empty: then that part is not read.
 /// Sources in the dark are not read. Independent of the thread count.
-void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result);
+void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result,
+             std::span<Band4Rgb> band4 = {});
 
 /// The same bits at the probes of the bricks that hold `wanted`; others are left alone. Reads only what these need.
 void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<const std::uint32_t> wanted,

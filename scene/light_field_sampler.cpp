@@ -208,6 +208,19 @@ void LightFieldSampler::State::find_open_cells(const Room& room) {
     close_cells(a.corners);
 }
 
+namespace {
+
+std::array<Rgb, 9> mean_of(const std::vector<std::array<Rgb, 9>>& probes, const std::array<std::uint32_t, 8>& probe,
+                           const std::array<float, 8>& weight, int used) {
+  std::array<Rgb, 9> sum{};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(used); ++k)
+    for (std::size_t i = 0; i < 9; ++i)
+      sum[i] += weight[k] * probes[probe[k]][i];
+  return sum;
+}
+
+} // namespace
+
 Result<LightFieldSampler> LightFieldSampler::make(const BasisVolume& volume) {
   const ProbeSet& probes = volume.probes;
   if (probes.size() == 0 || probes.valid.size() != probes.size())
@@ -268,11 +281,19 @@ std::optional<Sh9Rgb> LightFieldSampler::sample(const LightField& field, const g
   const int used = weights(p, probe, weight);
   if (used == 0)
     return std::nullopt;
-  Sh9Rgb sum{};
-  for (int k = 0; k < used; ++k)
-    for (std::size_t i = 0; i < 9; ++i)
-      sum[i] += weight[k] * field.probe[probe[k]][i];
-  return sum;
+  return mean_of(field.probe, probe, weight, used);
+}
+
+std::optional<ShRadiance> LightFieldSampler::sample_all(const LightField& field, const glm::dvec3& p) const {
+  std::array<std::uint32_t, 8> probe;
+  std::array<float, 8> weight;
+  const int used = weights(p, probe, weight);
+  if (used == 0)
+    return std::nullopt;
+  ShRadiance radiance{mean_of(field.probe, probe, weight, used)};
+  if (!field.band4.empty())
+    radiance.band4 = mean_of(field.band4, probe, weight, used);
+  return radiance;
 }
 
 } // namespace daylit

@@ -57,7 +57,7 @@ Result<void> check_probes(const ProbeSet& probes) {
 Result<void> check_rows(const BasisVolume& volume) {
   if (volume.compact) {
     if (!volume.partition.interpolated() || !volume.partition.rectangles().empty() || !volume.stored_region.empty() ||
-        !volume.basis.empty())
+        !volume.basis.empty() || !volume.band4.empty())
       return broken("a compact basis beside another one, or without nodes");
     return check_compact(*volume.compact, volume.partition.size(), volume.probes.size());
   }
@@ -67,9 +67,10 @@ Result<void> check_rows(const BasisVolume& volume) {
       return broken(fmt::format("stored region {} is out of order or out of range", region));
     last = region;
   }
-  if (volume.basis.size() != volume.stored_region.size() * volume.row_floats())
+  if (volume.basis.size() != volume.stored_region.size() * volume.row_floats() ||
+      (!volume.band4.empty() && volume.band4.size() != volume.basis.size()))
     return broken("the basis does not match the probes and regions");
-  if (!all_finite(volume.basis))
+  if (!all_finite(volume.basis) || !all_finite(volume.band4))
     return broken("the basis holds a number that is not finite");
   return {};
 }

@@ -31,28 +31,43 @@ struct VolumeCombiner::Weights {
   std::size_t rows_read = 0; ///< in any colour
 };
 
-VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage) {
-  VolumeCombiner c;
-  c.probes_ = volume.probes.size();
-  c.compact_ = volume.compact;
-  c.region_ = volume.stored_region;
+VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, Storage storage, ShOrder order) {
+  const bool band4 = order == ShOrder::fourth && volume.has_band4();
   if (volume.compact) {
+    VolumeCombiner c;
+    c.probes_ = volume.probes.size();
+    c.compact_ = volume.compact;
     c.region_.resize(static_cast<std::size_t>(volume.partition.size()));
     std::iota(c.region_.begin(), c.region_.end(), 0);
+    c.current_.assign(c.region_.size(), Rgb(0.0f));
+    c.field_.probe.assign(c.probes_, Sh9Rgb{});
+    c.field_.band4.assign(band4 ? c.probes_ : 0, Band4Rgb{});
+    return c;
   }
-  c.tiles_ = (c.probes_ * 9 + kTileNumbers - 1) / kTileNumbers;
-  c.current_.assign(c.region_.size(), Rgb(0.0f));
-  c.field_.probe.assign(c.probes_, Sh9Rgb{});
-  if (!c.compact_)
-    storage == Storage::float32 ? c.keep_floats(volume) : c.keep_fixed(volume);
+  VolumeCombiner c = of_rows(volume, volume.basis, storage);
+  if (band4) {
+    c.band4_.push_back(of_rows(volume, volume.band4, storage));
+    c.field_.band4 = c.band4_[0].field_.probe;
+  }
   return c;
 }
 
-void VolumeCombiner::keep_floats(const BasisVolume& volume) {
+VolumeCombiner VolumeCombiner::of_rows(const BasisVolume& volume, const std::vector<float>& basis, Storage storage) {
+  VolumeCombiner c;
+  c.probes_ = volume.probes.size();
+  c.region_ = volume.stored_region;
+  c.tiles_ = (c.probes_ * 9 + kTileNumbers - 1) / kTileNumbers;
+  c.current_.assign(c.region_.size(), Rgb(0.0f));
+  c.field_.probe.assign(c.probes_, Sh9Rgb{});
+  storage == Storage::float32 ? c.keep_floats(volume, basis) : c.keep_fixed(volume, basis);
+  return c;
+}
+
+void VolumeCombiner::keep_floats(const BasisVolume& volume, const std::vector<float>& basis) {
   const std::size_t rows = region_.size(), numbers = probes_ * 9;
   floats_.resize(3 * tiles_ * float_stride() * kTileNumbers);
   tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
-    const float* row = volume.basis.data() + r * volume.row_floats();
+    const float* row = basis.data() + r * volume.row_floats();
     for (std::size_t k = 0; k < 3 * numbers; ++k) {
       const std::size_t n = k / 3, tile = (k % 3) * tiles_ + n / kTileNumbers;
       floats_[(tile * float_stride() + r) * kTileNumbers + n % kTileNumbers] = row[k];
@@ -60,7 +75,7 @@ void VolumeCombiner::keep_floats(const BasisVolume& volume) {
   });
 }
 
-void VolumeCombiner::keep_fixed(const BasisVolume& volume) {
+void VolumeCombiner::keep_fixed(const BasisVolume& volume, const std::vector<float>& basis) {
   const std::size_t rows = padded_rows(), numbers = probes_ * 9;
   fixed_.resize(3 * tiles_ * fixed_stride() * kTileNumbers);
   row_scale_.assign(3 * rows, 0.0f);
@@ -69,7 +84,7 @@ void VolumeCombiner::keep_fixed(const BasisVolume& volume) {
   const auto each_row = [&](std::size_t tile, const auto& visit) {
     const std::size_t colour = tile / tiles_, first = tile % tiles_ * kTileNumbers;
     for (std::size_t r = 0; r < region_.size(); ++r)
-      visit(r, row_scale_[colour * rows + r], volume.basis.data() + r * volume.row_floats() + 3 * first + colour,
+      visit(r, row_scale_[colour * rows + r], basis.data() + r * volume.row_floats() + 3 * first + colour,
             std::min(kTileNumbers, numbers - first));
   };
   const auto largest = [](const float* row, std::size_t count) {
@@ -181,7 +196,7 @@ bool VolumeCombiner::in_cache() const {
 std::size_t VolumeCombiner::bytes() const {
   return compact_ ? compact_->bytes()
                   : (floats_.size() + row_scale_.size() + tile_scale_.size()) * sizeof(float) +
-                        fixed_.size() * sizeof(std::int16_t);
+                        fixed_.size() * sizeof(std::int16_t) + (band4_.empty() ? 0 : band4_[0].bytes());
 }
 
 std::span<const std::byte> VolumeCombiner::tiles() const {
@@ -189,6 +204,8 @@ std::span<const std::byte> VolumeCombiner::tiles() const {
 }
 
 std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
+  if (!band4_.empty() && band4_[0].update(region_radiance) > 0)
+    field_.band4 = band4_[0].field_.probe;
   std::vector<Rgb> next(region_.size()), step(region_.size());
   std::size_t changed = 0, lit = 0;
   for (std::size_t r = 0; r < region_.size(); ++r) {
@@ -202,7 +219,7 @@ std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
     return 0;
   current_ = std::move(next);
   if (compact_) {
-    combine(*compact_, region_radiance, field_.probe);
+    combine(*compact_, region_radiance, field_.probe, field_.band4);
     return lit;
   }
   const bool fully = changed >= lit || ++steps_ > kRefreshAfter;

@@ -26,13 +26,15 @@ public:
   enum class Storage { float32, fixed16 };
   static constexpr int kRefreshAfter = 256;
 
-  static VolumeCombiner make(const BasisVolume& volume, Storage storage = Storage::fixed16);
+  /// Order 4: field().band4 too, if the volume has it. Order 2 neither keeps nor reads anything of it.
+  static VolumeCombiner make(const BasisVolume& volume, Storage storage = Storage::fixed16,
+                             ShOrder order = ShOrder::second);
 
   /// `region_radiance`: one per region of the partition. Returns how many rows of the basis were read.
   std::size_t update(std::span<const Rgb> region_radiance);
   const LightField& field() const { return field_; }
 
-  /// Coefficients at a few probes only, from their own part of the basis: [i] belongs to probes[i].
+  /// The nine coefficients at a few probes only, from their own part of the basis: [i] belongs to probes[i].
   std::vector<Sh9Rgb> combine_at(std::span<const Rgb> region_radiance, std::span<const std::uint32_t> probes) const;
 
   /// Size of the stored basis, bytes.
@@ -52,10 +54,12 @@ private:
   std::vector<Rgb> current_;      ///< radiance of each row's region at the last update
   int steps_ = 0;                 ///< since the last full combination
   LightField field_;
+  std::vector<VolumeCombiner> band4_; ///< of constant regions: empty, or one whose numbers are those of l = 4
 
   struct Weights;
-  void keep_floats(const BasisVolume& volume);
-  void keep_fixed(const BasisVolume& volume);
+  static VolumeCombiner of_rows(const BasisVolume& volume, const std::vector<float>& basis, Storage storage);
+  void keep_floats(const BasisVolume& volume, const std::vector<float>& basis);
+  void keep_fixed(const BasisVolume& volume, const std::vector<float>& basis);
   std::size_t padded_rows() const { return (region_.size() + 1) / 2 * 2; }
   /// Of a tile in memory. Tiles a multiple of 4 KB apart would meet in few sets of the caches: the same rows of all
   /// tiles, read again for step after step, would not stay there.

@@ -56,6 +56,12 @@ public:
     return entry != header_.tensors.end() && entry->second.dtype == dtype;
   }
 
+  /// Of any type. What is optional is there as a whole or not at all.
+  bool has_any(const std::string& prefix) const {
+    const auto entry = header_.tensors.lower_bound(prefix);
+    return entry != header_.tensors.end() && entry->first.starts_with(prefix);
+  }
+
 private:
   const detail::TensorEntry* find(const std::string& name, const char* dtype, const std::vector<std::uint64_t>& tail) {
     const auto entry = header_.tensors.find(name);
@@ -78,28 +84,47 @@ private:
   std::string problem_;
 };
 
-void read_basis(TensorReader& reader, BasisVolume& volume) {
+/// False: its parts disagree in number.
+bool read_basis(TensorReader& reader, const std::string& name, const BasisVolume& volume, std::vector<float>& basis) {
   const std::vector<std::uint64_t> row{volume.probes.size(), 9, 3};
-  if (!reader.has("basis", "F16")) {
-    reader.read("basis", "F32", row, volume.basis);
-    return;
+  if (!reader.has(name, "F16")) {
+    reader.read(name, "F32", row, basis);
+    return true;
   }
   std::vector<std::uint16_t> halves;
   std::vector<float> scale;
-  const std::uint64_t rows = reader.read("basis", "F16", row, halves);
-  if (reader.read("basis.scale", "F32", {}, scale) != rows || !reader.problem().empty())
-    return; // the sizes disagree: check_volume() refuses the empty basis
-  volume.basis.resize(halves.size());
+  const std::uint64_t rows = reader.read(name, "F16", row, halves);
+  if (reader.read(name + ".scale", "F32", {}, scale) != rows || !reader.problem().empty())
+    return false;
+  basis.resize(halves.size());
   for (std::size_t r = 0; r < scale.size(); ++r)
     for (std::size_t k = r * volume.row_floats(); k < (r + 1) * volume.row_floats(); ++k)
-      volume.basis[k] = scale[r] * detail::from_half(halves[k]);
+      basis[k] = scale[r] * detail::from_half(halves[k]);
+  return true;
 }
 
 /// Any shape: check_compact() knows the sizes.
+void read_factors(TensorReader& reader, const std::string& prefix, std::uint32_t sources, CompactFactors& factors) {
+  constexpr std::uint64_t tile = detail::kTileNumbers;
+  std::vector<std::uint32_t> probes, half, byte;
+  reader.read(prefix + "probe", "U32", {}, factors.probe);
+  reader.read(prefix + "brick_probes", "U32", {}, probes);
+  reader.read(prefix + "half_rank", "U32", {}, half);
+  reader.read(prefix + "byte_rank", "U32", {}, byte);
+  reader.read(prefix + "half_scale", "F32", {}, factors.half_scale);
+  reader.read(prefix + "byte_scale", "F32", {}, factors.byte_scale);
+  reader.read(prefix + "source_half", "F16", {sources, tile}, factors.source_half);
+  reader.read(prefix + "source_byte", "I8", {sources, tile}, factors.source_byte);
+  reader.read(prefix + "probe_half", "F16", {tile}, factors.probe_half);
+  reader.read(prefix + "probe_byte", "I8", {tile}, factors.probe_byte);
+  factors.brick.reserve(probes.size());
+  if (half.size() == probes.size() && byte.size() == probes.size()) // else check_compact() refuses the missing bricks
+    for (std::size_t b = 0; b < probes.size(); ++b)
+      factors.brick.push_back({probes[b], half[b], byte[b]});
+}
+
 std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   auto basis = std::make_shared<CompactBasis>();
-  std::vector<std::uint32_t> probes, half, byte;
-  constexpr std::uint64_t tile = detail::kTileNumbers;
   std::vector<std::uint32_t> runs, sources;
   reader.read("compact.sources", "U32", {}, sources);
   basis->sources = sources.size() == 1 ? sources[0] : 0; // no factor fits 0 sources: check_compact() refuses it
@@ -112,20 +137,9 @@ std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   light.run.reserve(runs.size() / 2);
   for (std::size_t r = 0; r < runs.size(); r += 2)
     light.run.push_back({runs[r], runs[r + 1]});
-  reader.read("compact.probe", "U32", {}, basis->probe);
-  reader.read("compact.brick_probes", "U32", {}, probes);
-  reader.read("compact.half_rank", "U32", {}, half);
-  reader.read("compact.byte_rank", "U32", {}, byte);
-  reader.read("compact.half_scale", "F32", {}, basis->half_scale);
-  reader.read("compact.byte_scale", "F32", {}, basis->byte_scale);
-  reader.read("compact.source_half", "F16", {basis->sources, tile}, basis->source_half);
-  reader.read("compact.source_byte", "I8", {basis->sources, tile}, basis->source_byte);
-  reader.read("compact.probe_half", "F16", {tile}, basis->probe_half);
-  reader.read("compact.probe_byte", "I8", {tile}, basis->probe_byte);
-  basis->brick.reserve(probes.size());
-  if (half.size() == probes.size() && byte.size() == probes.size()) // else check_compact() refuses the missing bricks
-    for (std::size_t b = 0; b < probes.size(); ++b)
-      basis->brick.push_back({probes[b], half[b], byte[b]});
+  read_factors(reader, "compact.", basis->sources, basis->nine);
+  if (reader.has_any("compact.band4."))
+    read_factors(reader, "compact.band4.", basis->sources, basis->band4);
   return basis;
 }
 
@@ -312,7 +326,10 @@ Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std:
     volume.compact = read_compact(reader);
   } else {
     reader.read("region.stored", "I32", {}, volume.stored_region);
-    read_basis(reader, volume);
+    if (!read_basis(reader, "basis", volume, volume.basis) ||
+        (reader.has_any("basis.band4") && !read_basis(reader, "basis.band4", volume, volume.band4)))
+      return malformed(reader.problem().empty() ? "the scales of the basis disagree in number" : reader.problem(),
+                       name);
   }
   if (!read_room(reader, text_of(*header, "material_names"), bytes.size(), volume.room))
     return malformed(reader.problem().empty() ? "the tensors of the room disagree in number" : reader.problem(), name);

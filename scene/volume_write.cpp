@@ -23,9 +23,24 @@ struct FlatVolume {
   std::vector<std::int32_t> band_cells, aperture_corners;
   std::vector<std::uint32_t> triangles, triangle_material;
   std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
-  std::vector<std::uint16_t> half_basis;
-  std::vector<float> basis_scale;
-  std::vector<std::uint32_t> brick_probes, half_rank, byte_rank, light_runs, sources;
+  /// Rows as half floats, each divided by its scale.
+  struct HalfRows {
+    std::vector<std::uint16_t> number;
+    std::vector<float> scale;
+  };
+  HalfRows basis, band4;
+  struct Bricks {
+    std::vector<std::uint32_t> probes, half_rank, byte_rank;
+    explicit Bricks(const std::vector<CompactFactors::Brick>& bricks = {}) {
+      for (const CompactFactors::Brick& b : bricks) {
+        probes.push_back(b.probes);
+        half_rank.push_back(b.half_rank);
+        byte_rank.push_back(b.byte_rank);
+      }
+    }
+  };
+  Bricks bricks, band4_bricks;
+  std::vector<std::uint32_t> light_runs, sources;
   std::vector<std::uint8_t> is_window;
 };
 
@@ -61,11 +76,8 @@ FlatVolume flatten(const BasisVolume& volume) {
     flat.aperture_index.push_back(a.refractive_index);
   }
   if (volume.compact) {
-    for (const CompactBasis::Brick& b : volume.compact->brick) {
-      flat.brick_probes.push_back(b.probes);
-      flat.half_rank.push_back(b.half_rank);
-      flat.byte_rank.push_back(b.byte_rank);
-    }
+    flat.bricks = FlatVolume::Bricks(volume.compact->nine.brick);
+    flat.band4_bricks = FlatVolume::Bricks(volume.compact->band4.brick);
     for (const FirstLight::Run& r : volume.compact->light.run)
       flat.light_runs.insert(flat.light_runs.end(), {r.first_region, r.count});
     flat.sources = {volume.compact->sources};
@@ -74,19 +86,19 @@ FlatVolume flatten(const BasisVolume& volume) {
 }
 
 /// Each row scaled so that its largest number is 1.
-void halve_basis(const BasisVolume& volume, FlatVolume& flat) {
+FlatVolume::HalfRows halved(const BasisVolume& volume, const std::vector<float>& basis) {
   const std::size_t rows = volume.stored_region.size(), floats = volume.row_floats();
-  flat.half_basis.resize(rows * floats);
-  flat.basis_scale.resize(rows);
+  FlatVolume::HalfRows half{std::vector<std::uint16_t>(rows * floats), std::vector<float>(rows)};
   tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
-    const float* row = volume.basis.data() + r * floats;
+    const float* row = basis.data() + r * floats;
     float most = 0;
     for (std::size_t k = 0; k < floats; ++k)
       most = std::max(most, std::abs(row[k]));
-    flat.basis_scale[r] = most > 0 ? most : 1.0f;
+    half.scale[r] = most > 0 ? most : 1.0f;
     for (std::size_t k = 0; k < floats; ++k)
-      flat.half_basis[r * floats + k] = detail::to_half(row[k] / flat.basis_scale[r]);
+      half.number[r * floats + k] = detail::to_half(row[k] / half.scale[r]);
   });
+  return half;
 }
 
 template <class T>
@@ -103,38 +115,62 @@ bool has_clear_glass(const BasisVolume& volume) {
 
 using Tensors = std::vector<detail::TensorToWrite>;
 
-Tensors basis_tensors(const BasisVolume& volume, const FlatVolume& flat) {
+void add_rows(const std::string& name, const BasisVolume& volume, const std::vector<float>& basis,
+              const FlatVolume::HalfRows& half, Tensors& list) {
   const std::uint64_t rows = volume.stored_region.size();
   const std::vector<std::uint64_t> shape{rows, volume.probes.size(), 9, 3};
-  const detail::TensorToWrite stored{"region.stored", "I32", {rows}, bytes_of(volume.stored_region)};
-  if (flat.basis_scale.empty())
-    return {{"basis", "F32", shape, bytes_of(volume.basis)}, stored};
-  return {{"basis", "F16", shape, bytes_of(flat.half_basis)},
-          {"basis.scale", "F32", {rows}, bytes_of(flat.basis_scale)},
-          stored};
+  if (half.scale.empty()) {
+    list.push_back({name, "F32", shape, bytes_of(basis)});
+    return;
+  }
+  list.push_back({name, "F16", shape, bytes_of(half.number)});
+  list.push_back({name + ".scale", "F32", {rows}, bytes_of(half.scale)});
+}
+
+Tensors basis_tensors(const BasisVolume& volume, const FlatVolume& flat) {
+  Tensors list;
+  add_rows("basis", volume, volume.basis, flat.basis, list);
+  list.push_back({"region.stored", "I32", {volume.stored_region.size()}, bytes_of(volume.stored_region)});
+  if (volume.has_band4())
+    add_rows("basis.band4", volume, volume.band4, flat.band4, list);
+  return list;
+}
+
+/// `prefix`: of all names.
+void add_factors(const std::string& prefix, const CompactFactors& factors, std::uint64_t sources,
+                 const FlatVolume::Bricks& flat, Tensors& list) {
+  const std::uint64_t bricks = factors.brick.size(), tile = detail::kTileNumbers;
+  const std::uint64_t row = std::max<std::uint64_t>(sources * tile, 1);
+  const auto add = [&](const char* name, const char* type, const std::vector<std::uint64_t>& shape,
+                       const auto& numbers) {
+    list.push_back({prefix + name, type, shape, bytes_of(numbers)});
+  };
+  add("probe", "U32", {factors.probe.size()}, factors.probe);
+  add("brick_probes", "U32", {bricks}, flat.probes);
+  add("half_rank", "U32", {bricks}, flat.half_rank);
+  add("byte_rank", "U32", {bricks}, flat.byte_rank);
+  add("half_scale", "F32", {factors.half_scale.size()}, factors.half_scale);
+  add("byte_scale", "F32", {factors.byte_scale.size()}, factors.byte_scale);
+  add("source_half", "F16", {factors.source_half.size() / row, sources, tile}, factors.source_half);
+  add("source_byte", "I8", {factors.source_byte.size() / row, sources, tile}, factors.source_byte);
+  add("probe_half", "F16", {factors.probe_half.size() / tile, tile}, factors.probe_half);
+  add("probe_byte", "I8", {factors.probe_byte.size() / tile, tile}, factors.probe_byte);
 }
 
 Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
-  const std::uint64_t sources = basis.sources, bricks = basis.brick.size(), tile = detail::kTileNumbers;
-  const std::uint64_t row = std::max<std::uint64_t>(sources * tile, 1), rows = basis.light.rows();
-  return {
+  const std::uint64_t rows = basis.light.rows();
+  Tensors list = {
       {"compact.sources", "U32", {1}, bytes_of(flat.sources)},
       {"compact.light_scale", "F32", {rows}, bytes_of(basis.light.scale)},
       {"compact.light_first_run", "U32", {rows + 1}, bytes_of(basis.light.first_run)},
       {"compact.light_first_weight", "U32", {rows + 1}, bytes_of(basis.light.first_weight)},
       {"compact.light_run", "U32", {basis.light.run.size(), 2}, bytes_of(flat.light_runs)},
       {"compact.light_weight", "F16", {basis.light.weight.size()}, bytes_of(basis.light.weight)},
-      {"compact.probe", "U32", {basis.probe.size()}, bytes_of(basis.probe)},
-      {"compact.brick_probes", "U32", {bricks}, bytes_of(flat.brick_probes)},
-      {"compact.half_rank", "U32", {bricks}, bytes_of(flat.half_rank)},
-      {"compact.byte_rank", "U32", {bricks}, bytes_of(flat.byte_rank)},
-      {"compact.half_scale", "F32", {basis.half_scale.size()}, bytes_of(basis.half_scale)},
-      {"compact.byte_scale", "F32", {basis.byte_scale.size()}, bytes_of(basis.byte_scale)},
-      {"compact.source_half", "F16", {basis.source_half.size() / row, sources, tile}, bytes_of(basis.source_half)},
-      {"compact.source_byte", "I8", {basis.source_byte.size() / row, sources, tile}, bytes_of(basis.source_byte)},
-      {"compact.probe_half", "F16", {basis.probe_half.size() / tile, tile}, bytes_of(basis.probe_half)},
-      {"compact.probe_byte", "I8", {basis.probe_byte.size() / tile, tile}, bytes_of(basis.probe_byte)},
   };
+  add_factors("compact.", basis.nine, basis.sources, flat.bricks, list);
+  if (!basis.band4.brick.empty())
+    add_factors("compact.band4.", basis.band4, basis.sources, flat.band4_bricks, list);
+  return list;
 }
 
 Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
@@ -178,7 +214,10 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
           {"checksum", detail::kNoChecksum},
           {"frame", "right-handed, z up; directions point to where the light comes from"},
           {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
-          {"spherical_harmonics", "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
+          {"spherical_harmonics", volume.has_band4()
+                                      ? "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase; band4: "
+                                        "l = 4, index m+4"
+                                      : "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
           {"probe_layout", volume.probes.is_grid ? "grid" : "points"},
           {"partition", volume.partition.name()},
           {"material_names", names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
@@ -197,8 +236,11 @@ Result<void> with_file_parts(const BasisVolume& volume, BasisPrecision precision
   if (Result<void> good = check_volume(volume); !good)
     return good;
   FlatVolume flat = flatten(volume);
-  if (precision == BasisPrecision::float16 && !volume.compact)
-    halve_basis(volume, flat);
+  if (precision == BasisPrecision::float16 && !volume.compact) {
+    flat.basis = halved(volume, volume.basis);
+    if (volume.has_band4())
+      flat.band4 = halved(volume, volume.band4);
+  }
   Tensors tensors = volume.compact ? compact_tensors(*volume.compact, flat) : basis_tensors(volume, flat);
   const Tensors room = room_tensors(volume, flat);
   tensors.insert(tensors.end(), room.begin(), room.end());

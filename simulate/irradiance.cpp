@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
+#include "sh/band4.h"
 #include "sh/sh9.h"
 #include "simulate/path_tracer.h"
 
@@ -168,27 +169,38 @@ Result<std::vector<CoefficientEstimate>> trace_coefficients(const TraceScene& sc
                                                             const IrradianceSettings& settings,
                                                             const Progress& progress) {
   const PathTracer tracer(scene);
-  std::vector<BatchMeans<9>> sums(receivers.size());
+  constexpr std::size_t kNumbers = 18;
+  std::vector<BatchMeans<kNumbers>> sums(receivers.size());
   const auto batch = [&](std::uint32_t r, std::uint32_t b, std::uint32_t key, int count) {
     const glm::vec3 point = scene.to_local(receivers[r].position);
-    std::array<glm::dvec3, 9> sum{};
+    std::array<glm::dvec3, kNumbers> sum{};
     for (int i = 0; i < count; ++i) {
       const SampleStream samples(key, static_cast<std::uint32_t>(i));
       const glm::vec3 direction = uniform_direction(samples.point(0));
       const PathResult path = settings.direct ? tracer.radiance(point, direction, samples, false)
                                               : tracer.indirect_radiance(point, direction, samples, false);
-      const auto basis = sh::evaluate9(glm::dvec3(direction));
-      for (std::size_t k = 0; k < 9; ++k)
-        sum[k] += basis[k] * glm::dvec3(path.value);
+      const auto low = sh::evaluate9(glm::dvec3(direction)), band4 = sh::evaluate_band4(glm::dvec3(direction));
+      for (std::size_t k = 0; k < 9; ++k) {
+        sum[k] += low[k] * glm::dvec3(path.value);
+        sum[9 + k] += band4[k] * glm::dvec3(path.value);
+      }
     }
-    for (std::size_t k = 0; k < 9; ++k)
+    for (std::size_t k = 0; k < kNumbers; ++k)
       sums[r].batch[b][k] = sum[k] * (4.0 * kPi / count);
   };
   if (const auto done = for_each_batch(receivers.size(), settings, progress, batch); !done)
     return done.error();
   std::vector<CoefficientEstimate> result;
-  for (const auto& s : sums)
-    result.push_back({s.mean(), s.standard_error()});
+  for (const auto& s : sums) {
+    const auto mean = s.mean(), error = s.standard_error();
+    CoefficientEstimate& e = result.emplace_back();
+    for (std::size_t k = 0; k < 9; ++k) {
+      e.value[k] = mean[k];
+      e.standard_error[k] = error[k];
+      e.band4[k] = mean[9 + k];
+      e.band4_error[k] = error[9 + k];
+    }
+  }
   return result;
 }
 

@@ -36,13 +36,14 @@ struct IrradianceEstimate {
 };
 struct CoefficientEstimate {
   Sh9Rgb value{}, standard_error{};
+  Band4Rgb band4{}, band4_error{}; ///< of Y_4m, index m + 4: value and standard error
 };
 
 /// Same settings, same bits, for any number of threads. Error: interrupted, or samples < kBatches.
 Result<std::vector<IrradianceEstimate>> trace_irradiance(const TraceScene& scene, std::span<const Receiver> receivers,
                                                          const IrradianceSettings& settings,
                                                          const Progress& progress = {});
-/// L_lm of the radiance that arrives at the receivers' positions.
+/// L_lm, l = 0, 1, 2 and 4, of the radiance that arrives at the receivers' positions.
 Result<std::vector<CoefficientEstimate>> trace_coefficients(const TraceScene& scene,
                                                             std::span<const Receiver> receivers,
                                                             const IrradianceSettings& settings,

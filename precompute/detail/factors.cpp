@@ -139,6 +139,21 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   return f;
 }
 
+Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
+                  const std::vector<float>& suns, std::size_t width) {
+  const std::size_t sources = suns.size() / width;
+  std::vector<float> seen = multiply(transport, suns, rows, sources, width);
+  for (int pass = 0;; ++pass) {
+    const Basis range = orthonormal_range(seen, rows, width);
+    std::vector<float> coordinates = multiply_transposed(range.q, transport, rows, range.rank, sources);
+    if (pass == 1 || range.rank == 0)
+      return factorise(range, rows, std::move(coordinates), sources, metric);
+    width = range.rank;
+    const std::vector<float> sun = multiply_by_transposed(metric, coordinates, sources, sources, width);
+    seen = multiply(transport, sun, rows, sources, width);
+  }
+}
+
 void Factors::keep(std::size_t rank) {
   power.resize(rank);
   stored.resize(rank);
@@ -218,11 +233,12 @@ struct BrickPlace {
   std::size_t probe_halves = 0, probe_bytes = 0; ///< numbers of their row factors
 };
 
-std::vector<BrickPlace> make_places(std::span<const Factors* const> bricks, CompactBasis& basis) {
+std::vector<BrickPlace> make_places(std::span<const Factors* const> bricks, std::size_t sources,
+                                    CompactFactors& basis) {
   std::vector<BrickPlace> places;
   BrickPlace next;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
-    CompactBasis::Brick& brick = basis.brick[b];
+    CompactFactors::Brick& brick = basis.brick[b];
     brick.half_rank = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::halves));
     brick.byte_rank = static_cast<std::uint32_t>(bricks[b]->rank()) - brick.half_rank;
     places.push_back(next);
@@ -232,8 +248,8 @@ std::vector<BrickPlace> make_places(std::span<const Factors* const> bricks, Comp
     next.probe_bytes += 3 * brick.tiles() * brick.byte_rank * kTileNumbers;
   }
   const auto tiles = [](std::size_t n) { return (n + kTileNumbers - 1) / kTileNumbers; };
-  basis.source_half.assign(tiles(next.halves) * basis.sources * kTileNumbers, 0);
-  basis.source_byte.assign(tiles(next.bytes) * basis.sources * kTileNumbers, 0);
+  basis.source_half.assign(tiles(next.halves) * sources * kTileNumbers, 0);
+  basis.source_byte.assign(tiles(next.bytes) * sources * kTileNumbers, 0);
   basis.half_scale.assign(next.halves, 0.0f);
   basis.byte_scale.assign(next.bytes, 0.0f);
   basis.probe_half.assign(next.probe_halves, 0);
@@ -242,10 +258,10 @@ std::vector<BrickPlace> make_places(std::span<const Factors* const> bricks, Comp
 }
 
 /// Component k of a brick; no two write to the same numbers.
-void store_component(const Factors& f, std::size_t k, const CompactBasis::Brick& brick, const BrickPlace& place,
-                     CompactBasis& basis) {
+void store_component(const Factors& f, std::size_t k, const CompactFactors::Brick& brick, const BrickPlace& place,
+                     CompactFactors& basis) {
   const bool half = f.stored[k] == Stored::halves;
-  const std::size_t sources = basis.sources, numbers = f.rows / 3, own = half ? k : k - brick.half_rank,
+  const std::size_t sources = f.sources, numbers = f.rows / 3, own = half ? k : k - brick.half_rank,
                     component = half ? place.halves + own : place.bytes + own;
   const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, sources), f.stored[k]),
                 row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), f.stored[k]);
@@ -270,8 +286,8 @@ void store_component(const Factors& f, std::size_t k, const CompactBasis::Brick&
 
 } // namespace
 
-void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis) {
-  const std::vector<BrickPlace> places = make_places(bricks, basis);
+void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis) {
+  const std::vector<BrickPlace> places = make_places(bricks, sources, basis);
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     for (std::size_t k = 0; k < bricks[b]->rank(); ++k)
       store_component(*bricks[b], k, basis.brick[b], places[b], basis);

@@ -65,7 +65,13 @@ struct Factors {
 Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
                   std::span<const float> metric);
 
-/// Rounds the factors of all bricks into the tiles of `basis`, whose bricks and sources are set.
-void store_factors(std::span<const Factors* const> bricks, CompactBasis& basis);
+/// Randomised singular value decomposition of `transport` [row][source] in the metric (Halko, Martinsson, Tropp 2011,
+/// algorithm 4.4, one power iteration: the singular values fall slowly, and the first sketch alone would miss half of
+/// them). `suns`: [source][width].
+Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
+                  const std::vector<float>& suns, std::size_t width);
+
+/// Rounds the factors of all bricks into the tiles of `basis`, whose bricks are set.
+void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis);
 
 } // namespace daylit::precompute::detail

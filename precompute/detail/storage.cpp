@@ -88,13 +88,17 @@ std::vector<float> Rounded::values() const {
   return out;
 }
 
-std::vector<Stored> cheapest(std::span<const Component> components, double allowed) {
-  /// From one way to store a component to a cheaper one.
-  struct Saving {
-    double error2, per_byte;
-    std::size_t component;
-    Stored to;
-  };
+namespace {
+
+/// From one way to store a component to a cheaper one.
+struct Saving {
+  double error2, per_byte;
+  std::size_t component;
+  Stored to;
+};
+
+/// In the order in which they are taken.
+std::vector<Saving> savings_of(std::span<const Component> components) {
   std::vector<Saving> savings;
   for (std::size_t k = 0; k < components.size(); ++k) {
     const Component& c = components[k];
@@ -108,13 +112,30 @@ std::vector<Stored> cheapest(std::span<const Component> components, double allow
     }
   }
   std::ranges::stable_sort(savings, {}, &Saving::per_byte);
+  return savings;
+}
+
+} // namespace
+
+std::vector<Stored> cheapest(std::span<const Component> components, double allowed, double* per_byte) {
   std::vector<Stored> choice(components.size(), Stored::halves);
-  double sum = 0;
-  for (const Saving& s : savings) {
+  double sum = 0, most = 0;
+  for (const Saving& s : savings_of(components)) {
     if ((sum += s.error2) > allowed)
       break;
     choice[s.component] = s.to;
+    most = s.per_byte;
   }
+  if (per_byte)
+    *per_byte = most;
+  return choice;
+}
+
+std::vector<Stored> cheapest_at(std::span<const Component> components, double per_byte) {
+  std::vector<Stored> choice(components.size(), Stored::halves);
+  for (const Saving& s : savings_of(components))
+    if (s.per_byte <= per_byte)
+      choice[s.component] = s.to;
   return choice;
 }
 

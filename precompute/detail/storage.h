@@ -38,6 +38,9 @@ struct Component {
 
 /// The least bytes whose errors add up to at most `allowed`: what saves most bytes for its error comes first (along the
 /// lower convex hull of each component's choices; optimal but for the last step).
-std::vector<Stored> cheapest(std::span<const Component> components, double allowed);
+/// `per_byte`: the largest error per byte that was accepted.
+std::vector<Stored> cheapest(std::span<const Component> components, double allowed, double* per_byte = nullptr);
+/// What that trade does with further components: all savings up to the same error per byte.
+std::vector<Stored> cheapest_at(std::span<const Component> components, double per_byte);
 
 } // namespace daylit::precompute::detail

@@ -114,12 +114,12 @@ struct Piece {
   std::vector<std::pair<std::size_t, std::size_t>> probe; ///< place in the brick, place in the result
 };
 
-std::vector<Piece> find_pieces(const CompactBasis& basis, std::span<const std::uint32_t> wanted) {
+std::vector<Piece> find_pieces(const CompactFactors& basis, std::span<const std::uint32_t> wanted) {
   std::vector<Piece> pieces;
   Piece at{};
   std::size_t first = 0;
   for (std::size_t b = 0; b < basis.brick.size(); ++b) {
-    const CompactBasis::Brick& brick = basis.brick[b];
+    const CompactFactors::Brick& brick = basis.brick[b];
     Piece piece = at;
     piece.brick = b;
     for (std::size_t i = 0; i < brick.probes; ++i)
@@ -144,8 +144,8 @@ void copy_components(const LocalSkyData& sky, const Piece& piece, std::size_t to
                      const std::vector<Number>& probe, const std::vector<float>& seen, const ToFloat& to_float,
                      LocalFactors& f) {
   constexpr bool kHalf = sizeof(Number) == 2;
-  const CompactBasis& basis = *sky.basis;
-  const CompactBasis::Brick& brick = basis.brick[piece.brick];
+  const CompactFactors& basis = sky.basis->nine;
+  const CompactFactors::Brick& brick = basis.brick[piece.brick];
   const std::size_t all = kHalf ? piece.half : piece.byte, rank = kHalf ? brick.half_rank : brick.byte_rank,
                     numbers = kHalf ? piece.probe_half : piece.probe_byte;
   const float* const scale = (kHalf ? basis.half_scale : basis.byte_scale).data() + all;
@@ -184,16 +184,20 @@ LocalSkyData make_local_sky(std::shared_ptr<const CompactBasis> basis, std::size
   for_each_weight(b, 0, [&](std::size_t s, std::uint32_t region, float weight) {
     add_scaled(weight, skies.data() + region * kSketch, light.data() + s * kSketch);
   });
-  sky.half_seen = all_seen(b.source_half, b.half_scale, light, from_half);
-  sky.byte_seen = all_seen(b.source_byte, b.byte_scale, light, kByteToFloat);
+  sky.half_seen = all_seen(b.nine.source_half, b.nine.half_scale, light, from_half);
+  sky.byte_seen = all_seen(b.nine.source_byte, b.nine.byte_scale, light, kByteToFloat);
   return sky;
 }
 
 LocalFactors local_factors(const LocalSkyData& sky, std::span<const std::uint32_t> wanted) {
-  const CompactBasis& basis = *sky.basis;
+  const CompactFactors& basis = sky.basis->nine;
   const std::vector<Piece> pieces = find_pieces(basis, wanted);
-  LocalFactors f{
-      .numbers = wanted.size() * 9, .components = 0, .sources = basis.sources, .probe = {}, .source = {}, .seen = {}};
+  LocalFactors f{.numbers = wanted.size() * 9,
+                 .components = 0,
+                 .sources = sky.basis->sources,
+                 .probe = {},
+                 .source = {},
+                 .seen = {}};
   for (const Piece& p : pieces)
     f.components += basis.brick[p.brick].half_rank + basis.brick[p.brick].byte_rank;
   for (std::vector<float>& colour : f.probe)
@@ -202,7 +206,7 @@ LocalFactors local_factors(const LocalSkyData& sky, std::span<const std::uint32_
   f.seen.resize(f.components * kSketch);
   std::size_t to = 0;
   for (const Piece& p : pieces) {
-    const CompactBasis::Brick& brick = basis.brick[p.brick];
+    const CompactFactors::Brick& brick = basis.brick[p.brick];
     copy_components(sky, p, to, basis.source_half, basis.probe_half, sky.half_seen, from_half, f);
     copy_components(sky, p, to + brick.half_rank, basis.source_byte, basis.probe_byte, sky.byte_seen, kByteToFloat, f);
     to += brick.half_rank + brick.byte_rank;

@@ -116,7 +116,9 @@ std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
   return field;
 }
 
-CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool told_apart = false) {
+/// `band4`: not 0: rows of l = 4, as those of the nine in another order and times this.
+CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool told_apart = false,
+                      float band4 = 0) {
   const auto mark = [&](std::span<const std::uint32_t>, std::span<std::uint8_t> elements) {
     std::ranges::fill(elements, told_apart ? 1 : 0);
   };
@@ -127,7 +129,16 @@ CompactBasis compress(const Case& c, double error, CompactReport* report = nullp
           for (*out++ = 0.0f; e < end[k]; ++e)
             out[-1] += c.weight(point, lm, e);
   };
-  auto basis = compact_sky(c.light, {mark, rows}, c.probes, c.probe_of_point, c.partition,
+  GatherRows gather{mark, rows};
+  if (band4 != 0)
+    gather.band4_rows = [&](std::span<const std::uint32_t> points, std::span<const std::uint32_t> end, float* out) {
+      for (const std::uint32_t point : points)
+        for (std::size_t m = 0; m < 9; ++m)
+          for (std::size_t k = 0, e = 0; k < end.size(); ++k)
+            for (*out++ = 0.0f; e < end[k]; ++e)
+              out[-1] += band4 * c.weight(point, 8 - m, e);
+    };
+  auto basis = compact_sky(c.light, gather, c.probes, c.probe_of_point, c.partition,
                            {.error = error, .brick_probes = 40}, kQuiet, report);
   EXPECT_TRUE(basis) << basis.error().message();
   return *basis;
@@ -185,6 +196,39 @@ TEST(CompactSky, sun_between_the_nodes_is_followed_within_the_error) {
   EXPECT_GT(report.rms_error, 0.002);
 }
 
+TEST(CompactSky, band_four_changes_nothing_of_the_nine_and_is_as_exact_as_irradiance_needs) {
+  const Case c = make_case(4);
+  CompactReport report, plain, faint;
+  const CompactBasis nine = compress(c, 0.01, &plain), both = compress(c, 0.01, &report, false, 1.0f),
+                     weak = compress(c, 0.01, &faint, false, 1e-3f);
+  EXPECT_EQ(both.nine.source_byte, nine.nine.source_byte);
+  EXPECT_EQ(both.nine.probe_byte, nine.nine.probe_byte);
+  EXPECT_EQ(both.nine.probe_half, nine.nine.probe_half);
+  EXPECT_EQ(both.nine.half_scale, nine.nine.half_scale);
+  EXPECT_TRUE(weak.band4.brick.empty()) << "not worth a byte";
+  EXPECT_EQ(faint.bytes, plain.bytes);
+  ASSERT_TRUE(check_compact(both, c.partition.size(), c.probes.size()));
+  EXPECT_EQ(report.bytes, plain.bytes + report.band4_bytes);
+  EXPECT_LT(double(report.band4_components), 0.5 * plain.mean_rank * double(plain.bricks));
+  double error = 0, power = 0;
+  for (const double azimuth : {0.5, 1.1, 1.57, 2.0, 2.3}) {
+    const glm::dvec3 d(std::cos(azimuth) * 0.9, std::sin(azimuth) * 0.9, std::sqrt(1 - 0.81));
+    std::vector<Sh9Rgb> field(c.probes.size());
+    std::vector<Band4Rgb> band4(c.probes.size());
+    combine(both, sun(c.partition, d), field, band4);
+    const std::vector<Sh9Rgb> truth = exact_field(c, d);
+    for (const std::size_t p : c.probe_of_point)
+      for (std::size_t m = 0; m < 9; ++m) {
+        const glm::dvec3 t(truth[p][8 - m]), e = glm::dvec3(band4[p][m]) - t;
+        error += glm::dot(e, e);
+        power += glm::dot(t, t);
+      }
+  }
+  // An error of 0.01 in the nine is worth 0.01 / 0.06 here.
+  EXPECT_LT(std::sqrt(error / power), 0.17);
+  EXPECT_GT(std::sqrt(error / power), 0.01);
+}
+
 TEST(CompactSky, elements_seen_as_a_whole_give_the_field_of_their_leaves) {
   const Case c = make_case(4, 4);
   CompactReport as_a_whole, leaf_by_leaf;
@@ -211,13 +255,16 @@ TEST(CompactSky, smaller_errors_cost_more_numbers) {
 
 TEST(CompactSky, same_bits_for_any_thread_count) {
   const Case c = make_case(4);
-  const CompactBasis many = compress(c, 0.02);
+  const CompactBasis many = compress(c, 0.02, nullptr, false, 1.0f);
   const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
-  const CompactBasis one = compress(c, 0.02);
-  EXPECT_EQ(many.source_half, one.source_half);
-  EXPECT_EQ(many.source_byte, one.source_byte);
-  EXPECT_EQ(many.probe_half, one.probe_half);
-  EXPECT_EQ(many.probe_byte, one.probe_byte);
+  const CompactBasis one = compress(c, 0.02, nullptr, false, 1.0f);
+  for (const CompactFactors CompactBasis::*part : {&CompactBasis::nine, &CompactBasis::band4}) {
+    EXPECT_EQ((many.*part).source_half, (one.*part).source_half);
+    EXPECT_EQ((many.*part).source_byte, (one.*part).source_byte);
+    EXPECT_EQ((many.*part).probe_half, (one.*part).probe_half);
+    EXPECT_EQ((many.*part).probe_byte, (one.*part).probe_byte);
+  }
+  EXPECT_FALSE(many.band4.brick.empty());
 }
 
 BasisVolume volume_of(const Case& c) {
@@ -287,22 +334,22 @@ TEST(CompactSky, file_keeps_every_bit_and_is_refused_when_a_size_is_wrong) {
   ASSERT_TRUE(read->compact);
   EXPECT_TRUE(read->partition.interpolated());
   EXPECT_EQ(read->compact->light.weight, volume.compact->light.weight);
-  EXPECT_EQ(read->compact->source_byte, volume.compact->source_byte);
-  EXPECT_EQ(read->compact->probe_half, volume.compact->probe_half);
+  EXPECT_EQ(read->compact->nine.source_byte, volume.compact->nine.source_byte);
+  EXPECT_EQ(read->compact->nine.probe_half, volume.compact->nine.probe_half);
   const std::vector<Rgb> radiance = sun(c.partition, {0, 1, 0});
   EXPECT_EQ(combine(*read, radiance).probe, combine(volume, radiance).probe);
 
   CompactBasis broken = *volume.compact;
-  broken.brick[0].half_rank += 1;
+  broken.nine.brick[0].half_rank += 1;
   EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
   broken = *volume.compact;
-  broken.probe[1] = broken.probe[0];
+  broken.nine.probe[1] = broken.nine.probe[0];
   EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
   broken = *volume.compact;
   broken.light.run.back().first_region = static_cast<std::uint32_t>(c.partition.size());
   EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
   broken = *volume.compact;
-  broken.byte_scale[0] = std::numeric_limits<float>::infinity();
+  broken.nine.byte_scale[0] = std::numeric_limits<float>::infinity();
   EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
 }
 

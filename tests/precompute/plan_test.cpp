@@ -32,6 +32,25 @@ Pilot invented_room(double mesh_error, double grid_error, double grid_sun) {
 
 int nodes_of(const Plan& plan) { return SkyPartition::parse(plan.regions)->size(); }
 
+TEST(Plan, order_four_is_taken_where_nine_coefficients_leave_much) {
+  Pilot pilot = invented_room(0.02, 0.02, 0.1);
+  PlanRequest request;
+  const auto order = [&] { return make_plan(pilot, request)->options.sh_order; };
+  const SkyError smooth{.sky = "overcast", .band4 = 0.003}, sun{.sky = "sun", .is_sun = true, .band4 = 0.008};
+  pilot.fine.audit.sky = {smooth, sun};
+  EXPECT_EQ(order(), ShOrder::second);
+  pilot.fine.audit.sky[1].band4 = 0.03;
+  EXPECT_EQ(order(), ShOrder::fourth);
+  request.max_error = 0.08; // as much is nothing beside that
+  EXPECT_EQ(order(), ShOrder::second);
+  request.sh_order = ShOrder::fourth;
+  EXPECT_EQ(order(), ShOrder::fourth);
+  request = {};
+  request.regions = "tregenza"; // would double its file
+  request.must_reach = false;
+  EXPECT_EQ(order(), ShOrder::second);
+}
+
 TEST(Plan, smaller_target_never_gives_less_of_anything) {
   for (const double mesh : {0.003, 0.03, 0.12})
     for (const double grid : {0.01, 0.04})
@@ -50,6 +69,7 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
             EXPECT_GE(plan->options.gather_rays, before->options.gather_rays);
             EXPECT_LE(plan->options.compact_error, before->options.compact_error);
             EXPECT_GE(nodes_of(*plan), nodes_of(*before));
+            EXPECT_GE(plan->options.sh_order, before->options.sh_order);
             EXPECT_GE(plan->predicted.seconds, before->predicted.seconds);
           }
           EXPECT_LE(plan->predicted.total, request.max_error);

@@ -57,6 +57,13 @@ TEST(ProbeText, coefficients_are_printed_coefficient_major) {
   for (int i = 0; i < 27; ++i)
     expected.append(i ? " " : "").append(std::to_string(i));
   EXPECT_EQ(coefficients_text(sh, false), expected + "\n");
+  ShRadiance all{sh, {}};
+  for (int i = 27; i < 54; ++i) {
+    all.band4[i / 3 - 9][i % 3] = static_cast<float>(i);
+    expected += " " + std::to_string(i);
+  }
+  EXPECT_EQ(order4_text(all, false), expected + "\n");
+  EXPECT_TRUE(is_outside(order4_text(std::nullopt, true), true));
 }
 
 TEST(ProbeText, info_states_what_the_volume_holds) {
@@ -67,6 +74,9 @@ TEST(ProbeText, info_states_what_the_volume_holds) {
   EXPECT_EQ(info["sky"]["stored"], 7);
   EXPECT_EQ(info["probes"]["count"], 60);
   EXPECT_EQ(info["report"]["patches"], 3);
+  EXPECT_EQ(info["sh_order"], 2);
+  volume.band4 = volume.basis;
+  EXPECT_EQ(nlohmann::json::parse(volume_info(volume))["sh_order"], 4);
 }
 
 TEST(ProbeText, illuminance_weighs_the_channels_and_scales) {

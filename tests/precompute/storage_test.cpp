@@ -29,7 +29,9 @@ TEST(Storage, choice_keeps_the_error_and_costs_at_most_one_step_more_than_the_be
       if (error2 <= allowed)
         least = std::min(least, bytes);
     }
-    const std::vector<Stored> choice = cheapest(list, allowed);
+    double per_byte = -1;
+    const std::vector<Stored> choice = cheapest(list, allowed, &per_byte);
+    EXPECT_EQ(cheapest_at(list, per_byte), choice) << "further components are treated alike";
     double bytes = 0, error2 = 0;
     for (std::size_t k = 0; k < list.size(); ++k) {
       bytes += bytes_of(list[k], choice[k]);

@@ -17,6 +17,7 @@
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
 #include "scene/sky_partition.h"
+#include "sh/band4.h"
 #include "sh/sh9.h"
 #include "tests/radiosity/rooms.h"
 
@@ -259,7 +260,9 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
   const auto hits = gather_hits(points, s.set, s.mesh, s.scene, {.rays = rays}, kSilent, 2 * rays); // one again
   ASSERT_TRUE(hits);
   const std::size_t n = s.set.elements.size();
-  for (std::size_t p = 0; p < points.size(); ++p) {
+  for (std::size_t number = 0; number < 2 * points.size(); ++number) {
+    const std::size_t p = number / 2;
+    const Bands bands = number % 2 == 0 ? Bands::low : Bands::fourth;
     const double angle = 2 * kPi * random_shift(p).y;
     const auto c = float(std::cos(angle)), t = float(std::sin(angle));
     std::vector<float> expected(9 * n, 0.0f), weights(9 * n);
@@ -270,9 +273,10 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
         continue;
       if (const std::int32_t met = s.set.hit(s.mesh, hit.triangle, ray); met >= 0)
         for (std::size_t l = 0; l < 9; ++l)
-          expected[l * n + static_cast<std::size_t>(met)] += float(4.0 / rays) * sh::evaluate9(ray)[l];
+          expected[l * n + static_cast<std::size_t>(met)] +=
+              float(4.0 / rays) * (bands == Bands::low ? sh::evaluate9(ray) : sh::evaluate_band4(ray))[l];
     }
-    hits->weights(p, weights.data());
+    hits->weights(p, weights.data(), bands);
     int other = 0; // a ray along an edge may fall to either side
     for (std::size_t e = 0; e < n; ++e) {
       if (std::abs(weights[e] - expected[e]) > 1e-6f && ++other)
@@ -282,6 +286,49 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
     }
     EXPECT_LE(other, 2);
   }
+}
+
+TEST(Gather, irradiance_to_order_four_is_closer_to_the_cosine_sum_over_the_rays) {
+  const Solved s = prepare(room_with_window_hole(0.5f), 300);
+  const std::size_t n = s.set.elements.size();
+  Radiosity b{n, 3, std::vector<float>(n * 3, 0.01f)};
+  for (std::size_t e = 0; e < n; e += 40) // bright patches
+    std::fill_n(b.b.begin() + static_cast<std::ptrdiff_t>(3 * e), 3, 10.0f);
+  const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4),
+                                            glm::dvec3(-0.9, 0.8, -0.2)};
+  const auto hits = gather_hits(points, s.set, s.mesh, s.scene, {.rays = 4096}, kSilent);
+  ASSERT_TRUE(hits);
+  const auto low = gather_coefficients(*hits, b, kSilent),
+             fourth = gather_coefficients(*hits, b, kSilent, Bands::fourth);
+  ASSERT_TRUE(low && fourth);
+  const RayFan fan = RayFan::of(4096);
+  double nine = 0, all = 0;
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const double angle = 2 * kPi * random_shift(p).y;
+    const auto c = float(std::cos(angle)), t = float(std::sin(angle));
+    std::vector<std::pair<glm::vec3, double>> seen; // radiosity by direction
+    for (const glm::vec3& d : fan.direction) {
+      const glm::vec3 ray(d.x * c - d.y * t, d.x * t + d.y * c, d.z);
+      RayHit hit;
+      if (!s.scene.closest(s.scene.to_local(points[p]), ray, 0, 1e9f, hit))
+        continue;
+      if (const std::int32_t met = s.set.hit(s.mesh, hit.triangle, ray); met >= 0)
+        seen.emplace_back(ray, b.b[3 * std::size_t(met)]);
+    }
+    for (const glm::vec3& normal : RayFan::of(100).direction) {
+      double exact = 0, e2 = 0, e4 = 0;
+      for (const auto& [ray, radiosity] : seen)
+        exact += std::max(0.0, double(glm::dot(ray, normal))) * radiosity * 4.0 / 4096;
+      const auto y = sh::evaluate9(normal), y4 = sh::evaluate_band4(normal);
+      for (std::size_t l = 0; l < 9; ++l) {
+        e2 += double(sh::kClampedCosine9<float>[l] * y[l] * (*low)[(p * 9 + l) * 3]);
+        e4 += sh::kClampedCosineBand4<double> * double(y4[l] * (*fourth)[(p * 9 + l) * 3]);
+      }
+      nine += (e2 - exact) * (e2 - exact);
+      all += (e2 + e4 - exact) * (e2 + e4 - exact);
+    }
+  }
+  EXPECT_LT(std::sqrt(all), 0.6 * std::sqrt(nine));
 }
 
 Room coloured_room() {

@@ -34,7 +34,7 @@ Result<BasisVolume> read_sparingly(const Bytes& file) {
   EXPECT_LE(test::largest_allocation(), std::max<std::size_t>(2 * file.size(), 4096));
   if (read) {
     EXPECT_TRUE(check_volume(*read));
-    (void)combine(*read, std::vector<Rgb>(static_cast<std::size_t>(read->partition.size()), Rgb(1)));
+    (void)combine(*read, std::vector<Rgb>(static_cast<std::size_t>(read->partition.size()), Rgb(1)), ShOrder::fourth);
   }
   return read;
 }

@@ -266,10 +266,10 @@ TEST(WithoutRinging, irradiance_is_nowhere_negative_and_calm_light_keeps_every_b
   light[0] = Rgb(1.0f);
   light[2] = {1.9f, 0.2f, 0.0f};
   light[6] = {1.9f, 0.1f, 0.0f}; // red: nearly a point source above, E turns negative at the sides
-  const NonNegativeLight calm = without_ringing(light);
+  const NonNegativeLight calm = without_ringing({light, {}});
   EXPECT_EQ(calm.windowed_channels, 1);
   EXPECT_GT(calm.bias, 0.01);
-  EXPECT_EQ(calm.radiance[0], light[0]);
+  EXPECT_EQ(calm.radiance.nine[0], light[0]);
   float before = 1, after = 1;
   for (int k = 0; k < 2000; ++k) {
     const double z = 1 - (k + 0.5) / 1000, r = std::sqrt(1 - z * z), turn = 2.4 * k;
@@ -280,8 +280,8 @@ TEST(WithoutRinging, irradiance_is_nowhere_negative_and_calm_light_keeps_every_b
   EXPECT_LT(before, -0.01f);
   EXPECT_GT(after, -1e-5f);
   for (std::size_t i = 0; i < 9; ++i) {
-    EXPECT_EQ(calm.radiance[i].g, light[i].g);
-    EXPECT_EQ(calm.radiance[i].b, light[i].b);
+    EXPECT_EQ(calm.radiance.nine[i].g, light[i].g);
+    EXPECT_EQ(calm.radiance.nine[i].b, light[i].b);
   }
 }
 

@@ -55,15 +55,37 @@ inline BasisVolume compact_volume(int colours) {
     }
   }
   light.weight.assign(light.first_weight.back(), 0x3900);
-  basis->brick = {{7, 1, 2}, {5, 2, 0}};
+  CompactFactors& nine = basis->nine;
+  nine.brick = {{7, 1, 2}, {5, 2, 0}};
   for (std::uint32_t p = 0; p < 12; ++p)
-    basis->probe.push_back(11 - p);
-  basis->half_scale = {1.0f, 0.5f, 0.25f};
-  basis->byte_scale = {0.01f, 0.02f};
-  basis->source_half.assign(4 * 128, 0x3800);
-  basis->source_byte.assign(4 * 128, -5);
-  basis->probe_half.assign(3 * 128 * 3, 0x3555);
-  basis->probe_byte.assign(3 * 128 * 2, 77);
+    nine.probe.push_back(11 - p);
+  nine.half_scale = {1.0f, 0.5f, 0.25f};
+  nine.byte_scale = {0.01f, 0.02f};
+  nine.source_half.assign(4 * 128, 0x3800);
+  nine.source_byte.assign(4 * 128, -5);
+  nine.probe_half.assign(3 * 128 * 3, 0x3555);
+  nine.probe_byte.assign(3 * 128 * 2, 77);
+  volume.compact = std::move(basis);
+  return volume;
+}
+
+/// With l = 4 at five of the probes, or in the rows of all.
+inline BasisVolume with_band4(BasisVolume volume) {
+  if (!volume.compact) {
+    for (const float x : volume.basis)
+      volume.band4.push_back(0.25f - 2.0f * x);
+    return volume;
+  }
+  auto basis = std::make_shared<CompactBasis>(*volume.compact);
+  CompactFactors& band4 = basis->band4;
+  band4.brick = {{2, 0, 1}, {3, 1, 1}};
+  band4.probe = {3, 1, 10, 0, 7};
+  band4.half_scale = {0.5f};
+  band4.byte_scale = {0.03f, 0.002f};
+  band4.source_half.assign(4 * 128, 0x3400);
+  band4.source_byte.assign(4 * 128, 9);
+  band4.probe_half.assign(3 * 128, 0x3600);
+  band4.probe_byte.assign(3 * 128 * 2, -31);
   volume.compact = std::move(basis);
   return volume;
 }
@@ -86,6 +108,9 @@ inline std::vector<VolumeVersion> volume_versions() {
   list.push_back({"compact", 4, compact_volume(1)});
   list.push_back({"compact, tinted", 4, compact_volume(3)});
   list.push_back({"compact, clear glass", 4, with_clear_glass(compact_volume(1))});
+  list.push_back({"compact, l = 4", 4, with_band4(compact_volume(1))});
+  list.push_back({"l = 4", 1, with_band4(plain_volume())});
+  list.push_back({"l = 4, half floats", 1, with_band4(plain_volume()), BasisPrecision::float16});
   list.push_back({"rectangles", 5, rectangle_volume()});
   list.push_back({"rectangles, half floats", 5, rectangle_volume(), BasisPrecision::float16});
   return list;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "sh/band4.h"
+#include "sh/zonal.h"
 #include "support.h"
 
 namespace daylit::sh {
@@ -31,6 +33,25 @@ TEST(Basis, closed_forms_of_orders_one_to_four_equal_the_recurrence) {
     EXPECT_EQ((evaluate_closed<2, double>(n.x, n.y, n.z)[3]), closed[3]);
     EXPECT_EQ((evaluate_closed<4, double>(n.x, n.y, n.z)[15]), closed[15]);
   }
+}
+
+TEST(Basis, closed_form_of_band_four_equals_the_recurrence) {
+  std::mt19937_64 engine(1);
+  std::vector<double> y(25);
+  for (int k = 0; k < 100; ++k) {
+    const glm::dvec3 n = random_direction(engine);
+    ASSERT_TRUE(evaluate(4, n, y));
+    const auto closed = evaluate_band4<double>(n);
+    for (std::size_t i = 0; i < 9; ++i)
+      EXPECT_NEAR(closed[i], y[16 + i], 4e-15) << i;
+  }
+}
+
+TEST(Basis, irradiance_skips_band_three_so_that_band_four_is_its_next_order) {
+  const auto a = clamped_cosine_bands(4);
+  ASSERT_TRUE(a);
+  EXPECT_NEAR((*a)[3], 0.0, 1e-15);
+  EXPECT_NEAR((*a)[4], kClampedCosineBand4<double>, 1e-15);
 }
 
 /// Sum over m of Y_lm^2 = (2l + 1) / 4 pi.
