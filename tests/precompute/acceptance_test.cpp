@@ -70,12 +70,12 @@ IrradianceError irradiance_error(const BasisVolume& volume, const std::string& s
     return {std::nan(""), std::nan("")};
   const Sky sky(*picture);
   const DirectSky direct(volume.room, volume.apertures, *rays, sky);
-  const LightField field = combine(volume, region_radiance(sky, volume.partition));
+  const LightField field = combine(volume, region_radiance(sky, volume.partition), ShOrder::fourth);
   const auto error = [&](const std::string& kind, bool with_direct) {
     const auto rows = test::truth_rows(scene, sky_name, kind);
     EXPECT_EQ(rows.size(), 198u);
     const auto ours = [&](std::size_t i) {
-      const auto coefficients = sampler->sample(field, rows[i].receiver.position);
+      const auto coefficients = sampler->sample_all(field, rows[i].receiver.position);
       EXPECT_TRUE(coefficients) << "no light field at reference point " << i / 6;
       if (!coefficients)
         return Rgb(std::nanf(""));
