@@ -86,15 +86,14 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
     const bool low = bands == radiosity::Bands::low;
     if (!low && s.options.sh_order == ShOrder::second)
       continue;
-    auto coefficients = report.adjoint
-                            ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light,
-                                                              s.solve(bands), s.progress, &report.solve, bands)
-                            : radiosity::gather_coefficients(s.hits, *radiosity, s.progress, bands);
+    auto coefficients =
+        report.adjoint ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light, s.solve(bands),
+                                                         s.progress, low ? &report.solve : nullptr, bands)
+                       : radiosity::gather_coefficients(s.hits, *radiosity, s.progress, bands);
     if (!coefficients)
       return coefficients.error();
     std::vector<float> of_probes = s.points.spread(std::move(*coefficients));
-    if (low) // the small part that l = 4 has in irradiance goes without: in a fine sky the fit would gather twice as
-             // much
+    if (low) // in a fine sky the fit would gather twice as much for the small part that l = 4 has in irradiance
       s.fit.apply(of_probes, 27 * light.columns());
     (low ? volume.basis : volume.band4) = rows_of(of_probes, s.points.probe, light.columns(), volume);
   }

@@ -8,17 +8,11 @@
 #include <tbb/parallel_for.h>
 
 #include "scene/detail/quad_sums.h"
+#include "scene/detail/slots.h"
 #include "scene/detail/tile_kernels.h"
+#include "scene/detail/wide_vectors.h"
 #include "scene/sky_partition.h"
 
-// GCC 12 warns about its own header (its bug 105593).
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#endif
-#include <immintrin.h>
-
-#define DAYLIT_AVX512 __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx2,fma,f16c")))
 #define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3")))
 
 namespace daylit {
@@ -120,31 +114,10 @@ void RegionSums::make_spans(const std::vector<Share>& shares, std::size_t region
   }
   part_.push_back({groups_.size(), spans_.size()});
   spans_.resize(spans_.size() + kSpansAhead); // are looked at, and vectors are loaded whole
-  number_slots(regions);
-}
-
-/// One sum for each region of each part, those of a region side by side.
-void RegionSums::number_slots(std::size_t regions) {
-  std::vector<std::size_t> seen_in(regions, 0); // parts, counted from 1
-  first_slot_.assign(regions + 1, 0);
-  const auto each_group = [&](const auto& visit) {
+  first_slot_ = detail::number_slots(regions, [&](const auto& visit) {
     for (std::size_t p = 0; p + 1 < part_.size(); ++p)
       for (std::size_t g = part_[p].group; g < part_[p + 1].group; ++g)
-        visit(p, groups_[g]);
-  };
-  each_group([&](std::size_t p, const Group& group) {
-    first_slot_[group.slot + 1] += seen_in[group.slot] != p + 1 ? 1 : 0;
-    seen_in[group.slot] = p + 1;
-  });
-  for (std::size_t r = 0; r < regions; ++r)
-    first_slot_[r + 1] += first_slot_[r];
-  std::vector<std::uint32_t> next(first_slot_.begin(), first_slot_.end() - 1);
-  std::ranges::fill(seen_in, std::size_t{0});
-  each_group([&](std::size_t p, Group& group) {
-    const std::uint32_t region = group.slot;
-    next[region] += seen_in[region] != p + 1 ? 1 : 0;
-    seen_in[region] = p + 1;
-    group.slot = next[region] - 1;
+        visit(p, groups_[g].slot);
   });
 }
 

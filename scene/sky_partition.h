@@ -181,7 +181,6 @@ private:
                           std::size_t regions);
   void add_strip(const Strip& strip, std::size_t width);
   void make_spans(const std::vector<Share>& shares, std::size_t regions);
-  void number_slots(std::size_t regions);
   static void add_groups(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
   static void add_groups_avx512(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
   void measure_sums(std::vector<double>& covered_sr) const;

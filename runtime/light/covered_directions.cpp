@@ -26,15 +26,13 @@ struct Cone {
   glm::dvec3 axis;
   OrthonormalBasis basis;
 
-  Cone(const BoundingSphere& sphere, const glm::dvec3& x, const glm::dvec3& n) : axis(n), basis(n) {
-    const glm::dvec3 to = sphere.centre - x;
-    const double distance = glm::length(to), s = sphere.radius / std::max(distance, 1e-9);
-    whole = s > 0.98;
-    if (whole)
-      return;
-    cos_max = std::sqrt(1.0 - s * s);
-    axis = to / distance;
-    basis = OrthonormalBasis(axis);
+  /// On the side of n.
+  Cone(const BoundingSphere& sphere, const glm::dvec3& x, const glm::dvec3& n) : Cone(sphere, x) {
+    whole = cos_max < 0.2;
+    if (whole) {
+      axis = n;
+      basis = OrthonormalBasis(n);
+    }
   }
   /// On all sides of x.
   Cone(const BoundingSphere& sphere, const glm::dvec3& x) : axis(0.0, 0.0, 1.0), basis(axis) {

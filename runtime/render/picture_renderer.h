@@ -65,13 +65,6 @@ struct RenderedFrame {
   bool shown(int x, int y) const { return box.contains(x, y) && (shows.empty() || shows[block_index(x, y)] != 0); }
 };
 
-/// Wall-clock milliseconds and counts of the last draw().
-struct RenderTimes {
-  /// By OpenGL: shadow maps and which triangles pixels show; light on the objects; shadows on the room.
-  double surfaces_ms = 0, objects_ms = 0, room_ms = 0;
-  std::uint64_t shadow_rays = 0; ///< traced; 0 with shadow maps
-};
-
 /// Not thread-safe. After an Error the renderer is spent: make a new one.
 class PictureRenderer {
 public:
@@ -88,8 +81,8 @@ public:
   /// What the room shows in a drawn pixel, objects or not; false where the renderer does not know. Call after draw().
   virtual bool room_point(int /*x*/, int /*y*/, RoomSurface& /*point*/) const { return false; }
 
-  virtual const RenderTimes& times() const = 0;
-  virtual std::string description() const = 0; ///< back end, driver and version
+  virtual std::uint64_t shadow_rays() const = 0; ///< traced by the last draw(); 0 with shadow maps
+  virtual std::string description() const = 0;   ///< back end, driver and version
   /// Triangles of the room that can stand between the object and the sky (the others lie on its convex outside).
   virtual std::size_t room_occluders() const = 0;
 

@@ -1,7 +1,6 @@
 #include "runtime/render/renderer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <tuple>
 
 #include <glm/geometric.hpp>
@@ -17,10 +16,6 @@ namespace daylit {
 namespace {
 
 constexpr double kLeastRadius_px = 32.0; // of the objects in the picture, for neighbours to share lights
-
-double milliseconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// As many as asked for, or as the driver can.
 int coverage_samples(const GlFunctions& gl, const RenderSettings& settings) {
@@ -54,7 +49,6 @@ struct Renderer::State {
   LightAnswers object_shares;
   ObjectPixels object_pixels;
   LightAnswers sky_answers, sun_answers;
-  RenderTimes times;
 
   Result<void> start(const Room& room_model, std::span<const Aperture> apertures);
   Result<void> draw_surfaces();
@@ -341,19 +335,11 @@ Result<void> Renderer::draw(RenderedFrame& frame) {
     return current.error();
   if (s.targets.width_px == 0)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
-  auto start = std::chrono::steady_clock::now();
   if (const auto drawn = s.draw_surfaces(); !drawn)
     return drawn.error();
-  s.times.surfaces_ms = milliseconds_since(start);
-  start = std::chrono::steady_clock::now();
   if (const auto drawn = s.draw_objects(); !drawn)
     return drawn.error();
-  s.times.objects_ms = milliseconds_since(start);
-  start = std::chrono::steady_clock::now();
-  if (const auto lit = s.light_room(frame); !lit)
-    return lit;
-  s.times.room_ms = milliseconds_since(start);
-  return {};
+  return s.light_room(frame);
 }
 
 Result<RenderedFrame> Renderer::draw() {
@@ -364,7 +350,6 @@ Result<RenderedFrame> Renderer::draw() {
 }
 
 bool Renderer::is_software() const { return daylit::is_software(*state_->gl); }
-const RenderTimes& Renderer::times() const { return state_->times; }
 std::size_t Renderer::room_occluders() const { return static_cast<std::size_t>(state_->room.occluders()); }
 std::string Renderer::description() const {
   const auto text = [&](GLenum name) {

@@ -39,7 +39,7 @@ public:
 
   bool room_point(int x, int y, RoomSurface& point) const override;
 
-  const RenderTimes& times() const override;
+  std::uint64_t shadow_rays() const override { return 0; }
   std::string description() const override;
   std::size_t room_occluders() const override;
   bool is_software() const; ///< the driver draws on the processor

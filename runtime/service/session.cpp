@@ -241,7 +241,7 @@ Result<void> Session::State::draw(StageClock& clock) {
   if (const auto r = renderer->draw(drawn); !r)
     return r.error();
   clock.end("render");
-  frame.report.shadow_rays = renderer->times().shadow_rays;
+  frame.report.shadow_rays = renderer->shadow_rays();
   has_drawn = has_object_light = true;
   change_room();
   if (room_change)

@@ -1,7 +1,6 @@
 #include "runtime/trace/traced_renderer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include <glm/common.hpp>
@@ -16,10 +15,6 @@
 namespace daylit {
 
 namespace {
-
-double milliseconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// The reflecting triangles of a room, relative to an origin.
 RoomMesh room_mesh(const Room& room, const glm::dvec3& origin, std::span<const std::uint32_t> triangles) {
@@ -62,7 +57,7 @@ struct TracedRenderer::State {
   VisibleSurfaces view;
   PictureShader shader;
   bool has_camera = false, room_is_traced = false, objects_are_traced = false;
-  RenderTimes times;
+  std::uint64_t shadow_rays = 0;
 
   void find_surfaces();
   void find_own_visibility();
@@ -223,14 +218,12 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
   State& s = *state_;
   if (!s.has_camera)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
-  const auto start = std::chrono::steady_clock::now();
   s.find_surfaces();
   s.tell_lights();
   const ShadowCasters casters = s.scene.casters();
   for (LightGroup* group : {&s.scene.sky, &s.scene.sun}) // rays start a little outside the surface
     group->lights.find_room_shadows(s.scene.occluder_reach, casters.centre, 1.01f * casters.radius);
-  const std::uint64_t rays = s.shader.shade(s.scene, s.view, frame);
-  s.times = {0.0, milliseconds_since(start), 0.0, rays};
+  s.shadow_rays = s.shader.shade(s.scene, s.view, frame);
   return {};
 }
 
@@ -242,7 +235,7 @@ bool TracedRenderer::room_point(int x, int y, RoomSurface& point) const {
   return true;
 }
 
-const RenderTimes& TracedRenderer::times() const { return state_->times; }
+std::uint64_t TracedRenderer::shadow_rays() const { return state_->shadow_rays; }
 std::size_t TracedRenderer::room_occluders() const { return state_->occluder_count; }
 std::string TracedRenderer::description() const { return "rays on the processor (Embree)"; }
 

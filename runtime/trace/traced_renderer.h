@@ -31,7 +31,7 @@ public:
   Result<void> draw(RenderedFrame& frame) override;
   bool room_point(int x, int y, RoomSurface& point) const override;
 
-  const RenderTimes& times() const override;
+  std::uint64_t shadow_rays() const override;
   std::string description() const override;
   std::size_t room_occluders() const override;
 

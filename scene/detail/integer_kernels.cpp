@@ -5,16 +5,8 @@
 #include <bit>
 #include <cmath>
 
-// GCC 12 warns about its own header (its bug 105593).
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#endif
-#include <immintrin.h>
+#include "scene/detail/wide_vectors.h"
 
-#define DAYLIT_AVX2 __attribute__((target("avx2,fma,f16c")))
-#define DAYLIT_AVX512 __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx2,fma,f16c")))
-#define DAYLIT_VNNI __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx512vnni,avx2,fma,f16c")))
 #define DAYLIT_INLINE inline __attribute__((always_inline))
 
 namespace daylit::detail {

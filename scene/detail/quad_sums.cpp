@@ -8,16 +8,10 @@
 
 #include <tbb/parallel_for.h>
 
+#include "scene/detail/slots.h"
 #include "scene/detail/tile_kernels.h"
+#include "scene/detail/wide_vectors.h"
 
-// GCC 12 warns about its own header (its bug 105593).
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#endif
-#include <immintrin.h>
-
-#define DAYLIT_AVX512 __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx2,fma,f16c")))
 #define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3")))
 
 namespace daylit::detail {
@@ -165,34 +159,13 @@ QuadSums QuadSums::make(const SkyGeometry& geometry, const SkyPartition& nodes, 
   }
   sums.part_.push_back({sums.quads_.size(), sums.segments_.size()});
   sums.segments_.resize(sums.segments_.size() + kSegmentsAhead); // are looked at
-  sums.number_slots(static_cast<std::size_t>(nodes.size()));
-  return sums;
-}
-
-/// One sum for each node of each part, those of a node side by side.
-void QuadSums::number_slots(std::size_t nodes) {
-  std::vector<std::size_t> seen_in(nodes, 0); // parts, counted from 1
-  first_slot_.assign(nodes + 1, 0);
-  const auto each = [&](const auto& visit) {
-    for (std::size_t p = 0; p + 1 < part_.size(); ++p)
-      for (std::size_t q = part_[p].quad; q < part_[p + 1].quad; ++q)
-        for (std::uint32_t& slot : quads_[q].slot)
+  sums.first_slot_ = number_slots(static_cast<std::size_t>(nodes.size()), [&](const auto& visit) {
+    for (std::size_t p = 0; p + 1 < sums.part_.size(); ++p)
+      for (std::size_t q = sums.part_[p].quad; q < sums.part_[p + 1].quad; ++q)
+        for (std::uint32_t& slot : sums.quads_[q].slot)
           visit(p, slot);
-  };
-  each([&](std::size_t p, std::uint32_t node) {
-    first_slot_[node + 1] += seen_in[node] != p + 1 ? 1 : 0;
-    seen_in[node] = p + 1;
   });
-  for (std::size_t n = 0; n < nodes; ++n)
-    first_slot_[n + 1] += first_slot_[n];
-  std::vector<std::uint32_t> next(first_slot_.begin(), first_slot_.end() - 1);
-  std::ranges::fill(seen_in, std::size_t{0});
-  each([&](std::size_t p, std::uint32_t& slot) {
-    const std::uint32_t node = slot;
-    next[node] += seen_in[node] != p + 1 ? 1 : 0;
-    seen_in[node] = p + 1;
-    slot = next[node] - 1;
-  });
+  return sums;
 }
 
 /// Lanes are colours in turn. Sums of the left nodes are what the right ones leave of a band, in units of kUnit.

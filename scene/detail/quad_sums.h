@@ -68,7 +68,6 @@ private:
                           std::span<const std::uint8_t> needed, std::size_t row);
   static Segment first_segment(std::span<const Pixel> pixels, double most_sr_error, double most_share_error);
   static bool fit(std::span<const Pixel> pixels, double most_sr_error, double most_share_error, Segment& segment);
-  void number_slots(std::size_t nodes);
   static void add_quads(std::span<const Quad> quads, const Segment* segment, const float* texels, Lanes* sums);
   static void add_quads_avx512(std::span<const Quad> quads, const Segment* segment, const float* texels, Lanes* sums);
   void add_by(AddQuads kernel, const float* texels, std::span<std::array<double, 3>> sums) const;

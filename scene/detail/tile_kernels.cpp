@@ -4,16 +4,7 @@
 #include <cstring>
 
 #include "scene/detail/integer_kernels.h"
-
-// GCC 12 warns about its own header (its bug 105593).
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
-#pragma GCC diagnostic ignored "-Wuninitialized"
-#endif
-#include <immintrin.h>
-
-#define DAYLIT_AVX2 __attribute__((target("avx2,fma,f16c")))
-#define DAYLIT_AVX512 __attribute__((target("avx512f,avx512bw,avx512vl,avx512dq,avx2,fma,f16c")))
+#include "scene/detail/wide_vectors.h"
 
 namespace daylit::detail {
 
