@@ -189,6 +189,11 @@ Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
       {"aperture.inward", "F64", {apertures, 3}, bytes_of(flat.inward)},
       {"aperture.transmittance", "F32", {apertures, 3}, bytes_of(flat.aperture_transmittance)},
   };
+  if (volume.probes.is_grid && volume.probes.is_graded())
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::vector<double>& planes = volume.probes.planes[k];
+      list.push_back({detail::kProbePlanes[k], "F64", {planes.size()}, bytes_of(planes)});
+    }
   if (!flat.rectangles.empty())
     list.push_back({"sky.rectangle", "I32", {flat.rectangles.size() / 4, 4}, bytes_of(flat.rectangles)});
   if (has_clear_glass(volume)) {
@@ -250,6 +255,8 @@ Result<void> with_file_parts(const BasisVolume& volume, BasisPrecision precision
 } // namespace
 
 int volume_format_version(const BasisVolume& volume) {
+  if (volume.probes.is_grid && volume.probes.is_graded())
+    return kVolumeFormatGraded;
   if (!volume.partition.rectangles().empty())
     return kVolumeFormatRectangles;
   if (volume.compact)

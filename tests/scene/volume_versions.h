@@ -125,6 +125,9 @@ inline std::vector<VolumeVersion> volume_versions() {
   list.push_back({"l = 4, half floats", 1, with_band4(plain_volume()), BasisPrecision::float16});
   list.push_back({"rectangles", 5, rectangle_volume()});
   list.push_back({"rectangles, half floats", 5, rectangle_volume(), BasisPrecision::float16});
+  list.push_back({"graded", 7, graded(plain_volume()), BasisPrecision::float16});
+  list.push_back({"graded, compact", 7, graded(with_band4(compact_volume(1)))});
+  list.push_back({"graded, rectangles", 7, graded(rectangle_volume())});
   return list;
 }
 
