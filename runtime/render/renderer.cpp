@@ -262,9 +262,9 @@ Result<void> Renderer::State::light_objects(const PixelBox& box) {
   if (const auto asked = ask(object_grid.ask_corners(object_points, static_cast<float>(objects.sphere().radius)));
       !asked)
     return asked;
-  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers)); !asked)
+  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers, object_shares)); !asked)
     return asked;
-  object_grid.fill(object_points, sky_answers, object_shares);
+  object_grid.fill(sky_answers, object_shares);
   passes.set_objects_sky(object_shares, box, targets);
   return {};
 }
