@@ -193,19 +193,11 @@ void PicturePasses::add_batches(const GlProgram& program, const LightBatches& li
   }
 }
 
-void PicturePasses::ask_objects_sky(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                                    const RenderTargets& t) const {
+void PicturePasses::ask_objects(const LightBatches& lights, const LightGroup& group, const MapTextures& maps,
+                                const PixelBox& box, const RenderTargets& t, const LightSums& sums) const {
   scissor(box);
-  add_lights(object_light_, lights, lights.sky(), t.object_sky, maps.sky_texels,
-             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sky, maps.room_sky});
-  gl_->Disable(GL_SCISSOR_TEST);
-}
-
-void PicturePasses::ask_objects_sun(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                                    const RenderTargets& t) const {
-  scissor(box);
-  add_lights(object_light_, lights, lights.sun(), t.object_sun, maps.sun_texels,
-             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sun, maps.room_sun});
+  add_lights(object_light_, lights, group, sums, maps.texels,
+             {t.object_points.texture(0), t.object_points.texture(1), maps.objects, maps.room});
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
@@ -217,8 +209,7 @@ void PicturePasses::set_objects_sky(const LightAnswers& shares, const PixelBox& 
 }
 
 Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
-                                GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& t,
-                                LightAnswers& answers) const {
+                                const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
   const AskedPlaces places(points.size(), t.asked_width, t.asked_height);
   const PixelBox box{0, 0, places.columns, places.rows};
   std::vector<glm::vec4> texels_in_place;
@@ -231,8 +222,8 @@ Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBat
   }
   if (!box.empty()) {
     scissor(box);
-    add_lights(on == On::objects ? object_light_ : room_light_, lights, group, t.asked, texels,
-               {t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps});
+    add_lights(on == On::objects ? object_light_ : room_light_, lights, group, t.asked, maps.texels,
+               {t.asked_offsets.name(), t.asked_normals.name(), maps.objects, maps.room});
     gl_->Disable(GL_SCISSOR_TEST);
   }
   answers.past_room.clear();
@@ -245,16 +236,6 @@ Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBat
       (*sums[c])[k] = texels_in_place[places.of(k)];
   }
   return {};
-}
-
-Result<void> PicturePasses::ask_sky(On on, const LightPoints& points, const LightBatches& lights,
-                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
-  return ask(on, points, lights, lights.sky(), maps.object_sky, maps.room_sky, maps.sky_texels, t, answers);
-}
-
-Result<void> PicturePasses::ask_sun(On on, const LightPoints& points, const LightBatches& lights,
-                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
-  return ask(on, points, lights, lights.sun(), maps.object_sun, maps.room_sun, maps.sun_texels, t, answers);
 }
 
 void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& t) const {

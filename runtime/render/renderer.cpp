@@ -53,7 +53,8 @@ struct Renderer::State {
   Result<void> start(const Room& room_model, std::span<const Aperture> apertures);
   Result<void> draw_surfaces();
   Result<void> show_surfaces();
-  MapTextures map_textures() const;
+  MapTextures sky_maps() const { return {object_sky.texture(), room_sky.texture(), settings.sky_map_texels}; }
+  MapTextures sun_maps() const { return {object_sun.texture(), room_sun.texture(), settings.sun_map_texels}; }
   Result<void> light_objects(const PixelBox& box);
   Result<void> draw_objects();
   Result<void> light_room(RenderedFrame& frame);
@@ -242,19 +243,13 @@ Result<void> Renderer::State::show_surfaces() {
   return {};
 }
 
-MapTextures Renderer::State::map_textures() const {
-  return {object_sky.texture(), object_sun.texture(),    room_sky.texture(),
-          room_sun.texture(),   settings.sky_map_texels, settings.sun_map_texels};
-}
-
 /// Of the sky by few points where the objects are not small in the picture; of the sun, whose shadows are sharp, by
 /// all.
 Result<void> Renderer::State::light_objects(const PixelBox& box) {
-  const MapTextures maps = map_textures();
   if (lights.sun().batches > 0)
-    passes.ask_objects_sun(lights, maps, box, targets);
+    passes.ask_objects(lights, lights.sun(), sun_maps(), box, targets, targets.object_sun);
   if (!shares_lights()) {
-    passes.ask_objects_sky(lights, maps, box, targets);
+    passes.ask_objects(lights, lights.sky(), sky_maps(), box, targets, targets.object_sky);
     return {};
   }
   object_points.box = box;
@@ -262,14 +257,14 @@ Result<void> Renderer::State::light_objects(const PixelBox& box) {
     if (const auto read = targets.object_points.read(colour, box, *texels); !read)
       return read;
   const auto ask = [&](const LightPoints& points) {
-    return passes.ask_sky(PicturePasses::On::objects, points, lights, maps, targets, sky_answers);
+    return passes.ask(PicturePasses::On::objects, points, lights, lights.sky(), sky_maps(), targets, sky_answers);
   };
   if (const auto asked = ask(object_grid.ask_corners(object_points, static_cast<float>(objects.sphere().radius)));
       !asked)
     return asked;
-  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers)); !asked)
+  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers, object_shares)); !asked)
     return asked;
-  object_grid.fill(object_points, sky_answers, object_shares);
+  object_grid.fill(sky_answers, object_shares);
   passes.set_objects_sky(object_shares, box, targets);
   return {};
 }
@@ -291,17 +286,18 @@ Result<void> Renderer::State::light_room(RenderedFrame& frame) {
   const Rgb sun = lights.sun_normal_irradiance();
   const RoomGrid::Scene scene{view,
                               room,
-                              {glm::vec3(sphere.centre), static_cast<float>(sphere.radius), lights.sky().cone,
-                               lights.sun().cone, lights.windows()},
+                              {glm::vec3(sphere.centre), static_cast<float>(sphere.radius),
+                               ShadowReach::Cone(lights.sky().cone), ShadowReach::Cone(lights.sun().cone),
+                               lights.windows()},
                               sun.r + sun.g + sun.b,
                               shares_lights()};
   const auto ask = [&](const LightPoints& sky_points, const LightPoints& sun_points) -> Result<void> {
     if (const auto sky =
-            passes.ask_sky(PicturePasses::On::room, sky_points, lights, map_textures(), targets, sky_answers);
+            passes.ask(PicturePasses::On::room, sky_points, lights, lights.sky(), sky_maps(), targets, sky_answers);
         !sky)
       return sky;
     return scene.whole_sun > 0.0f
-               ? passes.ask_sun(PicturePasses::On::room, sun_points, lights, map_textures(), targets, sun_answers)
+               ? passes.ask(PicturePasses::On::room, sun_points, lights, lights.sun(), sun_maps(), targets, sun_answers)
                : Result<void>{};
   };
   const LightPoints& corners = grid.ask_corners(scene);

@@ -35,7 +35,7 @@ private:
   Gl gl_;
   GlTexture texture_;
   GlFramebuffer framebuffer_;
-  std::vector<float> depths_;
+  std::vector<std::uint16_t> depths_;
   int texels_ = 0, layers_ = 0;
   bool by_processor_ = false;
 };

@@ -315,13 +315,14 @@ TEST(DepthRaster, maps_do_not_depend_on_their_neighbours_and_show_only_meshes_th
     axes.push_back({right, glm::cross(toward, right), toward});
   }
   constexpr std::size_t kSize = kTexels * kTexels;
-  std::vector<float> together(kMaps * kSize), alone(kSize);
+  std::vector<std::uint16_t> together(kMaps * kSize), alone(kSize);
   raster.draw(axes, together);
   std::size_t shown = 0, missed = 0;
   for (std::size_t k = 0; k < kMaps; ++k) {
     raster.draw({&axes[k], 1}, alone);
     EXPECT_TRUE(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(k * kSize)));
-    const bool shows = std::any_of(alone.begin(), alone.end(), [](float depth) { return depth < 1.0f; });
+    const bool shows =
+        std::any_of(alone.begin(), alone.end(), [](std::uint16_t depth) { return depth < DepthRaster::kNothing; });
     EXPECT_TRUE(raster.meets(axes[k]) || !shows) << k;
     shown += shows;
     missed += !raster.meets(axes[k]);
