@@ -28,7 +28,7 @@ struct Arguments {
   std::vector<std::string> rooms = {"office", "l_shape"};
   std::vector<double> targets = {4, 2, 1};
   std::vector<std::filesystem::path> pictures;
-  std::string regions;
+  std::string regions, density = "auto";
   int points = 33, samples = 16384;
   bool append = false;
 };
@@ -129,12 +129,13 @@ Result<nlohmann::json> errors(const Case& c, const BasisVolume& volume) {
   return list;
 }
 
-Result<nlohmann::json> measure(const Case& c, const std::string& regions, double target_percent,
-                               const Progress& progress) {
+Result<nlohmann::json> measure(const Case& c, const Arguments& a, double target_percent, const Progress& progress) {
   precompute::PlanRequest request;
   request.max_error = 0.01 * target_percent;
-  request.regions = regions;
-  request.must_reach = regions.empty();
+  request.regions = a.regions;
+  request.must_reach = a.regions.empty();
+  if (a.density != "auto")
+    request.graded = a.density == "graded";
   const double wall = clock_seconds(CLOCK_MONOTONIC), cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
   const auto baked = precompute::bake_to_error(c.room.file, request, nullptr, progress, [](const std::string&) {});
   if (!baked)
@@ -194,7 +195,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
     if (!one)
       return one.error();
     for (const double target : a.targets) {
-      const auto row = measure(*one, a.regions, target, progress.callback());
+      const auto row = measure(*one, a, target, progress.callback());
       progress.clear();
       if (!row)
         return row.error();
@@ -220,6 +221,8 @@ Command add_error_vs_time(CLI::App& program) {
       ->capture_default_str();
   parser->add_option("--pictures", arguments->pictures, "equirectangular HDR pictures of skies")->delimiter(',');
   parser->add_option("--regions", arguments->regions, "of the sky, instead of the planned ones");
+  parser->add_option("--density", arguments->density, "graded or regular grid of probes")
+      ->check(CLI::IsMember({"auto", "graded", "regular"}));
   parser->add_option("--points", arguments->points, "where light is compared")->check(CLI::Range(1, 4096));
   parser->add_option("--samples", arguments->samples, "paths per point of the reference")
       ->check(CLI::Range(kBatches, 1 << 22));
