@@ -38,7 +38,7 @@ std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
 
 LightCone light_cone(const std::vector<DirectionalLight>& lights) {
   const glm::vec4 cone = bounding_cone(lights);
-  return {glm::vec3(cone), cone.w};
+  return {glm::vec3(cone), cone.w, std::cos(cone.w), std::sin(cone.w)};
 }
 
 // Parts of an object further apart in depth than this share of its radius are shaded separately where they meet.
