@@ -10,6 +10,7 @@
 
 #include "precompute/audit.h"
 #include "precompute/compact_sky.h"
+#include "precompute/probe_density.h"
 #include "precompute/surface_light.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
@@ -32,6 +33,7 @@ struct BakeOptions {
   double tolerance = 1e-5;          ///< residual of the solver
   glm::ivec3 grid{0};               ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
+  ProbeDensity density;                  ///< of the grid; empty: regular
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double compact_error = 0.03;           ///< of the factors of a fine sky

@@ -23,7 +23,7 @@ using namespace daylit;
 
 struct Arguments {
   std::filesystem::path room, output, points;
-  std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto";
+  std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto";
   double spacing_m = 0, patch_size_m = 0;
   int threads = 0, patches = 0;
   bool quiet = false, json = false, drop_bad_faces = false, resume = false;
@@ -76,6 +76,8 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
     request.grid = *grid;
   }
   request.spacing_m = a.spacing_m;
+  if (a.density != "auto")
+    request.graded = a.density == "graded";
   request.patch_edge_m = a.patch_size_m;
   request.patches = a.patches;
   request.regions = a.regions;
@@ -95,7 +97,7 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
 
 /// Nothing is left to plan: patches, probes and sky are all given, and no error is asked for.
 bool all_given(const Arguments& a) {
-  return a.max_error.empty() && (a.patches > 0 || a.patch_size_m > 0) &&
+  return a.max_error.empty() && a.density != "graded" && (a.patches > 0 || a.patch_size_m > 0) &&
          (!a.grid.empty() || a.spacing_m > 0 || !a.points.empty()) && !a.regions.empty();
 }
 
@@ -215,8 +217,15 @@ int main(int argc, char** argv) {
   auto* spacing =
       app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
   auto* points = app.add_option("--points", a.points, "file of probe positions, x y z per line: no grid");
+  auto* density =
+      app.add_option("--density", a.density,
+                     "graded: as many probes, closer together where the light changes fast; regular; auto: graded\n"
+                     "where the number of probes is planned")
+          ->capture_default_str()
+          ->check(CLI::IsMember({"graded", "regular", "auto"}));
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
+  density->excludes(points);
   auto* patch_size = app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: planned)")
                          ->check(CLI::PositiveNumber);
   app.add_option("--patches", a.patches, "about this many patches; models of many small faces get more")

@@ -25,6 +25,7 @@ struct Pilot {
   double mesh_error = 0; ///< of the finer mesh
   double grid_error = 0; ///< at `spacing_m`, worst smooth sky
   double grid_sun = 0;   ///< the same, rms over small suns; 0: no sun comes in
+  ProbeDensity density;  ///< where the light of the finer bake is curved
   double gather_rays = 0, visibility_rays = 0;
   std::vector<StageTime> stages; ///< of the finer bake
   double seconds = 0;            ///< of both

@@ -195,6 +195,8 @@ private:
   void choose_grid(double target, BakeOptions& options) const {
     options.grid = request_.grid;
     options.spacing_m = request_.spacing_m;
+    if (request_.points.empty() && request_.graded.value_or(options.grid.x == 0 && options.spacing_m == 0))
+      options.density = pilot_.density;
     if (options.grid.x > 0 || options.spacing_m > 0 || !request_.points.empty())
       return;
     const glm::dvec3 size = pilot_.bounds.size();

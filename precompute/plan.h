@@ -23,12 +23,14 @@ struct Prediction {
 
 /// What the user has fixed; all else is the plan's.
 struct PlanRequest {
-  double max_error = 0.02;         ///< of the coefficients under smooth skies; a small sun may err twice as much
-  double patch_edge_m = 0;         ///< > 0: fixed
-  int patches = 0;                 ///< > 0: fixed
-  glm::ivec3 grid{0};              ///< > 0: fixed
-  double spacing_m = 0;            ///< > 0: fixed
-  std::vector<glm::dvec3> points;  ///< not empty: no grid
+  double max_error = 0.02;        ///< of the coefficients under smooth skies; a small sun may err twice as much
+  double patch_edge_m = 0;        ///< > 0: fixed
+  int patches = 0;                ///< > 0: fixed
+  glm::ivec3 grid{0};             ///< > 0: fixed
+  double spacing_m = 0;           ///< > 0: fixed
+  std::vector<glm::dvec3> points; ///< not empty: no grid
+  /// Fixed: graded (true) or regular. Else graded where the plan chooses how many probes there are.
+  std::optional<bool> graded;
   std::string regions;             ///< not empty: fixed
   std::optional<ShOrder> sh_order; ///< fixed
   /// False: what was fixed may make the target impossible, and the rest is planned as if it did not.

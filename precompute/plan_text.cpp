@@ -13,9 +13,10 @@ std::string where(const Plan& plan) {
   const BakeOptions& o = plan.options;
   if (!o.points.empty())
     return format("%zu given points", o.points.size());
+  const bool graded = is_graded(o.density);
   if (o.grid.x > 0)
-    return format("%d x %d x %d probes", o.grid.x, o.grid.y, o.grid.z);
-  return format("probes at most %.3g m apart", o.spacing_m);
+    return format("%d x %d x %d%s probes", o.grid.x, o.grid.y, o.grid.z, graded ? " graded" : "");
+  return format(graded ? "probes %.3g m apart in the mean" : "probes at most %.3g m apart", o.spacing_m);
 }
 
 std::string patches(const Plan& plan) {
@@ -64,6 +65,7 @@ std::string to_json(const PlannedBake& bake, bool times) {
                {"target_patches", o.target_patches},
                {"patch_edge_m", o.patch_edge_m},
                {"spacing_m", o.spacing_m},
+               {"graded", is_graded(o.density)},
                {"visibility_rays", o.visibility_rays},
                {"gather_rays", o.gather_rays},
                {"compact_error", o.compact_error},

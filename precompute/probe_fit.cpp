@@ -8,11 +8,12 @@
 
 #include <tbb/parallel_for.h>
 
+#include "scene/probe_planes.h"
+
 namespace daylit::precompute {
 
 namespace {
 
-constexpr float kShare = 1.0f / 12.0f;
 constexpr std::size_t kChunk = 256;  ///< numbers of all points at a time
 constexpr std::size_t kBlock = 2048; ///< numbers of one point at a time: they stay in the first cache
 constexpr std::int64_t kNone = -1;
@@ -36,6 +37,14 @@ private:
   std::vector<std::uint32_t> parent_;
 };
 
+/// The correction of a point as shares of the steps from the middle one of three planes to the two others.
+/// `own`: which of the planes is the point's.
+std::array<float, 2> shares(std::span<const double, 3> plane, int own) {
+  const double a = plane[1] - plane[0], b = plane[2] - plane[1];
+  const double length2 = own == 0 ? a * a : own == 2 ? b * b : a * a - a * b + b * b;
+  return {static_cast<float>(length2 / (6.0 * a * (a + b))), static_cast<float>(length2 / (6.0 * b * (a + b)))};
+}
+
 } // namespace
 
 ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
@@ -45,6 +54,7 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
   fit.part_.assign(fit.points_, 0);
   if (!grid.is_grid)
     return fit;
+  const ProbePlanes planes(grid);
   std::vector<std::int64_t> point_of(grid.size(), kNone);
   for (std::size_t p = 0; p < probe_of_point.size(); ++p)
     point_of[probe_of_point[p]] = static_cast<std::int64_t>(p);
@@ -85,7 +95,10 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
             return static_cast<std::uint32_t>(
                 point_of[probe + static_cast<std::size_t>(static_cast<std::int64_t>(s) * steps)]);
           };
-          fit.rows_.push_back({static_cast<std::uint32_t>(p), at(middle - 1), at(middle), at(middle + 1)});
+          const auto [to_a, to_b] =
+              shares(std::span<const double, 3>(planes.along(static_cast<int>(axis)).data() + here + middle - 1, 3),
+                     1 - middle);
+          fit.rows_.push_back({static_cast<std::uint32_t>(p), at(middle - 1), at(middle), at(middle + 1), to_a, to_b});
           break;
         }
     }
@@ -104,7 +117,7 @@ void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) con
       const float *a = before.data() + row.a * count, *m = before.data() + row.middle * count,
                   *b = before.data() + row.b * count;
       for (std::size_t k = 0; k < count; ++k)
-        out[k] -= kShare * (a[k] - 2.0f * m[k] + b[k]);
+        out[k] -= row.to_a * (a[k] - m[k]) + row.to_b * (b[k] - m[k]);
     }
   });
 }
@@ -162,9 +175,9 @@ void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_
     terms.clear();
     add(points[i], 1.0f);
     for (const Row& row : std::ranges::equal_range(rows_, points[i], {}, &Row::point)) {
-      add(row.a, -kShare);
-      add(row.middle, 2.0f * kShare);
-      add(row.b, -kShare);
+      add(row.a, -row.to_a);
+      add(row.middle, row.to_a + row.to_b);
+      add(row.b, -row.to_b);
     }
     add_up(terms, numbers_per_point, result + i * numbers_per_point);
   }

@@ -13,8 +13,9 @@ namespace daylit::precompute {
 
 /// Linear interpolation between samples of a curved function errs to one side: by h^2 f'' / 12 in the mean of a cell,
 /// of 0.091 h^2 f'' rms. Values lowered by h^2 f'' / 12 leave 0.037 h^2 f'' rms: the least-squares spline to second
-/// order. The second differences are those of the grid itself, along each axis where two further probes are in the air
-/// and in sight of each other (the nearest such row of three beside a wall).
+/// order. Between unequal distances a and b it is (a^2 - a b + b^2) f'' / 12, the mass matrix's answer for a parabola.
+/// The second differences are those of the grid itself, along each axis where two further probes are in the air and in
+/// sight of each other (the nearest such row of three beside a wall).
 class ProbeFit {
 public:
   /// `sees(a, b)`: nothing stands between the neighbouring probes a and b. Probes in `probe_of_point` are the valid
@@ -33,9 +34,10 @@ public:
              const std::function<void(std::uint32_t point, float* values)>& value, float* result) const;
 
 private:
-  /// A second difference that a point takes: outer, middle, outer.
+  /// A second difference that a point takes: outer, middle, outer, and what the steps to the outer ones count.
   struct Row {
     std::uint32_t point, a, middle, b;
+    float to_a, to_b;
   };
   std::vector<Row> rows_; ///< in the order of their points
   std::size_t points_ = 0;

@@ -51,6 +51,7 @@ nlohmann::ordered_json probes_info(const ProbeSet& probes) {
   if (probes.is_grid) {
     info["grid"] = {probes.count.x, probes.count.y, probes.count.z};
     info["spacing_m"] = json3(probes.spacing);
+    info["graded"] = probes.is_graded();
   }
   Bounds bounds;
   for (const glm::vec3& p : probes.positions)

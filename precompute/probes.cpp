@@ -9,6 +9,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/probe_planes.h"
+
 namespace daylit::precompute {
 
 namespace {
@@ -38,7 +40,7 @@ std::vector<glm::dvec3> air_seeds(const std::vector<Aperture>& apertures, double
 
 class GridIndex {
 public:
-  explicit GridIndex(const ProbeSet& grid) : grid_(grid) {}
+  explicit GridIndex(const ProbeSet& grid) : grid_(grid), planes_(grid) {}
   std::size_t index(const glm::ivec3& c) const {
     return (static_cast<std::size_t>(c.z) * grid_.count.y + c.y) * grid_.count.x + c.x;
   }
@@ -52,8 +54,8 @@ public:
   /// Calls visit(probe) for the probes within `ring` steps of a world point.
   template <class Visit>
   void near(const glm::dvec3& world_point, int ring, const Visit& visit) const {
-    const glm::dvec3 g = (world_point - grid_.origin - glm::dvec3(grid_.positions[0])) / grid_.spacing;
-    const glm::ivec3 base(glm::floor(g));
+    const glm::ivec3 base(planes_.below(0, world_point.x), planes_.below(1, world_point.y),
+                          planes_.below(2, world_point.z));
     for (int z = base.z - ring + 1; z <= base.z + ring; ++z)
       for (int y = base.y - ring + 1; y <= base.y + ring; ++y)
         for (int x = base.x - ring + 1; x <= base.x + ring; ++x)
@@ -63,6 +65,7 @@ public:
 
 private:
   const ProbeSet& grid_;
+  ProbePlanes planes_;
 };
 
 int axis_count(double length_m, double spacing_m) {
@@ -97,7 +100,7 @@ glm::ivec3 grid_size(const Bounds& room, double spacing_m) {
   return count;
 }
 
-Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m) {
+Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density) {
   const glm::dvec3 size = room.size();
   ProbeSet grid;
   grid.is_grid = true;
@@ -113,10 +116,18 @@ Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double s
   if (!(total <= static_cast<double>(kMaxProbes)))
     return Error{ErrorCode::limit_exceeded, "the grid would have more than 4 million probes", "probe grid",
                  "use a larger --spacing; is the room really in metres?"};
+  const bool graded = is_graded(density);
+  for (int k = 0; graded && k < 3; ++k)
+    grid.planes[static_cast<std::size_t>(k)] =
+        planes_of(density[static_cast<std::size_t>(k)], grid.count[k], low[k], -low[k]);
+  const auto along = [&](int k, int i) {
+    return graded ? grid.planes[static_cast<std::size_t>(k)][static_cast<std::size_t>(i)]
+                  : low[k] + i * grid.spacing[k];
+  };
   for (int z = 0; z < grid.count.z; ++z)
     for (int y = 0; y < grid.count.y; ++y)
       for (int x = 0; x < grid.count.x; ++x)
-        grid.positions.emplace_back(low + glm::dvec3(x, y, z) * grid.spacing);
+        grid.positions.emplace_back(along(0, x), along(1, y), along(2, z));
   grid.valid.assign(grid.positions.size(), 0);
   return grid;
 }

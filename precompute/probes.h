@@ -5,6 +5,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "precompute/probe_density.h"
 #include "scene/aperture.h"
 #include "scene/ray_scene.h"
 #include "scene/result.h"
@@ -16,9 +17,11 @@ namespace daylit::precompute {
 /// Probes per axis of make_grid() with this spacing.
 glm::ivec3 grid_size(const Bounds& room, double spacing_m);
 
-/// Regular grid over the room's bounds whose outer probes stand a small margin off the walls.
-/// `count` per axis >= 2, or zero on all axes: the spacing decides (metres, at most `spacing_m` apart).
-Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m);
+/// Grid over the room's bounds whose outer probes stand a small margin off the walls.
+/// `count` per axis >= 2, or zero on all axes: the spacing decides (metres, at most `spacing_m` apart). Without a
+/// density the grid is regular; with one it is graded and has as many probes.
+Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m,
+                           const ProbeDensity& density = {});
 
 /// Marks the probes that stand in the air of the room: those that light can reach from the apertures, found by
 /// walking from probe to neighbouring probe along unobstructed segments that cross no aperture. Inside of furniture,

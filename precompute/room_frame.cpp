@@ -38,6 +38,9 @@ void volume_in_world(const RoomFrame& frame, const RoomFile& file, const BakeOpt
   const glm::dvec3 local_origin = probes.origin;
   probes.origin = frame.to_world(local_origin);
   probes.spacing *= frame.unit_m;
+  for (std::vector<double>& planes : probes.planes)
+    for (double& x : planes)
+      x *= frame.unit_m;
   for (std::size_t i = 0; i < probes.size(); ++i)
     probes.positions[i] = options.points.empty() ? glm::vec3(glm::dvec3(probes.positions[i]) * frame.unit_m)
                                                  : glm::vec3(options.points[i] - probes.origin); // as they were given

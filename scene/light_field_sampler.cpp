@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/aperture.h"
-#include "scene/detail/probe_grid.h"
+#include "scene/probe_planes.h"
 #include "scene/ray_scene.h"
 #include "scene/volume.h"
 
@@ -16,13 +16,6 @@ namespace {
 
 constexpr double kTouch_m = 1e-4;     // surfaces nearer than this to the point do not hide probes from it
 constexpr float kLeastWeight = 1e-6f; // below it the corners in sight say too little about the point
-
-/// A point's place in the grid: lower corner of its cell, and where in the cell, clamped to 0..1.
-struct GridPlace {
-  glm::ivec3 cell{0};
-  glm::dvec3 share{0.0};
-  bool clamped = false; ///< the point lies outside the outer probes
-};
 
 bool plane_misses_box(const glm::dvec3& centre, const glm::dvec3& half, const glm::dvec3& corner,
                       const glm::dvec3& normal) {
@@ -41,7 +34,7 @@ struct LightFieldSampler::State {
   double touch_m = kTouch_m;
 
   bool is_grid = false;
-  glm::dvec3 first{0.0}, spacing{1.0}; ///< grid: world position of the first probe
+  ProbePlanes planes; ///< grid
   glm::ivec3 count{0};
   std::vector<std::uint8_t> open_cell; ///< all corners valid and no surface or aperture in the cell: needs no rays
   std::vector<std::uint32_t> by_x;     ///< free points, sorted by x
@@ -55,7 +48,6 @@ struct LightFieldSampler::State {
     return static_cast<std::size_t>(i.x) + static_cast<std::size_t>(n.x) * (i.y + static_cast<std::size_t>(n.y) * i.z);
   }
 
-  GridPlace place(const glm::dvec3& p) const;
   bool sees(const glm::dvec3& p, std::uint32_t probe) const;
   void find_open_cells(const Room& room);
   void close_cells(std::span<const glm::dvec3> polygon);
@@ -63,18 +55,6 @@ struct LightFieldSampler::State {
   int ring_weights(const GridPlace& at, const glm::dvec3& p, std::uint32_t* probe, float* weight) const;
   int free_point(const glm::dvec3& p, std::uint32_t* probe, float* weight) const;
 };
-
-GridPlace LightFieldSampler::State::place(const glm::dvec3& p) const {
-  GridPlace at;
-  for (int k = 0; k < 3; ++k) {
-    const double last = count[k] - 1, x = (p[k] - first[k]) / spacing[k];
-    const double inside = std::clamp(x, 0.0, last);
-    at.clamped = at.clamped || inside != x;
-    at.cell[k] = std::min(static_cast<int>(inside), std::max(count[k] - 2, 0));
-    at.share[k] = inside - at.cell[k];
-  }
-  return at;
-}
 
 bool LightFieldSampler::State::sees(const glm::dvec3& p, std::uint32_t probe) const {
   const glm::dvec3 way = origin + glm::dvec3(positions[probe]) - p;
@@ -165,23 +145,25 @@ void LightFieldSampler::State::close_cells(std::span<const glm::dvec3> polygon) 
   Bounds bounds;
   for (const glm::dvec3& p : polygon)
     bounds.include(p);
-  glm::ivec3 low, high;
+  glm::ivec3 low(0), high(0);
   for (int k = 0; k < 3; ++k) {
-    const double last = cell_count()[k] - 1;
-    const double from = std::floor((bounds.min[k] - touch_m - first[k]) / spacing[k]);
-    const double to = std::floor((bounds.max[k] + touch_m - first[k]) / spacing[k]);
-    if (to < 0.0 || from > last)
+    const int last = cell_count()[k] - 1;
+    low[k] = std::max(planes.below(k, bounds.min[k] - touch_m), 0);
+    high[k] = std::min(planes.below(k, bounds.max[k] + touch_m), last);
+    if (high[k] < 0 || low[k] > last)
       return;
-    low[k] = static_cast<int>(std::max(from, 0.0));
-    high[k] = static_cast<int>(std::min(to, last));
   }
   glm::dvec3 normal = glm::cross(polygon[1] - polygon[0], polygon[2] - polygon[0]);
   normal /= std::max(glm::length(normal), 1e-300);
-  const glm::dvec3 half = 0.5 * spacing + touch_m;
   for (int z = low.z; z <= high.z; ++z)
     for (int y = low.y; y <= high.y; ++y)
       for (int x = low.x; x <= high.x; ++x) {
-        const glm::dvec3 centre = first + spacing * (glm::dvec3(x, y, z) + 0.5);
+        glm::dvec3 centre, half;
+        for (int k = 0; k < 3; ++k) {
+          const double* at = planes.along(k).data() + glm::ivec3(x, y, z)[k];
+          centre[k] = origin[k] + 0.5 * (at[0] + at[1]);
+          half[k] = 0.5 * (at[1] - at[0]) + touch_m;
+        }
         if (!plane_misses_box(centre, half, polygon[0], normal))
           open_cell[cell_index({x, y, z})] = 0;
       }
@@ -237,12 +219,10 @@ Result<LightFieldSampler> LightFieldSampler::make(const BasisVolume& volume) {
   state->touch_m = std::max(kTouch_m, 4.0 * static_cast<double>(state->scene.surface_offset()));
   state->is_grid = probes.is_grid;
   if (probes.is_grid) {
-    if (const Result<void> good = detail::check_grid(probes); !good)
+    if (const Result<void> good = check_grid(probes); !good)
       return good.error();
     state->count = probes.count;
-    state->first = probes.origin + glm::dvec3(probes.positions[0]);
-    for (int k = 0; k < 3; ++k)
-      state->spacing[k] = probes.count[k] > 1 ? probes.spacing[k] : 1.0;
+    state->planes = ProbePlanes(probes);
     state->find_open_cells(volume.room);
   } else {
     state->by_x.resize(probes.size());
@@ -262,7 +242,7 @@ int LightFieldSampler::weights(const glm::dvec3& p, std::span<std::uint32_t, 8> 
     return 0;
   if (!s.is_grid)
     return s.free_point(p, probe.data(), weight.data());
-  const GridPlace at = s.place(p);
+  const GridPlace at = s.planes.place(p);
   const bool open = !at.clamped && s.open_cell[s.cell_index(at.cell)] != 0;
   int used = s.corner_weights(at, p, open, probe.data(), weight.data());
   if (used == 0)

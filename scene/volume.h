@@ -21,16 +21,20 @@
 
 namespace daylit {
 
-/// Where the probes are. Either a regular grid (count.x * count.y * count.z probes, x fastest) or free points.
+/// Where the probes are. Either a grid (count.x * count.y * count.z probes, x fastest), regular or graded, or free
+/// points. The coordinates of a grid come from ProbePlanes (scene/probe_planes.h).
 struct ProbeSet {
   std::vector<glm::vec3> positions; ///< metres, relative to `origin`
   glm::dvec3 origin{0.0};           ///< world metres
   bool is_grid = false;
-  glm::ivec3 count{0};             ///< grid only
-  glm::dvec3 spacing{0.0};         ///< grid only, metres
+  glm::ivec3 count{0};     ///< grid only
+  glm::dvec3 spacing{0.0}; ///< grid only, metres; of a graded one the mean
+  /// Graded grid only: increasing coordinates along x, y and z, metres relative to `origin`; else empty.
+  std::array<std::vector<double>, 3> planes = {};
   std::vector<std::uint8_t> valid; ///< 1 = inside the room and in the air; invalid probes hold zeros
 
   std::size_t size() const { return positions.size(); }
+  bool is_graded() const { return !planes[0].empty() || !planes[1].empty() || !planes[2].empty(); }
 };
 
 struct VolumeProvenance {
@@ -90,7 +94,7 @@ struct ShRadiance {
 /// Copies what it needs from the volume; thread-safe.
 class LightFieldSampler {
 public:
-  /// Error: the probes are no grid of the stated counts and spacing.
+  /// Errors of check_grid() (scene/probe_planes.h).
   static Result<LightFieldSampler> make(const BasisVolume& volume);
   /// Probe indices and weights (sum 1) at a world point; returns the number used, 0 where there is no light field:
   /// outside the room, or inside furniture.

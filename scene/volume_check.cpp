@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "scene/detail/probe_grid.h"
 #include "scene/glass.h"
+#include "scene/probe_planes.h"
 #include "scene/volume_file.h"
 
 namespace daylit {
@@ -51,7 +51,9 @@ Result<void> check_probes(const ProbeSet& probes) {
     return broken("a probe position is not finite");
   if (std::any_of(probes.valid.begin(), probes.valid.end(), [](std::uint8_t v) { return v > 1; }))
     return broken("a probe is neither valid nor invalid");
-  return probes.is_grid ? detail::check_grid(probes) : Result<void>{};
+  if (!probes.is_grid && probes.is_graded())
+    return broken("probes that are no grid have coordinates of one");
+  return probes.is_grid ? check_grid(probes) : Result<void>{};
 }
 
 Result<void> check_rows(const BasisVolume& volume) {

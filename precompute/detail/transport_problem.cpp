@@ -14,7 +14,7 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
                               const BakeOptions& options) {
   if (!options.points.empty())
     return make_points(options.points, room.bounds(), scene, apertures);
-  Result<ProbeSet> grid = make_grid(room.bounds(), options.grid, options.spacing_m);
+  Result<ProbeSet> grid = make_grid(room.bounds(), options.grid, options.spacing_m, options.density);
   if (grid)
     mark_air(*grid, scene, apertures);
   return grid;

@@ -155,8 +155,12 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.light.assign(objects.positions.size(), {});
   s.objects_are_traced = false;
   if (same_mesh && !scene.triangles.empty()) {
-    if (!scene.own_visibility.empty() && !s.motion.set(scene.positions))
-      scene.own_visibility = {};
+    if (s.motion.set(scene.positions)) {
+      scene.objects.place(s.motion.to_first());
+      return {};
+    }
+    scene.own_visibility = {}; // it is not looked for again: objects that move against each other will go on
+    s.motion = RigidMotion(scene.positions);
     return scene.objects.move(scene.positions);
   }
   scene.triangles = objects.triangles;

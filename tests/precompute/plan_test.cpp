@@ -114,6 +114,27 @@ TEST(Plan, what_the_user_fixed_is_kept_and_may_put_the_target_out_of_reach) {
   EXPECT_EQ(fixed->options.grid, request.grid);
 }
 
+TEST(Plan, grid_is_graded_where_the_plan_chooses_it_or_where_that_is_asked_for) {
+  Pilot pilot = invented_room(0.03, 0.04, 0.1);
+  pilot.density = {{{1, 2}, {}, {3, 1}}};
+  const auto graded = [&](const PlanRequest& request) { return is_graded(make_plan(pilot, request)->options.density); };
+  PlanRequest request;
+  EXPECT_TRUE(graded(request));
+  request.graded = false;
+  EXPECT_FALSE(graded(request));
+  PlanRequest counted, spaced;
+  counted.grid = {20, 25, 14};
+  spaced.spacing_m = 0.2;
+  for (PlanRequest* given : {&counted, &spaced}) {
+    EXPECT_FALSE(graded(*given)) << "the user's own grid";
+    given->graded = true;
+    EXPECT_TRUE(graded(*given));
+  }
+  request.graded = true;
+  request.points = {{1, 1, 1}};
+  EXPECT_FALSE(graded(request)) << "no grid";
+}
+
 TEST(Plan, given_points_need_no_grid) {
   PlanRequest request;
   request.points = {{1, 1, 1}, {2, 2, 1}};
@@ -150,6 +171,7 @@ Row row_of_nine(float (*value)(int x)) {
   Row row;
   row.grid.is_grid = true;
   row.grid.count = {9, 2, 2};
+  row.grid.spacing = glm::dvec3(1);
   for (int i = 0; i < 36; ++i) {
     row.all.push_back(static_cast<std::size_t>(i));
     row.grid.positions.emplace_back(i % 9, i / 9 % 2, i / 18);

@@ -7,6 +7,7 @@
 
 #include <glm/common.hpp>
 
+#include "scene/probe_planes.h"
 #include "scene/volume.h"
 #include "tests/scene/test_rooms.h"
 
@@ -49,6 +50,25 @@ inline BasisVolume grid_volume(Room room, glm::ivec3 count, int rows) {
   volume.basis.resize(rows * volume.row_floats());
   for (float& x : volume.basis)
     x = unit(random);
+  return volume;
+}
+
+/// The same probes on planes that stand closer together towards the lower end of each axis; `by` in 0..1, 0: the
+/// regular coordinates, kept as a graded grid.
+inline BasisVolume graded(BasisVolume volume, double by = 0.6) {
+  ProbeSet& probes = volume.probes;
+  const ProbePlanes regular(probes);
+  for (int k = 0; k < 3; ++k) {
+    auto& planes = probes.planes[static_cast<std::size_t>(k)] = regular.along(k);
+    const double first = planes.front(), length = planes.back() - first;
+    for (double& x : planes)
+      x -= length > 0.0 ? by * (x - first) * (planes.back() - x) / length : 0.0;
+  }
+  std::size_t i = 0;
+  for (const double z : probes.planes[2])
+    for (const double y : probes.planes[1])
+      for (const double x : probes.planes[0])
+        probes.positions[i++] = glm::vec3(x, y, z);
   return volume;
 }
 

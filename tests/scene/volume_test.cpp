@@ -1,5 +1,6 @@
 #include "scene/volume.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -9,6 +10,7 @@
 #include <tbb/global_control.h>
 
 #include "tests/scene/test_volumes.h"
+#include "tests/scene/volume_versions.h"
 
 namespace daylit {
 namespace {
@@ -156,16 +158,18 @@ TEST(Sampler, point_behind_a_thin_wall_gets_no_light_from_the_other_side) {
   const auto grey = b.material("grey");
   b.box({0, 0, 0}, {4, 5, 3}, grey);
   b.quad({2.1, 0, 0}, {2.1, 5, 0}, {2.1, 5, 3}, {2.1, 0, 3}, grey);
-  const BasisVolume volume = grid_volume(b.room, {5, 6, 4}, 1);
-  const LightField field = field_of(volume, [](const glm::dvec3& p) { return p.x < 2.1 ? 1.0 : 0.0; });
-  const auto sampler = LightFieldSampler::make(volume);
-  ASSERT_TRUE(sampler);
-  for (int i = 0; i < 40; ++i) {
-    const double y = 0.05 + 0.12 * i, z = 0.05 + 0.07 * i;
-    for (const double x : {2.102, 2.11, 2.3, 2.45, 3.9})
-      EXPECT_EQ((*sampler->sample(field, {x, y, z}))[0].r, 0.0f) << x << " " << y << " " << z;
-    for (const double x : {2.098, 2.09, 1.9, 1.7, 0.1})
-      EXPECT_NEAR((*sampler->sample(field, {x, y, z}))[0].r, 1.0f, 1e-6f) << x << " " << y << " " << z;
+  const BasisVolume regular = grid_volume(b.room, {5, 6, 4}, 1);
+  for (const BasisVolume& volume : {regular, test::graded(regular, 0.3)}) {
+    const LightField field = field_of(volume, [](const glm::dvec3& p) { return p.x < 2.1 ? 1.0 : 0.0; });
+    const auto sampler = LightFieldSampler::make(volume);
+    ASSERT_TRUE(sampler);
+    for (int i = 0; i < 40; ++i) {
+      const double y = 0.05 + 0.12 * i, z = 0.05 + 0.07 * i;
+      for (const double x : {2.102, 2.11, 2.3, 2.45, 3.9})
+        EXPECT_EQ((*sampler->sample(field, {x, y, z}))[0].r, 0.0f) << x << " " << y << " " << z;
+      for (const double x : {2.098, 2.09, 1.9, 1.7, 0.1})
+        EXPECT_NEAR((*sampler->sample(field, {x, y, z}))[0].r, 1.0f, 1e-6f) << x << " " << y << " " << z;
+    }
   }
 }
 
@@ -283,6 +287,25 @@ TEST(WithoutRinging, irradiance_is_nowhere_negative_and_calm_light_keeps_every_b
     EXPECT_EQ(calm.radiance.nine[i].g, light[i].g);
     EXPECT_EQ(calm.radiance.nine[i].b, light[i].b);
   }
+}
+
+TEST(Volume, radiance_of_regions_that_do_not_count_changes_no_bit) {
+  std::ptrdiff_t left_out = 0;
+  for (const test::VolumeVersion& v : test::volume_versions()) {
+    const std::vector<std::uint8_t> counts = regions_that_count(v.volume);
+    ASSERT_EQ(counts.size(), static_cast<std::size_t>(v.volume.partition.size())) << v.name;
+    left_out += std::ranges::count(counts, 0);
+    const std::vector<Rgb> radiance = random_radiance(v.volume, 3);
+    std::vector<Rgb> only = radiance;
+    for (std::size_t r = 0; r < only.size(); ++r)
+      if (!counts[r])
+        only[r] = Rgb(0.0f);
+    const LightField all = combine(v.volume, radiance, ShOrder::fourth),
+                     some = combine(v.volume, only, ShOrder::fourth);
+    EXPECT_EQ(all.probe, some.probe) << v.name;
+    EXPECT_EQ(all.band4, some.band4) << v.name;
+  }
+  EXPECT_GT(left_out, 0);
 }
 
 } // namespace
