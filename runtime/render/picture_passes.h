@@ -10,6 +10,7 @@
 #include "runtime/render/render_camera.h"
 #include "runtime/render/render_targets.h"
 #include "runtime/render/scene_buffers.h"
+#include "runtime/render/triangle_raster.h"
 
 namespace daylit {
 
@@ -19,10 +20,14 @@ struct MapTextures {
   int texels = 0; ///< on a side
 };
 
+/// Of the objects' radius: parts of a pixel that lie further apart in depth are lit separately.
+constexpr float kApartShare = 0.04f;
+
 class PicturePasses {
 public:
   /// `light_definitions`: LightBatches::definitions().
-  static Result<PicturePasses> make(const Gl& gl, const std::string& light_definitions, int samples, bool room_blocks);
+  static Result<PicturePasses> make(const Gl& gl, const std::string& light_definitions, int samples, bool room_blocks,
+                                    bool ids_by_processor);
 
   /// For all that follow. `room_extent`: half the depth range of the room's maps, metres.
   void set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere, double room_extent,
@@ -31,6 +36,10 @@ public:
   /// Within `box`, which holds all pixels that may show objects and two more on each side.
   void show_objects(const RoomBuffers& room, const ObjectBuffers& objects, const PixelBox& box,
                     const RenderTargets& targets) const;
+  /// The same, known already.
+  void set_shown_objects(const TriangleRaster& raster, const RenderTargets& targets) const;
+  /// Where the objects are asked for light, one point per pixel.
+  void find_object_points(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& targets) const;
   /// Every point of the objects asks a group of the lights.
   void ask_objects(const LightBatches& lights, const LightGroup& group, const MapTextures& maps, const PixelBox& box,
                    const RenderTargets& targets, const LightSums& sums) const;

@@ -47,15 +47,6 @@ Result<void> ShadowMaps::clear() {
   return check_gl(*gl_, "shadow maps");
 }
 
-void ShadowMaps::prepare(const ShadowCaster& caster, std::span<const MapAxes> lights) {
-  if (!by_processor_ || lights.empty() || caster.vertices == 0)
-    return;
-  DepthRaster mesh = caster.mesh;
-  mesh.texels = texels_;
-  depths_.resize(lights.size() * static_cast<std::size_t>(texels_) * static_cast<std::size_t>(texels_));
-  mesh.draw(lights, depths_);
-}
-
 Result<void> ShadowMaps::draw(GLuint program, const ShadowCaster& caster, std::span<const MapAxes> lights,
                               const glm::vec3& centre) {
   if (lights.empty() || caster.vertices == 0)
@@ -64,6 +55,10 @@ Result<void> ShadowMaps::draw(GLuint program, const ShadowCaster& caster, std::s
     if (const auto allocated = allocate(static_cast<int>(lights.size())); !allocated)
       return allocated;
   if (by_processor_) {
+    DepthRaster mesh = caster.mesh;
+    mesh.texels = texels_;
+    depths_.resize(lights.size() * static_cast<std::size_t>(texels_) * static_cast<std::size_t>(texels_));
+    mesh.draw(lights, depths_);
     gl_->TextureSubImage3D(texture_.name(), 0, 0, 0, 0, texels_, texels_, static_cast<GLsizei>(lights.size()),
                            GL_DEPTH_COMPONENT, GL_UNSIGNED_SHORT, depths_.data());
     return check_gl(*gl_, "shadow maps");

@@ -286,13 +286,13 @@ TEST(Renderer, sharing_loses_no_edge_of_a_shadow_beside_furniture) {
   EXPECT_LE(wrong_object, object / 100);
 }
 
-TEST(Renderer, shadow_maps_by_processor_and_by_open_gl_give_the_same_picture) {
+TEST(Renderer, triangles_by_processor_and_by_open_gl_give_the_same_picture) {
   Scene scene;
   test::add_block(scene.room, {1.4, 4.0, 0.0}, {2.6, 4.3, 0.5}, 0); // casts shadows too
   scene.sun = sun_through_the_window();
-  scene.settings.maps = RenderSettings::Maps::processor;
+  scene.settings.raster = RenderSettings::Raster::processor;
   const auto processor = scene.render();
-  scene.settings.maps = RenderSettings::Maps::opengl;
+  scene.settings.raster = RenderSettings::Raster::opengl;
   const auto opengl = scene.render();
   ASSERT_TRUE(processor && opengl);
   const Difference d = difference(*opengl, *processor);
