@@ -214,9 +214,8 @@ Result<nlohmann::json> measure_file(const std::string& path) {
   const std::vector<Rgb> a = random_sky(volume->partition.size(), 1), b = random_sky(volume->partition.size(), 2);
   VolumeCombiner combiner = VolumeCombiner::make(*volume);
   const CompactFactors& basis = volume->compact->nine;
-  const auto first_part = std::as_bytes(std::span(basis.source_half)),
-             second = std::as_bytes(std::span(basis.source_byte)), third = std::as_bytes(std::span(basis.probe_half)),
-             fourth = std::as_bytes(std::span(basis.probe_byte));
+  const auto sources = std::as_bytes(std::span(basis.source_factor)),
+             probes = std::as_bytes(std::span(basis.probe_factor));
   volatile float sink = 0;
   bool odd = false;
   double wall = 1e9;
@@ -230,7 +229,7 @@ Result<nlohmann::json> measure_file(const std::string& path) {
       100, [&] { combiner.update((odd = !odd) ? a : b); },
       [&] { received(volume->compact->light, volume->compact->sources, a); },
       [&] {
-        for (const auto part : {first_part, second, third, fourth})
+        for (const auto part : {sources, probes})
           sink = sink + detail::tile_kernels().sum_bytes(part.data(), part.size());
       });
   nlohmann::json row = {{"volume_megabytes", double(basis.bytes()) / 1e6},

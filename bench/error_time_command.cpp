@@ -151,7 +151,7 @@ Result<nlohmann::json> measure(const Case& c, const Arguments& a, double target_
   row["combine_ms"] = combine_ms(baked->volume, ShOrder::second);
   row["combine_order4_ms"] = combine_ms(baked->volume, ShOrder::fourth);
   const auto text = nlohmann::json::parse(to_json(*baked));
-  for (const char* key : {"plan", "predicted", "measured"})
+  for (const char* key : {"plan", "predicted", "measured", "seconds"})
     row[key] = text[key];
   row["patches"] = baked->report.patches;
   row["probes"] = baked->report.probes_valid;

@@ -189,8 +189,7 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     if (renderer == "gl")
       row["map_texels"] = map_texels;
     row["error"] = object_error(*picture, reference);
-    const auto noise =
-        measure_flicker(scene, *session, renderer == "gl" ? std::min(a.flicker_frames, 5) : a.flicker_frames);
+    const auto noise = measure_flicker(scene, *session, a.flicker_frames);
     if (!noise)
       return noise.error();
     row["flicker"] = noise->object;
@@ -199,7 +198,7 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     for (const Motion m : {Motion::everything, Motion::object, Motion::nothing}) {
       if (interrupted())
         return interrupted_error("frame");
-      auto timed = time_motion(scene, *session, m, renderer == "gl" ? std::min(a.frames, 5) : a.frames);
+      auto timed = time_motion(scene, *session, m, a.frames);
       if (!timed)
         return timed.error();
       row[name_of(m)] = std::move(*timed);

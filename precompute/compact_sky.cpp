@@ -60,8 +60,8 @@ struct Brick {
   detail::Basis basis; ///< [number][rank]
   detail::SeenPieces seen;
   std::vector<float> coordinates; ///< [rank][piece]
-  std::vector<float>
-      projected; ///< [projection][source]: random signs times the transport; lit pieces until there are factors
+  std::vector<float> projected;   ///< [projection][lit piece]: random signs times the transport
+  detail::SunMetric own;          ///< units of the lit pieces, of which the factors know
   detail::Factors factors;
   double unseen = 0; ///< squared error of what the sketches missed
   detail::Band4 band4;
@@ -138,7 +138,7 @@ void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure,
     surfaces.add_adjoint(c, b.coordinates, rank, b.seen,
                          std::span(transport).subspan(static_cast<std::size_t>(c) * rank * pieces, rank * pieces));
   b.coordinates = {};
-  const detail::SunMetric metric = b.seen.metric(measure.metric);
+  detail::SunMetric metric = b.seen.metric(measure.metric);
   scale_sources(transport, metric.sigma);
   scale_sources(b.projected, metric.sigma);
   for (std::size_t width = first.size() / sources;; width += width / 2) {
@@ -157,11 +157,7 @@ void factorise(const detail::SurfaceTransport& surfaces, const Measure& measure,
       b.projected, kProjections);
   b.unseen = detail::metric_trace(missed, metric.correlation, kProjections, pieces) / kProjections;
   b.basis = {};
-  b.projected = b.seen.expand(b.projected, metric, measure.metric);
-  for (detail::Factors* factors : {&b.factors, &b.band4.factors}) {
-    factors->source_factor = b.seen.expand(factors->source_factor, metric, measure.metric);
-    factors->sources = sources;
-  }
+  b.own.sigma = std::move(metric.sigma);
 }
 
 /// What an error under a sun at each node counts.
@@ -207,12 +203,15 @@ double drop_weakest(std::vector<Brick>& bricks, double allowed) {
 /// the sketches missed, is at most `allowed`. Sketches that missed most of it leave the storage its own share: finer
 /// numbers would not help.
 /// Band 4 follows at the same error per byte, so that it changes nothing of the nine.
-void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, double allowed) {
+void choose_storage(std::vector<Brick>& bricks, const Measure& measure, double allowed) {
+  const std::vector<float> on_sources = measure.suns(kRoundingSuns);
+  const auto suns = [&](const Brick& b) { return b.seen.suns(b.own, measure.metric, on_sources, kRoundingSuns); };
   const double own = kStorageShare * allowed;
   allowed -= drop_weakest(bricks, kCertain * allowed);
   std::vector<std::vector<double>> byte_error2(bricks.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(),
-                    [&](std::size_t b) { byte_error2[b] = bricks[b].factors.byte_error2(suns, kRoundingSuns); });
+  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+    byte_error2[b] = bricks[b].factors.byte_error2(suns(bricks[b]), kRoundingSuns);
+  });
   std::vector<detail::Component> list;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     const detail::Factors& f = bricks[b].factors;
@@ -229,19 +228,51 @@ void choose_storage(std::vector<Brick>& bricks, const std::vector<float>& suns, 
     next = end;
   }
   tbb::parallel_for(std::size_t{0}, bricks.size(),
-                    [&](std::size_t b) { bricks[b].band4.choose_storage(per_byte, suns, kRoundingSuns); });
+                    [&](std::size_t b) { bricks[b].band4.choose_storage(per_byte, suns(bricks[b]), kRoundingSuns); });
 }
+
+/// The sources that bricks see as one, and what each piece of a brick is.
+class Groups {
+public:
+  Groups(const std::vector<Brick>& bricks, const std::vector<float>& sigma, CompactBasis& basis)
+      : group_of_(sigma.size(), 0), sources_(static_cast<std::uint32_t>(sigma.size())) {
+    std::vector<std::uint32_t> end(sigma.size(), 0); // of the group that begins with a source
+    basis.group_weight.assign(sigma.size(), 0.0f);
+    for (const Brick& b : bricks)
+      for (std::size_t a = 0; a < b.seen.lit.size(); ++a)
+        if (const auto& lit = b.seen.lit[a]; lit.end - lit.first > 1) {
+          end[lit.first] = lit.end;
+          for (std::uint32_t s = lit.first; s < lit.end; ++s)
+            basis.group_weight[s] = b.seen.share[s] * sigma[s] / b.own.sigma[a];
+        }
+    for (std::uint32_t s = 0; s < end.size(); ++s)
+      if (end[s] != 0) {
+        group_of_[s] = static_cast<std::uint32_t>(basis.group.size());
+        basis.group.push_back({s, end[s]});
+      }
+  }
+  void add_pieces(const detail::SeenPieces& seen, std::vector<std::uint32_t>& piece) const {
+    for (const detail::SeenPieces::Lit& lit : seen.lit)
+      piece.push_back(lit.end - lit.first > 1 ? sources_ + group_of_[lit.first] : lit.first);
+  }
+
+private:
+  std::vector<std::uint32_t> group_of_;
+  std::uint32_t sources_;
+};
 
 CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& light, const std::vector<float>& sigma,
                       std::span<const std::size_t> probe_of_point) {
   CompactBasis basis;
   basis.sources = static_cast<std::uint32_t>(light.source.size());
   basis.light = detail::store_first_light(light, sigma);
+  const Groups groups(bricks, sigma, basis);
   std::vector<const detail::Factors*> nine, band4;
   const auto add = [&](const Brick& b, const detail::Factors& factors, std::vector<const detail::Factors*>& list,
                        CompactFactors& out) {
     list.push_back(&factors);
-    out.brick.push_back({static_cast<std::uint32_t>(b.point.size()), 0, 0});
+    out.brick.push_back({.probes = static_cast<std::uint32_t>(b.point.size())});
+    groups.add_pieces(b.seen, out.piece);
     for (const std::uint32_t p : b.point)
       out.probe.push_back(static_cast<std::uint32_t>(probe_of_point[p]));
   };
@@ -250,8 +281,8 @@ CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& ligh
     if (b.band4.factors.rank() > 0)
       add(b, b.band4.factors, band4, basis.band4);
   }
-  detail::store_factors(nine, basis.sources, basis.nine);
-  detail::store_factors(band4, basis.sources, basis.band4);
+  detail::store_factors(nine, basis.nine);
+  detail::store_factors(band4, basis.band4);
   return basis;
 }
 
@@ -279,27 +310,30 @@ std::vector<Brick> make_bricks(const ProbeSet& probes, std::span<const std::size
 }
 
 CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bricks, const SurfaceLight& light,
-                        const detail::SunColumns& columns, const std::vector<float>& weight,
-                        const std::vector<float>& sigma, double counted) {
+                        const detail::SunColumns& columns, const std::vector<float>& weight, double counted) {
   CompactReport report{.nodes = columns.size(),
                        .sources = light.source.size(),
                        .clusters = light.clusters,
                        .bricks = basis.nine.brick.size(),
                        .bytes = basis.bytes(),
                        .band4_bricks = basis.band4.brick.size(),
-                       .band4_components = basis.band4.half_scale.size() + basis.band4.byte_scale.size(),
+                       .band4_components = basis.band4.scale.size(),
                        .band4_bytes = basis.band4.bytes()};
-  const double components = static_cast<double>(basis.nine.half_scale.size() + basis.nine.byte_scale.size());
+  const auto components = static_cast<double>(basis.nine.scale.size());
+  const auto add_words = [](double sum, const CompactFactors::Brick& b) { return sum + double(b.word_rank); };
+  const double words = std::accumulate(basis.nine.brick.begin(), basis.nine.brick.end(), 0.0, add_words);
   report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.nine.brick.size(), 1));
-  report.half_share = static_cast<double>(basis.nine.half_scale.size()) / std::max(components, 1.0);
+  report.word_share = words / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     missed[b] = bricks[b].factors.remainder(detail::Factors::Taken::as_stored,
                                             detail::random_signs(signs_of(b), 3 * bricks[b].numbers() * kProjections),
                                             bricks[b].projected, kProjections);
+    const std::vector<float>& unit = bricks[b].own.sigma;
     for (std::size_t k = 0; k < missed[b].size(); ++k)
-      missed[b][k] /= sigma[k % sigma.size()];
+      missed[b][k] /= unit[k % unit.size()];
+    missed[b] = bricks[b].seen.expand(missed[b]);
   });
   detail::JoinedRows joined(bricks.size(), kProjections, columns.sources);
   for (std::size_t b = 0; b < bricks.size(); ++b)
@@ -383,10 +417,10 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   });
   if (stop)
     return interrupted_error("fine sky");
-  choose_storage(bricks, measure.suns(kRoundingSuns), (1 + kByteShare * kByteShare) * allowed);
+  choose_storage(bricks, measure, (1 + kByteShare * kByteShare) * allowed);
   CompactBasis basis = assemble(bricks, light, metric.sigma, probe_of_point);
   if (report) {
-    *report = report_of(basis, bricks, light, columns, weight, metric.sigma, counted);
+    *report = report_of(basis, bricks, light, columns, weight, counted);
     report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
   return basis;

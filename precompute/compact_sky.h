@@ -33,7 +33,7 @@ struct CompactOptions {
 struct CompactReport {
   std::size_t nodes = 0, sources = 0, clusters = 0, bricks = 0, bytes = 0; ///< nodes: that light any source
   std::size_t band4_bricks = 0, band4_components = 0, band4_bytes = 0;     ///< what was kept of l = 4
-  double mean_rank = 0, half_share = 0;    ///< of the nine: components per brick; share of them kept as half floats
+  double mean_rank = 0, word_share = 0;    ///< of the nine: components per brick; share of them kept as words
   double rms_error = 0, largest_error = 0; ///< relative, measured on the stored factors (random projections)
   double seconds = 0;
 };

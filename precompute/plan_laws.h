@@ -1,8 +1,8 @@
 #pragma once
 
 // How error, time and size follow from the settings of a bake. One table: measured on S1, S3 and the rooms of
-// daylit-bench, measured again by `daylit-bench plan`. What depends on the room is measured in the room (pilot.h); what
-// is here is only how it changes from the pilot's settings to those of the plan.
+// daylit-bench, `daylit-bench error-vs-time` sets prediction and measurement side by side. What depends on the room is
+// measured in the room (pilot.h); what is here is only how it changes from the pilot's settings to those of the plan.
 
 #include <algorithm>
 #include <cmath>

@@ -56,7 +56,7 @@ std::string to_json(const BakeReport& r, bool times) {
   if (r.compact.nodes > 0)
     j["fine_sky"] = {
         {"nodes", r.compact.nodes},   {"sources", r.compact.sources},     {"clusters", r.compact.clusters},
-        {"bricks", r.compact.bricks}, {"mean_rank", r.compact.mean_rank}, {"half_float_share", r.compact.half_share},
+        {"bricks", r.compact.bricks}, {"mean_rank", r.compact.mean_rank}, {"word_share", r.compact.word_share},
         {"bytes", r.compact.bytes},   {"rms_error", r.compact.rms_error}, {"largest_error", r.compact.largest_error}};
   if (r.compact.band4_bricks > 0)
     j["fine_sky"]["band4"] = {{"bricks", r.compact.band4_bricks},

@@ -6,132 +6,123 @@
 
 #include <tbb/parallel_for.h>
 
+#include "scene/detail/plane_kernels.h"
 #include "scene/detail/tile_kernels.h"
 
 namespace daylit {
 
+using detail::ColourWeights;
+using detail::kMostQuads;
+using detail::kQuad;
+using detail::kTileNumbers;
+
 namespace {
 
-using detail::ColouredRow;
-using detail::kTileBlocks;
-using detail::kTileNumbers;
-using detail::WeightedRow;
+using Colours = std::array<float, 3>;
 
-std::size_t tiles_of(std::size_t numbers) { return (numbers + kTileNumbers - 1) / kTileNumbers; }
+/// Light on the sources, then on the groups, in 16 bits.
+detail::RoundedColours light_on_pieces(const CompactBasis& basis, std::span<const Rgb> region_radiance) {
+  const std::vector<Rgb> irradiance = received(basis.light, basis.sources, region_radiance);
+  std::vector<Colours> light(irradiance.size() + basis.group.size());
+  for (std::size_t s = 0; s < irradiance.size(); ++s)
+    light[s] = {irradiance[s].r, irradiance[s].g, irradiance[s].b};
+  for (std::size_t g = 0; g < basis.group.size(); ++g) {
+    Rgb sum(0.0f);
+    for (std::size_t s = basis.group[g].first; s < basis.group[g].end; ++s)
+      sum += basis.group_weight[s] * irradiance[s];
+    light[irradiance.size() + g] = {sum.r, sum.g, sum.b};
+  }
+  return detail::RoundedColours(light);
+}
 
-/// Where a brick's parts begin.
-struct Place {
-  std::size_t probe = 0, half = 0, byte = 0;  ///< first probe, first component
-  std::size_t probe_half = 0, probe_byte = 0; ///< first number of the probe factors
+/// What falls on a brick's pieces, in quads that are not all in the dark.
+struct LitQuads {
+  std::vector<std::uint32_t> quad;
+  std::vector<ColourWeights> weight;
 };
 
-std::vector<Place> places(const CompactFactors& basis) {
-  std::vector<Place> list(basis.brick.size() + 1);
-  for (std::size_t b = 0; b < basis.brick.size(); ++b) {
-    const CompactFactors::Brick& brick = basis.brick[b];
-    const std::size_t column = 3 * brick.tiles() * kTileNumbers;
-    list[b + 1] = {list[b].probe + brick.probes, list[b].half + brick.half_rank, list[b].byte + brick.byte_rank,
-                   list[b].probe_half + column * brick.half_rank, list[b].probe_byte + column * brick.byte_rank};
+LitQuads lit_quads(const detail::RoundedColours& light, std::span<const std::uint32_t> piece) {
+  LitQuads lit;
+  lit.quad.resize((piece.size() + kQuad - 1) / kQuad);
+  lit.weight.resize(lit.quad.size());
+  std::size_t count = 0;
+  for (std::size_t q = 0; q < lit.quad.size(); ++q) {
+    std::uint32_t last[kQuad];
+    const std::uint32_t* at = piece.data() + q * kQuad;
+    if (const std::size_t left = piece.size() - q * kQuad; left < kQuad) { // what fills up the quad has factors 0
+      for (std::size_t i = 0; i < kQuad; ++i)
+        last[i] = at[std::min(i, left - 1)];
+      at = last;
+    }
+    lit.quad[count] = static_cast<std::uint32_t>(q);
+    lit.weight[count] = light.quad(at);
+    count += (light.entry[at[0]] | light.entry[at[1]] | light.entry[at[2]] | light.entry[at[3]]) != 0 ? 1 : 0;
   }
-  return list;
+  lit.quad.resize(count);
+  lit.weight.resize(count);
+  return lit;
 }
 
-/// Amplitude of every component per colour: the light on the sources seen by their factors.
-struct Amplitudes {
-  std::array<std::vector<float>, 3> half, byte; ///< whole tiles
-};
-
-/// The sources that are not in the dark.
-std::vector<ColouredRow> lit_sources(std::span<const Rgb> irradiance) {
-  std::vector<ColouredRow> rows;
-  rows.reserve(irradiance.size());
-  for (std::size_t i = 0; i < irradiance.size(); ++i)
-    if (const Rgb& e = irradiance[i]; e != Rgb(0.0f))
-      rows.push_back({static_cast<std::uint32_t>(i), {e.r, e.g, e.b}});
-  return rows;
-}
-
-/// Marks the tiles of components [first, first + count).
-void mark(std::vector<std::uint8_t>& tiles, std::size_t first, std::size_t count) {
-  for (std::size_t t = first / kTileNumbers; count > 0 && t <= (first + count - 1) / kTileNumbers; ++t)
-    tiles[t] = 1;
-}
-
-Amplitudes amplitudes(const CompactFactors& basis, std::size_t sources, const std::vector<ColouredRow>& rows,
-                      const std::vector<std::uint8_t>& half_tiles, const std::vector<std::uint8_t>& byte_tiles) {
-  Amplitudes a;
+/// Amplitude of each plane: [colour][plane], in whole quads.
+std::vector<float> amplitudes(const CompactFactors& factors, const BrickPlace& at, const CompactFactors::Brick& brick,
+                              const detail::RoundedColours& light) {
+  const LitQuads lit = lit_quads(light, std::span(factors.piece).subspan(at.piece, brick.pieces));
+  const std::size_t planes = brick.plane_quads() * kQuad;
+  std::vector<float> sum(3 * planes, 0.0f);
+  for (std::size_t first = 0; first < lit.quad.size(); first += kMostQuads) {
+    const std::size_t count = std::min(kMostQuads, lit.quad.size() - first);
+    detail::plane_kernels().sum_planes(factors.source_factor.data() + at.source_byte, planes,
+                                       std::span(lit.quad).subspan(first, count), lit.weight.data() + first,
+                                       sum.data());
+  }
   for (std::size_t c = 0; c < 3; ++c) {
-    a.half[c].assign(half_tiles.size() * kTileNumbers, 0.0f);
-    a.byte[c].assign(byte_tiles.size() * kTileNumbers, 0.0f);
+    float* const a = sum.data() + c * planes;
+    for (std::size_t k = 0; k < brick.word_rank; ++k) {
+      a[k] = light.step[c] * factors.scale[at.component + k] * (256.0f * a[k] + a[brick.word_rank + k]);
+      a[brick.word_rank + k] = a[k];
+      a[k] *= 256.0f;
+    }
+    for (std::size_t k = brick.word_rank; k < brick.rank(); ++k)
+      a[brick.word_rank + k] *= light.step[c] * factors.scale[at.component + k];
   }
-  const detail::TileKernels& kernels = detail::tile_kernels();
-  const std::size_t stride = sources * kTileNumbers;
-  const detail::ByteRows byte_rows{std::span<const ColouredRow>(rows)};
-  tbb::parallel_for(std::size_t{0}, half_tiles.size() + byte_tiles.size(), [&](std::size_t t) {
-    const bool half = t < half_tiles.size();
-    const std::size_t tile = half ? t : t - half_tiles.size();
-    if ((half ? half_tiles : byte_tiles)[tile] == 0)
-      return;
-    auto& planes = half ? a.half : a.byte;
-    float* const sum[3] = {planes[0].data() + tile * kTileNumbers, planes[1].data() + tile * kTileNumbers,
-                           planes[2].data() + tile * kTileNumbers};
-    if (half)
-      kernels.add_half_colours(basis.source_half.data() + tile * stride, rows, sum);
-    else
-      kernels.add_bytes(basis.source_byte.data() + tile * stride, byte_rows, sum);
-  });
-  for (std::size_t c = 0; c < 3; ++c) {
-    for (std::size_t k = 0; k < basis.half_scale.size(); ++k)
-      a.half[c][k] *= basis.half_scale[k];
-    for (std::size_t k = 0; k < basis.byte_scale.size(); ++k)
-      a.byte[c][k] *= basis.byte_scale[k];
-  }
-  return a;
+  return sum;
 }
 
-std::vector<WeightedRow> component_rows(const std::vector<float>& amplitude, std::size_t first, std::size_t count) {
-  std::vector<WeightedRow> rows(count);
-  for (std::size_t k = 0; k < count; ++k)
-    rows[k] = {static_cast<std::uint32_t>(k), amplitude[first + k]};
-  return rows;
+/// One colour of a brick: all its numbers.
+void sum_colour(const std::int8_t* factor, const CompactFactors::Brick& brick, std::span<const float> amplitude,
+                float* sums) {
+  const detail::RoundedWeights weights(amplitude);
+  for (std::size_t t = 0; t < brick.padded_numbers() && weights.step > 0; t += kTileNumbers) {
+    const std::size_t width = std::min(kTileNumbers, brick.padded_numbers() - t);
+    for (std::size_t first = 0; first < weights.quad.size(); first += kMostQuads)
+      detail::plane_kernels().sum_numbers(
+          factor + (t * brick.plane_quads() + first * width) * kQuad, width,
+          std::span(weights.quad).subspan(first, std::min(kMostQuads, weights.quad.size() - first)), sums + t);
+  }
+  for (std::size_t k = 0; k < brick.padded_numbers(); ++k)
+    sums[k] *= weights.step;
 }
 
-void combine_brick(const CompactFactors& basis, const CompactFactors::Brick& brick, const Place& at,
-                   const Amplitudes& a, std::span<Sh9Rgb> result) {
-  const detail::TileKernels& kernels = detail::tile_kernels();
-  const std::size_t tiles = brick.tiles(), plane = tiles * kTileNumbers;
+void combine_brick(const CompactFactors& factors, const BrickPlace& at, const CompactFactors::Brick& brick,
+                   const detail::RoundedColours& light, std::span<std::array<Rgb, 9>> result) {
+  const std::vector<float> amplitude = amplitudes(factors, at, brick, light);
+  const std::size_t plane = brick.padded_numbers(), planes = brick.plane_quads() * kQuad;
   std::vector<float> sums(3 * plane, 0.0f), rgb(3 * plane);
-  for (std::size_t c = 0; c < 3; ++c) {
-    const std::vector<WeightedRow> half = component_rows(a.half[c], at.half, brick.half_rank),
-                                   byte = component_rows(a.byte[c], at.byte, brick.byte_rank);
-    const detail::ByteRows byte_rows{std::span<const WeightedRow>(byte)};
-    for (std::size_t t = c * tiles; t < (c + 1) * tiles; ++t) {
-      kernels.add_half(basis.probe_half.data() + at.probe_half + t * brick.half_rank * kTileNumbers, half, 0,
-                       kTileBlocks, sums.data() + t * kTileNumbers);
-      float* const sum = sums.data() + t * kTileNumbers;
-      kernels.add_bytes(basis.probe_byte.data() + at.probe_byte + t * brick.byte_rank * kTileNumbers, byte_rows, &sum);
-    }
-  }
-  kernels.interleave(sums.data(), sums.data() + plane, sums.data() + 2 * plane, std::size_t{brick.probes} * 9,
-                     rgb.data());
+  for (std::size_t c = 0; c < 3; ++c)
+    sum_colour(factors.probe_factor.data() + at.probe_byte + c * plane * planes, brick,
+               std::span(amplitude).subspan(c * planes, planes), sums.data() + c * plane);
+  detail::tile_kernels().interleave(sums.data(), sums.data() + plane, sums.data() + 2 * plane, brick.numbers(),
+                                    rgb.data());
   for (std::size_t p = 0; p < brick.probes; ++p)
-    std::copy_n(rgb.data() + 27 * p, 27, &result[basis.probe[at.probe + p]][0].x);
+    std::copy_n(rgb.data() + 27 * p, 27, &result[factors.probe[at.probe + p]][0].x);
 }
 
-void combine_bricks(const CompactFactors& basis, std::size_t sources, const std::vector<ColouredRow>& lit,
+void combine_bricks(const CompactFactors& factors, const detail::RoundedColours& light,
                     const std::vector<std::uint8_t>& bricks, std::span<std::array<Rgb, 9>> result) {
-  const std::vector<Place> at = places(basis);
-  std::vector<std::uint8_t> half_tiles(tiles_of(basis.half_scale.size()), 0),
-      byte_tiles(tiles_of(basis.byte_scale.size()), 0);
-  for (std::size_t b = 0; b < bricks.size(); ++b)
-    if (bricks[b] != 0) {
-      mark(half_tiles, at[b].half, basis.brick[b].half_rank);
-      mark(byte_tiles, at[b].byte, basis.brick[b].byte_rank);
-    }
-  const Amplitudes a = amplitudes(basis, sources, lit, half_tiles, byte_tiles);
+  const std::vector<BrickPlace> at = brick_places(factors);
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     if (bricks[b] != 0)
-      combine_brick(basis, basis.brick[b], at[b], a, result);
+      combine_brick(factors, at[b], factors.brick[b], light, result);
   });
 }
 
@@ -142,17 +133,29 @@ Error broken(const char* what) {
 } // namespace
 
 std::size_t CompactFactors::bytes() const {
-  return source_half.size() * 2 + source_byte.size() + probe_half.size() * 2 + probe_byte.size() +
-         4 * (probe.size() + 3 * brick.size() + half_scale.size() + byte_scale.size());
+  return source_factor.size() + probe_factor.size() +
+         4 * (probe.size() + piece.size() + 4 * brick.size() + scale.size());
 }
 
-std::size_t CompactBasis::bytes() const { return light.bytes() + nine.bytes() + band4.bytes(); }
+std::size_t CompactBasis::bytes() const {
+  return light.bytes() + 8 * group.size() + 4 * group_weight.size() + nine.bytes() + band4.bytes();
+}
+
+std::vector<BrickPlace> brick_places(const CompactFactors& factors) {
+  std::vector<BrickPlace> list(factors.brick.size() + 1);
+  for (std::size_t b = 0; b < factors.brick.size(); ++b) {
+    const CompactFactors::Brick& brick = factors.brick[b];
+    list[b + 1] = {list[b].probe + brick.probes, list[b].piece + brick.pieces, list[b].component + brick.rank(),
+                   list[b].source_byte + brick.source_bytes(), list[b].probe_byte + brick.probe_bytes()};
+  }
+  return list;
+}
 
 void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result,
              std::span<Band4Rgb> band4) {
-  const std::vector<ColouredRow> lit = lit_sources(received(basis.light, basis.sources, region_radiance));
+  const detail::RoundedColours light = light_on_pieces(basis, region_radiance);
   const auto all = [&](const CompactFactors& factors, std::span<std::array<Rgb, 9>> numbers) {
-    combine_bricks(factors, basis.sources, lit, std::vector<std::uint8_t>(factors.brick.size(), 1), numbers);
+    combine_bricks(factors, light, std::vector<std::uint8_t>(factors.brick.size(), 1), numbers);
   };
   all(basis.nine, result);
   if (!band4.empty())
@@ -169,41 +172,50 @@ void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance,
   for (std::size_t b = 0; b < bricks.size(); ++b)
     for (const std::size_t end = next + nine.brick[b].probes; next < end; ++next)
       bricks[b] |= is_wanted[nine.probe[next]];
-  combine_bricks(nine, basis.sources, lit_sources(received(basis.light, basis.sources, region_radiance)), bricks,
-                 result);
+  combine_bricks(nine, light_on_pieces(basis, region_radiance), bricks, result);
 }
 
 namespace {
 
-Result<void> check_factors(const CompactFactors& basis, std::size_t sources, std::size_t probes) {
+Result<void> check_factors(const CompactBasis& basis, const CompactFactors& factors, std::size_t probes) {
   std::vector<std::uint8_t> seen(probes, 0);
-  for (const std::uint32_t p : basis.probe) {
+  for (const std::uint32_t p : factors.probe) {
     if (p >= probes || seen[p] != 0)
       return broken("a brick names a probe that does not exist, or one twice");
     seen[p] = 1;
   }
   // Sums of products of 32-bit numbers: double is exact enough to refuse what does not fit, and does not overflow.
   double sizes[5] = {};
-  for (const CompactFactors::Brick& b : basis.brick) {
-    const double column = 3.0 * static_cast<double>(b.tiles() * kTileNumbers);
-    const double part[5] = {double(b.probes), double(b.half_rank), double(b.byte_rank), column * b.half_rank,
-                            column * b.byte_rank};
+  for (const CompactFactors::Brick& b : factors.brick) {
+    const double part[5] = {double(b.probes), double(b.pieces), double(b.rank()),
+                            16.0 * double(b.piece_quads()) * double(b.plane_quads()),
+                            12.0 * double(b.padded_numbers()) * double(b.plane_quads())};
     for (int k = 0; k < 5; ++k)
       sizes[k] += part[k];
   }
-  const auto rows = static_cast<double>(sources) * kTileNumbers;
-  const auto differ = [](double expected, std::size_t size) { return expected != static_cast<double>(size); };
-  if (differ(sizes[0], basis.probe.size()) || differ(sizes[1], basis.half_scale.size()) ||
-      differ(sizes[2], basis.byte_scale.size()) || differ(sizes[3], basis.probe_half.size()) ||
-      differ(sizes[4], basis.probe_byte.size()) ||
-      differ(rows * static_cast<double>(tiles_of(basis.half_scale.size())), basis.source_half.size()) ||
-      differ(rows * static_cast<double>(tiles_of(basis.byte_scale.size())), basis.source_byte.size()))
-    return broken("the factors do not match the bricks");
-  const auto finite = [](float x) { return std::isfinite(x); };
-  const auto finite_half = [](std::uint16_t h) { return (h & 0x7c00u) != 0x7c00u; };
-  if (!std::ranges::all_of(basis.half_scale, finite) || !std::ranges::all_of(basis.byte_scale, finite) ||
-      !std::ranges::all_of(basis.source_half, finite_half) || !std::ranges::all_of(basis.probe_half, finite_half))
+  const std::size_t given[5] = {factors.probe.size(), factors.piece.size(), factors.scale.size(),
+                                factors.source_factor.size(), factors.probe_factor.size()};
+  for (int k = 0; k < 5; ++k)
+    if (sizes[k] != static_cast<double>(given[k]))
+      return broken("the factors do not match the bricks");
+  const std::size_t pieces = std::size_t{basis.sources} + basis.group.size();
+  if (std::ranges::any_of(factors.piece, [&](std::uint32_t p) { return p >= pieces; }))
+    return broken("a brick names a piece of surface that does not exist");
+  if (!std::ranges::all_of(factors.scale, [](float x) { return std::isfinite(x); }))
     return broken("a factor is not finite");
+  return {};
+}
+
+Result<void> check_groups(const CompactBasis& basis) {
+  std::uint32_t end = 0;
+  for (const CompactBasis::Group& g : basis.group) {
+    if (g.first < end || g.end < g.first || g.end > basis.sources)
+      return broken("groups of sources overlap or leave the sources");
+    end = g.end;
+  }
+  if (basis.group_weight.size() != basis.sources ||
+      !std::ranges::all_of(basis.group_weight, [](float x) { return std::isfinite(x); }))
+    return broken("the weights in the groups are not finite, or not those of the sources");
   return {};
 }
 
@@ -212,9 +224,11 @@ Result<void> check_factors(const CompactFactors& basis, std::size_t sources, std
 Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t probes) {
   if (const Result<void> good = check_first_light(basis.light, basis.sources, regions); !good)
     return good;
-  if (const Result<void> good = check_factors(basis.nine, basis.sources, probes); !good)
+  if (const Result<void> good = check_groups(basis); !good)
     return good;
-  return check_factors(basis.band4, basis.sources, probes);
+  if (const Result<void> good = check_factors(basis, basis.nine, probes); !good)
+    return good;
+  return check_factors(basis, basis.band4, probes);
 }
 
 } // namespace daylit

@@ -264,12 +264,12 @@ void LocalCombiner::combine(std::span<const Rgb> region_radiance, std::span<Sh9R
     for (std::size_t k = 0; k < rank_; ++k)
       weights[c][k] = {static_cast<std::uint32_t>(k), amplitude[c * lanes + k]};
   for (std::size_t i = 0; i < tiles; ++i) {
+    const std::size_t count = std::min(kTileNumbers, numbers - i * kTileNumbers);
     for (std::size_t c = 0; c < 3; ++c) {
       tile[c].fill(0.0f);
       kernels.add_float(probe_.data() + (c * tiles + i) * lanes * kTileNumbers, std::span(weights[c]).first(rank_), 0,
-                        detail::kTileBlocks, tile[c].data());
+                        (count + detail::kBlockNumbers - 1) / detail::kBlockNumbers, tile[c].data());
     }
-    const std::size_t count = std::min(kTileNumbers, numbers - i * kTileNumbers);
     kernels.interleave(tile[0].data(), tile[1].data(), tile[2].data(), count, &result[0][0].r + 3 * i * kTileNumbers);
   }
 }

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 #include <tbb/blocked_range.h>
@@ -204,6 +205,14 @@ std::span<const std::byte> VolumeCombiner::tiles() const {
 }
 
 std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
+  if (compact_) {
+    assert(region_radiance.size() == current_.size());
+    if (probes_ == 0 || std::memcmp(current_.data(), region_radiance.data(), region_radiance.size_bytes()) == 0)
+      return 0;
+    std::ranges::copy(region_radiance, current_.begin());
+    combine(*compact_, region_radiance, field_.probe, field_.band4);
+    return static_cast<std::size_t>(std::ranges::count_if(current_, [](const Rgb& x) { return x != Rgb(0.0f); }));
+  }
   if (!band4_.empty() && band4_[0].update(region_radiance) > 0)
     field_.band4 = band4_[0].field_.probe;
   std::vector<Rgb> next(region_.size()), step(region_.size());
@@ -218,10 +227,6 @@ std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
   if (changed == 0 || probes_ == 0)
     return 0;
   current_ = std::move(next);
-  if (compact_) {
-    combine(*compact_, region_radiance, field_.probe, field_.band4);
-    return lit;
-  }
   const bool fully = changed >= lit || ++steps_ > kRefreshAfter;
   if (fully)
     steps_ = 0;

@@ -104,28 +104,22 @@ bool read_basis(TensorReader& reader, const std::string& name, const BasisVolume
 }
 
 /// Any shape: check_compact() knows the sizes.
-void read_factors(TensorReader& reader, const std::string& prefix, std::uint32_t sources, CompactFactors& factors) {
-  constexpr std::uint64_t tile = detail::kTileNumbers;
-  std::vector<std::uint32_t> probes, half, byte;
+void read_factors(TensorReader& reader, const std::string& prefix, CompactFactors& factors) {
+  std::vector<std::uint32_t> bricks;
+  reader.read(prefix + "brick", "U32", {4}, bricks);
   reader.read(prefix + "probe", "U32", {}, factors.probe);
-  reader.read(prefix + "brick_probes", "U32", {}, probes);
-  reader.read(prefix + "half_rank", "U32", {}, half);
-  reader.read(prefix + "byte_rank", "U32", {}, byte);
-  reader.read(prefix + "half_scale", "F32", {}, factors.half_scale);
-  reader.read(prefix + "byte_scale", "F32", {}, factors.byte_scale);
-  reader.read(prefix + "source_half", "F16", {sources, tile}, factors.source_half);
-  reader.read(prefix + "source_byte", "I8", {sources, tile}, factors.source_byte);
-  reader.read(prefix + "probe_half", "F16", {tile}, factors.probe_half);
-  reader.read(prefix + "probe_byte", "I8", {tile}, factors.probe_byte);
-  factors.brick.reserve(probes.size());
-  if (half.size() == probes.size() && byte.size() == probes.size()) // else check_compact() refuses the missing bricks
-    for (std::size_t b = 0; b < probes.size(); ++b)
-      factors.brick.push_back({probes[b], half[b], byte[b]});
+  reader.read(prefix + "piece", "U32", {}, factors.piece);
+  reader.read(prefix + "scale", "F32", {}, factors.scale);
+  reader.read(prefix + "source_factor", "I8", {}, factors.source_factor);
+  reader.read(prefix + "probe_factor", "I8", {}, factors.probe_factor);
+  factors.brick.reserve(bricks.size() / 4);
+  for (std::size_t b = 0; b < bricks.size(); b += 4)
+    factors.brick.push_back({bricks[b], bricks[b + 1], bricks[b + 2], bricks[b + 3]});
 }
 
 std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   auto basis = std::make_shared<CompactBasis>();
-  std::vector<std::uint32_t> runs, sources;
+  std::vector<std::uint32_t> runs, groups, sources;
   reader.read("compact.sources", "U32", {}, sources);
   basis->sources = sources.size() == 1 ? sources[0] : 0; // no factor fits 0 sources: check_compact() refuses it
   FirstLight& light = basis->light;
@@ -137,9 +131,14 @@ std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   light.run.reserve(runs.size() / 2);
   for (std::size_t r = 0; r < runs.size(); r += 2)
     light.run.push_back({runs[r], runs[r + 1]});
-  read_factors(reader, "compact.", basis->sources, basis->nine);
+  reader.read("compact.group", "U32", {2}, groups);
+  basis->group.reserve(groups.size() / 2);
+  for (std::size_t g = 0; g < groups.size(); g += 2)
+    basis->group.push_back({groups[g], groups[g + 1]});
+  reader.read("compact.group_weight", "F32", {}, basis->group_weight);
+  read_factors(reader, "compact.", basis->nine);
   if (reader.has_any("compact.band4."))
-    read_factors(reader, "compact.band4.", basis->sources, basis->band4);
+    read_factors(reader, "compact.band4.", basis->band4);
   return basis;
 }
 
@@ -290,8 +289,9 @@ Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::S
       version != std::to_string(kVolumeFormatCompact) && version != std::to_string(kVolumeFormatRectangles) &&
       version != std::to_string(kVolumeFormatGraded))
     return Error{ErrorCode::file_version,
-                 fmt::format("volume format version {}; this program reads version {} to {}", version,
-                             kVolumeFormatConstantPanes, kVolumeFormatVersion),
+                 fmt::format("volume format version {}; this program reads versions {}, {}, {}, {} and {}", version,
+                             kVolumeFormatConstantPanes, kVolumeFormatClearGlass, kVolumeFormatRectangles,
+                             kVolumeFormatCompact, kVolumeFormatGraded),
                  name, "bake it again with the daylit-precompute of this version"};
   const std::span<const std::byte> file = std::as_bytes(bytes), head = file.first(header.data_offset);
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());

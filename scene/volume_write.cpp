@@ -29,24 +29,20 @@ struct FlatVolume {
     std::vector<float> scale;
   };
   HalfRows basis, band4;
-  struct Bricks {
-    std::vector<std::uint32_t> probes, half_rank, byte_rank;
-    explicit Bricks(const std::vector<CompactFactors::Brick>& bricks = {}) {
-      for (const CompactFactors::Brick& b : bricks) {
-        probes.push_back(b.probes);
-        half_rank.push_back(b.half_rank);
-        byte_rank.push_back(b.byte_rank);
-      }
-    }
-  };
-  Bricks bricks, band4_bricks;
-  std::vector<std::uint32_t> light_runs, sources;
+  std::vector<std::uint32_t> light_runs, sources, groups, bricks, band4_bricks;
   std::vector<std::uint8_t> is_window;
 };
 
 template <class T, class Vec>
 void append3(std::vector<T>& list, const Vec& v) {
   list.insert(list.end(), {v.x, v.y, v.z});
+}
+
+std::vector<std::uint32_t> flat_bricks(const CompactFactors& factors) {
+  std::vector<std::uint32_t> flat;
+  for (const CompactFactors::Brick& b : factors.brick)
+    flat.insert(flat.end(), {b.probes, b.pieces, b.word_rank, b.byte_rank});
+  return flat;
 }
 
 FlatVolume flatten(const BasisVolume& volume) {
@@ -76,8 +72,10 @@ FlatVolume flatten(const BasisVolume& volume) {
     flat.aperture_index.push_back(a.refractive_index);
   }
   if (volume.compact) {
-    flat.bricks = FlatVolume::Bricks(volume.compact->nine.brick);
-    flat.band4_bricks = FlatVolume::Bricks(volume.compact->band4.brick);
+    flat.bricks = flat_bricks(volume.compact->nine);
+    flat.band4_bricks = flat_bricks(volume.compact->band4);
+    for (const CompactBasis::Group& g : volume.compact->group)
+      flat.groups.insert(flat.groups.end(), {g.first, g.end});
     for (const FirstLight::Run& r : volume.compact->light.run)
       flat.light_runs.insert(flat.light_runs.end(), {r.first_region, r.count});
     flat.sources = {volume.compact->sources};
@@ -137,24 +135,18 @@ Tensors basis_tensors(const BasisVolume& volume, const FlatVolume& flat) {
 }
 
 /// `prefix`: of all names.
-void add_factors(const std::string& prefix, const CompactFactors& factors, std::uint64_t sources,
-                 const FlatVolume::Bricks& flat, Tensors& list) {
-  const std::uint64_t bricks = factors.brick.size(), tile = detail::kTileNumbers;
-  const std::uint64_t row = std::max<std::uint64_t>(sources * tile, 1);
+void add_factors(const std::string& prefix, const CompactFactors& factors, const std::vector<std::uint32_t>& bricks,
+                 Tensors& list) {
   const auto add = [&](const char* name, const char* type, const std::vector<std::uint64_t>& shape,
                        const auto& numbers) {
     list.push_back({prefix + name, type, shape, bytes_of(numbers)});
   };
+  add("brick", "U32", {bricks.size() / 4, 4}, bricks);
   add("probe", "U32", {factors.probe.size()}, factors.probe);
-  add("brick_probes", "U32", {bricks}, flat.probes);
-  add("half_rank", "U32", {bricks}, flat.half_rank);
-  add("byte_rank", "U32", {bricks}, flat.byte_rank);
-  add("half_scale", "F32", {factors.half_scale.size()}, factors.half_scale);
-  add("byte_scale", "F32", {factors.byte_scale.size()}, factors.byte_scale);
-  add("source_half", "F16", {factors.source_half.size() / row, sources, tile}, factors.source_half);
-  add("source_byte", "I8", {factors.source_byte.size() / row, sources, tile}, factors.source_byte);
-  add("probe_half", "F16", {factors.probe_half.size() / tile, tile}, factors.probe_half);
-  add("probe_byte", "I8", {factors.probe_byte.size() / tile, tile}, factors.probe_byte);
+  add("piece", "U32", {factors.piece.size()}, factors.piece);
+  add("scale", "F32", {factors.scale.size()}, factors.scale);
+  add("source_factor", "I8", {factors.source_factor.size()}, factors.source_factor);
+  add("probe_factor", "I8", {factors.probe_factor.size()}, factors.probe_factor);
 }
 
 Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
@@ -166,10 +158,12 @@ Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
       {"compact.light_first_weight", "U32", {rows + 1}, bytes_of(basis.light.first_weight)},
       {"compact.light_run", "U32", {basis.light.run.size(), 2}, bytes_of(flat.light_runs)},
       {"compact.light_weight", "F16", {basis.light.weight.size()}, bytes_of(basis.light.weight)},
+      {"compact.group", "U32", {basis.group.size(), 2}, bytes_of(flat.groups)},
+      {"compact.group_weight", "F32", {basis.group_weight.size()}, bytes_of(basis.group_weight)},
   };
-  add_factors("compact.", basis.nine, basis.sources, flat.bricks, list);
+  add_factors("compact.", basis.nine, flat.bricks, list);
   if (!basis.band4.brick.empty())
-    add_factors("compact.band4.", basis.band4, basis.sources, flat.band4_bricks, list);
+    add_factors("compact.band4.", basis.band4, flat.band4_bricks, list);
   return list;
 }
 

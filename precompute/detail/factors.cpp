@@ -135,7 +135,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   }
   f.source_factor = multiply(turn, coordinates, n, n, sources);
   f.row_factor = multiply(turn, transposed(range.q, rows, n), n, n, rows);
-  f.stored.assign(n, Stored::halves);
+  f.stored.assign(n, Stored::words);
   return f;
 }
 
@@ -191,7 +191,7 @@ void Factors::expand_rows(const std::vector<float>& basis, std::size_t numbers) 
 
 void Factors::store_as(const std::vector<Stored>& choice) {
   std::vector<std::size_t> order;
-  for (const Stored kind : {Stored::halves, Stored::bytes})
+  for (const Stored kind : {Stored::words, Stored::bytes})
     for (std::size_t k = 0; k < rank(); ++k)
       if (choice[k] == kind)
         order.push_back(k);
@@ -227,70 +227,42 @@ std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs,
 
 namespace {
 
-/// Where the components of a brick begin in the arrays of the basis.
-struct BrickPlace {
-  std::size_t halves = 0, bytes = 0;             ///< components of earlier bricks
-  std::size_t probe_halves = 0, probe_bytes = 0; ///< numbers of their row factors
-};
-
-std::vector<BrickPlace> make_places(std::span<const Factors* const> bricks, std::size_t sources,
-                                    CompactFactors& basis) {
-  std::vector<BrickPlace> places;
-  BrickPlace next;
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    CompactFactors::Brick& brick = basis.brick[b];
-    brick.half_rank = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::halves));
-    brick.byte_rank = static_cast<std::uint32_t>(bricks[b]->rank()) - brick.half_rank;
-    places.push_back(next);
-    next.halves += brick.half_rank;
-    next.bytes += brick.byte_rank;
-    next.probe_halves += 3 * brick.tiles() * brick.half_rank * kTileNumbers;
-    next.probe_bytes += 3 * brick.tiles() * brick.byte_rank * kTileNumbers;
-  }
-  const auto tiles = [](std::size_t n) { return (n + kTileNumbers - 1) / kTileNumbers; };
-  basis.source_half.assign(tiles(next.halves) * sources * kTileNumbers, 0);
-  basis.source_byte.assign(tiles(next.bytes) * sources * kTileNumbers, 0);
-  basis.half_scale.assign(next.halves, 0.0f);
-  basis.byte_scale.assign(next.bytes, 0.0f);
-  basis.probe_half.assign(next.probe_halves, 0);
-  basis.probe_byte.assign(next.probe_bytes, 0);
-  return places;
-}
-
-/// Component k of a brick; no two write to the same numbers.
-void store_component(const Factors& f, std::size_t k, const CompactFactors::Brick& brick, const BrickPlace& place,
-                     CompactFactors& basis) {
-  const bool half = f.stored[k] == Stored::halves;
-  const std::size_t sources = f.sources, numbers = f.rows / 3, own = half ? k : k - brick.half_rank,
-                    component = half ? place.halves + own : place.bytes + own;
-  const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, sources), f.stored[k]),
+/// Component k of a brick into the brick's planes.
+void store_component(const Factors& f, std::size_t k, const CompactFactors::Brick& brick, const BrickPlace& at,
+                     CompactFactors& out) {
+  const bool word = f.stored[k] == Stored::words;
+  const std::size_t plane = word ? k : brick.word_rank + k, low = brick.word_rank + k, numbers = f.rows / 3;
+  const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, f.sources), f.stored[k]),
                 row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), f.stored[k]);
-  for (std::size_t i = 0; i < sources; ++i) {
-    const std::size_t at = (component / kTileNumbers * sources + i) * kTileNumbers + component % kTileNumbers;
-    if (half)
-      basis.source_half[at] = source.half[i];
-    else
-      basis.source_byte[at] = source.byte[i];
+  for (std::size_t i = 0; i < f.sources; ++i) {
+    out.source_factor[at.source_byte + brick.source_at(plane, i)] = source.byte[i];
+    if (word)
+      out.source_factor[at.source_byte + brick.source_at(low, i)] = source.low[i];
   }
   for (std::size_t i = 0; i < f.rows; ++i) {
-    const std::size_t number = i % numbers, tile = i / numbers * brick.tiles() + number / kTileNumbers,
-                      at = (tile * (half ? brick.half_rank : brick.byte_rank) + own) * kTileNumbers +
-                           number % kTileNumbers;
-    if (half)
-      basis.probe_half[place.probe_halves + at] = row.half[i];
-    else
-      basis.probe_byte[place.probe_bytes + at] = row.byte[i];
+    out.probe_factor[at.probe_byte + brick.probe_at(plane, i / numbers, i % numbers)] = row.byte[i];
+    if (word)
+      out.probe_factor[at.probe_byte + brick.probe_at(low, i / numbers, i % numbers)] = row.low[i];
   }
-  (half ? basis.half_scale : basis.byte_scale)[component] = source.unit * row.unit;
+  out.scale[at.component + k] = source.unit * row.unit;
 }
 
 } // namespace
 
-void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis) {
-  const std::vector<BrickPlace> places = make_places(bricks, sources, basis);
+void store_factors(std::span<const Factors* const> bricks, CompactFactors& out) {
+  for (std::size_t b = 0; b < bricks.size(); ++b) {
+    CompactFactors::Brick& brick = out.brick[b];
+    brick.pieces = static_cast<std::uint32_t>(bricks[b]->sources);
+    brick.word_rank = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::words));
+    brick.byte_rank = static_cast<std::uint32_t>(bricks[b]->rank()) - brick.word_rank;
+  }
+  const std::vector<BrickPlace> at = brick_places(out);
+  out.scale.assign(at.back().component, 0.0f);
+  out.source_factor.assign(at.back().source_byte, 0);
+  out.probe_factor.assign(at.back().probe_byte, 0);
   tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     for (std::size_t k = 0; k < bricks[b]->rank(); ++k)
-      store_component(*bricks[b], k, basis.brick[b], places[b], basis);
+      store_component(*bricks[b], k, out.brick[b], at[b], out);
   });
 }
 

@@ -53,7 +53,7 @@ struct Factors {
   /// Rows of another space: `basis` [numbers][inner] orthonormal, rows are [colour][inner] before and [colour][number]
   /// after.
   void expand_rows(const std::vector<float>& basis, std::size_t numbers);
-  /// Drops what is stored as nothing and sorts the rest: half floats, then bytes.
+  /// Drops what is stored as nothing and sorts the rest: words, then bytes.
   void store_as(const std::vector<Stored>& choice);
   /// What the factors leave of `projected` [projection][source], the transport times random signs [row][projection].
   enum class Taken { exactly, as_stored };
@@ -71,7 +71,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
 Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
                   const std::vector<float>& suns, std::size_t width);
 
-/// Rounds the factors of all bricks into the tiles of `basis`, whose bricks are set.
-void store_factors(std::span<const Factors* const> bricks, std::size_t sources, CompactFactors& basis);
+/// Rounds the factors of all bricks; `out` knows the probes of each.
+void store_factors(std::span<const Factors* const> bricks, CompactFactors& out);
 
 } // namespace daylit::precompute::detail

@@ -103,17 +103,4 @@ std::vector<float> SeenPieces::expand(std::span<const float> rows) const {
   return out;
 }
 
-std::vector<float> SeenPieces::expand(std::span<const float> rows, const SunMetric& own,
-                                      const SunMetric& of_sources) const {
-  std::vector<float> out = expand(rows);
-  std::vector<float> unit(share.size(), 0.0f);
-  for (std::size_t a = 0; a < lit.size(); ++a)
-    for (std::size_t s = lit[a].first; s < lit[a].end; ++s)
-      unit[s] = of_sources.sigma[s] / own.sigma[a];
-  for (std::size_t first = 0; first < out.size(); first += unit.size())
-    for (std::size_t s = 0; s < unit.size(); ++s)
-      out[first + s] *= unit[s];
-  return out;
-}
-
 } // namespace daylit::precompute::detail

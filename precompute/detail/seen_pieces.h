@@ -39,9 +39,8 @@ struct SeenPieces {
   SunMetric metric(const SunMetric& of_sources) const;
   std::vector<float> suns(const SunMetric& own, const SunMetric& of_sources, std::span<const float> suns,
                           std::size_t columns) const;
-  /// Rows over lit pieces to rows over sources; each in its own units, or both without.
+  /// Rows over lit pieces to rows over sources.
   std::vector<float> expand(std::span<const float> rows) const;
-  std::vector<float> expand(std::span<const float> rows, const SunMetric& own, const SunMetric& of_sources) const;
 };
 
 } // namespace daylit::precompute::detail

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/detail/tile_kernels.h"
-
 namespace daylit::precompute::detail {
 
 namespace {
@@ -26,12 +24,17 @@ float nearest(float x) {
   return (x + kUlpIsOne) - kUlpIsOne;
 }
 
-Rounded halves(std::span<const float> numbers) {
+Rounded words(std::span<const float> numbers) {
+  constexpr float kWordMost = 256 * kByteMost + kByteMost;
   Rounded r;
   if (const float most = largest(numbers); most > 0)
-    r.unit = most;
-  for (const float x : numbers)
-    r.half.push_back(daylit::detail::to_half(x / r.unit));
+    r.unit = most / kWordMost;
+  for (const float x : numbers) {
+    const auto word = static_cast<std::int32_t>(std::clamp(nearest(x / r.unit), -kWordMost, kWordMost)),
+               high = (word + 128) >> 8;
+    r.byte.push_back(static_cast<std::int8_t>(high));
+    r.low.push_back(static_cast<std::int8_t>(word - 256 * high));
+  }
   return r;
 }
 
@@ -46,8 +49,8 @@ Rounded bytes(std::span<const float> numbers) {
 } // namespace
 
 Rounded Rounded::row_factor(std::span<const float> numbers, Stored stored) {
-  if (stored == Stored::halves)
-    return halves(numbers);
+  if (stored == Stored::words)
+    return words(numbers);
   Rounded r = bytes(numbers);
   const float per_unit = 1.0f / r.unit;
   for (std::size_t k = 0; k < numbers.size(); ++k)
@@ -56,8 +59,8 @@ Rounded Rounded::row_factor(std::span<const float> numbers, Stored stored) {
 }
 
 Rounded Rounded::source_factor(std::span<const float> numbers, Stored stored) {
-  if (stored == Stored::halves)
-    return halves(numbers);
+  if (stored == Stored::words)
+    return words(numbers);
   Rounded r = bytes(numbers);
   const float per_unit = 1.0f / r.unit;
   float owed = 0;
@@ -80,11 +83,10 @@ double row_rounding2(std::span<const float> numbers) {
 }
 
 std::vector<float> Rounded::values() const {
-  std::vector<float> out(byte.size() + half.size());
+  std::vector<float> out(byte.size());
   for (std::size_t k = 0; k < byte.size(); ++k)
-    out[k] = unit * static_cast<float>(byte[k]);
-  for (std::size_t k = 0; k < half.size(); ++k)
-    out[k] = unit * daylit::detail::from_half(half[k]);
+    out[k] = unit * (low.empty() ? static_cast<float>(byte[k])
+                                 : 256.0f * static_cast<float>(byte[k]) + static_cast<float>(low[k]));
   return out;
 }
 
@@ -118,7 +120,7 @@ std::vector<Saving> savings_of(std::span<const Component> components) {
 } // namespace
 
 std::vector<Stored> cheapest(std::span<const Component> components, double allowed, double* per_byte) {
-  std::vector<Stored> choice(components.size(), Stored::halves);
+  std::vector<Stored> choice(components.size(), Stored::words);
   double sum = 0, most = 0;
   for (const Saving& s : savings_of(components)) {
     if ((sum += s.error2) > allowed)
@@ -132,7 +134,7 @@ std::vector<Stored> cheapest(std::span<const Component> components, double allow
 }
 
 std::vector<Stored> cheapest_at(std::span<const Component> components, double per_byte) {
-  std::vector<Stored> choice(components.size(), Stored::halves);
+  std::vector<Stored> choice(components.size(), Stored::words);
   for (const Saving& s : savings_of(components))
     if (s.per_byte <= per_byte)
       choice[s.component] = s.to;

@@ -1,6 +1,6 @@
 #pragma once
 
-// How the numbers of factors are stored: as what each component is worth. A strong one is kept as half floats, most as
+// How the numbers of factors are stored: as what each component is worth. A strong one is kept as words, most as
 // bytes, and what is weaker still is left out.
 
 #include <cstdint>
@@ -10,13 +10,13 @@
 namespace daylit::precompute::detail {
 
 /// Cheapest first.
-enum class Stored : std::uint8_t { nothing, bytes, halves };
+enum class Stored : std::uint8_t { nothing, bytes, words };
 
 /// A factor of one component as it is stored: unit * number.
 struct Rounded {
   float unit = 1;
-  std::vector<std::int8_t> byte;
-  std::vector<std::uint16_t> half;
+  std::vector<std::int8_t> byte; ///< of a word its high byte: number = 256 byte + low
+  std::vector<std::int8_t> low;  ///< of words
 
   /// Each to the nearest.
   static Rounded row_factor(std::span<const float> numbers, Stored stored);
@@ -30,7 +30,7 @@ struct Rounded {
 /// Mean square of what row_factor() does to bytes, relative to that of the numbers.
 double row_rounding2(std::span<const float> numbers);
 
-/// One component of all bricks': its squared error when left out, and as bytes. Half floats err by nothing.
+/// One component of all bricks': its squared error when left out, and as bytes. Words err by nothing.
 struct Component {
   double power, byte_error2;
   std::size_t numbers; ///< of both factors

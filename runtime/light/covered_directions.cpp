@@ -46,7 +46,7 @@ struct Cone {
   glm::dvec3 direction(const DirectionPattern::Point& p) const {
     const double up = whole ? std::sqrt(1.0 - p.height) : 1.0 - p.height * (1.0 - cos_max);
     const double side = std::sqrt(std::max(0.0, 1.0 - up * up));
-    return glm::normalize(side * p.cosine * basis.u + side * p.sine * basis.v + up * axis);
+    return side * p.cosine * basis.u + side * p.sine * basis.v + up * axis;
   }
   /// cos dw of a direction at this cosine with the normal.
   float weight(double cosine, std::size_t count) const {
@@ -102,11 +102,12 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
   const std::span<const DirectionPattern::Point> points = pattern.points();
   Candidates candidates;
   std::array<glm::dvec3, kPacket> directions;
+  std::array<float, kPacket> weights;
   std::array<PartHit, kPacket> hits;
   for (std::size_t k = 0; k < points.size();) {
     std::size_t count = 0;
     for (; k < points.size() && count < kPacket; ++k)
-      if (const glm::dvec3 w = cone.direction(points[k]); weight(w) > 0.0f)
+      if (const glm::dvec3 w = cone.direction(points[k]); (weights[count] = weight(w)) > 0.0f)
         directions[count++] = w;
     const std::span<const glm::dvec3> asked(directions.data(), count);
     const std::uint32_t met = count > 0 ? parts.cast_first(seen.part, x, asked, hits, seen.ignored) : 0u;
@@ -114,7 +115,7 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
       if (!(met >> i & 1u))
         continue;
       candidates.direction[candidates.count] = directions[i];
-      candidates.covered[candidates.count++] = {hits[i], weight(directions[i]), nullptr, x + directions[i]};
+      candidates.covered[candidates.count++] = {hits[i], weights[i], nullptr, x + directions[i]};
       if (candidates.count == kPacket)
         candidates.flush(room, patches, x, covered);
     }

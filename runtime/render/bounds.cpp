@@ -20,10 +20,14 @@ BoundingSphere ObjectSurface::bounds() const {
   if (box.empty())
     return {};
   BoundingSphere sphere{box.centre(), 0.0};
+  double farthest2 = 0.0;
   for (const auto& t : triangles)
-    for (const std::uint32_t v : t)
-      sphere.radius = std::max(sphere.radius, glm::length(positions[v] - sphere.centre));
-  sphere.radius *= 1.0 + 1e-5; // the float shadow map coordinates of the farthest vertex stay inside
+    for (const std::uint32_t v : t) {
+      const glm::dvec3 d = positions[v] - sphere.centre;
+      farthest2 = std::max(farthest2, glm::dot(d, d));
+    }
+  sphere.radius =
+      std::sqrt(farthest2) * (1.0 + 1e-5); // the float shadow map coordinates of the farthest vertex stay inside
   return sphere;
 }
 

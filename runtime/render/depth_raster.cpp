@@ -118,6 +118,11 @@ DAYLIT_LANE_CLONES void draw_triangles(const std::array<std::uint32_t, 3>* trian
   }
 }
 
+DAYLIT_LANE_CLONES void quantise(const float* depths, std::size_t count, std::uint16_t* texels) {
+  for (std::size_t i = 0; i < count; ++i) // none is below 0 or above 1
+    texels[i] = static_cast<std::uint16_t>(static_cast<int>(depths[i] * DepthRaster::kNothing + 0.5f));
+}
+
 } // namespace
 
 bool DepthRaster::meets(const MapAxes& axes) const {
@@ -139,12 +144,12 @@ bool DepthRaster::meets(const MapAxes& axes) const {
   });
 }
 
-void DepthRaster::draw(std::span<const MapAxes> axes, std::span<float> maps) const {
+void DepthRaster::draw(std::span<const MapAxes> axes, std::span<std::uint16_t> maps) const {
   const std::size_t size = static_cast<std::size_t>(texels) * static_cast<std::size_t>(texels);
   const float half = 0.5f * static_cast<float>(texels), scale = half / half_width, depth = 0.5f / half_depth;
   struct Memory {
     std::vector<LaneVertex> projected;
-    std::vector<float> spare; ///< maps of lanes that are not asked for
+    std::vector<float> depths; ///< of all lanes, also of those that are not asked for
   };
   tbb::enumerable_thread_specific<Memory> memory;
   const std::size_t groups = (axes.size() + kLanes - 1) / kLanes;
@@ -160,16 +165,10 @@ void DepthRaster::draw(std::span<const MapAxes> axes, std::span<float> maps) con
         lanes.up[c][k] = scale * a.up[c];
         lanes.toward[c][k] = depth * a.toward[c];
       }
-    float* target = maps.data() + first * size;
-    if (used < kLanes) {
-      m.spare.resize(kLanes * size);
-      target = m.spare.data();
-    }
-    std::fill_n(target, kLanes * size, 1.0f);
+    m.depths.assign(kLanes * size, 1.0f);
     project(vertices.data(), vertices.size(), lanes, half, m.projected.data());
-    draw_triangles(triangles.data(), triangles.size(), m.projected.data(), texels, target);
-    if (used < kLanes)
-      std::copy_n(target, used * size, maps.data() + first * size);
+    draw_triangles(triangles.data(), triangles.size(), m.projected.data(), texels, m.depths.data());
+    quantise(m.depths.data(), used * size, maps.data() + first * size);
   });
 }
 

@@ -4,6 +4,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 namespace daylit {
 
@@ -13,6 +15,7 @@ constexpr int kSide = 4; // pixels between corners
 constexpr float kSameSideCosine = 0.8f;
 constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
 constexpr float kSteepShare = 0.2f;     // corners that differ by more do not speak for what is between
+constexpr float kLeastWeight = 0.75f;   // of the corners that speak for a pixel
 
 } // namespace
 
@@ -53,86 +56,77 @@ const LightPoints& ObjectGrid::ask_corners(const ObjectPoints& points, float rad
   return corner_points_;
 }
 
-bool ObjectGrid::is_smooth(const ObjectPoints& points, int column, int row) const {
-  glm::vec3 least(2.0f), most(-2.0f);
-  const int width = points.box.width(), first = row * kSide * width + column * kSide;
+/// Between the corners of the block that show the objects: one at least, all of them on the pixel's piece of surface
+/// and nearly alike.
+bool ObjectGrid::interpolate(const ObjectPoints& points, int x, int y, Share& share) const {
+  const int column = x / kSide, row = y / kSide, width = points.box.width(), height = points.box.height();
+  const auto i = static_cast<std::size_t>(y * width + x);
+  const float s = static_cast<float>(x % kSide) / kSide, t = static_cast<float>(y % kSide) / kSide;
+  const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+  glm::vec3 least(2.0f), most(-2.0f), lost(0.0f), past(0.0f);
+  float whole = 0.0f;
   for (int k = 0; k < 4; ++k) {
-    const std::int32_t at = corner(column + k % 2, row + k / 2);
-    const int pixel = first + k % 2 * kSide + k / 2 * kSide * width;
-    if (at < 0 || !same_piece(points, static_cast<std::size_t>(first), static_cast<std::size_t>(pixel)))
+    const int u = (column + k % 2) * kSide, v = (row + k / 2) * kSide;
+    const auto at = static_cast<std::size_t>(v * width + u);
+    if (u >= width || v >= height || points.offset[at].w <= 0.0f)
+      continue;
+    if (!same_piece(points, i, at))
       return false;
-    const Share& s = corner_shares_[static_cast<std::size_t>(at)];
-    least = glm::min(least, s.past - s.lost);
-    most = glm::max(most, s.past - s.lost);
+    const std::int32_t asked = corner(column + k % 2, row + k / 2);
+    if (asked < 0)
+      continue;
+    const Share& c = corner_shares_[static_cast<std::size_t>(asked)];
+    least = glm::min(least, c.past - c.lost);
+    most = glm::max(most, c.past - c.lost);
+    lost += weight[k] * c.lost;
+    past += weight[k] * c.past;
+    whole += weight[k];
   }
+  if (whole < kLeastWeight)
+    return false;
   const glm::vec3 range = most - least;
+  share = {lost / whole, past / whole};
   return std::max({range.x, range.y, range.z}) <= kSteepShare;
 }
 
-/// Of the box: a pixel that shows one piece of surface, the same as the corners of its block.
-bool ObjectGrid::is_between(const ObjectPoints& points, int x, int y) const {
-  const int column = x / kSide, row = y / kSide, width = points.box.width();
-  const auto i = static_cast<std::size_t>(y * width + x);
-  if (!smooth_[static_cast<std::size_t>(row * columns_ + column)] || points.normal[i].w > 0.0f)
-    return false;
-  const int first = row * kSide * width + column * kSide;
-  return same_piece(points, i, static_cast<std::size_t>(first)) &&
-         same_piece(points, i, static_cast<std::size_t>(first + kSide * width + kSide));
-}
-
-const LightPoints& ObjectGrid::ask_pixels(const ObjectPoints& points, const LightAnswers& corners) {
+const LightPoints& ObjectGrid::ask_pixels(const ObjectPoints& points, const LightAnswers& corners,
+                                          LightAnswers& shares) {
   corner_shares_.resize(corner_points_.size());
   for (std::size_t k = 0; k < corner_shares_.size(); ++k)
     corner_shares_[k] = share_of(corners, k);
-  smooth_.resize(corner_.size());
-  for (int row = 0; row < rows_; ++row)
-    for (int column = 0; column < columns_; ++column)
-      smooth_[static_cast<std::size_t>(row * columns_ + column)] = is_smooth(points, column, row);
+  const std::size_t count = points.offset.size();
+  shares.unblocked.resize(count, glm::vec4(1.0f)); // and stays
+  shares.lost.resize(count);
+  shares.past_room.resize(count);
+  asks_.assign(count, 0);
+  tbb::parallel_for(tbb::blocked_range<int>(0, points.box.height(), 16), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y != rows.end(); ++y)
+      for (int x = 0; x < points.box.width(); ++x) {
+        const auto i = static_cast<std::size_t>(y * points.box.width() + x);
+        if (points.offset[i].w <= 0.0f)
+          continue;
+        Share share;
+        asks_[i] = points.normal[i].w > 0.0f || !interpolate(points, x, y, share);
+        shares.lost[i] = glm::vec4(share.lost, 0.0f);
+        shares.past_room[i] = glm::vec4(share.past, 0.0f);
+      }
+  });
   asked_pixels_.clear();
-  const int width = points.box.width();
-  for (int y = 0; y < points.box.height(); ++y)
-    for (int x = 0; x < width; ++x)
-      if (const auto i = static_cast<std::uint32_t>(y * width + x);
-          points.offset[i].w > 0.0f && !is_between(points, x, y))
-        asked_pixels_.push_back(i);
+  for (std::size_t i = 0; i < count; ++i)
+    if (asks_[i])
+      asked_pixels_.push_back(static_cast<std::uint32_t>(i));
   pixel_points_.resize(asked_pixels_.size());
   for (std::size_t k = 0; k < asked_pixels_.size(); ++k)
     pixel_points_.set(k, glm::vec3(points.offset[asked_pixels_[k]]), glm::vec3(points.normal[asked_pixels_[k]]));
   return pixel_points_;
 }
 
-ObjectGrid::Share ObjectGrid::between(int x, int y) const {
-  const int column = x / kSide, row = y / kSide;
-  const float s = static_cast<float>(x % kSide) / kSide, t = static_cast<float>(y % kSide) / kSide;
-  const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
-  Share mixed{glm::vec3(0.0f), glm::vec3(0.0f)};
-  for (int k = 0; k < 4; ++k) {
-    const Share& c = corner_shares_[static_cast<std::size_t>(corner(column + k % 2, row + k / 2))];
-    mixed.lost += weight[k] * c.lost;
-    mixed.past += weight[k] * c.past;
+void ObjectGrid::fill(const LightAnswers& pixels, LightAnswers& shares) const {
+  for (std::size_t k = 0; k < asked_pixels_.size(); ++k) {
+    const Share share = share_of(pixels, k);
+    shares.lost[asked_pixels_[k]] = glm::vec4(share.lost, 0.0f);
+    shares.past_room[asked_pixels_[k]] = glm::vec4(share.past, 0.0f);
   }
-  return mixed;
-}
-
-void ObjectGrid::fill(const ObjectPoints& points, const LightAnswers& pixels, LightAnswers& shares) const {
-  const std::size_t count = points.offset.size();
-  shares.unblocked.assign(count, glm::vec4(1.0f));
-  shares.lost.resize(count);
-  shares.past_room.resize(count);
-  const auto set = [&](std::size_t i, const Share& share) {
-    shares.lost[i] = glm::vec4(share.lost, 0.0f);
-    shares.past_room[i] = glm::vec4(share.past, 0.0f);
-  };
-  std::size_t next = 0;
-  const int width = points.box.width();
-  for (int y = 0; y < points.box.height(); ++y)
-    for (int x = 0; x < width; ++x) {
-      const auto i = static_cast<std::size_t>(y * width + x);
-      if (next < asked_pixels_.size() && asked_pixels_[next] == i)
-        set(i, share_of(pixels, next++));
-      else if (points.offset[i].w > 0.0f)
-        set(i, between(x, y));
-    }
 }
 
 } // namespace daylit

@@ -2,6 +2,7 @@
 
 // The shares of the sky's light that objects take from themselves, in every pixel, from few that are asked: as in
 // room_grid.h, but pieces of curved surface speak for each other only where they lie close by and face the same way.
+// Where another part of the objects stands beside, every pixel is asked: there shadows are narrow.
 
 #include <cstdint>
 #include <vector>
@@ -22,9 +23,10 @@ class ObjectGrid {
 public:
   /// The calls of a frame, in this order; what is asked has to be answered before the next. `radius`: of the sphere.
   const LightPoints& ask_corners(const ObjectPoints& points, float radius);
-  const LightPoints& ask_pixels(const ObjectPoints& points, const LightAnswers& corners);
-  /// Replaces `shares`, of which nothing is unblocked but 1, for every pixel of the box.
-  void fill(const ObjectPoints& points, const LightAnswers& pixels, LightAnswers& shares) const;
+  /// Sets `shares`, of which `unblocked` is 1, where pixels lie between corners; those without a point are left alone.
+  const LightPoints& ask_pixels(const ObjectPoints& points, const LightAnswers& corners, LightAnswers& shares);
+  /// The others.
+  void fill(const LightAnswers& pixels, LightAnswers& shares) const;
 
 private:
   struct Share {
@@ -34,17 +36,15 @@ private:
   float radius_ = 0.0f;
   std::vector<std::int32_t> corner_; ///< per block, its first pixel's place among those asked; -1: none speaks
   std::vector<Share> corner_shares_;
-  std::vector<std::uint8_t> smooth_;        ///< per block: what lies between its corners is interpolated
-  std::vector<std::uint32_t> asked_pixels_; ///< of the box
+  std::vector<std::uint8_t> asks_; ///< per pixel of the box
+  std::vector<std::uint32_t> asked_pixels_;
   LightPoints corner_points_, pixel_points_;
 
   std::int32_t corner(int column, int row) const {
     return column < columns_ && row < rows_ ? corner_[static_cast<std::size_t>(row * columns_ + column)] : -1;
   }
   bool same_piece(const ObjectPoints& points, std::size_t a, std::size_t b) const;
-  bool is_smooth(const ObjectPoints& points, int column, int row) const;
-  bool is_between(const ObjectPoints& points, int x, int y) const;
-  Share between(int x, int y) const;
+  bool interpolate(const ObjectPoints& points, int x, int y, Share& share) const;
   static Share share_of(const LightAnswers& answers, std::size_t k);
 };
 

@@ -81,17 +81,20 @@ Result<void> PicturePasses::build(const std::string& definitions) {
 }
 
 Result<PicturePasses> PicturePasses::make(const Gl& gl, const std::string& light_definitions, int samples,
-                                          bool room_blocks) {
+                                          bool room_blocks, bool ids_by_processor) {
   PicturePasses p;
   p.gl_ = gl;
   const std::string definitions = light_definitions + "#define SAMPLES " + std::to_string(samples) +
-                                  "\n#define ROOM_OCCLUDES " + (room_blocks ? "1" : "0") + "\n";
+                                  "\n#define ROOM_OCCLUDES " + (room_blocks ? "1" : "0") +
+                                  "\n#define IDS_BY_PROCESSOR " + (ids_by_processor ? "1" : "0") +
+                                  "\n#define APART_SHARE " + std::to_string(kApartShare) + "\n";
   if (const auto built = p.build(definitions); !built)
     return built.error();
   p.nothing_ = make_vertex_array(gl, {}, 0);
   p.frame_ = make_buffer(gl, {});
-  gl->ProgramUniform1f(p.object_points_.name(), gl->GetUniformLocation(p.object_points_.name(), "near_plane"),
-                       static_cast<float>(kNearPlane_m));
+  if (!ids_by_processor)
+    gl->ProgramUniform1f(p.object_points_.name(), gl->GetUniformLocation(p.object_points_.name(), "near_plane"),
+                         static_cast<float>(kNearPlane_m));
   gl->ProgramUniform1i(p.object_edges_.name(), gl->GetUniformLocation(p.object_edges_.name(), "mixed_only"), 1);
   return p;
 }
@@ -154,12 +157,29 @@ void PicturePasses::show_objects(const RoomBuffers& room, const ObjectBuffers& o
   room.draw(gl_);
   gl_->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   objects.draw(gl_);
+  gl_->Disable(GL_SCISSOR_TEST);
+}
 
+void PicturePasses::set_shown_objects(const TriangleRaster& raster, const RenderTargets& t) const {
+  const PixelBox& box = raster.box();
+  gl_->TextureSubImage2D(t.object_samples.name(), 0, box.x0, box.y0, box.width(), box.height(), GL_RGBA, GL_FLOAT,
+                         raster.samples().data());
+  gl_->TextureSubImage2D(t.object_shown.name(), 0, box.x0, box.y0, box.width(), box.height(), GL_RED, GL_FLOAT,
+                         raster.shown().data());
+}
+
+void PicturePasses::find_object_points(const ObjectBuffers& objects, const PixelBox& box,
+                                       const RenderTargets& t) const {
+  scissor(box);
   t.object_points.bind();
   t.object_points.clear_colours();
   t.object_points.clear_depth();
+  gl_->Enable(GL_DEPTH_TEST);
   gl_->DepthFunc(GL_ALWAYS);
-  bind(0, {t.object_ids.texture(0), t.object_depth.name()});
+  if (t.ids_by_processor)
+    bind(0, {t.object_shown.name()});
+  else
+    bind(0, {t.object_ids.texture(0), t.object_depth.name()});
   objects.bind(gl_);
   draw_whole(object_points_);
   gl_->Disable(GL_SCISSOR_TEST);
@@ -193,19 +213,11 @@ void PicturePasses::add_batches(const GlProgram& program, const LightBatches& li
   }
 }
 
-void PicturePasses::ask_objects_sky(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                                    const RenderTargets& t) const {
+void PicturePasses::ask_objects(const LightBatches& lights, const LightGroup& group, const MapTextures& maps,
+                                const PixelBox& box, const RenderTargets& t, const LightSums& sums) const {
   scissor(box);
-  add_lights(object_light_, lights, lights.sky(), t.object_sky, maps.sky_texels,
-             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sky, maps.room_sky});
-  gl_->Disable(GL_SCISSOR_TEST);
-}
-
-void PicturePasses::ask_objects_sun(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                                    const RenderTargets& t) const {
-  scissor(box);
-  add_lights(object_light_, lights, lights.sun(), t.object_sun, maps.sun_texels,
-             {t.object_points.texture(0), t.object_points.texture(1), maps.object_sun, maps.room_sun});
+  add_lights(object_light_, lights, group, sums, maps.texels,
+             {t.object_points.texture(0), t.object_points.texture(1), maps.objects, maps.room});
   gl_->Disable(GL_SCISSOR_TEST);
 }
 
@@ -217,8 +229,7 @@ void PicturePasses::set_objects_sky(const LightAnswers& shares, const PixelBox& 
 }
 
 Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
-                                GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& t,
-                                LightAnswers& answers) const {
+                                const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
   const AskedPlaces places(points.size(), t.asked_width, t.asked_height);
   const PixelBox box{0, 0, places.columns, places.rows};
   std::vector<glm::vec4> texels_in_place;
@@ -231,8 +242,8 @@ Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBat
   }
   if (!box.empty()) {
     scissor(box);
-    add_lights(on == On::objects ? object_light_ : room_light_, lights, group, t.asked, texels,
-               {t.asked_offsets.name(), t.asked_normals.name(), object_maps, room_maps});
+    add_lights(on == On::objects ? object_light_ : room_light_, lights, group, t.asked, maps.texels,
+               {t.asked_offsets.name(), t.asked_normals.name(), maps.objects, maps.room});
     gl_->Disable(GL_SCISSOR_TEST);
   }
   answers.past_room.clear();
@@ -247,23 +258,13 @@ Result<void> PicturePasses::ask(On on, const LightPoints& points, const LightBat
   return {};
 }
 
-Result<void> PicturePasses::ask_sky(On on, const LightPoints& points, const LightBatches& lights,
-                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
-  return ask(on, points, lights, lights.sky(), maps.object_sky, maps.room_sky, maps.sky_texels, t, answers);
-}
-
-Result<void> PicturePasses::ask_sun(On on, const LightPoints& points, const LightBatches& lights,
-                                    const MapTextures& maps, const RenderTargets& t, LightAnswers& answers) const {
-  return ask(on, points, lights, lights.sun(), maps.object_sun, maps.room_sun, maps.sun_texels, t, answers);
-}
-
 void PicturePasses::draw_objects(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& t) const {
   scissor(box);
   t.object_picture.bind();
   t.object_picture.clear_colours();
   gl_->DepthMask(GL_FALSE);
   gl_->DepthFunc(GL_LEQUAL);
-  bind(0, {t.object_ids.texture(0), t.object_points.texture(0), t.object_points.texture(1), objects.light_list()});
+  bind(0, {t.ids(), t.object_points.texture(0), t.object_points.texture(1), objects.light_list()});
   objects.bind(gl_);
   bind(6, {t.object_sky.unblocked(), t.object_sky.lost(), t.object_sky.past_room(), t.object_sun.lost(),
            t.object_sun.past_room()});

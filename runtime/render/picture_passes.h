@@ -10,19 +10,24 @@
 #include "runtime/render/render_camera.h"
 #include "runtime/render/render_targets.h"
 #include "runtime/render/scene_buffers.h"
+#include "runtime/render/triangle_raster.h"
 
 namespace daylit {
 
-/// Of the sky's and of the sun's lights.
+/// Shadow maps of a group of lights, of the objects and of the room.
 struct MapTextures {
-  GLuint object_sky = 0, object_sun = 0, room_sky = 0, room_sun = 0;
-  int sky_texels = 0, sun_texels = 0; ///< on a side
+  GLuint objects = 0, room = 0;
+  int texels = 0; ///< on a side
 };
+
+/// Of the objects' radius: parts of a pixel that lie further apart in depth are lit separately.
+constexpr float kApartShare = 0.04f;
 
 class PicturePasses {
 public:
   /// `light_definitions`: LightBatches::definitions().
-  static Result<PicturePasses> make(const Gl& gl, const std::string& light_definitions, int samples, bool room_blocks);
+  static Result<PicturePasses> make(const Gl& gl, const std::string& light_definitions, int samples, bool room_blocks,
+                                    bool ids_by_processor);
 
   /// For all that follow. `room_extent`: half the depth range of the room's maps, metres.
   void set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere, double room_extent,
@@ -31,22 +36,22 @@ public:
   /// Within `box`, which holds all pixels that may show objects and two more on each side.
   void show_objects(const RoomBuffers& room, const ObjectBuffers& objects, const PixelBox& box,
                     const RenderTargets& targets) const;
-  /// Every point of the objects asks.
-  void ask_objects_sky(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                       const RenderTargets& targets) const;
-  void ask_objects_sun(const LightBatches& lights, const MapTextures& maps, const PixelBox& box,
-                       const RenderTargets& targets) const;
-  /// What ask_objects_sky() would leave, known already.
+  /// The same, known already.
+  void set_shown_objects(const TriangleRaster& raster, const RenderTargets& targets) const;
+  /// Where the objects are asked for light, one point per pixel.
+  void find_object_points(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& targets) const;
+  /// Every point of the objects asks a group of the lights.
+  void ask_objects(const LightBatches& lights, const LightGroup& group, const MapTextures& maps, const PixelBox& box,
+                   const RenderTargets& targets, const LightSums& sums) const;
+  /// What ask_objects() would leave of the sky, known already.
   void set_objects_sky(const LightAnswers& shares, const PixelBox& box, const RenderTargets& targets) const;
   /// Leaves what the objects show in the box of targets.object_picture.
   void draw_objects(const ObjectBuffers& objects, const PixelBox& box, const RenderTargets& targets) const;
   /// What points of the objects or of the room receive and lose of a group of the lights; as many points as the picture
   /// has pixels at most.
   enum class On { objects, room };
-  Result<void> ask_sky(On on, const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
-                       const RenderTargets& targets, LightAnswers& answers) const;
-  Result<void> ask_sun(On on, const LightPoints& points, const LightBatches& lights, const MapTextures& maps,
-                       const RenderTargets& targets, LightAnswers& answers) const;
+  Result<void> ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
+                   const MapTextures& maps, const RenderTargets& targets, LightAnswers& answers) const;
   GLuint shadow_program() const { return shadow_.name(); }
 
 private:
@@ -67,9 +72,6 @@ private:
   void add_lights(const LightPrograms& programs, const LightBatches& lights, const LightGroup& group,
                   const LightSums& sums, int texels, std::initializer_list<GLuint> points_and_maps) const;
   void add_batches(const GlProgram& program, const LightBatches& lights, int first, int last, int texels) const;
-  Result<void> ask(On on, const LightPoints& points, const LightBatches& lights, const LightGroup& group,
-                   GLuint object_maps, GLuint room_maps, int texels, const RenderTargets& targets,
-                   LightAnswers& answers) const;
   void bind(GLuint first_unit, std::initializer_list<GLuint> textures) const;
   void scissor(const PixelBox& box) const;
 };

@@ -75,7 +75,8 @@ Result<void> DrawTarget::read(int k, std::vector<float>& texels) const {
   return check_gl(*gl_, "reading the picture back");
 }
 
-Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, int samples, bool room_blocks) {
+Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, int samples, bool room_blocks,
+                                          bool ids_by_processor) {
   GLint sides = 0;
   gl->GetIntegerv(GL_MAX_TEXTURE_SIZE, &sides);
   RenderTargets t;
@@ -86,10 +87,20 @@ Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, i
                  "a picture of " + std::to_string(width) + " x " + std::to_string(height) + " cannot be drawn",
                  "renderer", "the driver's limit is " + std::to_string(sides) + " pixels a side"};
   t.room_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
-  t.object_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, samples);
   t.object_marks = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, 0);
   t.asked_width = (width + 3) / 4 * 4;
   t.asked_height = (height + 3) / 4 * 4;
+  t.ids_by_processor = ids_by_processor;
+  if (ids_by_processor) {
+    t.object_samples = make_picture_texture(gl, t.asked_width, height, GL_RGBA32F, 0);
+    t.object_shown = make_picture_texture(gl, t.asked_width, height, GL_R32F, 0);
+  } else {
+    t.object_depth = make_picture_texture(gl, width, height, GL_DEPTH_COMPONENT32F, samples);
+    auto ids = DrawTarget::make(gl, width, height, GL_R32F, 1, t.object_depth.name(), samples);
+    if (!ids)
+      return ids.error();
+    t.object_ids = std::move(*ids);
+  }
   t.asked_offsets = make_picture_texture(gl, t.asked_width, t.asked_height, GL_RGBA32F, 0);
   t.asked_normals = make_picture_texture(gl, t.asked_width, t.asked_height, GL_RGBA32F, 0);
   const int sums = room_blocks ? 3 : 2;
@@ -99,18 +110,16 @@ Result<RenderTargets> RenderTargets::make(const Gl& gl, int width, int height, i
     GLenum format;
     int colours;
     GLuint depth;
-    int samples;
   };
   const GLuint points = t.object_marks.name();
-  const Entry entries[] = {{&t.room_ids, width, height, GL_R32F, 1, t.room_depth.name(), 0},
-                           {&t.object_ids, width, height, GL_R32F, 1, t.object_depth.name(), samples},
-                           {&t.object_points, width, height, GL_RGBA32F, 2, points, 0},
-                           {&t.object_picture, width, height, GL_RGBA32F, 1, points, 0},
-                           {&t.object_sky.target, width, height, GL_RGBA32F, sums, points, 0},
-                           {&t.object_sun.target, width, height, GL_RGBA32F, sums, points, 0},
-                           {&t.asked.target, t.asked_width, t.asked_height, GL_RGBA32F, sums, 0, 0}};
+  const Entry entries[] = {{&t.room_ids, width, height, GL_R32F, 1, t.room_depth.name()},
+                           {&t.object_points, width, height, GL_RGBA32F, 2, points},
+                           {&t.object_picture, width, height, GL_RGBA32F, 1, points},
+                           {&t.object_sky.target, width, height, GL_RGBA32F, sums, points},
+                           {&t.object_sun.target, width, height, GL_RGBA32F, sums, points},
+                           {&t.asked.target, t.asked_width, t.asked_height, GL_RGBA32F, sums, 0}};
   for (const Entry& e : entries) {
-    auto made = DrawTarget::make(gl, e.width, e.height, e.format, e.colours, e.depth, e.samples);
+    auto made = DrawTarget::make(gl, e.width, e.height, e.format, e.colours, e.depth);
     if (!made)
       return made.error();
     *e.target = std::move(*made);

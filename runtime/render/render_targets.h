@@ -46,7 +46,10 @@ struct LightSums {
 struct RenderTargets {
   int width_px = 0, height_px = 0;
   GlTexture room_depth, object_depth, object_marks;
-  DrawTarget room_ids, object_ids;
+  DrawTarget room_ids;
+  DrawTarget object_ids;                  ///< by OpenGL, with object_depth
+  GlTexture object_samples, object_shown; ///< by the processor: TriangleRaster
+  bool ids_by_processor = false;
   DrawTarget object_points; ///< offset and normal
   DrawTarget object_picture;
   LightSums object_sky, object_sun;
@@ -54,7 +57,9 @@ struct RenderTargets {
   LightSums asked;
   int asked_width = 0, asked_height = 0; ///< multiples of four
 
-  static Result<RenderTargets> make(const Gl& gl, int width_px, int height_px, int samples, bool room_blocks);
+  GLuint ids() const { return ids_by_processor ? object_samples.name() : object_ids.texture(0); }
+  static Result<RenderTargets> make(const Gl& gl, int width_px, int height_px, int samples, bool room_blocks,
+                                    bool ids_by_processor);
 };
 
 } // namespace daylit

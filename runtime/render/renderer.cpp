@@ -4,7 +4,6 @@
 #include <tuple>
 
 #include <glm/geometric.hpp>
-#include <tbb/task_group.h>
 
 #include "runtime/render/bounds.h"
 #include "runtime/render/object_grid.h"
@@ -15,6 +14,7 @@ namespace daylit {
 
 namespace {
 
+constexpr float kGrounded = 1e-4f;       // of the objects' radius: what they stand on hides nothing of them
 constexpr double kLeastRadius_px = 32.0; // of the objects in the picture, for neighbours to share lights
 
 /// As many as asked for, or as the driver can.
@@ -41,7 +41,9 @@ struct Renderer::State {
   RenderTargets targets;
   RenderCamera camera;
   LightSet drawn_lights; ///< that the maps hold
-  bool maps_hold = false, lights_hold = false, room_holds = false;
+  bool maps_hold = false, lights_hold = false, room_holds = false, shown_holds = false;
+  bool numbers_by_processor = false; ///< of the objects' triangles
+  TriangleRaster raster;
   RoomView view;
   RoomGrid grid;
   ObjectGrid object_grid;
@@ -53,11 +55,17 @@ struct Renderer::State {
   Result<void> start(const Room& room_model, std::span<const Aperture> apertures);
   Result<void> draw_surfaces();
   Result<void> show_surfaces();
-  MapTextures map_textures() const;
+  PixelBox object_box() const;
+  void show_objects_by_processor();
+  MapTextures sky_maps() const { return {object_sky.texture(), room_sky.texture(), settings.sky_map_texels}; }
+  MapTextures sun_maps() const { return {object_sun.texture(), room_sun.texture(), settings.sun_map_texels}; }
   Result<void> light_objects(const PixelBox& box);
   Result<void> draw_objects();
   Result<void> light_room(RenderedFrame& frame);
 
+  TriangleRaster::Mesh object_mesh() const {
+    return {objects.positions(), objects.triangles(), origin + objects.sphere().centre};
+  }
   bool room_blocks() const { return room.occluders() > 0; }
   /// Several contexts may share a thread: each call takes its own.
   Result<void> take_context() const {
@@ -107,13 +115,15 @@ Result<void> Renderer::State::start(const Room& model, std::span<const Aperture>
   if (!batches)
     return batches.error();
   lights = std::move(*batches);
-  auto made_passes = PicturePasses::make(gl, lights.definitions(), coverage_samples(*gl, settings), room_blocks());
+  const bool by_processor = settings.raster == RenderSettings::Raster::automatic
+                                ? daylit::is_software(*gl)
+                                : settings.raster == RenderSettings::Raster::processor;
+  numbers_by_processor = by_processor && coverage_samples(*gl, settings) == TriangleRaster::kSamples;
+  auto made_passes = PicturePasses::make(gl, lights.definitions(), coverage_samples(*gl, settings), room_blocks(),
+                                         numbers_by_processor);
   if (!made_passes)
     return made_passes.error();
   passes = std::move(*made_passes);
-  const bool by_processor = settings.maps == RenderSettings::Maps::automatic
-                                ? daylit::is_software(*gl)
-                                : settings.maps == RenderSettings::Maps::processor;
   for (auto [maps, texels] : {std::pair{&object_sky, settings.sky_map_texels},
                               {&object_sun, settings.sun_map_texels},
                               {&room_sky, settings.sky_map_texels},
@@ -154,13 +164,14 @@ Result<void> Renderer::set_camera(const RenderCamera& camera) {
     return current;
   if (camera.width_px != s.targets.width_px || camera.height_px != s.targets.height_px) {
     auto targets = RenderTargets::make(s.gl, camera.width_px, camera.height_px, coverage_samples(*s.gl, s.settings),
-                                       s.room_blocks());
+                                       s.room_blocks(), s.numbers_by_processor);
     if (!targets)
       return targets.error();
     s.targets = std::move(*targets);
     s.room_holds = false;
   }
   s.room_holds = s.room_holds && same_view(camera, s.camera);
+  s.shown_holds = s.shown_holds && same_view(camera, s.camera);
   s.camera = camera;
   s.view.set(camera, s.origin);
   return {};
@@ -170,7 +181,7 @@ Result<void> Renderer::set_objects(const ObjectSurface& objects) {
   State& s = *state_;
   if (const auto current = s.take_context(); !current)
     return current;
-  s.maps_hold = false;
+  s.maps_hold = s.shown_holds = false;
   return s.objects.set(s.gl, objects, s.origin);
 }
 
@@ -192,8 +203,6 @@ Result<void> Renderer::set_lights(const LightSet& lights) {
   return s.lights.set_lights(lights);
 }
 
-/// While the processor draws shadow maps with its threads, this one tells OpenGL what to draw: in software, setting
-/// triangles up takes one thread only.
 Result<void> Renderer::State::draw_surfaces() {
   const BoundingSphere& sphere = objects.sphere();
   const ShadowCaster object = objects.caster(), occluder = room.occluder(sphere, room_extent());
@@ -206,35 +215,56 @@ Result<void> Renderer::State::draw_surfaces() {
       {&object_sun, &object, &lights.sun().maps},
       {&room_sky, &occluder, &lights.sky().room_maps},
       {&room_sun, &occluder, &lights.sun().room_maps}};
-  tbb::task_group by_processor;
-  by_processor.run([&] {
-    for (const auto& [map, caster, axes] : maps)
-      if (!maps_hold)
-        map->prepare(*caster, *axes);
-  });
-  const auto shown = show_surfaces();
-  by_processor.wait();
   for (const auto& [map, caster, axes] : maps)
     if (!maps_hold)
       if (const auto drawn = map->draw(passes.shadow_program(), *caster, *axes, glm::vec3(sphere.centre)); !drawn)
         return drawn;
   maps_hold = true;
-  return shown;
+  return show_surfaces();
+}
+
+PixelBox Renderer::State::object_box() const {
+  if (objects.empty())
+    return {};
+  const PixelBox box = projected_box(camera, origin + objects.sphere().centre, objects.positions());
+  return PixelBox{box.x0 - 2, box.y0 - 2, box.x1 + 2, box.y1 + 2}.clipped(camera.width_px, camera.height_px);
+}
+
+void Renderer::State::show_objects_by_processor() {
+  if (shown_holds)
+    return;
+  raster.start(camera, object_box());
+  const glm::vec3 eye(camera.eye() - origin), centre(objects.sphere().centre);
+  glm::vec3 least(0.0f), most(0.0f);
+  for (const glm::vec3& p : objects.positions()) {
+    least = glm::min(least, p);
+    most = glm::max(most, p);
+  }
+  std::array<glm::vec3, 8> box;
+  for (std::size_t k = 0; k < box.size(); ++k)
+    box[k] = centre + glm::vec3(k & 1 ? most.x : least.x, k & 2 ? most.y : least.y, k & 4 ? most.z : least.z);
+  const auto hiding = room.that_may_hide(box, eye, kGrounded * static_cast<float>(objects.sphere().radius));
+  raster.draw({room.corners(), hiding, origin, false});
+  raster.draw(object_mesh());
+  raster.find_shown(kApartShare * static_cast<float>(objects.sphere().radius));
+  shown_holds = true;
 }
 
 /// Which triangles of room and objects the pixels show.
 Result<void> Renderer::State::show_surfaces() {
   passes.set_frame(camera, origin, objects.sphere(), room_extent(), lights);
-  PixelBox& box = object_pixels.box;
-  box = {};
-  if (!objects.empty()) {
-    box = projected_box(camera, origin + objects.sphere().centre, objects.positions());
-    box = PixelBox{box.x0 - 2, box.y0 - 2, box.x1 + 2, box.y1 + 2}.clipped(camera.width_px, camera.height_px);
-  }
+  const PixelBox box = object_pixels.box = object_box();
   if (!room_holds)
     passes.show_room(room, targets);
-  if (!box.empty())
-    passes.show_objects(room, objects, box, targets);
+  if (!box.empty()) {
+    if (numbers_by_processor) {
+      show_objects_by_processor();
+      passes.set_shown_objects(raster, targets);
+    } else {
+      passes.show_objects(room, objects, box, targets);
+    }
+    passes.find_object_points(objects, box, targets);
+  }
   if (!room_holds)
     if (const auto read = targets.room_ids.read(0, view.ids); !read)
       return read;
@@ -242,19 +272,13 @@ Result<void> Renderer::State::show_surfaces() {
   return {};
 }
 
-MapTextures Renderer::State::map_textures() const {
-  return {object_sky.texture(), object_sun.texture(),    room_sky.texture(),
-          room_sun.texture(),   settings.sky_map_texels, settings.sun_map_texels};
-}
-
 /// Of the sky by few points where the objects are not small in the picture; of the sun, whose shadows are sharp, by
 /// all.
 Result<void> Renderer::State::light_objects(const PixelBox& box) {
-  const MapTextures maps = map_textures();
   if (lights.sun().batches > 0)
-    passes.ask_objects_sun(lights, maps, box, targets);
+    passes.ask_objects(lights, lights.sun(), sun_maps(), box, targets, targets.object_sun);
   if (!shares_lights()) {
-    passes.ask_objects_sky(lights, maps, box, targets);
+    passes.ask_objects(lights, lights.sky(), sky_maps(), box, targets, targets.object_sky);
     return {};
   }
   object_points.box = box;
@@ -262,14 +286,14 @@ Result<void> Renderer::State::light_objects(const PixelBox& box) {
     if (const auto read = targets.object_points.read(colour, box, *texels); !read)
       return read;
   const auto ask = [&](const LightPoints& points) {
-    return passes.ask_sky(PicturePasses::On::objects, points, lights, maps, targets, sky_answers);
+    return passes.ask(PicturePasses::On::objects, points, lights, lights.sky(), sky_maps(), targets, sky_answers);
   };
   if (const auto asked = ask(object_grid.ask_corners(object_points, static_cast<float>(objects.sphere().radius)));
       !asked)
     return asked;
-  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers)); !asked)
+  if (const auto asked = ask(object_grid.ask_pixels(object_points, sky_answers, object_shares)); !asked)
     return asked;
-  object_grid.fill(object_points, sky_answers, object_shares);
+  object_grid.fill(sky_answers, object_shares);
   passes.set_objects_sky(object_shares, box, targets);
   return {};
 }
@@ -291,17 +315,18 @@ Result<void> Renderer::State::light_room(RenderedFrame& frame) {
   const Rgb sun = lights.sun_normal_irradiance();
   const RoomGrid::Scene scene{view,
                               room,
-                              {glm::vec3(sphere.centre), static_cast<float>(sphere.radius), lights.sky().cone,
-                               lights.sun().cone, lights.windows()},
+                              {glm::vec3(sphere.centre), static_cast<float>(sphere.radius),
+                               ShadowReach::Cone(lights.sky().cone), ShadowReach::Cone(lights.sun().cone),
+                               lights.windows()},
                               sun.r + sun.g + sun.b,
                               shares_lights()};
   const auto ask = [&](const LightPoints& sky_points, const LightPoints& sun_points) -> Result<void> {
     if (const auto sky =
-            passes.ask_sky(PicturePasses::On::room, sky_points, lights, map_textures(), targets, sky_answers);
+            passes.ask(PicturePasses::On::room, sky_points, lights, lights.sky(), sky_maps(), targets, sky_answers);
         !sky)
       return sky;
     return scene.whole_sun > 0.0f
-               ? passes.ask_sun(PicturePasses::On::room, sun_points, lights, map_textures(), targets, sun_answers)
+               ? passes.ask(PicturePasses::On::room, sun_points, lights, lights.sun(), sun_maps(), targets, sun_answers)
                : Result<void>{};
   };
   const LightPoints& corners = grid.ask_corners(scene);
@@ -319,7 +344,11 @@ Result<void> Renderer::State::light_room(RenderedFrame& frame) {
 }
 
 Result<std::vector<std::uint8_t>> Renderer::vertices_in_view() {
-  return std::vector<std::uint8_t>(state_->objects.positions().size(), 1);
+  State& s = *state_;
+  if (!s.numbers_by_processor || s.targets.width_px == 0)
+    return std::vector<std::uint8_t>(s.objects.positions().size(), 1);
+  s.show_objects_by_processor();
+  return s.raster.used_vertices(s.object_mesh());
 }
 
 bool Renderer::room_point(int x, int y, RoomSurface& point) const {

@@ -17,8 +17,9 @@ struct RenderSettings {
   /// Where the objects are not small in the picture, one pixel of the room in sixteen asks the lights, and those
   /// between only where these do not agree (room_grid.h); false: every pixel asks all.
   bool share_lights = true;
-  /// Who draws the shadow maps: the processor where OpenGL is software, unless said.
-  enum class Maps { automatic, opengl, processor } maps = Maps::automatic;
+  /// Who draws many small triangles, in shadow maps and of the objects in the picture: the processor where OpenGL is
+  /// software, unless said.
+  enum class Raster { automatic, opengl, processor } raster = Raster::automatic;
 };
 
 class Renderer final : public PictureRenderer {
@@ -32,7 +33,7 @@ public:
   Result<void> set_camera(const RenderCamera& camera) override;
   Result<void> set_objects(const ObjectSurface& objects) override;
   Result<void> set_lights(const LightSet& lights) override;
-  Result<std::vector<std::uint8_t>> vertices_in_view() override; ///< all
+  Result<std::vector<std::uint8_t>> vertices_in_view() override; ///< all where OpenGL draws the objects
   Result<void> set_vertex_light(std::span<const VertexLight> light) override;
   Result<void> draw(RenderedFrame& frame) override;
   Result<RenderedFrame> draw();

@@ -213,45 +213,48 @@ void RoomGrid::set_points(const Scene& scene, int column, int row) {
   }
 }
 
-/// Bilinear between the corners of the block; the last ones stand on the picture's last pixels.
-RoomLoss RoomGrid::between(const Scene& scene, int column, int row, int x, int y) const {
-  const int x0 = column * kSide, y0 = row * kSide;
-  const int x1 = std::min(x0 + kSide, scene.view.width() - 1), y1 = std::min(y0 + kSide, scene.view.height() - 1);
-  const float s = x1 > x0 ? static_cast<float>(x - x0) / static_cast<float>(x1 - x0) : 0.0f;
-  const float t = y1 > y0 ? static_cast<float>(y - y0) / static_cast<float>(y1 - y0) : 0.0f;
-  const RoomLoss &a = corner(column, row).loss, &b = corner(column + 1, row).loss, &c = corner(column, row + 1).loss,
-                 &d = corner(column + 1, row + 1).loss;
-  const float wa = (1 - s) * (1 - t), wb = s * (1 - t), wc = (1 - s) * t, wd = s * t;
-  return {wa * a.lost_sky + wb * b.lost_sky + wc * c.lost_sky + wd * d.lost_sky,
-          wa * a.shares + wb * b.shares + wc * c.shares + wd * d.shares};
+/// Bilinear between the corners of the block; the last ones stand on the picture's last pixels. Kept for the pixels on
+/// the corners' plane.
+void RoomGrid::interpolate(const Scene& scene, int column, int row, std::span<RoomLoss> losses) const {
+  const PixelBox pixels = block_pixels(scene, column, row);
+  const Block& block = blocks_[block_index(column, row)];
+  const float per_x = 1.0f / static_cast<float>(std::max(std::min(kSide, scene.view.width() - 1 - pixels.x0), 1));
+  const float per_y = 1.0f / static_cast<float>(std::max(std::min(kSide, scene.view.height() - 1 - pixels.y0), 1));
+  const auto mix = [](const RoomLoss& a, const RoomLoss& b, float t) {
+    return RoomLoss{a.lost_sky + t * (b.lost_sky - a.lost_sky), a.shares + t * (b.shares - a.shares)};
+  };
+  for (int y = pixels.y0; y < pixels.y1; ++y) {
+    const float t = per_y * static_cast<float>(y - pixels.y0);
+    const RoomLoss left = mix(corner(column, row).loss, corner(column, row + 1).loss, t);
+    const RoomLoss right = mix(corner(column + 1, row).loss, corner(column + 1, row + 1).loss, t);
+    for (int x = pixels.x0; x < pixels.x1; ++x) {
+      if (scene.view.plane_number(scene.room, x, y) != block.plane)
+        continue;
+      const RoomLoss mixed = mix(left, right, per_x * static_cast<float>(x - pixels.x0));
+      RoomLoss& loss = losses[static_cast<std::size_t>((y - pixels.y0) * kSide + x - pixels.x0)];
+      if (block.smooth_sky) {
+        loss.lost_sky = mixed.lost_sky;
+        loss.shares.x = mixed.shares.x;
+      }
+      if (block.smooth_sun) {
+        loss.shares.y = mixed.shares.y;
+        loss.shares.z = mixed.shares.z;
+      }
+    }
+  }
 }
 
 /// Of the pixels of a block, kSide to a row.
 void RoomGrid::find_losses(const Scene& scene, const LightAnswers& sky, const LightAnswers& sun, int column, int row,
                            std::span<RoomLoss> losses) const {
-  const PixelBox pixels = block_pixels(scene, column, row);
   const Block& block = blocks_[block_index(column, row)];
+  if (block.plane != 0 && (block.smooth_sky || block.smooth_sun))
+    interpolate(scene, column, row, losses);
   std::size_t next_sky = block.first_sky, next_sun = block.first_sun;
-  for (int y = pixels.y0; y < pixels.y1; ++y)
-    for (int x = pixels.x0; x < pixels.x1; ++x) {
-      const int k = (y - pixels.y0) * kSide + x - pixels.x0;
-      RoomLoss& loss = losses[static_cast<std::size_t>(k)];
-      if (block.plane != 0 && scene.view.plane_number(scene.room, x, y) == block.plane) {
-        const RoomLoss mixed = between(scene, column, row, x, y);
-        if (block.smooth_sky) {
-          loss.lost_sky = mixed.lost_sky;
-          loss.shares.x = mixed.shares.x;
-        }
-        if (block.smooth_sun) {
-          loss.shares.y = mixed.shares.y;
-          loss.shares.z = mixed.shares.z;
-        }
-      }
-      if (block.sky >> k & 1u)
-        set_sky(sky, next_sky++, loss);
-      if (block.sun >> k & 1u)
-        set_sun(sun, next_sun++, scene.whole_sun, loss);
-    }
+  for (unsigned left = block.sky; left != 0; left &= left - 1)
+    set_sky(sky, next_sky++, losses[static_cast<std::size_t>(std::countr_zero(left))]);
+  for (unsigned left = block.sun; left != 0; left &= left - 1)
+    set_sun(sun, next_sun++, scene.whole_sun, losses[static_cast<std::size_t>(std::countr_zero(left))]);
 }
 
 void RoomGrid::fill_block(const Scene& scene, const ObjectPixels& objects, const LightAnswers& sky,

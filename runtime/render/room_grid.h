@@ -85,7 +85,7 @@ private:
   Block look_at_corners(const Scene& scene, int column, int row) const;
   Block choose_block(const Scene& scene, const ObjectPixels& objects, int column, int row) const;
   void set_points(const Scene& scene, int column, int row);
-  RoomLoss between(const Scene& scene, int column, int row, int x, int y) const;
+  void interpolate(const Scene& scene, int column, int row, std::span<RoomLoss> losses) const;
   void find_losses(const Scene& scene, const LightAnswers& sky, const LightAnswers& sun, int column, int row,
                    std::span<RoomLoss> losses) const;
   void fill_block(const Scene& scene, const ObjectPixels& objects, const LightAnswers& sky, const LightAnswers& sun,

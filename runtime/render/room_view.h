@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include "runtime/render/render_camera.h"
@@ -16,28 +17,37 @@ public:
   /// Row 0 first, from 1; 0: no triangle. Filled by the renderer.
   std::vector<float> ids;
 
-  void set(const RenderCamera& camera, const glm::dvec3& origin) {
-    camera_ = camera;
-    origin_ = origin;
-  }
-  int width() const { return camera_.width_px; }
-  int height() const { return camera_.height_px; }
+  void set(const RenderCamera& camera, const glm::dvec3& origin);
+  int width() const { return width_; }
+  int height() const { return height_; }
   int id(int x, int y) const { return static_cast<int>(ids[index(x, y)]); }
   /// Number of the room's plane that a pixel shows, from 1; 0: none.
   int plane_number(const RoomBuffers& room, int x, int y) const {
     const int shown = id(x, y);
     return shown > 0 ? room.plane_number(shown) : 0;
   }
-  RoomSurface surface(const RoomBuffers& room, int x, int y) const;
+  RoomSurface surface(const RoomBuffers& room, int x, int y) const {
+    const int shown = id(x, y);
+    if (shown <= 0)
+      return {};
+    const glm::vec4& plane = room.plane(shown);
+    const glm::vec3 n(plane), ray = corner_ + static_cast<float>(x) * right_ + static_cast<float>(y) * down_;
+    return {room.triangle(shown), eye_ - (height_of_eye(plane) / glm::dot(n, ray)) * ray};
+  }
   /// Unit, towards the eye. The pixel shows a triangle.
-  glm::vec3 normal(const RoomBuffers& room, int x, int y) const;
+  glm::vec3 normal(const RoomBuffers& room, int x, int y) const {
+    const glm::vec4& plane = room.plane(id(x, y));
+    return height_of_eye(plane) < 0.0f ? -glm::vec3(plane) : glm::vec3(plane);
+  }
 
 private:
-  RenderCamera camera_;
-  glm::dvec3 origin_{0.0};
+  int width_ = 0, height_ = 0;
+  glm::vec3 eye_{0.0f};                               ///< relative to the origin
+  glm::vec3 corner_{0.0f}, right_{0.0f}, down_{0.0f}; ///< through pixel (x, y) goes corner + x right + y down
 
+  float height_of_eye(const glm::vec4& plane) const { return glm::dot(glm::vec3(plane), eye_) + plane.w; }
   std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(camera_.width_px) + static_cast<std::size_t>(x);
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
   }
 };
 

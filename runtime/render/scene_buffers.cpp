@@ -22,7 +22,6 @@ std::span<const std::byte> bytes_of(const std::vector<T>& v) {
 Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<const Aperture> apertures,
                                       const glm::dvec3& origin) {
   RoomBuffers b;
-  std::vector<glm::vec3> corners;
   const RoomPlanes room_planes(room);
   for (std::uint32_t i = 0; i < room.triangles.size(); ++i) {
     const RoomTriangle& t = room.triangles[i];
@@ -31,7 +30,7 @@ Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<
       continue;
     const glm::dvec3 unit = glm::normalize(n);
     for (int k = 0; k < 3; ++k)
-      corners.emplace_back(room.corner(t, k) - origin);
+      b.corners_.emplace_back(room.corner(t, k) - origin);
     b.plane_of_.emplace_back(glm::vec3(unit), static_cast<float>(-glm::dot(unit, room.corner(t, 0) - origin)));
     b.plane_number_.push_back(static_cast<int>(room_planes.facing_of(i, glm::dvec3(0.0)) / 2 + 1));
     b.source_.push_back(i);
@@ -45,11 +44,24 @@ Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<
       b.occluder_corners_.emplace_back(room.corner(room.triangles[i], k) - origin);
     b.occluder_triangles_.push_back({first, first + 1, first + 2});
   }
-  b.vertices_ = make_buffer(gl, bytes_of(corners), GL_STATIC_DRAW);
+  b.vertices_ = make_buffer(gl, bytes_of(b.corners_), GL_STATIC_DRAW);
   b.occluder_vertices_ = make_buffer(gl, bytes_of(b.occluder_corners_), GL_STATIC_DRAW);
   b.array_ = make_vertex_array(gl, {{b.vertices_.name(), {3}}}, 0);
   b.occluder_array_ = make_vertex_array(gl, {{b.occluder_vertices_.name(), {3}}}, 0);
   return b;
+}
+
+std::vector<std::array<std::uint32_t, 3>> RoomBuffers::that_may_hide(std::span<const glm::vec3> points,
+                                                                     const glm::vec3& eye, float tolerance) const {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (std::uint32_t i = 0; i < plane_of_.size(); ++i) {
+    const glm::vec3 n(plane_of_[i]);
+    const float side = glm::dot(n, eye) + plane_of_[i].w < 0.0f ? -1.0f : 1.0f;
+    if (std::any_of(points.begin(), points.end(),
+                    [&](const glm::vec3& p) { return side * (glm::dot(n, p) + plane_of_[i].w) < -tolerance; }))
+      triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return triangles;
 }
 
 void RoomBuffers::draw(const Gl& gl) const {

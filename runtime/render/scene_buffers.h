@@ -28,6 +28,10 @@ public:
   const glm::vec4& plane(int id) const { return plane_of_[static_cast<std::size_t>(id - 1)]; }
   /// The same for all triangles of one plane, from 1.
   int plane_number(int id) const { return plane_number_[static_cast<std::size_t>(id - 1)]; }
+  std::span<const glm::vec3> corners() const { return corners_; } ///< of all triangles, relative to the origin
+  /// Triangles (of corners()) that may hide some of `points` from `eye`: not all lie before its plane.
+  std::vector<std::array<std::uint32_t, 3>> that_may_hide(std::span<const glm::vec3> points, const glm::vec3& eye,
+                                                          float tolerance) const;
   int count() const { return static_cast<int>(source_.size()); }
   int occluders() const { return static_cast<int>(occluder_triangles_.size()); }
   /// What can stand between the objects and the sky.
@@ -39,6 +43,7 @@ private:
   std::vector<std::uint32_t> source_;
   std::vector<glm::vec4> plane_of_;
   std::vector<int> plane_number_;
+  std::vector<glm::vec3> corners_;
   std::vector<glm::vec3> occluder_corners_, around_sphere_;
   std::vector<std::array<std::uint32_t, 3>> occluder_triangles_;
 };
@@ -56,6 +61,7 @@ public:
   bool empty() const { return triangles_.empty(); }
   const BoundingSphere& sphere() const { return sphere_; }            ///< relative to the origin; radius above 0
   std::span<const glm::vec3> positions() const { return positions_; } ///< relative to the sphere's centre
+  std::span<const std::array<std::uint32_t, 3>> triangles() const { return triangles_; }
   ShadowCaster caster() const;
 
 private:

@@ -21,8 +21,6 @@ public:
   /// `texels` on a side; layers are allocated by draw() when there are too few. `by_processor`: see depth_raster.h.
   static Result<ShadowMaps> make(const Gl& gl, int texels, bool by_processor);
 
-  /// What the processor has to do for draw(), which takes the same; calls no OpenGL.
-  void prepare(const ShadowCaster& caster, std::span<const MapAxes> lights);
   /// `centre` and the radius, caster.mesh.half_width: of the sphere, in the scene.
   Result<void> draw(GLuint program, const ShadowCaster& caster, std::span<const MapAxes> lights,
                     const glm::vec3& centre);
@@ -35,7 +33,7 @@ private:
   Gl gl_;
   GlTexture texture_;
   GlFramebuffer framebuffer_;
-  std::vector<float> depths_;
+  std::vector<std::uint16_t> depths_;
   int texels_ = 0, layers_ = 0;
   bool by_processor_ = false;
 };

@@ -7,17 +7,24 @@
 
 namespace daylit {
 
-/// Seen from the point, the sphere lies within the cone of directions or touches it.
-bool ShadowReach::from_cone(const glm::vec4& cone, const glm::vec3& offset) const {
+ShadowReach::Cone::Cone(const glm::vec4& cone) {
   if (cone.w < 0.0f)
+    return;
+  axis = glm::vec3(cone);
+  cosine = std::cos(cone.w);
+  sine = std::sin(cone.w);
+}
+
+/// Seen from the point, the sphere lies within the cone of directions or touches it.
+bool ShadowReach::from_cone(const Cone& cone, const glm::vec3& offset) const {
+  if (cone.cosine > 1.0f)
     return false;
-  const float distance = glm::length(offset);
-  if (distance <= radius)
+  const float squared = glm::dot(offset, offset), tangent = std::sqrt(std::max(squared - radius * radius, 0.0f));
+  if (tangent <= 0.0f)
     return true;
-  const float s = radius / distance, c = std::sqrt(1.0f - s * s); // of the sphere's half angle
-  const float cone_c = std::cos(cone.w), cone_s = std::sin(cone.w);
-  const bool all_around = cone_c < 0.0f && s >= cone_s;
-  return all_around || -glm::dot(glm::vec3(cone), offset) >= distance * (c * cone_c - s * cone_s);
+  // Both sides times the distance.
+  const bool all_around = cone.cosine < 0.0f && radius * radius >= cone.sine * cone.sine * squared;
+  return all_around || -glm::dot(cone.axis, offset) >= tangent * cone.cosine - radius * cone.sine;
 }
 
 /// False when no ray from x that meets the sphere leaves through a window: the sphere is outside of a plane through x
@@ -29,14 +36,15 @@ bool ShadowReach::stands_before_window(const glm::vec3& x, const glm::vec3& offs
     const float h = glm::dot(m, x) + w.plane.w;
     return h > 0.0f && std::all_of(w.edges.begin(), w.edges.end(), [&](const glm::vec4& edge) {
              const glm::vec3 n(edge), across = n * h - m * (glm::dot(n, x) + edge.w);
-             return -glm::dot(across, offset) >= -1.0001f * radius * glm::length(across);
+             const float beyond = std::max(glm::dot(across, offset), 0.0f), reach = 1.0001f * radius;
+             return beyond * beyond <= reach * reach * glm::dot(across, across);
            });
   });
 }
 
 bool ShadowReach::meets(const glm::vec3& x) const {
   const glm::vec3 offset = x - centre;
-  return stands_before_window(x, offset) && (from_cone(sky_cone, offset) || from_cone(sun_cone, offset));
+  return (from_cone(sky, offset) || from_cone(sun, offset)) && stands_before_window(x, offset);
 }
 
 } // namespace daylit

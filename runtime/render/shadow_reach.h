@@ -18,16 +18,23 @@ struct WindowEdges {
 };
 
 struct ShadowReach {
+  /// Directions towards lights.
+  struct Cone {
+    glm::vec3 axis{0.0f};
+    float cosine = 2.0f, sine = 0.0f; ///< of its half angle; cosine 2: no light
+    Cone() = default;
+    explicit Cone(const glm::vec4& cone); ///< bounding_cone()
+  };
   glm::vec3 centre{0.0f}; ///< of a sphere around the objects
   float radius = 0.0f;
-  glm::vec4 sky_cone{0.0f}, sun_cone{0.0f}; ///< bounding_cone()
+  Cone sky, sun;
   std::span<const WindowEdges> windows;
 
   /// False when no light that comes through a window meets the sphere on its way to x. Conservative.
   bool meets(const glm::vec3& x) const;
 
 private:
-  bool from_cone(const glm::vec4& cone, const glm::vec3& offset) const;
+  bool from_cone(const Cone& cone, const glm::vec3& offset) const;
   bool stands_before_window(const glm::vec3& x, const glm::vec3& offset) const;
 };
 

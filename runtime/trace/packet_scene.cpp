@@ -5,6 +5,8 @@
 
 #include <embree3/rtcore.h>
 
+#include "runtime/trace/lane_vector.h"
+
 namespace daylit {
 
 struct PacketScene::Handle {
@@ -46,15 +48,25 @@ struct alignas(64) LaneMask {
   }
 };
 
-void fill(RTCRay16& to, const RayBlock& from) {
-  static_assert(sizeof(from.org_x) == sizeof(to.org_x));
-  std::memcpy(to.org_x, from.org_x, sizeof(to.org_x));
-  std::memcpy(to.org_y, from.org_y, sizeof(to.org_y));
-  std::memcpy(to.org_z, from.org_z, sizeof(to.org_z));
+/// Similarity::operator(), lane by lane.
+DAYLIT_LANE_CLONES
+void transform(const glm::mat3& axes, const glm::vec3& origin, const float* x, const float* y, const float* z,
+               float* to_x, float* to_y, float* to_z) {
+  const float m00 = axes[0][0], m01 = axes[0][1], m02 = axes[0][2], m10 = axes[1][0], m11 = axes[1][1],
+              m12 = axes[1][2], m20 = axes[2][0], m21 = axes[2][1], m22 = axes[2][2];
+  const float ox = origin.x, oy = origin.y, oz = origin.z;
+  DAYLIT_EACH_LANE {
+    to_x[k] = ox + m00 * x[k] + m10 * y[k] + m20 * z[k];
+    to_y[k] = oy + m01 * x[k] + m11 * y[k] + m21 * z[k];
+    to_z[k] = oz + m02 * x[k] + m12 * y[k] + m22 * z[k];
+  }
+}
+
+void fill(RTCRay16& to, const RayBlock& from, const Similarity& to_given) {
+  transform(to_given.axes, to_given.origin, from.org_x, from.org_y, from.org_z, to.org_x, to.org_y, to.org_z);
+  transform(to_given.axes, glm::vec3(0.0f), from.dir_x, from.dir_y, from.dir_z, to.dir_x, to.dir_y, to.dir_z);
+  static_assert(sizeof(from.tnear) == sizeof(to.tnear));
   std::memcpy(to.tnear, from.tnear, sizeof(to.tnear));
-  std::memcpy(to.dir_x, from.dir_x, sizeof(to.dir_x));
-  std::memcpy(to.dir_y, from.dir_y, sizeof(to.dir_y));
-  std::memcpy(to.dir_z, from.dir_z, sizeof(to.dir_z));
   std::memcpy(to.tfar, from.tfar, sizeof(to.tfar));
   std::memset(to.time, 0, sizeof(to.time));
   std::memset(to.mask, 0xFF, sizeof(to.mask));
@@ -64,7 +76,7 @@ void fill(RTCRay16& to, const RayBlock& from) {
 
 constexpr int kFewLanes = 4; // a packet costs more than these one by one
 
-std::uint32_t occluded_one_by_one(RTCScene scene, std::uint32_t lanes, const RayBlock& rays) {
+std::uint32_t occluded_one_by_one(RTCScene scene, std::uint32_t lanes, const RTCRay16& rays) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   std::uint32_t blocked = 0;
@@ -136,6 +148,7 @@ Result<void> PacketScene::move(std::span<const glm::vec3> vertices) {
     return Error{ErrorCode::value_invalid, "the mesh changed its number of vertices", "ray scene", "build a new one"};
   if (empty_)
     return {};
+  to_given_ = {};
   h.write(vertices);
   rtcUpdateGeometryBuffer(h.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
   return h.commit();
@@ -144,11 +157,11 @@ Result<void> PacketScene::move(std::span<const glm::vec3> vertices) {
 std::uint32_t PacketScene::occluded(std::uint32_t lanes, const RayBlock& rays) const {
   if (empty_ || lanes == 0)
     return 0;
-  if (std::popcount(lanes) <= kFewLanes)
-    return occluded_one_by_one(handle_->scene, lanes, rays);
-  const LaneMask mask(lanes);
   alignas(64) RTCRay16 r;
-  fill(r, rays);
+  fill(r, rays, to_given_);
+  if (std::popcount(lanes) <= kFewLanes)
+    return occluded_one_by_one(handle_->scene, lanes, r);
+  const LaneMask mask(lanes);
   RTCIntersectContext context = coherent_context();
   rtcOccluded16(mask.valid, handle_->scene, &context, &r);
   std::uint32_t blocked = 0;
@@ -164,7 +177,7 @@ void PacketScene::closest(std::uint32_t lanes, const RayBlock& rays, HitBlock& h
     return;
   const LaneMask mask(lanes);
   alignas(64) RTCRayHit16 r;
-  fill(r.ray, rays);
+  fill(r.ray, rays, to_given_);
   std::memset(r.hit.geomID, 0xFF, sizeof(r.hit.geomID));
   std::memset(r.hit.instID, 0xFF, sizeof(r.hit.instID));
   RTCIntersectContext context = coherent_context();

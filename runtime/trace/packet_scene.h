@@ -10,6 +10,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "runtime/trace/rigid_motion.h"
 #include "scene/result.h"
 
 namespace daylit {
@@ -41,6 +42,9 @@ public:
                                    Edges edges = Edges::watertight);
   /// New places of the same vertices: the hierarchy is refitted, not rebuilt. Not thread-safe.
   Result<void> move(std::span<const glm::vec3> vertices);
+  /// The mesh stands elsewhere as a whole: nothing is refitted, rays are turned instead. `to_given`: to where its
+  /// vertices were given last.
+  void place(const Similarity& to_given) { to_given_ = to_given; }
 
   /// Bits of `lanes` whose ray is blocked on [tnear, tfar].
   std::uint32_t occluded(std::uint32_t lanes, const RayBlock& rays) const;
@@ -51,6 +55,7 @@ public:
 private:
   struct Handle;
   std::shared_ptr<Handle> handle_;
+  Similarity to_given_;
   bool empty_ = true;
 };
 

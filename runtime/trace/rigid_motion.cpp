@@ -50,6 +50,8 @@ bool RigidMotion::set(std::span<const glm::vec3> points) {
     if (!(glm::length(to + scale * (rotation * (first_[i] - from)) - points[i]) <= kTolerance * reach))
       return false;
   rotation_ = rotation;
+  to_first_.axes = glm::transpose(rotation) / scale;
+  to_first_.origin = from - to_first_.axes * to;
   return true;
 }
 

@@ -9,21 +9,30 @@
 
 namespace daylit {
 
-/// How points have been turned since they were first given, if nothing but motion and one scale happened to them.
+/// x -> origin + axes x, where the axes are orthogonal and of one length.
+struct Similarity {
+  glm::mat3 axes{1.0f};
+  glm::vec3 origin{0.0f};
+};
+
+/// How points have moved since they were first given, if nothing but motion and one scale happened to them.
 class RigidMotion {
 public:
   RigidMotion() = default;
   explicit RigidMotion(std::vector<glm::vec3> points);
-  /// The same points now. False: they have moved against each other; the rotation is then not changed.
+  /// The same points now. False: they have moved against each other; nothing is then changed.
   bool set(std::span<const glm::vec3> points);
   /// now = rotation x first, of directions.
   const glm::mat3& rotation() const { return rotation_; }
+  /// From where a point moving with them is now to where it was first.
+  const Similarity& to_first() const { return to_first_; }
 
 private:
   glm::mat3 axes(std::span<const glm::vec3> points) const;
   std::vector<glm::vec3> first_;
   std::array<std::size_t, 3> corner_{}; ///< a triangle as large as there is
   glm::mat3 rotation_{1.0f};
+  Similarity to_first_;
 };
 
 } // namespace daylit

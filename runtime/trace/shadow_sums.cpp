@@ -114,8 +114,10 @@ bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const 
   const float distance = glm::length(d), reach = casters.radius + radius;
   if (distance <= reach)
     return true;
-  const float angle = cone.half_angle + std::asin(reach / distance);
-  return angle >= 3.14159f || glm::dot(cone.axis, d) >= distance * std::cos(angle);
+  // cos(half angle + angle of the sphere); wider than a half-space together where the sine is negative.
+  const float sine = reach / distance, cosine = std::sqrt(1.0f - sine * sine);
+  const bool all_around = cone.sine * cosine + cone.cosine * sine <= 1e-5f;
+  return all_around || glm::dot(cone.axis, d) >= distance * (cone.cosine * cosine - cone.sine * sine);
 }
 
 void trace_point(const LightGates& lights, const ShadowCasters& casters, const glm::vec3& start,
@@ -260,14 +262,28 @@ void LightHints::know(int lane, std::size_t word, const LightWord& known) {
     verdicts[std::countr_zero(left)].blocked |= 1u << lane;
 }
 
-void note_verdicts(const BlockedLights& blocked, int lane, LightWord* words) {
-  for (std::size_t first = 0; first < blocked.verdicts.size(); first += 64) {
-    LightWord& word = words[first / 64] = {};
-    const std::size_t last = std::min(first + 64, blocked.verdicts.size());
-    for (std::size_t j = first; j < last; ++j) {
-      word.clear |= std::uint64_t{blocked.verdicts[j].clear >> lane & 1u} << (j - first);
-      word.blocked |= std::uint64_t{blocked.verdicts[j].blocked >> lane & 1u} << (j - first);
+namespace {
+
+/// Bits of up to 64 lights, for all lanes at once.
+DAYLIT_LANE_CLONES
+void turn_bits(const Verdict* verdicts, std::size_t count, std::uint64_t* clear, std::uint64_t* blocked) {
+  for (std::size_t j = 0; j < count; ++j) {
+    const std::uint64_t c = verdicts[j].clear, b = verdicts[j].blocked;
+    DAYLIT_EACH_LANE {
+      clear[k] |= (c >> k & 1u) << j;
+      blocked[k] |= (b >> k & 1u) << j;
     }
+  }
+}
+
+} // namespace
+
+void note_verdicts(const BlockedLights& blocked, std::span<LightWord* const> words) {
+  for (std::size_t first = 0; first < blocked.verdicts.size(); first += 64) {
+    alignas(64) std::uint64_t clear[kLanes] = {}, taken[kLanes] = {};
+    turn_bits(&blocked.verdicts[first], std::min<std::size_t>(64, blocked.verdicts.size() - first), clear, taken);
+    for (std::size_t k = 0; k < words.size(); ++k)
+      words[k][first / 64] = {clear[k], taken[k]};
   }
 }
 

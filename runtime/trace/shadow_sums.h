@@ -33,7 +33,8 @@ struct ShadowCasters {
 /// Cone that holds all light directions of a group: which blocks the objects can shadow at all.
 struct LightCone {
   glm::vec3 axis{0.0f, 0.0f, 1.0f};
-  float half_angle = -10.0f; ///< radians; negative: no lights
+  float half_angle = -10.0f;        ///< radians; negative: no lights
+  float cosine = 1.0f, sine = 0.0f; ///< of half_angle
 };
 
 /// False when no light of the cone can reach a point of the sphere (centre, radius) through the casters' sphere.
@@ -79,8 +80,8 @@ struct BlockedLights {
 struct LightWord {
   std::uint64_t clear = 0, blocked = 0;
 };
-/// Writes one lane's verdicts to the words of a point.
-void note_verdicts(const BlockedLights& blocked, int lane, LightWord* words);
+/// Writes the verdicts of the first lanes to the words of their points, one pointer for each.
+void note_verdicts(const BlockedLights& blocked, std::span<LightWord* const> words);
 
 /// What the points around those of a block say of each light: where all that know agree, two at least, it is believed.
 class LightHints {

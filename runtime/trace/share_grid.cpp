@@ -84,8 +84,7 @@ void ShareGrid::Tracer::flush() {
   starts_.close(count);
   find_blocked_lights(lights_, casters_, points_, starts_, tnear, !on_object_, {}, hints_.verdicts(), blocked_, rays_);
   hints_.reset(lights_.size());
-  for (int k = 0; k < count; ++k)
-    note_verdicts(blocked_, k, words_[k]);
+  note_verdicts(blocked_, {words_, static_cast<std::size_t>(count)});
   if (blocked_.lanes == 0 && (!on_object_ || !lights_.room_may_block_any()))
     return;
   LaneSums sums;

@@ -38,7 +38,7 @@ std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
 
 LightCone light_cone(const std::vector<DirectionalLight>& lights) {
   const glm::vec4 cone = bounding_cone(lights);
-  return {glm::vec3(cone), cone.w};
+  return {glm::vec3(cone), cone.w, std::cos(cone.w), std::sin(cone.w)};
 }
 
 // Parts of an object further apart in depth than this share of its radius are shaded separately where they meet.
@@ -155,8 +155,12 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.light.assign(objects.positions.size(), {});
   s.objects_are_traced = false;
   if (same_mesh && !scene.triangles.empty()) {
-    if (!scene.own_visibility.empty() && !s.motion.set(scene.positions))
-      scene.own_visibility = {};
+    if (s.motion.set(scene.positions)) {
+      scene.objects.place(s.motion.to_first());
+      return {};
+    }
+    scene.own_visibility = {}; // it is not looked for again: objects that move against each other will go on
+    s.motion = RigidMotion(scene.positions);
     return scene.objects.move(scene.positions);
   }
   scene.triangles = objects.triangles;

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kPairNumbers = 2 * kTileNumbers;
 
 /// Ahead of the stream: hardware prefetch stops at every page.
-constexpr std::size_t kPairsAhead = 4, kBytesAhead = 2048;
+constexpr std::size_t kPairsAhead = 4;
 
 /// Pairs [begin, end) of a chunk.
 struct Chunk {
@@ -116,111 +116,6 @@ DAYLIT_VNNI void add_blocks_vnni(const std::int16_t* tile, float tile_scale, con
     _mm512_storeu_ps(sum + 16 * b, s[b]);
 }
 
-// Sums of the two bytes of the weights: 64 numbers of four rows at a time, each lane of 32 bits holding one number of
-// the four rows. Data are offset by 128, because one operand of the instruction is unsigned.
-
-/// Four rows of 64 bytes to four registers with the four numbers of a column side by side.
-DAYLIT_VNNI DAYLIT_INLINE void columns_of(const std::int8_t* const row[ByteRows::kQuad], std::size_t at,
-                                          __m512i out[4]) {
-  const __m512i a = _mm512_loadu_si512(row[0] + at), b = _mm512_loadu_si512(row[1] + at),
-                c = _mm512_loadu_si512(row[2] + at), d = _mm512_loadu_si512(row[3] + at);
-  const __m512i flip = _mm512_set1_epi8(-128);
-  const __m512i ab_low = _mm512_unpacklo_epi8(a, b), ab_high = _mm512_unpackhi_epi8(a, b),
-                cd_low = _mm512_unpacklo_epi8(c, d), cd_high = _mm512_unpackhi_epi8(c, d);
-  out[0] = _mm512_xor_si512(flip, _mm512_unpacklo_epi16(ab_low, cd_low));
-  out[1] = _mm512_xor_si512(flip, _mm512_unpackhi_epi16(ab_low, cd_low));
-  out[2] = _mm512_xor_si512(flip, _mm512_unpacklo_epi16(ab_high, cd_high));
-  out[3] = _mm512_xor_si512(flip, _mm512_unpackhi_epi16(ab_high, cd_high));
-}
-
-/// Adds the sums to 64 numbers in their order: register r, lane of four numbers l hold numbers 16 l + 4 r and on.
-DAYLIT_VNNI DAYLIT_INLINE void add_sums(const __m512i high[4], const __m512i low[4], float step, float* sum) {
-  __m512 f[4];
-#pragma GCC unroll 4
-  for (int r = 0; r < 4; ++r)
-    f[r] = _mm512_fmadd_ps(_mm512_set1_ps(128.0f), _mm512_cvtepi32_ps(high[r]), _mm512_cvtepi32_ps(low[r]));
-  const __m512 p = _mm512_shuffle_f32x4(f[0], f[1], 0x44), q = _mm512_shuffle_f32x4(f[0], f[1], 0xee),
-               s = _mm512_shuffle_f32x4(f[2], f[3], 0x44), t = _mm512_shuffle_f32x4(f[2], f[3], 0xee);
-  const __m512 in_order[4] = {_mm512_shuffle_f32x4(p, s, 0x88), _mm512_shuffle_f32x4(p, s, 0xdd),
-                              _mm512_shuffle_f32x4(q, t, 0x88), _mm512_shuffle_f32x4(q, t, 0xdd)};
-  const __m512 scale = _mm512_set1_ps(step);
-#pragma GCC unroll 4
-  for (int l = 0; l < 4; ++l)
-    _mm512_storeu_ps(sum + 16 * l, _mm512_fmadd_ps(scale, in_order[l], _mm512_loadu_ps(sum + 16 * l)));
-}
-
-/// 64 numbers from `at` on, all rows.
-template <std::size_t kColours>
-DAYLIT_VNNI DAYLIT_INLINE void add_64(const std::int8_t* tile, const ByteRows& rows, std::size_t at,
-                                      float* const* sum) {
-  __m512i high[kColours][4], low[kColours][4];
-#pragma GCC unroll 3
-  for (std::size_t c = 0; c < kColours; ++c)
-#pragma GCC unroll 4
-    for (int r = 0; r < 4; ++r) {
-      high[c][r] = _mm512_set1_epi32(static_cast<std::int32_t>(-128 * rows.colour[c].high_total));
-      low[c][r] = _mm512_set1_epi32(static_cast<std::int32_t>(-128 * rows.colour[c].low_total));
-    }
-  const std::size_t quads = rows.row.size() / ByteRows::kQuad;
-  for (std::size_t q = 0; q < quads; ++q) {
-    const std::int8_t* row[ByteRows::kQuad];
-#pragma GCC unroll 4
-    for (std::size_t i = 0; i < ByteRows::kQuad; ++i) {
-      row[i] = tile + rows.row[ByteRows::kQuad * q + i] * kTileNumbers;
-      _mm_prefetch(reinterpret_cast<const char*>(row[i] + at + kBytesAhead), _MM_HINT_T0);
-    }
-    __m512i column[4];
-    columns_of(row, at, column);
-#pragma GCC unroll 3
-    for (std::size_t c = 0; c < kColours; ++c) {
-      const __m512i h = _mm512_set1_epi32(rows.colour[c].high[q]), l = _mm512_set1_epi32(rows.colour[c].low[q]);
-#pragma GCC unroll 4
-      for (int r = 0; r < 4; ++r) {
-        high[c][r] = _mm512_dpbusd_epi32(high[c][r], column[r], h);
-        low[c][r] = _mm512_dpbusd_epi32(low[c][r], column[r], l);
-      }
-    }
-  }
-#pragma GCC unroll 3
-  for (std::size_t c = 0; c < kColours; ++c)
-    add_sums(high[c], low[c], rows.colour[c].step, sum[c] + at);
-}
-
-ByteRows::Colour round_bytes(std::span<const float> weight) {
-  float most = 0;
-  for (const float w : weight)
-    most = std::max(most, std::abs(w));
-  ByteRows::Colour out;
-  const std::size_t words = (weight.size() + ByteRows::kQuad - 1) / ByteRows::kQuad;
-  out.high.assign(words, 0);
-  out.low.assign(words, 0);
-  out.step = most / ByteRows::kMost;
-  if (!(out.step > 0))
-    return out.step = 0, out;
-  for (std::size_t i = 0; i < weight.size(); ++i) {
-    const auto rounded = static_cast<std::int32_t>(std::lrint(weight[i] / most * ByteRows::kMost));
-    const std::int32_t high = (rounded + 64) >> 7, low = rounded - 128 * high; // |high| <= 127, -64 <= low <= 63
-    const std::size_t shift = 8 * (i % ByteRows::kQuad);
-    out.high[i / ByteRows::kQuad] |= static_cast<std::int32_t>((static_cast<std::uint32_t>(high) & 0xffu) << shift);
-    out.low[i / ByteRows::kQuad] |= static_cast<std::int32_t>((static_cast<std::uint32_t>(low) & 0xffu) << shift);
-    out.high_total += high;
-    out.low_total += low;
-  }
-  return out;
-}
-
-/// Fills up the last word.
-template <class Row>
-std::vector<std::uint32_t> row_numbers(std::span<const Row> rows) {
-  std::vector<std::uint32_t> out;
-  out.reserve(rows.size() + ByteRows::kQuad);
-  for (const Row& r : rows)
-    out.push_back(r.row);
-  while (out.size() % ByteRows::kQuad != 0)
-    out.push_back(out.back());
-  return out;
-}
-
 } // namespace
 
 FixedRows::FixedRows(std::span<const float> all_weights, std::span<const float> row_scale,
@@ -287,25 +182,6 @@ void add_fixed_avx512(const std::int16_t* tile, float tile_scale, const FixedRow
 void add_fixed_vnni(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
                     std::size_t count, float* sum) {
   add_parts(tile, tile_scale, rows, first, count, sum, add_blocks_vnni<8>, 8, add_blocks_vnni<1>);
-}
-
-DAYLIT_VNNI void add_bytes_vnni(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
-  for (std::size_t at = 0; at < kTileNumbers; at += 64)
-    rows.colour.size() == 1 ? add_64<1>(tile, rows, at, sum) : add_64<3>(tile, rows, at, sum);
-}
-
-ByteRows::ByteRows(std::span<const WeightedRow> rows) : row(row_numbers(rows)), plain(rows) {
-  std::vector<float> weight(rows.size());
-  std::ranges::transform(rows, weight.begin(), &WeightedRow::weight);
-  colour.push_back(round_bytes(weight));
-}
-
-ByteRows::ByteRows(std::span<const ColouredRow> rows) : row(row_numbers(rows)), coloured(rows) {
-  std::vector<float> weight(rows.size());
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::ranges::transform(rows, weight.begin(), [&](const ColouredRow& r) { return r.weight[c]; });
-    colour.push_back(round_bytes(weight));
-  }
 }
 
 } // namespace daylit::detail

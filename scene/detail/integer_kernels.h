@@ -17,6 +17,4 @@ void add_fixed_avx512(const std::int16_t* tile, float tile_scale, const FixedRow
 void add_fixed_vnni(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
                     std::size_t count, float* sum);
 
-void add_bytes_vnni(const std::int8_t* tile, const ByteRows& rows, float* const* sum);
-
 } // namespace daylit::detail

@@ -83,90 +83,105 @@ std::vector<float> random_skies(std::size_t regions) {
   return signs;
 }
 
-/// seen[component] += number * light[source] for the 128 components of a tile.
-template <class Number, class ToFloat>
-void add_tile(const Number* tile, std::size_t components, const std::vector<float>& light, const ToFloat& to_float,
-              float* seen) {
-  for (std::size_t s = 0; s < light.size() / kSketch; ++s)
-    for (std::size_t k = 0; k < components; ++k)
-      if (const Number x = tile[s * kTileNumbers + k]; x != 0)
-        add_scaled(to_float(x), light.data() + s * kSketch, seen + k * kSketch);
+/// A component of a brick, word or byte.
+struct Component {
+  const CompactFactors& factors;
+  const CompactFactors::Brick& brick;
+  const BrickPlace& at;
+  std::size_t k;
+
+  bool is_word() const { return k < brick.word_rank; }
+  std::size_t plane() const { return is_word() ? k : brick.word_rank + k; } ///< of a word: of its high bytes
+  float source(std::size_t piece) const {
+    const std::int8_t* from = factors.source_factor.data() + at.source_byte;
+    return value(from, brick.source_at(plane(), piece), brick.source_at(brick.word_rank + k, piece)) *
+           factors.scale[at.component + k];
+  }
+  float probe(std::size_t channel, std::size_t number) const {
+    const std::int8_t* from = factors.probe_factor.data() + at.probe_byte;
+    return value(from, brick.probe_at(plane(), channel, number), brick.probe_at(brick.word_rank + k, channel, number));
+  }
+  float value(const std::int8_t* from, std::size_t first, std::size_t low) const {
+    return is_word() ? 256.0f * static_cast<float>(from[first]) + static_cast<float>(from[low])
+                     : static_cast<float>(from[first]);
+  }
+};
+
+/// Calls visit(source, weight) for the sources of a piece.
+template <class Visit>
+void for_each_source(const CompactBasis& basis, std::uint32_t piece, const Visit& visit) {
+  if (piece < basis.sources)
+    return visit(piece, 1.0f);
+  const CompactBasis::Group& group = basis.group[piece - basis.sources];
+  for (std::uint32_t s = group.first; s < group.end; ++s)
+    visit(s, basis.group_weight[s]);
 }
 
-template <class Number, class ToFloat>
-std::vector<float> all_seen(const std::vector<Number>& factor, std::span<const float> scale,
-                            const std::vector<float>& light, const ToFloat& to_float) {
-  std::vector<float> seen(scale.size() * kSketch, 0.0f);
-  const std::size_t tiles = (scale.size() + kTileNumbers - 1) / kTileNumbers,
-                    stride = light.size() / kSketch * kTileNumbers;
-  tbb::parallel_for(std::size_t{0}, tiles, [&](std::size_t t) {
-    add_tile(factor.data() + t * stride, std::min(kTileNumbers, scale.size() - t * kTileNumbers), light, to_float,
-             seen.data() + t * kTileNumbers * kSketch);
+/// Random skies seen by all components of a brick; `light`: on the sources and the groups.
+void add_seen(const CompactFactors& factors, const CompactFactors::Brick& brick, const BrickPlace& at,
+              const std::vector<float>& light, float* seen) {
+  for (std::size_t i = 0; i < brick.pieces; ++i)
+    for (std::size_t k = 0; k < brick.rank(); ++k)
+      if (const float x = Component{factors, brick, at, k}.source(i); x != 0.0f)
+        add_scaled(x, light.data() + factors.piece[at.piece + i] * kSketch, seen + k * kSketch);
+}
+
+std::vector<float> all_seen(const CompactBasis& basis, const std::vector<float>& light_on_sources) {
+  std::vector<float> light = light_on_sources;
+  for (const CompactBasis::Group& g : basis.group) {
+    light.resize(light.size() + kSketch, 0.0f);
+    for (std::size_t s = g.first; s < g.end; ++s)
+      add_scaled(basis.group_weight[s], light.data() + s * kSketch, light.data() + light.size() - kSketch);
+  }
+  const CompactFactors& nine = basis.nine;
+  const std::vector<BrickPlace> at = brick_places(nine);
+  std::vector<float> seen(nine.scale.size() * kSketch, 0.0f);
+  tbb::parallel_for(std::size_t{0}, nine.brick.size(), [&](std::size_t b) {
+    add_seen(nine, nine.brick[b], at[b], light, seen.data() + at[b].component * kSketch);
   });
-  for (std::size_t k = 0; k < seen.size(); ++k)
-    seen[k] *= scale[k / kSketch];
   return seen;
 }
 
-/// Components of one brick that holds wanted probes.
+/// One brick that holds wanted probes.
 struct Piece {
-  std::size_t brick, half, byte, probe_half, probe_byte;  ///< where its components and numbers begin
+  std::size_t brick;
   std::vector<std::pair<std::size_t, std::size_t>> probe; ///< place in the brick, place in the result
 };
 
-std::vector<Piece> find_pieces(const CompactFactors& basis, std::span<const std::uint32_t> wanted) {
+std::vector<Piece> find_pieces(const CompactFactors& factors, std::span<const std::uint32_t> wanted) {
   std::vector<Piece> pieces;
-  Piece at{};
   std::size_t first = 0;
-  for (std::size_t b = 0; b < basis.brick.size(); ++b) {
-    const CompactFactors::Brick& brick = basis.brick[b];
-    Piece piece = at;
-    piece.brick = b;
-    for (std::size_t i = 0; i < brick.probes; ++i)
+  for (std::size_t b = 0; b < factors.brick.size(); ++b) {
+    Piece piece{b, {}};
+    for (std::size_t i = 0; i < factors.brick[b].probes; ++i)
       for (std::size_t k = 0; k < wanted.size(); ++k)
-        if (basis.probe[first + i] == wanted[k])
+        if (factors.probe[first + i] == wanted[k])
           piece.probe.emplace_back(i, k);
     if (!piece.probe.empty())
       pieces.push_back(std::move(piece));
-    const std::size_t column = 3 * brick.tiles() * kTileNumbers;
-    first += brick.probes;
-    at.half += brick.half_rank;
-    at.byte += brick.byte_rank;
-    at.probe_half += column * brick.half_rank;
-    at.probe_byte += column * brick.byte_rank;
+    first += factors.brick[b].probes;
   }
   return pieces;
 }
 
-/// Copies the components of a brick that are half floats, or bytes, to those of `f` from `to` on.
-template <class Number, class ToFloat>
-void copy_components(const LocalSkyData& sky, const Piece& piece, std::size_t to, const std::vector<Number>& source,
-                     const std::vector<Number>& probe, const std::vector<float>& seen, const ToFloat& to_float,
+/// Copies the components of a brick to those of `f` from `to` on.
+void copy_components(const LocalSkyData& sky, const Piece& piece, const BrickPlace& at, std::size_t to,
                      LocalFactors& f) {
-  constexpr bool kHalf = sizeof(Number) == 2;
-  const CompactFactors& basis = sky.basis->nine;
-  const CompactFactors::Brick& brick = basis.brick[piece.brick];
-  const std::size_t all = kHalf ? piece.half : piece.byte, rank = kHalf ? brick.half_rank : brick.byte_rank,
-                    numbers = kHalf ? piece.probe_half : piece.probe_byte;
-  const float* const scale = (kHalf ? basis.half_scale : basis.byte_scale).data() + all;
-  for (std::size_t s = 0; s < f.sources; ++s)
-    for (std::size_t k = 0; k < rank; ++k) {
-      const std::size_t tile = (all + k) / kTileNumbers, in_tile = (all + k) % kTileNumbers;
-      f.source[s * f.components + to + k] =
-          scale[k] * to_float(source[(tile * f.sources + s) * kTileNumbers + in_tile]);
-    }
-  std::copy_n(seen.data() + all * kSketch, rank * kSketch, f.seen.data() + to * kSketch);
+  const CompactFactors& factors = sky.basis->nine;
+  const CompactFactors::Brick& brick = factors.brick[piece.brick];
+  std::copy_n(sky.seen.data() + at.component * kSketch, brick.rank() * kSketch, f.seen.data() + to * kSketch);
+  for (std::size_t i = 0; i < brick.pieces; ++i)
+    for_each_source(*sky.basis, factors.piece[at.piece + i], [&](std::size_t s, float weight) {
+      for (std::size_t k = 0; k < brick.rank(); ++k)
+        f.source[s * f.components + to + k] += weight * Component{factors, brick, at, k}.source(i);
+    });
   for (const auto& [in_brick, in_result] : piece.probe)
     for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t l = 0; l < 9; ++l) {
-        const std::size_t n = in_brick * 9 + l, tile = c * brick.tiles() + n / kTileNumbers;
-        for (std::size_t k = 0; k < rank; ++k)
+      for (std::size_t l = 0; l < 9; ++l)
+        for (std::size_t k = 0; k < brick.rank(); ++k)
           f.probe[c][(in_result * 9 + l) * f.components + to + k] =
-              to_float(probe[numbers + (tile * rank + k) * kTileNumbers + n % kTileNumbers]);
-      }
+              Component{factors, brick, at, k}.probe(c, in_brick * 9 + l);
 }
-
-const auto kByteToFloat = [](std::int8_t x) { return static_cast<float>(x); };
 
 } // namespace
 
@@ -184,8 +199,7 @@ LocalSkyData make_local_sky(std::shared_ptr<const CompactBasis> basis, std::size
   for_each_weight(b, 0, [&](std::size_t s, std::uint32_t region, float weight) {
     add_scaled(weight, skies.data() + region * kSketch, light.data() + s * kSketch);
   });
-  sky.half_seen = all_seen(b.nine.source_half, b.nine.half_scale, light, from_half);
-  sky.byte_seen = all_seen(b.nine.source_byte, b.nine.byte_scale, light, kByteToFloat);
+  sky.seen = all_seen(b, light);
   return sky;
 }
 
@@ -199,17 +213,16 @@ LocalFactors local_factors(const LocalSkyData& sky, std::span<const std::uint32_
                  .source = {},
                  .seen = {}};
   for (const Piece& p : pieces)
-    f.components += basis.brick[p.brick].half_rank + basis.brick[p.brick].byte_rank;
+    f.components += basis.brick[p.brick].rank();
   for (std::vector<float>& colour : f.probe)
     colour.assign(f.numbers * f.components, 0.0f);
   f.source.resize(f.components * f.sources);
   f.seen.resize(f.components * kSketch);
+  const std::vector<BrickPlace> at = brick_places(basis);
   std::size_t to = 0;
   for (const Piece& p : pieces) {
-    const CompactFactors::Brick& brick = basis.brick[p.brick];
-    copy_components(sky, p, to, basis.source_half, basis.probe_half, sky.half_seen, from_half, f);
-    copy_components(sky, p, to + brick.half_rank, basis.source_byte, basis.probe_byte, sky.byte_seen, kByteToFloat, f);
-    to += brick.half_rank + brick.byte_rank;
+    copy_components(sky, p, at[p.brick], to, f);
+    to += basis.brick[p.brick].rank();
   }
   return f;
 }

@@ -30,8 +30,8 @@ struct LocalSkyData {
   /// Regions that light anything, in runs of kLaneRegions at most; the rows of the tables are the regions of the runs.
   std::vector<FirstLight::Run> run;
   std::size_t rows = 0;
-  std::vector<Table> table;                ///< one, or three where panes are tinted
-  std::vector<float> half_seen, byte_seen; ///< [component][kSketch]: random skies, seen by each component
+  std::vector<Table> table; ///< one, or three where panes are tinted
+  std::vector<float> seen;  ///< [component][kSketch]: random skies, seen by each component
 };
 
 LocalSkyData make_local_sky(std::shared_ptr<const CompactBasis> basis, std::size_t probes, std::size_t regions);

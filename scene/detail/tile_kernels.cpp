@@ -10,29 +10,14 @@ namespace daylit::detail {
 
 namespace {
 
-float to_float(float x) { return x; }
-float to_float(std::uint16_t x) { return from_half(x); }
-float to_float(std::int8_t x) { return static_cast<float>(x); }
-
-template <class Number>
-void add_baseline(const Number* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
+void add_baseline(const float* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
                   float* sum) {
   float* out = sum + first * kBlockNumbers;
   for (const WeightedRow& r : rows) {
-    const Number* row = tile + r.row * kTileNumbers + first * kBlockNumbers;
+    const float* row = tile + r.row * kTileNumbers + first * kBlockNumbers;
     for (std::size_t k = 0; k < count * kBlockNumbers; ++k)
-      out[k] += r.weight * to_float(row[k]);
+      out[k] += r.weight * row[k];
   }
-}
-
-template <class Number>
-void add_colours_baseline(const Number* tile, std::span<const ColouredRow> rows, float* const sum[3]) {
-  for (const ColouredRow& r : rows)
-    for (std::size_t k = 0; k < kTileNumbers; ++k) {
-      const float x = to_float(tile[r.row * kTileNumbers + k]);
-      for (int c = 0; c < 3; ++c)
-        sum[c][k] += r.weight[c] * x;
-    }
 }
 
 void dot_baseline(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
@@ -72,25 +57,8 @@ float sum_baseline(const std::byte* data, std::size_t size) {
   return add_up(sum);
 }
 
-// Loads of 8 and 16 numbers of each kind.
-DAYLIT_AVX2 inline __m256 load8(const float* p) { return _mm256_loadu_ps(p); }
-DAYLIT_AVX2 inline __m256 load8(const std::uint16_t* p) {
-  return _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
-}
-DAYLIT_AVX2 inline __m256 load8(const std::int8_t* p) {
-  return _mm256_cvtepi32_ps(_mm256_cvtepi8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(p))));
-}
-DAYLIT_AVX512 inline __m512 load16(const float* p) { return _mm512_loadu_ps(p); }
-DAYLIT_AVX512 inline __m512 load16(const std::uint16_t* p) {
-  return _mm512_cvtph_ps(_mm256_loadu_si256(reinterpret_cast<const __m256i*>(p)));
-}
-DAYLIT_AVX512 inline __m512 load16(const std::int8_t* p) {
-  return _mm512_cvtepi32_ps(_mm512_cvtepi8_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(p))));
-}
-
 /// Half a tile at a time: sixteen registers leave room for eight sums.
-template <class Number>
-DAYLIT_AVX2 void add_avx2(const Number* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
+DAYLIT_AVX2 void add_avx2(const float* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
                           float* sum) {
   std::size_t at = first * kBlockNumbers;
   const std::size_t end = at + count * kBlockNumbers;
@@ -100,10 +68,10 @@ DAYLIT_AVX2 void add_avx2(const Number* tile, std::span<const WeightedRow> rows,
       s[i] = _mm256_loadu_ps(sum + at + 8 * i);
     for (const WeightedRow& r : rows) {
       const __m256 w = _mm256_set1_ps(r.weight);
-      const Number* row = tile + r.row * kTileNumbers + at;
+      const float* row = tile + r.row * kTileNumbers + at;
 #pragma GCC unroll 8
       for (int i = 0; i < 8; ++i)
-        s[i] = _mm256_fmadd_ps(w, load8(row + 8 * i), s[i]);
+        s[i] = _mm256_fmadd_ps(w, _mm256_loadu_ps(row + 8 * i), s[i]);
     }
     for (int i = 0; i < 8; ++i)
       _mm256_storeu_ps(sum + at + 8 * i, s[i]);
@@ -111,50 +79,47 @@ DAYLIT_AVX2 void add_avx2(const Number* tile, std::span<const WeightedRow> rows,
   for (; at < end; at += 8) {
     __m256 s = _mm256_loadu_ps(sum + at);
     for (const WeightedRow& r : rows)
-      s = _mm256_fmadd_ps(_mm256_set1_ps(r.weight), load8(tile + r.row * kTileNumbers + at), s);
+      s = _mm256_fmadd_ps(_mm256_set1_ps(r.weight), _mm256_loadu_ps(tile + r.row * kTileNumbers + at), s);
     _mm256_storeu_ps(sum + at, s);
   }
 }
 
 /// Rows ahead of the stream: hardware prefetch stops at every page, and a wide loop crosses one every few nanoseconds.
-template <class Number>
-constexpr std::size_t kRowsAhead = 2048 / (kTileNumbers * sizeof(Number));
+constexpr std::size_t kRowsAhead = 2048 / (kTileNumbers * sizeof(float));
 
 /// A few rows of a tile are not worth it: the next ones asked for are in another tile.
-template <class Number>
 bool dense(std::span<const WeightedRow> rows) {
-  return rows.size() > 4 * kRowsAhead<Number> && rows.back().row - rows.front().row < 2 * rows.size();
+  return rows.size() > 4 * kRowsAhead && rows.back().row - rows.front().row < 2 * rows.size();
 }
 
-template <int kBlocks, bool kPrefetch, class Number>
-DAYLIT_AVX512 inline void add_blocks(const Number* tile, std::span<const WeightedRow> rows, float* sum) {
+template <int kBlocks, bool kPrefetch>
+DAYLIT_AVX512 inline void add_blocks(const float* tile, std::span<const WeightedRow> rows, float* sum) {
   __m512 s[kBlocks];
 #pragma GCC unroll 8
   for (int i = 0; i < kBlocks; ++i)
     s[i] = _mm512_loadu_ps(sum + 16 * i);
   for (const WeightedRow& r : rows) {
     const __m512 w = _mm512_set1_ps(r.weight);
-    const Number* row = tile + r.row * kTileNumbers;
+    const float* row = tile + r.row * kTileNumbers;
     if constexpr (kPrefetch) {
-      const char* ahead = reinterpret_cast<const char*>(row + kRowsAhead<Number> * kTileNumbers);
+      const char* ahead = reinterpret_cast<const char*>(row + kRowsAhead * kTileNumbers);
 #pragma GCC unroll 8
-      for (std::size_t line = 0; line < kBlocks * 16 * sizeof(Number); line += 64)
+      for (std::size_t line = 0; line < kBlocks * 16 * sizeof(float); line += 64)
         _mm_prefetch(ahead + line, _MM_HINT_T0);
     }
 #pragma GCC unroll 8
     for (int i = 0; i < kBlocks; ++i)
-      s[i] = _mm512_fmadd_ps(w, load16(row + 16 * i), s[i]);
+      s[i] = _mm512_fmadd_ps(w, _mm512_loadu_ps(row + 16 * i), s[i]);
   }
 #pragma GCC unroll 8
   for (int i = 0; i < kBlocks; ++i)
     _mm512_storeu_ps(sum + 16 * i, s[i]);
 }
 
-template <class Number>
-DAYLIT_AVX512 void add_avx512(const Number* tile, std::span<const WeightedRow> rows, std::size_t first,
+DAYLIT_AVX512 void add_avx512(const float* tile, std::span<const WeightedRow> rows, std::size_t first,
                               std::size_t count, float* sum) {
   if (count == kTileBlocks)
-    return dense<Number>(rows) ? add_blocks<8, true>(tile, rows, sum) : add_blocks<8, false>(tile, rows, sum);
+    return dense(rows) ? add_blocks<8, true>(tile, rows, sum) : add_blocks<8, false>(tile, rows, sum);
   std::size_t at = first;
   const std::size_t end = first + count;
   for (; at + 4 <= end; at += 4)
@@ -163,62 +128,6 @@ DAYLIT_AVX512 void add_avx512(const Number* tile, std::span<const WeightedRow> r
     add_blocks<2, true>(tile + at * kBlockNumbers, rows, sum + at * kBlockNumbers);
   if (at < end)
     add_blocks<1, true>(tile + at * kBlockNumbers, rows, sum + at * kBlockNumbers);
-}
-
-/// 32 numbers at a time: twelve sums of eight numbers.
-template <class Number>
-DAYLIT_AVX2 void add_colours_avx2(const Number* tile, std::span<const ColouredRow> rows, float* const sum[3]) {
-  for (std::size_t at = 0; at < kTileNumbers; at += 32) {
-    __m256 s[3][4];
-#pragma GCC unroll 12
-    for (int k = 0; k < 12; ++k)
-      s[k / 4][k % 4] = _mm256_loadu_ps(sum[k / 4] + at + 8 * (k % 4));
-    for (const ColouredRow& r : rows) {
-      const Number* row = tile + r.row * kTileNumbers + at;
-#pragma GCC unroll 4
-      for (int i = 0; i < 4; ++i) {
-        const __m256 x = load8(row + 8 * i);
-#pragma GCC unroll 3
-        for (int c = 0; c < 3; ++c)
-          s[c][i] = _mm256_fmadd_ps(_mm256_broadcast_ss(&r.weight[c]), x, s[c][i]);
-      }
-    }
-#pragma GCC unroll 12
-    for (int k = 0; k < 12; ++k)
-      _mm256_storeu_ps(sum[k / 4] + at + 8 * (k % 4), s[k / 4][k % 4]);
-  }
-}
-
-/// The whole tile at once: 24 sums of sixteen numbers, in 32 registers.
-template <class Number>
-DAYLIT_AVX512 void add_colours_avx512(const Number* tile, std::span<const ColouredRow> rows, float* const sum[3]) {
-  __m512 s[3][8];
-#pragma GCC unroll 3
-  for (int c = 0; c < 3; ++c)
-#pragma GCC unroll 8
-    for (int i = 0; i < 8; ++i)
-      s[c][i] = _mm512_loadu_ps(sum[c] + 16 * i);
-  for (const ColouredRow& r : rows) {
-    const Number* row = tile + r.row * kTileNumbers;
-    const char* ahead = reinterpret_cast<const char*>(row + kRowsAhead<Number> * kTileNumbers);
-#pragma GCC unroll 4
-    for (std::size_t line = 0; line < kTileNumbers * sizeof(Number); line += 64)
-      _mm_prefetch(ahead + line, _MM_HINT_T0);
-    const __m512 red = _mm512_set1_ps(r.weight[0]), green = _mm512_set1_ps(r.weight[1]),
-                 blue = _mm512_set1_ps(r.weight[2]);
-#pragma GCC unroll 8
-    for (int i = 0; i < 8; ++i) {
-      const __m512 x = load16(row + 16 * i);
-      s[0][i] = _mm512_fmadd_ps(red, x, s[0][i]);
-      s[1][i] = _mm512_fmadd_ps(green, x, s[1][i]);
-      s[2][i] = _mm512_fmadd_ps(blue, x, s[2][i]);
-    }
-  }
-#pragma GCC unroll 3
-  for (int c = 0; c < 3; ++c)
-#pragma GCC unroll 8
-    for (int i = 0; i < 8; ++i)
-      _mm512_storeu_ps(sum[c] + 16 * i, s[c][i]);
 }
 
 /// Where each of 48 interleaved numbers comes from: first among r and g, then b is put in between.
@@ -251,7 +160,7 @@ DAYLIT_AVX2 void dot_avx2(const std::uint16_t* weight, std::span<const FirstLigh
     const float* from = plane + run.first_region;
     std::size_t k = 0;
     for (; k + 8 <= run.count; k += 8) {
-      const __m256 w = load8(weight + k);
+      const __m256 w = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(weight + k)));
 #pragma GCC unroll 3
       for (std::size_t c = 0; c < 3; ++c)
         s[c] = _mm256_fmadd_ps(w, _mm256_loadu_ps(from + c * stride + k), s[c]);
@@ -329,33 +238,13 @@ DAYLIT_AVX2 float sum_avx2(const std::byte* data, std::size_t size) {
   return add_up(lanes);
 }
 
-void add_bytes_baseline(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
-  rows.coloured.empty() ? add_baseline(tile, rows.plain, 0, kTileBlocks, *sum)
-                        : add_colours_baseline(tile, rows.coloured, sum);
-}
-void add_bytes_avx2(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
-  rows.coloured.empty() ? add_avx2(tile, rows.plain, 0, kTileBlocks, *sum) : add_colours_avx2(tile, rows.coloured, sum);
-}
-void add_bytes_avx512(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
-  rows.coloured.empty() ? add_avx512(tile, rows.plain, 0, kTileBlocks, *sum)
-                        : add_colours_avx512(tile, rows.coloured, sum);
-}
-
-/// More rows could overflow the integer sums.
-void add_bytes_integer(const std::int8_t* tile, const ByteRows& rows, float* const* sum) {
-  rows.row.size() > ByteRows::kMostRows ? add_bytes_avx512(tile, rows, sum) : add_bytes_vnni(tile, rows, sum);
-}
-
 const std::array<TileKernels, 4> kAll{{
-    {"baseline", add_baseline<float>, add_baseline<std::uint16_t>, add_bytes_baseline, add_fixed_baseline,
-     add_colours_baseline<std::uint16_t>, dot_baseline, interleave_baseline<false>, interleave_baseline<true>,
+    {"baseline", add_baseline, add_fixed_baseline, dot_baseline, interleave_baseline<false>, interleave_baseline<true>,
      sum_baseline},
-    {"avx2", add_avx2<float>, add_avx2<std::uint16_t>, add_bytes_avx2, add_fixed_avx2, add_colours_avx2<std::uint16_t>,
-     dot_avx2, interleave_baseline<false>, interleave_baseline<true>, sum_avx2},
-    {"avx512", add_avx512<float>, add_avx512<std::uint16_t>, add_bytes_avx512, add_fixed_avx512,
-     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
-    {"avx512vnni", add_avx512<float>, add_avx512<std::uint16_t>, add_bytes_integer, add_fixed_vnni,
-     add_colours_avx512<std::uint16_t>, dot_avx512, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
+    {"avx2", add_avx2, add_fixed_avx2, dot_avx2, interleave_baseline<false>, interleave_baseline<true>, sum_avx2},
+    {"avx512", add_avx512, add_fixed_avx512, dot_avx512, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
+    {"avx512vnni", add_avx512, add_fixed_vnni, dot_avx512, interleave_avx512<false>, interleave_avx512<true>,
+     sum_avx512},
 }};
 
 std::size_t usable_count() {

@@ -3,7 +3,7 @@
 // The inner loops of combining a volume: weighted sums of rows over tiles of 128 numbers. One stream through memory,
 // eight vector accumulators, no write until the tile is done. Compiled per vector width, chosen when the program
 // starts; every version performs the same operations in the same order per number, so all but the fused
-// multiply-add of the wide versions agree bit for bit. Bytes are an exception: see add_bytes.
+// multiply-add of the wide versions agree bit for bit.
 
 #include <cstddef>
 #include <cstdint>
@@ -26,19 +26,8 @@ struct WeightedRow {
 };
 
 /// sum[k] += weight * tile[row][k] for the numbers of blocks [first, first + count). `tile` is [rows][128].
-template <class Number>
-using AddRows = void (*)(const Number* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
+using AddRows = void (*)(const float* tile, std::span<const WeightedRow> rows, std::size_t first, std::size_t count,
                          float* sum);
-
-/// A row with a factor per colour.
-struct ColouredRow {
-  std::uint32_t row;
-  float weight[3];
-};
-
-/// sum[c][k] += weight[c] * tile[row][k] for whole tiles: each number is fetched once for the three colours.
-template <class Number>
-using AddColours = void (*)(const Number* tile, std::span<const ColouredRow> rows, float* const sum[3]);
 
 /// Fixed point: rows lie in pairs, [pair][128][2], and a number is row_scale[row] * tile_scale * integer with at most
 /// kFixedMost.
@@ -64,38 +53,10 @@ struct FixedRows {
 using AddFixed = void (*)(const std::int16_t* tile, float tile_scale, const FixedRows& rows, std::size_t first,
                           std::size_t count, float* sum);
 
-/// Rows for tiles of bytes, prepared once for many tiles: the weights of one colour or of three, and the same rounded
-/// to two signed bytes, weight = step * (128 high + low), four rows to a 32-bit word. The last word is filled up with
-/// weights 0.
-struct ByteRows {
-  struct Colour {
-    std::vector<std::int32_t> high, low; ///< words
-    std::int64_t high_total = 0, low_total = 0;
-    float step = 0;
-  };
-  static constexpr std::size_t kQuad = 4;
-  static constexpr std::int32_t kMost = 127 * 128; ///< largest weight in steps
-  static constexpr std::size_t kMostRows = 65536;  ///< of integer sums in 32 bits
-
-  explicit ByteRows(std::span<const WeightedRow> rows);
-  explicit ByteRows(std::span<const ColouredRow> rows);
-
-  std::vector<std::uint32_t> row; ///< of each weight, whole words
-  std::vector<Colour> colour;     ///< one or three
-  std::span<const WeightedRow> plain;
-  std::span<const ColouredRow> coloured;
-};
-
-/// sum[c][k] += weight[c] * tile[row][k] for a whole tile and each colour of `rows`.
-using AddBytes = void (*)(const std::int8_t* tile, const ByteRows& rows, float* const* sum);
-
 struct TileKernels {
   const char* name; ///< "baseline", "avx2", "avx512", "avx512vnni"
-  AddRows<float> add_float;
-  AddRows<std::uint16_t> add_half; ///< IEEE 754 binary16
-  AddBytes add_bytes;              ///< with VNNI the rounded weights, exact otherwise
+  AddRows add_float;
   AddFixed add_fixed;
-  AddColours<std::uint16_t> add_half_colours;
   /// sum[c] = sum_k weight[k] * plane[c * stride + place of k], half floats, run after run of places.
   void (*dot_half_planes)(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
                           std::size_t stride, float sum[3]);

@@ -15,6 +15,7 @@
 #include "scene/local_combiner.h"
 #include "scene/volume_combiner.h"
 #include "scene/volume_file.h"
+#include "tests/scene/plain_compact.h"
 
 namespace daylit::precompute {
 namespace {
@@ -201,10 +202,9 @@ TEST(CompactSky, band_four_changes_nothing_of_the_nine_and_is_as_exact_as_irradi
   CompactReport report, plain, faint;
   const CompactBasis nine = compress(c, 0.01, &plain), both = compress(c, 0.01, &report, false, 1.0f),
                      weak = compress(c, 0.01, &faint, false, 1e-3f);
-  EXPECT_EQ(both.nine.source_byte, nine.nine.source_byte);
-  EXPECT_EQ(both.nine.probe_byte, nine.nine.probe_byte);
-  EXPECT_EQ(both.nine.probe_half, nine.nine.probe_half);
-  EXPECT_EQ(both.nine.half_scale, nine.nine.half_scale);
+  EXPECT_EQ(both.nine.source_factor, nine.nine.source_factor);
+  EXPECT_EQ(both.nine.probe_factor, nine.nine.probe_factor);
+  EXPECT_EQ(both.nine.scale, nine.nine.scale);
   EXPECT_TRUE(weak.band4.brick.empty()) << "not worth a byte";
   EXPECT_EQ(faint.bytes, plain.bytes);
   ASSERT_TRUE(check_compact(both, c.partition.size(), c.probes.size()));
@@ -234,6 +234,9 @@ TEST(CompactSky, elements_seen_as_a_whole_give_the_field_of_their_leaves) {
   CompactReport as_a_whole, leaf_by_leaf;
   const CompactBasis whole = compress(c, 0.01, &as_a_whole), leaves = compress(c, 0.01, &leaf_by_leaf, true);
   EXPECT_EQ(whole.sources, leaves.sources);
+  EXPECT_EQ(whole.group.size(), c.light.elements);
+  EXPECT_TRUE(leaves.group.empty());
+  EXPECT_LT(3 * whole.nine.source_factor.size(), leaves.nine.source_factor.size());
   for (const double azimuth : {0.5, 1.1, 1.57, 2.3}) {
     const glm::dvec3 d(std::cos(azimuth) * 0.9, std::sin(azimuth) * 0.9, std::sqrt(1 - 0.81));
     EXPECT_LT(relative_error(c, whole, d), 0.025) << azimuth;
@@ -241,6 +244,27 @@ TEST(CompactSky, elements_seen_as_a_whole_give_the_field_of_their_leaves) {
   }
   EXPECT_LT(as_a_whole.rms_error, 0.0125);
   EXPECT_NEAR(as_a_whole.mean_rank, leaf_by_leaf.mean_rank, 0.1 * leaf_by_leaf.mean_rank);
+}
+
+TEST(CompactSky, fast_sums_give_what_the_factors_define) {
+  const Case c = make_case(4, 4);
+  const CompactBasis basis = compress(c, 0.005);
+  EXPECT_FALSE(basis.group.empty());
+  std::vector<Rgb> radiance(static_cast<std::size_t>(c.partition.size()));
+  for (std::size_t r = 0; r < radiance.size(); ++r)
+    radiance[r] = Rgb(1.0f + float(r % 7), 0.5f * float(r % 3), 0.1f);
+  std::vector<Sh9Rgb> field(c.probes.size());
+  combine(basis, radiance, field);
+  const auto plain = test::plain_field(basis, basis.nine, radiance, c.probes.size());
+  double error = 0, power = 0;
+  for (std::size_t p = 0; p < plain.size(); ++p)
+    for (std::size_t l = 0; l < 9; ++l) {
+      const glm::dvec3 d = glm::dvec3(field[p][l]) - glm::dvec3(plain[p][l]), t(plain[p][l]);
+      error += glm::dot(d, d);
+      power += glm::dot(t, t);
+    }
+  EXPECT_LT(std::sqrt(error / power), 1e-4); // 16 bits of the light on the pieces, and of the amplitudes
+  EXPECT_GT(power, 0.0);
 }
 
 TEST(CompactSky, smaller_errors_cost_more_numbers) {
@@ -259,10 +283,9 @@ TEST(CompactSky, same_bits_for_any_thread_count) {
   const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
   const CompactBasis one = compress(c, 0.02, nullptr, false, 1.0f);
   for (const CompactFactors CompactBasis::*part : {&CompactBasis::nine, &CompactBasis::band4}) {
-    EXPECT_EQ((many.*part).source_half, (one.*part).source_half);
-    EXPECT_EQ((many.*part).source_byte, (one.*part).source_byte);
-    EXPECT_EQ((many.*part).probe_half, (one.*part).probe_half);
-    EXPECT_EQ((many.*part).probe_byte, (one.*part).probe_byte);
+    EXPECT_EQ((many.*part).piece, (one.*part).piece);
+    EXPECT_EQ((many.*part).source_factor, (one.*part).source_factor);
+    EXPECT_EQ((many.*part).probe_factor, (one.*part).probe_factor);
   }
   EXPECT_FALSE(many.band4.brick.empty());
 }
@@ -334,23 +357,30 @@ TEST(CompactSky, file_keeps_every_bit_and_is_refused_when_a_size_is_wrong) {
   ASSERT_TRUE(read->compact);
   EXPECT_TRUE(read->partition.interpolated());
   EXPECT_EQ(read->compact->light.weight, volume.compact->light.weight);
-  EXPECT_EQ(read->compact->nine.source_byte, volume.compact->nine.source_byte);
-  EXPECT_EQ(read->compact->nine.probe_half, volume.compact->nine.probe_half);
+  EXPECT_EQ(read->compact->group_weight, volume.compact->group_weight);
+  EXPECT_EQ(read->compact->nine.piece, volume.compact->nine.piece);
+  EXPECT_EQ(read->compact->nine.source_factor, volume.compact->nine.source_factor);
+  EXPECT_EQ(read->compact->nine.probe_factor, volume.compact->nine.probe_factor);
   const std::vector<Rgb> radiance = sun(c.partition, {0, 1, 0});
   EXPECT_EQ(combine(*read, radiance).probe, combine(volume, radiance).probe);
 
-  CompactBasis broken = *volume.compact;
-  broken.nine.brick[0].half_rank += 1;
-  EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
-  broken = *volume.compact;
-  broken.nine.probe[1] = broken.nine.probe[0];
-  EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
-  broken = *volume.compact;
-  broken.light.run.back().first_region = static_cast<std::uint32_t>(c.partition.size());
-  EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
-  broken = *volume.compact;
-  broken.nine.byte_scale[0] = std::numeric_limits<float>::infinity();
-  EXPECT_FALSE(check_compact(broken, c.partition.size(), c.probes.size()));
+  const auto refused = [&](const auto& damage) {
+    CompactBasis broken = *volume.compact;
+    damage(broken);
+    return !check_compact(broken, c.partition.size(), c.probes.size());
+  };
+  EXPECT_FALSE(refused([](CompactBasis&) {}));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.nine.brick[0].word_rank += 1; }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.nine.brick[0].pieces += 1; }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.nine.probe[1] = b.nine.probe[0]; }));
+  EXPECT_TRUE(
+      refused([](CompactBasis& b) { b.nine.piece[1] = b.sources + static_cast<std::uint32_t>(b.group.size()); }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.nine.scale[0] = std::numeric_limits<float>::infinity(); }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.group_weight[0] = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.group = {{0, 2}, {1, 3}}; }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.group = {{0, b.sources + 1}}; }));
+  EXPECT_TRUE(refused(
+      [&](CompactBasis& b) { b.light.run.back().first_region = static_cast<std::uint32_t>(c.partition.size()); }));
 }
 
 } // namespace

@@ -77,5 +77,45 @@ TEST(RigidMotion, knows_a_turn_from_a_change_of_shape) {
   EXPECT_FALSE(motion.set(std::span(points).first(20)));
 }
 
+/// The slow twin refits the hierarchy to vertices that were moved.
+TEST(PacketScene, rays_turned_to_a_mesh_meet_what_they_meet_of_a_moved_one) {
+  const ObjectMesh mesh = test::torus(0.15f, 0.07f, 24, 12);
+  auto placed = PacketScene::build(mesh.positions, mesh.triangles);
+  auto moved = PacketScene::build(mesh.positions, mesh.triangles);
+  ASSERT_TRUE(placed && moved);
+  std::vector<glm::vec3> points;
+  for (const glm::dvec3& p : test::place(mesh, {0.5, -0.4, 0.23}, 1.2).positions)
+    points.emplace_back(1.5 * p);
+  RigidMotion motion(mesh.positions);
+  ASSERT_TRUE(motion.set(points));
+  placed->place(motion.to_first());
+  ASSERT_TRUE(moved->move(points));
+  int met = 0;
+  for (int row = 0; row < 40; ++row) {
+    RayBlock rays{};
+    for (int k = 0; k < kLanes; ++k) {
+      rays.org_x[k] = 0.35f + 0.05f * static_cast<float>(k);
+      rays.org_y[k] = -1.05f + 0.025f * static_cast<float>(row);
+      rays.org_z[k] = 1.0f;
+      rays.dir_x[k] = 0.1f;
+      rays.dir_z[k] = -2.0f; // not unit: distances are in its length
+      rays.tfar[k] = 10.0f;
+    }
+    HitBlock a, b;
+    placed->closest(0xFFFFu, rays, a);
+    moved->closest(0xFFFFu, rays, b);
+    EXPECT_EQ(placed->occluded(0xFFFFu, rays), moved->occluded(0xFFFFu, rays));
+    EXPECT_EQ(placed->occluded(0x0104u, rays), moved->occluded(0x0104u, rays)) << "few rays go one by one";
+    for (int k = 0; k < kLanes; ++k) {
+      ASSERT_EQ(a.triangle[k] == kNoTriangle, b.triangle[k] == kNoTriangle);
+      if (a.triangle[k] == kNoTriangle)
+        continue;
+      ++met;
+      EXPECT_NEAR(a.distance[k], b.distance[k], 1e-5f);
+    }
+  }
+  EXPECT_GT(met, 100);
+}
+
 } // namespace
 } // namespace daylit

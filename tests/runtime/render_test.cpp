@@ -286,13 +286,13 @@ TEST(Renderer, sharing_loses_no_edge_of_a_shadow_beside_furniture) {
   EXPECT_LE(wrong_object, object / 100);
 }
 
-TEST(Renderer, shadow_maps_by_processor_and_by_open_gl_give_the_same_picture) {
+TEST(Renderer, triangles_by_processor_and_by_open_gl_give_the_same_picture) {
   Scene scene;
   test::add_block(scene.room, {1.4, 4.0, 0.0}, {2.6, 4.3, 0.5}, 0); // casts shadows too
   scene.sun = sun_through_the_window();
-  scene.settings.maps = RenderSettings::Maps::processor;
+  scene.settings.raster = RenderSettings::Raster::processor;
   const auto processor = scene.render();
-  scene.settings.maps = RenderSettings::Maps::opengl;
+  scene.settings.raster = RenderSettings::Raster::opengl;
   const auto opengl = scene.render();
   ASSERT_TRUE(processor && opengl);
   const Difference d = difference(*opengl, *processor);
@@ -315,13 +315,14 @@ TEST(DepthRaster, maps_do_not_depend_on_their_neighbours_and_show_only_meshes_th
     axes.push_back({right, glm::cross(toward, right), toward});
   }
   constexpr std::size_t kSize = kTexels * kTexels;
-  std::vector<float> together(kMaps * kSize), alone(kSize);
+  std::vector<std::uint16_t> together(kMaps * kSize), alone(kSize);
   raster.draw(axes, together);
   std::size_t shown = 0, missed = 0;
   for (std::size_t k = 0; k < kMaps; ++k) {
     raster.draw({&axes[k], 1}, alone);
     EXPECT_TRUE(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(k * kSize)));
-    const bool shows = std::any_of(alone.begin(), alone.end(), [](float depth) { return depth < 1.0f; });
+    const bool shows =
+        std::any_of(alone.begin(), alone.end(), [](std::uint16_t depth) { return depth < DepthRaster::kNothing; });
     EXPECT_TRUE(raster.meets(axes[k]) || !shows) << k;
     shown += shows;
     missed += !raster.meets(axes[k]);

@@ -139,99 +139,22 @@ TEST(TileKernels, every_vector_width_agrees_with_the_scalar_sums) {
   std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
   constexpr std::size_t kRows = 9;
   std::vector<float> floats(kRows * detail::kTileNumbers);
-  std::vector<std::uint16_t> halves(floats.size());
-  for (std::size_t k = 0; k < floats.size(); ++k) {
-    floats[k] = unit(random);
-    halves[k] = detail::to_half(floats[k]);
-  }
+  for (float& x : floats)
+    x = unit(random);
   const std::vector<detail::WeightedRow> rows{{0, 0.5f}, {3, -2.0f}, {8, 1.25f}};
   for (const detail::TileKernels& kernels : detail::usable_tile_kernels())
     for (std::size_t first = 0; first < detail::kTileBlocks; ++first)
       for (std::size_t count = 1; first + count <= detail::kTileBlocks; ++count) {
-        std::vector<float> f(detail::kTileNumbers, 1.0f), h = f;
+        std::vector<float> f(detail::kTileNumbers, 1.0f);
         kernels.add_float(floats.data(), rows, first, count, f.data());
-        kernels.add_half(halves.data(), rows, first, count, h.data());
         for (std::size_t k = 0; k < detail::kTileNumbers; ++k) {
           const bool inside = k / detail::kBlockNumbers >= first && k / detail::kBlockNumbers < first + count;
-          double ef = 1, eh = 1;
-          for (const auto& r : rows) {
-            const std::size_t at = r.row * detail::kTileNumbers + k;
-            ef += inside ? double(r.weight) * double(floats[at]) : 0;
-            eh += inside ? double(r.weight) * double(detail::from_half(halves[at])) : 0;
-          }
+          double ef = 1;
+          for (const auto& r : rows)
+            ef += inside ? double(r.weight) * double(floats[r.row * detail::kTileNumbers + k]) : 0;
           ASSERT_NEAR(double(f[k]), ef, 2e-6) << kernels.name;
-          ASSERT_NEAR(double(h[k]), eh, 2e-6) << kernels.name;
         }
       }
-}
-
-TEST(TileKernels, three_colours_at_once_are_three_sums) {
-  std::mt19937 random(13);
-  constexpr std::size_t kRows = 40;
-  std::vector<std::uint16_t> halves(kRows * detail::kTileNumbers);
-  for (std::uint16_t& h : halves)
-    h = detail::to_half(static_cast<float>(random() % 100) / 100.0f);
-  std::vector<detail::ColouredRow> rows;
-  for (std::uint32_t r = 0; r < kRows; r += 1 + r % 3)
-    rows.push_back({r, {0.5f, -1.0f, 0.25f * static_cast<float>(r)}});
-  for (const detail::TileKernels& kernels : detail::usable_tile_kernels()) {
-    std::vector<float> h(3 * detail::kTileNumbers, 1.0f);
-    float* const to[3] = {h.data(), h.data() + 128, h.data() + 256};
-    kernels.add_half_colours(halves.data(), rows, to);
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t k = 0; k < 128; ++k) {
-        double expected = 1;
-        for (const auto& r : rows)
-          expected += double(r.weight[c]) * double(detail::from_half(halves[r.row * 128 + k]));
-        ASSERT_NEAR(double(to[c][k]), expected, 1e-4) << kernels.name;
-      }
-  }
-}
-
-/// What 15 bits of the largest weight leave of a weight.
-double rounded(float weight, float most) {
-  const double step = double(most) / detail::ByteRows::kMost;
-  return step * std::round(double(weight) / step);
-}
-
-TEST(TileKernels, bytes_are_summed_exactly_with_weights_of_15_bits) {
-  std::mt19937 random(14);
-  std::normal_distribution<float> normal;
-  for (const std::size_t count : {1u, 4u, 7u, 150u}) {
-    std::vector<std::int8_t> bytes(2 * count * detail::kTileNumbers);
-    for (std::int8_t& b : bytes)
-      b = static_cast<std::int8_t>(random() % 256 - 128);
-    std::vector<detail::WeightedRow> one;
-    std::vector<detail::ColouredRow> three;
-    for (std::uint32_t r = 0; r < count; ++r) { // every other row
-      three.push_back({2 * r, {normal(random), normal(random), 100.0f * normal(random)}});
-      one.push_back({2 * r, three.back().weight[0]});
-    }
-    float most[3] = {}, total[3] = {};
-    for (const auto& r : three)
-      for (int c = 0; c < 3; ++c) {
-        most[c] = std::max(most[c], std::abs(r.weight[c]));
-        total[c] += std::abs(r.weight[c]);
-      }
-    const detail::ByteRows one_rows{std::span<const detail::WeightedRow>(one)},
-        three_rows{std::span<const detail::ColouredRow>(three)};
-    for (const detail::TileKernels& kernels : detail::usable_tile_kernels()) {
-      std::vector<float> sums(4 * detail::kTileNumbers, 0.5f);
-      float* const to[4] = {sums.data(), sums.data() + 128, sums.data() + 256, sums.data() + 384};
-      kernels.add_bytes(bytes.data(), three_rows, to);
-      kernels.add_bytes(bytes.data(), one_rows, to + 3);
-      const bool integer = std::string(kernels.name) == "avx512vnni";
-      for (std::size_t c = 0; c < 4; ++c)
-        for (std::size_t k = 0; k < detail::kTileNumbers; ++k) {
-          double expected = 0.5;
-          for (const auto& r : three) {
-            const float w = r.weight[c % 3];
-            expected += (integer ? rounded(w, most[c % 3]) : double(w)) * double(bytes[r.row * 128 + k]);
-          }
-          ASSERT_NEAR(double(to[c][k]), expected, 2e-5 * double(total[c % 3])) << kernels.name << " " << count;
-        }
-    }
-  }
 }
 
 TEST(TileKernels, fixed_point_sums_are_the_same_integers_in_every_version) {

@@ -1,5 +1,6 @@
 #include "scene/volume.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
@@ -9,6 +10,7 @@
 #include <tbb/global_control.h>
 
 #include "tests/scene/test_volumes.h"
+#include "tests/scene/volume_versions.h"
 
 namespace daylit {
 namespace {
@@ -285,6 +287,25 @@ TEST(WithoutRinging, irradiance_is_nowhere_negative_and_calm_light_keeps_every_b
     EXPECT_EQ(calm.radiance.nine[i].g, light[i].g);
     EXPECT_EQ(calm.radiance.nine[i].b, light[i].b);
   }
+}
+
+TEST(Volume, radiance_of_regions_that_do_not_count_changes_no_bit) {
+  std::ptrdiff_t left_out = 0;
+  for (const test::VolumeVersion& v : test::volume_versions()) {
+    const std::vector<std::uint8_t> counts = regions_that_count(v.volume);
+    ASSERT_EQ(counts.size(), static_cast<std::size_t>(v.volume.partition.size())) << v.name;
+    left_out += std::ranges::count(counts, 0);
+    const std::vector<Rgb> radiance = random_radiance(v.volume, 3);
+    std::vector<Rgb> only = radiance;
+    for (std::size_t r = 0; r < only.size(); ++r)
+      if (!counts[r])
+        only[r] = Rgb(0.0f);
+    const LightField all = combine(v.volume, radiance, ShOrder::fourth),
+                     some = combine(v.volume, only, ShOrder::fourth);
+    EXPECT_EQ(all.probe, some.probe) << v.name;
+    EXPECT_EQ(all.band4, some.band4) << v.name;
+  }
+  EXPECT_GT(left_out, 0);
 }
 
 } // namespace

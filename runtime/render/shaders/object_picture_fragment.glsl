@@ -1,7 +1,13 @@
 // The objects' radiance. Where parts of a pixel show different things, each sample takes the light of the point nearby
 // that lies on the same piece of surface (subpixel reconstruction: Chajdas et al. 2011): edges are averaged, and still
 // every pixel asks the lights once.
+#if IDS_BY_PROCESSOR
+layout(binding = 0) uniform sampler2D object_ids; // one channel per sample
+float id_at(ivec2 pixel, int s) { return texelFetch(object_ids, pixel, 0)[s]; }
+#else
 layout(binding = 0) uniform sampler2DMS object_ids;
+float id_at(ivec2 pixel, int s) { return texelFetch(object_ids, pixel, s).r; }
+#endif
 layout(binding = 1) uniform sampler2D point_offset; // w: 1 where there is a point
 layout(binding = 2) uniform sampler2D point_normal;
 layout(binding = 3) uniform samplerBuffer object_light; // rgb: indirect and open sky, front; the same, back
@@ -50,7 +56,7 @@ void main() {
   }
   object_radiance = vec4(0.0);
   for (int s = 0; s < SAMPLES; ++s) {
-    float id = texelFetch(object_ids, pixel, s).r;
+    float id = id_at(pixel, s);
     ObjectPoint p = object_point(max(id, 1.0), pixel);
     Received best = received[0];
     float least = 1e30;
@@ -67,7 +73,7 @@ void main() {
 #else
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  ObjectPoint p = object_point(texelFetch(object_ids, pixel, 0).r, pixel);
+  ObjectPoint p = object_point(id_at(pixel, 0), pixel);
   object_radiance = vec4(radiance(p, received_at(pixel)), 1.0);
 }
 #endif

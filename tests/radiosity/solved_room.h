@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+#include <gtest/gtest.h>
+
+#include "radiosity/first_bounce.h"
+#include "radiosity/form_factors.h"
+#include "radiosity/patches.h"
+#include "tests/radiosity/rooms.h"
+
+namespace daylit::radiosity::testing {
+
+inline const Progress kSilent = [](const std::string&, double) { return true; };
+
+/// Everything up to the exchange matrix.
+struct Solved {
+  Room room;
+  PatchMesh mesh;
+  RayScene scene;
+  std::vector<Aperture> apertures;
+  ElementSet set;
+  ExchangeMatrix exchange;
+  std::vector<float> dense; ///< the same, [element][element]
+
+  const float* row(std::size_t i) const { return dense.data() + i * set.elements.size(); }
+};
+
+inline Solved prepare(const Room& room, int patches, const std::vector<Aperture>& seeds = {},
+                      const ExchangeOptions& options = {}) {
+  Solved s;
+  s.room = room;
+  s.mesh = *mesh_patches(room, {.target_patches = patches});
+  s.scene = *patch_scene(s.mesh);
+  s.apertures = seeds;
+  if (seeds.empty()) {
+    const auto found = find_apertures(room, *RayScene::build(room));
+    EXPECT_TRUE(found) << found.error().message();
+    s.apertures = found->list;
+  }
+  s.set = find_elements(room, s.mesh, s.scene, s.apertures);
+  s.exchange = *exchange_areas(s.set, s.mesh, room, *RayScene::build(room), options, kSilent);
+  s.dense = s.exchange.dense();
+  return s;
+}
+
+/// A point in the middle of a closed room, where the search for lit sides starts.
+inline std::vector<Aperture> seed_at(const glm::dvec3& p) {
+  return {{.corners = {p, p + glm::dvec3(1e-3, 0, 0), p + glm::dvec3(0, 1e-3, 0)}, .inward = {0, 0, 1}}};
+}
+
+/// A room with a hole, coloured walls and a box on its floor.
+inline Room coloured_room() {
+  Room room = daylit::testing::room_with_window_hole(0.5f);
+  room.materials[0].reflectance = Rgb(0.8f, 0.5f, 0.2f);
+  daylit::testing::add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
+  return room;
+}
+
+} // namespace daylit::radiosity::testing
