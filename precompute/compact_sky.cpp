@@ -12,6 +12,7 @@
 
 #include "precompute/detail/band4.h"
 #include "precompute/detail/factors.h"
+#include "precompute/detail/neighbours.h"
 #include "precompute/detail/random_signs.h"
 #include "precompute/detail/sun_metric.h"
 #include "precompute/detail/surface_transport.h"
@@ -30,28 +31,6 @@ constexpr double kFloor = 0.05;    ///< of the brightest node: what dimmer nodes
 constexpr double kByteShare = 0.5; ///< of the error: what rounding may add
 constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
 constexpr double kTailShare2 = 0.2;  ///< of the allowed squared error: a longer tail, and the sketch is widened
-
-/// Splits along the longest side at the median until every group is small.
-void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& position, std::size_t most,
-           std::vector<std::vector<std::uint32_t>>& groups) {
-  if (points.size() <= most) {
-    groups.emplace_back(points.begin(), points.end());
-    return;
-  }
-  glm::vec3 low(position[points[0]]), high(low);
-  for (const std::uint32_t p : points) {
-    low = glm::min(low, position[p]);
-    high = glm::max(high, position[p]);
-  }
-  const glm::vec3 size = high - low;
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const auto before = [&](std::uint32_t a, std::uint32_t b) {
-    return position[a][axis] != position[b][axis] ? position[a][axis] < position[b][axis] : a < b;
-  };
-  std::ranges::sort(points, before);
-  split(points.first(points.size() / 2), position, most, groups);
-  split(points.subspan(points.size() / 2), position, most, groups);
-}
 
 /// One brick on its way: numbers of points, and what the stages leave behind. Its gather rows [number][leaf] are
 /// basis times coordinates: neighbouring probes see the same room.
@@ -291,21 +270,9 @@ std::vector<Brick> make_bricks(const ProbeSet& probes, std::span<const std::size
   std::vector<glm::vec3> position;
   for (const std::size_t p : probe_of_point)
     position.push_back(probes.positions[p]);
-  std::vector<std::uint32_t> order(position.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::vector<std::vector<std::uint32_t>> groups;
-  const auto part = [&](std::uint32_t p) { return options.part.empty() ? 0u : options.part[p]; };
-  std::ranges::stable_sort(order, {}, part);
-  for (auto first = order.begin(); first != order.end();) {
-    const auto end = std::find_if(first, order.end(), [&](std::uint32_t p) { return part(p) != part(*first); });
-    split(std::span(first, end), position, options.brick_probes, groups);
-    first = end;
-  }
-  std::vector<Brick> bricks(groups.size());
-  for (std::size_t b = 0; b < groups.size(); ++b) {
-    std::ranges::sort(groups[b]);
-    bricks[b].point = std::move(groups[b]);
-  }
+  std::vector<Brick> bricks;
+  for (std::vector<std::uint32_t>& points : detail::neighbours(position, options.part, options.brick_probes))
+    bricks.emplace_back().point = std::move(points);
   return bricks;
 }
 
