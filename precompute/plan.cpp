@@ -98,12 +98,16 @@ struct Work {
   double bricks() const {
     return std::exp2(std::ceil(std::log2(std::max(probes / static_cast<double>(CompactOptions{}.brick_probes), 1.0))));
   }
-  double compress() const {
-    return bricks() * (sources() + laws.compress_start) * (1 + sources() / laws.compress_square);
+  double compress(double error) const {
+    const double share = sources() / laws.compress_square;
+    return bricks() * (1 + share * share) *
+           std::pow(probes / bricks() / laws.compress_probes, laws.compress_probes_exponent) *
+           std::pow(0.03 / error, laws.compress_exponent);
   }
 };
 
-double predicted_seconds(const Pilot& pilot, const Work& work, double visibility_rays, bool fine) {
+double predicted_seconds(const Pilot& pilot, const Work& work, double visibility_rays, double compact_error) {
+  const bool fine = compact_error > 0;
   const auto own_patches = static_cast<double>(pilot.fine.patches);
   const Work own{own_patches,
                  static_cast<double>(pilot.probes),
@@ -119,8 +123,8 @@ double predicted_seconds(const Pilot& pilot, const Work& work, double visibility
   s += std::max(laws.audit_leaves * leaves, 1.0) * pilots("audit");
   s += pilots("form factors") * std::pow(more, laws.exchange_exponent) *
        std::pow(visibility_rays / pilot.visibility_rays, laws.visibility_exponent);
-  s += speed * (laws.ray_s * work.rays() + laws.product_s * work.solve());
-  return s + speed * (fine ? laws.compress_s * work.compress() : laws.product_s * work.product());
+  s += speed * (laws.ray_s * work.rays() + laws.solve_s * work.solve());
+  return s + speed * (fine ? laws.compress_s * work.compress(compact_error) : laws.product_s * work.product());
 }
 
 double predicted_bytes(const Work& work, const SkyKind& sky, double compact_error, BasisPrecision precision) {
@@ -129,7 +133,8 @@ double predicted_bytes(const Work& work, const SkyKind& sky, double compact_erro
   const double probes = work.probes / work.bricks(), full = static_cast<double>(CompactOptions{}.brick_probes);
   const double rank =
       laws.rank * std::pow(0.03 / compact_error, laws.rank_exponent) * std::pow(probes / full, laws.rank_of_probes);
-  return laws.stored_bytes * work.bricks() * rank * (work.sources() + laws.row_padding * 27 * probes) +
+  return laws.stored_bytes * work.bricks() * rank *
+             (laws.piece_share * work.sources() + laws.row_padding * 27 * probes) +
          laws.light_bytes * work.sources() * sky.regions;
 }
 
@@ -279,7 +284,8 @@ private:
                     static_cast<double>(pilot_.channels),
                     static_cast<double>(plan.options.gather_rays),
                     static_cast<double>(plan.options.leaves)};
-    p.seconds = predicted_seconds(pilot_, work, plan.options.visibility_rays, kind.nodes);
+    p.seconds =
+        predicted_seconds(pilot_, work, plan.options.visibility_rays, kind.nodes ? plan.options.compact_error : 0.0);
     p.bytes = predicted_bytes(work, kind, plan.options.compact_error, plan.precision);
   }
 

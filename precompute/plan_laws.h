@@ -31,24 +31,28 @@ struct PlanLaws {
 
   // Seconds on the two threads of the machine of the measurement; the pilot tells how fast another one is.
   double start_s = 0.05;
-  double gather_start_s = 0.1;      ///< of gathering in the pilot, whatever it asks for
+  double gather_start_s = 0.05;     ///< of gathering in the pilot, whatever it asks for
   double exchange_exponent = 1.3;   ///< form factors ~ patches^this ...
   double visibility_exponent = 0.2; ///< ... and visibility rays^this
-  double ray_s = 7e-8;              ///< per gather ray
-  double product_s = 1.0e-11;       ///< per multiplication of the dense products
-  double audit_leaves = 0.6;        ///< audit / that of the pilot, per leaf and patch of the pilot
+  double ray_s = 3.5e-8;            ///< per gather ray
+  double product_s = 5e-12;         ///< per multiplication of the dense products
+  double solve_s = 4.5e-11;         ///< the same of the solver
+  double audit_leaves = 0.85;       ///< audit / that of the pilot, per leaf and patch of the pilot
 
   // A fine sky: bricks of probes, each with factors for all sources.
-  double lit_leaves = 0.88;       ///< sources / leaves asked for
-  double rank = 80;               ///< components of a full brick at an error of 3 % ...
-  double rank_exponent = 0.7;     ///< ... ~ error^-this
-  double rank_of_probes = 0.6;    ///< ... ~ probes in the brick^this
-  double stored_bytes = 1.03;     ///< per number of a factor: most are bytes
-  double row_padding = 1.05;      ///< numbers of whole tiles / numbers of the probes
-  double light_bytes = 0.09;      ///< per source and node: what a source sees of the sky
-  double compress_s = 2.4e-5;     ///< per brick and source; a brick also takes the time of ...
-  double compress_start = 1000;   ///< ... so many sources
-  double compress_square = 10000; ///< sources from which their square counts
+  double lit_leaves = 0.88;    ///< sources / leaves asked for
+  double rank = 80;            ///< components of a full brick at an error of 3 % ...
+  double rank_exponent = 0.35; ///< ... ~ error^-this
+  double rank_of_probes = 0.6; ///< ... ~ probes in the brick^this
+  double stored_bytes = 1.03;  ///< per number of a factor: most are bytes
+  double piece_share = 0.5;    ///< pieces that a brick tells apart / sources
+  double row_padding = 1.02;   ///< numbers in whole 16 / numbers of the probes
+  double light_bytes = 0.09;   ///< per source and node: what a source sees of the sky
+  double compress_s = 0.068;   ///< per brick of compress_probes at an error of 3 % ...
+  double compress_probes = 128;
+  double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...
+  double compress_exponent = 0.6;        ///< ... and error^-this ...
+  double compress_square = 4200;         ///< ... where sources / this, squared, are added to one
 };
 
 inline constexpr PlanLaws kPlanLaws{};
