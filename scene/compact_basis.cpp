@@ -6,67 +6,33 @@
 
 #include <tbb/parallel_for.h>
 
+#include "scene/detail/brick_sums.h"
 #include "scene/detail/plane_kernels.h"
-#include "scene/detail/tile_kernels.h"
 
 namespace daylit {
 
-using detail::ColourWeights;
 using detail::kMostQuads;
 using detail::kQuad;
-using detail::kTileNumbers;
 
 namespace {
 
-using Colours = std::array<float, 3>;
-
 /// Light on the sources, then on the groups, in 16 bits.
 detail::RoundedColours light_on_pieces(const CompactBasis& basis, std::span<const Rgb> region_radiance) {
-  const std::vector<Rgb> irradiance = received(basis.light, basis.sources, region_radiance);
-  std::vector<Colours> light(irradiance.size() + basis.group.size());
-  for (std::size_t s = 0; s < irradiance.size(); ++s)
-    light[s] = {irradiance[s].r, irradiance[s].g, irradiance[s].b};
-  for (std::size_t g = 0; g < basis.group.size(); ++g) {
+  std::vector<Rgb> light = received(basis.light, basis.sources, region_radiance);
+  light.reserve(light.size() + basis.group.size());
+  for (const CompactBasis::Group& group : basis.group) {
     Rgb sum(0.0f);
-    for (std::size_t s = basis.group[g].first; s < basis.group[g].end; ++s)
-      sum += basis.group_weight[s] * irradiance[s];
-    light[irradiance.size() + g] = {sum.r, sum.g, sum.b};
+    for (std::size_t s = group.first; s < group.end; ++s)
+      sum += basis.group_weight[s] * light[s];
+    light.push_back(sum);
   }
   return detail::RoundedColours(light);
-}
-
-/// What falls on a brick's pieces, in quads that are not all in the dark.
-struct LitQuads {
-  std::vector<std::uint32_t> quad;
-  std::vector<ColourWeights> weight;
-};
-
-LitQuads lit_quads(const detail::RoundedColours& light, std::span<const std::uint32_t> piece) {
-  LitQuads lit;
-  lit.quad.resize((piece.size() + kQuad - 1) / kQuad);
-  lit.weight.resize(lit.quad.size());
-  std::size_t count = 0;
-  for (std::size_t q = 0; q < lit.quad.size(); ++q) {
-    std::uint32_t last[kQuad];
-    const std::uint32_t* at = piece.data() + q * kQuad;
-    if (const std::size_t left = piece.size() - q * kQuad; left < kQuad) { // what fills up the quad has factors 0
-      for (std::size_t i = 0; i < kQuad; ++i)
-        last[i] = at[std::min(i, left - 1)];
-      at = last;
-    }
-    lit.quad[count] = static_cast<std::uint32_t>(q);
-    lit.weight[count] = light.quad(at);
-    count += (light.entry[at[0]] | light.entry[at[1]] | light.entry[at[2]] | light.entry[at[3]]) != 0 ? 1 : 0;
-  }
-  lit.quad.resize(count);
-  lit.weight.resize(count);
-  return lit;
 }
 
 /// Amplitude of each plane: [colour][plane], in whole quads.
 std::vector<float> amplitudes(const CompactFactors& factors, const BrickPlace& at, const CompactFactors::Brick& brick,
                               const detail::RoundedColours& light) {
-  const LitQuads lit = lit_quads(light, std::span(factors.piece).subspan(at.piece, brick.pieces));
+  const detail::LitQuads lit = light.lit_quads(std::span(factors.piece).subspan(at.piece, brick.pieces));
   const std::size_t planes = brick.plane_quads() * kQuad;
   std::vector<float> sum(3 * planes, 0.0f);
   for (std::size_t first = 0; first < lit.quad.size(); first += kMostQuads) {
@@ -88,33 +54,13 @@ std::vector<float> amplitudes(const CompactFactors& factors, const BrickPlace& a
   return sum;
 }
 
-/// One colour of a brick: all its numbers.
-void sum_colour(const std::int8_t* factor, const CompactFactors::Brick& brick, std::span<const float> amplitude,
-                float* sums) {
-  const detail::RoundedWeights weights(amplitude);
-  for (std::size_t t = 0; t < brick.padded_numbers() && weights.step > 0; t += kTileNumbers) {
-    const std::size_t width = std::min(kTileNumbers, brick.padded_numbers() - t);
-    for (std::size_t first = 0; first < weights.quad.size(); first += kMostQuads)
-      detail::plane_kernels().sum_numbers(
-          factor + (t * brick.plane_quads() + first * width) * kQuad, width,
-          std::span(weights.quad).subspan(first, std::min(kMostQuads, weights.quad.size() - first)), sums + t);
-  }
-  for (std::size_t k = 0; k < brick.padded_numbers(); ++k)
-    sums[k] *= weights.step;
-}
-
 void combine_brick(const CompactFactors& factors, const BrickPlace& at, const CompactFactors::Brick& brick,
                    const detail::RoundedColours& light, std::span<std::array<Rgb, 9>> result) {
-  const std::vector<float> amplitude = amplitudes(factors, at, brick, light);
-  const std::size_t plane = brick.padded_numbers(), planes = brick.plane_quads() * kQuad;
-  std::vector<float> sums(3 * plane, 0.0f), rgb(3 * plane);
-  for (std::size_t c = 0; c < 3; ++c)
-    sum_colour(factors.probe_factor.data() + at.probe_byte + c * plane * planes, brick,
-               std::span(amplitude).subspan(c * planes, planes), sums.data() + c * plane);
-  detail::tile_kernels().interleave(sums.data(), sums.data() + plane, sums.data() + 2 * plane, brick.numbers(),
-                                    rgb.data());
+  std::vector<std::array<Rgb, 9>> of_brick(brick.probes);
+  detail::sum_brick(brick, factors.probe_factor.data() + at.probe_byte, amplitudes(factors, at, brick, light),
+                    of_brick);
   for (std::size_t p = 0; p < brick.probes; ++p)
-    std::copy_n(rgb.data() + 27 * p, 27, &result[factors.probe[at.probe + p]][0].x);
+    result[factors.probe[at.probe + p]] = of_brick[p];
 }
 
 void combine_bricks(const CompactFactors& factors, const detail::RoundedColours& light,

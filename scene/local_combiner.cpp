@@ -7,17 +7,18 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include "scene/detail/brick_sums.h"
 #include "scene/detail/local_sky.h"
+#include "scene/detail/plane_kernels.h"
 #include "scene/detail/symmetric_eigen.h"
-#include "scene/detail/tile_kernels.h"
 
 namespace daylit {
 
 namespace {
 
 using detail::kLanes;
+using detail::kQuad;
 using detail::kSketch;
-using detail::kTileNumbers;
 using detail::LocalFactors;
 using detail::LocalSkyData;
 
@@ -25,6 +26,14 @@ using detail::LocalSkyData;
 #define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
 constexpr std::size_t kGrain = 256; ///< rows; fewer are not worth another thread
+constexpr std::size_t kChunkRows = detail::kChunkRows, kChunkQuads = kChunkRows / kQuad;
+
+constexpr std::array<std::uint32_t, kChunkQuads> kInOrder = [] {
+  std::array<std::uint32_t, kChunkQuads> list{};
+  for (std::uint32_t q = 0; q < kChunkQuads; ++q)
+    list[q] = q;
+  return list;
+}();
 
 /// A group of lanes anywhere in memory, in as few registers as the processor has it.
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), aligned(alignof(float)), may_alias));
@@ -175,17 +184,15 @@ std::vector<std::vector<float>> onto_regions(const LocalSkyData& sky, const Loca
   return by_region;
 }
 
-/// Numbers [colour, number][lane] in tiles.
-std::vector<float> in_tiles(const std::vector<float>& rows, std::size_t numbers, std::size_t lanes) {
-  const std::size_t tiles = (numbers + kTileNumbers - 1) / kTileNumbers;
-  std::vector<float> out(3 * tiles * lanes * kTileNumbers, 0.0f);
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t n = 0; n < numbers; ++n)
-      for (std::size_t k = 0; k < lanes; ++k)
-        out[((c * tiles + n / kTileNumbers) * lanes + k) * kTileNumbers + n % kTileNumbers] =
-            rows[(c * numbers + n) * lanes + k];
-  return out;
+/// The largest of each lane of rows [row][lanes], never 0.
+std::vector<float> largest_of_lanes(const std::vector<float>& rows, std::size_t lanes) {
+  std::vector<float> most(lanes, 1e-30f);
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    most[k % lanes] = std::max(most[k % lanes], std::abs(rows[k]));
+  return most;
 }
+
+std::int8_t byte_of(float x, float most) { return static_cast<std::int8_t>(std::lrint(x * (127.0f / most))); }
 
 } // namespace
 
@@ -198,7 +205,7 @@ Result<LocalSky> LocalSky::make(const BasisVolume& volume) {
   return sky;
 }
 
-std::size_t LocalCombiner::bytes() const { return table_.size() + (probe_.size() + scale_.size()) * sizeof(float); }
+std::size_t LocalCombiner::bytes() const { return table_.size() + probe_.size() + scale_.size() * sizeof(float); }
 
 Result<LocalCombiner> LocalCombiner::make(const LocalSky& sky, std::span<const std::uint32_t> probes, double error) {
   const LocalSkyData& data = *sky.data_;
@@ -208,70 +215,80 @@ Result<LocalCombiner> LocalCombiner::make(const LocalSky& sky, std::span<const s
   const LocalFactors f = detail::local_factors(data, probes);
   LocalCombiner out;
   out.sky_ = sky.data_;
-  out.probes_ = probes.size();
   const std::vector<float> q = range_of(f, 0.25 * error * error);
   const std::size_t width = q.size() / (3 * f.numbers);
   const std::vector<std::vector<float>> by_region = onto_regions(data, f, q);
   const std::vector<float> turn = principal(by_region, width, 0.5 * error * error, false, out.rank_);
   const std::size_t lanes = turn.size() / width;
-  out.groups_ = lanes / kLanes;
-  out.probe_ = in_tiles(multiply(q, turn, 3 * f.numbers, width, lanes), f.numbers, lanes);
+  const std::vector<float> probe = multiply(q, turn, 3 * f.numbers, width, lanes);
+  out.set_probes(probe, lanes);
   for (const std::vector<float>& table : by_region)
-    out.add_table(multiply(table, turn, data.rows, width, lanes));
+    out.add_table(multiply(table, turn, data.rows, width, lanes), largest_of_lanes(probe, lanes));
   return out;
 }
 
-/// Rounds a table [row][lane] and puts its rows in pairs; every run begins a pair.
-void LocalCombiner::add_table(const std::vector<float>& table) {
-  const std::size_t lanes = groups_ * kLanes;
-  std::vector<float> most(lanes, 1e-30f);
-  for (std::size_t k = 0; k < table.size(); k += lanes)
-    for (std::size_t lane = 0; lane < lanes; ++lane)
-      most[lane] = std::max(most[lane], std::abs(table[k + lane]));
-  for (float& x : most)
-    scale_.push_back(x /= 127.0f);
-  const float* row = table.data();
-  for (const FirstLight::Run& run : sky_->run) {
-    const std::size_t first = table_.size();
-    table_.resize(first + (run.count + 1) / 2 * 2 * lanes, 0);
-    for (std::uint32_t k = 0; k < run.count; ++k, row += lanes)
-      for (std::size_t lane = 0; lane < lanes; ++lane)
-        table_[first + (k / 2 * lanes + lane) * 2 + k % 2] =
-            static_cast<std::int8_t>(std::lrint(row[lane] / most[lane]));
+/// Numbers [colour, number][lane] as bytes in the order of a brick.
+void LocalCombiner::set_probes(const std::vector<float>& rows, std::size_t lanes) {
+  const std::size_t numbers = rows.size() / 3 / lanes;
+  brick_ = {.probes = static_cast<std::uint32_t>(numbers / 9), .byte_rank = static_cast<std::uint32_t>(rank_)};
+  const std::vector<float> most = largest_of_lanes(rows, lanes);
+  probe_.assign(brick_.probe_bytes(), 0);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t n = 0; n < numbers; ++n)
+      for (std::size_t k = 0; k < rank_; ++k)
+        probe_[brick_.probe_at(k, c, n)] = byte_of(rows[(c * numbers + n) * lanes + k], most[k]);
+}
+
+/// Rounds a table [row][lane] and puts its rows in quads.
+void LocalCombiner::add_table(const std::vector<float>& table, const std::vector<float>& most_of_probes) {
+  const std::size_t lanes = most_of_probes.size(), planes = brick_.plane_quads() * kQuad;
+  const std::vector<float> most = largest_of_lanes(table, lanes);
+  for (std::size_t k = 0; k < planes; ++k)
+    scale_.push_back(k < rank_ ? most[k] / 127.0f * most_of_probes[k] / 127.0f : 0.0f);
+  const std::size_t first = table_.size();
+  table_.resize(first + (sky_->rows + kQuad - 1) / kQuad * kQuad * planes, 0);
+  for (std::size_t row = 0; row < sky_->rows; ++row)
+    for (std::size_t k = 0; k < rank_; ++k)
+      table_[first + (row / kQuad * planes + k) * kQuad + row % kQuad] = byte_of(table[row * lanes + k], most[k]);
+}
+
+/// What the components receive of the sky: [colour][plane], of the table at `table`.
+void LocalCombiner::add_amplitudes(const std::int8_t* table, std::span<const Rgb> region_radiance,
+                                   std::span<float> sum) const {
+  const detail::PlaneKernels& kernels = detail::plane_kernels();
+  const std::size_t planes = brick_.plane_quads() * kQuad;
+  std::array<Rgb, kChunkRows> radiance;
+  std::array<detail::ColourWeights, kChunkQuads> weight;
+  std::array<float, 3 * kSketch> part;
+  std::size_t rows = 0;
+  for (std::size_t r = 0; r < sky_->run.size(); ++r) {
+    const LocalSkyData::Run& run = sky_->run[r];
+    std::copy_n(region_radiance.begin() + run.first_region, run.count, radiance.begin() + rows);
+    rows += run.count;
+    if (rows < kChunkRows && r + 1 < sky_->run.size())
+      continue;
+    const std::size_t quads = (rows + kQuad - 1) / kQuad;
+    const float step = kernels.round_quads(std::span(radiance).first(rows), weight.data());
+    part.fill(0.0f);
+    kernels.sum_planes(table, planes, std::span(kInOrder).first(quads), weight.data(), part.data());
+    for (std::size_t k = 0; k < sum.size(); ++k)
+      sum[k] += step * part[k];
+    table += quads * kQuad * planes;
+    rows = 0;
   }
 }
 
 void LocalCombiner::combine(std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) const {
-  const std::size_t lanes = groups_ * kLanes, numbers = probes_ * 9,
-                    tiles = (numbers + kTileNumbers - 1) / kTileNumbers, tables = scale_.size() / lanes;
-  const detail::AddLanes add = detail::add_lanes_kernel();
-  std::array<float, 3 * kSketch> sum{}, amplitude{};
-  const std::int8_t* table = table_.data();
+  const std::size_t planes = brick_.plane_quads() * kQuad, tables = scale_.size() / planes;
+  std::array<float, 3 * kSketch> sum, amplitude;
   for (std::size_t t = 0; t < tables; ++t) {
     sum.fill(0.0f);
-    for (const FirstLight::Run& run : sky_->run) {
-      add(table, &region_radiance[run.first_region].r, run.count, groups_, sum.data());
-      table += (run.count + 1) / 2 * 2 * lanes;
-    }
-    for (std::size_t k = 0; k < 3 * lanes; ++k)
-      if (tables == 1 || k / lanes == t)
-        amplitude[k] = sum[k] * scale_[t * lanes + k % lanes];
+    add_amplitudes(table_.data() + t * (table_.size() / tables), region_radiance, std::span(sum).first(3 * planes));
+    for (std::size_t k = 0; k < 3 * planes; ++k)
+      if (tables == 1 || k / planes == t)
+        amplitude[k] = sum[k] * scale_[t * planes + k % planes];
   }
-  const detail::TileKernels& kernels = detail::tile_kernels();
-  std::array<std::array<float, kTileNumbers>, 3> tile;
-  std::array<std::array<detail::WeightedRow, kSketch>, 3> weights;
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t k = 0; k < rank_; ++k)
-      weights[c][k] = {static_cast<std::uint32_t>(k), amplitude[c * lanes + k]};
-  for (std::size_t i = 0; i < tiles; ++i) {
-    const std::size_t count = std::min(kTileNumbers, numbers - i * kTileNumbers);
-    for (std::size_t c = 0; c < 3; ++c) {
-      tile[c].fill(0.0f);
-      kernels.add_float(probe_.data() + (c * tiles + i) * lanes * kTileNumbers, std::span(weights[c]).first(rank_), 0,
-                        (count + detail::kBlockNumbers - 1) / detail::kBlockNumbers, tile[c].data());
-    }
-    kernels.interleave(tile[0].data(), tile[1].data(), tile[2].data(), count, &result[0][0].r + 3 * i * kTileNumbers);
-  }
+  detail::sum_brick(brick_, probe_.data(), std::span(amplitude).first(3 * planes), result);
 }
 
 } // namespace daylit

@@ -45,14 +45,17 @@ public:
 
 private:
   std::shared_ptr<const detail::LocalSkyData> sky_;
-  std::size_t probes_ = 0, rank_ = 0, groups_ = 0; ///< components, and those in groups of lanes
-  /// [table][pair of regions][component][2] as the runs of the sky have it (detail/lane_kernels.h); one table, or one
-  /// for each colour where panes are tinted.
+  std::size_t rank_ = 0;
+  CompactFactors::Brick brick_; ///< of the probes, as a volume has them: components of one byte
+  /// [table][quad of regions][plane][4] as the runs of the sky have it (detail/plane_kernels.h); one table, or one for
+  /// each colour where panes are tinted.
   std::vector<std::int8_t> table_;
-  std::vector<float> scale_; ///< [table][component]
-  std::vector<float> probe_; ///< [colour][tile][component][128], numbers probe * 9 + lm
+  std::vector<float> scale_; ///< [table][plane], those of both factors
+  std::vector<std::int8_t> probe_;
 
-  void add_table(const std::vector<float>& table);
+  void set_probes(const std::vector<float>& rows, std::size_t lanes);
+  void add_table(const std::vector<float>& table, const std::vector<float>& most_of_probes);
+  void add_amplitudes(const std::int8_t* table, std::span<const Rgb> region_radiance, std::span<float> sum) const;
 };
 
 } // namespace daylit

@@ -132,8 +132,7 @@ std::vector<std::uint8_t> regions_that_count(const BasisVolume& volume) {
   for (const std::int32_t region : volume.stored_region)
     counts[static_cast<std::size_t>(region)] = 1;
   if (volume.compact)
-    for (const FirstLight::Run& run : volume.compact->light.run)
-      std::fill_n(counts.begin() + run.first_region, run.count, std::uint8_t{1});
+    counts = lit_regions(volume.compact->light, counts.size());
   return counts;
 }
 

@@ -119,18 +119,14 @@ void read_factors(TensorReader& reader, const std::string& prefix, CompactFactor
 
 std::shared_ptr<const CompactBasis> read_compact(TensorReader& reader) {
   auto basis = std::make_shared<CompactBasis>();
-  std::vector<std::uint32_t> runs, groups, sources;
+  std::vector<std::uint32_t> groups, sources;
   reader.read("compact.sources", "U32", {}, sources);
   basis->sources = sources.size() == 1 ? sources[0] : 0; // no factor fits 0 sources: check_compact() refuses it
   FirstLight& light = basis->light;
   reader.read("compact.light_scale", "F32", {}, light.scale);
-  reader.read("compact.light_first_run", "U32", {}, light.first_run);
-  reader.read("compact.light_first_weight", "U32", {}, light.first_weight);
-  reader.read("compact.light_run", "U32", {2}, runs);
-  reader.read("compact.light_weight", "F16", {}, light.weight);
-  light.run.reserve(runs.size() / 2);
-  for (std::size_t r = 0; r < runs.size(); r += 2)
-    light.run.push_back({runs[r], runs[r + 1]});
+  reader.read("compact.light_first_block", "U32", {}, light.first_block);
+  reader.read("compact.light_block", "U16", {}, light.block);
+  reader.read("compact.light_weight", "F16", {FirstLight::kBlock}, light.weight);
   reader.read("compact.group", "U32", {2}, groups);
   basis->group.reserve(groups.size() / 2);
   for (std::size_t g = 0; g < groups.size(); g += 2)

@@ -29,7 +29,7 @@ struct FlatVolume {
     std::vector<float> scale;
   };
   HalfRows basis, band4;
-  std::vector<std::uint32_t> light_runs, sources, groups, bricks, band4_bricks;
+  std::vector<std::uint32_t> sources, groups, bricks, band4_bricks;
   std::vector<std::uint8_t> is_window;
 };
 
@@ -76,8 +76,6 @@ FlatVolume flatten(const BasisVolume& volume) {
     flat.band4_bricks = flat_bricks(volume.compact->band4);
     for (const CompactBasis::Group& g : volume.compact->group)
       flat.groups.insert(flat.groups.end(), {g.first, g.end});
-    for (const FirstLight::Run& r : volume.compact->light.run)
-      flat.light_runs.insert(flat.light_runs.end(), {r.first_region, r.count});
     flat.sources = {volume.compact->sources};
   }
   return flat;
@@ -154,10 +152,9 @@ Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
   Tensors list = {
       {"compact.sources", "U32", {1}, bytes_of(flat.sources)},
       {"compact.light_scale", "F32", {rows}, bytes_of(basis.light.scale)},
-      {"compact.light_first_run", "U32", {rows + 1}, bytes_of(basis.light.first_run)},
-      {"compact.light_first_weight", "U32", {rows + 1}, bytes_of(basis.light.first_weight)},
-      {"compact.light_run", "U32", {basis.light.run.size(), 2}, bytes_of(flat.light_runs)},
-      {"compact.light_weight", "F16", {basis.light.weight.size()}, bytes_of(basis.light.weight)},
+      {"compact.light_first_block", "U32", {rows + 1}, bytes_of(basis.light.first_block)},
+      {"compact.light_block", "U16", {basis.light.block.size()}, bytes_of(basis.light.block)},
+      {"compact.light_weight", "F16", {basis.light.block.size(), FirstLight::kBlock}, bytes_of(basis.light.weight)},
       {"compact.group", "U32", {basis.group.size(), 2}, bytes_of(flat.groups)},
       {"compact.group_weight", "F32", {basis.group_weight.size()}, bytes_of(basis.group_weight)},
   };

@@ -13,8 +13,6 @@ namespace daylit::precompute::detail {
 
 namespace {
 
-constexpr std::int32_t kLargestGap = 4; ///< between the nodes of one run; zeros are cheaper than another run
-
 constexpr std::size_t kJoinedBlocks = 4; ///< as many rows as these have: a norm is off by a tenth
 
 float mean(const Rgb& c) { return (c.r + c.g + c.b) / 3.0f; }
@@ -28,23 +26,21 @@ bool tinted(const SurfaceLight& light) {
 }
 
 void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, FirstLight& out) {
+  constexpr std::size_t kBlock = FirstLight::kBlock;
   float most = 0;
   for (const Rgb& x : row.irradiance)
     most = std::max(most, std::abs(x[colour]));
-  std::int32_t next = -kLargestGap - 1;
-  for (std::size_t k = 0; k < row.region.size(); ++k) {
-    const std::int32_t region = row.region[k];
-    if (next < 0 || region - next > kLargestGap)
-      out.run.push_back({static_cast<std::uint32_t>(region), 0});
-    else
-      out.weight.insert(out.weight.end(), static_cast<std::size_t>(region - next), 0);
-    out.weight.push_back(most > 0 ? daylit::detail::to_half(row.irradiance[k][colour] / most) : std::uint16_t{0});
-    next = region + 1;
-    out.run.back().count = static_cast<std::uint32_t>(next) - out.run.back().first_region;
+  for (std::size_t k = 0; k < row.region.size() && most > 0; ++k) { // regions increase
+    const auto region = static_cast<std::size_t>(row.region[k]);
+    if (out.block.size() == out.first_block.back() || out.block.back() != region / kBlock) {
+      out.block.push_back(static_cast<std::uint16_t>(region / kBlock));
+      out.weight.insert(out.weight.end(), kBlock, std::uint16_t{0});
+    }
+    out.weight[out.weight.size() - kBlock + region % kBlock] =
+        daylit::detail::to_half(row.irradiance[k][colour] / most);
   }
   out.scale.push_back(most / unit);
-  out.first_run.push_back(static_cast<std::uint32_t>(out.run.size()));
-  out.first_weight.push_back(static_cast<std::uint32_t>(out.weight.size()));
+  out.first_block.push_back(static_cast<std::uint32_t>(out.block.size()));
 }
 
 } // namespace
@@ -154,8 +150,7 @@ void SunMetric::normalise() {
 
 FirstLight store_first_light(const SurfaceLight& light, std::span<const float> unit) {
   FirstLight out;
-  out.first_run.push_back(0);
-  out.first_weight.push_back(0);
+  out.first_block.push_back(0);
   for (int colour = 0; colour < (tinted(light) ? 3 : 1); ++colour)
     for (std::size_t s = 0; s < light.light.size(); ++s)
       append_row(light.light[s], colour, unit[s], out);

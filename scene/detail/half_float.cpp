@@ -1,6 +1,6 @@
-#include <bit>
+#include "scene/detail/half_float.h"
 
-#include "scene/detail/tile_kernels.h"
+#include <bit>
 
 namespace daylit::detail {
 

@@ -4,60 +4,47 @@
 
 #include <tbb/parallel_for.h>
 
-#include "scene/detail/tile_kernels.h"
-
 namespace daylit::detail {
 
 namespace {
 
 #define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
-constexpr std::uint32_t kLargestGap = 8; ///< of unlit regions inside a run
-
 /// Calls visit(source, region, weight) for every number of the first light of a colour.
 template <class Visit>
-void for_each_weight(const CompactBasis& basis, std::size_t table, const Visit& visit) {
-  const FirstLight& light = basis.light;
-  for (std::size_t s = 0; s < basis.sources; ++s) {
-    const std::size_t row = table * basis.sources + s;
-    std::size_t at = light.first_weight[row];
-    for (std::uint32_t r = light.first_run[row]; r < light.first_run[row + 1]; ++r)
-      for (std::uint32_t k = 0; k < light.run[r].count; ++k, ++at)
-        visit(s, light.run[r].first_region + k, light.scale[row] * from_half(light.weight[at]));
-  }
+void for_each_weight_of(const CompactBasis& basis, std::size_t colour, const Visit& visit) {
+  for (std::size_t s = 0; s < basis.sources; ++s)
+    for_each_weight(basis.light, colour * basis.sources + s,
+                    [&](std::size_t region, float weight) { visit(s, region, weight); });
 }
 
 void find_runs(LocalSkyData& sky) {
-  std::vector<std::uint8_t> lit(sky.regions, 0);
-  for (const FirstLight::Run& run : sky.basis->light.run)
-    std::fill_n(lit.begin() + run.first_region, run.count, std::uint8_t{1});
+  const std::vector<std::uint8_t> lit = lit_regions(sky.basis->light, sky.regions);
   for (std::uint32_t r = 0; r < lit.size(); ++r) {
     if (lit[r] == 0)
       continue;
-    if (sky.run.empty() || r - (sky.run.back().first_region + sky.run.back().count) > kLargestGap ||
-        r - sky.run.back().first_region >= kLaneRegions)
+    if (sky.rows % kChunkRows == 0 || r != sky.run.back().first_region + sky.run.back().count)
       sky.run.push_back({r, 0});
-    sky.run.back().count = r + 1 - sky.run.back().first_region;
+    ++sky.run.back().count;
+    ++sky.rows;
   }
-  for (const FirstLight::Run& run : sky.run)
-    sky.rows += run.count;
 }
 
 LocalSkyData::Table sort_by_region(const LocalSkyData& sky, std::size_t colour) {
   std::vector<std::uint32_t> row(sky.regions, 0);
   std::uint32_t next = 0;
-  for (const FirstLight::Run& run : sky.run)
+  for (const LocalSkyData::Run& run : sky.run)
     for (std::uint32_t k = 0; k < run.count; ++k)
       row[run.first_region + k] = next++;
   LocalSkyData::Table table;
   table.first.assign(sky.rows + 1, 0);
-  for_each_weight(*sky.basis, colour,
-                  [&](std::size_t, std::uint32_t region, float) { ++table.first[row[region] + 1]; });
+  for_each_weight_of(*sky.basis, colour,
+                     [&](std::size_t, std::size_t region, float) { ++table.first[row[region] + 1]; });
   for (std::size_t r = 0; r < sky.rows; ++r)
     table.first[r + 1] += table.first[r];
   table.weight.resize(table.first.back());
   std::vector<std::uint32_t> to(table.first.begin(), table.first.end() - 1);
-  for_each_weight(*sky.basis, colour, [&](std::size_t s, std::uint32_t region, float weight) {
+  for_each_weight_of(*sky.basis, colour, [&](std::size_t s, std::size_t region, float weight) {
     table.weight[to[row[region]]++] = {static_cast<std::uint32_t>(s), weight};
   });
   return table;
@@ -196,7 +183,7 @@ LocalSkyData make_local_sky(std::shared_ptr<const CompactBasis> basis, std::size
     sky.table.push_back(sort_by_region(sky, colour));
   const std::vector<float> skies = random_skies(regions);
   std::vector<float> light(b.sources * kSketch, 0.0f);
-  for_each_weight(b, 0, [&](std::size_t s, std::uint32_t region, float weight) {
+  for_each_weight_of(b, 0, [&](std::size_t s, std::size_t region, float weight) {
     add_scaled(weight, skies.data() + region * kSketch, light.data() + s * kSketch);
   });
   sky.seen = all_seen(b, light);

@@ -8,12 +8,14 @@
 #include <span>
 #include <vector>
 
-#include "scene/detail/lane_kernels.h"
 #include "scene/volume.h"
 
 namespace daylit::detail {
 
+constexpr std::size_t kLanes = 16;                    ///< components come in groups of these while a place is prepared
+constexpr std::size_t kMostGroups = 4;                ///< of lanes
 constexpr std::size_t kSketch = kLanes * kMostGroups; ///< random skies
+constexpr std::size_t kChunkRows = 512;               ///< of a table: their radiances are rounded together
 
 struct LocalSkyData {
   struct Weight {
@@ -27,8 +29,12 @@ struct LocalSkyData {
   };
   std::shared_ptr<const CompactBasis> basis;
   std::size_t probes = 0, regions = 0;
-  /// Regions that light anything, in runs of kLaneRegions at most; the rows of the tables are the regions of the runs.
-  std::vector<FirstLight::Run> run;
+  struct Run {
+    std::uint32_t first_region = 0, count = 0;
+  };
+  /// Regions that light anything; the rows of the tables are the regions of the runs. None crosses a multiple of
+  /// kChunkRows.
+  std::vector<Run> run;
   std::size_t rows = 0;
   std::vector<Table> table; ///< one, or three where panes are tinted
   std::vector<float> seen;  ///< [component][kSketch]: random skies, seen by each component

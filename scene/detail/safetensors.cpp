@@ -153,7 +153,7 @@ std::uint64_t dtype_bytes(const std::string& dtype) {
     return 8;
   if (dtype == "F32" || dtype == "I32" || dtype == "U32")
     return 4;
-  return dtype == "F16" ? 2 : dtype == "U8" || dtype == "I8" ? 1 : 0;
+  return dtype == "F16" || dtype == "U16" ? 2 : dtype == "U8" || dtype == "I8" ? 1 : 0;
 }
 
 Result<SafetensorsHeader> parse_safetensors(std::span<const std::uint8_t> file, const std::string& name) {

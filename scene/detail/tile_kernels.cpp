@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 
+#include "scene/detail/half_float.h"
 #include "scene/detail/integer_kernels.h"
 #include "scene/detail/wide_vectors.h"
 
@@ -20,13 +21,13 @@ void add_baseline(const float* tile, std::span<const WeightedRow> rows, std::siz
   }
 }
 
-void dot_baseline(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
-                  std::size_t stride, float sum[3]) {
-  sum[0] = sum[1] = sum[2] = 0;
-  for (const FirstLight::Run& run : runs)
-    for (std::size_t k = run.first_region; k < std::size_t{run.first_region} + run.count; ++k, ++weight)
+void dot_baseline(const std::uint16_t* weight, std::span<const std::uint16_t> block, const float* radiance,
+                  float sum[3]) {
+  sum[0] = sum[1] = sum[2] = 0.0f;
+  for (std::size_t b = 0; b < block.size(); ++b)
+    for (std::size_t k = 0; k < 8; ++k)
       for (std::size_t c = 0; c < 3; ++c)
-        sum[c] += from_half(*weight) * plane[c * stride + k];
+        sum[c] += from_half(weight[8 * b + k]) * radiance[24 * block[b] + 8 * c + k];
 }
 
 template <bool kAdd>
@@ -152,44 +153,29 @@ DAYLIT_AVX2 float add_lanes(__m256 x) {
   return _mm_cvtss_f32(_mm_add_ss(two, _mm_movehdup_ps(two)));
 }
 
-DAYLIT_AVX2 void dot_avx2(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
-                          std::size_t stride, float sum[3]) {
-  __m256 s[3] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
-  float rest[3] = {};
-  for (const FirstLight::Run& run : runs) {
-    const float* from = plane + run.first_region;
-    std::size_t k = 0;
-    for (; k + 8 <= run.count; k += 8) {
-      const __m256 w = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(weight + k)));
+DAYLIT_AVX2 void dot_avx2(const std::uint16_t* weight, std::span<const std::uint16_t> block, const float* radiance,
+                          float sum[3]) {
+  __m256 s[2][3];
+#pragma GCC unroll 6
+  for (std::size_t i = 0; i < 6; ++i)
+    s[i / 3][i % 3] = _mm256_setzero_ps();
+  const auto add = [&](std::size_t b, __m256 total[3]) DAYLIT_AVX2 {
+    const __m256 w = _mm256_cvtph_ps(_mm_loadu_si128(reinterpret_cast<const __m128i*>(weight + 8 * b)));
+    const float* from = radiance + std::size_t{24} * block[b];
 #pragma GCC unroll 3
-      for (std::size_t c = 0; c < 3; ++c)
-        s[c] = _mm256_fmadd_ps(w, _mm256_loadu_ps(from + c * stride + k), s[c]);
-    }
-    for (; k < run.count; ++k)
-      for (std::size_t c = 0; c < 3; ++c)
-        rest[c] += _cvtsh_ss(weight[k]) * from[c * stride + k];
-    weight += run.count;
+    for (std::size_t c = 0; c < 3; ++c)
+      total[c] = _mm256_fmadd_ps(w, _mm256_loadu_ps(from + 8 * c), total[c]);
+  };
+  std::size_t b = 0;
+  for (; b + 2 <= block.size(); b += 2) { // independent sums hide the latency of each other
+    add(b, s[0]);
+    add(b + 1, s[1]);
   }
-  for (std::size_t c = 0; c < 3; ++c)
-    sum[c] = add_lanes(s[c]) + rest[c];
-}
-
-DAYLIT_AVX512 void dot_avx512(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
-                              std::size_t stride, float sum[3]) {
-  __m512 s[3] = {_mm512_setzero_ps(), _mm512_setzero_ps(), _mm512_setzero_ps()};
-  for (const FirstLight::Run& run : runs) {
-    const float* from = plane + run.first_region;
-    for (std::size_t k = 0; k < run.count; k += 16) {
-      const auto in = static_cast<__mmask16>(run.count - k >= 16 ? 0xffffu : (1u << (run.count - k)) - 1u);
-      const __m512 w = _mm512_cvtph_ps(_mm256_maskz_loadu_epi16(in, weight + k));
+  if (b < block.size())
+    add(b, s[0]);
 #pragma GCC unroll 3
-      for (std::size_t c = 0; c < 3; ++c)
-        s[c] = _mm512_fmadd_ps(w, _mm512_maskz_loadu_ps(in, from + c * stride + k), s[c]);
-    }
-    weight += run.count;
-  }
   for (std::size_t c = 0; c < 3; ++c)
-    sum[c] = add_lanes(_mm256_add_ps(_mm512_castps512_ps256(s[c]), _mm512_extractf32x8_ps(s[c], 1)));
+    sum[c] = add_lanes(_mm256_add_ps(s[0][c], s[1][c]));
 }
 
 template <bool kAdd>
@@ -242,9 +228,8 @@ const std::array<TileKernels, 4> kAll{{
     {"baseline", add_baseline, add_fixed_baseline, dot_baseline, interleave_baseline<false>, interleave_baseline<true>,
      sum_baseline},
     {"avx2", add_avx2, add_fixed_avx2, dot_avx2, interleave_baseline<false>, interleave_baseline<true>, sum_avx2},
-    {"avx512", add_avx512, add_fixed_avx512, dot_avx512, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
-    {"avx512vnni", add_avx512, add_fixed_vnni, dot_avx512, interleave_avx512<false>, interleave_avx512<true>,
-     sum_avx512},
+    {"avx512", add_avx512, add_fixed_avx512, dot_avx2, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
+    {"avx512vnni", add_avx512, add_fixed_vnni, dot_avx2, interleave_avx512<false>, interleave_avx512<true>, sum_avx512},
 }};
 
 std::size_t usable_count() {

@@ -10,8 +10,6 @@
 #include <span>
 #include <vector>
 
-#include "scene/first_light.h"
-
 namespace daylit::detail {
 
 constexpr std::size_t kTileNumbers = 128;
@@ -57,9 +55,9 @@ struct TileKernels {
   const char* name; ///< "baseline", "avx2", "avx512", "avx512vnni"
   AddRows add_float;
   AddFixed add_fixed;
-  /// sum[c] = sum_k weight[k] * plane[c * stride + place of k], half floats, run after run of places.
-  void (*dot_half_planes)(const std::uint16_t* weight, std::span<const FirstLight::Run> runs, const float* plane,
-                          std::size_t stride, float sum[3]);
+  /// sum[c] = sum over b and k < 8 of weight[8 b + k] * radiance[block[b]][c][k]; weights are half floats.
+  void (*dot_half_blocks)(const std::uint16_t* weight, std::span<const std::uint16_t> block, const float* radiance,
+                          float sum[3]);
   /// rgb[3 k + c] = plane_c[k], or += for add_interleaved
   void (*interleave)(const float* r, const float* g, const float* b, std::size_t count, float* rgb);
   void (*add_interleaved)(const float* r, const float* g, const float* b, std::size_t count, float* rgb);
@@ -70,9 +68,5 @@ struct TileKernels {
 const TileKernels& tile_kernels();
 /// All that this processor runs, narrowest first.
 std::span<const TileKernels> usable_tile_kernels();
-
-/// binary32 to binary16, to nearest even; overflow to infinity. And back, exact.
-std::uint16_t to_half(float value);
-float from_half(std::uint16_t half);
 
 } // namespace daylit::detail

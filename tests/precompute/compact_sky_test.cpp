@@ -379,8 +379,11 @@ TEST(CompactSky, file_keeps_every_bit_and_is_refused_when_a_size_is_wrong) {
   EXPECT_TRUE(refused([](CompactBasis& b) { b.group_weight[0] = std::numeric_limits<float>::quiet_NaN(); }));
   EXPECT_TRUE(refused([](CompactBasis& b) { b.group = {{0, 2}, {1, 3}}; }));
   EXPECT_TRUE(refused([](CompactBasis& b) { b.group = {{0, b.sources + 1}}; }));
-  EXPECT_TRUE(refused(
-      [&](CompactBasis& b) { b.light.run.back().first_region = static_cast<std::uint32_t>(c.partition.size()); }));
+  const auto beyond = static_cast<std::uint16_t>(c.partition.size() / 8 + 1);
+  EXPECT_TRUE(refused([&](CompactBasis& b) { b.light.block.back() = beyond; }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.light.block[1] = b.light.block[0]; }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.light.weight[0] = 0x7c00; }));
+  EXPECT_TRUE(refused([](CompactBasis& b) { b.light.first_block[1] = b.light.first_block.back() + 1; }));
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -42,17 +43,53 @@ TEST(PlaneKernels, weights_keep_16_bits_of_the_largest) {
 TEST(PlaneKernels, colours_are_rounded_apart_and_transposed_by_fours) {
   std::mt19937 random(15);
   std::normal_distribution<float> normal;
-  std::vector<std::array<float, 3>> weight(37);
-  for (auto& w : weight)
+  std::vector<Rgb> weight(37);
+  for (Rgb& w : weight)
     w = {normal(random), 100.0f * normal(random), 0.0f};
+  weight[5] = Rgb(0.0f);
   const RoundedColours rounded(weight);
   EXPECT_EQ(rounded.step[2], 0.0f);
-  const std::uint32_t at[4] = {36, 0, 17, 17};
-  const ColourWeights quad = rounded.quad(at);
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < 4; ++i)
-      EXPECT_NEAR(double(rounded.step[c]) * double(weight_of(quad.high[c], quad.low[c], i)), double(weight[at[i]][c]),
-                  0.501 * double(rounded.step[c]));
+  std::vector<std::uint32_t> list{36, 0, 17, 17};
+  list.insert(list.end(), 4, 5); // a quad in the dark
+  list.insert(list.end(), {1, 2});
+  const LitQuads lit = rounded.lit_quads(list);
+  ASSERT_EQ(lit.quad, (std::vector<std::uint32_t>{0, 2}));
+  for (std::size_t q = 0; q < 2; ++q)
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t i = 0; i < (q == 0 ? 4u : 2u); ++i) {
+        const QuadWeights& w = lit.weight[q].colour[c];
+        EXPECT_NEAR(double(rounded.step[c]) * double(weight_of(w.high, w.low, i)),
+                    double(weight[list[lit.quad[q] * 4 + i]][int(c)]), 0.501 * double(rounded.step[c]));
+      }
+}
+
+TEST(PlaneKernels, consecutive_colours_are_rounded_in_steps_of_the_largest_in_every_version) {
+  std::mt19937 random(17);
+  std::normal_distribution<float> normal;
+  for (const std::size_t count : {1u, 4u, 15u, 16u, 17u, 73u, 128u}) {
+    std::vector<Rgb> colour(count);
+    for (Rgb& c : colour)
+      c = {normal(random), 100.0f * normal(random), 1e-4f * normal(random)};
+    colour[count / 2].b = -1000.0f;
+    const std::size_t quads = (count + 15) / 16 * 4;
+    std::vector<ColourWeights> plain(quads);
+    const float step = round_quads_baseline(colour, plain.data());
+    EXPECT_FLOAT_EQ(step, 1000.0f / float(kWeightMost));
+    for (const PlaneKernels& kernels : usable_plane_kernels()) {
+      std::vector<ColourWeights> quad(quads, ColourWeights{{{1, 1}, {1, 1}, {1, 1}}, {}});
+      EXPECT_EQ(kernels.round_quads(colour, quad.data()), step) << kernels.name;
+      for (std::size_t k = 0; k < 4 * quads; ++k)
+        for (std::size_t c = 0; c < 3; ++c) {
+          const QuadWeights& w = quad[k / 4].colour[c];
+          ASSERT_EQ(weight_of(w.high, w.low, k % 4),
+                    weight_of(plain[k / 4].colour[c].high, plain[k / 4].colour[c].low, k % 4))
+              << kernels.name << " " << k;
+          ASSERT_NEAR(double(step) * double(weight_of(w.high, w.low, k % 4)),
+                      k < count ? double(colour[k][int(c)]) : 0.0, 0.501 * double(step));
+        }
+      EXPECT_EQ(kernels.round_quads(std::vector<Rgb>(count, Rgb(0.0f)), quad.data()), 0.0f);
+    }
+  }
 }
 
 TEST(PlaneKernels, sources_are_summed_exactly_in_every_version) {
@@ -61,17 +98,17 @@ TEST(PlaneKernels, sources_are_summed_exactly_in_every_version) {
     for (const std::size_t quads : {1u, 5u, 300u, 2000u}) {
       const bool largest = quads == 2000;
       const std::vector<std::int8_t> factor = random_bytes((2 * quads - 1) * planes * kQuad, largest);
-      std::vector<std::array<float, 3>> light(4 * quads);
-      for (auto& x : light)
-        for (float& colour : x)
-          colour = largest ? 1.0f : static_cast<float>(random() % 2000) - 1000.0f;
+      std::vector<Rgb> light(4 * quads, Rgb(1.0f));
+      for (int k = 0; k < 12 * int(quads) && !largest; ++k)
+        light[std::size_t(k / 3)][k % 3] = static_cast<float>(random() % 2000) - 1000.0f;
       const RoundedColours rounded(light);
-      std::vector<std::uint32_t> quad(quads), at(4);
-      std::vector<ColourWeights> weight(quads);
-      for (std::uint32_t k = 0; k < quads; ++k) {
+      std::vector<std::uint32_t> list(4 * quads);
+      std::iota(list.begin(), list.end(), 0u);
+      std::vector<ColourWeights> weight = rounded.lit_quads(list).weight;
+      ASSERT_EQ(weight.size(), quads);
+      std::vector<std::uint32_t> quad(quads);
+      for (std::uint32_t k = 0; k < quads; ++k)
         quad[k] = 2 * k; // every other one
-        weight[k] = rounded.quad(std::vector<std::uint32_t>{4 * k, 4 * k + 1, 4 * k + 2, 4 * k + 3}.data());
-      }
       for (const PlaneKernels& kernels : usable_plane_kernels()) {
         std::vector<float> sum(3 * planes, 5.0f);
         kernels.sum_planes(factor.data(), planes, quad, weight.data(), sum.data());
@@ -80,8 +117,8 @@ TEST(PlaneKernels, sources_are_summed_exactly_in_every_version) {
             std::int64_t exact = 5;
             for (std::size_t k = 0; k < quads; ++k)
               for (std::size_t i = 0; i < kQuad; ++i)
-                exact +=
-                    weight_of(weight[k].high[c], weight[k].low[c], i) * factor[(quad[k] * planes + plane) * kQuad + i];
+                exact += weight_of(weight[k].colour[c].high, weight[k].colour[c].low, i) *
+                         factor[(quad[k] * planes + plane) * kQuad + i];
             ASSERT_NEAR(double(sum[c * planes + plane]), double(exact), 3e-7 * std::abs(double(exact)) + 100)
                 << kernels.name << " " << planes << " " << quads;
           }

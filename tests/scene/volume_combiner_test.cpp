@@ -9,7 +9,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "scene/detail/lane_kernels.h"
 #include "scene/detail/tile_kernels.h"
 #include "scene/volume_combiner.h"
 #include "tests/scene/test_volumes.h"
@@ -202,42 +201,6 @@ TEST(TileKernels, fixed_point_sums_are_the_same_integers_in_every_version) {
       }
     }
   }
-}
-
-TEST(LaneKernels, sky_and_table_are_summed_as_integers) {
-  std::mt19937 random(16);
-  std::uniform_real_distribution<float> unit(0.0f, 1.0f);
-  for (const std::size_t groups : {1u, 2u, 3u, 4u})
-    for (const std::size_t count : {1u, 5u, 21u, 32u}) {
-      const std::size_t lanes = groups * detail::kLanes;
-      std::vector<std::int8_t> table((count + 1) / 2 * 2 * lanes, 0);
-      for (std::size_t k = 0; k < count; ++k)
-        for (std::size_t lane = 0; lane < lanes; ++lane)
-          table[(k / 2 * lanes + lane) * 2 + k % 2] =
-              static_cast<std::int8_t>(count == 32 ? 127 // the largest possible sum
-                                                   : static_cast<int>(random() % 255) - 127);
-      std::vector<float> rgb(3 * count), fast(3 * lanes, 0.5f), plain = fast;
-      for (float& x : rgb)
-        x = count == 32 ? 2.0f : unit(random);
-      const float most = *std::ranges::max_element(rgb);
-      detail::add_lanes_kernel()(table.data(), rgb.data(), count, groups, fast.data());
-      detail::add_lanes_plain(table.data(), rgb.data(), count, groups, plain.data());
-      for (std::size_t c = 0; c < 3; ++c)
-        for (std::size_t lane = 0; lane < lanes; ++lane) {
-          double exact = 0.5, size = 0;
-          for (std::size_t k = 0; k < count; ++k) {
-            const double x = table[(k / 2 * lanes + lane) * 2 + k % 2];
-            exact += x * double(rgb[3 * k + c]);
-            size += std::abs(x);
-          }
-          ASSERT_NEAR(double(fast[c * lanes + lane]), double(plain[c * lanes + lane]), 1e-6 * size);
-          // Half a step for each colour.
-          ASSERT_NEAR(double(fast[c * lanes + lane]), exact, size * double(most) / detail::kLaneMost);
-        }
-      const std::vector<float> before = fast, black(3 * count, 0.0f);
-      detail::add_lanes_kernel()(table.data(), black.data(), count, groups, fast.data());
-      EXPECT_EQ(fast, before);
-    }
 }
 
 TEST(TileKernels, planes_are_interleaved) {

@@ -61,16 +61,16 @@ inline BasisVolume compact_volume(int colours) {
   auto basis = std::make_shared<CompactBasis>();
   basis->sources = 4;
   FirstLight& light = basis->light;
-  light.first_run = light.first_weight = {0};
+  light.first_block = {0};
   for (int c = 0; c < colours; ++c) {
     light.scale.insert(light.scale.end(), {1.0f, 0.5f, 2.0f, 0.25f});
-    light.run.insert(light.run.end(), {{0, 3}, {2, 1}, {9, 2}, {14, 2}}); // of rows 0, 2, 2 and 3
-    for (const auto& [runs, weights] : {std::pair(1u, 3u), std::pair(0u, 0u), std::pair(2u, 3u), std::pair(1u, 2u)}) {
-      light.first_run.push_back(light.first_run.back() + runs);
-      light.first_weight.push_back(light.first_weight.back() + weights);
-    }
+    light.block.insert(light.block.end(), {0, 0, 1, 1}); // of rows 0, 2, 2 and 3
+    for (const std::uint32_t blocks : {1u, 0u, 2u, 1u})
+      light.first_block.push_back(light.first_block.back() + blocks);
+    for (const std::size_t lit : {3, 1, 7, 2})
+      for (std::size_t k = 0; k < FirstLight::kBlock; ++k)
+        light.weight.push_back(k < lit ? 0x3900 : 0);
   }
-  light.weight.assign(light.first_weight.back(), 0x3900);
   basis->group = {{1, 3}};
   basis->group_weight = {0.0f, 0.75f, 0.5f, 0.0f};
   CompactFactors& nine = basis->nine;
@@ -117,17 +117,17 @@ inline std::vector<VolumeVersion> volume_versions() {
   list.push_back({"constant panes, half floats", 1, plain_volume(), BasisPrecision::float16});
   list.push_back({"clear glass", 2, with_clear_glass(plain_volume())});
   list.push_back({"clear glass, half floats", 2, with_clear_glass(plain_volume()), BasisPrecision::float16});
-  list.push_back({"compact", 6, compact_volume(1)});
-  list.push_back({"compact, tinted", 6, compact_volume(3)});
-  list.push_back({"compact, clear glass", 6, with_clear_glass(compact_volume(1))});
-  list.push_back({"compact, l = 4", 6, with_band4(compact_volume(1))});
+  list.push_back({"compact", 8, compact_volume(1)});
+  list.push_back({"compact, tinted", 8, compact_volume(3)});
+  list.push_back({"compact, clear glass", 8, with_clear_glass(compact_volume(1))});
+  list.push_back({"compact, l = 4", 8, with_band4(compact_volume(1))});
   list.push_back({"l = 4", 1, with_band4(plain_volume())});
   list.push_back({"l = 4, half floats", 1, with_band4(plain_volume()), BasisPrecision::float16});
   list.push_back({"rectangles", 5, rectangle_volume()});
   list.push_back({"rectangles, half floats", 5, rectangle_volume(), BasisPrecision::float16});
-  list.push_back({"graded", 7, graded(plain_volume()), BasisPrecision::float16});
-  list.push_back({"graded, compact", 7, graded(with_band4(compact_volume(1)))});
-  list.push_back({"graded, rectangles", 7, graded(rectangle_volume())});
+  list.push_back({"graded", 9, graded(plain_volume()), BasisPrecision::float16});
+  list.push_back({"graded, compact", 9, graded(with_band4(compact_volume(1)))});
+  list.push_back({"graded, rectangles", 9, graded(rectangle_volume())});
   return list;
 }
 
