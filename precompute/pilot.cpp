@@ -77,10 +77,12 @@ Result<Pilot> run_pilot(const RoomFile& room, const std::vector<glm::dvec3>& poi
     options.held_out = report.audit.points;
     (finer ? pilot.fine : pilot.coarse) = {report.patches, report.patch_edge_m, report.audit};
     pilot.spacing_m = mean_spacing(pilot.bounds, volume->probes.count);
-    auto density = probe_density(*volume);
-    if (!density)
-      return density.error();
-    pilot.density = std::move(*density);
+    if (finer) {
+      auto density = probe_density(*volume);
+      if (!density)
+        return density.error();
+      pilot.density = std::move(*density);
+    }
     const double reach = kPlanLaws.grid_exponent * std::log(pilot.spacing_m);
     log_grid += 0.5 * (std::log(std::max(grid_error(report, false), kLeast)) - reach);
     log_sun += 0.5 * (std::log(std::max(grid_error(report, true), kLeast)) - reach);

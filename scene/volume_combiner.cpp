@@ -120,25 +120,30 @@ VolumeCombiner::Weights VolumeCombiner::weights(std::span<const Rgb> row_radianc
   Weights w;
   for (const Rgb& radiance : row_radiance)
     w.rows_read += radiance != Rgb(0.0f) ? 1 : 0;
-  std::vector<float> dense(fixed_.empty() ? 0 : padded_rows());
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::vector<std::uint32_t> pairs;
-    for (std::size_t r = 0; r < row_radiance.size(); ++r) {
-      const float x = row_radiance[r][static_cast<int>(c)];
-      if (!dense.empty())
-        dense[r] = x;
-      if (x == 0.0f)
-        continue;
-      if (dense.empty())
-        w.rows[c].push_back({static_cast<std::uint32_t>(r), x});
-      else if (pairs.empty() || pairs.back() != r / 2)
-        pairs.push_back(static_cast<std::uint32_t>(r / 2));
+  for (int c = 0; c < 3; ++c)
+    if (fixed_.empty()) {
+      for (std::uint32_t r = 0; r < row_radiance.size(); ++r)
+        if (const float x = row_radiance[r][c]; x != 0.0f)
+          w.rows[static_cast<std::size_t>(c)].push_back({r, x});
+    } else {
+      w.fixed[static_cast<std::size_t>(c)] = fixed_rows(row_radiance, c);
     }
-    if (!dense.empty())
-      w.fixed[c] = {dense, std::span(row_scale_).subspan(c * padded_rows(), padded_rows()), std::move(pairs),
-                    !in_cache()};
-  }
   return w;
+}
+
+/// One colour, pairs of rows that are not both black.
+detail::FixedRows VolumeCombiner::fixed_rows(std::span<const Rgb> row_radiance, int colour) const {
+  const std::size_t rows = padded_rows();
+  std::vector<float> weight(rows, 0.0f);
+  std::vector<std::uint32_t> pairs;
+  pairs.reserve(rows / 2);
+  for (std::size_t r = 0; r < row_radiance.size(); ++r)
+    weight[r] = row_radiance[r][colour];
+  for (std::uint32_t p = 0; p < rows / 2; ++p)
+    if (weight[2 * p] != 0.0f || weight[2 * p + 1] != 0.0f)
+      pairs.push_back(p);
+  return {weight, std::span(row_scale_).subspan(static_cast<std::size_t>(colour) * rows, rows), std::move(pairs),
+          !in_cache()};
 }
 
 void VolumeCombiner::add_tile(const Weights& w, std::size_t colour, std::size_t tile, std::size_t first,

@@ -13,6 +13,10 @@
 
 namespace daylit {
 
+namespace detail {
+struct FixedRows;
+}
+
 /// A volume with a compact basis is combined from its factors: nothing when no radiance changed, else all of it.
 /// Invariants: field() is that of the last update(). update() with unchanged radiances touches nothing; a row whose
 /// region is black is not read, which changes no bit; combine_at() gives the bits that a full combination has at those
@@ -67,6 +71,7 @@ private:
   std::size_t fixed_stride() const { return padded_rows() + (padded_rows() % 16 == 0 ? 2 : 0); }
   bool in_cache() const;
   Weights weights(std::span<const Rgb> row_radiance) const;
+  detail::FixedRows fixed_rows(std::span<const Rgb> row_radiance, int colour) const;
   void add_tile(const Weights& weights, std::size_t colour, std::size_t tile, std::size_t first, std::size_t count,
                 float* sum) const;
   void prefetch_tile(const Weights& weights, std::size_t tile) const;

@@ -7,8 +7,6 @@
 
 #include "scene/detail/wide_vectors.h"
 
-#define DAYLIT_INLINE inline __attribute__((always_inline))
-
 namespace daylit::detail {
 
 namespace {
@@ -87,7 +85,7 @@ DAYLIT_VNNI DAYLIT_INLINE void sum_chunk_vnni(const std::int16_t* tile, const Fi
     for (int b = 0; b < kBlocks; ++b) {
       if constexpr (kPrefetch)
         _mm_prefetch(reinterpret_cast<const char*>(row + kPairsAhead * kPairNumbers + 32 * b), _MM_HINT_T0);
-      total[b] = _mm512_dpwssd_epi32(total[b], weight, _mm512_loadu_si512(row + 32 * b));
+      add_word_products(total[b], _mm512_loadu_si512(row + 32 * b), weight);
     }
   }
 }

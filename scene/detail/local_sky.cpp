@@ -70,7 +70,7 @@ std::vector<float> random_skies(std::size_t regions) {
   return signs;
 }
 
-/// A component of a brick, word or byte.
+/// A component of a brick, a word or a byte.
 struct Component {
   const CompactFactors& factors;
   const CompactFactors::Brick& brick;
@@ -129,40 +129,44 @@ std::vector<float> all_seen(const CompactBasis& basis, const std::vector<float>&
   return seen;
 }
 
-/// One brick that holds wanted probes.
-struct Piece {
+/// A brick that holds wanted probes.
+struct WantedBrick {
   std::size_t brick;
   std::vector<std::pair<std::size_t, std::size_t>> probe; ///< place in the brick, place in the result
 };
 
-std::vector<Piece> find_pieces(const CompactFactors& factors, std::span<const std::uint32_t> wanted) {
-  std::vector<Piece> pieces;
+std::vector<WantedBrick> find_bricks(const CompactFactors& factors, std::span<const std::uint32_t> wanted) {
+  std::vector<WantedBrick> bricks;
   std::size_t first = 0;
   for (std::size_t b = 0; b < factors.brick.size(); ++b) {
-    Piece piece{b, {}};
+    WantedBrick wanted_brick{b, {}};
     for (std::size_t i = 0; i < factors.brick[b].probes; ++i)
       for (std::size_t k = 0; k < wanted.size(); ++k)
         if (factors.probe[first + i] == wanted[k])
-          piece.probe.emplace_back(i, k);
-    if (!piece.probe.empty())
-      pieces.push_back(std::move(piece));
+          wanted_brick.probe.emplace_back(i, k);
+    if (!wanted_brick.probe.empty())
+      bricks.push_back(std::move(wanted_brick));
     first += factors.brick[b].probes;
   }
-  return pieces;
+  return bricks;
 }
 
 /// Copies the components of a brick to those of `f` from `to` on.
-void copy_components(const LocalSkyData& sky, const Piece& piece, const BrickPlace& at, std::size_t to,
+void copy_components(const LocalSkyData& sky, const WantedBrick& wanted, const BrickPlace& at, std::size_t to,
                      LocalFactors& f) {
   const CompactFactors& factors = sky.basis->nine;
-  const CompactFactors::Brick& brick = factors.brick[piece.brick];
+  const CompactFactors::Brick& brick = factors.brick[wanted.brick];
   std::copy_n(sky.seen.data() + at.component * kSketch, brick.rank() * kSketch, f.seen.data() + to * kSketch);
-  for (std::size_t i = 0; i < brick.pieces; ++i)
+  std::vector<float> of_piece(brick.rank());
+  for (std::size_t i = 0; i < brick.pieces; ++i) {
+    for (std::size_t k = 0; k < brick.rank(); ++k)
+      of_piece[k] = Component{factors, brick, at, k}.source(i);
     for_each_source(*sky.basis, factors.piece[at.piece + i], [&](std::size_t s, float weight) {
       for (std::size_t k = 0; k < brick.rank(); ++k)
-        f.source[s * f.components + to + k] += weight * Component{factors, brick, at, k}.source(i);
+        f.source[s * f.components + to + k] += weight * of_piece[k];
     });
-  for (const auto& [in_brick, in_result] : piece.probe)
+  }
+  for (const auto& [in_brick, in_result] : wanted.probe)
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t l = 0; l < 9; ++l)
         for (std::size_t k = 0; k < brick.rank(); ++k)
@@ -192,24 +196,24 @@ LocalSkyData make_local_sky(std::shared_ptr<const CompactBasis> basis, std::size
 
 LocalFactors local_factors(const LocalSkyData& sky, std::span<const std::uint32_t> wanted) {
   const CompactFactors& basis = sky.basis->nine;
-  const std::vector<Piece> pieces = find_pieces(basis, wanted);
+  const std::vector<WantedBrick> bricks = find_bricks(basis, wanted);
   LocalFactors f{.numbers = wanted.size() * 9,
                  .components = 0,
                  .sources = sky.basis->sources,
                  .probe = {},
                  .source = {},
                  .seen = {}};
-  for (const Piece& p : pieces)
-    f.components += basis.brick[p.brick].rank();
+  for (const WantedBrick& b : bricks)
+    f.components += basis.brick[b.brick].rank();
   for (std::vector<float>& colour : f.probe)
     colour.assign(f.numbers * f.components, 0.0f);
   f.source.resize(f.components * f.sources);
   f.seen.resize(f.components * kSketch);
   const std::vector<BrickPlace> at = brick_places(basis);
   std::size_t to = 0;
-  for (const Piece& p : pieces) {
-    copy_components(sky, p, at[p.brick], to, f);
-    to += basis.brick[p.brick].rank();
+  for (const WantedBrick& b : bricks) {
+    copy_components(sky, b, at[b.brick], to, f);
+    to += basis.brick[b.brick].rank();
   }
   return f;
 }

@@ -6,8 +6,6 @@
 #include "scene/detail/tile_kernels.h"
 #include "scene/detail/wide_vectors.h"
 
-#define DAYLIT_INLINE inline __attribute__((always_inline))
-
 namespace daylit::detail {
 
 namespace {
@@ -130,10 +128,6 @@ DAYLIT_VNNI DAYLIT_INLINE __m512i load_offset(const std::int8_t* p, __mmask16 la
   _mm_prefetch(reinterpret_cast<const char*>(p + kBytesAhead), _MM_HINT_T0);
   return _mm512_xor_si512(_mm512_maskz_loadu_epi32(lanes, p), _mm512_set1_epi8(-128));
 }
-/// As _mm512_dpbusd_epi32, of which GCC 12 copies every sum twice.
-DAYLIT_VNNI DAYLIT_INLINE void add_products(__m512i& total, __m512i bytes, __m512i weights) {
-  asm("vpdpbusd %2, %1, %0" : "+v"(total) : "v"(bytes), "v"(weights));
-}
 DAYLIT_VNNI DAYLIT_INLINE void add_limbs(float* sum, __m512i high, __m512i low, __mmask16 lanes = 0xffff) {
   const __m512 total = _mm512_fmadd_ps(_mm512_set1_ps(256.0f), _mm512_cvtepi32_ps(high), _mm512_cvtepi32_ps(low));
   _mm512_mask_storeu_ps(sum, lanes, _mm512_add_ps(_mm512_maskz_loadu_ps(lanes, sum), total));
@@ -174,8 +168,8 @@ DAYLIT_VNNI void groups_vnni(const std::int8_t* factor, std::size_t planes, __mm
 #pragma GCC unroll 3
       for (std::size_t c = 0; c < kColours; ++c) {
         const std::size_t i = c * kGroups + g;
-        add_products(high[i], x, _mm512_set1_epi32(weight[k].colour[c].high));
-        add_products(low[i], x, _mm512_set1_epi32(weight[k].colour[c].low));
+        add_byte_products(high[i], x, _mm512_set1_epi32(weight[k].colour[c].high));
+        add_byte_products(low[i], x, _mm512_set1_epi32(weight[k].colour[c].low));
       }
     }
   }
@@ -218,8 +212,8 @@ DAYLIT_VNNI void some_numbers_vnni(const std::int8_t* tile, std::size_t numbers,
 #pragma GCC unroll 8
     for (std::size_t r = 0; r < kRegisters; ++r) {
       const __m512i x = load_offset(tile + q * numbers * kQuad + r * kRegisterBytes);
-      add_products(high[r], x, h);
-      add_products(low[r], x, l);
+      add_byte_products(high[r], x, h);
+      add_byte_products(low[r], x, l);
     }
   }
 #pragma GCC unroll 8
@@ -261,6 +255,9 @@ std::span<const PlaneKernels> usable_plane_kernels() {
   return std::span(kAll).first(count);
 }
 
-const PlaneKernels& plane_kernels() { return usable_plane_kernels().back(); }
+const PlaneKernels& plane_kernels() {
+  static const PlaneKernels& widest = usable_plane_kernels().back();
+  return widest;
+}
 
 } // namespace daylit::detail

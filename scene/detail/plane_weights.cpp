@@ -6,7 +6,6 @@
 
 #include "scene/detail/wide_vectors.h"
 
-#define DAYLIT_INLINE inline __attribute__((always_inline))
 #define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
 namespace daylit::detail {

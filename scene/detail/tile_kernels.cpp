@@ -249,6 +249,9 @@ std::span<const TileKernels> usable_tile_kernels() {
   return std::span(kAll).first(count);
 }
 
-const TileKernels& tile_kernels() { return usable_tile_kernels().back(); }
+const TileKernels& tile_kernels() {
+  static const TileKernels& widest = usable_tile_kernels().back();
+  return widest;
+}
 
 } // namespace daylit::detail
