@@ -259,8 +259,8 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
 
   // One element of a fine sky sees some of thousands of nodes: rows, not a table.
   const bool fine = partition.interpolated();
-  const auto leaves =
-      LightLeaves::make(problem->mesh, elements, problem->apertures.list, fine ? options.leaves : std::size_t{0});
+  const auto leaves = LightLeaves::make(problem->mesh, elements, problem->apertures.list, problem->room_scene,
+                                        fine ? options.leaves : std::size_t{0});
   if (!leaves)
     return leaves.error();
   report.leaves = leaves->elements.elements.size();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <queue>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
@@ -29,40 +30,77 @@ std::array<Patch, 2> halves(const Patch& p) {
 }
 
 constexpr double kGrazing = 0.25;
+constexpr double kInside = 0.9;     // of the way from a middle to a corner: where one looks from and to
+constexpr double kHidden = 0.1;     // share of what faces an aperture but sees none of the points looked for in it
+constexpr float kWholeWay = 0.999f; // of a ray to an aperture
 
-/// How bright a sun can be on the patch: 0 where no part of an aperture stands higher than its lowest corner, more
-/// where it faces one.
-double sun_share(const Patch& p, const radiosity::PatchMesh& mesh, const std::vector<Aperture>& apertures) {
-  const glm::dvec3 middle = (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0;
-  const double lowest_m = std::min({p.corner[0].z, p.corner[1].z, p.corner[2].z});
-  double share = 0;
-  for (const Aperture& a : apertures) {
-    glm::dvec3 centre(0.0);
-    double highest_m = lowest_m;
-    for (const glm::dvec3& c : a.corners) {
-      centre += (c - mesh.origin) / static_cast<double>(a.corners.size());
-      highest_m = std::max(highest_m, c.z - mesh.origin.z);
-    }
-    const glm::dvec3 way = centre - middle;
-    if (highest_m > lowest_m)
-      share = std::max(share, kGrazing + std::abs(glm::dot(p.normal, way)) / std::max(glm::length(way), 1e-9));
-  }
-  return share;
+/// The middle of an outline and a point near each corner.
+template <class Corners>
+std::vector<glm::dvec3> points_of(const Corners& corners, const glm::dvec3& origin) {
+  glm::dvec3 middle(0.0);
+  for (const glm::dvec3& c : corners)
+    middle += (c - origin) / static_cast<double>(corners.size());
+  std::vector<glm::dvec3> points{middle};
+  for (const glm::dvec3& c : corners)
+    points.push_back(glm::mix(middle, c - origin, kInside));
+  return points;
 }
+
+/// How bright a sun can be on an element: 0 where no point of an aperture looked for is higher and before it, more
+/// where it faces one that it sees.
+class SunReach {
+public:
+  SunReach(const radiosity::PatchMesh& mesh, const std::vector<Aperture>& apertures, const RayScene& room)
+      : room_(room), to_room_(mesh.origin - room.origin()) {
+    for (const Aperture& a : apertures)
+      for (const glm::dvec3& p : points_of(a.corners, mesh.origin))
+        target_.push_back(p);
+  }
+
+  double share(const radiosity::Element& e) const {
+    double seen = 0, faced = 0;
+    for (const glm::dvec3& from : points_of(e.corner, glm::dvec3(0.0)))
+      for (const glm::dvec3& to : target_) {
+        const glm::dvec3 way = to - from;
+        const double cosine = glm::dot(e.normal, way) / std::max(glm::length(way), 1e-9);
+        if (way.z <= 0.0 || cosine <= 0.0)
+          continue;
+        faced = std::max(faced, kGrazing + cosine);
+        if (kGrazing + cosine > seen && !blocked(from, way))
+          seen = kGrazing + cosine;
+      }
+    return std::max(seen, kHidden * faced);
+  }
+
+private:
+  bool blocked(const glm::dvec3& from, const glm::dvec3& way) const {
+    const auto offset = static_cast<float>(4.0 * static_cast<double>(room_.surface_offset()) / glm::length(way));
+    return room_.occluded(glm::vec3(from + to_room_), glm::vec3(way), offset, kWholeWay);
+  }
+
+  const RayScene& room_;
+  glm::dvec3 to_room_;
+  std::vector<glm::dvec3> target_;
+};
 
 /// How often each patch is halved.
 std::vector<int> find_cuts(const radiosity::PatchMesh& mesh, const radiosity::ElementSet& elements,
-                           const std::vector<Aperture>& apertures, std::size_t count) {
+                           const SunReach& reach, std::size_t count) {
   struct Piece {
     double size;
     std::uint32_t patch;
     bool operator<(const Piece& o) const { return size != o.size ? size < o.size : patch > o.patch; }
   };
+  std::vector<double> share(mesh.patches.size(), 0.0);
+  tbb::parallel_for(std::size_t{0}, share.size(), [&](std::size_t p) {
+    for (const std::int32_t side : elements.of_patch[p])
+      if (side >= 0)
+        share[p] = std::max(share[p], reach.share(elements.elements[static_cast<std::size_t>(side)]));
+  });
   std::priority_queue<Piece> queue;
   for (std::uint32_t p = 0; p < mesh.patches.size(); ++p)
-    if (const auto& sides = elements.of_patch[p]; sides[0] >= 0 || sides[1] >= 0)
-      if (const double share = sun_share(mesh.patches[p], mesh, apertures); share > 0)
-        queue.push({share * mesh.patches[p].area_m2, p});
+    if (share[p] > 0)
+      queue.push({share[p] * mesh.patches[p].area_m2, p});
   std::vector<int> cuts(mesh.patches.size(), 0);
   // All pieces of a patch are cut together.
   for (std::size_t have = mesh.patches.size(); have < count && !queue.empty();) {
@@ -87,8 +125,8 @@ void append(const Patch& p, int cuts, std::vector<Patch>& out) {
 } // namespace
 
 Result<LightLeaves> LightLeaves::make(const radiosity::PatchMesh& mesh, const radiosity::ElementSet& elements,
-                                      const std::vector<Aperture>& apertures, std::size_t count) {
-  const std::vector<int> cuts = find_cuts(mesh, elements, apertures, count);
+                                      const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count) {
+  const std::vector<int> cuts = find_cuts(mesh, elements, SunReach(mesh, apertures, room), count);
   LightLeaves leaves;
   leaves.mesh.origin = mesh.origin;
   leaves.mesh.planes = mesh.planes;

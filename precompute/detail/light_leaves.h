@@ -26,9 +26,11 @@ struct LightLeaves {
   std::vector<float> share;          ///< of each leaf in its parent's area
 
   /// Cuts patches in two along their longest edge until there are `count`, first those that are large and face an
-  /// aperture; none that get no light from above the horizon, where suns are. A function of the input alone.
+  /// aperture in sight; none that get no light from above the horizon, where suns are. `room`: its reflecting surfaces.
+  /// A function of the input alone.
   static Result<LightLeaves> make(const radiosity::PatchMesh& mesh, const radiosity::ElementSet& elements,
-                                  const std::vector<Aperture>& apertures, std::size_t count);
+                                  const std::vector<Aperture>& apertures, const RayScene& room,
+                                  std::size_t count);
 
   /// Means over each parent's leaves.
   std::vector<float> opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const;

@@ -28,7 +28,8 @@ Cut cut_room(std::size_t count) {
   BakeReport report;
   StageClock clock(report);
   Cut cut{*set_up(room->room, options, report, clock), {}};
-  cut.leaves = *LightLeaves::make(cut.problem.mesh, cut.problem.elements, cut.problem.apertures.list, count);
+  cut.leaves = *LightLeaves::make(cut.problem.mesh, cut.problem.elements, cut.problem.apertures.list,
+                                  cut.problem.room_scene, count);
   return cut;
 }
 
@@ -48,6 +49,27 @@ TEST(LightLeaves, cover_their_elements_once) {
     EXPECT_NEAR(area[e], elements[e].area_m2, 1e-9);
     EXPECT_NEAR(share[e], 1.0, 1e-5);
   }
+}
+
+TEST(LightLeaves, are_smaller_where_an_aperture_is_in_sight) {
+  const Cut cut = cut_room(1200);
+  const auto& apertures = cut.problem.apertures.list;
+  double seeing_m2 = 0, hidden_m2 = 0, seeing = 0, hidden = 0;
+  for (std::size_t i = 0; i < cut.leaves.parent.size(); ++i) {
+    const radiosity::Element& leaf = cut.leaves.elements.elements[i];
+    const glm::dvec3 middle = (leaf.corner[0] + leaf.corner[1] + leaf.corner[2]) / 3.0 + 1e-4 * leaf.normal;
+    bool sees = false;
+    for (const glm::dvec3& corner : apertures[0].corners) {
+      const glm::dvec3 way = corner - cut.problem.mesh.origin - middle;
+      const glm::vec3 from = cut.problem.room_scene.to_local(middle + cut.problem.mesh.origin);
+      sees = sees || (glm::dot(way, leaf.normal) > 0.0 && way.z > 0.0 &&
+                      !cut.problem.room_scene.occluded(from, glm::vec3(way), 1e-4f, 0.99f));
+    }
+    (sees ? seeing_m2 : hidden_m2) += leaf.area_m2;
+    ++(sees ? seeing : hidden);
+  }
+  ASSERT_GT(hidden, 50);
+  EXPECT_LT(seeing_m2 / seeing, 0.5 * hidden_m2 / hidden);
 }
 
 TEST(LightLeaves, are_the_elements_where_none_are_asked_for) {
