@@ -29,29 +29,25 @@ detail::RoundedColours light_on_pieces(const CompactBasis& basis, std::span<cons
   return detail::RoundedColours(light);
 }
 
-/// Amplitude of each plane: [colour][plane], in whole quads.
+/// Amplitude of each component: [colour][component].
 std::vector<float> amplitudes(const CompactFactors& factors, const BrickPlace& at, const CompactFactors::Brick& brick,
                               const detail::RoundedColours& light) {
   const detail::LitQuads lit = light.lit_quads(std::span(factors.piece).subspan(at.piece, brick.pieces));
-  const std::size_t planes = brick.plane_quads() * kQuad;
-  std::vector<float> sum(3 * planes, 0.0f);
+  const std::size_t planes = brick.plane_quads() * kQuad, rank = brick.rank();
+  std::vector<float> sum(3 * planes, 0.0f), amplitude(3 * rank);
   for (std::size_t first = 0; first < lit.quad.size(); first += kMostQuads) {
     const std::size_t count = std::min(kMostQuads, lit.quad.size() - first);
     detail::plane_kernels().sum_planes(factors.source_factor.data() + at.source_byte, planes,
                                        std::span(lit.quad).subspan(first, count), lit.weight.data() + first,
                                        sum.data());
   }
-  for (std::size_t c = 0; c < 3; ++c) {
-    float* const a = sum.data() + c * planes;
-    for (std::size_t k = 0; k < brick.word_rank; ++k) {
-      a[k] = light.step[c] * factors.scale[at.component + k] * (256.0f * a[k] + a[brick.word_rank + k]);
-      a[brick.word_rank + k] = a[k];
-      a[k] *= 256.0f;
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t k = 0; k < rank; ++k) {
+      const float* low = sum.data() + c * planes + brick.word_rank + k; // of a byte: the byte
+      const float whole = k < brick.word_rank ? 256.0f * sum[c * planes + k] + *low : *low;
+      amplitude[c * rank + k] = light.step[c] * factors.scale[at.component + k] * whole;
     }
-    for (std::size_t k = brick.word_rank; k < brick.rank(); ++k)
-      a[brick.word_rank + k] *= light.step[c] * factors.scale[at.component + k];
-  }
-  return sum;
+  return amplitude;
 }
 
 void combine_brick(const CompactFactors& factors, const BrickPlace& at, const CompactFactors::Brick& brick,

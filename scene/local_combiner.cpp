@@ -26,6 +26,7 @@ using detail::LocalSkyData;
 #define DAYLIT_ANY_WIDTH __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
 constexpr std::size_t kGrain = 256; ///< rows; fewer are not worth another thread
+constexpr std::size_t kWords = 4;   ///< the strongest components: bytes would add half as much error as the rank leaves
 constexpr std::size_t kChunkRows = detail::kChunkRows, kChunkQuads = kChunkRows / kQuad;
 
 constexpr std::array<std::uint32_t, kChunkQuads> kInOrder = [] {
@@ -192,8 +193,6 @@ std::vector<float> largest_of_lanes(const std::vector<float>& rows, std::size_t 
   return most;
 }
 
-std::int8_t byte_of(float x, float most) { return static_cast<std::int8_t>(std::lrint(x * (127.0f / most))); }
-
 } // namespace
 
 Result<LocalSky> LocalSky::make(const BasisVolume& volume) {
@@ -221,42 +220,52 @@ Result<LocalCombiner> LocalCombiner::make(const LocalSky& sky, std::span<const s
   const std::vector<float> turn = principal(by_region, width, 0.5 * error * error, false, out.rank_);
   const std::size_t lanes = turn.size() / width;
   const std::vector<float> probe = multiply(q, turn, 3 * f.numbers, width, lanes);
-  out.set_probes(probe, lanes);
+  const std::vector<float> unit = out.set_probes(probe, lanes);
   for (const std::vector<float>& table : by_region)
-    out.add_table(multiply(table, turn, data.rows, width, lanes), largest_of_lanes(probe, lanes));
+    out.add_table(multiply(table, turn, data.rows, width, lanes), unit);
   return out;
 }
 
-/// Numbers [colour, number][lane] as bytes in the order of a brick.
-void LocalCombiner::set_probes(const std::vector<float>& rows, std::size_t lanes) {
-  const std::size_t numbers = rows.size() / 3 / lanes;
-  brick_ = {.probes = static_cast<std::uint32_t>(numbers / 9), .byte_rank = static_cast<std::uint32_t>(rank_)};
-  const std::vector<float> most = largest_of_lanes(rows, lanes);
+/// Numbers [colour, number][lane] in the order of a brick. Returns the unit of each component.
+std::vector<float> LocalCombiner::set_probes(const std::vector<float>& rows, std::size_t lanes) {
+  const std::size_t numbers = rows.size() / 3 / lanes, words = std::min(rank_, kWords);
+  brick_ = {.probes = static_cast<std::uint32_t>(numbers / 9),
+            .word_rank = static_cast<std::uint32_t>(words),
+            .byte_rank = static_cast<std::uint32_t>(rank_ - words)};
+  std::vector<float> unit = largest_of_lanes(rows, lanes);
+  for (std::size_t k = 0; k < lanes; ++k)
+    unit[k] /= k < words ? static_cast<float>(detail::kWeightMost) : 127.0f;
   probe_.assign(brick_.probe_bytes(), 0);
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t n = 0; n < numbers; ++n)
-      for (std::size_t k = 0; k < rank_; ++k)
-        probe_[brick_.probe_at(k, c, n)] = byte_of(rows[(c * numbers + n) * lanes + k], most[k]);
+      for (std::size_t k = 0; k < rank_; ++k) {
+        const long x = std::lrint(rows[(c * numbers + n) * lanes + k] / unit[k]), high = (x + 128) >> 8;
+        probe_[brick_.probe_at(words + k, c, n)] = static_cast<std::int8_t>(x - (k < words ? 256 * high : 0));
+        if (k < words)
+          probe_[brick_.probe_at(k, c, n)] = static_cast<std::int8_t>(high);
+      }
+  return unit;
 }
 
 /// Rounds a table [row][lane] and puts its rows in quads.
-void LocalCombiner::add_table(const std::vector<float>& table, const std::vector<float>& most_of_probes) {
-  const std::size_t lanes = most_of_probes.size(), planes = brick_.plane_quads() * kQuad;
-  const std::vector<float> most = largest_of_lanes(table, lanes);
-  for (std::size_t k = 0; k < planes; ++k)
-    scale_.push_back(k < rank_ ? most[k] / 127.0f * most_of_probes[k] / 127.0f : 0.0f);
+void LocalCombiner::add_table(const std::vector<float>& table, const std::vector<float>& probe_unit) {
+  const std::size_t lanes = probe_unit.size(), planes = table_planes();
+  std::vector<float> unit = largest_of_lanes(table, lanes);
+  for (std::size_t k = 0; k < rank_; ++k)
+    scale_.push_back((unit[k] /= 127.0f) * probe_unit[k]);
   const std::size_t first = table_.size();
   table_.resize(first + (sky_->rows + kQuad - 1) / kQuad * kQuad * planes, 0);
   for (std::size_t row = 0; row < sky_->rows; ++row)
     for (std::size_t k = 0; k < rank_; ++k)
-      table_[first + (row / kQuad * planes + k) * kQuad + row % kQuad] = byte_of(table[row * lanes + k], most[k]);
+      table_[first + (row / kQuad * planes + k) * kQuad + row % kQuad] =
+          static_cast<std::int8_t>(std::lrint(table[row * lanes + k] / unit[k]));
 }
 
-/// What the components receive of the sky: [colour][plane], of the table at `table`.
+/// What the components receive of the sky: [colour][component, in whole quads], of the table at `table`.
 void LocalCombiner::add_amplitudes(const std::int8_t* table, std::span<const Rgb> region_radiance,
                                    std::span<float> sum) const {
   const detail::PlaneKernels& kernels = detail::plane_kernels();
-  const std::size_t planes = brick_.plane_quads() * kQuad;
+  const std::size_t planes = table_planes();
   std::array<Rgb, kChunkRows> radiance;
   std::array<detail::ColourWeights, kChunkQuads> weight;
   std::array<float, 3 * kSketch> part;
@@ -279,16 +288,16 @@ void LocalCombiner::add_amplitudes(const std::int8_t* table, std::span<const Rgb
 }
 
 void LocalCombiner::combine(std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result) const {
-  const std::size_t planes = brick_.plane_quads() * kQuad, tables = scale_.size() / planes;
+  const std::size_t planes = table_planes(), tables = sky_->table.size();
   std::array<float, 3 * kSketch> sum, amplitude;
   for (std::size_t t = 0; t < tables; ++t) {
     sum.fill(0.0f);
     add_amplitudes(table_.data() + t * (table_.size() / tables), region_radiance, std::span(sum).first(3 * planes));
-    for (std::size_t k = 0; k < 3 * planes; ++k)
-      if (tables == 1 || k / planes == t)
-        amplitude[k] = sum[k] * scale_[t * planes + k % planes];
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < rank_ && (tables == 1 || c == t); ++k)
+        amplitude[c * rank_ + k] = sum[c * planes + k] * scale_[t * rank_ + k];
   }
-  detail::sum_brick(brick_, probe_.data(), std::span(amplitude).first(3 * planes), result);
+  detail::sum_brick(brick_, probe_.data(), std::span(amplitude).first(3 * rank_), result);
 }
 
 } // namespace daylit

@@ -46,15 +46,16 @@ public:
 private:
   std::shared_ptr<const detail::LocalSkyData> sky_;
   std::size_t rank_ = 0;
-  CompactFactors::Brick brick_; ///< of the probes, as a volume has them: components of one byte
-  /// [table][quad of regions][plane][4] as the runs of the sky have it (detail/plane_kernels.h); one table, or one for
-  /// each colour where panes are tinted.
+  CompactFactors::Brick brick_; ///< of the probes, as a volume has them
+  /// [table][quad of regions][component, in whole quads][4] as the runs of the sky have it (detail/plane_kernels.h);
+  /// one table, or one for each colour where panes are tinted.
   std::vector<std::int8_t> table_;
-  std::vector<float> scale_; ///< [table][plane], those of both factors
+  std::vector<float> scale_; ///< [table][component], the product of the units of both factors
   std::vector<std::int8_t> probe_;
 
-  void set_probes(const std::vector<float>& rows, std::size_t lanes);
-  void add_table(const std::vector<float>& table, const std::vector<float>& most_of_probes);
+  std::size_t table_planes() const { return (rank_ + 3) / 4 * 4; }
+  std::vector<float> set_probes(const std::vector<float>& rows, std::size_t lanes);
+  void add_table(const std::vector<float>& table, const std::vector<float>& probe_unit);
   void add_amplitudes(const std::int8_t* table, std::span<const Rgb> region_radiance, std::span<float> sum) const;
 };
 

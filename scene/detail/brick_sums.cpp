@@ -9,11 +9,15 @@ namespace daylit::detail {
 
 namespace {
 
-/// Weights of the three colours.
-std::array<RoundedWeights, 3> rounded_colours(std::span<const float> amplitude) {
-  const std::size_t planes = amplitude.size() / 3;
-  return {RoundedWeights(amplitude.first(planes)), RoundedWeights(amplitude.subspan(planes, planes)),
-          RoundedWeights(amplitude.last(planes))};
+/// From the components of a colour to planes, in whole quads.
+RoundedWeights plane_weights(const CompactFactors::Brick& brick, std::span<const float> component) {
+  std::vector<float> plane(brick.plane_quads() * kQuad, 0.0f);
+  for (std::size_t k = 0; k < brick.word_rank; ++k) {
+    plane[k] = 256.0f * component[k];
+    plane[brick.word_rank + k] = component[k];
+  }
+  std::copy(component.begin() + brick.word_rank, component.end(), plane.begin() + 2 * brick.word_rank);
+  return RoundedWeights(plane);
 }
 
 /// One colour of a tile.
@@ -31,7 +35,10 @@ void sum_tile(const std::int8_t* tile, std::size_t width, const RoundedWeights& 
 
 void sum_brick(const CompactFactors::Brick& brick, const std::int8_t* probe_factor, std::span<const float> amplitude,
                std::span<std::array<Rgb, 9>> result) {
-  const std::array<RoundedWeights, 3> weights = rounded_colours(amplitude);
+  const std::size_t rank = brick.rank();
+  const std::array<RoundedWeights, 3> weights{plane_weights(brick, amplitude.first(rank)),
+                                              plane_weights(brick, amplitude.subspan(rank, rank)),
+                                              plane_weights(brick, amplitude.last(rank))};
   std::array<std::array<float, kTileNumbers>, 3> sums;
   for (std::size_t first = 0; first < brick.numbers(); first += kTileNumbers) {
     const std::size_t width = std::min(kTileNumbers, brick.padded_numbers() - first);

@@ -10,7 +10,7 @@
 
 namespace daylit::detail {
 
-/// result[probe][lm][c] = sum over planes of factor * amplitude[c * planes + plane], planes in whole quads.
+/// result[probe][lm][c] = sum over components of factor * amplitude[c * rank + component].
 void sum_brick(const CompactFactors::Brick& brick, const std::int8_t* probe_factor, std::span<const float> amplitude,
                std::span<std::array<Rgb, 9>> result);
 
