@@ -174,9 +174,9 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
     resampler = SkyResampler::make(sky);
   const auto measured = find_sun(sky, resampler->pixel_directions());
   sun = steady_sun.update(sky, measured);
-  SkyMap map;
-  resampler->resample(sky, measured ? &*measured : nullptr, map);
-  pyramid = sky_map_pyramid(map);
+  pyramid.resize(std::max<std::size_t>(pyramid.size(), 1));
+  resampler->resample(sky, measured ? &*measured : nullptr, pyramid[0]);
+  halve_sky_map(pyramid);
   clock.end("sky");
   if (!region_sums || region_geometry != sky.geometry()) {
     region_sums = RegionSums::make(sky.geometry(), volume.partition, regions_that_count(volume));
