@@ -122,24 +122,37 @@ ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
 
 void ChangePicture::update(const RoomChangeField& field) {
   field_ = &field;
+  ratios_.resize(corners_.size());
+  changes_.resize(corners_.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i)
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
       light(corners_[i]);
+      weigh(i);
+    }
   });
   left_out_ = 0.0f;
-  ratios_.assign(corners_.size(), Rgb(1.0f));
-  changes_.assign(corners_.size(), {});
-  for (std::size_t i = 0; i < corners_.size(); ++i)
-    if (const Corner& c = corners_[i]; c.reached) {
-      const Rgb before = c.change.before + c.sun;
-      const float share = drawn_share(c.change.irradiance, before);
-      left_out_ = std::max(left_out_, (1.0f - share) * relative(c.change.irradiance, before));
-      ratios_[i] = ratio(share * c.change.irradiance, before);
-      changes_[i] = {c.change.irradiance, before};
-    }
-  for (int row = 0; row < rows_; ++row)
-    for (int column = 0; column < columns_; ++column)
-      kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind_of(column, row);
+  for (const Corner& c : corners_)
+    left_out_ = std::max(left_out_, c.left_out);
+  tbb::parallel_for(tbb::blocked_range<int>(0, rows_, 16), [&](const tbb::blocked_range<int>& rows) {
+    for (int row = rows.begin(); row != rows.end(); ++row)
+      for (int column = 0; column < columns_; ++column)
+        kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind_of(column, row);
+  });
+}
+
+/// How much of the change at a corner is drawn.
+void ChangePicture::weigh(std::size_t i) {
+  Corner& c = corners_[i];
+  c.left_out = 0.0f;
+  ratios_[i] = Rgb(1.0f);
+  changes_[i] = {};
+  if (!c.reached)
+    return;
+  const Rgb before = c.change.before + c.sun;
+  const float share = drawn_share(c.change.irradiance, before);
+  c.left_out = (1.0f - share) * relative(c.change.irradiance, before);
+  ratios_[i] = ratio(share * c.change.irradiance, before);
+  changes_[i] = {c.change.irradiance, before};
 }
 
 std::optional<PixelChange> ChangePicture::at(int x, int y) const {

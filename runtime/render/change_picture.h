@@ -65,6 +65,7 @@ private:
     glm::dvec3 position{0.0}, direction{0.0};
     RoomChange change;
     Rgb sun{0.0f};
+    float left_out = 0.0f; ///< of the change, relative to the light before
   };
   const RenderCamera* camera_ = nullptr;
   const RayScene* rays_ = nullptr;
@@ -80,6 +81,7 @@ private:
 
   Corner look(int x, int y) const;
   void light(Corner& corner) const;
+  void weigh(std::size_t corner);
   static std::array<float, 4> corner_weights(int x, int y);
   std::array<const Corner*, 4> corners_around(int column, int row) const {
     return {&corner(column, row), &corner(column + 1, row), &corner(column, row + 1), &corner(column + 1, row + 1)};

@@ -59,10 +59,11 @@ private:
     return (static_cast<std::size_t>(row) * columns_ + column) * 2 + static_cast<std::size_t>(layer);
   }
   bool is_coarse(int column, int row) const {
-    return (column - blocks_.x0) % stride_ == 0 && (row - blocks_.y0) % stride_ == 0;
+    return (((column - blocks_.x0) | (row - blocks_.y0)) & (stride_ - 1)) == 0;
   }
   bool choose_stride(const TracedScene& scene, const VisibleSurfaces& view);
   void mark_outlines(const VisibleSurfaces& view);
+  void clear_points();
   GridPoint object_point_at(const TracedScene& scene, const VisibleSurfaces& view, int column, int row) const;
   GridPoint room_point_at(const TracedScene& scene, const VisibleSurfaces& view, std::span<const std::uint8_t> receives,
                           int column, int row) const;
@@ -74,10 +75,10 @@ private:
 
   class Tracer;
   int columns_ = 0, rows_ = 0;
-  int stride_ = 2;                       ///< blocks between coarse points
+  int stride_ = 2;                       ///< blocks between coarse points, 1 or 2
   PixelBox blocks_;                      ///< that are traced, in blocks
   std::vector<std::uint8_t> at_outline_; ///< per block: its room counts though an object hides it
-  std::vector<GridPoint> points_;        ///< per block and layer
+  std::vector<GridPoint> points_;        ///< per block and layer; old ones further than a block from blocks_
   std::vector<LightWord> sky_words_;     ///< per point and 64 lights of the sky
   std::vector<LightBits> sun_bits_;      ///< per point and group of lights
   std::size_t sky_word_count_ = 0, sun_groups_ = 0;
