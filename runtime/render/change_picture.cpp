@@ -120,13 +120,49 @@ ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
   return !any ? Kind::nothing : same ? Kind::interpolate : Kind::single;
 }
 
-void ChangePicture::update(const RoomChangeField& field) {
+/// Blocks that show nothing of the room.
+void ChangePicture::find_covered(const RenderedFrame* drawn) {
+  covered_.clear();
+  if (!drawn || !camera_->drawn_position.empty())
+    return;
+  covered_.resize(kinds_.size());
+  const PixelBox& box = drawn->box;
+  for (int row = box.y0 / kBlock; row * kBlock < box.y1; ++row)
+    for (int column = box.x0 / kBlock; column * kBlock < box.x1; ++column) {
+      const PixelBox pixels =
+          PixelBox{column * kBlock, row * kBlock, (column + 1) * kBlock, (row + 1) * kBlock}.clipped(drawn->width_px,
+                                                                                                     drawn->height_px);
+      bool covered = true;
+      for (int y = pixels.y0; y < pixels.y1 && covered; ++y)
+        for (int x = pixels.x0; x < pixels.x1 && covered; ++x)
+          covered = drawn->shown(x, y) && drawn->object[drawn->index(x, y)].w >= 1.0f;
+      covered_[static_cast<std::size_t>(row) * columns_ + column] = covered;
+    }
+}
+
+/// All blocks around it are.
+bool ChangePicture::is_covered(std::size_t corner) const {
+  if (covered_.empty())
+    return false;
+  const int column = static_cast<int>(corner) % (columns_ + 1), row = static_cast<int>(corner) / (columns_ + 1);
+  for (int v = std::max(row - 1, 0); v <= std::min(row, rows_ - 1); ++v)
+    for (int u = std::max(column - 1, 0); u <= std::min(column, columns_ - 1); ++u)
+      if (!covered_[static_cast<std::size_t>(v) * columns_ + u])
+        return false;
+  return true;
+}
+
+void ChangePicture::update(const RoomChangeField& field, const RenderedFrame* drawn) {
   field_ = &field;
+  find_covered(drawn);
   ratios_.resize(corners_.size());
   changes_.resize(corners_.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      light(corners_[i]);
+      if (is_covered(i))
+        corners_[i].visible = corners_[i].reached = false;
+      else
+        light(corners_[i]);
       weigh(i);
     }
   });

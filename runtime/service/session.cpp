@@ -264,7 +264,7 @@ void Session::State::change_room() {
   if (!has_view)
     change_picture.set_view(camera, *room_rays, renderer.get(), drawn.origin);
   has_view = true;
-  change_picture.update(*room_change);
+  change_picture.update(*room_change, &drawn);
 }
 
 void Session::State::compose_picture(const RgbImage& photo, std::uint64_t photo_number) {

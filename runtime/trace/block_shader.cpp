@@ -89,7 +89,7 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   Lanes& l = sky.known ? objects_ : outlines_;
   const int i = l.count++;
   l.points.set(i, point.position, point.normal);
-  l.starts.set(i, point.start, point.normal);
+  l.starts.set(i, ray_start(scene_, hit, point), point.normal);
   l.sky[i] = sky;
   if (!sky.known) {
     l.unknown |= 1u << i;

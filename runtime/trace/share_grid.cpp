@@ -137,7 +137,7 @@ GridPoint ShareGrid::object_point_at(const TracedScene& scene, const VisibleSurf
   point.triangle = at.back ? kNoTriangle : hit.triangle;
   point.normal = at.normal;
   point.position = at.position;
-  point.start = at.start;
+  point.start = ray_start(scene, hit, at);
   return point;
 }
 
