@@ -16,27 +16,10 @@ namespace daylit {
 
 namespace {
 
-constexpr float kSameSideCosine = 0.8f;
-constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
-constexpr float kSamePlane_m = 1e-3f;
 constexpr float kLeastRadius_px = 32.0f, kLeastCoarseRadius_px = 72.0f; // of the objects in the picture
 constexpr float kSmoothShare = 0.04f; // coarse points that differ by less speak for the fine ones between
 
-bool is_near(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
-  const glm::vec3 d = position - g.position;
-  const float reach = kSamePieceShare * radius;
-  return layer == Layer::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m : glm::dot(d, d) < reach * reach;
-}
-
 } // namespace
-
-bool speaks_for(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
-  return g.exists && glm::dot(g.normal, normal) >= kSameSideCosine && is_near(g, layer, position, normal, radius);
-}
-
-bool stands_by(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
-  return g.exists && glm::dot(g.normal, normal) > 0.0f && is_near(g, layer, position, normal, radius);
-}
 
 /// Collects grid points of one layer until they fill the lanes, then finds their shares of the sky.
 class ShareGrid::Tracer {

@@ -9,9 +9,12 @@
 // tiny there is no grid.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include <glm/geometric.hpp>
 
 #include "runtime/trace/traced_scene.h"
 #include "runtime/trace/visible_surfaces.h"
@@ -29,10 +32,24 @@ struct GridPoint {
   Rgb before{1.0f}, after{1.0f}; ///< shares of the open sky received without and with the objects
 };
 
-/// A grid point of the layer speaks for points nearby on the same smooth piece of surface. `radius`: of the objects.
-bool speaks_for(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius);
+/// It lies close by, on the room in the same plane. `radius`: of the objects.
+inline bool is_near(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
+  constexpr float kSamePieceShare = 0.2f, kSamePlane_m = 1e-3f;
+  const glm::vec3 d = position - g.position;
+  const float reach = kSamePieceShare * radius;
+  return layer == Layer::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m : glm::dot(d, d) < reach * reach;
+}
+/// A grid point of the layer speaks for points nearby on the same smooth piece of surface.
+inline bool speaks_for(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal,
+                       float radius) {
+  constexpr float kSameSideCosine = 0.8f;
+  return g.exists && glm::dot(g.normal, normal) >= kSameSideCosine && is_near(g, layer, position, normal, radius);
+}
 /// It lies close by and faces the same way at all: what stands before it is likely to be the same.
-bool stands_by(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius);
+inline bool stands_by(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal,
+                      float radius) {
+  return g.exists && glm::dot(g.normal, normal) > 0.0f && is_near(g, layer, position, normal, radius);
+}
 
 class ShareGrid {
 public:
