@@ -101,7 +101,8 @@ void ShareGrid::mark_outlines(const VisibleSurfaces& view) {
 
 /// Of the blocks that are traced and those around them.
 void ShareGrid::clear_points() {
-  const PixelBox all = PixelBox{blocks_.x0 - 1, blocks_.y0 - 1, blocks_.x1 + 1, blocks_.y1 + 1}.clipped(columns_, rows_);
+  const PixelBox all =
+      PixelBox{blocks_.x0 - 1, blocks_.y0 - 1, blocks_.x1 + 1, blocks_.y1 + 1}.clipped(columns_, rows_);
   points_.resize(2 * static_cast<std::size_t>(columns_) * rows_);
   tbb::parallel_for(tbb::blocked_range<int>(all.y0, all.y1, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
