@@ -120,6 +120,18 @@ ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
   return !any ? Kind::nothing : same ? Kind::interpolate : Kind::single;
 }
 
+namespace {
+
+bool covers(const RenderedFrame& drawn, const PixelBox& pixels) {
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x)
+      if (!drawn.shown(x, y) || drawn.object[drawn.index(x, y)].w < 1.0f)
+        return false;
+  return true;
+}
+
+} // namespace
+
 /// Blocks that show nothing of the room.
 void ChangePicture::find_covered(const RenderedFrame* drawn) {
   covered_.clear();
@@ -127,17 +139,13 @@ void ChangePicture::find_covered(const RenderedFrame* drawn) {
     return;
   covered_.resize(kinds_.size());
   const PixelBox& box = drawn->box;
-  for (int row = box.y0 / kBlock; row * kBlock < box.y1; ++row)
+  tbb::parallel_for(box.y0 / kBlock, (box.y1 + kBlock - 1) / kBlock, [&](int row) {
     for (int column = box.x0 / kBlock; column * kBlock < box.x1; ++column) {
-      const PixelBox pixels =
-          PixelBox{column * kBlock, row * kBlock, (column + 1) * kBlock, (row + 1) * kBlock}.clipped(drawn->width_px,
-                                                                                                     drawn->height_px);
-      bool covered = true;
-      for (int y = pixels.y0; y < pixels.y1 && covered; ++y)
-        for (int x = pixels.x0; x < pixels.x1 && covered; ++x)
-          covered = drawn->shown(x, y) && drawn->object[drawn->index(x, y)].w >= 1.0f;
-      covered_[static_cast<std::size_t>(row) * columns_ + column] = covered;
+      const PixelBox block{column * kBlock, row * kBlock, (column + 1) * kBlock, (row + 1) * kBlock};
+      covered_[static_cast<std::size_t>(row) * columns_ + column] =
+          covers(*drawn, block.clipped(drawn->width_px, drawn->height_px));
     }
+  });
 }
 
 /// All blocks around it are.
