@@ -11,6 +11,7 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <tbb/parallel_invoke.h>
 
 #include "bench/command.h"
 #include "bench/flicker.h"
@@ -79,6 +80,13 @@ const char* name_of(Motion m) {
   return m == Motion::everything ? "moving" : m == Motion::object ? "object moving" : "nothing changed";
 }
 
+Result<MarkerPose> find_pose(const FrameScene& scene, MarkerTracker& tracker, const Rgb8Image& picture) {
+  const auto seen = tracker.find(picture);
+  if (!seen)
+    return seen.error();
+  return marker_pose(*seen, scene.interior_lens, tracker.board(), scene.config.marker->world_from_board);
+}
+
 /// One frame as a live system does it. Everything: a new sky, a new camera picture, the marker found in it.
 Result<void> one_frame(const FrameScene& scene, Session& session, MarkerTracker& tracker, Motion motion, int k,
                        Timing& timing) {
@@ -86,15 +94,16 @@ Result<void> one_frame(const FrameScene& scene, Session& session, MarkerTracker&
   const std::size_t which = motion == Motion::everything ? static_cast<std::size_t>(k) % scene.photos.size() : 0;
   double marker_ms = 0.0;
   if (motion == Motion::everything) {
-    const auto seen = tracker.find(scene.photo_bytes[which]);
-    if (!seen)
-      return seen.error();
-    const auto pose = marker_pose(*seen, scene.interior_lens, tracker.board(), scene.config.marker->world_from_board);
+    Result<MarkerPose> pose = Error{};
+    tbb::parallel_invoke([&] { session.measure_sky(scene.skies[which], which + 1); },
+                         [&] {
+                           pose = find_pose(scene, tracker, scene.photo_bytes[which]);
+                           marker_ms = 1e3 * (wall_seconds() - wall);
+                         });
     if (!pose)
       return pose.error();
     if (const auto r = session.set_pose(pose->world_from_camera); !r)
       return r;
-    marker_ms = 1e3 * (wall_seconds() - wall);
   } else if (motion == Motion::object) {
     ObjectConfig placement = scene.config.objects[0];
     placement.position.x += 0.002 * (k % 8);

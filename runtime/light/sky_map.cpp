@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -49,13 +51,14 @@ Rgb SkyMap::interpolate(const glm::dvec3& d) const {
   return (1.0f - t) * ((1.0f - s) * at(x0, y0) + s * at(x1, y0)) + t * ((1.0f - s) * at(x0, y1) + s * at(x1, y1));
 }
 
-std::vector<SkyMap> sky_map_pyramid(const SkyMap& map) {
-  std::vector<SkyMap> levels{map};
-  while (levels.back().height > 4 && levels.back().height % 2 == 0) {
-    const SkyMap& fine = levels.back();
-    SkyMap coarse{fine.width / 2, fine.height / 2, {}};
-    coarse.radiance.resize(static_cast<std::size_t>(coarse.width) * coarse.height);
-    for (int y = 0; y < coarse.height; ++y) {
+namespace {
+
+void halve(const SkyMap& fine, SkyMap& coarse) {
+  coarse.width = fine.width / 2;
+  coarse.height = fine.height / 2;
+  coarse.radiance.resize(static_cast<std::size_t>(coarse.width) * coarse.height);
+  tbb::parallel_for(tbb::blocked_range<int>(0, coarse.height, 16), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y != rows.end(); ++y) {
       const double upper = fine.solid_angle_sr(2 * y), lower = fine.solid_angle_sr(2 * y + 1);
       const float share = static_cast<float>(0.5 * upper / (upper + lower));
       for (int x = 0; x < coarse.width; ++x)
@@ -63,8 +66,24 @@ std::vector<SkyMap> sky_map_pyramid(const SkyMap& map) {
             share * (fine.at(2 * x, 2 * y) + fine.at(2 * x + 1, 2 * y)) +
             (0.5f - share) * (fine.at(2 * x, 2 * y + 1) + fine.at(2 * x + 1, 2 * y + 1));
     }
-    levels.push_back(std::move(coarse));
-  }
+  });
+}
+
+} // namespace
+
+void halve_sky_map(std::vector<SkyMap>& levels) {
+  std::size_t count = 1;
+  for (int height = levels[0].height; height > 4 && height % 2 == 0; height /= 2)
+    ++count;
+  levels.resize(count);
+  for (std::size_t k = 1; k < count; ++k)
+    halve(levels[k - 1], levels[k]);
+}
+
+std::vector<SkyMap> sky_map_pyramid(SkyMap map) {
+  std::vector<SkyMap> levels;
+  levels.push_back(std::move(map));
+  halve_sky_map(levels);
   return levels;
 }
 
@@ -105,11 +124,11 @@ SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
       count[t] = 0; // described by its nearest pixel or the fill: one entry
     r.first_pixel_[t + 1] = r.first_pixel_[t] + std::max(count[t], 1u);
   }
-  r.covering_pixel_.assign(r.first_pixel_[texels], kFill);
+  r.covering_.resize(r.first_pixel_[texels]);
   std::vector<std::uint32_t> next(r.first_pixel_.begin(), r.first_pixel_.end() - 1);
   for (std::size_t i = 0; i < pixels; ++i)
     if (const std::uint32_t t = texel_of_pixel[i]; t != kFill && count[t] > 0)
-      r.covering_pixel_[next[t]++] = static_cast<std::uint32_t>(i);
+      r.covering_[next[t]++].pixel = static_cast<std::uint32_t>(i);
   for (std::size_t t = 0; t < texels; ++t) {
     if (count[t] > 0)
       continue;
@@ -119,39 +138,61 @@ SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
       continue;
     const int x = std::clamp(static_cast<int>(std::lround(p->x)), 0, r.image_width_ - 1);
     const int y = std::clamp(static_cast<int>(std::lround(p->y)), 0, r.image_height_ - 1);
-    r.covering_pixel_[r.first_pixel_[t]] = static_cast<std::uint32_t>(y * r.image_width_ + x);
+    r.covering_[r.first_pixel_[t]].pixel = static_cast<std::uint32_t>(y * r.image_width_ + x);
   }
+  r.share_texels(sky.solid_angle_sr());
   return r;
+}
+
+/// In proportion to the pixels' solid angles.
+void SkyResampler::share_texels(const std::vector<float>& solid_angle_sr) {
+  for (std::size_t t = 0; t + 1 < first_pixel_.size(); ++t) {
+    const std::span<Covering> covering(&covering_[first_pixel_[t]], first_pixel_[t + 1] - first_pixel_[t]);
+    float whole = 0.0f;
+    for (Covering& c : covering)
+      if (c.pixel != kFill)
+        whole += c.share = std::max(solid_angle_sr[c.pixel], 1e-12f);
+    for (Covering& c : covering)
+      if (c.pixel != kFill)
+        c.share /= whole;
+  }
 }
 
 bool SkyResampler::fits(const SkyImage& sky) const {
   return sky.image().width == image_width_ && sky.image().height == image_height_;
 }
 
+/// `radiance`: of a pixel.
+template <class Radiance>
+void SkyResampler::average(const Radiance& radiance, const SkyImage& sky, SkyMap& map) const {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, map.radiance.size(), 4096), [&](const auto& range) {
+    for (std::size_t t = range.begin(); t != range.end(); ++t) {
+      Rgb sum(0.0f);
+      for (std::uint32_t k = first_pixel_[t]; k != first_pixel_[t + 1]; ++k) {
+        const Covering& c = covering_[k];
+        if (c.pixel == kFill)
+          sum = 2 * t < map.radiance.size() ? sky.sky_fill_radiance() : sky.fill_radiance();
+        else
+          sum += c.share * radiance(c.pixel);
+      }
+      map.radiance[t] = sum;
+    }
+  });
+}
+
 void SkyResampler::resample(const SkyImage& sky, const DetectedSun* sun, SkyMap& map) const {
   map.width = 2 * map_height_;
   map.height = map_height_;
   map.radiance.resize(first_pixel_.size() - 1);
-  const std::vector<Rgb>& texels = sky.image().texels;
-  const float sun_reach = sun ? static_cast<float>(std::cos(sun->cluster_radius)) : 2.0f;
-  const glm::vec3 towards_sun = sun ? glm::vec3(sun->direction) : glm::vec3(0.0f);
-  const auto radiance = [&](std::uint32_t pixel) {
-    return glm::dot(pixel_direction_[pixel], towards_sun) >= sun_reach ? sun->surround : texels[pixel];
-  };
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, map.radiance.size(), 4096), [&](const auto& range) {
-    for (std::size_t t = range.begin(); t != range.end(); ++t) {
-      Rgb sum(0.0f);
-      float weight = 0.0f;
-      for (std::uint32_t k = first_pixel_[t]; k != first_pixel_[t + 1]; ++k) {
-        const std::uint32_t pixel = covering_pixel_[k];
-        const float w = pixel == kFill ? 1.0f : std::max(sky.solid_angle_sr()[pixel], 1e-12f);
-        sum += w * (pixel == kFill ? (2 * t < map.radiance.size() ? sky.sky_fill_radiance() : sky.fill_radiance())
-                                   : radiance(pixel));
-        weight += w;
-      }
-      map.radiance[t] = sum / weight;
-    }
-  });
+  if (!sun)
+    return average([&](std::uint32_t pixel) { return sky.image().texels[pixel]; }, sky, map);
+  const float sun_reach = static_cast<float>(std::cos(sun->cluster_radius));
+  const glm::vec3 towards_sun(sun->direction);
+  average(
+      [&](std::uint32_t pixel) {
+        return glm::dot(pixel_direction_[pixel], towards_sun) >= sun_reach ? sun->surround : sky.image().texels[pixel];
+      },
+      sky, map);
 }
 
 bool is_black(const SkyMap& map) {

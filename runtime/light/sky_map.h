@@ -34,7 +34,9 @@ struct SkyMap {
 };
 
 /// Halved copies of a map, level 0 first, each texel the solid-angle mean of the four below.
-std::vector<SkyMap> sky_map_pyramid(const SkyMap& map);
+std::vector<SkyMap> sky_map_pyramid(SkyMap map);
+/// The same in place: level 0 is given, the others are made or written over.
+void halve_sky_map(std::vector<SkyMap>& levels);
 
 /// Maps the pixels of one sky camera to the texels of a SkyMap. The geometry is computed once; every frame costs one
 /// read of the image. Where the image is finer than the map its pixels are averaged, where it is coarser the nearest
@@ -47,15 +49,23 @@ public:
   const std::vector<glm::vec3>& pixel_directions() const { return pixel_direction_; }
   /// True when `sky` has the size and field this resampler was made for.
   bool fits(const SkyImage& sky) const;
-  /// The map of a frame; the pixels of `sun`, if any, show the sky around it instead.
+  /// The map of a frame; the pixels of `sun`, if any, show the sky around it instead. Giving the map of another frame
+  /// saves its memory.
   void resample(const SkyImage& sky, const DetectedSun* sun, SkyMap& map) const;
 
 private:
   static constexpr std::uint32_t kFill = 0xFFFFFFFFu;
+  struct Covering {
+    std::uint32_t pixel = kFill;
+    float share = 1.0f; ///< of the texel; those of a texel add up to one
+  };
+  void share_texels(const std::vector<float>& solid_angle_sr);
+  template <class Radiance>
+  void average(const Radiance& radiance, const SkyImage& sky, SkyMap& map) const;
   int image_width_ = 0, image_height_ = 0, map_height_ = 0;
   std::vector<glm::vec3> pixel_direction_;
-  std::vector<std::uint32_t> first_pixel_; ///< per texel: range into covering_pixel_
-  std::vector<std::uint32_t> covering_pixel_;
+  std::vector<std::uint32_t> first_pixel_; ///< per texel: range into covering_
+  std::vector<Covering> covering_;
 };
 
 bool is_black(const SkyMap& map);

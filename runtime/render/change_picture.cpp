@@ -120,26 +120,83 @@ ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
   return !any ? Kind::nothing : same ? Kind::interpolate : Kind::single;
 }
 
-void ChangePicture::update(const RoomChangeField& field) {
+namespace {
+
+bool covers(const RenderedFrame& drawn, const PixelBox& pixels) {
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x)
+      if (!drawn.shown(x, y) || drawn.object[drawn.index(x, y)].w < 1.0f)
+        return false;
+  return true;
+}
+
+} // namespace
+
+/// Blocks that show nothing of the room.
+void ChangePicture::find_covered(const RenderedFrame* drawn) {
+  covered_.clear();
+  if (!drawn || !camera_->drawn_position.empty())
+    return;
+  covered_.resize(kinds_.size());
+  const PixelBox& box = drawn->box;
+  tbb::parallel_for(box.y0 / kBlock, (box.y1 + kBlock - 1) / kBlock, [&](int row) {
+    for (int column = box.x0 / kBlock; column * kBlock < box.x1; ++column) {
+      const PixelBox block{column * kBlock, row * kBlock, (column + 1) * kBlock, (row + 1) * kBlock};
+      covered_[static_cast<std::size_t>(row) * columns_ + column] =
+          covers(*drawn, block.clipped(drawn->width_px, drawn->height_px));
+    }
+  });
+}
+
+/// All blocks around it are.
+bool ChangePicture::is_covered(std::size_t corner) const {
+  if (covered_.empty())
+    return false;
+  const int column = static_cast<int>(corner) % (columns_ + 1), row = static_cast<int>(corner) / (columns_ + 1);
+  for (int v = std::max(row - 1, 0); v <= std::min(row, rows_ - 1); ++v)
+    for (int u = std::max(column - 1, 0); u <= std::min(column, columns_ - 1); ++u)
+      if (!covered_[static_cast<std::size_t>(v) * columns_ + u])
+        return false;
+  return true;
+}
+
+void ChangePicture::update(const RoomChangeField& field, const RenderedFrame* drawn) {
   field_ = &field;
+  find_covered(drawn);
+  ratios_.resize(corners_.size());
+  changes_.resize(corners_.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i)
-      light(corners_[i]);
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      if (is_covered(i))
+        corners_[i].visible = corners_[i].reached = false;
+      else
+        light(corners_[i]);
+      weigh(i);
+    }
   });
   left_out_ = 0.0f;
-  ratios_.assign(corners_.size(), Rgb(1.0f));
-  changes_.assign(corners_.size(), {});
-  for (std::size_t i = 0; i < corners_.size(); ++i)
-    if (const Corner& c = corners_[i]; c.reached) {
-      const Rgb before = c.change.before + c.sun;
-      const float share = drawn_share(c.change.irradiance, before);
-      left_out_ = std::max(left_out_, (1.0f - share) * relative(c.change.irradiance, before));
-      ratios_[i] = ratio(share * c.change.irradiance, before);
-      changes_[i] = {c.change.irradiance, before};
-    }
-  for (int row = 0; row < rows_; ++row)
-    for (int column = 0; column < columns_; ++column)
-      kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind_of(column, row);
+  for (const Corner& c : corners_)
+    left_out_ = std::max(left_out_, c.left_out);
+  tbb::parallel_for(tbb::blocked_range<int>(0, rows_, 16), [&](const tbb::blocked_range<int>& rows) {
+    for (int row = rows.begin(); row != rows.end(); ++row)
+      for (int column = 0; column < columns_; ++column)
+        kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind_of(column, row);
+  });
+}
+
+/// How much of the change at a corner is drawn.
+void ChangePicture::weigh(std::size_t i) {
+  Corner& c = corners_[i];
+  c.left_out = 0.0f;
+  ratios_[i] = Rgb(1.0f);
+  changes_[i] = {};
+  if (!c.reached)
+    return;
+  const Rgb before = c.change.before + c.sun;
+  const float share = drawn_share(c.change.irradiance, before);
+  c.left_out = (1.0f - share) * relative(c.change.irradiance, before);
+  ratios_[i] = ratio(share * c.change.irradiance, before);
+  changes_[i] = {c.change.irradiance, before};
 }
 
 std::optional<PixelChange> ChangePicture::at(int x, int y) const {

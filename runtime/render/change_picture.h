@@ -36,8 +36,8 @@ public:
   /// its pixels show of the room; else rays are cast.
   void set_view(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer,
                 const glm::dvec3& origin);
-  /// The field after its set_light().
-  void update(const RoomChangeField& field);
+  /// The field after its set_light(). `drawn`: where its objects cover all pixels around a corner nothing is looked up.
+  void update(const RoomChangeField& field, const RenderedFrame* drawn = nullptr);
 
   /// Largest relative change that is not drawn, of the corners looked at.
   float left_out() const { return left_out_; }
@@ -65,6 +65,7 @@ private:
     glm::dvec3 position{0.0}, direction{0.0};
     RoomChange change;
     Rgb sun{0.0f};
+    float left_out = 0.0f; ///< of the change, relative to the light before
   };
   const RenderCamera* camera_ = nullptr;
   const RayScene* rays_ = nullptr;
@@ -76,10 +77,14 @@ private:
   std::vector<Rgb> ratios_;          ///< at the corners
   std::vector<PixelChange> changes_; ///< the same
   std::vector<Kind> kinds_;
+  std::vector<std::uint8_t> covered_; ///< per block: objects cover all of its pixels; empty: not known
   float left_out_ = 0.0f;
 
   Corner look(int x, int y) const;
   void light(Corner& corner) const;
+  void weigh(std::size_t corner);
+  void find_covered(const RenderedFrame* drawn);
+  bool is_covered(std::size_t corner) const;
   static std::array<float, 4> corner_weights(int x, int y);
   std::array<const Corner*, 4> corners_around(int column, int row) const {
     return {&corner(column, row), &corner(column + 1, row), &corner(column, row + 1), &corner(column + 1, row + 1)};

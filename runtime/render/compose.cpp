@@ -4,13 +4,16 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstring>
 #include <numbers>
+#include <span>
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <tbb/parallel_for.h>
 
 #include "runtime/render/change_picture.h"
+#include "runtime/trace/lane_vector.h"
 
 namespace daylit {
 
@@ -137,6 +140,28 @@ bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
   return differs.x | differs.y | differs.z; // no branch: it would be guessed wrong at every faint edge
 }
 
+constexpr int kBlock = ChangePicture::kBlock;
+
+/// The colours of a row of a block, three numbers a pixel; as many as fill vectors, those beyond the pixels are equal.
+struct alignas(64) ColourRow {
+  static constexpr int kNumbers = 32;
+  static_assert(kNumbers >= 3 * kBlock);
+  float before[kNumbers] = {}, after[kNumbers] = {};
+};
+
+/// exceeds(), a bit for each number.
+DAYLIT_LANE_CLONES
+std::uint32_t exceeding(const ColourRow& row, float threshold) {
+  std::uint32_t bits = 0;
+#pragma omp simd reduction(| : bits)
+  for (int k = 0; k < ColourRow::kNumbers; ++k) {
+    const float before = std::fabs(row.before[k]), after = std::fabs(row.after[k]);
+    const float largest = before > after ? before : after;
+    bits |= std::fabs(row.after[k] - row.before[k]) > threshold * largest ? 1u << k : 0u;
+  }
+  return bits;
+}
+
 /// All that a pixel of the photograph is made of.
 class Compositor {
 public:
@@ -192,15 +217,18 @@ private:
     const Kind kind = change_ && settings_.differential ? change_->kind_at(block.x0, block.y0) : Kind::nothing;
     if (kind == Kind::nothing)
       return;
-    std::array<Rgb, ChangePicture::kBlock> ratio;
+    std::array<Rgb, kBlock> ratio, after;
     for (int y = block.y0; y < block.y1; ++y) {
       const std::size_t first = static_cast<std::size_t>(y) * photo_.width + block.x0;
-      if (kind == Kind::interpolate)
+      if (kind == Kind::interpolate) {
         change_->interpolate_row(block.x0, y, block.width(), ratio.data());
+        for (int k = 0; k < block.width(); ++k)
+          after[k] = photo_.texels[first + k] * ratio[k];
+        write_room(first, {after.data(), static_cast<std::size_t>(block.width())}, result, counts);
+        continue;
+      }
       for (int k = 0; k < block.width(); ++k)
-        if (kind == Kind::interpolate)
-          write(first + k, {photo_.texels[first + k] * ratio[k], 0.0f}, result, counts);
-        else if (const auto single = change_->ratio_at(block.x0 + k, y))
+        if (const auto single = change_->ratio_at(block.x0 + k, y))
           write(first + k, {photo_.texels[first + k] * *single, 0.0f}, result, counts);
     }
   }
@@ -241,7 +269,8 @@ private:
     const bool changes = change_->kind_at(block.x0, block.y0) == ChangePicture::Kind::interpolate;
     const float per_x = 1.0f / static_cast<float>(std::max(block.width() - 1, 1)),
                 per_y = 1.0f / static_cast<float>(std::max(block.height() - 1, 1));
-    std::array<PixelChange, ChangePicture::kBlock> change{};
+    std::array<PixelChange, kBlock> change{};
+    std::array<Rgb, kBlock> after;
     RoomPoint left = c[0], right = c[0], here = c[0];
     for (int y = block.y0; y < block.y1; ++y) {
       if (changes)
@@ -249,14 +278,15 @@ private:
       const float t = per_y * static_cast<float>(y - block.y0);
       mix(c[0], c[2], t, left);
       mix(c[1], c[3], t, right);
+      const std::size_t first = static_cast<std::size_t>(y) * photo_.width + block.x0;
       for (int k = 0; k < block.width(); ++k) {
         mix(left, right, per_x * static_cast<float>(k), here);
         const DrawnPixel pixel = drawn_.at(block.x0 + k, y);
         RoomLoss loss = direct_loss(pixel, here);
         loss.lost -= change[static_cast<std::size_t>(k)].irradiance;
-        const std::size_t i = static_cast<std::size_t>(y) * photo_.width + static_cast<std::size_t>(block.x0 + k);
-        write(i, {changed(photo_.texels[i], loss, here.reflectance, settings_), 0.0f}, result, counts);
+        after[k] = changed(photo_.texels[first + k], loss, here.reflectance, settings_);
       }
+      write_room(first, {after.data(), static_cast<std::size_t>(block.width())}, result, counts);
     }
     return true;
   }
@@ -269,6 +299,22 @@ private:
     result.picture.texels[i] = after.value;
     result.touched[i] = object ? 2 : 1;
     ++(object ? counts.object_pixels : counts.shadow_pixels);
+  }
+
+  /// The same of pixels side by side that show no object.
+  void write_room(std::size_t first, std::span<const Rgb> after, Composite& result, Counts& counts) const {
+    ColourRow row;
+    std::memcpy(row.before, &photo_.texels[first], after.size_bytes());
+    std::memcpy(row.after, after.data(), after.size_bytes());
+    const std::uint32_t exceeds = exceeding(row, settings_.threshold);
+    if (exceeds == 0)
+      return;
+    for (std::size_t k = 0; k < after.size(); ++k)
+      if (exceeds >> (3 * k) & 7u) {
+        result.picture.texels[first + k] = after[k];
+        result.touched[first + k] = 1;
+        ++counts.shadow_pixels;
+      }
   }
 
   struct Loss {
@@ -316,7 +362,6 @@ void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCame
   result.coverage.resize(photo.texels.size());
   const DrawnPicture drawn{frame, camera};
   const Compositor compositor(photo, drawn, room, settings, change);
-  constexpr int kBlock = ChangePicture::kBlock;
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
   tbb::parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
     const int y0 = row * kBlock, y1 = std::min(y0 + kBlock, photo.height);

@@ -57,6 +57,8 @@ struct Session::State {
   std::optional<DetectedSun> sun;
   std::vector<SkyMap> pyramid;
   std::optional<VolumeCombiner> light_field;
+  FrameReport sky_report; ///< times since the last frame
+  bool sky_is_new = false;
   // What follows from sky, objects and camera, each with whether it still holds.
   LightSet lights;
   std::vector<ApertureCell> cells;
@@ -75,6 +77,7 @@ struct Session::State {
   Result<void> move_objects();
   void find_probes();
   void measure_sky(const SkyImage& sky, StageClock& clock);
+  void look_at_sky(const SkyImage& sky, std::uint64_t sky_number);
   void sample();
   Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
   Result<void> draw(StageClock& clock);
@@ -174,9 +177,9 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
     resampler = SkyResampler::make(sky);
   const auto measured = find_sun(sky, resampler->pixel_directions());
   sun = steady_sun.update(sky, measured);
-  SkyMap map;
-  resampler->resample(sky, measured ? &*measured : nullptr, map);
-  pyramid = sky_map_pyramid(map);
+  pyramid.resize(std::max<std::size_t>(pyramid.size(), 1));
+  resampler->resample(sky, measured ? &*measured : nullptr, pyramid[0]);
+  halve_sky_map(pyramid);
   clock.end("sky");
   if (!region_sums || region_geometry != sky.geometry()) {
     region_sums = RegionSums::make(sky.geometry(), volume.partition, regions_that_count(volume));
@@ -189,6 +192,16 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   light_field->update(regions);
   clock.end("combine");
   has_samples = has_room_light = has_room_change_sky = has_object_light = has_drawn = has_picture = false;
+}
+
+void Session::State::look_at_sky(const SkyImage& sky, std::uint64_t sky_number) {
+  StageClock clock(sky_report);
+  const bool same = sky_memory.same_as(sky.image(), sky_number, sky.geometry().get());
+  clock.end("compare");
+  if (same)
+    return;
+  measure_sky(sky, clock);
+  sky_is_new = true;
 }
 
 void Session::State::sample() {
@@ -264,7 +277,7 @@ void Session::State::change_room() {
   if (!has_view)
     change_picture.set_view(camera, *room_rays, renderer.get(), drawn.origin);
   has_view = true;
-  change_picture.update(*room_change);
+  change_picture.update(*room_change, &drawn);
 }
 
 void Session::State::compose_picture(const RgbImage& photo, std::uint64_t photo_number) {
@@ -344,19 +357,20 @@ Rgb Session::room_radiance(const glm::dvec2& pixel) const {
                : Rgb(0.0f);
 }
 
+void Session::measure_sky(const SkyImage& sky, std::uint64_t sky_number) { state_->look_at_sky(sky, sky_number); }
+
 Result<const Frame*> Session::render(const FrameInput& input) {
   State& s = *state_;
   if (input.photo.width != s.camera.photo_width_px || input.photo.height != s.camera.photo_height_px)
     return Error{ErrorCode::value_invalid, "the picture changed its size", "interior image",
                  "restart with the new size"};
-  s.frame.report = {};
+  s.look_at_sky(input.sky, input.sky_number);
+  s.frame.report = std::exchange(s.sky_report, {});
   Reused& reused = s.frame.report.reused;
   StageClock clock(s.frame.report);
-  reused.sky = s.sky_memory.same_as(input.sky.image(), input.sky_number, input.sky.geometry().get());
+  reused.sky = !std::exchange(s.sky_is_new, false);
   const bool same_photo = s.photo_memory.same_as(input.photo, input.photo_number, nullptr);
   clock.end("compare");
-  if (!reused.sky)
-    s.measure_sky(input.sky, clock);
   reused.samples = s.has_samples;
   if (!s.has_samples) {
     s.sample();

@@ -82,6 +82,10 @@ public:
   void set_light_samples(int samples);
   void show(const ShownParts& parts);
 
+  /// What follows from the sky alone; render() does it where this was not called. Beside it the caller may look for the
+  /// markers of the camera's picture, which say where the camera stands.
+  void measure_sky(const SkyImage& sky, std::uint64_t sky_number = 0);
+
   /// The frame is the session's own and holds until the next call. Error: the picture has another size than announced;
   /// graphics failed.
   Result<const Frame*> render(const FrameInput& input);

@@ -57,7 +57,8 @@ BlockShader::SkyShare BlockShader::interpolate(Layer layer, int x, int y, const 
   const float wanted = layer == Layer::room || by_another_part ? 0.999f : kLeastWeight;
   if (sum < wanted || most - least > kSteepShare)
     return share;
-  return {before / sum, after / sum, true, share.between};
+  const float whole = 1.0f / sum;
+  return {whole * before, whole * after, true, share.between};
 }
 
 /// Light of the vertices at a point between them.
@@ -89,7 +90,7 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   Lanes& l = sky.known ? objects_ : outlines_;
   const int i = l.count++;
   l.points.set(i, point.position, point.normal);
-  l.starts.set(i, point.start, point.normal);
+  l.starts.set(i, ray_start(scene_, hit, point), point.normal);
   l.sky[i] = sky;
   if (!sky.known) {
     l.unknown |= 1u << i;
@@ -289,8 +290,9 @@ void BlockShader::shade(int column, int row) {
   const PixelBox pixels =
       frame_.box.common({column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide});
   bool has_edge = false, has_object = false;
-  for (int y = pixels.y0; y < pixels.y1; ++y)
-    for (int x = pixels.x0; x < pixels.x1; ++x) {
+  const PixelBox objects = pixels.common(view_.object_box());
+  for (int y = objects.y0; y < objects.y1; ++y)
+    for (int x = objects.x0; x < objects.x1; ++x) {
       has_edge = has_edge || view_.is_edge(x, y);
       has_object = has_object || view_.object(x, y).samples > 0;
     }

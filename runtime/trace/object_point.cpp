@@ -28,19 +28,25 @@ ObjectPoint object_point(const TracedScene& scene, const glm::vec3& eye, const O
   point.normal = length > 0.0f ? point.normal / length : facet / std::max(glm::length(facet), 1e-30f);
   // The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes. There a ray can
   // also slip between a facet and its neighbour that just faces away: a grazing back is the front.
-  point.back = glm::dot(facet, to_eye) < -kGrazing * glm::length(facet) * glm::length(to_eye);
-  const float side = point.back ? -1.0f : 1.0f;
-  point.normal *= side;
-  // A facet of a smooth surface shadows its own neighbours near the terminator. Rays start on the surface that the
-  // normals describe: the mean of the point's projections onto the vertices' tangent planes, where these lie outside
-  // (Hanika 2021, "Hacking the Shadow Terminator").
-  point.start = point.position;
+  const float towards_eye = glm::dot(facet, to_eye); // times both lengths
+  point.back = towards_eye < 0.0f &&
+               towards_eye * towards_eye > kGrazing * kGrazing * glm::dot(facet, facet) * glm::dot(to_eye, to_eye);
+  point.normal = point.back ? -point.normal : point.normal;
+  return point;
+}
+
+/// A facet of a smooth surface shadows its own neighbours near the terminator. Rays start on the surface that the
+/// normals describe: the mean of the point's projections onto the vertices' tangent planes, where these lie outside
+/// (Hanika 2021, "Hacking the Shadow Terminator").
+glm::vec3 ray_start(const TracedScene& scene, const ObjectHit& hit, const ObjectPoint& point) {
+  const auto& t = scene.triangles[hit.triangle];
+  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v}, side = point.back ? -1.0f : 1.0f;
+  glm::vec3 start = point.position + start_offset(scene) * point.normal;
   for (int k = 0; k < 3; ++k) {
     const glm::vec3 n = side * scene.normals[t[k]];
-    point.start -= b[k] * std::min(0.0f, glm::dot(point.position - p[k], n)) * n;
+    start -= b[k] * std::min(0.0f, glm::dot(point.position - scene.positions[t[k]], n)) * n;
   }
-  point.start += start_offset(scene) * point.normal;
-  return point;
+  return start;
 }
 
 } // namespace daylit

@@ -16,27 +16,10 @@ namespace daylit {
 
 namespace {
 
-constexpr float kSameSideCosine = 0.8f;
-constexpr float kSamePieceShare = 0.2f; // of the objects' radius, metres apart
-constexpr float kSamePlane_m = 1e-3f;
 constexpr float kLeastRadius_px = 32.0f, kLeastCoarseRadius_px = 72.0f; // of the objects in the picture
 constexpr float kSmoothShare = 0.04f; // coarse points that differ by less speak for the fine ones between
 
-bool is_near(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
-  const glm::vec3 d = position - g.position;
-  const float reach = kSamePieceShare * radius;
-  return layer == Layer::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m : glm::dot(d, d) < reach * reach;
-}
-
 } // namespace
-
-bool speaks_for(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
-  return g.exists && glm::dot(g.normal, normal) >= kSameSideCosine && is_near(g, layer, position, normal, radius);
-}
-
-bool stands_by(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
-  return g.exists && glm::dot(g.normal, normal) > 0.0f && is_near(g, layer, position, normal, radius);
-}
 
 /// Collects grid points of one layer until they fill the lanes, then finds their shares of the sky.
 class ShareGrid::Tracer {
@@ -116,6 +99,17 @@ void ShareGrid::mark_outlines(const VisibleSurfaces& view) {
   }
 }
 
+/// Of the blocks that are traced and those around them.
+void ShareGrid::clear_points() {
+  const PixelBox all =
+      PixelBox{blocks_.x0 - 1, blocks_.y0 - 1, blocks_.x1 + 1, blocks_.y1 + 1}.clipped(columns_, rows_);
+  points_.resize(2 * static_cast<std::size_t>(columns_) * rows_);
+  tbb::parallel_for(tbb::blocked_range<int>(all.y0, all.y1, 4), [&](const tbb::blocked_range<int>& range) {
+    for (int row = range.begin(); row != range.end(); ++row)
+      std::fill_n(&points_[index(Layer::object, all.x0, row)], 2 * all.width(), GridPoint{});
+  });
+}
+
 GridPoint ShareGrid::object_point_at(const TracedScene& scene, const VisibleSurfaces& view, int column, int row) const {
   GridPoint point;
   const int x = column * kBlockSide, y = row * kBlockSide;
@@ -127,7 +121,7 @@ GridPoint ShareGrid::object_point_at(const TracedScene& scene, const VisibleSurf
   point.triangle = at.back ? kNoTriangle : hit.triangle;
   point.normal = at.normal;
   point.position = at.position;
-  point.start = at.start;
+  point.start = ray_start(scene, hit, at);
   return point;
 }
 
@@ -245,30 +239,31 @@ bool ShareGrid::choose_stride(const TracedScene& scene, const VisibleSurfaces& v
 std::uint64_t ShareGrid::trace(const TracedScene& scene, const VisibleSurfaces& view,
                                std::span<const std::uint8_t> receives, const PixelBox& box) {
   constexpr int kTile = 8; // blocks: its coarse points fill the lanes
-  points_.clear();
-  if (!choose_stride(scene, view))
+  if (!choose_stride(scene, view)) {
+    points_.clear();
     return 0;
+  }
   columns_ = view.block_columns();
   rows_ = view.block_rows();
   sky_word_count_ = (scene.sky.lights.size() + 63) / 64;
   sun_groups_ = scene.sun.lights.direction_blocks().size();
-  points_.assign(2 * static_cast<std::size_t>(columns_) * rows_, {});
-  sky_words_.resize(points_.size() * sky_word_count_);
-  sun_bits_.assign(points_.size() * sun_groups_, {});
   // One block more on the far sides: its top left pixel is a corner of the last blocks.
   blocks_ = {box.x0 / kBlockSide, box.y0 / kBlockSide, std::min((box.x1 - 1) / kBlockSide + 2, columns_),
              std::min((box.y1 - 1) / kBlockSide + 2, rows_)};
+  clear_points();
+  sky_words_.resize(points_.size() * sky_word_count_);
+  sun_bits_.assign(points_.size() * sun_groups_, {});
   mark_outlines(view);
   std::atomic<std::uint64_t> rays{0};
   tbb::parallel_for(tbb::blocked_range<int>(blocks_.y0, blocks_.y1, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       rays += find_row(scene, view, receives, row);
   });
+  const int across = (blocks_.width() + kTile - 1) / kTile, down = (blocks_.height() + kTile - 1) / kTile;
   for (const bool coarse : {true, false})
-    tbb::parallel_for(0, (blocks_.height() + kTile - 1) / kTile, [&](int tile) {
-      const int first = blocks_.y0 + tile * kTile, last = std::min(first + kTile, blocks_.y1);
-      for (int column = blocks_.x0; column < blocks_.x1; column += kTile)
-        rays += trace_tile(scene, {column, first, std::min(column + kTile, blocks_.x1), last}, coarse);
+    tbb::parallel_for(0, across * down, [&](int tile) {
+      const int x0 = blocks_.x0 + tile % across * kTile, y0 = blocks_.y0 + tile / across * kTile;
+      rays += trace_tile(scene, PixelBox{x0, y0, x0 + kTile, y0 + kTile}.common(blocks_), coarse);
     });
   return rays;
 }

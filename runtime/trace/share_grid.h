@@ -9,9 +9,12 @@
 // tiny there is no grid.
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include <glm/geometric.hpp>
 
 #include "runtime/trace/traced_scene.h"
 #include "runtime/trace/visible_surfaces.h"
@@ -29,10 +32,24 @@ struct GridPoint {
   Rgb before{1.0f}, after{1.0f}; ///< shares of the open sky received without and with the objects
 };
 
-/// A grid point of the layer speaks for points nearby on the same smooth piece of surface. `radius`: of the objects.
-bool speaks_for(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius);
+/// It lies close by, on the room in the same plane. `radius`: of the objects.
+inline bool is_near(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius) {
+  constexpr float kSamePieceShare = 0.2f, kSamePlane_m = 1e-3f;
+  const glm::vec3 d = position - g.position;
+  const float reach = kSamePieceShare * radius;
+  return layer == Layer::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m : glm::dot(d, d) < reach * reach;
+}
+/// A grid point of the layer speaks for points nearby on the same smooth piece of surface.
+inline bool speaks_for(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal,
+                       float radius) {
+  constexpr float kSameSideCosine = 0.8f;
+  return g.exists && glm::dot(g.normal, normal) >= kSameSideCosine && is_near(g, layer, position, normal, radius);
+}
 /// It lies close by and faces the same way at all: what stands before it is likely to be the same.
-bool stands_by(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal, float radius);
+inline bool stands_by(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal,
+                      float radius) {
+  return g.exists && glm::dot(g.normal, normal) > 0.0f && is_near(g, layer, position, normal, radius);
+}
 
 class ShareGrid {
 public:
@@ -59,10 +76,11 @@ private:
     return (static_cast<std::size_t>(row) * columns_ + column) * 2 + static_cast<std::size_t>(layer);
   }
   bool is_coarse(int column, int row) const {
-    return (column - blocks_.x0) % stride_ == 0 && (row - blocks_.y0) % stride_ == 0;
+    return (((column - blocks_.x0) | (row - blocks_.y0)) & (stride_ - 1)) == 0;
   }
   bool choose_stride(const TracedScene& scene, const VisibleSurfaces& view);
   void mark_outlines(const VisibleSurfaces& view);
+  void clear_points();
   GridPoint object_point_at(const TracedScene& scene, const VisibleSurfaces& view, int column, int row) const;
   GridPoint room_point_at(const TracedScene& scene, const VisibleSurfaces& view, std::span<const std::uint8_t> receives,
                           int column, int row) const;
@@ -74,10 +92,10 @@ private:
 
   class Tracer;
   int columns_ = 0, rows_ = 0;
-  int stride_ = 2;                       ///< blocks between coarse points
+  int stride_ = 2;                       ///< blocks between coarse points, 1 or 2
   PixelBox blocks_;                      ///< that are traced, in blocks
   std::vector<std::uint8_t> at_outline_; ///< per block: its room counts though an object hides it
-  std::vector<GridPoint> points_;        ///< per block and layer
+  std::vector<GridPoint> points_;        ///< per block and layer; old ones further than a block from blocks_
   std::vector<LightWord> sky_words_;     ///< per point and 64 lights of the sky
   std::vector<LightBits> sun_bits_;      ///< per point and group of lights
   std::size_t sky_word_count_ = 0, sun_groups_ = 0;

@@ -1,10 +1,13 @@
 #include "runtime/trace/traced_renderer.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "runtime/render/bounds.h"
 #include "runtime/trace/object_point.h"
@@ -194,16 +197,18 @@ Result<std::vector<std::uint8_t>> TracedRenderer::vertices_in_view() {
   const auto mark = [&](const ObjectHit& hit) {
     if (hit.samples > 0)
       for (const std::uint32_t v : s.scene.triangles[hit.triangle])
-        used[v] = 1;
+        std::atomic_ref(used[v]).store(1, std::memory_order_relaxed);
   };
   const PixelBox& box = s.view.object_box();
-  for (int y = box.y0; y < box.y1; ++y)
-    for (int x = box.x0; x < box.x1; ++x)
-      if (s.view.is_edge(x, y))
-        for (const ObjectHit& hit : s.view.edge_hits(x, y))
-          mark(hit);
-      else
-        mark(s.view.object(x, y));
+  tbb::parallel_for(tbb::blocked_range<int>(box.y0, box.y1, 16), [&](const tbb::blocked_range<int>& rows) {
+    for (int y = rows.begin(); y != rows.end(); ++y)
+      for (int x = box.x0; x < box.x1; ++x)
+        if (s.view.is_edge(x, y))
+          for (const ObjectHit& hit : s.view.edge_hits(x, y))
+            mark(hit);
+        else
+          mark(s.view.object(x, y));
+  });
   return used;
 }
 

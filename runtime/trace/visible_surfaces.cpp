@@ -271,11 +271,13 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
 }
 
 void VisibleSurfaces::clear_objects() {
-  for (int y = object_box_.y0; y < object_box_.y1; ++y) {
-    const auto first = static_cast<std::ptrdiff_t>(pixel_index(object_box_.x0, y));
-    std::fill_n(object_.begin() + first, object_box_.width(), ObjectHit{});
-    std::fill_n(edge_of_pixel_.begin() + first, object_box_.width(), kNoEdge);
-  }
+  tbb::parallel_for(tbb::blocked_range<int>(object_box_.y0, object_box_.y1, 32), [&](const auto& rows) {
+    for (int y = rows.begin(); y != rows.end(); ++y) {
+      const auto first = static_cast<std::ptrdiff_t>(pixel_index(object_box_.x0, y));
+      std::fill_n(object_.begin() + first, object_box_.width(), ObjectHit{});
+      std::fill_n(edge_of_pixel_.begin() + first, object_box_.width(), kNoEdge);
+    }
+  });
   edges_.clear();
 }
 

@@ -228,6 +228,26 @@ TEST(SkyMap, pyramid_keeps_the_energy) {
   }
 }
 
+TEST(SkyMap, memory_of_another_frame_leaves_nothing_behind) {
+  const glm::dvec3 direction = glm::normalize(glm::dvec3(0.3, -0.7, 0.5));
+  const SkyImage first = sky_with_disc(direction, kSunAngularRadius, 1e5f, 1.0f),
+                 second = sky_with_disc(-direction, 0.3, 2.0f, 0.5f);
+  const SkyResampler resampler = SkyResampler::make(first, 128);
+  const auto sun = find_sun(first, resampler.pixel_directions());
+  ASSERT_TRUE(sun);
+  std::vector<SkyMap> kept(1);
+  resampler.resample(first, &*sun, kept[0]);
+  halve_sky_map(kept);
+  resampler.resample(second, nullptr, kept[0]);
+  halve_sky_map(kept);
+  SkyMap map;
+  resampler.resample(second, nullptr, map);
+  const auto fresh = sky_map_pyramid(map);
+  ASSERT_EQ(kept.size(), fresh.size());
+  for (std::size_t k = 0; k < fresh.size(); ++k)
+    EXPECT_EQ(kept[k].radiance, fresh[k].radiance) << "level " << k;
+}
+
 TEST(ShRotation, a_rotated_function_takes_the_rotated_values) {
   std::mt19937 rng(11);
   std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);

@@ -266,6 +266,20 @@ TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
   };
   Composite blocks, pixels;
   compose(photo, frame, camera, look_up, {}, blocks, &change);
+  ChangePicture beside;
+  beside.set_view(camera, s.rays, nullptr, {});
+  beside.update(s.change, &frame);
+  Composite same;
+  compose(photo, frame, camera, look_up, {}, same, &beside);
+  int behind = 0; // pixels that look_up() at the corners was spared
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * kSide + x;
+      ASSERT_EQ(same.picture.texels[i], blocks.picture.texels[i]) << x << " " << y;
+      behind += change.at(x, y) && !beside.at(x, y);
+      ASSERT_TRUE(!change.at(x, y) || beside.at(x, y) || blocks.coverage[i] == 1.0f);
+    }
+  EXPECT_GT(behind, 100) << "nothing is looked up behind the object";
   // A frame that does not say which blocks it shows is composed pixel by pixel: what it leaves out shows nothing.
   for (int y = frame.box.y0; y < frame.box.y1; ++y)
     for (int x = frame.box.x0; x < frame.box.x1; ++x)

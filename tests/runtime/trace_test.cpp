@@ -212,6 +212,31 @@ TEST(TracedRenderer, the_picture_does_not_depend_on_what_was_drawn_before) {
   EXPECT_LT(compare(*again, *fresh).object, 1e-3) << "a refitted hierarchy finds the same hits";
 }
 
+TEST(TracedRenderer, grid_points_of_another_view_are_forgotten) {
+  Scene scene;
+  auto moved = TracedRenderer::make(scene.room, scene.windows), still = TracedRenderer::make(scene.room, scene.windows);
+  ASSERT_TRUE(moved && still);
+  constexpr int kSide = 360; // the object is wide enough for coarse points
+  const auto looking_at = [](const glm::dvec3& x) { return test::look_at({3.0, 4.6, 1.1}, x, kSide, kSide, 0.6); };
+  const glm::dvec3 middle(2.0, 3.4, 0.2);
+  scene.camera = looking_at(middle);
+  ASSERT_TRUE(scene.render(*still));
+  for (const double aside_m : {-0.02, -0.01, 0.01, 0.02}) // the object lies a block or two beside where it will be
+    for (const glm::dvec3& way : {glm::dvec3(0, 0, 1), glm::dvec3(1, 0, 0)}) {
+      scene.camera = looking_at(middle + aside_m * way);
+      ASSERT_TRUE(scene.render(*moved));
+    }
+  scene.camera = looking_at(middle);
+  const auto a = scene.render(*moved), b = scene.render(*still);
+  ASSERT_TRUE(a && b);
+  EXPECT_EQ(moved->shadow_rays(), still->shadow_rays());
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x) {
+      ASSERT_EQ(at(a->object, *a, x, y), at(b->object, *b, x, y)) << x << " " << y;
+      ASSERT_EQ(at(a->lost_sky, *a, x, y), at(b->lost_sky, *b, x, y)) << x << " " << y;
+    }
+}
+
 TEST(TracedRenderer, an_object_where_none_can_be_seen_is_defined) {
   const glm::dvec3 eye{3.0, 4.6, 1.1};
   for (const glm::dvec3& place : {glm::dvec3(2.0, 5.0, 1.5), glm::dvec3(2.0, -0.5, 1.4), glm::dvec3(0.0, 2.0, 1.0), eye,
