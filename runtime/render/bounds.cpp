@@ -31,18 +31,19 @@ BoundingSphere ObjectSurface::bounds() const {
   return sphere;
 }
 
-glm::vec4 bounding_cone(const std::vector<DirectionalLight>& lights) {
+LightCone bounding_cone(const std::vector<DirectionalLight>& lights) {
   glm::dvec3 sum(0.0);
   for (const DirectionalLight& l : lights)
     sum += l.direction;
   if (lights.empty())
-    return {0.0f, 0.0f, 1.0f, -std::numbers::pi_v<float>};
+    return {};
   const double length = glm::length(sum);
   const glm::dvec3 axis = length > 1e-6 ? sum / length : glm::dvec3(0.0, 0.0, 1.0);
   double cosine = 1.0;
   for (const DirectionalLight& l : lights)
     cosine = std::min(cosine, glm::dot(axis, l.direction));
-  return {glm::vec3(axis), static_cast<float>(std::acos(std::clamp(cosine, -1.0, 1.0)) + 1e-3)};
+  const double half_angle = std::acos(std::clamp(cosine, -1.0, 1.0)) + 1e-3;
+  return {glm::vec3(axis), static_cast<float>(std::cos(half_angle)), static_cast<float>(std::sin(half_angle))};
 }
 
 PixelBox projected_box(const RenderCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions) {

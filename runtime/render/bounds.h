@@ -4,7 +4,6 @@
 #include <vector>
 
 #include <glm/vec3.hpp>
-#include <glm/vec4.hpp>
 
 #include "runtime/light/direct_light.h"
 #include "runtime/render/pixel_box.h"
@@ -12,8 +11,14 @@
 
 namespace daylit {
 
-/// xyz: axis, w: half angle (radians) of a cone that holds all light directions; half angle -pi when there are none.
-glm::vec4 bounding_cone(const std::vector<DirectionalLight>& lights);
+/// A cone that holds the directions towards all lights of a group.
+struct LightCone {
+  glm::vec3 axis{0.0f, 0.0f, 1.0f};
+  float cosine = 2.0f, sine = 0.0f; ///< of its half angle; cosine 2: no lights
+
+  bool empty() const { return cosine > 1.0f; }
+};
+LightCone bounding_cone(const std::vector<DirectionalLight>& lights);
 
 /// Drawn pixels that the points project to; the whole picture when one lies before the near plane. `positions`:
 /// relative to `origin` (world metres).

@@ -23,7 +23,7 @@ constexpr int kMaxLights = 1024, kMaxApertures = 256, kMaxApertureEdges = 2048;
 struct LightGroup {
   std::vector<MapAxes> maps;      ///< per light
   std::vector<MapAxes> room_maps; ///< of those that the room may keep from points near the objects
-  glm::vec4 cone{0.0f};           ///< bounding_cone()
+  LightCone cone;
   /// The lights of room_maps come first, in batches of their own: the others need not look into those maps.
   int first_batch = 0, room_batches = 0, batches = 0;
 };

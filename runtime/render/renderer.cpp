@@ -315,9 +315,8 @@ Result<void> Renderer::State::light_room(RenderedFrame& frame) {
   const Rgb sun = lights.sun_normal_irradiance();
   const RoomGrid::Scene scene{view,
                               room,
-                              {glm::vec3(sphere.centre), static_cast<float>(sphere.radius),
-                               ShadowReach::Cone(lights.sky().cone), ShadowReach::Cone(lights.sun().cone),
-                               lights.windows()},
+                              {glm::vec3(sphere.centre), static_cast<float>(sphere.radius), lights.sky().cone,
+                               lights.sun().cone, lights.windows()},
                               sun.r + sun.g + sun.b,
                               shares_lights()};
   const auto ask = [&](const LightPoints& sky_points, const LightPoints& sun_points) -> Result<void> {

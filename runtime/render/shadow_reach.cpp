@@ -7,17 +7,9 @@
 
 namespace daylit {
 
-ShadowReach::Cone::Cone(const glm::vec4& cone) {
-  if (cone.w < 0.0f)
-    return;
-  axis = glm::vec3(cone);
-  cosine = std::cos(cone.w);
-  sine = std::sin(cone.w);
-}
-
 /// Seen from the point, the sphere lies within the cone of directions or touches it.
-bool ShadowReach::from_cone(const Cone& cone, const glm::vec3& offset) const {
-  if (cone.cosine > 1.0f)
+bool ShadowReach::from_cone(const LightCone& cone, const glm::vec3& offset) const {
+  if (cone.empty())
     return false;
   const float squared = glm::dot(offset, offset), tangent = std::sqrt(std::max(squared - radius * radius, 0.0f));
   if (tangent <= 0.0f)

@@ -8,6 +8,8 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
+#include "runtime/render/bounds.h"
+
 namespace daylit {
 
 /// Up to four edges of a window, relative to the renderer's origin; dot(edge.xyz, x) + edge.w is positive inside, the
@@ -18,23 +20,16 @@ struct WindowEdges {
 };
 
 struct ShadowReach {
-  /// Directions towards lights.
-  struct Cone {
-    glm::vec3 axis{0.0f};
-    float cosine = 2.0f, sine = 0.0f; ///< of its half angle; cosine 2: no light
-    Cone() = default;
-    explicit Cone(const glm::vec4& cone); ///< bounding_cone()
-  };
   glm::vec3 centre{0.0f}; ///< of a sphere around the objects
   float radius = 0.0f;
-  Cone sky, sun;
+  LightCone sky, sun;
   std::span<const WindowEdges> windows;
 
   /// False when no light that comes through a window meets the sphere on its way to x. Conservative.
   bool meets(const glm::vec3& x) const;
 
 private:
-  bool from_cone(const Cone& cone, const glm::vec3& offset) const;
+  bool from_cone(const LightCone& cone, const glm::vec3& offset) const;
   bool stands_before_window(const glm::vec3& x, const glm::vec3& offset) const;
 };
 

@@ -108,7 +108,7 @@ bool block_near(const PointBlock& p, const glm::vec3& w, const ShadowCasters& ca
 } // namespace
 
 bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const glm::vec3& centre, float radius) {
-  if (cone.half_angle < 0.0f || casters.radius <= 0.0f)
+  if (cone.empty() || casters.radius <= 0.0f)
     return false;
   const glm::vec3 d = casters.centre - centre;
   const float distance = glm::length(d), reach = casters.radius + radius;

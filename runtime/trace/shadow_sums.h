@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "runtime/light/window_cone.h"
+#include "runtime/render/bounds.h"
 #include "runtime/trace/light_gates.h"
 #include "runtime/trace/packet_scene.h"
 
@@ -28,13 +29,6 @@ struct ShadowCasters {
   glm::vec3 centre{0.0f};                 ///< sphere around the objects, relative to the scenes' origin
   float radius = 0.0f;
   glm::vec3 low{0.0f}, high{0.0f}; ///< box around the objects
-};
-
-/// Cone that holds all light directions of a group: which blocks the objects can shadow at all.
-struct LightCone {
-  glm::vec3 axis{0.0f, 0.0f, 1.0f};
-  float half_angle = -10.0f;        ///< radians; negative: no lights
-  float cosine = 1.0f, sine = 0.0f; ///< of half_angle
 };
 
 /// False when no light of the cone can reach a point of the sphere (centre, radius) through the casters' sphere.

@@ -39,11 +39,6 @@ std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
   return list;
 }
 
-LightCone light_cone(const std::vector<DirectionalLight>& lights) {
-  const glm::vec4 cone = bounding_cone(lights);
-  return {glm::vec3(cone), cone.w, std::cos(cone.w), std::sin(cone.w)};
-}
-
 // Parts of an object further apart in depth than this share of its radius are shaded separately where they meet.
 constexpr float kApartShare = 0.04f;
 
@@ -180,8 +175,8 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
 Result<void> TracedRenderer::set_lights(const LightSet& lights) {
   State& s = *state_;
   TracedScene& scene = s.scene;
-  scene.sky = {LightGates(lights.sky, s.apertures, scene.origin), light_cone(lights.sky)};
-  scene.sun = {LightGates(lights.sun, s.apertures, scene.origin), light_cone(lights.sun)};
+  scene.sky = {LightGates(lights.sky, s.apertures, scene.origin), bounding_cone(lights.sky)};
+  scene.sun = {LightGates(lights.sun, s.apertures, scene.origin), bounding_cone(lights.sun)};
   scene.sun_normal_irradiance = Rgb(0.0f);
   for (const DirectionalLight& l : lights.sun)
     scene.sun_normal_irradiance += l.irradiance;
