@@ -14,6 +14,7 @@ namespace daylit {
 namespace {
 
 constexpr std::size_t kGrain = 64; ///< rows; fewer are not worth another thread
+constexpr std::size_t kBlockGrain = 512; ///< blocks; the same
 constexpr std::size_t kBlock = FirstLight::kBlock;
 
 Error broken(const char* what) {
@@ -34,8 +35,10 @@ std::vector<float> in_blocks(std::span<const Rgb> radiance) {
       for (std::size_t k = 0; k < count; ++k)
         blocks[(3 * block + c) * kBlock + k] = from[3 * (block * kBlock + k) + c];
   };
-  for (std::size_t block = 0; block < whole; ++block)
-    copy(block, kBlock);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, whole, kBlockGrain), [&](const auto& part) {
+    for (std::size_t block = part.begin(); block < part.end(); ++block)
+      copy(block, kBlock);
+  });
   copy(whole, radiance.size() % kBlock);
   return blocks;
 }

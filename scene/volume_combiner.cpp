@@ -120,21 +120,23 @@ VolumeCombiner::Weights VolumeCombiner::weights(std::span<const Rgb> row_radianc
   Weights w;
   for (const Rgb& radiance : row_radiance)
     w.rows_read += radiance != Rgb(0.0f) ? 1 : 0;
+  std::vector<float> of_colour;
   for (int c = 0; c < 3; ++c)
     if (fixed_.empty()) {
       for (std::uint32_t r = 0; r < row_radiance.size(); ++r)
         if (const float x = row_radiance[r][c]; x != 0.0f)
           w.rows[static_cast<std::size_t>(c)].push_back({r, x});
     } else {
-      w.fixed[static_cast<std::size_t>(c)] = fixed_rows(row_radiance, c);
+      w.fixed[static_cast<std::size_t>(c)] = fixed_rows(row_radiance, c, of_colour);
     }
   return w;
 }
 
-/// One colour, pairs of rows that are not both black.
-detail::FixedRows VolumeCombiner::fixed_rows(std::span<const Rgb> row_radiance, int colour) const {
+/// One colour, pairs of rows that are not both black. `weight`: to work in.
+detail::FixedRows VolumeCombiner::fixed_rows(std::span<const Rgb> row_radiance, int colour,
+                                             std::vector<float>& weight) const {
   const std::size_t rows = padded_rows();
-  std::vector<float> weight(rows, 0.0f);
+  weight.assign(rows, 0.0f);
   std::vector<std::uint32_t> pairs;
   pairs.reserve(rows / 2);
   for (std::size_t r = 0; r < row_radiance.size(); ++r)
@@ -216,26 +218,26 @@ std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
       return 0;
     std::ranges::copy(region_radiance, current_.begin());
     combine(*compact_, region_radiance, field_.probe, field_.band4);
-    return static_cast<std::size_t>(std::ranges::count_if(current_, [](const Rgb& x) { return x != Rgb(0.0f); }));
+    return current_.size();
   }
   if (!band4_.empty() && band4_[0].update(region_radiance) > 0)
     field_.band4 = band4_[0].field_.probe;
-  std::vector<Rgb> next(region_.size()), step(region_.size());
+  change_.resize(region_.size());
   std::size_t changed = 0, lit = 0;
   for (std::size_t r = 0; r < region_.size(); ++r) {
     assert(static_cast<std::size_t>(region_[r]) < region_radiance.size());
-    next[r] = region_radiance[static_cast<std::size_t>(region_[r])];
-    step[r] = next[r] - current_[r];
-    changed += next[r] != current_[r] ? 1 : 0;
-    lit += next[r] != Rgb(0.0f) ? 1 : 0;
+    const Rgb next = region_radiance[static_cast<std::size_t>(region_[r])];
+    change_[r] = next - current_[r];
+    changed += next != current_[r] ? 1 : 0;
+    lit += next != Rgb(0.0f) ? 1 : 0;
+    current_[r] = next;
   }
   if (changed == 0 || probes_ == 0)
     return 0;
-  current_ = std::move(next);
   const bool fully = changed >= lit || ++steps_ > kRefreshAfter;
   if (fully)
     steps_ = 0;
-  const Weights w = weights(fully ? current_ : step);
+  const Weights w = weights(fully ? current_ : change_);
   add_all(w, fully);
   return w.rows_read;
 }

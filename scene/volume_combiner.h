@@ -34,7 +34,8 @@ public:
   static VolumeCombiner make(const BasisVolume& volume, Storage storage = Storage::fixed16,
                              ShOrder order = ShOrder::second);
 
-  /// `region_radiance`: one per region of the partition. Returns how many rows of the basis were read.
+  /// `region_radiance`: one per region of the partition. Returns how many rows of the basis were read; of a
+  /// compact one, all nodes or none.
   std::size_t update(std::span<const Rgb> region_radiance);
   const LightField& field() const { return field_; }
 
@@ -56,6 +57,7 @@ private:
   std::vector<float> row_scale_;  ///< [colour][row], rows in whole pairs
   std::vector<float> tile_scale_; ///< [colour][tile]
   std::vector<Rgb> current_;      ///< radiance of each row's region at the last update
+  std::vector<Rgb> change_;       ///< from the one before; kept for its memory
   int steps_ = 0;                 ///< since the last full combination
   LightField field_;
   std::vector<VolumeCombiner> band4_; ///< of constant regions: empty, or one whose numbers are those of l = 4
@@ -71,7 +73,7 @@ private:
   std::size_t fixed_stride() const { return padded_rows() + (padded_rows() % 16 == 0 ? 2 : 0); }
   bool in_cache() const;
   Weights weights(std::span<const Rgb> row_radiance) const;
-  detail::FixedRows fixed_rows(std::span<const Rgb> row_radiance, int colour) const;
+  detail::FixedRows fixed_rows(std::span<const Rgb> row_radiance, int colour, std::vector<float>& weight) const;
   void add_tile(const Weights& weights, std::size_t colour, std::size_t tile, std::size_t first, std::size_t count,
                 float* sum) const;
   void prefetch_tile(const Weights& weights, std::size_t tile) const;
