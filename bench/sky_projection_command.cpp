@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "bench/command.h"
 #include "bench/timing.h"
@@ -37,12 +38,17 @@ SkyImage noisy_sky(int size_px) {
   return *SkyImage::make(std::move(image), projection, {GroundFill::Kind::albedo, 0.2f});
 }
 
-/// Writes more than any cache holds.
+/// Writes twice what the last cache holds.
 void flush_caches() {
-  constexpr std::size_t kMore = std::size_t{256} << 20, kLine = 64;
-  static std::vector<std::byte> other(kMore);
-  for (std::size_t k = 0; k < kMore; k += kLine)
+  constexpr std::size_t kLeast = std::size_t{256} << 20, kLine = 64;
+  static std::vector<std::byte> other(std::max(kLeast, 2 * std::size_t(std::max(sysconf(_SC_LEVEL3_CACHE_SIZE), 0L))));
+  for (std::size_t k = 0; k < other.size(); k += kLine)
     other[k] = static_cast<std::byte>(std::to_integer<int>(other[k]) + 1);
+}
+
+double median(std::vector<double> list) {
+  std::ranges::nth_element(list, list.begin() + std::ptrdiff_t(list.size() / 2));
+  return list[list.size() / 2];
 }
 
 nlohmann::json measure(const SkyImage& sky, const SkyPartition& partition, std::span<const std::uint8_t> needed = {}) {
@@ -52,13 +58,14 @@ nlohmann::json measure(const SkyImage& sky, const SkyPartition& partition, std::
   const auto sweep = [&] { sink = sink + detail::tile_kernels().sum_bytes(picture.data(), picture.size()); };
   const auto reduce = [&] { sink = sink + sums.reduce(sky).front().r; };
   const auto warm_sweep = alternate(kRepetitions, sweep), warm = alternate(kRepetitions, reduce);
-  double cold_sweep = 1e9, cold = 1e9;
+  std::vector<double> cold_sweeps, colds;
   for (int k = 0; k < kRepetitions / 4; ++k) {
     flush_caches();
-    cold_sweep = std::min(cold_sweep, time_once(sweep));
+    cold_sweeps.push_back(time_once(sweep));
     flush_caches();
-    cold = std::min(cold, time_once(reduce));
+    colds.push_back(time_once(reduce));
   }
+  const double cold_sweep = median(cold_sweeps), cold = median(colds);
   return {{"name", partition.name()},
           {"table_megabytes", static_cast<double>(sums.bytes()) / 1e6},
           {"sweep_warm_ms", 1e3 * warm_sweep[0]},
