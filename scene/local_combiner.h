@@ -30,7 +30,7 @@ private:
 /// Made once for a place of the object (some milliseconds): what the sky's regions do to these probes alone is a matrix
 /// of low rank, because the probes are neighbours. Its two factors are evaluated per frame in one pass over the sky.
 /// The rank (at most 64) follows from `error`, the share of the norm that random skies may lose. Measured at 0.02 in a
-/// room with one opening: 0.6 to 0.9 % under a sky that is lit all over, 3.4 to 4.7 % where one region alone is lit.
+/// room with one opening: 0.4 to 0.9 % under a sky that is lit all over, 3.0 to 4.2 % where one region alone is lit.
 class LocalCombiner {
 public:
   static constexpr std::size_t kMostProbes = 512;
