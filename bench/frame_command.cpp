@@ -16,6 +16,7 @@
 #include "bench/command.h"
 #include "bench/flicker.h"
 #include "bench/frame_scene.h"
+#include "bench/timing.h"
 #include "runtime/input/marker_tracker.h"
 
 namespace daylit::bench {
@@ -54,14 +55,6 @@ struct Timing {
     shadow_rays.push_back(static_cast<double>(report.shadow_rays));
   }
 };
-
-double median(std::vector<double> v) {
-  if (v.empty())
-    return 0.0;
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 nlohmann::json to_json(const Timing& t) {
   nlohmann::json j{{"wall_ms", median(t.wall_ms)},

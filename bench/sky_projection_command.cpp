@@ -46,11 +46,6 @@ void flush_caches() {
     other[k] = static_cast<std::byte>(std::to_integer<int>(other[k]) + 1);
 }
 
-double median(std::vector<double> list) {
-  std::ranges::nth_element(list, list.begin() + std::ptrdiff_t(list.size() / 2));
-  return list[list.size() / 2];
-}
-
 nlohmann::json measure(const SkyImage& sky, const SkyPartition& partition, std::span<const std::uint8_t> needed = {}) {
   const RegionSums sums = RegionSums::make(sky.geometry(), partition, needed);
   const std::span<const std::byte> picture = std::as_bytes(std::span(sky.image().texels));

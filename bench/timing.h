@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
@@ -32,6 +33,15 @@ std::vector<double> alternate(int repetitions, Bodies&&... bodies) {
     ((best[k] = std::min(best[k], time_once(bodies)), ++k), ...);
   }
   return best;
+}
+
+/// 0 of no values.
+inline double median(std::vector<double> v) {
+  if (v.empty())
+    return 0.0;
+  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), middle, v.end());
+  return *middle;
 }
 
 } // namespace daylit::bench

@@ -17,11 +17,11 @@ namespace daylit {
 
 /// Rows are pieces of surface, or three per piece (all red, all green, all blue) where panes are tinted.
 struct FirstLight {
-  static constexpr std::size_t kBlock = 8, kMostRegions = kBlock * 65536;
+  static constexpr std::size_t kBlock = 8;
 
   std::vector<float> scale;               ///< of each row
   std::vector<std::uint32_t> first_block; ///< of each row, and one more: the end
-  std::vector<std::uint16_t> block;       ///< regions from kBlock * block on; increasing within a row
+  std::vector<std::uint16_t> block;       ///< regions from kBlock * block on (no sky has 2^19); increasing within a row
   std::vector<std::uint16_t> weight;      ///< half floats, kBlock for each block; 0 for regions beyond the last
 
   std::size_t rows() const { return scale.size(); }
