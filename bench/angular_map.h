@@ -7,7 +7,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "scene/rgb_image.h"
+#include "scene/image/rgb_image.h"
 
 namespace daylit::bench {
 

@@ -5,7 +5,7 @@
 
 #include <unistd.h>
 
-#include "scene/atomic_file.h"
+#include "scene/core/atomic_file.h"
 #include "simulate/sample_scene.h"
 
 namespace daylit::bench {

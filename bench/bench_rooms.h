@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/result.h"
-#include "scene/room_formats.h"
+#include "scene/core/result.h"
+#include "scene/room/room_formats.h"
 
 namespace daylit::bench {
 

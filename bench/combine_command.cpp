@@ -13,10 +13,10 @@
 
 #include "bench/command.h"
 #include "bench/timing.h"
-#include "scene/detail/tile_kernels.h"
-#include "scene/local_combiner.h"
-#include "scene/volume_combiner.h"
-#include "scene/volume_file.h"
+#include "scene/core/tile_kernels.h"
+#include "scene/volume/local_combiner.h"
+#include "scene/volume/volume_combiner.h"
+#include "scene/volume/volume_file.h"
 
 namespace daylit::bench {
 namespace {

@@ -8,8 +8,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "scene/program.h"
-#include "scene/result.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
 
 namespace CLI {
 class App;

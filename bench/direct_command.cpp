@@ -17,7 +17,7 @@
 #include "bench/frame_scene.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/trace/traced_renderer.h"
-#include "scene/volume_file.h"
+#include "scene/volume/volume_file.h"
 
 namespace daylit::bench {
 

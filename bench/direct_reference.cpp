@@ -6,8 +6,8 @@
 
 #include <glm/geometric.hpp>
 
-#include "scene/aperture.h"
-#include "scene/glass.h"
+#include "scene/room/aperture.h"
+#include "scene/room/glass.h"
 
 namespace daylit::bench {
 

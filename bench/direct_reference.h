@@ -10,11 +10,11 @@
 
 #include <glm/vec3.hpp>
 
-#include "runtime/render/picture_renderer.h"
-#include "runtime/render/render_camera.h"
-#include "scene/ray_scene.h"
-#include "scene/room.h"
-#include "scene/sky_model.h"
+#include "runtime/base/render_camera.h"
+#include "runtime/picture/picture_renderer.h"
+#include "scene/room/ray_scene.h"
+#include "scene/room/room.h"
+#include "scene/sky/sky_model.h"
 
 namespace daylit::bench {
 

@@ -19,7 +19,7 @@
 #include "bench/reference_light.h"
 #include "bench/timing.h"
 #include "precompute/planned_bake.h"
-#include "scene/volume_combiner.h"
+#include "scene/volume/volume_combiner.h"
 
 namespace daylit::bench {
 namespace {

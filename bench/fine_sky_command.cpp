@@ -13,7 +13,7 @@
 #include "bench/command.h"
 #include "bench/timing.h"
 #include "precompute/bake.h"
-#include "scene/volume_combiner.h"
+#include "scene/volume/volume_combiner.h"
 
 namespace daylit::bench {
 namespace {

@@ -6,10 +6,10 @@
 #include <glm/geometric.hpp>
 
 #include "precompute/bake.h"
-#include "scene/atomic_file.h"
-#include "scene/image_formats.h"
-#include "scene/room_formats.h"
-#include "scene/volume_file.h"
+#include "scene/core/atomic_file.h"
+#include "scene/image/image_formats.h"
+#include "scene/room/room_formats.h"
+#include "scene/volume/volume_file.h"
 #include "simulate/marker_board.h"
 #include "simulate/picture.h"
 #include "simulate/sample_scene.h"

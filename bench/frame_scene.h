@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "runtime/service/session.h"
-#include "scene/config.h"
-#include "scene/image_formats.h"
-#include "scene/lens.h"
-#include "scene/object_mesh.h"
-#include "scene/program.h"
-#include "scene/sky_model.h"
+#include "runtime/session/session.h"
+#include "scene/config/config.h"
+#include "scene/core/program.h"
+#include "scene/image/image_formats.h"
+#include "scene/lens/lens.h"
+#include "scene/model/object_mesh.h"
+#include "scene/sky/sky_model.h"
 
 namespace daylit::bench {
 

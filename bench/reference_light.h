@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "scene/aperture.h"
-#include "scene/program.h"
-#include "scene/result.h"
-#include "scene/room.h"
-#include "scene/sky.h"
-#include "scene/volume.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+#include "scene/room/aperture.h"
+#include "scene/room/room.h"
+#include "scene/sky/sky.h"
+#include "scene/volume/volume.h"
 #include "simulate/irradiance.h"
 
 namespace daylit::bench {

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/command.h"
-#include "scene/atomic_file.h"
+#include "scene/core/atomic_file.h"
 #include "sh/basis.h"
 
 namespace daylit::bench {

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "scene/room.h"
+#include "scene/room/room.h"
 
 namespace daylit::bench {
 

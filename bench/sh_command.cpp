@@ -7,7 +7,7 @@
 
 #include "bench/command.h"
 #include "bench/sh_sections.h"
-#include "scene/image_formats.h"
+#include "scene/image/image_formats.h"
 #include "sh/basis.h"
 #include "sh/detail/kernels.h"
 

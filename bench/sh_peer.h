@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "scene/result.h"
+#include "scene/core/result.h"
 
 namespace daylit::bench {
 

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/sh_peer.h"
-#include "scene/program.h"
-#include "scene/rgb_image.h"
+#include "scene/core/program.h"
+#include "scene/image/rgb_image.h"
 
 namespace daylit::bench {
 

@@ -11,9 +11,9 @@
 
 #include "bench/command.h"
 #include "bench/timing.h"
-#include "scene/detail/tile_kernels.h"
-#include "scene/sky_partition.h"
-#include "scene/volume_file.h"
+#include "scene/core/tile_kernels.h"
+#include "scene/sky/sky_partition.h"
+#include "scene/volume/volume_file.h"
 
 namespace daylit::bench {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/room.h"
+#include "scene/room/room.h"
 
 namespace daylit::bench {
 

@@ -1,4 +1,4 @@
-# cmake -DSOURCE_DIR=. -P check_includes.cmake : fails when a module includes a header it may not use,
+# cmake -DSOURCE_DIR=. -P check_includes.cmake : fails when a module, or a folder of one, includes a header it may not use,
 # or when a public header of any module names a third-party library that must stay behind a boundary.
 cmake_minimum_required(VERSION 3.21)
 set(PROJECT_SOURCE_DIR "${SOURCE_DIR}")
@@ -21,8 +21,18 @@ foreach(module IN LISTS DAYLIT_MODULES)
         message(SEND_ERROR "${file}: ${line}\n  '${module}' may not use '${target}'")
         math(EXPR failures "${failures}+1")
       endif()
+      if(DAYLIT_FOLDERS_${module} AND line MATCHES "[\"<]${module}/")
+        string(REGEX MATCH "^${SOURCE_DIR}/${module}/([a-z_]+)/" _ "${file}")
+        set(folder "${CMAKE_MATCH_1}")
+        string(REGEX MATCH "[\"<]${module}/([a-z_]+)[/.]" _ "${line}")
+        set(target "${CMAKE_MATCH_1}")
+        if(NOT target STREQUAL folder AND NOT target IN_LIST DAYLIT_MAY_USE_${module}_${folder})
+          message(SEND_ERROR "${file}: ${line}\n  '${module}/${folder}' may not use '${module}/${target}'")
+          math(EXPR failures "${failures}+1")
+        endif()
+      endif()
       # bench is a program: it has no public headers.
-      if(file MATCHES "\\.h$" AND NOT file MATCHES "/detail/" AND NOT module STREQUAL bench AND line MATCHES "opencv2|CGAL/|embree3|OpenEXR|Imf|arv\\.h|toml\\+\\+|nlohmann|httplib")
+      if(file MATCHES "\\.h$" AND NOT file MATCHES "/detail/|/scene/format/" AND NOT module STREQUAL bench AND line MATCHES "opencv2|CGAL/|embree3|OpenEXR|Imf|arv\\.h|toml\\+\\+|nlohmann|httplib")
         message(SEND_ERROR "${file}: ${line}\n  third-party types do not cross a public header")
         math(EXPR failures "${failures}+1")
       endif()

@@ -1,5 +1,6 @@
-# The direction of dependencies (docs/design.md). An entry lists what a module may use; nothing else may be
-# linked, and nothing else may be included: the build stops when a source file reaches upwards.
+# The direction of dependencies (docs/design.md). An entry lists what a module, or a folder of a module, may use: nothing
+# else may be linked, and nothing else may be included. The build stops when a source file reaches upwards.
+set(DAYLIT_MODULES sh scene radiosity precompute runtime calibration simulate bench)
 set(DAYLIT_MAY_USE_sh "")
 set(DAYLIT_MAY_USE_scene sh)
 set(DAYLIT_MAY_USE_radiosity sh scene)
@@ -8,7 +9,34 @@ set(DAYLIT_MAY_USE_runtime sh scene)
 set(DAYLIT_MAY_USE_calibration sh scene radiosity)
 set(DAYLIT_MAY_USE_simulate sh scene radiosity precompute runtime calibration)
 set(DAYLIT_MAY_USE_bench sh scene radiosity precompute runtime calibration simulate)
-set(DAYLIT_MODULES sh scene radiosity precompute runtime calibration simulate bench)
+
+# Floors of scene, lowest first.
+set(DAYLIT_FOLDERS_scene core image lens format room sky model volume config)
+set(DAYLIT_MAY_USE_scene_core "")
+set(DAYLIT_MAY_USE_scene_image core)
+set(DAYLIT_MAY_USE_scene_lens core)
+set(DAYLIT_MAY_USE_scene_format core image)
+set(DAYLIT_MAY_USE_scene_room core image format)
+set(DAYLIT_MAY_USE_scene_sky core image lens format room)
+set(DAYLIT_MAY_USE_scene_model core image format)
+set(DAYLIT_MAY_USE_scene_volume core image format room sky)
+set(DAYLIT_MAY_USE_scene_config core image format sky)
+
+# Floors of runtime, lowest first.
+set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window cmd)
+set(DAYLIT_MAY_USE_runtime_base "")
+set(DAYLIT_MAY_USE_runtime_sky base)
+set(DAYLIT_MAY_USE_runtime_object base sky)
+set(DAYLIT_MAY_USE_runtime_picture base sky object)
+set(DAYLIT_MAY_USE_runtime_indirect base sky object picture)
+set(DAYLIT_MAY_USE_runtime_shading base sky object picture indirect)
+set(DAYLIT_MAY_USE_runtime_trace base sky object picture shading)
+set(DAYLIT_MAY_USE_runtime_gl base sky object picture indirect shading)
+set(DAYLIT_MAY_USE_runtime_composite base picture indirect)
+set(DAYLIT_MAY_USE_runtime_input composite)
+set(DAYLIT_MAY_USE_runtime_session base sky object picture indirect trace gl composite)
+set(DAYLIT_MAY_USE_runtime_window base gl session)
+set(DAYLIT_MAY_USE_runtime_cmd input session window)
 
 function(daylit_check_uses name)
   foreach(used IN LISTS ARGN)

@@ -8,10 +8,10 @@
 #include <span>
 #include <string>
 
-#include "scene/program.h"
-#include "scene/result.h"
-#include "scene/room_formats.h"
-#include "scene/sky_partition.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+#include "scene/room/room_formats.h"
+#include "scene/sky/sky_partition.h"
 
 namespace daylit::precompute {
 

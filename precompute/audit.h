@@ -13,8 +13,8 @@
 
 #include "precompute/held_out.h"
 #include "radiosity/solve.h"
-#include "scene/aperture.h"
-#include "scene/volume.h"
+#include "scene/room/aperture.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 

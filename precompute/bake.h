@@ -15,12 +15,12 @@
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/solve.h"
-#include "scene/aperture.h"
-#include "scene/program.h"
-#include "scene/result.h"
-#include "scene/room_formats.h"
-#include "scene/sky_partition.h"
-#include "scene/volume.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+#include "scene/room/aperture.h"
+#include "scene/room/room_formats.h"
+#include "scene/sky/sky_partition.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 

@@ -5,7 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "precompute/room_check.h"
-#include "scene/program.h"
+#include "scene/core/program.h"
 
 namespace daylit::precompute {
 

@@ -6,7 +6,7 @@
 
 #include <unistd.h>
 
-#include "scene/checksum.h"
+#include "scene/core/checksum.h"
 
 namespace daylit::precompute {
 

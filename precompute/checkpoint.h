@@ -10,7 +10,7 @@
 #include <mutex>
 
 #include "radiosity/work_store.h"
-#include "scene/result.h"
+#include "scene/core/result.h"
 
 namespace daylit::precompute {
 

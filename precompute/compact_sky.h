@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "precompute/surface_light.h"
-#include "scene/compact_basis.h"
-#include "scene/program.h"
-#include "scene/result.h"
-#include "scene/sky_partition.h"
-#include "scene/volume.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+#include "scene/sky/sky_partition.h"
+#include "scene/volume/compact_basis.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 

@@ -11,10 +11,10 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/first_bounce.h"
-#include "scene/ray_scene.h"
-#include "scene/result.h"
-#include "scene/room.h"
-#include "scene/sky_partition.h"
+#include "scene/core/result.h"
+#include "scene/room/ray_scene.h"
+#include "scene/room/room.h"
+#include "scene/sky/sky_partition.h"
 
 namespace daylit::precompute {
 

@@ -14,8 +14,8 @@
 #include "precompute/planned_bake.h"
 #include "precompute/probes.h"
 #include "precompute/room_frame.h"
-#include "scene/checksum.h"
-#include "scene/volume_file.h"
+#include "scene/core/checksum.h"
+#include "scene/volume/volume_file.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 
 #include "precompute/bake.h"
 #include "precompute/pilot.h"
-#include "scene/volume_file.h"
+#include "scene/volume/volume_file.h"
 
 namespace daylit::precompute {
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "scene/result.h"
-#include "scene/volume.h"
+#include "scene/core/result.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 
@@ -21,8 +21,8 @@ inline bool is_graded(const ProbeDensity& density) {
 /// Density from the light of a coarse volume of constant regions on a regular grid. With g the mean squared second
 /// difference along an axis over the air of a plane and the regions of the sky, each against its own light (suns, of
 /// which any may shine), the error h^2 f'' of linear interpolation is least for h ~ g^-1/5 (equidistribution; de Boor,
-/// A Practical Guide to Splines, chapter XII). The exponent here is a third of that: a coarse grid sees the curvature only
-/// roughly, and what is wrong costs more than what is not won (README). Error: the volume's room.
+/// A Practical Guide to Splines, chapter XII). The exponent here is a third of that: a coarse grid sees the curvature
+/// only roughly, and what is wrong costs more than what is not won (README). Error: the volume's room.
 Result<ProbeDensity> probe_density(const BasisVolume& coarse);
 
 /// `count` coordinates from `first` to `last` (both among them) with equally much density between neighbours; nowhere

@@ -8,7 +8,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include "scene/probe_planes.h"
+#include "scene/volume/probe_planes.h"
 
 namespace daylit::precompute {
 

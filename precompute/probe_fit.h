@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "scene/volume.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 

@@ -14,10 +14,10 @@
 
 #include "precompute/probe_matrix.h"
 #include "precompute/probe_text.h"
-#include "scene/direct_sky.h"
-#include "scene/program.h"
-#include "scene/sky.h"
-#include "scene/volume_file.h"
+#include "scene/core/program.h"
+#include "scene/sky/direct_sky.h"
+#include "scene/sky/sky.h"
+#include "scene/volume/volume_file.h"
 
 namespace {
 

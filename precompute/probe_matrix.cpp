@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
-#include "scene/window_view.h"
+#include "scene/room/window_view.h"
 
 namespace daylit::precompute {
 

@@ -5,10 +5,10 @@
 #include <span>
 
 #include "precompute/probe_text.h"
-#include "scene/program.h"
-#include "scene/radiance_matrix.h"
-#include "scene/ray_scene.h"
-#include "scene/volume.h"
+#include "scene/core/program.h"
+#include "scene/room/ray_scene.h"
+#include "scene/volume/radiance_matrix.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 

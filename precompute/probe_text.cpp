@@ -8,8 +8,8 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "scene/glass.h"
-#include "scene/volume_file.h"
+#include "scene/room/glass.h"
+#include "scene/volume/volume_file.h"
 
 namespace daylit::precompute {
 

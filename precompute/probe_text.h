@@ -8,11 +8,11 @@
 
 #include <glm/vec3.hpp>
 
-#include "scene/result.h"
-#include "scene/rgb_image.h"
-#include "scene/sh_layout.h"
-#include "scene/sky_description.h"
-#include "scene/volume.h"
+#include "scene/core/result.h"
+#include "scene/image/rgb_image.h"
+#include "scene/sky/sky_description.h"
+#include "scene/volume/sh_layout.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 

@@ -9,7 +9,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "scene/probe_planes.h"
+#include "scene/volume/probe_planes.h"
 
 namespace daylit::precompute {
 

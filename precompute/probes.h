@@ -6,11 +6,11 @@
 #include <glm/vec3.hpp>
 
 #include "precompute/probe_density.h"
-#include "scene/aperture.h"
-#include "scene/ray_scene.h"
-#include "scene/result.h"
-#include "scene/room.h"
-#include "scene/volume.h"
+#include "scene/core/result.h"
+#include "scene/room/aperture.h"
+#include "scene/room/ray_scene.h"
+#include "scene/room/room.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute {
 

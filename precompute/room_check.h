@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "scene/aperture.h"
-#include "scene/result.h"
-#include "scene/room_formats.h"
+#include "scene/core/result.h"
+#include "scene/room/aperture.h"
+#include "scene/room/room_formats.h"
 
 namespace daylit::precompute {
 

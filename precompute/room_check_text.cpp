@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "precompute/room_check.h"
-#include "scene/glass.h"
+#include "scene/room/glass.h"
 
 namespace daylit::precompute {
 

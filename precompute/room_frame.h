@@ -5,7 +5,7 @@
 // mesher and roundings of the rays fall the same way.
 
 #include "precompute/bake.h"
-#include "scene/room.h"
+#include "scene/room/room.h"
 
 namespace daylit::precompute {
 

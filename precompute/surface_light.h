@@ -10,7 +10,7 @@
 #include "precompute/detail/light_leaves.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/solve.h"
-#include "scene/program.h"
+#include "scene/core/program.h"
 
 namespace daylit::precompute {
 

@@ -10,10 +10,10 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/patches.h"
-#include "scene/aperture.h"
-#include "scene/ray_scene.h"
-#include "scene/result.h"
-#include "scene/room.h"
+#include "scene/core/result.h"
+#include "scene/room/aperture.h"
+#include "scene/room/ray_scene.h"
+#include "scene/room/room.h"
 
 namespace daylit::radiosity {
 

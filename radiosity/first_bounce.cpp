@@ -14,7 +14,7 @@
 #include "radiosity/detail/aperture_beam.h"
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
-#include "scene/glass.h"
+#include "scene/room/glass.h"
 
 namespace daylit::radiosity {
 

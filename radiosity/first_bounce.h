@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "radiosity/elements.h"
-#include "scene/aperture.h"
-#include "scene/program.h"
-#include "scene/sky_partition.h"
+#include "scene/core/program.h"
+#include "scene/room/aperture.h"
+#include "scene/sky/sky_partition.h"
 
 namespace daylit::radiosity {
 

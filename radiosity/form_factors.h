@@ -5,7 +5,7 @@
 #include "radiosity/elements.h"
 #include "radiosity/exchange_matrix.h"
 #include "radiosity/work_store.h"
-#include "scene/program.h"
+#include "scene/core/program.h"
 
 namespace daylit::radiosity {
 

@@ -9,7 +9,7 @@
 #include "radiosity/detail/whole_faces.h"
 #include "radiosity/elements.h"
 #include "radiosity/solve.h"
-#include "scene/program.h"
+#include "scene/core/program.h"
 
 namespace daylit::radiosity {
 

@@ -10,8 +10,8 @@
 
 #include <glm/vec3.hpp>
 
-#include "scene/result.h"
-#include "scene/room.h"
+#include "scene/core/result.h"
+#include "scene/room/room.h"
 
 namespace daylit::radiosity {
 

@@ -7,7 +7,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "scene/glass.h"
+#include "scene/room/glass.h"
 
 namespace daylit {
 

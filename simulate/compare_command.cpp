@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/image_formats.h"
+#include "scene/image/image_formats.h"
 #include "simulate/picture_error.h"
 
 namespace daylit {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "scene/result.h"
+#include "scene/core/result.h"
 
 namespace daylit {
 

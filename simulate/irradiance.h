@@ -8,9 +8,9 @@
 
 #include <glm/vec3.hpp>
 
-#include "scene/program.h"
-#include "scene/result.h"
-#include "scene/volume.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+#include "scene/volume/volume.h"
 #include "simulate/trace_scene.h"
 
 namespace daylit {

@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "scene/program.h"
-#include "scene/room_formats.h"
+#include "scene/core/program.h"
+#include "scene/room/room_formats.h"
 #include "simulate/irradiance.h"
 
 namespace daylit {

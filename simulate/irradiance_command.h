@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "scene/result.h"
-#include "scene/sky.h"
+#include "scene/core/result.h"
+#include "scene/sky/sky.h"
 
 namespace daylit {
 

@@ -2,7 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "scene/program.h"
+#include "scene/core/program.h"
 #include "simulate/compare_command.h"
 #include "simulate/irradiance_command.h"
 #include "simulate/simulate_command.h"

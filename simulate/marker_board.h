@@ -8,7 +8,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
-#include "scene/rgb_image.h"
+#include "scene/image/rgb_image.h"
 
 namespace daylit {
 

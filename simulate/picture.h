@@ -8,11 +8,11 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 
-#include "scene/lens.h"
-#include "scene/program.h"
-#include "scene/result.h"
-#include "scene/rgb_image.h"
-#include "scene/sky_model.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+#include "scene/image/rgb_image.h"
+#include "scene/lens/lens.h"
+#include "scene/sky/sky_model.h"
 #include "simulate/trace_scene.h"
 
 namespace daylit {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "scene/result.h"
-#include "scene/rgb_image.h"
+#include "scene/core/result.h"
+#include "scene/image/rgb_image.h"
 
 namespace daylit {
 

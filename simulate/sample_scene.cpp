@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <glm/mat3x3.hpp>
 
-#include "scene/atomic_file.h"
+#include "scene/core/atomic_file.h"
 #include "simulate/teapot.h"
 
 namespace daylit {

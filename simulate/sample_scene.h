@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <string>
 
-#include "scene/config.h"
-#include "scene/object_mesh.h"
-#include "scene/result.h"
+#include "scene/config/config.h"
+#include "scene/core/result.h"
+#include "scene/model/object_mesh.h"
 
 namespace daylit {
 

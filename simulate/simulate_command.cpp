@@ -11,10 +11,10 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "scene/atomic_file.h"
-#include "scene/config.h"
-#include "scene/image_formats.h"
-#include "scene/room_formats.h"
+#include "scene/config/config.h"
+#include "scene/core/atomic_file.h"
+#include "scene/image/image_formats.h"
+#include "scene/room/room_formats.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/picture.h"
 #include "simulate/picture_error.h"

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/config.h"
-#include "scene/result.h"
+#include "scene/config/config.h"
+#include "scene/core/result.h"
 #include "simulate/trace_scene.h"
 
 namespace daylit {

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
-#include "scene/image_formats.h"
+#include "scene/image/image_formats.h"
 #include "simulate/picture.h"
 
 namespace daylit {

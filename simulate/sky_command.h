@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "scene/result.h"
-#include "scene/sky.h"
+#include "scene/core/result.h"
+#include "scene/sky/sky.h"
 
 namespace daylit {
 

@@ -7,7 +7,7 @@
 #include <glm/mat3x3.hpp>
 #include <tbb/parallel_for.h>
 
-#include "scene/sky.h"
+#include "scene/sky/sky.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/picture.h"
 

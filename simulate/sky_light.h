@@ -11,8 +11,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "scene/sky_image.h"
-#include "scene/sky_model.h"
+#include "scene/sky/sky_image.h"
+#include "scene/sky/sky_model.h"
 
 namespace daylit {
 

@@ -7,7 +7,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "scene/object_mesh.h"
+#include "scene/model/object_mesh.h"
 
 namespace daylit {
 

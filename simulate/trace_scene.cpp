@@ -9,7 +9,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "scene/aperture.h"
+#include "scene/room/aperture.h"
 
 namespace daylit {
 

@@ -9,10 +9,10 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
-#include "scene/object_mesh.h"
-#include "scene/ray_scene.h"
-#include "scene/result.h"
-#include "scene/room.h"
+#include "scene/core/result.h"
+#include "scene/model/object_mesh.h"
+#include "scene/room/ray_scene.h"
+#include "scene/room/room.h"
 #include "simulate/aperture_sampler.h"
 #include "simulate/marker_board.h"
 #include "simulate/sky_light.h"

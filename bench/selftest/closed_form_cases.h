@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/program.h"
-#include "scene/result.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
 
 namespace daylit::bench {
 

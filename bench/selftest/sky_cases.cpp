@@ -7,9 +7,9 @@
 
 #include "bench/selftest/reference.h"
 #include "bench/selftest/test_room.h"
-#include "scene/direct_sky.h"
-#include "scene/glass.h"
-#include "scene/sky_partition.h"
+#include "scene/room/glass.h"
+#include "scene/sky/direct_sky.h"
+#include "scene/sky/sky_partition.h"
 
 namespace daylit::bench {
 

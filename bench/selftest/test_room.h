@@ -8,8 +8,8 @@
 #include "bench/selftest/closed_form_cases.h"
 #include "radiosity/emission.h"
 #include "radiosity/surface_irradiance.h"
-#include "scene/aperture.h"
-#include "scene/room.h"
+#include "scene/room/aperture.h"
+#include "scene/room/room.h"
 
 namespace daylit::bench {
 

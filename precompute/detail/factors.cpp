@@ -7,7 +7,7 @@
 #include <cblas.h>
 #include <tbb/parallel_for.h>
 
-#include "scene/detail/tile_kernels.h"
+#include "scene/core/tile_kernels.h"
 
 // LAPACK, part of OpenBLAS: eigenvalues and eigenvectors of a symmetric matrix.
 extern "C" void dsyevd_(const char* jobz, const char* uplo, const int* n, double* a, const int* lda, double* w,

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "precompute/detail/storage.h"
-#include "scene/compact_basis.h"
+#include "scene/volume/compact_basis.h"
 
 namespace daylit::precompute::detail {
 

@@ -13,8 +13,8 @@
 #include "radiosity/first_bounce.h"
 #include "radiosity/patches.h"
 #include "radiosity/solve.h"
-#include "scene/aperture.h"
-#include "scene/ray_scene.h"
+#include "scene/room/aperture.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit::precompute::detail {
 
@@ -29,8 +29,7 @@ struct LightLeaves {
   /// aperture in sight; none that get no light from above the horizon, where suns are. `room`: its reflecting surfaces.
   /// A function of the input alone.
   static Result<LightLeaves> make(const radiosity::PatchMesh& mesh, const radiosity::ElementSet& elements,
-                                  const std::vector<Aperture>& apertures, const RayScene& room,
-                                  std::size_t count);
+                                  const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count);
 
   /// Means over each parent's leaves.
   std::vector<float> opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const;

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "radiosity/first_bounce.h"
-#include "scene/sky_partition.h"
+#include "scene/sky/sky_partition.h"
 
 namespace daylit::precompute::detail {
 

@@ -7,7 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include "precompute/detail/random_signs.h"
-#include "scene/detail/tile_kernels.h"
+#include "scene/core/tile_kernels.h"
 
 namespace daylit::precompute::detail {
 

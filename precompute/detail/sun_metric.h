@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "precompute/surface_light.h"
-#include "scene/first_light.h"
+#include "scene/volume/first_light.h"
 
 namespace daylit::precompute::detail {
 

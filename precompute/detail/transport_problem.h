@@ -11,8 +11,8 @@
 #include "precompute/bake.h"
 #include "radiosity/elements.h"
 #include "radiosity/patches.h"
-#include "scene/aperture.h"
-#include "scene/ray_scene.h"
+#include "scene/room/aperture.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit::precompute::detail {
 

@@ -10,7 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/elements.h"
-#include "scene/sky_partition.h"
+#include "scene/sky/sky_partition.h"
 
 namespace daylit::radiosity {
 

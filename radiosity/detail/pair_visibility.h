@@ -10,7 +10,7 @@
 
 #include "radiosity/detail/pair_kernel.h"
 #include "radiosity/polygon_kernel.h"
-#include "scene/ray_scene.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit::radiosity {
 

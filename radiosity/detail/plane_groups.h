@@ -7,7 +7,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "scene/room.h"
+#include "scene/room/room.h"
 
 namespace daylit::radiosity {
 

@@ -15,7 +15,7 @@
 
 #include "radiosity/elements.h"
 #include "radiosity/patches.h"
-#include "scene/room.h"
+#include "scene/room/room.h"
 
 namespace daylit::radiosity {
 

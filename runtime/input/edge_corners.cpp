@@ -4,7 +4,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/input/detail/edge_corners.h"
+#include "runtime/input/edge_corners.h"
 
 namespace daylit::detail {
 

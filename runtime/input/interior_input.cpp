@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <numbers>
 
-#include "scene/direct_sky.h"
-#include "scene/sky_partition.h"
-#include "scene/volume_file.h"
+#include "scene/sky/direct_sky.h"
+#include "scene/sky/sky_partition.h"
+#include "scene/volume/volume_file.h"
 
 namespace daylit {
 

@@ -8,11 +8,11 @@
 
 #include <glm/mat4x4.hpp>
 
+#include "runtime/composite/compose.h"
 #include "runtime/input/marker_pose.h"
 #include "runtime/input/photograph.h"
-#include "runtime/render/compose.h"
-#include "scene/config.h"
-#include "scene/result.h"
+#include "scene/config/config.h"
+#include "scene/core/result.h"
 
 namespace daylit {
 

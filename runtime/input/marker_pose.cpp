@@ -11,7 +11,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "runtime/input/detail/edge_corners.h"
+#include "runtime/input/edge_corners.h"
 
 namespace daylit {
 

@@ -12,9 +12,9 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 
-#include "scene/image_formats.h"
-#include "scene/lens.h"
-#include "scene/result.h"
+#include "scene/core/result.h"
+#include "scene/image/image_formats.h"
+#include "scene/lens/lens.h"
 
 namespace daylit {
 

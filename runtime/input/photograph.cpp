@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "scene/atomic_file.h"
+#include "scene/core/atomic_file.h"
 
 namespace daylit {
 

@@ -10,9 +10,9 @@
 
 #include <glm/vec2.hpp>
 
-#include "scene/image_formats.h"
-#include "scene/result.h"
-#include "scene/rgb_image.h"
+#include "scene/core/result.h"
+#include "scene/image/image_formats.h"
+#include "scene/image/rgb_image.h"
 
 namespace daylit {
 

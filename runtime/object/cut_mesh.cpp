@@ -10,7 +10,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "scene/ray_scene.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit {
 

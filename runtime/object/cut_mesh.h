@@ -5,8 +5,8 @@
 
 #include <cstddef>
 
-#include "scene/object_mesh.h"
-#include "scene/result.h"
+#include "scene/core/result.h"
+#include "scene/model/object_mesh.h"
 
 namespace daylit {
 

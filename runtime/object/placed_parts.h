@@ -11,8 +11,8 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 
-#include "runtime/light/window_cone.h"
-#include "scene/ray_scene.h"
+#include "runtime/sky/window_cone.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit {
 

@@ -6,7 +6,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "scene/ray_scene.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit {
 

@@ -12,8 +12,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "runtime/light/orthonormal.h"
-#include "scene/ray_scene.h"
+#include "runtime/base/orthonormal.h"
+#include "scene/room/ray_scene.h"
 #include "sh/sh9.h"
 
 namespace daylit {

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "scene/object_mesh.h"
-#include "scene/result.h"
+#include "scene/core/result.h"
+#include "scene/model/object_mesh.h"
 
 namespace daylit {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "runtime/object/transfer.h"
-#include "scene/atomic_file.h"
+#include "scene/core/atomic_file.h"
 
 namespace daylit {
 

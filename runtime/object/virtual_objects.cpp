@@ -9,8 +9,8 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "runtime/light/relight.h"
 #include "runtime/object/cut_mesh.h"
+#include "runtime/object/relight.h"
 
 namespace daylit {
 

@@ -3,12 +3,12 @@
 #include <string>
 #include <vector>
 
+#include "runtime/object/object_surface.h"
 #include "runtime/object/transfer.h"
-#include "runtime/render/picture_renderer.h"
-#include "scene/config.h"
-#include "scene/program.h"
-#include "scene/ray_scene.h"
-#include "scene/result.h"
+#include "scene/config/config.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit {
 

@@ -5,8 +5,8 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/trace/lane_vector.h"
-#include "scene/glass.h"
+#include "runtime/base/lane_vector.h"
+#include "scene/room/glass.h"
 
 namespace daylit {
 

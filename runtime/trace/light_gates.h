@@ -13,7 +13,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-#include "runtime/light/direct_light.h"
+#include "runtime/sky/direct_light.h"
 #include "runtime/trace/occluder_reach.h"
 #include "runtime/trace/packet_scene.h"
 

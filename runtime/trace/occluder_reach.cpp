@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "runtime/light/orthonormal.h"
+#include "runtime/base/orthonormal.h"
 
 namespace daylit {
 

@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
-#include "runtime/light/window_sampler.h"
+#include "runtime/sky/window_sampler.h"
 
 namespace daylit {
 

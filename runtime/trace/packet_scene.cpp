@@ -5,7 +5,7 @@
 
 #include <embree3/rtcore.h>
 
-#include "runtime/trace/lane_vector.h"
+#include "runtime/base/lane_vector.h"
 
 namespace daylit {
 

@@ -11,7 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include "runtime/trace/rigid_motion.h"
-#include "scene/result.h"
+#include "scene/core/result.h"
 
 namespace daylit {
 

@@ -9,7 +9,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "runtime/render/render_camera.h"
+#include "runtime/base/render_camera.h"
 
 namespace daylit {
 

@@ -7,7 +7,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/trace/lane_vector.h"
+#include "runtime/base/lane_vector.h"
 
 namespace daylit {
 

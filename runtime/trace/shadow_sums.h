@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "runtime/light/window_cone.h"
-#include "runtime/render/bounds.h"
+#include "runtime/object/bounds.h"
+#include "runtime/sky/window_cone.h"
 #include "runtime/trace/light_gates.h"
 #include "runtime/trace/packet_scene.h"
 

@@ -9,7 +9,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
-#include "runtime/render/bounds.h"
+#include "runtime/object/bounds.h"
 #include "runtime/trace/object_point.h"
 #include "runtime/trace/picture_shader.h"
 #include "runtime/trace/rigid_motion.h"

@@ -5,7 +5,7 @@
 
 #include <memory>
 
-#include "runtime/render/picture_renderer.h"
+#include "runtime/picture/picture_renderer.h"
 
 namespace daylit {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "runtime/render/picture_renderer.h"
+#include "runtime/picture/picture_renderer.h"
 #include "runtime/trace/occluder_reach.h"
 #include "runtime/trace/own_visibility.h"
 #include "runtime/trace/shadow_sums.h"

@@ -12,8 +12,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "runtime/render/pixel_box.h"
-#include "runtime/render/render_camera.h"
+#include "runtime/base/pixel_box.h"
+#include "runtime/base/render_camera.h"
 #include "runtime/trace/packet_scene.h"
 #include "runtime/trace/room_outlines.h"
 

@@ -4,7 +4,7 @@
 
 #include <deque>
 
-#include "scene/image_formats.h"
+#include "scene/image/image_formats.h"
 
 namespace daylit {
 

@@ -5,7 +5,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "scene/config.h"
+#include "scene/config/config.h"
 
 namespace daylit {
 

@@ -10,9 +10,9 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "runtime/light/window_cone.h"
-#include "runtime/render/render_camera.h"
-#include "runtime/service/session.h"
+#include "runtime/base/render_camera.h"
+#include "runtime/session/session.h"
+#include "runtime/base/bounding_sphere.h"
 
 namespace daylit {
 

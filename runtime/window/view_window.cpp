@@ -3,8 +3,8 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include "runtime/render/gl_functions.h"
-#include "runtime/window/glfw_library.h"
+#include "runtime/gl/gl_functions.h"
+#include "runtime/gl/glfw_library.h"
 
 namespace daylit {
 

@@ -8,8 +8,8 @@
 
 #include <glm/vec2.hpp>
 
-#include "scene/image_formats.h"
-#include "scene/result.h"
+#include "scene/core/result.h"
+#include "scene/image/image_formats.h"
 
 namespace daylit {
 

@@ -2,8 +2,8 @@
 
 #include <functional>
 
-#include "runtime/service/session.h"
-#include "scene/image_formats.h"
+#include "runtime/session/session.h"
+#include "scene/image/image_formats.h"
 
 namespace daylit {
 

@@ -12,7 +12,7 @@
 
 #include "bench/selftest/closed_form_cases.h"
 #include "bench/selftest/reference.h"
-#include "scene/glass.h"
+#include "scene/room/glass.h"
 
 namespace daylit::bench {
 namespace {

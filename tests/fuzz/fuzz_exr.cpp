@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 
-#include "scene/image_formats.h"
+#include "scene/image/image_formats.h"
 
 // The first bytes are set to the magic number, so that every input reaches the decoder under test.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "scene/detail/triangle_soup.h"
-#include "scene/room_formats.h"
+#include "scene/model/triangle_soup.h"
+#include "scene/room/room_formats.h"
 
 namespace {
 

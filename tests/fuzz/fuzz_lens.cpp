@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "scene/lens.h"
+#include "scene/lens/lens.h"
 
 // A file that is accepted must give a usable lens: finite rays wherever it claims to have any.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "scene/radiance_matrix.h"
+#include "scene/volume/radiance_matrix.h"
 
 // A matrix that is accepted is finite, of the size it states, and comes back from every format.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

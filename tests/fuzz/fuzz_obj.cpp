@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "scene/room_formats.h"
+#include "scene/room/room_formats.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace daylit;

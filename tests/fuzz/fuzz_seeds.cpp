@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "scene/atomic_file.h"
-#include "scene/radiance_matrix.h"
+#include "scene/core/atomic_file.h"
+#include "scene/volume/radiance_matrix.h"
 #include "tests/scene/volume_versions.h"
 
 namespace {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "scene/sky_description.h"
+#include "scene/sky/sky_description.h"
 
 // A sky in words that is accepted has a radiance in every direction.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "scene/sky_description.h"
+#include "scene/sky/sky_description.h"
 
 // A tape that is accepted must give a finite sky for every row, or say why not.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

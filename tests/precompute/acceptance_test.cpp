@@ -12,9 +12,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "scene/direct_sky.h"
-#include "scene/sky_description.h"
-#include "scene/volume_file.h"
+#include "scene/sky/direct_sky.h"
+#include "scene/sky/sky_description.h"
+#include "scene/volume/volume_file.h"
 #include "tests/simulate/truth_cases.h"
 
 namespace daylit {

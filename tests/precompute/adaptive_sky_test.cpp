@@ -4,7 +4,7 @@
 
 #include "precompute/adaptive_sky.h"
 #include "precompute/room_frame.h"
-#include "scene/volume_file.h"
+#include "scene/volume/volume_file.h"
 
 namespace daylit::precompute {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "precompute/compact_sky.h"
 #include "precompute/detail/node_sharpening.h"
-#include "scene/compact_basis.h"
-#include "scene/volume.h"
+#include "scene/volume/compact_basis.h"
+#include "scene/volume/volume.h"
 
 namespace daylit::precompute::test_case {
 

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "scene/volume_file.h"
+#include "scene/volume/volume_file.h"
 #include "tests/precompute/compact_case.h"
 #include "tests/scene/plain_compact.h"
 

@@ -8,7 +8,7 @@
 #include "precompute/detail/light_leaves.h"
 #include "precompute/detail/transport_problem.h"
 #include "radiosity/gather.h"
-#include "scene/room_formats.h"
+#include "scene/room/room_formats.h"
 
 namespace daylit::precompute::detail {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/local_combiner.h"
-#include "scene/volume_combiner.h"
+#include "scene/volume/local_combiner.h"
+#include "scene/volume/volume_combiner.h"
 #include "tests/precompute/compact_case.h"
 
 namespace daylit::precompute {

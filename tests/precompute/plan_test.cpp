@@ -7,7 +7,7 @@
 
 #include "precompute/planned_bake.h"
 #include "precompute/probe_fit.h"
-#include "scene/room_formats.h"
+#include "scene/room/room_formats.h"
 
 namespace daylit::precompute {
 namespace {

@@ -8,7 +8,7 @@
 #include "precompute/probe_density.h"
 #include "precompute/probe_fit.h"
 #include "precompute/probes.h"
-#include "scene/probe_planes.h"
+#include "scene/volume/probe_planes.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit::precompute {

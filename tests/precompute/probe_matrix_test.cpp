@@ -5,8 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/aperture.h"
-#include "scene/direct_sky.h"
+#include "scene/room/aperture.h"
+#include "scene/sky/direct_sky.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit::precompute {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "scene/volume_file.h"
+#include "scene/volume/volume_file.h"
 #include "tests/scene/volume_versions.h"
 
 namespace daylit {

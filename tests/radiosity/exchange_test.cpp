@@ -16,7 +16,7 @@
 #include "radiosity/patches.h"
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
-#include "scene/sky_partition.h"
+#include "scene/sky/sky_partition.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {

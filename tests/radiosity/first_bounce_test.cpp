@@ -9,7 +9,7 @@
 
 #include "radiosity/detail/aperture_beam.h"
 #include "radiosity/patches.h"
-#include "scene/glass.h"
+#include "scene/room/glass.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {

@@ -10,7 +10,7 @@
 #include "radiosity/detail/sampling.h"
 #include "radiosity/gather.h"
 #include "radiosity/solve.h"
-#include "scene/sky_partition.h"
+#include "scene/sky/sky_partition.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 #include "tests/radiosity/solved_room.h"

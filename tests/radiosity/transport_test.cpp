@@ -9,7 +9,7 @@
 
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
-#include "scene/sky_partition.h"
+#include "scene/sky/sky_partition.h"
 #include "tests/radiosity/solved_room.h"
 
 namespace daylit::radiosity {

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "radiosity/gather.h"
-#include "scene/ray_scene.h"
+#include "scene/room/ray_scene.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/render/camera_match.h"
+#include "runtime/composite/camera_match.h"
 
 namespace daylit {
 namespace {

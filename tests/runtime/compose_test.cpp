@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "runtime/render/compose.h"
+#include "runtime/composite/compose.h"
 #include "test_scene.h"
 
 namespace daylit {

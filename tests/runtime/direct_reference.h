@@ -4,10 +4,10 @@
 
 #include <limits>
 
-#include "runtime/light/direct_light.h"
-#include "runtime/render/renderer.h"
-#include "scene/aperture.h"
-#include "scene/ray_scene.h"
+#include "runtime/gl/renderer.h"
+#include "runtime/sky/direct_light.h"
+#include "scene/room/aperture.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit::test {
 

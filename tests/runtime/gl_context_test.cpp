@@ -3,8 +3,8 @@
 #include <EGL/egl.h>
 #include <gtest/gtest.h>
 
-#include "runtime/render/gl_functions.h"
-#include "runtime/render/renderer.h"
+#include "runtime/gl/gl_functions.h"
+#include "runtime/gl/renderer.h"
 #include "test_session.h"
 
 namespace daylit {

@@ -2,11 +2,11 @@
 
 #include <random>
 
-#include "runtime/light/direct_light.h"
-#include "runtime/light/relight.h"
-#include "runtime/light/sh_rotation.h"
-#include "runtime/light/window_sampler.h"
-#include "scene/glass.h"
+#include "runtime/base/sh_rotation.h"
+#include "runtime/object/relight.h"
+#include "runtime/sky/direct_light.h"
+#include "runtime/sky/window_sampler.h"
+#include "scene/room/glass.h"
 #include "sh/sh9.h"
 #include "test_scene.h"
 

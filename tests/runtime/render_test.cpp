@@ -3,8 +3,8 @@
 #include <cstring>
 
 #include "direct_reference.h"
-#include "runtime/render/compose.h"
-#include "runtime/render/depth_raster.h"
+#include "runtime/composite/compose.h"
+#include "runtime/gl/depth_raster.h"
 #include "test_scene.h"
 
 namespace daylit {

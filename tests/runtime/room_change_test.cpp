@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/light/room_change.h"
-#include "runtime/render/change_picture.h"
-#include "runtime/render/compose.h"
+#include "runtime/composite/change_picture.h"
+#include "runtime/composite/compose.h"
+#include "runtime/indirect/room_change.h"
 #include "runtime/trace/traced_renderer.h"
-#include "scene/lens.h"
+#include "scene/lens/lens.h"
 #include "test_session.h"
 
 namespace daylit {

@@ -7,8 +7,8 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/light/steady_sun.h"
-#include "scene/sky_image.h"
+#include "runtime/sky/steady_sun.h"
+#include "scene/sky/sky_image.h"
 
 namespace daylit {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/light/relight.h"
+#include "runtime/object/relight.h"
 #include "test_session.h"
 
 namespace daylit {

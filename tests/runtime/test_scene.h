@@ -9,11 +9,11 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/light/direct_light.h"
-#include "runtime/render/render_camera.h"
-#include "runtime/render/renderer.h"
-#include "scene/object_mesh.h"
-#include "scene/room.h"
+#include "runtime/base/render_camera.h"
+#include "runtime/gl/renderer.h"
+#include "runtime/sky/direct_light.h"
+#include "scene/model/object_mesh.h"
+#include "scene/room/room.h"
 
 namespace daylit::test {
 

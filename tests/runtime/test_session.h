@@ -10,10 +10,10 @@
 #include <fstream>
 #include <memory>
 
-#include "runtime/service/session.h"
-#include "scene/config.h"
-#include "scene/lens.h"
-#include "scene/volume_file.h"
+#include "runtime/session/session.h"
+#include "scene/config/config.h"
+#include "scene/lens/lens.h"
+#include "scene/volume/volume_file.h"
 #include "test_scene.h"
 
 namespace daylit::test {

@@ -5,9 +5,9 @@
 #include <cstring>
 
 #include "direct_reference.h"
-#include "runtime/light/room_light.h"
-#include "runtime/render/compose.h"
-#include "runtime/render/renderer.h"
+#include "runtime/composite/compose.h"
+#include "runtime/gl/renderer.h"
+#include "runtime/indirect/room_light.h"
 #include "runtime/trace/object_point.h"
 #include "runtime/trace/traced_renderer.h"
 #include "test_scene.h"

@@ -6,7 +6,7 @@
 
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/transfer.h"
-#include "scene/atomic_file.h"
+#include "scene/core/atomic_file.h"
 #include "sh/sh9.h"
 #include "test_scene.h"
 

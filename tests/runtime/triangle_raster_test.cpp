@@ -1,4 +1,4 @@
-#include "runtime/render/triangle_raster.h"
+#include "runtime/gl/triangle_raster.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-#include "runtime/render/gl_context.h"
+#include "runtime/gl/gl_context.h"
 #include "runtime/window/view_window.h"
 #include "runtime/window/viewer.h"
 #include "test_session.h"

@@ -1,4 +1,4 @@
-#include "scene/aperture.h"
+#include "scene/room/aperture.h"
 
 #include <cmath>
 #include <filesystem>
@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/room_formats.h"
+#include "scene/room/room_formats.h"
 #include "tests/scene/test_rooms.h"
 
 namespace daylit {

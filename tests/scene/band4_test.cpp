@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/volume_combiner.h"
+#include "scene/volume/volume_combiner.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 #include "tests/scene/plain_compact.h"

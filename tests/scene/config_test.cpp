@@ -8,7 +8,7 @@
 #include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/config.h"
+#include "scene/config/config.h"
 
 namespace daylit {
 namespace {

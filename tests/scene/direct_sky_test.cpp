@@ -1,4 +1,4 @@
-#include "scene/direct_sky.h"
+#include "scene/sky/direct_sky.h"
 
 #include <cmath>
 #include <numbers>
@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/aperture.h"
+#include "scene/room/aperture.h"
 #include "tests/scene/test_rooms.h"
 
 namespace daylit {

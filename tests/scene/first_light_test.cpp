@@ -4,8 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/detail/tile_kernels.h"
-#include "scene/first_light.h"
+#include "scene/core/tile_kernels.h"
+#include "scene/volume/first_light.h"
 
 namespace daylit {
 namespace {

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/room.h"
+#include "scene/room/room.h"
 
 namespace daylit::test {
 

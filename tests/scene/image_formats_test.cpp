@@ -1,4 +1,4 @@
-#include "scene/image_formats.h"
+#include "scene/image/image_formats.h"
 
 #include <cmath>
 #include <cstdlib>
@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/atomic_file.h"
-#include "scene/sky_image.h"
+#include "scene/core/atomic_file.h"
+#include "scene/sky/sky_image.h"
 
 namespace daylit {
 namespace {

@@ -1,4 +1,4 @@
-#include "scene/lens.h"
+#include "scene/lens/lens.h"
 
 #include <cmath>
 #include <cstdlib>

@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "gltf_builder.h"
-#include "scene/image_formats.h"
-#include "scene/object_mesh.h"
+#include "scene/image/image_formats.h"
+#include "scene/model/object_mesh.h"
 
 namespace daylit {
 namespace {

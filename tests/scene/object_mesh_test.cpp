@@ -1,4 +1,4 @@
-#include "scene/object_mesh.h"
+#include "scene/model/object_mesh.h"
 
 #include <bit>
 #include <cmath>

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "scene/compact_basis.h"
+#include "scene/volume/compact_basis.h"
 
 namespace daylit::test {
 

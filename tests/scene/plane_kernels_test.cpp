@@ -7,8 +7,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/detail/plane_kernels.h"
-#include "scene/detail/tile_kernels.h"
+#include "scene/core/tile_kernels.h"
+#include "scene/volume/plane_kernels.h"
 
 namespace daylit::detail {
 namespace {

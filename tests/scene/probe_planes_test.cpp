@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/probe_planes.h"
+#include "scene/volume/probe_planes.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit {

@@ -1,4 +1,4 @@
-#include "scene/radiance_matrix.h"
+#include "scene/volume/radiance_matrix.h"
 
 #include <cmath>
 #include <numbers>
@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/sky_image.h"
+#include "scene/sky/sky_image.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit {

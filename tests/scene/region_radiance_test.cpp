@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "scene/detail/quad_sums.h"
-#include "scene/sky_partition.h"
+#include "scene/sky/quad_sums.h"
+#include "scene/sky/sky_partition.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit {

@@ -1,4 +1,4 @@
-#include "scene/room_formats.h"
+#include "scene/room/room_formats.h"
 
 #include <cmath>
 #include <filesystem>
@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/atomic_file.h"
+#include "scene/core/atomic_file.h"
 
 namespace daylit {
 namespace {

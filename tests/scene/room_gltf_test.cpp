@@ -7,8 +7,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/image_formats.h"
-#include "scene/room_formats.h"
+#include "scene/image/image_formats.h"
+#include "scene/room/room_formats.h"
 #include "tests/scene/gltf_builder.h"
 
 namespace daylit {

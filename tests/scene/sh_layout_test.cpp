@@ -1,4 +1,4 @@
-#include "scene/sh_layout.h"
+#include "scene/volume/sh_layout.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "scene/sky_description.h"
+#include "scene/sky/sky_description.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/sky.h"
+#include "scene/sky/sky.h"
 
 namespace daylit {
 namespace {

@@ -1,11 +1,11 @@
-#include "scene/sky_distribution.h"
+#include "scene/sky/sky_distribution.h"
 
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
-#include "scene/perez_sky.h"
+#include "scene/sky/perez_sky.h"
 
 namespace daylit {
 namespace {

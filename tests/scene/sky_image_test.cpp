@@ -1,4 +1,4 @@
-#include "scene/sky_image.h"
+#include "scene/sky/sky_image.h"
 
 #include <cmath>
 #include <limits>

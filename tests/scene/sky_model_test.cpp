@@ -4,7 +4,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/sky_model.h"
+#include "scene/sky/sky_model.h"
 
 namespace daylit {
 namespace {

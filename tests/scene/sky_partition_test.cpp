@@ -1,4 +1,4 @@
-#include "scene/sky_partition.h"
+#include "scene/sky/sky_partition.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "scene/sun_position.h"
+#include "scene/sky/sun_position.h"
 
 #include <cmath>
 #include <numbers>

@@ -8,7 +8,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "scene/room.h"
+#include "scene/room/room.h"
 
 namespace daylit::test {
 

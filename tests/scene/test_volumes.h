@@ -7,8 +7,8 @@
 
 #include <glm/common.hpp>
 
-#include "scene/probe_planes.h"
-#include "scene/volume.h"
+#include "scene/volume/probe_planes.h"
+#include "scene/volume/volume.h"
 #include "tests/scene/test_rooms.h"
 
 namespace daylit::test {

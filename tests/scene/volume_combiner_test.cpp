@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "scene/detail/tile_kernels.h"
-#include "scene/volume_combiner.h"
+#include "scene/core/tile_kernels.h"
+#include "scene/volume/volume_combiner.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit {

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "scene/atomic_file.h"
-#include "scene/volume_file.h"
+#include "scene/core/atomic_file.h"
+#include "scene/volume/volume_file.h"
 #include "tests/scene/allocations.h"
 #include "tests/scene/volume_versions.h"
 

@@ -1,4 +1,4 @@
-#include "scene/volume_file.h"
+#include "scene/volume/volume_file.h"
 
 #include <algorithm>
 #include <bit>
@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/atomic_file.h"
-#include "scene/detail/xxh64.h"
+#include "scene/core/atomic_file.h"
+#include "scene/core/xxh64.h"
 #include "tests/scene/volume_versions.h"
 
 namespace daylit {

@@ -1,4 +1,4 @@
-#include "scene/volume.h"
+#include "scene/volume/volume.h"
 
 #include <algorithm>
 #include <cmath>

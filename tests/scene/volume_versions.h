@@ -8,8 +8,8 @@
 #include <string>
 #include <utility>
 
-#include "scene/detail/volume_identity.h"
-#include "scene/volume_file.h"
+#include "scene/volume/volume_file.h"
+#include "scene/volume/volume_identity.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit::test {

@@ -1,4 +1,4 @@
-#include "scene/weather_file.h"
+#include "scene/sky/weather_file.h"
 
 #include <cmath>
 #include <filesystem>

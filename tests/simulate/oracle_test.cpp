@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "scene/direct_sky.h"
+#include "scene/sky/direct_sky.h"
 #include "simulate/irradiance.h"
 #include "tests/simulate/truth_cases.h"
 

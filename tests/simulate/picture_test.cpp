@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "scene/aperture.h"
-#include "scene/room_formats.h"
-#include "scene/sky_image.h"
+#include "scene/room/aperture.h"
+#include "scene/room/room_formats.h"
+#include "scene/sky/sky_image.h"
 #include "simulate/picture.h"
 #include "simulate/picture_error.h"
 #include "simulate/sample_scene.h"

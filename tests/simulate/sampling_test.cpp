@@ -5,8 +5,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/aperture.h"
-#include "scene/glass.h"
+#include "scene/room/aperture.h"
+#include "scene/room/glass.h"
 #include "simulate/aperture_sampler.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/path_tracer.h"

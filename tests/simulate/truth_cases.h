@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/room_formats.h"
+#include "scene/room/room_formats.h"
 #include "simulate/irradiance.h"
 
 namespace daylit::test {

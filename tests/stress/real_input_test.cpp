@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include "scene/image_formats.h"
+#include "scene/image/image_formats.h"
 
 namespace daylit {
 namespace {

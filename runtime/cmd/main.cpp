@@ -1,0 +1,220 @@
+// daylit-run: draws the virtual objects of a CONFIG.toml into its camera picture with the daylight of its sky image.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "runtime/input/interior_input.h"
+#include "runtime/session/session.h"
+#include "runtime/window/viewer.h"
+#include "scene/config/config.h"
+#include "scene/core/program.h"
+#include "scene/image/image_formats.h"
+
+namespace daylit {
+namespace {
+
+struct Options {
+  std::string config;
+  int frames = 1, threads = 0;
+  bool replay = false, window = false, quiet = false, json = false;
+  Backend backend = Backend::automatic;
+};
+
+nlohmann::json to_json(const FrameReport& report, int frame) {
+  nlohmann::ordered_json stages;
+  for (const auto& [name, ms] : report.stage_ms)
+    stages[name] = ms;
+  stages["total"] = report.total_ms;
+  return {{"frame", frame},
+          {"stage_ms", stages},
+          {"sky_lights", report.sky_lights},
+          {"sun_lights", report.sun_lights},
+          {"object_pixels", report.object_pixels},
+          {"shadow_pixels", report.shadow_pixels},
+          {"vertices_lit", report.vertices_lit},
+          {"shadow_rays", report.shadow_rays},
+          {"reused",
+           {{"sky", report.reused.sky},
+            {"samples", report.reused.samples},
+            {"probes", report.reused.probes},
+            {"object_light", report.reused.object_light},
+            {"drawn", report.reused.drawn},
+            {"picture", report.reused.picture}}},
+          {"ringing", {{"vertices", report.ringing.vertices}, {"added_share", report.ringing.added_share}}},
+          {"room_change_left_out", report.room_change_left_out},
+          {"skipped", report.skipped},
+          {"warnings", report.warnings}};
+}
+
+void print_report(const FrameReport& report, int frame) {
+  std::printf("frame %d:", frame);
+  for (const auto& [name, ms] : report.stage_ms)
+    std::printf(" %s %.1f", name.c_str(), ms);
+  std::printf(" | total %.1f ms; %zu + %zu lights, %zu object and %zu shadow pixels\n", report.total_ms,
+              report.sky_lights, report.sun_lights, report.object_pixels, report.shadow_pixels);
+}
+
+/// Exposure of the preview: the brightest hundredth of the photograph becomes white.
+float preview_exposure(const RgbImage& photo) {
+  std::vector<float> values;
+  values.reserve(photo.texels.size());
+  for (const Rgb& c : photo.texels)
+    values.push_back(std::max({c.r, c.g, c.b}));
+  if (values.empty())
+    return 1.0f;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), at, values.end());
+  return *at > 0.0f ? 1.0f / *at : 1.0f;
+}
+
+/// The PNG holds the photograph's own bytes where nothing changed; of a linear picture it is a preview.
+Result<Rgb8Image> png_of(const Photograph& photo, const Composite& composite) {
+  if (photo.is_hdr())
+    return to_srgb8(composite.picture, preview_exposure(photo.linear));
+  return encode_photograph(photo, composite.picture, composite.touched);
+}
+
+/// What a window shows: everything encoded, for the picture behind the objects may not be the photograph.
+Result<Rgb8Image> view_of(const Photograph& photo, const Composite& composite) {
+  if (photo.is_hdr())
+    return png_of(photo, composite);
+  return encode_photograph(photo, composite.picture, std::vector<std::uint8_t>(composite.touched.size(), 1));
+}
+
+RgbImage object_mask(const Composite& composite) {
+  RgbImage mask(composite.picture.width, composite.picture.height);
+  for (std::size_t i = 0; i < mask.texels.size(); ++i)
+    mask.texels[i] = Rgb(composite.coverage[i]);
+  return mask;
+}
+
+Result<void> write_outputs(const RunConfig& config, const Photograph& photo, const Composite& composite) {
+  if (!config.output.exr.empty())
+    if (const auto r = write_exr(config.output.exr, composite.picture); !r)
+      return r;
+  if (!config.output.mask.empty())
+    if (const auto r = write_exr(config.output.mask, object_mask(composite)); !r)
+      return r;
+  if (config.output.png.empty())
+    return {};
+  const auto png = png_of(photo, composite);
+  return png ? write_png(config.output.png, *png) : Result<void>(png.error());
+}
+
+/// The configuration with what only the picture says: the camera's place, and the scale of its values.
+Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, const SkyImage& sky) {
+  RunConfig config = given;
+  config.world_from_camera = input.world_from_camera;
+  if (!config.interior.scale_from_marker)
+    return config;
+  const auto scale = scale_from_marker(config, input, sky);
+  if (!scale)
+    return scale.error();
+  config.interior.scale = scale->scale;
+  config.interior.colour_matrix = scale->colour_matrix;
+  return config;
+}
+
+Result<SkyImage> read_sky_of(const SkyConfig& sky) {
+  const std::string projection = sky.projection == "fisheye" ? "fisheye:" + sky.lens.string() : sky.projection;
+  const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
+  if (!parsed)
+    return parsed.error();
+  return read_sky(sky.image, *parsed, sky.ground);
+}
+
+Result<void> run(const Options& options) {
+  set_thread_count(options.threads);
+  if (options.threads > 0)
+    setenv("LP_NUM_THREADS", std::to_string(options.threads).c_str(), 1); // software OpenGL counts its own threads
+  const auto given = read_run_config(options.config);
+  if (!given)
+    return given.error();
+  const auto input = read_interior(*given);
+  if (!input)
+    return input.error();
+  auto sky = read_sky_of(given->sky);
+  if (!sky)
+    return sky.error();
+  const auto config = resolve(*given, *input, *sky);
+  if (!config)
+    return config.error();
+  const RgbImage& photo = input->photo.linear;
+  ProgressLine progress(options.quiet || options.json);
+  auto session = Session::open(*config, photo.width, photo.height, progress.callback(), options.backend);
+  if (!session)
+    return session.error();
+  progress.clear();
+  for (const auto* notes : {&input->notes, &session->notes()})
+    for (const std::string& note : *notes)
+      std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
+  if (options.window)
+    return run_viewer(
+        *session, *config, *sky, photo, [&](const Composite& composite) { return view_of(input->photo, composite); },
+        options.frames > 1 ? options.frames : 0);
+  for (int k = 0; k < options.frames; ++k) {
+    if (interrupted())
+      return interrupted_error("frame " + std::to_string(k));
+    auto frame = session->render({*sky, photo, 1, 1}); // a replayed file is one picture
+    if (!frame && frame.error().code == ErrorCode::device) {
+      std::fprintf(stderr, "daylit-run: %s; starting the renderer again\n", frame.error().message().c_str());
+      if (const auto again = session->recreate_renderer(); !again)
+        return again;
+      frame = session->render({*sky, photo, 1, 1});
+    }
+    if (!frame)
+      return frame.error();
+    if (k == 0)
+      for (const std::string& warning : (*frame)->report.warnings)
+        std::fprintf(stderr, "daylit-run: %s\n", warning.c_str());
+    if (options.json)
+      std::printf("%s\n", to_json((*frame)->report, k).dump().c_str());
+    else if (!options.quiet)
+      print_report((*frame)->report, k);
+    if (k + 1 == options.frames)
+      if (const auto written = write_outputs(*config, input->photo, (*frame)->composite); !written)
+        return written;
+  }
+  return {};
+}
+
+} // namespace
+} // namespace daylit
+
+int main(int argc, char** argv) {
+  daylit::Options options;
+  CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside"};
+  app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
+  app.add_flag("--replay", options.replay, "run the recorded inputs named in the file (the default without cameras)");
+  app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));
+  const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
+                                                        {"gl", daylit::Backend::opengl},
+                                                        {"osmesa", daylit::Backend::osmesa},
+                                                        {"window", daylit::Backend::window},
+                                                        {"rays", daylit::Backend::rays}};
+  app.add_flag(
+      "--window", options.window,
+      "show it: drag objects or turn the camera with the mouse; 1, 2, 3: direct, indirect, differential light; "
+      "g: frame times; r: the photograph's view; Escape: end");
+  app.add_option(
+         "--renderer", options.backend,
+         "auto, gl (OpenGL), osmesa (OpenGL without a driver), window (a desktop's OpenGL) or rays (on the processor)")
+      ->transform(CLI::CheckedTransformer(backends));
+  app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::Range(0, 1024));
+  app.add_flag("--quiet", options.quiet, "print errors only");
+  app.add_flag("--json", options.json, "one JSON object per frame on stdout");
+  app.set_version_flag("--version", std::string("daylit-run ") + DAYLIT_VERSION);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? daylit::kExitDone : daylit::kExitUsage;
+  }
+  daylit::watch_for_interrupt();
+  return daylit::run_program("daylit-run", options.json, [&] { return daylit::run(options); });
+}

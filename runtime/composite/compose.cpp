@@ -1,0 +1,390 @@
+#include "runtime/composite/compose.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <span>
+
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+#include <tbb/parallel_for.h>
+
+#include "runtime/base/lane_vector.h"
+#include "runtime/composite/change_picture.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr float kLeastCoverage = 1.0f / 510.0f;
+
+/// The three drawn values at a photograph pixel.
+struct DrawnPixel {
+  glm::vec4 object{0.0f}, lost_sky{0.0f}, room{0.0f};
+};
+
+struct DrawnPicture {
+  const RenderedFrame& frame;
+  const RenderCamera& camera;
+
+  DrawnPixel at(int x, int y) const {
+    if (!frame.shown(x, y))
+      return {};
+    const std::size_t i = frame.index(x, y);
+    return {frame.object[i], frame.lost_sky[i], frame.room[i]};
+  }
+
+  /// Every pixel of the photograph's box was drawn, by an undistorted camera.
+  bool shows_all(const PixelBox& photo) const {
+    const PixelBox box = photo.common(frame.box);
+    if (!camera.drawn_position.empty() || frame.surface.empty() || frame.shows.empty() || box.x0 != photo.x0 ||
+        box.y0 != photo.y0 || box.x1 != photo.x1 || box.y1 != photo.y1)
+      return false;
+    for (int y = box.y0; y < box.y1; y += RenderedFrame::kBlock)
+      for (int x = box.x0; x < box.x1; x += RenderedFrame::kBlock)
+        if (!frame.shows[frame.block_index(x, y)])
+          return false;
+    return true;
+  }
+
+  /// False when no photograph pixel of the box shows an object or a new shadow.
+  bool may_show(const PixelBox& photo) const {
+    if (!camera.drawn_position.empty())
+      return true;
+    const PixelBox box = photo.common(frame.box);
+    if (box.empty() || frame.shows.empty())
+      return !box.empty();
+    constexpr int kBlock = RenderedFrame::kBlock;
+    for (int y = box.y0 - box.y0 % kBlock; y < box.y1; y += kBlock)
+      for (int x = box.x0 - box.x0 % kBlock; x < box.x1; x += kBlock)
+        if (frame.shows[frame.block_index(x, y)])
+          return true;
+    return false;
+  }
+
+  const RoomSurface* surface(int x, int y) const {
+    if (!camera.drawn_position.empty() || frame.surface.empty())
+      return nullptr;
+    const RoomSurface& seen = frame.surface[frame.index(x, y)];
+    return seen.triangle == 0xFFFFFFFFu ? nullptr : &seen;
+  }
+
+  glm::vec2 position(int x, int y) const {
+    return camera.drawn_position.empty()
+               ? glm::vec2(x, y)
+               : camera.drawn_position[static_cast<std::size_t>(y) * camera.photo_width_px + x];
+  }
+
+  /// The drawn pixel itself, or the bilinear mean of four where the photograph is distorted.
+  DrawnPixel photo_pixel(int x, int y) const {
+    if (camera.drawn_position.empty())
+      return at(x, y);
+    const glm::vec2 p = position(x, y);
+    if (p.x < 0.0f || p.y < 0.0f)
+      return {};
+    const int x0 = std::min(static_cast<int>(p.x), frame.width_px - 1), x1 = std::min(x0 + 1, frame.width_px - 1);
+    const int y0 = std::min(static_cast<int>(p.y), frame.height_px - 1), y1 = std::min(y0 + 1, frame.height_px - 1);
+    const float s = p.x - static_cast<float>(x0), t = p.y - static_cast<float>(y0);
+    const DrawnPixel a = at(x0, y0), b = at(x1, y0), c = at(x0, y1), d = at(x1, y1);
+    const auto mix = [&](const glm::vec4& pa, const glm::vec4& pb, const glm::vec4& pc, const glm::vec4& pd) {
+      return (1.0f - t) * ((1.0f - s) * pa + s * pb) + t * ((1.0f - s) * pc + s * pd);
+    };
+    return {mix(a.object, b.object, c.object, d.object), mix(a.lost_sky, b.lost_sky, c.lost_sky, d.lost_sky),
+            mix(a.room, b.room, c.room, d.room)};
+  }
+};
+
+/// Irradiance of the room at a pixel: without the objects, and what they take (negative: give).
+struct RoomLoss {
+  Rgb before{0.0f}, lost{0.0f};
+};
+
+RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
+  const float whole = 1.0f / drawn.lost_sky.w;
+  const Rgb lost_sky = whole * Rgb(drawn.lost_sky);
+  const glm::vec3 shares = whole * glm::vec3(drawn.room);
+  return {point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance,
+          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z};
+}
+
+/// The light between two points of a plane.
+void mix(const RoomPoint& a, const RoomPoint& b, float t, RoomPoint& between) {
+  between.indirect_irradiance = a.indirect_irradiance + t * (b.indirect_irradiance - a.indirect_irradiance);
+  between.open_sky_irradiance = a.open_sky_irradiance + t * (b.open_sky_irradiance - a.open_sky_irradiance);
+}
+
+bool casts_shadow(const DrawnPixel& pixel) {
+  return pixel.lost_sky.w > 0.0f &&
+         std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
+}
+
+/// The photograph's pixel after that.
+Rgb changed(const Rgb& photo, const RoomLoss& loss, const Rgb& reflectance, const ComposeSettings& settings) {
+  if (settings.mode == ShadowMode::difference) {
+    const Rgb change = reflectance * loss.lost * std::numbers::inv_pi_v<float>;
+    return glm::max(photo - settings.photo.apply(change), Rgb(0.0f));
+  }
+  Rgb ratio(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (loss.before[c] > 0.0f)
+      ratio[c] = std::max(1.0f - loss.lost[c] / loss.before[c], 0.0f);
+  return photo * ratio;
+}
+
+bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
+  const glm::bvec3 differs =
+      glm::greaterThan(glm::abs(after - before), threshold * glm::max(glm::abs(before), glm::abs(after)));
+  return differs.x | differs.y | differs.z; // no branch: it would be guessed wrong at every faint edge
+}
+
+constexpr int kBlock = ChangePicture::kBlock;
+
+/// The colours of a row of a block, three numbers a pixel; as many as fill vectors, those beyond the pixels are equal.
+struct alignas(64) ColourRow {
+  static constexpr int kNumbers = 32;
+  static_assert(kNumbers >= 3 * kBlock);
+  float before[kNumbers] = {}, after[kNumbers] = {};
+};
+
+/// exceeds(), a bit for each number.
+DAYLIT_LANE_CLONES
+std::uint32_t exceeding(const ColourRow& row, float threshold) {
+  std::uint32_t bits = 0;
+#pragma omp simd reduction(| : bits)
+  for (int k = 0; k < ColourRow::kNumbers; ++k) {
+    const float before = std::fabs(row.before[k]), after = std::fabs(row.after[k]);
+    const float largest = before > after ? before : after;
+    bits |= std::fabs(row.after[k] - row.before[k]) > threshold * largest ? 1u << k : 0u;
+  }
+  return bits;
+}
+
+/// All that a pixel of the photograph is made of.
+class Compositor {
+public:
+  Compositor(const RgbImage& photo, const DrawnPicture& drawn, const RoomLookup& room, const ComposeSettings& settings,
+             const ChangePicture* change)
+      : photo_(photo), drawn_(drawn), room_(room), settings_(settings), change_(change) {}
+
+  struct Pixel {
+    Rgb value{0.0f};
+    float coverage = 0.0f;
+  };
+  struct Counts {
+    std::size_t shadow_pixels = 0, object_pixels = 0;
+  };
+  /// Pixels of one block of ChangePicture; the result holds the photograph there.
+  void fill_block(const PixelBox& block, Composite& result, Counts& counts) const {
+    if (settings_.mode == ShadowMode::ratio && !drawn_.may_show(block))
+      change_block(block, result, counts);
+    else if (!shadow_block(block, result, counts))
+      for (int y = block.y0; y < block.y1; ++y)
+        for (int x = block.x0; x < block.x1; ++x)
+          if (const auto after = at(x, y))
+            write(static_cast<std::size_t>(y) * photo_.width + x, *after, result, counts);
+  }
+
+private:
+  /// Empty where nothing changes.
+  std::optional<Pixel> at(int x, int y) const {
+    const DrawnPixel pixel = drawn_.photo_pixel(x, y);
+    const float coverage = std::min(pixel.object.w, 1.0f);
+    const Rgb before = photo_.at(x, y);
+    if (coverage < kLeastCoverage && !casts_shadow(pixel) && settings_.mode == ShadowMode::ratio) {
+      const auto ratio = change_ && settings_.differential ? change_->ratio_at(x, y) : std::nullopt;
+      return ratio ? std::optional(Pixel{before * *ratio, coverage}) : std::nullopt;
+    }
+    Rgb background = before;
+    bool differs = coverage >= kLeastCoverage;
+    if (coverage < 1.0f && settings_.differential)
+      if (const auto loss = loss_at(x, y, pixel)) {
+        background = changed(before, loss->loss, loss->reflectance, settings_);
+        differs = true;
+      }
+    if (!differs)
+      return std::nullopt;
+    if (coverage < kLeastCoverage)
+      return Pixel{background, coverage};
+    return Pixel{(1.0f - coverage) * background + settings_.photo.apply(Rgb(pixel.object)), coverage};
+  }
+
+  /// A block where nothing but the indirect light of the room changes.
+  void change_block(const PixelBox& block, Composite& result, Counts& counts) const {
+    using Kind = ChangePicture::Kind;
+    const Kind kind = change_ && settings_.differential ? change_->kind_at(block.x0, block.y0) : Kind::nothing;
+    if (kind == Kind::nothing)
+      return;
+    std::array<Rgb, kBlock> ratio, after;
+    for (int y = block.y0; y < block.y1; ++y) {
+      const std::size_t first = static_cast<std::size_t>(y) * photo_.width + block.x0;
+      if (kind == Kind::interpolate) {
+        change_->interpolate_row(block.x0, y, block.width(), ratio.data());
+        for (int k = 0; k < block.width(); ++k)
+          after[k] = photo_.texels[first + k] * ratio[k];
+        write_room(first, {after.data(), static_cast<std::size_t>(block.width())}, result, counts);
+        continue;
+      }
+      for (int k = 0; k < block.width(); ++k)
+        if (const auto single = change_->ratio_at(block.x0 + k, y))
+          write(first + k, {photo_.texels[first + k] * *single, 0.0f}, result, counts);
+    }
+  }
+
+  /// The room's light at the corner pixels of a block that shows nothing but one plane of the room, all of it seen by
+  /// the frame; empty for others.
+  std::optional<std::array<RoomPoint, 4>> plain_corners(const PixelBox& block) const {
+    if (!change_ || !settings_.differential || settings_.mode != ShadowMode::ratio || !drawn_.shows_all(block))
+      return std::nullopt;
+    const auto plane = change_->plane_of_block(block.x0, block.y0);
+    if (!plane)
+      return std::nullopt;
+    for (int y = block.y0; y < block.y1; ++y) {
+      const std::size_t first = drawn_.frame.index(block.x0, y);
+      for (std::size_t i = first; i < first + static_cast<std::size_t>(block.width()); ++i) {
+        const std::uint32_t seen = drawn_.frame.surface[i].triangle;
+        if (drawn_.frame.object[i].w >= kLeastCoverage || std::find(plane->begin(), plane->end(), seen) == plane->end())
+          return std::nullopt;
+      }
+    }
+    std::array<RoomPoint, 4> corner;
+    for (int k = 0; k < 4; ++k) {
+      const int x = k & 1 ? block.x1 - 1 : block.x0, y = k & 2 ? block.y1 - 1 : block.y0;
+      const auto point = room_(drawn_.camera.direction(glm::dvec2(x, y)), drawn_.surface(x, y));
+      if (!point)
+        return std::nullopt;
+      corner[static_cast<std::size_t>(k)] = *point;
+    }
+    return corner;
+  }
+
+  /// Shadow on one plane: the room's light changes slowly there and is looked up at the corners. False: not done.
+  bool shadow_block(const PixelBox& block, Composite& result, Counts& counts) const {
+    const auto corner = plain_corners(block);
+    if (!corner)
+      return false;
+    const std::array<RoomPoint, 4>& c = *corner;
+    const bool changes = change_->kind_at(block.x0, block.y0) == ChangePicture::Kind::interpolate;
+    const float per_x = 1.0f / static_cast<float>(std::max(block.width() - 1, 1)),
+                per_y = 1.0f / static_cast<float>(std::max(block.height() - 1, 1));
+    std::array<PixelChange, kBlock> change{};
+    std::array<Rgb, kBlock> after;
+    RoomPoint left = c[0], right = c[0], here = c[0];
+    for (int y = block.y0; y < block.y1; ++y) {
+      if (changes)
+        change_->interpolate_row(block.x0, y, block.width(), change.data());
+      const float t = per_y * static_cast<float>(y - block.y0);
+      mix(c[0], c[2], t, left);
+      mix(c[1], c[3], t, right);
+      const std::size_t first = static_cast<std::size_t>(y) * photo_.width + block.x0;
+      for (int k = 0; k < block.width(); ++k) {
+        mix(left, right, per_x * static_cast<float>(k), here);
+        const DrawnPixel pixel = drawn_.at(block.x0 + k, y);
+        RoomLoss loss = direct_loss(pixel, here);
+        loss.lost -= change[static_cast<std::size_t>(k)].irradiance;
+        after[k] = changed(photo_.texels[first + k], loss, here.reflectance, settings_);
+      }
+      write_room(first, {after.data(), static_cast<std::size_t>(block.width())}, result, counts);
+    }
+    return true;
+  }
+
+  void write(std::size_t i, const Pixel& after, Composite& result, Counts& counts) const {
+    result.coverage[i] = after.coverage;
+    if (!exceeds(photo_.texels[i], after.value, settings_.threshold))
+      return;
+    const bool object = after.coverage >= kLeastCoverage;
+    result.picture.texels[i] = after.value;
+    result.touched[i] = object ? 2 : 1;
+    ++(object ? counts.object_pixels : counts.shadow_pixels);
+  }
+
+  /// The same of pixels side by side that show no object.
+  void write_room(std::size_t first, std::span<const Rgb> after, Composite& result, Counts& counts) const {
+    ColourRow row;
+    std::memcpy(row.before, &photo_.texels[first], after.size_bytes());
+    std::memcpy(row.after, after.data(), after.size_bytes());
+    const std::uint32_t exceeds = exceeding(row, settings_.threshold);
+    if (exceeds == 0)
+      return;
+    for (std::size_t k = 0; k < after.size(); ++k)
+      if (exceeds >> (3 * k) & 7u) {
+        result.picture.texels[first + k] = after[k];
+        result.touched[first + k] = 1;
+        ++counts.shadow_pixels;
+      }
+  }
+
+  struct Loss {
+    RoomLoss loss;
+    Rgb reflectance{0.5f};
+  };
+  std::optional<Loss> loss_at(int x, int y, const DrawnPixel& pixel) const {
+    const bool shadow = casts_shadow(pixel);
+    const auto change = change_ ? change_->at(x, y) : std::nullopt;
+    const bool needs_room = shadow || (change && settings_.mode == ShadowMode::difference);
+    const auto point = needs_room
+                           ? room_(drawn_.camera.direction(glm::dvec2(drawn_.position(x, y))), drawn_.surface(x, y))
+                           : std::nullopt;
+    if ((needs_room && !point) || (!needs_room && !change))
+      return std::nullopt;
+    Loss loss;
+    if (point)
+      loss.reflectance = point->reflectance;
+    if (shadow)
+      loss.loss = direct_loss(pixel, *point);
+    else
+      loss.loss.before = change->before;
+    if (change)
+      loss.loss.lost -= change->irradiance;
+    return loss;
+  }
+
+  const RgbImage& photo_;
+  const DrawnPicture& drawn_;
+  const RoomLookup& room_;
+  const ComposeSettings& settings_;
+  const ChangePicture* change_;
+};
+
+} // namespace
+
+Rgb PhotoScale::apply(const Rgb& radiance) const { return Rgb(scale * (colour_matrix * glm::dvec3(radiance))); }
+
+void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+             const ComposeSettings& settings, Composite& result, const ChangePicture* change) {
+  result.picture.width = photo.width;
+  result.picture.height = photo.height;
+  result.picture.texels.resize(photo.texels.size()); // keeps the memory of the last frame, as the others do
+  result.touched.resize(photo.texels.size());
+  result.coverage.resize(photo.texels.size());
+  const DrawnPicture drawn{frame, camera};
+  const Compositor compositor(photo, drawn, room, settings, change);
+  std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
+  tbb::parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
+    const int y0 = row * kBlock, y1 = std::min(y0 + kBlock, photo.height);
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y0) * photo.width;
+    const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(y1 - y0) * photo.width;
+    std::copy_n(photo.texels.begin() + first, count, result.picture.texels.begin() + first);
+    std::fill_n(result.touched.begin() + first, count, std::uint8_t{0});
+    std::fill_n(result.coverage.begin() + first, count, 0.0f);
+    Compositor::Counts counts;
+    for (int x0 = 0; x0 < photo.width; x0 += kBlock)
+      compositor.fill_block({x0, y0, std::min(x0 + kBlock, photo.width), y1}, result, counts);
+    shadow_pixels += counts.shadow_pixels;
+    object_pixels += counts.object_pixels;
+  });
+  result.shadow_pixels = shadow_pixels;
+  result.object_pixels = object_pixels;
+}
+
+Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+                  const ComposeSettings& settings) {
+  Composite result;
+  compose(photo, frame, camera, room, settings, result);
+  return result;
+}
+
+} // namespace daylit

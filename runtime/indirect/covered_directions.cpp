@@ -1,0 +1,151 @@
+#include "runtime/indirect/covered_directions.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
+
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
+#include "runtime/base/orthonormal.h"
+#include "runtime/object/ray_fan.h"
+#include "runtime/sky/window_sampler.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr int kPacket = 16;
+
+/// Where the directions towards one part come from.
+struct Cone {
+  bool whole = false; ///< the hemisphere, by its cosine: the sphere covers most of what x sees
+  double cos_max = 0.0;
+  glm::dvec3 axis;
+  OrthonormalBasis basis;
+
+  /// On the side of n.
+  Cone(const BoundingSphere& sphere, const glm::dvec3& x, const glm::dvec3& n) : Cone(sphere, x) {
+    whole = cos_max < 0.2;
+    if (whole) {
+      axis = n;
+      basis = OrthonormalBasis(n);
+    }
+  }
+  /// On all sides of x.
+  Cone(const BoundingSphere& sphere, const glm::dvec3& x) : axis(0.0, 0.0, 1.0), basis(axis) {
+    const glm::dvec3 to = sphere.centre - x;
+    const double distance = glm::length(to), s = sphere.radius / std::max(distance, 1e-9);
+    cos_max = s < 1.0 ? std::sqrt(1.0 - s * s) : -1.0;
+    if (distance > 0.0)
+      axis = to / distance;
+    basis = OrthonormalBasis(axis);
+  }
+  glm::dvec3 direction(const DirectionPattern::Point& p) const {
+    const double up = whole ? std::sqrt(1.0 - p.height) : 1.0 - p.height * (1.0 - cos_max);
+    const double side = std::sqrt(std::max(0.0, 1.0 - up * up));
+    return side * p.cosine * basis.u + side * p.sine * basis.v + up * axis;
+  }
+  /// cos dw of a direction at this cosine with the normal.
+  float weight(double cosine, std::size_t count) const {
+    const double all = 2.0 * std::numbers::pi * (1.0 - cos_max);
+    return static_cast<float>((whole ? std::numbers::pi : all * cosine) / static_cast<double>(count));
+  }
+};
+
+/// Directions with what they meet first, gathered until they fill a packet of room rays.
+struct Candidates {
+  std::array<glm::dvec3, kPacket> direction;
+  std::array<Covered, kPacket> covered;
+  std::size_t count = 0;
+
+  void flush(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x, std::vector<Covered>& out) {
+    if (count == 0)
+      return;
+    RayHits16 hits;
+    const RayPacket16 rays = ray_fan(room.to_local(x), count, [&](std::size_t k) { return glm::vec3(direction[k]); });
+    const std::uint32_t ends = room.closest16(rays, static_cast<int>(count), hits);
+    for (std::size_t k = 0; k < count; ++k) {
+      Covered& c = covered[k];
+      if (ends >> k & 1u) {
+        const double distance = static_cast<double>(hits.distance[k]);
+        if (distance < c.object.distance)
+          continue;
+        c.position = x + distance * direction[k];
+        c.behind = patches.at(hits.triangle[k], c.position, direction[k]);
+      }
+      out.push_back(c);
+    }
+    count = 0;
+  }
+};
+
+} // namespace
+
+DirectionPattern::DirectionPattern(int count) {
+  for (int k = 0; k < count; ++k) {
+    const glm::dvec2 u = lattice_point(k, count);
+    const double turn = 2.0 * std::numbers::pi * u.y;
+    points_.push_back({u.x, std::cos(turn), std::sin(turn)});
+  }
+}
+
+namespace {
+
+/// `weight`: of a direction, none where it is not positive.
+template <class Weight>
+void look_at_part(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                  const glm::dvec3& x, const Cone& cone, const DirectionPattern& pattern, const Weight& weight,
+                  std::vector<Covered>& covered) {
+  const std::span<const DirectionPattern::Point> points = pattern.points();
+  Candidates candidates;
+  std::array<glm::dvec3, kPacket> directions;
+  std::array<float, kPacket> weights;
+  std::array<PartHit, kPacket> hits;
+  for (std::size_t k = 0; k < points.size();) {
+    std::size_t count = 0;
+    for (; k < points.size() && count < kPacket; ++k)
+      if (const glm::dvec3 w = cone.direction(points[k]); (weights[count] = weight(w)) > 0.0f)
+        directions[count++] = w;
+    const std::span<const glm::dvec3> asked(directions.data(), count);
+    const std::uint32_t met = count > 0 ? parts.cast_first(seen.part, x, asked, hits, seen.ignored) : 0u;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!(met >> i & 1u))
+        continue;
+      candidates.direction[candidates.count] = directions[i];
+      candidates.covered[candidates.count++] = {hits[i], weights[i], nullptr, x + directions[i]};
+      if (candidates.count == kPacket)
+        candidates.flush(room, patches, x, covered);
+    }
+  }
+  candidates.flush(room, patches, x, covered);
+}
+
+} // namespace
+
+void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
+                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered) {
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const BoundingSphere& sphere = parts.sphere(part);
+    if (sphere.radius <= 0.0 || glm::dot(n, sphere.centre - x) < -sphere.radius)
+      continue;
+    const Cone cone(sphere, x, n);
+    const auto weight = [&](const glm::dvec3& w) {
+      const double cosine = glm::dot(n, w);
+      return cosine > 0.0 ? cone.weight(cosine, pattern.points().size()) : 0.0f;
+    };
+    look_at_part(room, patches, parts, {part, part}, x, cone, pattern, weight, covered);
+  }
+}
+
+void find_covered_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                     const glm::dvec3& x, const DirectionPattern& pattern, std::vector<Covered>& covered) {
+  const Cone cone(parts.sphere(seen.part), x);
+  look_at_part(
+      room, patches, parts, seen, x, cone, pattern,
+      [&](const glm::dvec3&) { return cone.weight(1.0, pattern.points().size()); }, covered);
+}
+
+} // namespace daylit

@@ -1,0 +1,75 @@
+#pragma once
+
+// The directions that virtual objects cover as seen from a point of the room, and what of the room is behind them: all
+// of their effect on indirect light that does not depend on the light.
+
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "runtime/indirect/room_patches.h"
+#include "runtime/indirect/window_sight.h"
+#include "runtime/object/placed_parts.h"
+#include "runtime/object/relight.h"
+#include "scene/room/ray_scene.h"
+
+namespace daylit {
+
+/// One of them.
+struct Covered {
+  PartHit object;
+  float weight = 0.0f;         ///< cos dw, sr
+  RoomPatch* behind = nullptr; ///< null: the sky
+  glm::dvec3 position{0.0};    ///< behind it; of the sky any point in the direction
+};
+
+/// Points spread evenly over the unit square, as what directions in a cone are made of.
+class DirectionPattern {
+public:
+  explicit DirectionPattern(int count);
+  struct Point {
+    double height = 0.0, cosine = 1.0, sine = 0.0; ///< first coordinate; of the angle that the second stands for
+  };
+  std::span<const Point> points() const { return points_; }
+
+private:
+  std::vector<Point> points_;
+};
+
+/// Looks in the directions of the pattern, spread over the cone of each part's bounding sphere, as a point x with
+/// normal n sees it. Appends those that the part covers before the room and before other parts.
+void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
+                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered);
+
+/// An object, and another whose own triangles hide nothing.
+struct SeenFrom {
+  std::size_t part = 0, ignored = 0;
+};
+/// The same of the directions in which one part lies, on all sides of x; the weights are solid angles, sr.
+void find_covered_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                     const glm::dvec3& x, const DirectionPattern& pattern, std::vector<Covered>& covered);
+
+/// Radiance of the object there.
+inline Rgb object_radiance(const Covered& covered, std::span<const TwoSided> radiance) {
+  const PartHit& hit = covered.object;
+  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  Rgb sum(0.0f);
+  for (int i = 0; i < 3; ++i) {
+    const TwoSided& vertex = radiance[hit.vertex[i]];
+    sum += b[i] * (hit.back ? vertex.back : vertex.front);
+  }
+  return sum;
+}
+
+/// The sun's part of the room's radiance that the object hides; sample `number` of the sun stands for all.
+inline Rgb sunlight_behind(const Covered& covered, std::size_t number, const WindowSight& sight) {
+  if (!covered.behind || !sight.has_sun())
+    return Rgb(0.0f);
+  const glm::dvec3& n = covered.behind->normal;
+  return covered.behind->reflectance * sight.sun_sample(number, covered.position + kAirGap_m * n, n) *
+         std::numbers::inv_pi_v<float>;
+}
+
+} // namespace daylit

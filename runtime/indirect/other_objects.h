@@ -1,0 +1,69 @@
+#pragma once
+
+// What virtual objects do to each other's indirect light: one hides part of the room from the other and sends light
+// instead. Direct light is kept apart by rays or shadow maps.
+//
+// At the points of a lattice in an object's box, the radiance that arrives changes by L_other - L_room behind it in the
+// directions that other objects cover. Nine coefficients of that change are interpolated to the vertices and multiplied
+// with their transfer vectors, as the room's light is: nothing depends on the number of vertices but that. The light
+// that comes back once more is left out.
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "runtime/indirect/covered_directions.h"
+#include "runtime/indirect/window_sight.h"
+#include "runtime/object/relight.h"
+
+namespace daylit {
+
+/// Keeps references to everything given.
+class OtherObjects {
+public:
+  OtherObjects(const RayScene& room_rays, const RoomPatches& patches, const WindowSight& sight)
+      : rays_(room_rays), patches_(patches), sight_(sight) {}
+
+  /// `parts` must live until the next call.
+  void set_objects(const PlacedParts& parts);
+  /// Some object is large enough as seen from another. The rest has no effect where none is.
+  bool any() const;
+  /// `radiance`: that leaves each vertex of all objects. After the frame of patches and sight. Rays are traced when an
+  /// object has moved.
+  void set_light(std::span<const TwoSided> radiance);
+  /// Change of the radiance that arrives at a point of a part.
+  Sh9Rgb change(std::size_t part, const glm::dvec3& x) const;
+
+private:
+  static constexpr int kSide = 8; ///< points of the lattice
+  struct Place {
+    std::vector<Covered> covered;
+    bool used = false; ///< some vertex lies beside it
+    bool open = true;  ///< not inside another object
+    Sh9Rgb change{};
+  };
+  struct Lattice {
+    std::vector<std::size_t> others; ///< near enough
+    std::array<Place, kSide * kSide * kSide> places;
+  };
+  const RayScene& rays_;
+  const RoomPatches& patches_;
+  const WindowSight& sight_;
+  const PlacedParts* parts_ = nullptr;
+  std::vector<Lattice> lattices_;
+  bool traced_ = false;
+
+  /// Of a point in the part's own frame: the lowest of the eight places around it, and where between them it lies.
+  struct Cell {
+    glm::ivec3 lower{0};
+    glm::vec3 share{0.0f};
+  };
+  Cell cell_of(std::size_t part, const glm::dvec3& own) const;
+  static std::size_t corner(const Cell& cell, int k);
+  glm::dvec3 position(std::size_t part, std::size_t place) const;
+  void mark_used(std::size_t part);
+  void look_around(std::size_t part, std::size_t place);
+  Sh9Rgb change_at(const Place& place, const glm::dvec3& x, std::span<const TwoSided> radiance) const;
+};
+
+} // namespace daylit

@@ -1,0 +1,78 @@
+#pragma once
+
+// What virtual objects do to the indirect light of the real room: they stand before lit surfaces, and they send light
+// themselves.
+//
+// At a point x of the room, Delta E(x) = integral over the directions that an object covers of
+// (L_object - L_room behind it) cos dw. What is behind is looked up where the ray meets the room, not in the nine
+// coefficients: next to a sunlit floor these are wrong by a factor at the horizon, where objects stand. Sky behind the
+// object counts as zero: its loss is the direct shadow, drawn elsewhere. What is behind is the room without objects;
+// the objects themselves see the room with their own direct shadow on it (arriving_change); further bounces are left
+// out.
+//
+// Rays are traced at the corners of square cells on the room's planes, finer near an object, when a point nearby is
+// asked for first; they hold until an object moves. What they carry is renewed with the light.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "runtime/indirect/room_light.h"
+#include "runtime/object/placed_parts.h"
+#include "runtime/object/relight.h"
+
+namespace daylit {
+
+/// At a point of the room.
+struct RoomChange {
+  Rgb irradiance{0.0f}; ///< Delta E
+  Rgb before{0.0f};     ///< irradiance without the objects, sun excepted
+};
+
+/// Keeps references to everything given to the constructor. at() is thread-safe.
+class RoomChangeField {
+public:
+  RoomChangeField(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
+                  const RoomLight& room_light);
+  RoomChangeField(RoomChangeField&&) noexcept;
+  RoomChangeField& operator=(RoomChangeField&&) noexcept;
+  ~RoomChangeField();
+
+  /// The parts must live until the next call.
+  void set_objects(std::vector<PlacedPart> parts);
+  /// The light of a frame; room_light must hold the same frame's, and `pyramid` lives until the next. `same_sky`: only
+  /// objects moved since the last call.
+  void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky = false);
+  /// Nine coefficients of the change of radiance that arrives at a point of a part because the objects keep direct
+  /// light from the room around them. From eight points of the part's box, trilinear.
+  Sh9Rgb arriving_change(std::size_t part, const glm::dvec3& x) const;
+  /// `radiance`: that leaves each vertex of all objects, on both sides, but for the sun's, which is added here with
+  /// shadows. Call after set_sky().
+  void set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
+                 std::span<const glm::vec3> normals, std::span<const Rgb> reflectance);
+
+  /// Light between the objects: whether there is any, and once set_light() has said what leaves them, what it changes
+  /// of the radiance that arrives at a point of a part.
+  bool objects_see_each_other() const;
+  void exchange();
+  Sh9Rgb exchanged_change(std::size_t part, const glm::dvec3& x) const;
+
+  /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
+  bool reaches(const glm::dvec3& x) const;
+  /// So close to an object that its effect may be narrower than a few of its cells further away.
+  bool near(const glm::dvec3& x) const;
+  RoomChange at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// The same without cells and with `rays` rays per object: the slow twin.
+  RoomChange evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, int rays) const;
+  /// Irradiance from the sun at x, past the room without the objects.
+  Rgb sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// Which side of which plane: equal for points that interpolation may join.
+  std::uint32_t facing_of(std::uint32_t triangle, const glm::dvec3& direction) const;
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+} // namespace daylit

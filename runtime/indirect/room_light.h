@@ -1,0 +1,58 @@
+#pragma once
+
+// Light that the real room receives without the virtual objects: what the composite compares the lost light with.
+//
+// It changes slowly over a wall, and the wall does not move: it is kept at the corners of square cells of each plane
+// of the room and interpolated. Which probes light a corner is found once; the values are renewed with the light. A
+// cell that a surface cuts or that reaches out of the air is not used: its points are evaluated one by one.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include <glm/vec3.hpp>
+
+#include "runtime/indirect/room_point.h"
+#include "runtime/object/relight.h"
+#include "runtime/sky/direct_light.h"
+#include "scene/room/ray_scene.h"
+#include "scene/volume/volume.h"
+
+namespace daylit {
+
+constexpr double kRoomLightCell_m = 0.08;
+
+/// Keeps references to everything given; they must outlive it. at() is thread-safe.
+class RoomLight {
+public:
+  RoomLight(const Room& room, const RayScene& room_rays, const LightFieldSampler& sampler);
+  RoomLight(RoomLight&&) noexcept;
+  RoomLight& operator=(RoomLight&&) noexcept;
+  ~RoomLight();
+
+  /// The light of one frame; what is given must live until the next. `same_sky`: field and pyramid are as they were,
+  /// so that what is kept holds where the cells are, too; otherwise nothing of the frame before is used.
+  void set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                 const LightSet& lights, bool same_sky = false);
+
+  /// Light at the surface that a ray from the camera meets first; empty where it leaves the room.
+  std::optional<RoomPoint> at(const glm::dvec3& eye, const glm::dvec3& direction) const;
+  /// Light at world point x of a triangle of the room, on the side that `direction` meets.
+  RoomPoint at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// The same without cells: the slow twin.
+  RoomPoint evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+
+  /// The indirect part alone, for points that are asked for again: which probes light x, a point in the air, and what
+  /// they give a surface of normal n.
+  VertexProbes probes_at(const glm::dvec3& x) const;
+  Rgb indirect_irradiance(const glm::dvec3& n, const VertexProbes& probes) const;
+
+  std::size_t cells_kept() const;
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+} // namespace daylit

@@ -1,0 +1,64 @@
+#include "runtime/indirect/room_patches.h"
+
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/indirect/window_sight.h"
+
+namespace daylit {
+
+namespace {
+constexpr double kPatch_m = 0.35;
+constexpr int kPatchPoints = 5; ///< per side: where a patch is looked for
+} // namespace
+
+void RoomPatches::set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures) {
+  pyramid_ = pyramid;
+  const glm::dvec3 middle = room_.bounds().empty() ? glm::dvec3(0.0) : room_.bounds().centre();
+  windows_ = aperture_cells(apertures, {middle, 0.0}, pyramid); // coarse: seen from far away
+  ++frame_;
+}
+
+/// The middle of the patch, or else the first of some points around it, that lies on the room's surface and in its air.
+RoomPatch* RoomPatches::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
+  const std::uint32_t facing = planes_.facing_of(triangle, direction);
+  const RoomFacing& f = planes_[facing];
+  const LatticeKey place{static_cast<std::int64_t>(std::floor(glm::dot(f.u, x) / kPatch_m)),
+                         static_cast<std::int64_t>(std::floor(glm::dot(f.v, x) / kPatch_m)), facing};
+  const std::uint32_t material = room_.triangles[triangle].material;
+  const LatticeKey key{place.i, place.j, facing * static_cast<std::uint32_t>(room_.materials.size()) + material};
+  if (const auto found = patches_.find(key); found != patches_.end())
+    return found->second.get();
+  auto made = std::make_unique<RoomPatch>();
+  made->normal = f.normal;
+  made->reflectance = room_.materials[material].reflectance;
+  for (int k = 0; k < kPatchPoints * kPatchPoints && !made->lit; ++k) {
+    const int step = (k + kPatchPoints * kPatchPoints / 2) % (kPatchPoints * kPatchPoints); // the middle first
+    const double s = (step % kPatchPoints + 0.5) / kPatchPoints, t = (step / kPatchPoints + 0.5) / kPatchPoints;
+    made->point = f.corner(place.i, place.j, kPatch_m) + kPatch_m * (s * f.u + t * f.v);
+    RayHit below;
+    const glm::dvec3 air = made->point + kAirGap_m * f.normal;
+    if (!rays_.closest(rays_.to_local(air), glm::vec3(-f.normal), 0.0f, static_cast<float>(2.0 * kAirGap_m), below) ||
+        room_.triangles[below.triangle].material != material)
+      continue;
+    made->probes = light_.probes_at(air);
+    made->lit = made->probes.count > 0;
+  }
+  return patches_.emplace(key, std::move(made)).first->second.get();
+}
+
+Rgb RoomPatches::irradiance(RoomPatch& patch) const {
+  if (patch.lit && patch.frame.load(std::memory_order_acquire) != frame_) {
+    const std::lock_guard lock(patch.renewing);
+    if (patch.frame.load(std::memory_order_relaxed) != frame_) {
+      const glm::vec3 n(patch.normal);
+      patch.irradiance = light_.indirect_irradiance(patch.normal, patch.probes) +
+                         open_sky_irradiance(pyramid_, windows_, {&patch.point, 1}, {&n, 1}).front();
+      patch.frame.store(frame_, std::memory_order_release);
+    }
+  }
+  return patch.irradiance;
+}
+
+} // namespace daylit

@@ -1,0 +1,53 @@
+#pragma once
+
+// The room's light far from where it is looked at closely: one value per patch of a plane, without the sun's, whose
+// edges are sharp. For what stands behind virtual objects.
+
+#include <atomic>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include <tbb/concurrent_unordered_map.h>
+
+#include "runtime/indirect/room_light.h"
+#include "runtime/indirect/room_planes.h"
+
+namespace daylit {
+
+/// Part of a plane of the room, seen from one side, of one material.
+struct RoomPatch {
+  bool lit = false; ///< some point of it lies in the air of the room
+  glm::dvec3 point{0.0}, normal{0.0};
+  VertexProbes probes;
+  Rgb reflectance{0.5f}, irradiance{0.0f};
+  std::atomic<std::uint64_t> frame{0}; ///< that `irradiance` belongs to
+  std::mutex renewing;
+};
+
+/// Keeps references to everything given. Thread-safe but for set_frame().
+class RoomPatches {
+public:
+  RoomPatches(const Room& room, const RayScene& rays, const RoomPlanes& planes, const RoomLight& light)
+      : room_(room), rays_(rays), planes_(planes), light_(light) {}
+
+  /// `pyramid` must live until the next frame.
+  void set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures);
+  /// The patch of a point that a ray along `direction` meets. Valid as long as this.
+  RoomPatch* at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// Indirect and open sky.
+  Rgb irradiance(RoomPatch& patch) const;
+
+private:
+  const Room& room_;
+  const RayScene& rays_;
+  const RoomPlanes& planes_;
+  const RoomLight& light_;
+  std::span<const SkyMap> pyramid_;
+  std::vector<ApertureCell> windows_;
+  std::uint64_t frame_ = 0;
+  mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<RoomPatch>, LatticeHash> patches_;
+};
+
+} // namespace daylit

@@ -1,0 +1,72 @@
+#include "runtime/indirect/vertex_light.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+namespace daylit {
+
+namespace {
+
+/// `change`: nine coefficients at a point of a part.
+template <class Change>
+void add_change(const VirtualObjects& objects, const Change& change, std::span<TwoSided> radiance) {
+  const ObjectSurface& surface = objects.surface;
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
+    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        const Sh9Rgb arriving = change(k, surface.positions[i]);
+        const Rgb& rho = surface.reflectance[i];
+        radiance[i].front = add_reflected(radiance[i].front, arriving, objects.transfer[i].front, rho);
+        if (objects.has_back[i])
+          radiance[i].back = add_reflected(radiance[i].back, arriving, objects.transfer[i].back, rho);
+      }
+    });
+  }
+}
+
+} // namespace
+
+void add_arriving_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+  add_change(
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.arriving_change(part, x); }, radiance);
+}
+
+void add_exchanged_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+  add_change(
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged_change(part, x); }, radiance);
+}
+
+std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
+                                        std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,
+                                        std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
+                                        std::size_t& lit) {
+  const std::size_t count = surface.positions.size();
+  std::vector<glm::dvec3> points;
+  std::vector<glm::vec3> normals;
+  std::vector<Rgb VertexLight::*> sides;
+  std::vector<std::size_t> vertices;
+  const auto ask = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
+    points.push_back(surface.positions[i]);
+    normals.push_back(n);
+    sides.push_back(side);
+    vertices.push_back(i);
+  };
+  std::vector<VertexLight> light(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    light[i].indirect_front = indirect[i].front;
+    light[i].indirect_back = indirect[i].back;
+    if (!in_view[i])
+      continue;
+    ++lit;
+    ask(i, surface.normals[i], &VertexLight::open_sky_front);
+    if (has_back[i])
+      ask(i, -surface.normals[i], &VertexLight::open_sky_back);
+  }
+  const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, points, normals);
+  for (std::size_t k = 0; k < open.size(); ++k)
+    light[vertices[k]].*sides[k] = open[k];
+  return light;
+}
+
+} // namespace daylit

@@ -1,0 +1,106 @@
+#include "runtime/indirect/window_sight.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/object/ray_fan.h"
+#include "scene/room/aperture.h"
+
+namespace daylit {
+
+namespace {
+constexpr int kWindowPoints = 4; ///< per side: those of a window fill a packet of rays
+constexpr int kSunSamples = 8;
+} // namespace
+
+void WindowSight::set_sun(const std::optional<DetectedSun>& detected) {
+  sun_.clear();
+  sun_normal_irradiance_ = detected ? detected->normal_irradiance : Rgb(0.0f);
+  for (int k = 0; detected && k < kSunSamples; ++k)
+    sun_.push_back(sun_disc_direction(detected->direction, k, kSunSamples));
+}
+
+/// Share of the windows' points, given by their offsets from x, that count; `none` where no window faces x. `counts`:
+/// bits of up to kWindowPoints squared offsets.
+template <class Counts>
+double WindowSight::share_of_windows(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const {
+  double seen = 0.0, all = 0.0;
+  std::array<glm::dvec3, kWindowPoints * kWindowPoints> offset;
+  std::array<double, kWindowPoints * kWindowPoints> weight{};
+  for (const Aperture& a : apertures_) {
+    std::size_t count = 0;
+    for (int i = 0; i < kWindowPoints; ++i)
+      for (int j = 0; j < kWindowPoints; ++j) {
+        const std::size_t last = a.corners.size() - 1;
+        const double s = (i + 0.5) / kWindowPoints, t = (j + 0.5) / kWindowPoints;
+        const glm::dvec3 p = (1 - s) * ((1 - t) * a.corners[0] + t * a.corners[last]) +
+                             s * ((1 - t) * a.corners[1] + t * a.corners[std::min<std::size_t>(2, last)]);
+        const glm::dvec3 d = p - x;
+        const double r2 = glm::dot(d, d);
+        if (glm::dot(n, d) <= 0.0 || glm::dot(a.inward, d) >= 0.0)
+          continue;
+        weight[count] = -glm::dot(a.inward, d) * glm::dot(n, d) / (r2 * r2);
+        offset[count++] = d;
+      }
+    const std::uint32_t which = count > 0 ? counts(std::span<const glm::dvec3>(offset.data(), count)) : 0u;
+    for (std::size_t k = 0; k < count; ++k) {
+      all += weight[k];
+      seen += which >> k & 1u ? weight[k] : 0.0;
+    }
+  }
+  return all > 0.0 ? seen / all : none;
+}
+
+/// Offsets that no surface of the room blocks.
+std::uint32_t WindowSight::past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const {
+  const RayPacket16 packet = ray_fan(
+      rays_.to_local(x), offsets.size(), [&](std::size_t k) { return glm::vec3(offsets[k]); }, 0.9999f);
+  return ~rays_.occluded16(packet, static_cast<int>(offsets.size()));
+}
+
+float WindowSight::window_share(const glm::dvec3& x, const glm::dvec3& n) const {
+  return static_cast<float>(
+      share_of_windows(x, n, 1.0, [&](std::span<const glm::dvec3> offsets) { return past_room(x, offsets); }));
+}
+
+float WindowSight::lost_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
+  return static_cast<float>(share_of_windows(x, n, 0.0, [&](std::span<const glm::dvec3> offsets) {
+    std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
+    std::transform(offsets.begin(), offsets.end(), direction.begin(), [](const auto& d) { return glm::normalize(d); });
+    const std::uint32_t covered = parts.covered(x, {direction.data(), offsets.size()});
+    return covered ? covered & past_room(x, offsets) : 0u;
+  }));
+}
+
+Rgb WindowSight::sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const {
+  if (sun_.empty())
+    return Rgb(0.0f);
+  const glm::dvec3 direction = sun_[number % sun_.size()];
+  const double cosine = glm::dot(n, direction);
+  if (cosine <= 0.0)
+    return Rgb(0.0f);
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  int crossed = 0;
+  const Rgb pane = aperture_transmittance(apertures_, x, direction, kFar, &crossed);
+  if (crossed == 0 || rays_.occluded(rays_.to_local(x), glm::vec3(direction), 0.0f, static_cast<float>(kFar)))
+    return Rgb(0.0f);
+  return static_cast<float>(cosine) * pane * sun_normal_irradiance_;
+}
+
+Rgb WindowSight::sun(const glm::dvec3& x, const glm::dvec3& n) const {
+  Rgb sum(0.0f);
+  for (std::size_t k = 0; k < sun_.size(); ++k)
+    sum += sun_sample(k, x, n);
+  return sun_.empty() ? sum : sum / static_cast<float>(sun_.size());
+}
+
+Rgb WindowSight::lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
+  const Rgb arrives = sun_sample(sun_.size() / 2, x, n);
+  return arrives != Rgb(0.0f) && parts.covered(x, sun_direction()) ? arrives : Rgb(0.0f);
+}
+
+} // namespace daylit

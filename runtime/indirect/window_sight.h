@@ -1,0 +1,53 @@
+#pragma once
+
+// What of the windows and of the sun a point of the room sees, past the room and, where asked, past virtual objects.
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "runtime/object/placed_parts.h"
+#include "runtime/sky/direct_light.h"
+#include "scene/room/ray_scene.h"
+
+namespace daylit {
+
+/// Points on surfaces are asked for this far in front of them, metres.
+constexpr double kAirGap_m = 1e-3;
+
+/// Keeps a reference to the room's rays.
+class WindowSight {
+public:
+  WindowSight(const RayScene& room_rays, std::span<const Aperture> apertures)
+      : rays_(room_rays), apertures_(apertures.begin(), apertures.end()) {}
+
+  void set_sun(const std::optional<DetectedSun>& sun);
+  bool has_sun() const { return !sun_.empty(); }
+  const std::vector<Aperture>& apertures() const { return apertures_; }
+
+  bool sees(const glm::dvec3& a, const glm::dvec3& b) const {
+    return !rays_.occluded(rays_.to_local(a), glm::vec3(b - a), 0.0f, 1.0f);
+  }
+  /// Share of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
+  /// faces x.
+  float window_share(const glm::dvec3& x, const glm::dvec3& n) const;
+  /// What `parts` take of that share.
+  float lost_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
+  /// Irradiance by the whole sun, as one of its samples sees it.
+  Rgb sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const;
+  Rgb sun(const glm::dvec3& x, const glm::dvec3& n) const; ///< the mean over all samples
+  /// Irradiance by the sun that the parts keep from x, by its middle.
+  Rgb lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
+  glm::dvec3 sun_direction() const { return sun_[sun_.size() / 2]; }
+
+private:
+  template <class Counts>
+  double share_of_windows(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
+  std::uint32_t past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const;
+  const RayScene& rays_;
+  std::vector<Aperture> apertures_;
+  std::vector<glm::dvec3> sun_; ///< directions
+  Rgb sun_normal_irradiance_{0.0f};
+};
+
+} // namespace daylit

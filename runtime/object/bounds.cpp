@@ -1,0 +1,71 @@
+#include "runtime/object/bounds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "runtime/object/object_surface.h"
+
+namespace daylit {
+
+BoundingSphere ObjectSurface::bounds() const {
+  Bounds box;
+  for (const auto& t : triangles)
+    for (const std::uint32_t v : t)
+      box.include(positions[v]);
+  if (box.empty())
+    return {};
+  BoundingSphere sphere{box.centre(), 0.0};
+  double farthest2 = 0.0;
+  for (const auto& t : triangles)
+    for (const std::uint32_t v : t) {
+      const glm::dvec3 d = positions[v] - sphere.centre;
+      farthest2 = std::max(farthest2, glm::dot(d, d));
+    }
+  sphere.radius =
+      std::sqrt(farthest2) * (1.0 + 1e-5); // the float shadow map coordinates of the farthest vertex stay inside
+  return sphere;
+}
+
+LightCone bounding_cone(const std::vector<DirectionalLight>& lights) {
+  glm::dvec3 sum(0.0);
+  for (const DirectionalLight& l : lights)
+    sum += l.direction;
+  if (lights.empty())
+    return {};
+  const double length = glm::length(sum);
+  const glm::dvec3 axis = length > 1e-6 ? sum / length : glm::dvec3(0.0, 0.0, 1.0);
+  double cosine = 1.0;
+  for (const DirectionalLight& l : lights)
+    cosine = std::min(cosine, glm::dot(axis, l.direction));
+  const double half_angle = std::acos(std::clamp(cosine, -1.0, 1.0)) + 1e-3;
+  return {glm::vec3(axis), static_cast<float>(std::cos(half_angle)), static_cast<float>(std::sin(half_angle))};
+}
+
+PixelBox projected_box(const RenderCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions) {
+  const PixelBox whole{0, 0, camera.width_px, camera.height_px};
+  if (positions.empty())
+    return {};
+  const glm::dmat3 axes(camera.world_from_camera);
+  const glm::dvec3 eye = camera.eye() - origin;
+  glm::dvec2 lo(std::numeric_limits<double>::infinity()), hi = -lo;
+  for (const glm::vec3& p : positions) {
+    const glm::dvec3 c = (glm::dvec3(p) - eye) * axes; // transpose of a rotation
+    if (c.z < kNearPlane_m)
+      return whole;
+    const glm::dvec2 pixel(camera.fx * c.x / c.z + camera.cx, camera.fy * c.y / c.z + camera.cy);
+    lo = glm::min(lo, pixel);
+    hi = glm::max(hi, pixel);
+  }
+  lo = glm::clamp(lo, -2.0, 1e6);
+  hi = glm::clamp(hi, -2.0, 1e6);
+  return PixelBox{static_cast<int>(std::floor(lo.x)), static_cast<int>(std::floor(lo.y)),
+                  static_cast<int>(std::ceil(hi.x)) + 1, static_cast<int>(std::ceil(hi.y)) + 1}
+      .clipped(camera.width_px, camera.height_px);
+}
+
+} // namespace daylit

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "runtime/base/bounding_sphere.h"
+#include "scene/image/rgb_image.h"
+
+namespace daylit {
+
+/// All virtual objects together, in the world.
+struct ObjectSurface {
+  std::vector<glm::dvec3> positions; ///< world metres
+  std::vector<glm::vec3> normals;    ///< unit, world frame
+  std::vector<Rgb> reflectance;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  BoundingSphere bounds() const; ///< of the vertices that triangles use; radius 0 when there are none
+};
+
+/// Of one object vertex, on the side of its normal (front) and on the other (the inside of a thin shell).
+struct VertexLight {
+  Rgb indirect_front{0.0f}, open_sky_front{0.0f}; ///< reflected indirect radiance; open_sky_irradiance()
+  Rgb indirect_back{0.0f}, open_sky_back{0.0f};
+};
+
+} // namespace daylit

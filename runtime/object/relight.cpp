@@ -1,0 +1,221 @@
+#include "runtime/object/relight.h"
+
+#include <algorithm>
+#include <numbers>
+#include <numeric>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "runtime/base/lane_vector.h"
+#include "runtime/base/sh_rotation.h"
+#include "sh/sh9.h"
+
+namespace daylit {
+
+namespace {
+constexpr float kMostAgain = 0.99f; // a white surface around itself keeps a little less than all
+}
+
+void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r, std::span<VertexTransfer> turned) {
+  const Rotation9 rotation(r);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const VertexTransfer& t = transfer[i];
+      turned[i] = {rotation(t.front), t.back == TransferVector{} ? t.back : rotation(t.back), rotation(t.bounce),
+                   t.again};
+    }
+  });
+}
+
+namespace {
+
+Rgb dot9(const Sh9Rgb& light, const TransferVector& transfer) {
+  Rgb sum(0.0f);
+  for (int i = 0; i < 9; ++i)
+    sum += light[i] * transfer[i];
+  return sum;
+}
+
+/// rho/pi sum, not below zero.
+Rgb reflected_sum(const Rgb& sum, const Rgb& reflectance) {
+  return glm::max(reflectance * sum * std::numbers::inv_pi_v<float>, Rgb(0.0f));
+}
+
+/// What a chunk of vertices has of ringing: chunks are added in order, so that threads do not show.
+struct RingingSum {
+  std::size_t vertices = 0;
+  double added = 0.0, all = 0.0;
+  void add(const Rgb& irradiance) {
+    const Rgb cut = glm::max(-irradiance, Rgb(0.0f)), kept = glm::max(irradiance, Rgb(0.0f));
+    const float sum = cut.r + cut.g + cut.b;
+    vertices += sum > 0.0f ? 1 : 0;
+    added += static_cast<double>(sum);
+    all += static_cast<double>(kept.r + kept.g + kept.b);
+  }
+};
+
+Ringing total(std::span<const RingingSum> chunks) {
+  RingingSum sum;
+  for (const RingingSum& c : chunks) {
+    sum.vertices += c.vertices;
+    sum.added += c.added;
+    sum.all += c.all;
+  }
+  return {sum.vertices, sum.all > 0.0 ? sum.added / sum.all : 0.0};
+}
+
+constexpr std::size_t kChunk = 256; ///< vertices
+
+} // namespace
+
+Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, const Rgb& reflectance) {
+  return reflected_sum(dot9(light, transfer), reflectance);
+}
+
+Rgb add_reflected(const Rgb& radiance, const Sh9Rgb& change, const TransferVector& transfer, const Rgb& reflectance) {
+  return glm::max(radiance + reflectance * dot9(change, transfer) * std::numbers::inv_pi_v<float>, Rgb(0.0f));
+}
+
+std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions) {
+  std::vector<VertexProbes> probes(positions.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i)
+      probes[i].count = sampler.weights(positions[i], probes[i].probe, probes[i].weight);
+  });
+  return probes;
+}
+
+std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> triangles,
+                                 std::vector<VertexProbes>& probes) {
+  const auto without = static_cast<std::size_t>(
+      std::count_if(probes.begin(), probes.end(), [](const VertexProbes& p) { return p.count == 0; }));
+  if (without == 0 || without == probes.size())
+    return without;
+  std::vector<std::uint32_t> first(probes.size() + 1, 0), around; // triangles at each vertex
+  for (const auto& t : triangles)
+    for (const std::uint32_t v : t)
+      ++first[v + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  around.resize(first.back());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t i = 0; i < triangles.size(); ++i)
+    for (const std::uint32_t v : triangles[i])
+      around[next[v]++] = i;
+  std::vector<std::uint32_t> ring; // grows from the border of the lit vertices inwards, in order
+  for (std::uint32_t v = 0; v < probes.size(); ++v)
+    if (probes[v].count > 0)
+      ring.push_back(v);
+  for (std::size_t k = 0; k < ring.size(); ++k)
+    for (std::uint32_t i = first[ring[k]]; i < first[ring[k] + 1]; ++i)
+      for (const std::uint32_t v : triangles[around[i]])
+        if (probes[v].count == 0) {
+          probes[v] = probes[ring[k]];
+          ring.push_back(v);
+        }
+  return without;
+}
+
+std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
+                                       std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
+                                       std::span<const Rgb> reflectance, Ringing* ringing) {
+  std::vector<TwoSided> radiance(probes.size());
+  std::vector<RingingSum> chunks((probes.size() + kChunk - 1) / kChunk);
+  tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
+    for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, probes.size()); ++i) {
+      Sh9Rgb light{};
+      for (int k = 0; k < probes[i].count; ++k)
+        for (int c = 0; c < 9; ++c)
+          light[c] += probes[i].weight[k] * field.probe[probes[i].probe[k]][c];
+      Sh9Rgb arriving = light;
+      for (int c = 0; c < 9; ++c)
+        arriving[c] += direct[c];
+      const VertexTransfer& t = world_transfer[i];
+      const Rgb rho = reflectance[i], front = dot9(light, t.front);
+      const Rgb series = rho / (1.0f - kMostAgain * t.again * rho); // rho + rho^2 again + ...
+      chunks[chunk].add(front);
+      radiance[i] = {reflected_sum(front, rho) + series * reflected_radiance(arriving, t.bounce, rho),
+                     reflected_radiance(light, t.back, rho)};
+    }
+  });
+  if (ringing)
+    *ringing = total(chunks);
+  return radiance;
+}
+
+namespace {
+
+constexpr int kLanes = 16;
+struct alignas(64) LightLanes {
+  float x[kLanes] = {}, y[kLanes] = {}, z[kLanes] = {}, irradiance[3][kLanes] = {};
+};
+
+std::vector<LightLanes> in_lanes(std::span<const DirectionalLight> lights) {
+  std::vector<LightLanes> lanes((lights.size() + kLanes - 1) / kLanes);
+  for (std::size_t j = 0; j < lights.size(); ++j) {
+    LightLanes& l = lanes[j / kLanes];
+    const std::size_t k = j % kLanes;
+    l.x[k] = static_cast<float>(lights[j].direction.x);
+    l.y[k] = static_cast<float>(lights[j].direction.y);
+    l.z[k] = static_cast<float>(lights[j].direction.z);
+    for (int c = 0; c < 3; ++c)
+      l.irradiance[c][k] = lights[j].irradiance[c];
+  }
+  return lanes;
+}
+
+DAYLIT_LANE_CLONES void add_received(const LightLanes* lanes, std::size_t count, float nx, float ny, float nz,
+                                     float (*sum)[kLanes]) {
+  for (const LightLanes* l = lanes; l != lanes + count; ++l)
+    DAYLIT_EACH_LANE {
+      const float cosine = nx * l->x[k] + ny * l->y[k] + nz * l->z[k], lit = cosine > 0.0f ? cosine : 0.0f;
+      sum[0][k] += lit * l->irradiance[0][k];
+      sum[1][k] += lit * l->irradiance[1][k];
+      sum[2][k] += lit * l->irradiance[2][k];
+    }
+}
+
+/// Irradiance of one side: exact without shadow, times the share that the object leaves in nine coefficients.
+Rgb shadowed_irradiance(const std::vector<LightLanes>& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
+                        const TransferVector& transfer) {
+  Rgb open(0.0f), shadowed(0.0f), share(0.0f);
+  alignas(64) float sum[3][kLanes] = {};
+  add_received(windows.data(), windows.size(), n.x, n.y, n.z, sum);
+  for (int c = 0; c < 3; ++c)
+    open[c] = std::accumulate(sum[c], sum[c] + kLanes, 0.0f);
+  for (int i = 0; i < 9; ++i)
+    shadowed += coefficients[i] * transfer[i];
+  const Rgb whole = irradiance(coefficients, n);
+  for (int c = 0; c < 3; ++c)
+    share[c] = whole[c] > 0.0f ? std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f) : 1.0f;
+  return open * share;
+}
+
+} // namespace
+
+std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
+                                      std::span<const glm::vec3> normals,
+                                      std::span<const VertexTransfer> world_transfer,
+                                      std::span<const Rgb> reflectance) {
+  Sh9Rgb coefficients{};
+  for (const DirectionalLight& l : windows) {
+    const std::array<float, 9> y = sh::evaluate9(glm::vec3(l.direction));
+    for (int i = 0; i < 9; ++i)
+      coefficients[i] += y[i] * l.irradiance;
+  }
+  const std::vector<LightLanes> lanes = in_lanes(windows);
+  std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i != range.end(); ++i) {
+      const Rgb share = reflectance[i] * std::numbers::inv_pi_v<float>;
+      radiance[i].front += share * shadowed_irradiance(lanes, coefficients, normals[i], world_transfer[i].front);
+      if (world_transfer[i].back != TransferVector{})
+        radiance[i].back += share * shadowed_irradiance(lanes, coefficients, -normals[i], world_transfer[i].back);
+    }
+  });
+  return radiance;
+}
+
+} // namespace daylit

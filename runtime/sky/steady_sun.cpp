@@ -1,0 +1,92 @@
+#include "runtime/sky/steady_sun.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+namespace daylit {
+
+namespace {
+
+constexpr std::size_t kNoisePixels = 4096;
+constexpr double kMostNoise = 0.02;     // above it clouds move: no sensor is that bad on a bright sky
+constexpr double kMedianShare = 0.9539; // median of |a - b| by the deviation of a and b: 0.6745 sqrt 2
+constexpr int kMostFrames = 64;
+constexpr double kGate = 4.0; // standard deviations
+// Mean of the deviations with weight 1/4 for the newest: its own deviation is sqrt(w / (2 - w)) of one's.
+constexpr double kDriftWeight = 0.25, kDriftGate = kGate * 0.378;
+constexpr float kMovedShare = 0.1f; // of the sun's radius
+
+} // namespace
+
+void SteadySun::measure_noise(const SkyImage& sky) {
+  const std::vector<Rgb>& texels = sky.image().texels;
+  const std::size_t stride = std::max<std::size_t>(texels.size() / kNoisePixels, 1);
+  const bool known = !last_pixels_.empty() && width_ == sky.image().width && height_ == sky.image().height;
+  std::vector<double> relative;
+  std::vector<float> pixels;
+  for (std::size_t i = 0, k = 0; i < texels.size(); i += stride, ++k) {
+    pixels.push_back(texels[i].g);
+    if (known && texels[i].g > 0.0f && last_pixels_[k] > 0.0f)
+      relative.push_back(2.0 * std::fabs(static_cast<double>(texels[i].g - last_pixels_[k])) /
+                         static_cast<double>(texels[i].g + last_pixels_[k]));
+  }
+  last_pixels_ = std::move(pixels);
+  width_ = sky.image().width;
+  height_ = sky.image().height;
+  pixel_noise_ = 0.0;
+  if (relative.empty())
+    return;
+  const auto middle = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2);
+  std::nth_element(relative.begin(), middle, relative.end());
+  pixel_noise_ = std::min(*middle / kMedianShare, kMostNoise);
+}
+
+bool SteadySun::is_new(const DetectedSun& sun) {
+  if (!mean_ || pixel_noise_ <= 0.0 ||
+      glm::length(sun.direction - mean_->direction) > static_cast<double>(kMovedShare) * kSunAngularRadius)
+    return true;
+  const double expected = static_cast<double>(luminance(mean_->normal_irradiance));
+  const double sigma = expected * pixel_noise_ * sun.noise_share * std::sqrt(1.0 + 1.0 / count_);
+  const double deviation = (static_cast<double>(luminance(sun.normal_irradiance)) - expected) / sigma;
+  drift_ += kDriftWeight * (deviation - drift_);
+  return !(std::fabs(deviation) <= kGate && std::fabs(drift_) <= kDriftGate);
+}
+
+std::optional<DetectedSun> SteadySun::update(const SkyImage& sky, const std::optional<DetectedSun>& sun) {
+  measure_noise(sky);
+  if (!sun) {
+    mean_.reset();
+    count_ = 0;
+    return std::nullopt;
+  }
+  if (is_new(*sun)) {
+    mean_ = sun;
+    count_ = 1;
+    drift_ = 0.0;
+    return sun;
+  }
+  count_ = std::min(count_ + 1, kMostFrames);
+  const double share = 1.0 / count_;
+  DetectedSun steady = *sun; // its cluster is this frame's: those pixels are replaced
+  steady.normal_irradiance =
+      mean_->normal_irradiance + static_cast<float>(share) * (sun->normal_irradiance - mean_->normal_irradiance);
+  steady.direction = glm::normalize(mean_->direction + share * (sun->direction - mean_->direction));
+  mean_ = steady;
+  return steady;
+}
+
+void add_distant_light(const SkyPartition& partition, const glm::dvec3& direction, const Rgb& irradiance,
+                       std::vector<Rgb>& regions) {
+  if (!partition.interpolated()) {
+    const int region = partition.region_of(direction);
+    regions[region] += irradiance / static_cast<float>(partition.solid_angle_sr(region));
+    return;
+  }
+  for (const RegionWeight& w : partition.interpolation(direction))
+    regions[w.region] += irradiance * static_cast<float>(w.weight / partition.solid_angle_sr(w.region));
+}
+
+} // namespace daylit

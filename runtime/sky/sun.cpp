@@ -1,0 +1,138 @@
+#include "runtime/sky/sun.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
+
+#include "runtime/base/orthonormal.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr double kRingWidth = 0.06; // radians: wide enough for a mean, narrow enough to be the sky beside the sun
+
+struct Cluster {
+  glm::dvec3 excess{0.0}, centroid{0.0};
+  Rgb surround{0.0f};
+  double energy = 0.0, square = 0.0; ///< sums over the pixels of their luminance and its square
+};
+
+constexpr std::size_t kChunk = 16384;
+
+struct Peak {
+  float luminance = 0.0f;
+  std::size_t pixel = std::numeric_limits<std::size_t>::max();
+};
+
+/// The brightest pixel of the field, the first of several.
+Peak find_peak(const std::vector<Rgb>& texels, const std::vector<glm::vec3>& directions) {
+  const tbb::blocked_range<std::size_t> all(0, texels.size(), kChunk);
+  return tbb::parallel_reduce(
+      all, Peak{},
+      [&](const tbb::blocked_range<std::size_t>& range, Peak peak) {
+        for (std::size_t i = range.begin(); i != range.end(); ++i)
+          if (const float l = luminance(texels[i]); l > peak.luminance && directions[i] != glm::vec3(0.0f))
+            peak = {l, i};
+        return peak;
+      },
+      [](const Peak& a, const Peak& b) {
+        return b.luminance > a.luminance || (b.luminance == a.luminance && b.pixel < a.pixel) ? b : a;
+      });
+}
+
+/// Pixels within `angle` of the axis, ascending.
+std::vector<std::size_t> pixels_around(const std::vector<glm::vec3>& directions, const glm::dvec3& axis, double angle) {
+  const float least = static_cast<float>(std::cos(angle));
+  const glm::vec3 towards(axis);
+  std::vector<std::vector<std::size_t>> parts((directions.size() + kChunk - 1) / kChunk);
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+    for (std::size_t i = part * kChunk; i < std::min((part + 1) * kChunk, directions.size()); ++i)
+      if (glm::dot(directions[i], towards) >= least)
+        parts[part].push_back(i);
+  });
+  std::vector<std::size_t> pixels;
+  for (const auto& part : parts)
+    pixels.insert(pixels.end(), part.begin(), part.end());
+  return pixels;
+}
+
+/// Ring mean, then excess over it inside `radius` of `axis`. `nearby` holds all pixels of both.
+Cluster measure_cluster(const SkyImage& sky, const std::vector<glm::vec3>& directions,
+                        const std::vector<std::size_t>& nearby, const glm::dvec3& axis, double radius) {
+  const float inner = static_cast<float>(std::cos(radius)), outer = static_cast<float>(std::cos(radius + kRingWidth));
+  const glm::vec3 towards(axis);
+  std::vector<std::size_t> inside;
+  glm::dvec3 ring(0.0);
+  double ring_sr = 0.0;
+  for (const std::size_t i : nearby) {
+    const float c = glm::dot(directions[i], towards);
+    if (c < outer)
+      continue;
+    if (c >= inner)
+      inside.push_back(i);
+    else {
+      ring += static_cast<double>(sky.solid_angle_sr()[i]) * glm::dvec3(sky.image().texels[i]);
+      ring_sr += static_cast<double>(sky.solid_angle_sr()[i]);
+    }
+  }
+  Cluster cluster;
+  cluster.surround = ring_sr > 0.0 ? Rgb(ring / ring_sr) : Rgb(0.0f);
+  for (const std::size_t i : inside) {
+    const double sr = static_cast<double>(sky.solid_angle_sr()[i]);
+    const glm::dvec3 excess = sr * glm::dvec3(sky.image().texels[i] - cluster.surround);
+    cluster.excess += excess;
+    const double energy = std::max(static_cast<double>(luminance(Rgb(excess))), 0.0);
+    cluster.energy += energy;
+    cluster.square += energy * energy;
+    cluster.centroid += static_cast<double>(std::max(luminance(Rgb(excess)), 0.0f)) * glm::dvec3(directions[i]);
+  }
+  return cluster;
+}
+
+} // namespace
+
+std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::vec3>& directions) {
+  const std::vector<Rgb>& texels = sky.image().texels;
+  const Peak peak = find_peak(texels, directions);
+  if (peak.pixel >= texels.size())
+    return std::nullopt;
+
+  // The disc may straddle pixels: its energy lies within its radius plus one pixel diagonal of the centroid.
+  const double pixel_diagonal = std::sqrt(2.0 * static_cast<double>(sky.solid_angle_sr()[peak.pixel]));
+  const double radius = kSunAngularRadius + 1.25 * pixel_diagonal;
+  const glm::dvec3 first_axis = glm::normalize(glm::dvec3(directions[peak.pixel]));
+  // The centroid lies within the radius of the peak.
+  const std::vector<std::size_t> nearby = pixels_around(directions, first_axis, 2.0 * radius + kRingWidth + 1e-4);
+  Cluster cluster = measure_cluster(sky, directions, nearby, first_axis, radius);
+  if (peak.luminance < kSunContrast * luminance(cluster.surround) || glm::length(cluster.centroid) <= 0.0)
+    return std::nullopt;
+  const glm::dvec3 first_centroid = glm::normalize(cluster.centroid);
+  cluster = measure_cluster(sky, directions, nearby, first_centroid, radius);
+  if (glm::length(cluster.centroid) <= 0.0 || luminance(Rgb(cluster.excess)) <= 0.0f)
+    return std::nullopt;
+
+  DetectedSun sun;
+  sun.direction = first_centroid; // the pixels replaced are exactly those that the excess was summed over
+  sun.cluster_radius = radius;
+  sun.surround = cluster.surround;
+  sun.normal_irradiance = glm::max(Rgb(cluster.excess), Rgb(0.0f));
+  sun.noise_share = cluster.energy > 0.0 ? std::sqrt(cluster.square) / cluster.energy : 1.0;
+  return sun;
+}
+
+glm::dvec3 sun_disc_direction(const glm::dvec3& centre, int k, int count) {
+  constexpr double kGoldenAngle = std::numbers::pi * 0.76393202250021030359; // pi (3 - sqrt 5)
+  const double radius = std::tan(kSunAngularRadius) * std::sqrt((k + 0.5) / count);
+  const OrthonormalBasis basis(centre);
+  const double angle = kGoldenAngle * k;
+  return glm::normalize(centre + radius * (std::cos(angle) * basis.u + std::sin(angle) * basis.v));
+}
+
+} // namespace daylit

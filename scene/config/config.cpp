@@ -1,0 +1,200 @@
+#include "scene/config/config.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+#include <glm/trigonometric.hpp>
+
+#include "scene/config/config_sections.h"
+
+namespace daylit {
+
+namespace {
+
+using detail::ConfigFile;
+using detail::TomlSection;
+
+constexpr double kRadians = std::numbers::pi / 180.0;
+constexpr double kMinAlbedo = 0.0, kMaxAlbedo = 1.0;
+constexpr double kMostBlur_px = 16.0;
+
+void read_ground(TomlSection& sky, GroundFill& ground) {
+  if (!sky.has("ground"))
+    return;
+  TomlSection table = sky.section_if_table("ground");
+  if (!table) {
+    std::string word;
+    sky.read_word("ground", word, {"none"});
+    return;
+  }
+  ground.kind = GroundFill::Kind::albedo;
+  table.read("albedo", ground.albedo, {kMinAlbedo, kMaxAlbedo});
+  table.finish();
+}
+
+void read_sky_section(TomlSection sky, SkyConfig& config) {
+  if (!sky.read("image", config.image) && !sky.has("image"))
+    sky.problem("", "needs image, an EXR or Radiance .hdr file");
+  sky.read_word("projection", config.projection, {"equirect", "angular", "fisheye"});
+  sky.read("lens", config.lens);
+  double degrees = 0.0;
+  if (sky.read("rotation", degrees, {-3600.0, 3600.0}))
+    config.rotation = degrees * kRadians;
+  read_ground(sky, config.ground);
+  if (config.projection == "fisheye" && config.lens.empty())
+    sky.problem("projection", "\"fisheye\" needs lens, the camera's YAML file");
+  if (config.projection != "fisheye" && !config.lens.empty())
+    sky.problem("lens", "is only used with projection = \"fisheye\"");
+  if (config.projection == "fisheye" && config.ground.kind == GroundFill::Kind::none)
+    sky.problem("projection", "\"fisheye\" needs ground = { albedo = ... }: the lens does not see the whole sphere");
+  sky.finish();
+}
+
+void read_response(TomlSection& interior, std::string& response) {
+  std::string word;
+  if (!interior.read("response", word))
+    return;
+  if (word == "linear" || word == "srgb") {
+    response = word;
+    return;
+  }
+  std::filesystem::path file;
+  if (interior.read("response", file))
+    response = file.string();
+}
+
+void read_scale(TomlSection& interior, InteriorConfig& config) {
+  if (!interior.has("scale"))
+    return;
+  if (interior.is_number("scale")) {
+    interior.read("scale", config.scale, {1e-30, 1e30});
+    return;
+  }
+  std::string word;
+  config.scale_from_marker = interior.read_word("scale", word, {"marker"});
+}
+
+void read_noise(TomlSection& interior, CameraNoise& noise) {
+  if (!interior.has("noise"))
+    return;
+  if (TomlSection table = interior.section_if_table("noise")) {
+    table.read("floor", noise.floor, {0.0, 1e30});
+    table.read("photon", noise.photon, {0.0, 1e30});
+    table.read("relative", noise.relative, {0.0, 1.0});
+    table.finish();
+  } else {
+    interior.read("noise", noise.relative, {0.0, 1.0});
+  }
+}
+
+void read_interior_section(TomlSection interior, InteriorConfig& config) {
+  if (!interior.read("image", config.image) && !interior.has("image"))
+    interior.problem("", "needs image, the camera picture");
+  if (!interior.read("lens", config.lens) && !interior.has("lens"))
+    interior.problem("", "needs lens, the camera's YAML file");
+  read_response(interior, config.response);
+  read_scale(interior, config);
+  interior.read("colour_matrix", config.colour_matrix);
+  if (std::abs(glm::determinant(config.colour_matrix)) < 1e-9)
+    interior.problem("colour_matrix", "has no inverse");
+  interior.read("blur_px", config.blur_px, {0.0, kMostBlur_px});
+  read_noise(interior, config.noise);
+  interior.finish();
+}
+
+RunConfig read_sections(TomlSection& root, ConfigFile& file) {
+  RunConfig config;
+  for (const char* required : {"sky", "interior", "room"})
+    if (!root.has(required))
+      file.report(1, fmt::format("section [{}] is missing", required));
+  if (TomlSection sky = root.section("sky"))
+    read_sky_section(sky, config.sky);
+  if (TomlSection interior = root.section("interior"))
+    read_interior_section(interior, config.interior);
+  detail::read_marker(root.section("marker"), config.marker);
+  detail::read_pose(root.section("pose"), config.world_from_camera);
+  if (TomlSection room = root.section("room")) {
+    if (!room.read("model", config.room_model) && !room.has("model"))
+      room.problem("", "needs model, an OBJ or glTF file");
+    if (!room.read("volume", config.volume) && !room.has("volume"))
+      room.problem("", "needs volume, made by daylit-precompute");
+    room.finish();
+  }
+  detail::read_objects(root, config.objects);
+  detail::read_light(root.section("light"), config);
+  detail::read_output(root.section("output"), config.output);
+  root.finish();
+  return config;
+}
+
+} // namespace
+
+Result<RunConfig> read_run_config(const std::filesystem::path& path) {
+  auto file = detail::parse_config_file(path);
+  if (!file)
+    return file.error();
+  TomlSection root(*file, &file->root, "");
+  const RunConfig config = read_sections(root, *file);
+  if (!root.has("marker") && !root.has("pose"))
+    file->report(1, "neither [marker] nor [pose]: the camera's place is not known");
+  if (config.interior.scale_from_marker && !config.marker)
+    file->report(1, "[interior] scale = \"marker\" needs a [marker] section");
+  if (config.objects.empty() && !root.has("object"))
+    file->report(1, "no [[object]]: there is nothing to draw");
+  if (auto error = file->error())
+    return *error;
+  return config;
+}
+
+std::string to_toml(const RunConfig& c) {
+  std::string out = fmt::format("[sky]\nimage = {}\nprojection = {}\n", detail::quoted(c.sky.image.string()),
+                                detail::quoted(c.sky.projection));
+  if (!c.sky.lens.empty())
+    out += fmt::format("lens = {}\n", detail::quoted(c.sky.lens.string()));
+  out += fmt::format("rotation = {}\n", detail::text(c.sky.rotation / kRadians));
+  out += c.sky.ground.kind == GroundFill::Kind::none ? "ground = \"none\"\n"
+                                                     : fmt::format("ground = {{ albedo = {} }}\n", c.sky.ground.albedo);
+  out += fmt::format("\n[interior]\nimage = {}\nlens = {}\nresponse = {}\nscale = {}\n",
+                     detail::quoted(c.interior.image.string()), detail::quoted(c.interior.lens.string()),
+                     detail::quoted(c.interior.response),
+                     c.interior.scale_from_marker ? "\"marker\"" : detail::text(c.interior.scale));
+  if (c.interior.colour_matrix != glm::dmat3(1.0)) {
+    const glm::dmat3 m = glm::transpose(c.interior.colour_matrix);
+    out += fmt::format("colour_matrix = [{}, {}, {}]\n", detail::text(m[0]), detail::text(m[1]), detail::text(m[2]));
+  }
+  if (c.interior.blur_px > 0.0)
+    out += fmt::format("blur_px = {}\n", detail::text(c.interior.blur_px));
+  if (const CameraNoise& n = c.interior.noise; n.any())
+    out += fmt::format("noise = {{ floor = {}, photon = {}, relative = {} }}\n", detail::text(n.floor),
+                       detail::text(n.photon), detail::text(n.relative));
+  out += detail::marker_toml(c.marker) + detail::pose_toml(c.world_from_camera);
+  out += fmt::format("\n[room]\nmodel = {}\nvolume = {}\n", detail::quoted(c.room_model.string()),
+                     detail::quoted(c.volume.string()));
+  out += detail::objects_toml(c.objects);
+  out += fmt::format("\n[light]\nsamples = {}\nroom_change = {}\n", c.light_samples, c.room_change);
+  return out + detail::output_toml(c.output);
+}
+
+glm::dmat4 look_at(const glm::dvec3& position, const glm::dvec3& target) {
+  const glm::dvec3 forward = glm::normalize(target - position);
+  const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(0.0, 0.0, 1.0)));
+  const glm::dvec3 down = glm::cross(forward, right);
+  return {glm::dvec4(right, 0.0), glm::dvec4(down, 0.0), glm::dvec4(forward, 0.0), glm::dvec4(position, 1.0)};
+}
+
+glm::dmat4 object_transform(const ObjectConfig& object) {
+  const glm::dvec3 angle = object.rotation_deg * kRadians;
+  const glm::dvec3 s = glm::sin(angle), c = glm::cos(angle);
+  const glm::dmat3 about_x(1, 0, 0, 0, c.x, s.x, 0, -s.x, c.x);
+  const glm::dmat3 about_y(c.y, 0, -s.y, 0, 1, 0, s.y, 0, c.y);
+  const glm::dmat3 about_z(c.z, s.z, 0, -s.z, c.z, 0, 0, 0, 1);
+  const glm::dmat3 linear = about_z * about_y * about_x * object.scale;
+  return {glm::dvec4(linear[0], 0.0), glm::dvec4(linear[1], 0.0), glm::dvec4(linear[2], 0.0),
+          glm::dvec4(object.position, 1.0)};
+}
+
+} // namespace daylit

@@ -1,0 +1,143 @@
+#pragma once
+
+// CONFIG.toml (daylit-run) and SCENE.toml (daylit-simulate): one plain struct each, parsed once, validated as a
+// whole; unknown keys are errors with line and suggestion. All problems of a file are reported together. Relative
+// paths are relative to the file. Matrices are row-major in the file, flat or one array per row.
+//
+//   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
+//              ground = "none" | { albedo = 0.2 }
+//   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix,
+//              blur_px, noise = relative deviation | { floor, photon, relative }
+//   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
+//   [pose]     world_from_camera, or position and look_at
+//   [room]     model, volume
+//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
+//   [light]    samples, room_change = true | false
+//   [output]   png, exr, size = [width, height]
+// SCENE.toml has no images, lenses or volume; it adds
+//   [sky]      the sky in words: scene/sky_description.h
+//   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
+//   [simulate] samples, sensor_noise, marker_board
+//   [path]     camera = [[x, y, z, target x, y, z], ...], sun = [[azimuth, elevation], ...] (degrees): what moves while
+//              a sequence is recorded, keys at equal steps of time from its first frame to its last
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/core/result.h"
+#include "scene/image/rgb_image.h"
+#include "scene/sky/sky_image.h"
+#include "scene/sky/sky_model.h"
+
+namespace daylit {
+
+struct SkyConfig {             // [sky]
+  std::filesystem::path image; ///< EXR or .hdr
+  std::string projection = "equirect";
+  std::filesystem::path lens; ///< for projection = "fisheye"
+  double rotation = 0.0;      ///< radians in the struct, degrees in the file
+  GroundFill ground;          ///< ground = { albedo = 0.2 }
+};
+
+/// Noise of one photograph pixel of linear value v (EMVA 1288, with the gain's own share): its deviation is the root
+/// of floor^2 + photon v + (relative v)^2.
+struct CameraNoise {
+  double floor = 0.0;    ///< deviation of black
+  double photon = 0.0;   ///< variance per value
+  double relative = 0.0; ///< deviation per value
+  bool any() const { return floor > 0.0 || photon > 0.0 || relative > 0.0; }
+  double variance(double v) const { return floor * floor + photon * std::max(v, 0.0) + relative * relative * v * v; }
+};
+
+struct InteriorConfig {            // [interior]
+  std::filesystem::path image;     ///< linear EXR, or an LDR photograph (PNG, JPEG)
+  std::filesystem::path lens;      ///< camera YAML
+  std::string response = "linear"; ///< "linear", "srgb", or a response file
+  double scale = 1.0;              ///< photograph = scale * colour_matrix * radiance
+  bool scale_from_marker = false;  ///< scale = "marker"
+  glm::dmat3 colour_matrix{1.0};
+  double blur_px = 0.0; ///< standard deviation of the camera's point spread; what is drawn is blurred alike
+  CameraNoise noise;    ///< of the linear photograph; what is drawn gets it too
+};
+
+struct MarkerConfig { // [marker]
+  std::string dictionary = "6X6_250";
+  std::vector<int> ids;
+  double size_m = 0.05;
+  double white_reflectance = 0.8;   ///< of the paper around the marker, for scale = "marker"
+  glm::dmat4 world_from_board{1.0}; ///< board: x right, y up, z out of the board
+};
+
+struct ObjectConfig { // [[object]]
+  std::filesystem::path model;
+  glm::dvec3 position{0.0};     ///< metres, world, of the object's origin
+  glm::dvec3 rotation_deg{0.0}; ///< about x, then y, then z
+  double scale = 1.0;
+  std::optional<Rgb> reflectance; ///< overrides the model's
+};
+
+struct OutputConfig { // [output]
+  std::filesystem::path png, exr;
+  std::filesystem::path mask;      ///< EXR, 1 where the object is drawn
+  int width_px = 0, height_px = 0; ///< size = [w, h]; 0: the interior image's
+};
+
+struct RunConfig {
+  SkyConfig sky;
+  InteriorConfig interior;
+  std::optional<MarkerConfig> marker;
+  std::optional<glm::dmat4> world_from_camera; ///< [pose] (else [marker] is there): camera x right, y down, z forward
+  std::filesystem::path room_model, volume;    ///< [room]
+  std::vector<ObjectConfig> objects;
+  int light_samples = 64;  ///< [light] samples
+  bool room_change = true; ///< [light] room_change: the objects' effect on the room's indirect light is drawn
+  OutputConfig output;
+};
+
+/// Where the camera is and what it looks at, world metres.
+struct CameraKey {
+  glm::dvec3 position{0.0}, target{0.0};
+};
+
+/// What daylit-simulate adds to the same scene.
+struct SimulateConfig {
+  RunConfig run;      ///< object, room and output as above; sky and interior images are what is produced
+  SkyModel sky_model; ///< [sky]
+  std::vector<std::string> sky_notes; ///< what reading the sky had to say: weather row, limits
+  int fisheye_width_px = 512, fisheye_height_px = 496;
+  double fisheye_fov = 3.3161255787892263; ///< 190 degrees
+  double interior_fov = 0.9;               ///< horizontal, radians
+  bool marker_board = true;                ///< a printed board stands in the scene
+  double sensor_noise = 0.0;               ///< relative standard deviation per pixel
+  int samples_per_pixel = 64;
+  std::vector<CameraKey> camera_path; ///< [path] camera; empty: it stands at [pose]
+  std::vector<glm::dvec3> sun_path;   ///< [path] sun, unit directions; empty: it stands
+  bool moves() const { return !camera_path.empty() || !sun_path.empty(); }
+};
+
+/// The scene at time t of its path, 0 (first frame) to 1 (last): camera and sun between their keys, linearly.
+SimulateConfig at_time(const SimulateConfig& config, double t);
+
+/// Error: missing, not TOML, or every unknown key, wrong type, value out of range and missing part, each with its line.
+/// That a named file exists is checked by whoever reads it.
+Result<RunConfig> read_run_config(const std::filesystem::path& path);
+Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path);
+/// The file that daylit-run reads, as text; paths as they are in the struct. Reading it back gives the same struct
+/// (angles to 1e-15).
+std::string to_toml(const RunConfig& config);
+std::string to_toml(const SimulateConfig& config);
+
+/// Camera pose (x right, y down, z forward) at `position` with the optical axis through `target`, image upright.
+/// The view must not be vertical.
+glm::dmat4 look_at(const glm::dvec3& position, const glm::dvec3& target);
+
+/// world_from_object of an [[object]] entry.
+glm::dmat4 object_transform(const ObjectConfig& object);
+
+} // namespace daylit

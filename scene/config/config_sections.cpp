@@ -1,0 +1,140 @@
+#include "scene/config/config_sections.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+namespace daylit::detail {
+
+namespace {
+
+constexpr double kFar = 1e9; // metres: nothing in a room is further from the origin
+
+void check_rigid(TomlSection& section, const std::string& key, const glm::dmat4& m) {
+  if (!is_rigid(m))
+    section.problem(key, "expected a rotation and a translation (last row 0 0 0 1, no scale, no mirror image)");
+}
+
+} // namespace
+
+bool is_rigid(const glm::dmat4& m) {
+  const glm::dmat3 r(m);
+  const glm::dmat3 product = glm::transpose(r) * r;
+  double error = 0.0;
+  for (int c = 0; c < 3; ++c)
+    for (int k = 0; k < 3; ++k)
+      error = std::max(error, std::abs(product[c][k] - (c == k ? 1.0 : 0.0)));
+  return error < 1e-4 && glm::determinant(r) > 0.0 && m[0][3] == 0.0 && m[1][3] == 0.0 && m[2][3] == 0.0 &&
+         m[3][3] == 1.0;
+}
+
+void read_pose(TomlSection root, std::optional<glm::dmat4>& world_from_camera) {
+  if (!root)
+    return;
+  glm::dmat4 matrix(1.0);
+  glm::dvec3 position(0.0), target(0.0);
+  const bool given = root.read("world_from_camera", matrix);
+  const bool at = root.read("position", position, {-kFar, kFar});
+  const bool towards = root.read("look_at", target, {-kFar, kFar});
+  if (given) {
+    check_rigid(root, "world_from_camera", matrix);
+    world_from_camera = matrix;
+    if (at || towards)
+      root.problem("world_from_camera", "given together with position or look_at; keep one");
+  } else if (at && towards) {
+    const glm::dvec3 view = target - position;
+    if (std::hypot(view.x, view.y) < 1e-6 * (1.0 + std::abs(view.z)))
+      root.problem("look_at", "the view is vertical; give world_from_camera instead");
+    else
+      world_from_camera = look_at(position, target);
+  } else {
+    root.problem("", "needs world_from_camera (16 numbers), or position and look_at");
+  }
+  root.finish();
+}
+
+void read_marker(TomlSection root, std::optional<MarkerConfig>& marker) {
+  if (!root)
+    return;
+  MarkerConfig m;
+  root.read("dictionary", m.dictionary);
+  if (!root.read("ids", m.ids, {0, 100000}) && !root.has("ids"))
+    root.problem("", "needs ids, for example ids = [23]");
+  root.read("size_m", m.size_m, {1e-4, 100.0});
+  root.read("white_reflectance", m.white_reflectance, {0.01, 1.0});
+  if (root.read("world_from_board", m.world_from_board))
+    check_rigid(root, "world_from_board", m.world_from_board);
+  root.finish();
+  marker = m;
+}
+
+void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects) {
+  for (TomlSection section : root.sections("object")) {
+    ObjectConfig object;
+    if (!section.read("model", object.model) && !section.has("model"))
+      section.problem("", "needs model, an OBJ or PLY file");
+    section.read("position", object.position, {-kFar, kFar});
+    section.read("rotation", object.rotation_deg, {-3600.0, 3600.0});
+    section.read("scale", object.scale, {1e-6, 1e6});
+    if (Rgb c(0.0f); section.read_rgb("reflectance", c, {0.0, 1.0}))
+      object.reflectance = c;
+    section.finish();
+    objects.push_back(object);
+  }
+}
+
+void read_light(TomlSection root, RunConfig& config) {
+  root.read("samples", config.light_samples, {1, 4096});
+  root.read("room_change", config.room_change);
+  root.finish();
+}
+
+void read_output(TomlSection root, OutputConfig& output) {
+  root.read("png", output.png);
+  root.read("exr", output.exr);
+  root.read("mask", output.mask);
+  root.read_size("size", output.width_px, output.height_px);
+  root.finish();
+}
+
+std::string pose_toml(const std::optional<glm::dmat4>& world_from_camera) {
+  return world_from_camera ? "\n[pose]\nworld_from_camera = " + text(*world_from_camera) : "";
+}
+
+std::string marker_toml(const std::optional<MarkerConfig>& marker) {
+  if (!marker)
+    return "";
+  return fmt::format("\n[marker]\ndictionary = {}\nids = [{}]\nsize_m = {}\nwhite_reflectance = {}\n"
+                     "world_from_board = {}",
+                     quoted(marker->dictionary), fmt::join(marker->ids, ", "), text(marker->size_m),
+                     text(marker->white_reflectance), text(marker->world_from_board));
+}
+
+std::string objects_toml(const std::vector<ObjectConfig>& objects) {
+  std::string out;
+  for (const ObjectConfig& o : objects) {
+    out += fmt::format("\n[[object]]\nmodel = {}\nposition = {}\nrotation = {}\nscale = {}\n", quoted(o.model.string()),
+                       text(o.position), text(o.rotation_deg), text(o.scale));
+    if (o.reflectance)
+      out += "reflectance = " + text(*o.reflectance) + "\n";
+  }
+  return out;
+}
+
+std::string output_toml(const OutputConfig& output) {
+  std::string out = "\n[output]\n";
+  if (!output.png.empty())
+    out += "png = " + quoted(output.png.string()) + "\n";
+  if (!output.exr.empty())
+    out += "exr = " + quoted(output.exr.string()) + "\n";
+  if (!output.mask.empty())
+    out += "mask = " + quoted(output.mask.string()) + "\n";
+  if (output.width_px > 0)
+    out += fmt::format("size = [{}, {}]\n", output.width_px, output.height_px);
+  return out;
+}
+
+} // namespace daylit::detail

@@ -1,0 +1,94 @@
+#include "scene/core/atomic_file.h"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace daylit {
+
+namespace {
+
+Error io_error(const std::filesystem::path& path, const char* what) {
+  return {ErrorCode::io, std::string(what) + ": " + std::strerror(errno), path.string(),
+          "check that the folder exists, is writable and has room"};
+}
+
+bool write_all(int fd, const std::byte* data, std::size_t size) {
+  while (size > 0) {
+    const ssize_t n = ::write(fd, data, size);
+    if (n < 0 && errno == EINTR)
+      continue;
+    if (n <= 0)
+      return false;
+    data += n;
+    size -= static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+} // namespace
+
+Result<void> write_file_atomically(const std::filesystem::path& path,
+                                   std::span<const std::span<const std::byte>> parts) {
+  std::string temporary = path.string() + ".tmp-XXXXXX";
+  const int fd = ::mkstemp(temporary.data());
+  if (fd < 0)
+    return io_error(path, "cannot create a file here");
+  bool good = true;
+  for (const auto& part : parts)
+    good = good && write_all(fd, part.data(), part.size());
+  good = good && ::fchmod(fd, 0644) == 0 && ::fsync(fd) == 0;
+  const int saved = errno;
+  good = (::close(fd) == 0) && good;
+  if (!good) {
+    ::unlink(temporary.c_str());
+    errno = saved;
+    return io_error(path, "writing failed");
+  }
+  if (::rename(temporary.c_str(), path.c_str()) != 0) {
+    const Error error = io_error(path, "cannot move the finished file into place");
+    ::unlink(temporary.c_str());
+    return error;
+  }
+  return {};
+}
+
+Result<void> write_file_atomically(const std::filesystem::path& path, const std::string& text) {
+  const std::span<const std::byte> part = std::as_bytes(std::span(text));
+  return write_file_atomically(path, std::span(&part, 1));
+}
+
+Result<std::vector<std::uint8_t>> read_whole_file(const std::filesystem::path& path, std::size_t max_bytes) {
+  std::error_code ec;
+  if (std::filesystem::is_directory(path, ec))
+    return Error{ErrorCode::file_missing, "this is a folder, not a file", path.string(), ""};
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0)
+    return Error{ErrorCode::file_missing, std::string("cannot open the file: ") + std::strerror(errno), path.string(),
+                 "check the path"};
+  std::vector<std::uint8_t> bytes;
+  std::size_t size = 0;
+  while (true) {
+    if (bytes.size() - size < 65536)
+      bytes.resize(bytes.size() + bytes.size() / 2 + 262144);
+    const ssize_t n = ::read(fd, bytes.data() + size, bytes.size() - size);
+    if (n < 0 && errno == EINTR)
+      continue;
+    if (n < 0 || size > max_bytes) {
+      ::close(fd);
+      return n < 0 ? Error{ErrorCode::file_malformed, std::strerror(errno), path.string(), ""}
+                   : Error{ErrorCode::limit_exceeded, "the file is too large", path.string(), ""};
+    }
+    if (n == 0)
+      break;
+    size += static_cast<std::size_t>(n);
+  }
+  ::close(fd);
+  bytes.resize(size);
+  return bytes;
+}
+
+} // namespace daylit

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/core/result.h"
+#include "scene/image/rgb_image.h"
+
+namespace daylit {
+
+/// A virtual object in its own frame (metres, z up), shared vertices with unit normals and a reflectance each.
+/// Normals are smooth where the file says so or where the crease angle is below 40 degrees, else vertices are split.
+struct ObjectMesh {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::vec3> normals;
+  std::vector<Rgb> reflectance; ///< Lambertian, per vertex, 0..1
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
+/// OBJ (Kd of the MTL, times map_Kd), PLY (vertex colours) or glTF (base colour, its texture, vertex colours; y up is
+/// turned to z up). `fallback`: reflectance where the file gives none. Textures are kept at vertices: the mesh is
+/// divided until its edges span about eight texels (at most 60,000 triangles).
+Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback = Rgb(0.7f));
+
+} // namespace daylit

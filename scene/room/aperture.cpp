@@ -1,0 +1,323 @@
+#include "scene/room/aperture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "scene/room/glass.h"
+#include "scene/room/outlines.h"
+#include "scene/room/polygon.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr int kLines = 512, kFirstLines = 64; // test lines through a candidate; the first ones decide an early no
+constexpr double kHoleShare = 0.01;           // of the lines must join the outside and a surface
+constexpr double kExplainedShare = 0.5;       // more lines than this through a known aperture: not another one
+constexpr double kTightEscape = 1e-3;         // more unexplained escape than this: look for rims of thick walls
+constexpr int kWalks = 1024, kWalkRays = 8;
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+/// Additive recurrence of the plastic numbers (Roberts 2018): four-dimensional low-discrepancy points.
+std::array<double, 4> quasi_random(int i) {
+  constexpr double g = 1.1673039782614187; // x^5 = x + 1
+  std::array<double, 4> p{};
+  double a = 1.0;
+  for (double& x : p) {
+    a /= g;
+    x = 0.5 + a * (i + 1);
+    x -= std::floor(x);
+  }
+  return p;
+}
+
+glm::dvec3 cosine_direction(const detail::PlaneFrame& frame, double s, double t) {
+  const double radius = std::sqrt(s), angle = 2.0 * std::numbers::pi * t;
+  return radius * std::cos(angle) * frame.u + radius * std::sin(angle) * frame.v + std::sqrt(1.0 - s) * frame.n;
+}
+
+/// Uniform points of a convex polygon.
+class ConvexSampler {
+public:
+  explicit ConvexSampler(const std::vector<glm::dvec3>& corners) : corners_(corners) {
+    for (std::size_t k = 1; k + 1 < corners.size(); ++k)
+      cumulative_.push_back((cumulative_.empty() ? 0.0 : cumulative_.back()) +
+                            0.5 * glm::length(glm::cross(corners[k] - corners[0], corners[k + 1] - corners[0])));
+  }
+  double area_m2() const { return cumulative_.back(); }
+  glm::dvec3 sample(double s, double t) const {
+    const double x = s * cumulative_.back();
+    const auto fan = std::min<std::size_t>(
+        static_cast<std::size_t>(std::upper_bound(cumulative_.begin(), cumulative_.end(), x) - cumulative_.begin()),
+        cumulative_.size() - 1);
+    const double low = fan == 0 ? 0.0 : cumulative_[fan - 1];
+    const double r = std::sqrt(std::clamp((x - low) / (cumulative_[fan] - low), 0.0, 1.0));
+    return (1.0 - r) * corners_[0] + r * (1.0 - t) * corners_[fan + 1] + r * t * corners_[fan + 2];
+  }
+
+private:
+  const std::vector<glm::dvec3>& corners_;
+  std::vector<double> cumulative_;
+};
+
+/// What happens to lines through a candidate opening. Side 0: the half-line along the normal, side 1: against it.
+struct LineCount {
+  int lines = 0;
+  std::array<int, 2> escapes{};   ///< half-lines that reach infinity
+  std::array<int, 2> joins{};     ///< the line escapes on this side and hits a surface on the other
+  std::array<int, 2> explained{}; ///< of these, lines whose escaping half crosses a listed aperture
+  std::array<int, 2> glazed{};    ///< of these, lines that cross a listed aperture on the other half
+  int shut = 0;                   ///< a surface lies directly on the opening
+  int outside() const { return joins[1] > joins[0] ? 1 : 0; }
+};
+
+class ApertureFinder {
+public:
+  ApertureFinder(const Room& room, const RayScene& scene) : room_(room), scene_(scene) {
+    start_m_ = 8.0 * static_cast<double>(scene.surface_offset());
+  }
+
+  Result<Apertures> run() {
+    add_windows();
+    add_holes(detail::BorderKind::open);
+    measure_escape();
+    if (found_.list.empty() || found_.report.unexplained_escape > kTightEscape) {
+      add_holes(detail::BorderKind::crease);
+      measure_escape();
+    }
+    if (found_.list.empty())
+      return Error{ErrorCode::geometry_invalid, "no window and no hole: no daylight can enter", reasons(),
+                   "give the panes a material named window, or leave the openings open"};
+    if (found_.report.unexplained_escape > kTightEscape)
+      found_.report.notes.push_back(fmt::format("{:.2g} % of the test rays leave through no listed opening: model it "
+                                                "as faces of a material named window",
+                                                100.0 * found_.report.unexplained_escape));
+    return std::move(found_);
+  }
+
+private:
+  std::string reasons() const {
+    std::string text = "room";
+    for (const std::string& note : found_.report.notes)
+      text += "; " + note;
+    return text;
+  }
+
+  bool escapes(const glm::dvec3& from, const glm::dvec3& direction) const {
+    return !scene_.occluded(scene_.to_local(from), glm::vec3(direction), 0.0f, kFar);
+  }
+
+  int crossed(const glm::dvec3& from, const glm::dvec3& direction) const {
+    int count = 0;
+    aperture_transmittance(found_.list, from, direction, std::numeric_limits<double>::infinity(), &count);
+    return count;
+  }
+
+  LineCount test(const detail::Outline& piece) const {
+    const ConvexSampler sampler(piece.corners);
+    const auto frame = detail::PlaneFrame::make(piece.corners[0], piece.normal);
+    LineCount count;
+    for (int i = 0; i < kLines; ++i) {
+      if (i == kFirstLines && count.joins[0] + count.joins[1] == 0)
+        break;
+      const std::array<double, 4> x = quasi_random(i);
+      add_line(sampler.sample(x[0], x[1]), cosine_direction(frame, x[2], x[3]), piece.normal, count);
+    }
+    return count;
+  }
+
+  void add_line(const glm::dvec3& q, const glm::dvec3& d, const glm::dvec3& normal, LineCount& count) const {
+    // Both halves start a little behind the plane, so that a surface on it stops them.
+    const double back = start_m_ / std::max(glm::dot(d, normal), 0.05);
+    const std::array<glm::dvec3, 2> way{d, -d};
+    std::array<bool, 2> free{};
+    for (int side = 0; side < 2; ++side)
+      free[side] = escapes(q - back * way[side], way[side]);
+    ++count.lines;
+    const auto near = static_cast<float>(2.0 * back);
+    count.shut += scene_.occluded(scene_.to_local(q - back * d), glm::vec3(d), 0.0f, near) ? 1 : 0;
+    for (int side = 0; side < 2; ++side) {
+      count.escapes[side] += free[side] ? 1 : 0;
+      if (!free[side] || free[1 - side])
+        continue;
+      ++count.joins[side];
+      if (crossed(q - back * way[side], way[side]) > 0)
+        ++count.explained[side];
+      else if (glazed_before_hit(q, way[1 - side], back))
+        ++count.glazed[side];
+    }
+  }
+
+  bool glazed_before_hit(const glm::dvec3& q, const glm::dvec3& d, double back) const {
+    RayHit hit;
+    if (!scene_.closest(scene_.to_local(q - back * d), glm::vec3(d), 0.0f, kFar, hit))
+      return false;
+    int count = 0;
+    aperture_transmittance(windows_only_, q, d, static_cast<double>(hit.distance), &count);
+    return count > 0;
+  }
+
+  static glm::dvec3 middle(const std::vector<glm::dvec3>& corners) {
+    glm::dvec3 sum(0.0);
+    for (const glm::dvec3& p : corners)
+      sum += p;
+    return sum / static_cast<double>(corners.size());
+  }
+
+  void add_windows() {
+    for (const detail::Pane& pane : detail::window_panes(room_)) {
+      const LineCount count = test(pane.outline);
+      const glm::dvec3 m = middle(pane.outline.corners);
+      const std::string place =
+          fmt::format("pane of \"{}\" at ({:.3g}, {:.3g}, {:.3g})", room_.materials[pane.material].name, m.x, m.y, m.z);
+      if (count.shut > 0.99 * count.lines) {
+        found_.report.notes.push_back(place + " lies on a wall and lets nothing through: cut the wall open there");
+        continue;
+      }
+      if (count.escapes[0] == count.lines && count.escapes[1] == count.lines) {
+        found_.report.notes.push_back(place + " has no room on either side and is left out");
+        continue;
+      }
+      if (count.joins[0] + count.joins[1] == 0)
+        found_.report.notes.push_back(place + " sees no sky: it is taken as glass between rooms");
+      ++found_.report.window_polygons;
+      found_.report.window_area_m2 += ConvexSampler(pane.outline.corners).area_m2();
+      found_.list.push_back({pane.outline.corners, inward_of(pane.outline, count),
+                             room_.materials[pane.material].transmittance,
+                             room_.materials[pane.material].refractive_index});
+    }
+    windows_only_ = found_.list;
+  }
+
+  glm::dvec3 inward_of(const detail::Outline& piece, const LineCount& count) const {
+    if (count.escapes[0] != count.escapes[1])
+      return count.escapes[0] < count.escapes[1] ? piece.normal : -piece.normal;
+    const glm::dvec3 to_middle = room_.bounds().centre() - middle(piece.corners);
+    return glm::dot(piece.normal, to_middle) >= 0.0 ? piece.normal : -piece.normal;
+  }
+
+  void add_holes(detail::BorderKind kind) {
+    const detail::HoleOutlines candidates = detail::hole_outlines(room_, kind);
+    if (!candidates.complete)
+      found_.report.notes.push_back("too many open edges to look for holes everywhere: only some were followed");
+    std::vector<std::vector<Aperture>> holes;
+    for (const detail::Outline& outline : candidates.outlines)
+      if (std::vector<Aperture> hole = open_pieces(outline); !hole.empty())
+        holes.push_back(std::move(hole));
+    keep_outermost(holes);
+    for (const std::vector<Aperture>& hole : holes)
+      for (const Aperture& piece : hole) {
+        ++found_.report.hole_polygons;
+        found_.report.hole_area_m2 += ConvexSampler(piece.corners).area_m2();
+        found_.list.push_back(piece);
+      }
+  }
+
+  /// The convex pieces of an outline when it is an opening that the list does not explain; else empty.
+  std::vector<Aperture> open_pieces(const detail::Outline& outline) const {
+    std::vector<LineCount> counts;
+    std::vector<Aperture> pieces;
+    for (const detail::Outline& piece : detail::convex_pieces(outline)) {
+      counts.push_back(test(piece));
+      pieces.push_back({piece.corners, inward_of(piece, counts.back()), Rgb(1.0f)});
+    }
+    return is_opening(counts) ? pieces : std::vector<Aperture>{};
+  }
+
+  /// A tunnel has a rim at either end and light passes both: the outer one counts, the light of its walls is inside.
+  void keep_outermost(std::vector<std::vector<Aperture>>& holes) {
+    const std::vector<Aperture> known = found_.list;
+    for (std::size_t i = 0; i < holes.size();) {
+      found_.list = known;
+      for (std::size_t k = 0; k < holes.size(); ++k)
+        if (k != i)
+          found_.list.insert(found_.list.end(), holes[k].begin(), holes[k].end());
+      std::vector<LineCount> counts;
+      for (const Aperture& piece : holes[i])
+        counts.push_back(test({piece.corners, piece.inward}));
+      if (is_opening(counts))
+        ++i;
+      else
+        holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    found_.list = known;
+  }
+
+  static bool is_opening(const std::vector<LineCount>& counts) {
+    double lines = 0.0, joins = 0.0, known = 0.0;
+    for (const LineCount& count : counts) {
+      const int out = count.outside();
+      lines += count.lines;
+      joins += count.joins[out];
+      known += count.explained[out] + count.glazed[out];
+    }
+    return joins >= kHoleShare * lines && joins > 0.0 && known <= kExplainedShare * joins;
+  }
+
+  /// Diffuse walks that start behind the apertures: every ray that leaves must have crossed one of them.
+  void measure_escape() {
+    if (found_.list.empty())
+      return;
+    int rays = 0, unexplained = 0;
+    for (int i = 0; i < kWalks; ++i) {
+      const Aperture& start = found_.list[static_cast<std::size_t>(i) % found_.list.size()];
+      std::array<double, 4> x = quasi_random(i);
+      glm::dvec3 p = ConvexSampler(start.corners).sample(x[0], x[1]) + start_m_ * start.inward, normal = start.inward;
+      for (int bounce = 0; bounce < kWalkRays; ++bounce) {
+        x = quasi_random(kWalkRays * i + bounce);
+        const glm::dvec3 d = cosine_direction(detail::PlaneFrame::make(p, normal), x[2], x[3]);
+        RayHit hit;
+        ++rays;
+        if (!scene_.closest(scene_.to_local(p), glm::vec3(d), 0.0f, kFar, hit)) {
+          unexplained += crossed(p, d) == 0 ? 1 : 0;
+          break;
+        }
+        normal = glm::normalize(area_normal(room_, room_.triangles[hit.triangle]));
+        normal = glm::dot(normal, d) < 0.0 ? normal : -normal;
+        p += static_cast<double>(hit.distance) * d + start_m_ * normal;
+      }
+    }
+    found_.report.unexplained_escape = static_cast<double>(unexplained) / rays;
+  }
+
+  const Room& room_;
+  const RayScene& scene_;
+  double start_m_ = 0.0; // ray offset
+  Apertures found_;
+  std::vector<Aperture> windows_only_;
+};
+
+} // namespace
+
+Result<Apertures> find_apertures(const Room& room, const RayScene& scene) { return ApertureFinder(room, scene).run(); }
+
+Rgb aperture_transmittance(const std::vector<Aperture>& apertures, const glm::dvec3& p, const glm::dvec3& d,
+                           double distance, int* crossed) {
+  Rgb product(1.0f);
+  int count = 0;
+  for (const Aperture& a : apertures) {
+    const double speed = glm::dot(d, a.inward), height = glm::dot(a.corners[0] - p, a.inward);
+    const double t = height / speed;
+    if (!(t > 0.0 && t < distance))
+      continue;
+    // Corners may be listed either way round; measure them about the side on which they turn left.
+    const glm::dvec3 turn = detail::newell_normal(a.corners);
+    const glm::dvec3 normal = glm::dot(turn, a.inward) >= 0.0 ? a.inward : -a.inward;
+    if (!detail::inside_convex(a.corners, normal, p + t * d, 1e-9 * detail::extent(a.corners)))
+      continue;
+    product *= pane_transmittance(a, speed);
+    ++count;
+  }
+  if (crossed)
+    *crossed = count;
+  return product;
+}
+
+} // namespace daylit

@@ -1,0 +1,181 @@
+#include "scene/room/ray_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include <embree3/rtcore.h>
+#include <glm/common.hpp>
+
+namespace daylit {
+
+namespace {
+// A float coordinate of a re-centred scene of half extent h is off by up to h * 2^-24, a hit point by a few of these.
+constexpr float kOffsetUlps = 32.0f / 16777216.0f;
+
+void load(const RayPacket16& from, int count, RTCRay16& to, int* valid) {
+  std::memcpy(to.org_x, from.org_x, sizeof(from.org_x));
+  std::memcpy(to.org_y, from.org_y, sizeof(from.org_y));
+  std::memcpy(to.org_z, from.org_z, sizeof(from.org_z));
+  std::memcpy(to.tnear, from.tnear, sizeof(from.tnear));
+  std::memcpy(to.dir_x, from.dir_x, sizeof(from.dir_x));
+  std::memcpy(to.dir_y, from.dir_y, sizeof(from.dir_y));
+  std::memcpy(to.dir_z, from.dir_z, sizeof(from.dir_z));
+  std::memcpy(to.tfar, from.tfar, sizeof(from.tfar));
+  std::memset(to.time, 0, sizeof(to.time));
+  for (int k = 0; k < 16; ++k) {
+    valid[k] = k < count ? -1 : 0;
+    to.mask[k] = 0xFFFFFFFFu;
+    to.id[k] = 0;
+    to.flags[k] = 0;
+  }
+}
+} // namespace
+
+struct RayScene::Handle {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  Handle() = default;
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() {
+    if (scene)
+      rtcReleaseScene(scene);
+    if (device)
+      rtcReleaseDevice(device);
+  }
+};
+
+Result<RayScene> RayScene::build(std::span<const glm::dvec3> vertices,
+                                 std::span<const std::array<std::uint32_t, 3>> triangles) {
+  RayScene result;
+  Bounds bounds;
+  for (const glm::dvec3& v : vertices)
+    bounds.include(v);
+  if (!bounds.empty())
+    result.origin_ = bounds.centre();
+  const glm::dvec3 half = bounds.empty() ? glm::dvec3(1.0) : 0.5 * bounds.size();
+  result.surface_offset_ = kOffsetUlps * static_cast<float>(std::max({half.x, half.y, half.z}));
+
+  auto handle = std::make_shared<Handle>();
+  handle->device = rtcNewDevice(nullptr);
+  if (!handle->device)
+    return Error{ErrorCode::device, "the ray tracing library did not start", "embree", ""};
+  handle->scene = rtcNewScene(handle->device);
+  rtcSetSceneFlags(handle->scene, RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(handle->scene, RTC_BUILD_QUALITY_HIGH);
+  if (!triangles.empty()) {
+    RTCGeometry geometry = rtcNewGeometry(handle->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                          3 * sizeof(float), vertices.size()));
+    auto* t = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                  3 * sizeof(std::uint32_t), triangles.size()));
+    if (!v || !t)
+      return Error{ErrorCode::limit_exceeded, "not enough memory for the ray scene", "embree", ""};
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const glm::vec3 p = result.to_local(vertices[i]);
+      std::memcpy(v + 3 * i, &p.x, sizeof(p));
+    }
+    std::memcpy(t, triangles.data(), triangles.size_bytes());
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometryByID(handle->scene, geometry, 0);
+    rtcReleaseGeometry(geometry);
+  }
+  rtcCommitScene(handle->scene);
+  if (rtcGetDeviceError(handle->device) != RTC_ERROR_NONE)
+    return Error{ErrorCode::device, "the ray tracing library could not build its hierarchy", "embree", ""};
+  result.handle_ = std::move(handle);
+  return result;
+}
+
+Result<RayScene> RayScene::build(const Room& room) {
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint32_t> source;
+  for (std::size_t i = 0; i < room.triangles.size(); ++i) {
+    if (room.is_window(room.triangles[i]))
+      continue;
+    triangles.push_back(room.triangles[i].vertex);
+    source.push_back(static_cast<std::uint32_t>(i));
+  }
+  Result<RayScene> scene = build(room.vertices, triangles);
+  if (scene)
+    scene->source_triangle_ = std::move(source);
+  return scene;
+}
+
+bool RayScene::closest(const glm::vec3& org, const glm::vec3& dir, float tnear, float tfar, RayHit& hit) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit r{};
+  r.ray = {org.x, org.y, org.z, tnear, dir.x, dir.y, dir.z, 0.0f, tfar, 0xFFFFFFFFu, 0, 0};
+  r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(handle_->scene, &context, &r);
+  if (r.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+    return false;
+  hit = {source_triangle_.empty() ? r.hit.primID : source_triangle_[r.hit.primID], r.ray.tfar, r.hit.u, r.hit.v};
+  return true;
+}
+
+bool RayScene::occluded(const glm::vec3& org, const glm::vec3& dir, float tnear, float tfar) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRay r = {org.x, org.y, org.z, tnear, dir.x, dir.y, dir.z, 0.0f, tfar, 0xFFFFFFFFu, 0, 0};
+  rtcOccluded1(handle_->scene, &context, &r);
+  return r.tfar < 0.0f;
+}
+
+std::uint32_t RayScene::occluded16(const RayPacket16& rays, int count) const {
+  alignas(64) int valid[16];
+  alignas(64) RTCRay16 r;
+  load(rays, count, r, valid);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  rtcOccluded16(valid, handle_->scene, &context, &r);
+  std::uint32_t blocked = 0;
+  for (int k = 0; k < count; ++k)
+    blocked |= static_cast<std::uint32_t>(r.tfar[k] < 0.0f) << k;
+  return blocked;
+}
+
+namespace {
+void intersect(RTCScene scene, const RayPacket16& rays, int count, RTCIntersectContextFlags flags, RTCRayHit16& r) {
+  alignas(64) int valid[16];
+  load(rays, count, r.ray, valid);
+  for (unsigned& id : r.hit.geomID)
+    id = RTC_INVALID_GEOMETRY_ID;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = flags;
+  rtcIntersect16(valid, scene, &context, &r);
+}
+} // namespace
+
+std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, std::array<std::uint32_t, 16>& triangle) const {
+  alignas(64) RTCRayHit16 r;
+  intersect(handle_->scene, rays, count, RTC_INTERSECT_CONTEXT_FLAG_COHERENT, r);
+  std::uint32_t met = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
+    if (r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) {
+      triangle[k] = source_triangle_.empty() ? r.hit.primID[k] : source_triangle_[r.hit.primID[k]];
+      met |= 1u << k;
+    }
+  return met;
+}
+
+std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, RayHits16& hits) const {
+  alignas(64) RTCRayHit16 r;
+  intersect(handle_->scene, rays, count, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, r);
+  std::uint32_t met = 0;
+  for (int k = 0; k < count; ++k)
+    if (r.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID) {
+      hits.triangle[k] = source_triangle_.empty() ? r.hit.primID[k] : source_triangle_[r.hit.primID[k]];
+      hits.distance[k] = r.ray.tfar[k];
+      hits.u[k] = r.hit.u[k];
+      hits.v[k] = r.hit.v[k];
+      met |= 1u << k;
+    }
+  return met;
+}
+
+} // namespace daylit

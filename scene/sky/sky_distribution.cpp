@@ -1,0 +1,114 @@
+#include "scene/sky/sky_distribution.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+namespace daylit {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+struct CieRow {
+  double a, b, c, d, e;
+};
+
+constexpr std::array<CieRow, 15> kCieTable{{{4.0, -0.70, 0, -1.0, 0.00},
+                                            {4.0, -0.70, 2, -1.5, 0.15},
+                                            {1.1, -0.80, 0, -1.0, 0.00},
+                                            {1.1, -0.80, 2, -1.5, 0.15},
+                                            {0.0, -1.00, 0, -1.0, 0.00},
+                                            {0.0, -1.00, 2, -1.5, 0.15},
+                                            {0.0, -1.00, 5, -2.5, 0.30},
+                                            {0.0, -1.00, 10, -3.0, 0.45},
+                                            {-1.0, -0.55, 2, -1.5, 0.15},
+                                            {-1.0, -0.55, 5, -2.5, 0.30},
+                                            {-1.0, -0.55, 10, -3.0, 0.45},
+                                            {-1.0, -0.32, 10, -3.0, 0.45},
+                                            {-1.0, -0.32, 16, -3.0, 0.30},
+                                            {-1.0, -0.15, 16, -3.0, 0.30},
+                                            {-1.0, -0.15, 24, -2.8, 0.15}}};
+
+struct GaussRule {
+  std::array<double, 64> node, weight; // on (0, 1)
+};
+
+/// Gauss-Legendre by Newton iteration on P_64 from the Chebyshev-like first guess (Abramowitz & Stegun 25.4.30).
+GaussRule gauss_legendre_64() {
+  constexpr int n = 64;
+  GaussRule rule{};
+  for (int i = 0; i < n; ++i) {
+    double x = std::cos(kPi * (i + 0.75) / (n + 0.5)), slope = 1.0;
+    for (int step = 0; step < 8; ++step) {
+      double p0 = 1.0, p1 = x;
+      for (int k = 2; k <= n; ++k) {
+        const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
+        p0 = p1;
+        p1 = p2;
+      }
+      slope = n * (x * p1 - p0) / (x * x - 1.0);
+      x -= p1 / slope;
+    }
+    rule.node[i] = 0.5 * (1.0 - x);
+    rule.weight[i] = 1.0 / ((1.0 - x * x) * slope * slope);
+  }
+  return rule;
+}
+
+} // namespace
+
+double SkyDistribution::gradation(double cos_zenith) const {
+  if (a == 0.0)
+    return 1.0;
+  // exp(b / cos Z) vanishes at the horizon for b < 0; for b > 0 it is held.
+  const double least = b > 0.0 ? kLowestAltitude : 1e-9;
+  return std::max(0.0, 1.0 + a * std::exp(b / std::max(cos_zenith, least)));
+}
+
+double SkyDistribution::indicatrix(double cos_chi) const {
+  if (!depends_on_sun())
+    return base;
+  const double cosine = std::clamp(cos_chi, -1.0, 1.0);
+  return std::max(0.0, base + c * std::exp(d * std::acos(cosine)) + e * cosine * cosine);
+}
+
+double SkyDistribution::relative(const glm::dvec3& direction, const glm::dvec3& sun) const {
+  return gradation(direction.z) * indicatrix(glm::dot(direction, sun));
+}
+
+/// The integrand has a cone at the sun: the zenith range is split there, and azimuth = pi t^3 (from the sun,
+/// symmetric) flattens it.
+double SkyDistribution::horizontal_integral(double cos_sun_zenith) const {
+  static const GaussRule rule = gauss_legendre_64();
+  const double sun_cos = std::clamp(cos_sun_zenith, -1.0, 1.0), sun_sin = std::sqrt(1.0 - sun_cos * sun_cos);
+  const double split = std::min(std::acos(sun_cos), kPi / 2.0);
+  double sum = 0.0;
+  for (const auto& [from, to] : {std::pair(split, 0.0), std::pair(split, kPi / 2.0)}) {
+    for (int i = 0; i < 64; ++i) {
+      const double t = rule.node[i], zenith = from + (to - from) * t * t;
+      const double cz = std::cos(zenith), sz = std::sin(zenith);
+      double ring = 0.0;
+      for (int k = 0; k < 64; ++k) {
+        const double s = rule.node[k], azimuth = kPi * s * s * s;
+        ring += rule.weight[k] * 2.0 * kPi * 3.0 * s * s * indicatrix(sz * sun_sin * std::cos(azimuth) + cz * sun_cos);
+      }
+      sum += rule.weight[i] * std::abs(to - from) * 2.0 * t * ring * gradation(cz) * cz * sz;
+    }
+  }
+  return sum;
+}
+
+Result<SkyDistribution> cie_sky(int type) {
+  if (type < 1 || type > 15)
+    return Error{ErrorCode::value_invalid, fmt::format("{} is not a type of the CIE general sky", type), "cie_type",
+                 "types are 1 to 15"};
+  const CieRow& row = kCieTable[static_cast<std::size_t>(type - 1)];
+  return SkyDistribution{row.a, row.b, row.c, row.d, row.e, 1.0 - row.c * std::exp(row.d * kPi / 2.0)};
+}
+
+} // namespace daylit

@@ -1,0 +1,275 @@
+#include "scene/sky/weather_file.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <optional>
+
+#include <fmt/format.h>
+
+namespace daylit {
+
+namespace {
+
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
+constexpr double kMissing = 9999.0, kMissingDewPoint = 99.9; // EnergyPlus: Auxiliary Programs, EPW data dictionary
+constexpr double kMostValue = 200000.0;                      // W/m2 or lx; no daylight has more
+
+/// The lines of a text, without their ends, and their numbers.
+class Lines {
+public:
+  explicit Lines(std::string_view text) : rest_(text) {}
+  /// False at the end of the text.
+  bool next(std::string_view& line) {
+    if (rest_.empty())
+      return false;
+    const std::size_t end = rest_.find('\n');
+    line = rest_.substr(0, end);
+    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    if (!line.empty() && line.back() == '\r')
+      line.remove_suffix(1);
+    ++number_;
+    return true;
+  }
+  unsigned number() const { return number_; }
+
+private:
+  std::string_view rest_;
+  unsigned number_ = 0;
+};
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t");
+  return first == std::string_view::npos ? std::string_view{}
+                                         : text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::optional<double> number_in(std::string_view text, double low, double high) {
+  text = trimmed(text);
+  if (!text.empty() && text.front() == '+')
+    text.remove_prefix(1);
+  double value = 0.0;
+  const auto [stop, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (ec != std::errc{} || stop != text.data() + text.size() || !(value >= low && value <= high))
+    return std::nullopt;
+  return value;
+}
+
+std::optional<int> integer_in(std::string_view text, int low, int high) {
+  const std::optional<double> value = number_in(text, low, high);
+  if (!value || *value != std::floor(*value))
+    return std::nullopt;
+  return static_cast<int>(*value);
+}
+
+/// The first fields of a line; missing ones are empty.
+template <std::size_t N>
+std::array<std::string_view, N> fields(std::string_view line, char separator) {
+  std::array<std::string_view, N> out{};
+  for (std::size_t k = 0; k < N; ++k) {
+    if (separator == ' ')
+      line = trimmed(line);
+    const std::size_t end = line.find(separator);
+    out[k] = line.substr(0, end);
+    if (end == std::string_view::npos)
+      break;
+    line.remove_prefix(end + 1);
+  }
+  return out;
+}
+
+Error bad_line(const std::string& name, unsigned line, std::string what) {
+  return {ErrorCode::file_malformed, std::move(what), fmt::format("{}, line {}", name, line),
+          "take the file from its publisher again"};
+}
+
+bool is_day(const LocalTime& t) {
+  LocalTime first = t, last = t;
+  first.day = last.day = 1;
+  last.month = t.month % 12 + 1;
+  const int length = t.month == 12 ? 31 : day_of_year(last) - day_of_year(first);
+  return t.day <= length;
+}
+
+/// .epw, field numbers of the data dictionary from 0.
+enum EpwField : std::size_t { kYear, kMonth, kDay, kHour, kMinute, kDewPoint = 7, kDirect = 14, kDiffuse = 15 };
+
+std::optional<std::string> epw_row(const std::array<std::string_view, 16>& f, int per_hour, WeatherRow& row) {
+  const auto year = integer_in(f[kYear], 1900, 2100), month = integer_in(f[kMonth], 1, 12),
+             day = integer_in(f[kDay], 1, 31), hour = integer_in(f[kHour], 1, 24),
+             minute = integer_in(f[kMinute], 0, 60);
+  if (!year || !month || !day || !hour || !minute)
+    return "a row starts with year, month, day, hour 1..24 and minute 0..60";
+  row.time = {.year = *year, .month = *month, .day = *day};
+  // One row per hour: the minute is 0 or 60 and says nothing. Else it ends the interval.
+  const double end = per_hour == 1 ? *hour : *hour - 1 + *minute / 60.0;
+  row.time.hour = end - 0.5 / per_hour;
+  if (!is_day(row.time) || row.time.hour < 0.0)
+    return "there is no such time";
+  const auto direct = number_in(f[kDirect], 0.0, kMostValue), diffuse = number_in(f[kDiffuse], 0.0, kMostValue);
+  const auto dew = number_in(f[kDewPoint], -100.0, 1000.0);
+  if (!direct || !diffuse || !dew)
+    return "dew point (field 8), direct normal (15) or diffuse horizontal radiation (16) is not a number of its kind";
+  row.missing = *direct >= kMissing || *diffuse >= kMissing;
+  row.direct = *direct;
+  row.diffuse = *diffuse;
+  row.dew_point_C = *dew >= kMissingDewPoint ? std::numeric_limits<double>::quiet_NaN() : *dew;
+  return std::nullopt;
+}
+
+/// The six header lines of a .wea.
+std::optional<std::string> wea_header(Lines& lines, WeatherFile& weather) {
+  struct Entry {
+    std::string_view key;
+    double low, high;
+    double value = 0.0;
+  };
+  std::array<Entry, 5> entries{{{"latitude", -90, 90},
+                                {"longitude", -180, 180},
+                                {"time_zone", -225, 225},
+                                {"site_elevation", -1000, 10000},
+                                {"weather_data_file_units", 1, 3}}};
+  std::string_view line;
+  if (!lines.next(line) || !line.starts_with("place"))
+    return "a .wea file starts with: place NAME";
+  for (Entry& entry : entries) {
+    std::optional<double> value;
+    if (lines.next(line) && line.starts_with(entry.key))
+      value = number_in(line.substr(entry.key.size()), entry.low, entry.high);
+    if (!value)
+      return fmt::format("expected: {} NUMBER, {} to {}", entry.key, entry.low, entry.high);
+    entry.value = *value;
+  }
+  weather.place = {entries[0].value, -entries[1].value, -entries[2].value / 15.0};
+  weather.elevation_m = entries[3].value;
+  if (entries[4].value != std::floor(entries[4].value))
+    return "weather_data_file_units is 1, 2 or 3";
+  weather.unit = static_cast<WeatherUnit>(static_cast<int>(entries[4].value) - 1);
+  return std::nullopt;
+}
+
+std::optional<std::string> wea_row(std::string_view line, WeatherRow& row) {
+  const auto f = fields<6>(line, ' ');
+  const auto month = integer_in(f[0], 1, 12), day = integer_in(f[1], 1, 31);
+  const auto hour = number_in(f[2], 0.0, 24.0), direct = number_in(f[3], 0.0, kMostValue),
+             diffuse = number_in(f[4], 0.0, kMostValue);
+  if (!month || !day || !hour || !direct || !diffuse || !f[5].empty() || *hour >= 24.0)
+    return "a row is: month day hour direct diffuse";
+  row.time = {.month = *month, .day = *day, .hour = *hour, .any_year = true};
+  if (row.time.month == 2 && row.time.day == 29)
+    row.time.year = 2000;
+  if (!is_day(row.time))
+    return "there is no such day";
+  row.direct = *direct;
+  row.diffuse = *diffuse;
+  row.dew_point_C = std::numeric_limits<double>::quiet_NaN();
+  return std::nullopt;
+}
+
+/// Rows of a .wea do not say how long they last: the shortest step within a day.
+double shortest_step(const std::vector<WeatherRow>& rows) {
+  double step = 1.0;
+  for (std::size_t k = 1; k < rows.size(); ++k)
+    if (const double dt = rows[k].time.hour - rows[k - 1].time.hour; dt > 1e-3)
+      step = std::min(step, dt);
+  return step;
+}
+
+} // namespace
+
+Result<WeatherFile> parse_epw(const std::string& text, const std::string& name) {
+  WeatherFile weather;
+  weather.name = name;
+  Lines lines(text);
+  std::string_view line;
+  if (!lines.next(line) || !line.starts_with("LOCATION,"))
+    return bad_line(name, 1, "an .epw file starts with: LOCATION,");
+  const auto place = fields<10>(line, ',');
+  const auto latitude = number_in(place[6], -90, 90), longitude = number_in(place[7], -180, 180),
+             zone = number_in(place[8], -15, 15), elevation = number_in(place[9], -1000, 10000);
+  if (!latitude || !longitude || !zone || !elevation)
+    return bad_line(name, 1, "latitude, longitude, time zone or elevation is not a number of its kind");
+  weather.place = {*latitude, *longitude, *zone};
+  weather.elevation_m = *elevation;
+  std::optional<int> per_hour;
+  while (!per_hour && lines.next(line))
+    if (line.starts_with("DATA PERIODS,")) {
+      per_hour = integer_in(fields<3>(line, ',')[2], 1, 60);
+      if (!per_hour || 60 % *per_hour != 0)
+        return bad_line(name, lines.number(), "records per hour must divide 60");
+    }
+  if (!per_hour)
+    return bad_line(name, lines.number(), "no line DATA PERIODS");
+  weather.step_h = 1.0 / *per_hour;
+  while (lines.next(line)) {
+    if (trimmed(line).empty())
+      continue;
+    WeatherRow row;
+    row.line = lines.number();
+    if (const auto problem = epw_row(fields<16>(line, ','), *per_hour, row))
+      return bad_line(name, row.line, *problem);
+    weather.rows.push_back(row);
+  }
+  if (weather.rows.empty())
+    return bad_line(name, lines.number(), "no rows of data");
+  return weather;
+}
+
+Result<WeatherFile> parse_wea(const std::string& text, const std::string& name) {
+  WeatherFile weather;
+  weather.name = name;
+  Lines lines(text);
+  if (const auto problem = wea_header(lines, weather))
+    return bad_line(name, lines.number(), *problem);
+  std::string_view line;
+  while (lines.next(line)) {
+    if (trimmed(line).empty())
+      continue;
+    WeatherRow row;
+    row.line = lines.number();
+    if (const auto problem = wea_row(line, row))
+      return bad_line(name, row.line, *problem);
+    weather.rows.push_back(row);
+  }
+  if (weather.rows.empty())
+    return bad_line(name, lines.number(), "no rows of data");
+  weather.step_h = shortest_step(weather.rows);
+  return weather;
+}
+
+Result<WeatherFile> read_weather(const std::filesystem::path& path) {
+  std::error_code ec;
+  const std::uintmax_t size = std::filesystem::file_size(path, ec);
+  std::ifstream in(path, std::ios::binary);
+  if (ec || !in)
+    return Error{ErrorCode::file_missing, "cannot be opened", path.string(), ""};
+  if (size > kMostBytes)
+    return Error{ErrorCode::limit_exceeded, "larger than 256 MB", path.string(), "cut out the days that are needed"};
+  std::string text(size, '\0');
+  if (!in.read(text.data(), static_cast<std::streamsize>(size)))
+    return Error{ErrorCode::io, "cannot be read", path.string(), ""};
+  return path.extension() == ".wea" ? parse_wea(text, path.string()) : parse_epw(text, path.string());
+}
+
+Result<WeatherRow> weather_at(const WeatherFile& weather, const LocalTime& time) {
+  const double half = 0.5 * weather.step_h;
+  for (const WeatherRow& row : weather.rows) {
+    if (row.time.month != time.month || row.time.day != time.day ||
+        !(time.hour >= row.time.hour - half - 1e-9 && time.hour < row.time.hour + half - 1e-9))
+      continue;
+    if (!time.any_year && !row.time.any_year && row.time.year != time.year)
+      continue;
+    if (row.missing)
+      return Error{ErrorCode::value_invalid, "the radiation of this hour is missing (9999)",
+                   fmt::format("{}, line {}", weather.name, row.line), "choose another hour"};
+    return row;
+  }
+  return Error{ErrorCode::not_found, "no row for " + time_text(time), weather.name,
+               fmt::format("it has {} to {}, local standard time", time_text(weather.rows.front().time),
+                           time_text(weather.rows.back().time))};
+}
+
+} // namespace daylit

@@ -1,0 +1,114 @@
+#include "scene/volume/first_light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include "scene/core/tile_kernels.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr std::size_t kGrain = 64;       ///< rows; fewer are not worth another thread
+constexpr std::size_t kBlockGrain = 512; ///< blocks; the same
+constexpr std::size_t kBlock = FirstLight::kBlock;
+
+Error broken(const char* what) {
+  return {ErrorCode::file_malformed, what, "compact basis", "bake it again with daylit-precompute"};
+}
+
+bool rises_to(const std::vector<std::uint32_t>& offsets, std::size_t end) {
+  return !offsets.empty() && offsets.front() == 0 && offsets.back() == end && std::ranges::is_sorted(offsets);
+}
+
+/// [block][colour][region of the block], 0 beyond the last region.
+std::vector<float> in_blocks(std::span<const Rgb> radiance) {
+  const std::size_t whole = radiance.size() / kBlock;
+  std::vector<float> blocks(3 * kBlock * ((radiance.size() + kBlock - 1) / kBlock));
+  const float* from = &radiance.data()->r;
+  const auto copy = [&](std::size_t block, std::size_t count) {
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t k = 0; k < count; ++k)
+        blocks[(3 * block + c) * kBlock + k] = from[3 * (block * kBlock + k) + c];
+  };
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, whole, kBlockGrain), [&](const auto& part) {
+    for (std::size_t block = part.begin(); block < part.end(); ++block)
+      copy(block, kBlock);
+  });
+  copy(whole, radiance.size() % kBlock);
+  return blocks;
+}
+
+} // namespace
+
+std::size_t FirstLight::bytes() const {
+  return 4 * (scale.size() + first_block.size()) + 2 * (block.size() + weight.size());
+}
+
+std::vector<Rgb> received(const FirstLight& light, std::size_t pieces, std::span<const Rgb> region_radiance) {
+  const std::vector<float> radiance = in_blocks(region_radiance);
+  const bool tinted = light.rows() > pieces;
+  std::vector<Rgb> irradiance(pieces, Rgb(0.0f));
+  const detail::TileKernels& kernels = detail::tile_kernels();
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces, kGrain), [&](const auto& part) {
+    for (std::size_t piece = part.begin(); piece < part.end(); ++piece)
+      for (int colour = 0; colour < (tinted ? 3 : 1); ++colour) {
+        const std::size_t row = static_cast<std::size_t>(colour) * pieces + piece, first = light.first_block[row];
+        std::array<float, 3> sum;
+        kernels.dot_half_blocks(light.weight.data() + FirstLight::kBlock * first,
+                                std::span(light.block).subspan(first, light.first_block[row + 1] - first),
+                                radiance.data(), sum.data());
+        for (int c = tinted ? colour : 0; c < (tinted ? colour + 1 : 3); ++c)
+          irradiance[piece][c] = light.scale[row] * sum[static_cast<std::size_t>(c)];
+      }
+  });
+  return irradiance;
+}
+
+std::vector<std::uint8_t> lit_regions(const FirstLight& light, std::size_t regions) {
+  std::vector<std::uint8_t> lit(regions, 0);
+  for (std::size_t row = 0; row < light.rows(); ++row)
+    for_each_weight(light, row, [&](std::size_t region, float) { lit[region] = 1; });
+  return lit;
+}
+
+namespace {
+
+/// Increasing, inside the sky, weights finite and none beyond the last region.
+Result<void> check_row(const FirstLight& light, std::size_t row, std::size_t regions) {
+  for (std::size_t b = light.first_block[row]; b < light.first_block[row + 1]; ++b) {
+    if (b > light.first_block[row] && light.block[b] <= light.block[b - 1])
+      return broken("blocks of the first light overlap");
+    for (std::size_t k = 0; k < kBlock; ++k) {
+      const std::uint16_t magnitude = light.weight[kBlock * b + k] & 0x7fffu;
+      if (magnitude >= 0x7c00u)
+        return broken("a weight of the first light is not finite");
+      if (magnitude != 0 && kBlock * light.block[b] + k >= regions)
+        return broken("a weight of the first light is for no region of the sky");
+    }
+    if (kBlock * light.block[b] >= regions)
+      return broken("a block of the first light leaves the sky");
+  }
+  return {};
+}
+
+} // namespace
+
+Result<void> check_first_light(const FirstLight& light, std::size_t pieces, int regions) {
+  const std::size_t rows = light.rows();
+  if ((rows != pieces && rows != 3 * pieces) || light.first_block.size() != rows + 1 ||
+      !rises_to(light.first_block, light.block.size()) || light.weight.size() != kBlock * light.block.size())
+    return broken("the rows of the first light disagree");
+  for (std::size_t row = 0; row < rows; ++row)
+    if (const Result<void> good = check_row(light, row, static_cast<std::size_t>(regions)); !good)
+      return good;
+  if (!std::ranges::all_of(light.scale, [](float x) { return std::isfinite(x); }))
+    return broken("a scale of the first light is not finite");
+  return {};
+}
+
+} // namespace daylit
