@@ -7,8 +7,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -108,7 +108,7 @@ Sh9Rgb OtherObjects::change_at(const Place& place, const glm::dvec3& x, std::spa
 void OtherObjects::set_light(std::span<const TwoSided> radiance) {
   const bool trace = !std::exchange(traced_, true);
   constexpr std::size_t kPlaces = kSide * kSide * kSide;
-  tbb::parallel_for(std::size_t{0}, kPlaces * lattices_.size(), [&](std::size_t k) {
+  parallel_for(std::size_t{0}, kPlaces * lattices_.size(), [&](std::size_t k) {
     Lattice& lattice = lattices_[k / kPlaces];
     Place& place = lattice.places[k % kPlaces];
     if (!place.used)
