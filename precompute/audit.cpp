@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kPoints = 128;
 constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
-constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a patch its own shape shows
+constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a facet its own shape shows
 
 struct Ratio {
   double error2 = 0, power2 = 0;

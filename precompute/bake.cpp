@@ -229,12 +229,12 @@ ProbeFit fit_of(const Problem& problem, const ProbePoints& points) {
 Result<BakeOptions> quality_options(const std::string& name, bool given_points) {
   BakeOptions o;
   if (name == "draft") {
-    o.target_patches = 700;
+    o.target_facets = 700;
     o.gather_rays = 512;
     o.visibility_rays = 16384;
     o.spacing_m = 0.5;
   } else if (name == "high") {
-    o.target_patches = 6000;
+    o.target_facets = 6000;
     o.visibility_rays = 524288;
     o.gather_rays = 8192;
     o.spacing_m = 0.2;
@@ -242,7 +242,7 @@ Result<BakeOptions> quality_options(const std::string& name, bool given_points) 
     return Error{ErrorCode::usage, "unknown quality '" + name + "'", "--quality", "use draft, normal or high"};
   }
   if (given_points) {
-    o.target_patches = o.target_patches * 8 / 5;
+    o.target_facets = o.target_facets * 8 / 5;
     o.gather_rays *= 2;
   }
   return o;
@@ -270,7 +270,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   if (!rows)
     return rows.error();
   const auto light = fine ? Result<radiosity::FirstBounce>(radiosity::FirstBounce{})
-                          : radiosity::first_bounce(elements, problem->mesh, problem->patch_rays,
+                          : radiosity::first_bounce(elements, problem->mesh, problem->facet_rays,
                                                     problem->apertures.list, partition, progress, &report.first_bounce);
   if (!light)
     return light.error();

@@ -10,7 +10,7 @@
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
-#include "radiosity/detail/near_patches.h"
+#include "radiosity/detail/near_facets.h"
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
 
@@ -30,18 +30,18 @@ constexpr double kJoinReach = 0.5; // of the longest edge: farther ones are met 
 constexpr int kJoins = 8, kJoinsNeeded = 2;
 constexpr double kJoinHeight = 16.0; // over each other's plane; less is a rounding, no gap
 
-glm::dvec3 centroid(const Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
+glm::dvec3 centroid(const Facet& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
 
-double longest_edge_m(const Patch& p) {
+double longest_edge_m(const Facet& p) {
   return std::max({glm::distance(p.corner[0], p.corner[1]), glm::distance(p.corner[1], p.corner[2]),
                    glm::distance(p.corner[2], p.corner[0])});
 }
 
 /// Smallest height of the triangle, metres.
-double height_m(const Patch& p) { return 2.0 * p.area_m2 / longest_edge_m(p); }
+double height_m(const Facet& p) { return 2.0 * p.area_m2 / longest_edge_m(p); }
 
 /// The part of a triangle in front of a plane; empty when it rises above it by less than `least_m`.
-SmallPolygon part_above(const Patch& p, const glm::dvec3& point, const glm::dvec3& normal, double least_m) {
+SmallPolygon part_above(const Facet& p, const glm::dvec3& point, const glm::dvec3& normal, double least_m) {
   double highest = 0;
   for (const glm::dvec3& c : p.corner)
     highest = std::max(highest, glm::dot(c - point, normal));
@@ -58,7 +58,7 @@ glm::dvec3 on_polygon(const SmallPolygon& p, const glm::dvec2& u) {
 }
 
 struct Side {
-  std::uint32_t patch;
+  std::uint32_t facet;
   int side; ///< 0 front, 1 back
 };
 
@@ -74,12 +74,12 @@ struct RayEnd {
   }
 };
 
-/// Spreads over the patch sides that light from the openings can reach.
+/// Spreads over the facet sides that light from the openings can reach.
 class SideSearch {
 public:
-  SideSearch(const PatchMesh& mesh, const RayScene& scene)
+  SideSearch(const SurfaceMesh& mesh, const RayScene& scene)
       : mesh_(mesh), scene_(scene), near_(mesh), offset_m_(scene.surface_offset()),
-        reached_(mesh.patches.size(), {false, false}) {}
+        reached_(mesh.facets.size(), {false, false}) {}
 
   double offset_m() const { return offset_m_; }
 
@@ -97,7 +97,7 @@ public:
     for (std::uint32_t k = 0; k < kGreetingRays; ++k) {
       double distance = 0.0;
       const auto met = meets(point, sphere_direction(r2_point(k, random_shift(seed))), distance);
-      if (met && !reached_[met->patch][met->side])
+      if (met && !reached_[met->facet][met->side])
         return false;
     }
     return true;
@@ -111,7 +111,7 @@ public:
         std::vector<std::array<std::optional<Side>, kSideRays>> found(from.size());
         tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
           for (std::uint32_t k = 0; k < kSideRays; ++k)
-            found[i][k] = new_side(end_on(from[i], centroid(mesh_.patches[from[i].patch])), away(from[i], k),
+            found[i][k] = new_side(end_on(from[i], centroid(mesh_.facets[from[i].facet])), away(from[i], k),
                                    ray_seed(from[i], k));
         });
         for (const auto& rays : found)
@@ -123,40 +123,40 @@ public:
     } while (!frontier_.empty());
   }
 
-  bool reached(std::uint32_t patch, int side) const { return reached_[patch][side]; }
+  bool reached(std::uint32_t facet, int side) const { return reached_[facet][side]; }
 
 private:
   glm::dvec3 outward(const Side& s) const {
-    const glm::dvec3& n = mesh_.patches[s.patch].normal;
+    const glm::dvec3& n = mesh_.facets[s.facet].normal;
     return s.side == 0 ? n : -n;
   }
   glm::dvec3 away(const Side& s, std::uint32_t k) const {
-    return cosine_direction(outward(s), r2_point(k, random_shift(s.patch)));
+    return cosine_direction(outward(s), r2_point(k, random_shift(s.facet)));
   }
   /// Raised, because a flat ray that starts in the rounded plane meets the neighbours from behind.
   RayEnd end_on(const Side& s, const glm::dvec3& point) const {
     const double beside =
-        std::clamp(0.25 * height_m(mesh_.patches[s.patch]), kBesideAtLeast * offset_m_, kBeside * offset_m_);
+        std::clamp(0.25 * height_m(mesh_.facets[s.facet]), kBesideAtLeast * offset_m_, kBeside * offset_m_);
     return {point + kRaised * offset_m_ * outward(s), outward(s), beside};
   }
   static std::uint64_t ray_seed(const Side& s, std::uint32_t k) {
-    return mix_bits(2ull * s.patch + static_cast<std::uint64_t>(s.side)) + k;
+    return mix_bits(2ull * s.facet + static_cast<std::uint64_t>(s.side)) + k;
   }
 
-  /// Side of the first patch on the ray; nothing when the ray leaves.
+  /// Side of the first facet on the ray; nothing when the ray leaves.
   std::optional<Side> meets(const glm::dvec3& from, const glm::dvec3& direction, double& distance) const {
     RayHit hit;
     const glm::vec3 d(direction);
     if (!scene_.closest(scene_.to_local(from), d, 0.0f, std::numeric_limits<float>::infinity(), hit))
       return std::nullopt;
     distance = static_cast<double>(hit.distance);
-    return Side{hit.triangle, glm::dot(glm::dvec3(d), mesh_.patches[hit.triangle].normal) < 0.0 ? 0 : 1};
+    return Side{hit.triangle, glm::dot(glm::dvec3(d), mesh_.facets[hit.triangle].normal) < 0.0 ? 0 : 1};
   }
 
   std::optional<Side> new_side(const RayEnd& from, const glm::dvec3& d, std::uint64_t seed) const {
     double distance = 0.0;
     const auto met = meets(from.point, d, distance);
-    if (!met || reached_[met->patch][met->side] || !witnessed(from, end_on(*met, from.point + distance * d), seed))
+    if (!met || reached_[met->facet][met->side] || !witnessed(from, end_on(*met, from.point + distance * d), seed))
       return std::nullopt;
     return met;
   }
@@ -172,33 +172,33 @@ private:
   }
 
   void mark(const Side& s) {
-    if (!std::exchange(reached_[s.patch][s.side], true))
+    if (!std::exchange(reached_[s.facet][s.side], true))
       frontier_.push_back(s);
   }
 
-  /// Few rays find small patches: those not found look for a reached side themselves. One that sees nothing but sky
+  /// Few rays find small facets: those not found look for a reached side themselves. One that sees nothing but sky
   /// sends nothing into the room.
   void second_look() {
-    std::vector<std::array<char, 2>> lit(mesh_.patches.size(), {0, 0});
-    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.patches.size()), [&](std::uint32_t i) {
+    std::vector<std::array<char, 2>> lit(mesh_.facets.size(), {0, 0});
+    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.facets.size()), [&](std::uint32_t i) {
       for (int side = 0; side < 2; ++side)
         lit[i][side] = !reached_[i][side] && (sees_light({i, side}) || sees_neighbour({i, side}));
     });
-    for (std::uint32_t i = 0; i < mesh_.patches.size(); ++i)
+    for (std::uint32_t i = 0; i < mesh_.facets.size(); ++i)
       for (int side = 0; side < 2; ++side)
         if (lit[i][side])
           mark({i, side});
   }
 
   bool sees_light(const Side& s) const {
-    const RayEnd from = end_on(s, centroid(mesh_.patches[s.patch]));
+    const RayEnd from = end_on(s, centroid(mesh_.facets[s.facet]));
     bool outdoors = true;
     for (std::uint32_t k = 0; k < kSecondLookRays && (k < kOutdoorRays || !outdoors); ++k) {
       const glm::dvec3 d = away(s, k);
       double distance = 0.0;
       const auto met = meets(from.point, d, distance);
       outdoors = outdoors && !met;
-      if (met && reached_[met->patch][met->side] &&
+      if (met && reached_[met->facet][met->side] &&
           witnessed(from, end_on(*met, from.point + distance * d), ray_seed(s, k)))
         return true;
     }
@@ -206,34 +206,34 @@ private:
   }
 
   /// A reached side close by sees this one, though hardly a ray from its middle arrives there: a gap much narrower
-  /// than its patches.
+  /// than its facets.
   bool sees_neighbour(const Side& s) const {
     bool found = false;
-    near_.visit(s.patch, kJoinReach * longest_edge_m(mesh_.patches[s.patch]), [&](std::uint32_t patch) {
+    near_.visit(s.facet, kJoinReach * longest_edge_m(mesh_.facets[s.facet]), [&](std::uint32_t facet) {
       for (int side = 0; side < 2 && !found; ++side)
-        found = reached_[patch][side] && joined(s, {patch, side});
+        found = reached_[facet][side] && joined(s, {facet, side});
       return !found;
     });
     return found;
   }
 
   bool joined(const Side& s, const Side& t) const {
-    const Patch &p = mesh_.patches[s.patch], &q = mesh_.patches[t.patch];
+    const Facet &p = mesh_.facets[s.facet], &q = mesh_.facets[t.facet];
     const double least_m = kJoinHeight * offset_m_;
     const SmallPolygon from = part_above(p, q.corner[0], outward(t), least_m);
     const SmallPolygon to = from.size < 3 ? from : part_above(q, p.corner[0], outward(s), least_m);
     int seen = 0;
     for (std::uint32_t k = 0; k < kJoins && to.size >= 3 && seen < kJoinsNeeded; ++k) {
-      const RayEnd start = end_on(s, on_polygon(from, r2_point(k, random_shift(ray_seed(s, t.patch)))));
-      const RayEnd end = end_on(t, on_polygon(to, r2_point(k, random_shift(ray_seed(t, s.patch)))));
+      const RayEnd start = end_on(s, on_polygon(from, r2_point(k, random_shift(ray_seed(s, t.facet)))));
+      const RayEnd end = end_on(t, on_polygon(to, r2_point(k, random_shift(ray_seed(t, s.facet)))));
       seen += scene_.occluded(scene_.to_local(start.point), glm::vec3(end.point - start.point), 0.0f, 1.0f) ? 0 : 1;
     }
     return seen >= kJoinsNeeded;
   }
 
-  const PatchMesh& mesh_;
+  const SurfaceMesh& mesh_;
   const RayScene& scene_;
-  NearPatches near_;
+  NearFacets near_;
   double offset_m_;
   std::vector<std::array<bool, 2>> reached_;
   std::vector<Side> frontier_;
@@ -248,15 +248,15 @@ glm::dvec3 mean_corner(const Aperture& a) {
 
 } // namespace
 
-std::int32_t ElementSet::hit(const PatchMesh& mesh, std::uint32_t patch, const glm::vec3& direction) const {
-  return of_patch[patch][glm::dot(glm::dvec3(direction), mesh.patches[patch].normal) < 0.0 ? 0 : 1];
+std::int32_t ElementSet::hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const {
+  return of_facet[facet][glm::dot(glm::dvec3(direction), mesh.facets[facet].normal) < 0.0 ? 0 : 1];
 }
 
-Result<RayScene> patch_scene(const PatchMesh& mesh) {
+Result<RayScene> facet_scene(const SurfaceMesh& mesh) {
   std::vector<glm::dvec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  vertices.reserve(3 * mesh.patches.size());
-  for (const Patch& p : mesh.patches) {
+  vertices.reserve(3 * mesh.facets.size());
+  for (const Facet& p : mesh.facets) {
     const auto first = static_cast<std::uint32_t>(vertices.size());
     vertices.insert(vertices.end(), p.corner.begin(), p.corner.end());
     triangles.push_back({first, first + 1, first + 2});
@@ -267,7 +267,7 @@ Result<RayScene> patch_scene(const PatchMesh& mesh) {
 namespace {
 
 /// From just inside the openings.
-void follow_light(SideSearch& search, const PatchMesh& mesh, const std::vector<Aperture>& apertures) {
+void follow_light(SideSearch& search, const SurfaceMesh& mesh, const std::vector<Aperture>& apertures) {
   for (std::size_t a = 0; a < apertures.size(); ++a) {
     const glm::dvec3 middle = mean_corner(apertures[a]) - mesh.origin;
     for (std::uint32_t s = 0; s < kSeedPoints; ++s) {
@@ -292,16 +292,16 @@ void follow_receivers(SideSearch& search, std::span<const glm::dvec3> receivers)
 
 } // namespace
 
-ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
+ElementSet find_elements(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
                          const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers) {
   SideSearch light(mesh, scene), receiving(mesh, scene);
   follow_light(light, mesh, apertures);
   follow_receivers(receiving, receivers);
 
   ElementSet set;
-  set.of_patch.assign(mesh.patches.size(), {-1, -1});
-  for (std::uint32_t i = 0; i < mesh.patches.size(); ++i) {
-    const Patch& p = mesh.patches[i];
+  set.of_facet.assign(mesh.facets.size(), {-1, -1});
+  for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
+    const Facet& p = mesh.facets[i];
     for (int side = 0; side < 2; ++side) {
       if (!light.reached(i, side)) {
         ++set.sides_skipped;
@@ -316,7 +316,7 @@ ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene
         std::swap(e.corner[1], e.corner[2]);
         e.normal = -e.normal;
       }
-      set.of_patch[i][side] = static_cast<std::int32_t>(set.elements.size());
+      set.of_facet[i][side] = static_cast<std::int32_t>(set.elements.size());
       set.elements.push_back(e);
     }
   }

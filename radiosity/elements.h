@@ -1,6 +1,6 @@
 #pragma once
 
-// The unknowns of the transport problem: patch sides that can exchange light with the air of the room.
+// The unknowns of the transport problem: facet sides that can exchange light with the air of the room.
 
 #include <array>
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/core/result.h"
 #include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
@@ -17,35 +17,35 @@
 
 namespace daylit::radiosity {
 
-/// One side of a patch. Corners counter-clockwise about the normal, metres relative to PatchMesh::origin.
+/// One side of a facet. Corners counter-clockwise about the normal, metres relative to SurfaceMesh::origin.
 struct Element {
   std::array<glm::dvec3, 3> corner;
   glm::dvec3 normal{0.0};
   double area_m2 = 0;
   Rgb reflectance{0.0f};
-  std::uint32_t patch = 0;
+  std::uint32_t facet = 0;
 };
 
 struct ElementSet {
   std::vector<Element> elements;
-  /// Index into elements of the front and the back of every patch, -1 where that side never meets the room's air.
-  std::vector<std::array<std::int32_t, 2>> of_patch;
+  /// Index into elements of the front and the back of every facet, -1 where that side never meets the room's air.
+  std::vector<std::array<std::int32_t, 2>> of_facet;
   std::size_t sides_skipped = 0;      ///< no light reaches them
   std::size_t sides_without_path = 0; ///< of those left out, lit but with no way for the light to any receiver
 
-  /// Element met by a ray in `direction` that hit `patch`; -1: a side outside the problem, black.
-  std::int32_t hit(const PatchMesh& mesh, std::uint32_t patch, const glm::vec3& direction) const;
+  /// Element met by a ray in `direction` that hit `facet`; -1: a side outside the problem, black.
+  std::int32_t hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const;
 };
 
-/// Ray scene over the patches themselves; hits report patch numbers. Coordinates as in the mesh.
-Result<RayScene> patch_scene(const PatchMesh& mesh);
+/// Ray scene over the facets themselves; hits report facet numbers. Coordinates as in the mesh.
+Result<RayScene> facet_scene(const SurfaceMesh& mesh);
 
-/// Follows light from just inside the apertures: a patch side is kept when rays from the air or from a kept side meet
+/// Follows light from just inside the apertures: a facet side is kept when rays from the air or from a kept side meet
 /// it, and rays beside them too (cracks one rounding wide lead nowhere). A side that was not
-/// met looks for a kept one itself before it is given up, so that a small patch is not lost; what lies under furniture
+/// met looks for a kept one itself before it is given up, so that a small facet is not lost; what lies under furniture
 /// or outdoors is. The result does not depend on the number of threads. `receivers` (mesh frame): when there are any,
 /// only sides from which light can also get to one of them are kept.
-ElementSet find_elements(const Room& room, const PatchMesh& mesh, const RayScene& scene,
+ElementSet find_elements(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
                          const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers = {});
 
 } // namespace daylit::radiosity

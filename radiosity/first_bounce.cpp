@@ -36,7 +36,7 @@ constexpr int kSamples = 1024; // of such an opening
 
 struct Task {
   const ElementSet& set;
-  const PatchMesh& mesh;
+  const SurfaceMesh& mesh;
   const RayScene& scene;
   const std::vector<Aperture>& apertures;
   const SkyPartition& partition;
@@ -46,11 +46,11 @@ struct Task {
   std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
   std::atomic<int> open_sky{0};
 
-  Task(const ElementSet& elements, const PatchMesh& patches, const RayScene& rays_of_patches,
+  Task(const ElementSet& elements, const SurfaceMesh& facets, const RayScene& rays_of_facets,
        const std::vector<Aperture>& openings, const SkyPartition& regions)
-      : set(elements), mesh(patches), scene(rays_of_patches), apertures(openings), partition(regions),
-        pieces(aperture_pieces(openings, patches.origin)), fine(regions, pieces, kDirections),
-        wide(regions, pieces, kWideDirections), paths(patches, openings, pieces) {}
+      : set(elements), mesh(facets), scene(rays_of_facets), apertures(openings), partition(regions),
+        pieces(aperture_pieces(openings, facets.origin)), fine(regions, pieces, kDirections),
+        wide(regions, pieces, kWideDirections), paths(facets, openings, pieces) {}
 
   bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
     return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
@@ -316,7 +316,7 @@ FirstBounce compact(const std::vector<FirstBounceRow>& rows, int regions) {
 
 } // namespace
 
-Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const PatchMesh& mesh,
+Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const SurfaceMesh& mesh,
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
                                                       FirstBounceReport* report) {
@@ -345,7 +345,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, con
   return rows;
 }
 
-Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
+Result<FirstBounce> first_bounce(const ElementSet& set, const SurfaceMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
                                  const Progress& progress, FirstBounceReport* report) {
   const auto rows = first_bounce_rows(set, mesh, scene, apertures, partition, progress, report);

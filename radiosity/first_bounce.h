@@ -46,7 +46,7 @@ struct FirstBounceRow {
 };
 
 /// first_bounce() for thousands of regions, of which an element sees some: one row per element.
-Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const PatchMesh& mesh,
+Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const SurfaceMesh& mesh,
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
                                                       FirstBounceReport* report = nullptr);
@@ -56,7 +56,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, con
 /// is that of the beam (no noise from points); rays from that part only where something may stand in the way. The sum
 /// is scaled to the exact form factor. Apertures that an element sees under few directions are sampled uniformly in
 /// their solid angle instead. Whatever else escapes is found by cosine-distributed rays. Error: interrupted.
-Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
+Result<FirstBounce> first_bounce(const ElementSet& set, const SurfaceMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
                                  const Progress& progress, FirstBounceReport* report = nullptr);
 

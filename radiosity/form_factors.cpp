@@ -43,10 +43,10 @@ struct Counters {
   }
 };
 
-ClusterTree element_tree(const ElementSet& set, const PatchMesh& mesh) {
+ClusterTree element_tree(const ElementSet& set, const SurfaceMesh& mesh) {
   std::vector<ClusterItem> items;
   for (const Element& e : set.elements) {
-    const Patch& p = mesh.patches[e.patch];
+    const Facet& p = mesh.facets[e.facet];
     items.push_back({e.corner, e.normal, 2 * p.plane + (glm::dot(e.normal, p.normal) < 0.0 ? 1u : 0u)});
   }
   return ClusterTree(items, set.elements.size() < kManyElements ? kSmallLeaf : kLeaf);
@@ -363,7 +363,7 @@ void fill_report(const Problem& problem, const ExchangeMatrix& m, ExchangeReport
 
 } // namespace
 
-Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& mesh, const Room& room,
+Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const SurfaceMesh& mesh, const Room& room,
                                       const RayScene& rays, const ExchangeOptions& options, const Progress& progress,
                                       ExchangeReport* report) {
   const auto start = std::chrono::steady_clock::now();
@@ -372,7 +372,7 @@ Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& me
   const ExchangePlan plan = plan_exchange(tree, visibility, {.black = black_positions(set, tree, options)});
   if (4.0 * plan.values > static_cast<double>(options.max_bytes))
     return Error{ErrorCode::limit_exceeded,
-                 std::to_string(set.elements.size()) + " patches need more memory for their form factors than allowed",
+                 std::to_string(set.elements.size()) + " facets need more memory for their form factors than allowed",
                  "form factors", "use a larger --patch-size"};
   const glm::dvec3 shift = mesh.origin - rays.origin();
   Problem problem{set, rays, options, tree, visibility, PairArrays(set, tree.order(), shift), shift, {}};

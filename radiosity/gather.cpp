@@ -153,14 +153,14 @@ void GatherHits::trace(std::size_t point, std::span<std::int32_t> met) const {
   std::ranges::fill(packet.org_z, origin.z);
   std::ranges::fill(packet.tnear, 0.0f);
   std::ranges::fill(packet.tfar, std::numeric_limits<float>::infinity());
-  std::array<std::uint32_t, 16> patch;
+  std::array<std::uint32_t, 16> facet;
   std::array<std::size_t, 16> ray;
   std::size_t count = 0;
   const auto shoot = [&] {
-    const std::uint32_t hit = scene_->closest16(packet, static_cast<int>(count), patch);
+    const std::uint32_t hit = scene_->closest16(packet, static_cast<int>(count), facet);
     for (std::size_t k = 0; k < count; ++k)
       met[ray[k]] =
-          (hit >> k & 1u) != 0 ? set_->hit(*mesh_, patch[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
+          (hit >> k & 1u) != 0 ? set_->hit(*mesh_, facet[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
     count = 0;
   };
   for (std::size_t k = 0; k < met.size(); ++k) {
@@ -178,13 +178,13 @@ void GatherHits::trace(std::size_t point, std::span<std::int32_t> met) const {
     shoot();
 }
 
-Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
-                               const RayScene& patches, const GatherOptions& options, const Progress& progress,
+Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const SurfaceMesh& mesh,
+                               const RayScene& facets, const GatherOptions& options, const Progress& progress,
                                std::size_t most_kept_rays) {
   GatherHits hits;
   hits.set_ = &set;
   hits.mesh_ = &mesh;
-  hits.scene_ = &patches;
+  hits.scene_ = &facets;
   hits.faces_ = options.faces && !options.faces->empty() ? options.faces : nullptr;
   hits.points_.assign(points.begin(), points.end());
   hits.rays_ = static_cast<std::size_t>(options.rays);

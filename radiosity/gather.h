@@ -18,7 +18,7 @@ struct GatherOptions {
   /// Not empty: group of each element; the members of one follow each other. From afar a group counts as one: what its
   /// rays bring is shared out by area where a member meets too few of them for its part to be more than noise.
   std::span<const std::uint32_t> group = {};
-  const WholeFaces* faces = nullptr; ///< of the same patches; most rays are then quicker. Kept by reference
+  const WholeFaces* faces = nullptr; ///< of the same facets; most rays are then quicker. Kept by reference
 };
 
 /// The rays of every point, each point's turned about z by an angle of its own: a spherical Fibonacci lattice, in an
@@ -55,10 +55,10 @@ public:
 
 private:
   friend Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set,
-                                        const PatchMesh& mesh, const RayScene& patches, const GatherOptions& options,
+                                        const SurfaceMesh& mesh, const RayScene& facets, const GatherOptions& options,
                                         const Progress& progress, std::size_t most_kept_rays);
   const ElementSet* set_ = nullptr;
-  const PatchMesh* mesh_ = nullptr;
+  const SurfaceMesh* mesh_ = nullptr;
   const RayScene* scene_ = nullptr;
   const WholeFaces* faces_ = nullptr;
   std::vector<glm::dvec3> points_;
@@ -84,8 +84,8 @@ private:
   RayGroups rays_in_groups_; ///< of `fan_`
 };
 /// `points`: metres, relative to the mesh origin. Errors: interrupted.
-Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
-                               const RayScene& patches, const GatherOptions& options, const Progress& progress,
+Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const SurfaceMesh& mesh,
+                               const RayScene& facets, const GatherOptions& options, const Progress& progress,
                                std::size_t most_kept_rays = GatherHits::kMostKeptRays);
 
 /// Nine SH coefficients of the indirect radiance at points in the air: L_lm = integral L(x, w) Y_lm(w) dw with

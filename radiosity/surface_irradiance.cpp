@@ -77,7 +77,7 @@ void receive(const SurfacePoint& at, std::uint64_t index, const ElementSet& set,
 } // namespace
 
 Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const ElementSet& set,
-                                              const RayScene& patches, const Radiosity& radiosity,
+                                              const RayScene& facets, const Radiosity& radiosity,
                                               const SurfaceOptions& options, const Progress& progress) {
   std::vector<float> result(points.size() * radiosity.columns, 0.0f);
   std::atomic<std::size_t> done{0};
@@ -85,7 +85,7 @@ Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> poin
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
     if (stop)
       return;
-    receive(points[p], p, set, patches, radiosity, options.partial_rays, result.data() + p * radiosity.columns);
+    receive(points[p], p, set, facets, radiosity, options.partial_rays, result.data() + p * radiosity.columns);
     if (!progress("surfaces", static_cast<double>(++done) / static_cast<double>(points.size())))
       stop = true;
   });

@@ -14,7 +14,7 @@
 namespace daylit::radiosity {
 
 struct SurfacePoint {
-  glm::dvec3 position{0.0}; ///< metres, relative to PatchMesh::origin; on a surface or in the air
+  glm::dvec3 position{0.0}; ///< metres, relative to SurfaceMesh::origin; on a surface or in the air
   glm::dvec3 normal{0.0};   ///< unit
 };
 
@@ -27,7 +27,7 @@ struct SurfaceOptions {
 /// them. Light straight from the sky is DirectSky's (scene/direct_sky.h).
 /// Result: [point][column], columns as in Radiosity. Errors: interrupted.
 Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const ElementSet& set,
-                                              const RayScene& patches, const Radiosity& radiosity,
+                                              const RayScene& facets, const Radiosity& radiosity,
                                               const SurfaceOptions& options, const Progress& progress);
 
 } // namespace daylit::radiosity

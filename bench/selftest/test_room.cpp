@@ -36,11 +36,11 @@ void add_face_with_hole(Room& room, int axis, const glm::dvec3& lo, const glm::d
 Result<SolvedRoom> SolvedRoom::make(const Room& room, const std::vector<Aperture>& seeds,
                                     const SelftestQuality& quality, const Progress& progress) {
   SolvedRoom s;
-  auto mesh = radiosity::mesh_patches(room, {.target_patches = quality.patches});
+  auto mesh = radiosity::mesh_surfaces(room, {.target_facets = quality.facets});
   if (!mesh)
     return mesh.error();
   s.mesh = std::move(*mesh);
-  auto rays = radiosity::patch_scene(s.mesh);
+  auto rays = radiosity::facet_scene(s.mesh);
   const auto occluders = RayScene::build(room);
   if (!rays || !occluders)
     return rays ? occluders.error() : rays.error();

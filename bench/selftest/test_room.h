@@ -27,7 +27,7 @@ void add_face_with_hole(Room& room, int axis, const glm::dvec3& lo, const glm::d
 
 /// Unknowns and exchange areas of a room; reflectances may be changed afterwards.
 struct SolvedRoom {
-  radiosity::PatchMesh mesh;
+  radiosity::SurfaceMesh mesh;
   RayScene rays;
   radiosity::ElementSet set;
   radiosity::ExchangeMatrix exchange;
@@ -39,7 +39,7 @@ struct SolvedRoom {
   static Result<SolvedRoom> closed(const Room& room, const glm::dvec3& inside, const SelftestQuality& quality,
                                    const Progress& progress);
 
-  std::uint32_t material(std::size_t element) const { return mesh.patches[set.elements[element].patch].material; }
+  std::uint32_t material(std::size_t element) const { return mesh.facets[set.elements[element].facet].material; }
   void set_reflectance(std::uint32_t material, float reflectance);
   void set_reflectance(float reflectance);
   /// One value per element.

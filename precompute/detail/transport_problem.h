@@ -10,7 +10,7 @@
 
 #include "precompute/bake.h"
 #include "radiosity/elements.h"
-#include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
 
@@ -35,10 +35,10 @@ private:
 
 /// The transport problem of a room: mesh, probes, unknowns and the two ray scenes.
 struct Problem {
-  RayScene room_scene, patch_rays;
+  RayScene room_scene, facet_rays;
   Apertures apertures;
   ProbeSet probes;
-  radiosity::PatchMesh mesh;
+  radiosity::SurfaceMesh mesh;
   radiosity::ElementSet elements;
 };
 

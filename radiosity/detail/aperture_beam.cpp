@@ -211,7 +211,7 @@ void OpenPaths::Box::include(const glm::dvec3& p) {
   hi = glm::max(hi, p);
 }
 
-OpenPaths::OpenPaths(const PatchMesh& mesh, const std::vector<Aperture>& apertures,
+OpenPaths::OpenPaths(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures,
                      const std::vector<AperturePiece>& pieces)
     : pieces_(pieces) {
   add_sheets(mesh, apertures);
@@ -223,27 +223,27 @@ OpenPaths::OpenPaths(const PatchMesh& mesh, const std::vector<Aperture>& apertur
     const auto outside = [&](const glm::dvec3& p) {
       return glm::dot(p - piece.corner[0], piece.inward) < -tolerance_m_;
     };
-    const bool patch =
-        std::ranges::any_of(mesh.patches, [&](const Patch& p) { return std::ranges::any_of(p.corner, outside); });
+    const bool facet =
+        std::ranges::any_of(mesh.facets, [&](const Facet& p) { return std::ranges::any_of(p.corner, outside); });
     const bool pane = std::ranges::any_of(apertures, [&](const Aperture& a) {
       return std::ranges::any_of(a.corners, [&](const glm::dvec3& c) { return outside(c - mesh.origin); });
     });
-    open_outside_.push_back(!patch && !pane);
+    open_outside_.push_back(!facet && !pane);
   }
 }
 
-void OpenPaths::add_sheets(const PatchMesh& mesh, const std::vector<Aperture>& apertures) {
+void OpenPaths::add_sheets(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures) {
   const Box nothing{glm::dvec3(std::numeric_limits<double>::infinity()),
                     glm::dvec3(-std::numeric_limits<double>::infinity())};
   sheets_.assign(mesh.planes, {glm::dvec3(0.0), glm::dvec3(0.0), nothing});
-  for (const Patch& p : mesh.patches) {
+  for (const Facet& p : mesh.facets) {
     Sheet& s = sheets_[p.plane];
     s.point = p.corner[0];
     s.normal = p.normal;
     for (const glm::dvec3& c : p.corner)
       s.box.include(c);
   }
-  std::erase_if(sheets_, [](const Sheet& s) { return s.box.lo.x > s.box.hi.x; }); // planes of slivers have no patch
+  std::erase_if(sheets_, [](const Sheet& s) { return s.box.lo.x > s.box.hi.x; }); // planes of slivers have no facet
   first_opening_ = sheets_.size();
   for (const Aperture& a : apertures) {
     sheets_.push_back({a.corners[0] - mesh.origin, a.inward, nothing});

@@ -88,8 +88,8 @@ private:
 /// Decides without rays that nothing can stand between an element and an opening, nor outside the opening.
 class OpenPaths {
 public:
-  OpenPaths(const PatchMesh& mesh, const std::vector<Aperture>& apertures, const std::vector<AperturePiece>& pieces);
-  /// True only when no patch and no other opening meets the hull of the two, except by touching it, and nothing lies
+  OpenPaths(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const std::vector<AperturePiece>& pieces);
+  /// True only when no facet and no other opening meets the hull of the two, except by touching it, and nothing lies
   /// beyond the opening. `front`: the corners of the piece that count.
   bool clear(const Element& element, std::size_t piece, const std::vector<glm::dvec3>& front) const;
 
@@ -102,7 +102,7 @@ private:
     glm::dvec3 point, normal;
     Box box;
   };
-  void add_sheets(const PatchMesh& mesh, const std::vector<Aperture>& apertures);
+  void add_sheets(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures);
   bool parted(const Sheet& sheet, const Element& element, const std::vector<glm::dvec3>& front, const Box& hull) const;
 
   std::vector<Sheet> sheets_; ///< planes of the mesh, then the openings

@@ -22,7 +22,7 @@ struct Cut {
 
 Cut cut_room(const Room& room, std::size_t count) {
   BakeOptions options;
-  options.target_patches = 400;
+  options.target_facets = 400;
   options.spacing_m = 1.0;
   BakeReport report;
   StageClock clock(report);
@@ -41,7 +41,7 @@ Cut cut_room(std::size_t count) {
 TEST(LightLeaves, cover_their_elements_once) {
   const Cut cut = cut_room(1200);
   const auto& elements = cut.problem.elements.elements;
-  EXPECT_NEAR(static_cast<double>(cut.leaves.mesh.patches.size()), 1200, 4);
+  EXPECT_NEAR(static_cast<double>(cut.leaves.mesh.facets.size()), 1200, 4);
   std::vector<double> area(elements.size(), 0.0), share(elements.size(), 0.0);
   for (std::size_t i = 0; i < cut.leaves.parent.size(); ++i) {
     const radiosity::Element& leaf = cut.leaves.elements.elements[i];

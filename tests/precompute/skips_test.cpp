@@ -36,7 +36,7 @@ struct Baked {
 
 Baked bake_at(const std::vector<glm::dvec3>& points, const Room& room = two_rooms()) {
   BakeOptions options = *quality_options("draft");
-  options.target_patches = 800;
+  options.target_facets = 800;
   options.points = points;
   Baked b{.volume = {}, .report = {}, .json = {}};
   auto volume = bake_room({room, {}, ""}, *SkyPartition::parse("uniform:64"), options, kSilent, b.report);

@@ -7,9 +7,9 @@
 
 #include "radiosity/elements.h"
 #include "radiosity/emission.h"
-#include "radiosity/patches.h"
 #include "radiosity/row_closure.h"
 #include "radiosity/solve.h"
+#include "radiosity/surface_mesh.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -27,8 +27,8 @@ Problem closed_room(float rho) {
   Room room = testing::grey_room(rho);
   testing::add_box(room, {0, 0, 0}, {4, 5, 2.8}, 0b111111u, true);
   testing::add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
-  const auto mesh = mesh_patches(room, {.target_patches = 800});
-  const auto scene = patch_scene(*mesh);
+  const auto mesh = mesh_surfaces(room, {.target_facets = 800});
+  const auto scene = facet_scene(*mesh);
   const auto rays = RayScene::build(room);
   const std::vector<Aperture> seed = {
       {.corners = {{3, 4, 1.5}, {3.001, 4, 1.5}, {3, 4.001, 1.5}}, .inward = {0, 0, 1}}};
@@ -39,7 +39,7 @@ Problem closed_room(float rho) {
   return p;
 }
 
-/// A flux of 1 W per channel leaves one patch. Every bounce keeps rho of it: the walls receive 1 / (1 - rho) in all.
+/// A flux of 1 W per channel leaves one facet. Every bounce keeps rho of it: the walls receive 1 / (1 - rho) in all.
 /// The relative error of that.
 double flux_error(const Problem& p, float rho) {
   const std::vector<Element>& elements = p.set.elements;

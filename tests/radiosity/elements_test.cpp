@@ -1,4 +1,4 @@
-// Which patch sides belong to the problem: area against closed form, however fine the mesh.
+// Which facet sides belong to the problem: area against closed form, however fine the mesh.
 
 #include <cmath>
 
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "radiosity/elements.h"
-#include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -38,7 +38,7 @@ Room furnished_room() {
 constexpr double kFurnishedArea_m2 = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2 + 4 * 0.9 * (1.6 + 0.8);
 
 struct Found {
-  std::size_t patches = 0, elements = 0;
+  std::size_t facets = 0, elements = 0;
   double area_m2 = 0, facing_south_m2 = 0;
 };
 
@@ -46,11 +46,11 @@ Found find(const Room& room, double edge_m) {
   const auto room_scene = RayScene::build(room);
   const auto apertures = find_apertures(room, *room_scene);
   EXPECT_TRUE(apertures);
-  const auto mesh = mesh_patches(room, {.edge_m = edge_m});
+  const auto mesh = mesh_surfaces(room, {.edge_m = edge_m});
   EXPECT_TRUE(mesh);
-  const auto scene = patch_scene(*mesh);
+  const auto scene = facet_scene(*mesh);
   const ElementSet set = find_elements(room, *mesh, *scene, apertures->list);
-  Found found{.patches = mesh->patches.size(), .elements = set.elements.size()};
+  Found found{.facets = mesh->facets.size(), .elements = set.elements.size()};
   for (const Element& e : set.elements) {
     found.area_m2 += e.area_m2;
     found.facing_south_m2 += e.normal.y < -0.5 ? e.area_m2 : 0.0;
@@ -62,7 +62,7 @@ TEST(Elements, insides_of_furniture_and_outsides_of_walls_stay_out_however_fine_
   for (const double edge_m : {0.6, 0.4, 0.3, 0.25, 0.2}) {
     const Found found = find(furnished_room(), edge_m);
     EXPECT_NEAR(found.area_m2, kFurnishedArea_m2, 1e-9) << edge_m;
-    EXPECT_LT(found.elements, found.patches) << edge_m;
+    EXPECT_LT(found.elements, found.facets) << edge_m;
   }
 }
 

@@ -13,9 +13,9 @@
 #include "radiosity/detail/pair_shadow.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
-#include "radiosity/patches.h"
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/sky/sky_partition.h"
 #include "tests/radiosity/rooms.h"
 
@@ -29,13 +29,13 @@ const Progress kSilent = [](const std::string&, double) { return true; };
 /// A furnished room up to the unknowns and their tree.
 struct Furnished {
   Room room;
-  PatchMesh mesh;
+  SurfaceMesh mesh;
   RayScene scene, rays;
   std::vector<Aperture> apertures;
   ElementSet set;
   std::vector<ClusterItem> items;
 
-  explicit Furnished(int patches, bool turned = false, int sphere = 0) : room(room_with_window_hole(0.5f)) {
+  explicit Furnished(int facets, bool turned = false, int sphere = 0) : room(room_with_window_hole(0.5f)) {
     if (sphere > 0)
       testing::add_sphere(room, {1.4, 3.4, 1.5}, 0.6, sphere);
     add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
@@ -43,13 +43,13 @@ struct Furnished {
     if (turned) // 30 degrees about z: no face but floor and ceiling is aligned with an axis
       for (glm::dvec3& v : room.vertices)
         v = {v.x * std::sqrt(0.75) - v.y * 0.5, v.x * 0.5 + v.y * std::sqrt(0.75), v.z};
-    mesh = *mesh_patches(room, {.target_patches = patches});
-    scene = *patch_scene(mesh);
+    mesh = *mesh_surfaces(room, {.target_facets = facets});
+    scene = *facet_scene(mesh);
     rays = *RayScene::build(room);
     apertures = find_apertures(room, rays)->list;
     set = find_elements(room, mesh, scene, apertures);
     for (const Element& e : set.elements) {
-      const Patch& p = mesh.patches[e.patch];
+      const Facet& p = mesh.facets[e.facet];
       items.push_back({e.corner, e.normal, 2 * p.plane + (glm::dot(e.normal, p.normal) < 0.0 ? 1u : 0u)});
     }
   }
@@ -150,8 +150,8 @@ TEST(BlockVisibility, two_boards_a_millimetre_apart_do_not_hide_their_own_outer_
   Room room = room_with_window_hole(0.5f);
   for (const double x : {1.9, 1.901})
     testing::add_quad(room, {x, 3.0, 0.3}, {x, 4.5, 0.3}, {x, 4.5, 1.8}, {x, 3.0, 1.8});
-  const auto mesh = mesh_patches(room, {.target_patches = 1500});
-  const auto scene = patch_scene(*mesh);
+  const auto mesh = mesh_surfaces(room, {.target_facets = 1500});
+  const auto scene = facet_scene(*mesh);
   const auto rays = RayScene::build(room);
   const auto apertures = find_apertures(room, *rays)->list;
   const ElementSet set = find_elements(room, *mesh, *scene, apertures);

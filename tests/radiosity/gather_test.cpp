@@ -83,7 +83,7 @@ TEST(Gather, irradiance_to_order_four_is_closer_to_the_cosine_sum_over_the_rays)
   const Solved s = prepare(room_with_window_hole(0.5f), 300);
   const std::size_t n = s.set.elements.size();
   Radiosity b{n, 3, std::vector<float>(n * 3, 0.01f)};
-  for (std::size_t e = 0; e < n; e += 40) // bright patches
+  for (std::size_t e = 0; e < n; e += 40) // bright facets
     std::fill_n(b.b.begin() + static_cast<std::ptrdiff_t>(3 * e), 3, 10.0f);
   const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4),
                                             glm::dvec3(-0.9, 0.8, -0.2)};

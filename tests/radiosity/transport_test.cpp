@@ -123,7 +123,7 @@ TEST(Solve, mean_illuminance_of_a_closed_cube_is_flux_over_area_times_one_minus_
   const Solved s = prepare(room, 900, seed_at({2, 2, 2}));
   FirstBounce light = emission(s, 0.0f);
   light.irradiance[3 * 5] = light.irradiance[3 * 5 + 1] = light.irradiance[3 * 5 + 2] =
-      static_cast<float>(10000.0 / s.set.elements[5].area_m2); // 10,000 lm on one patch
+      static_cast<float>(10000.0 / s.set.elements[5].area_m2); // 10,000 lm on one facet
   const auto b = solve_radiosity(s.set, s.exchange, light, {}, kSilent);
   ASSERT_TRUE(b);
   double flux = 0;

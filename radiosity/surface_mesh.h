@@ -2,7 +2,7 @@
 
 // Planar faces of a room, merged where coplanar and of one material, re-meshed into well-shaped triangles
 // (constrained Delaunay refinement, Shewchuk 2000, through CGAL). Holes stay holes; the lines where other faces touch
-// or cross a plane (furniture standing on the floor) become mesh edges, so that no patch is half in the dark.
+// or cross a plane (furniture standing on the floor) become mesh edges, so that no facet is half in the dark.
 
 #include <array>
 #include <cstdint>
@@ -15,30 +15,30 @@
 
 namespace daylit::radiosity {
 
-struct Patch {
-  std::array<glm::dvec3, 3> corner; ///< metres, relative to PatchMesh::origin, counter-clockwise about normal
+struct Facet {
+  std::array<glm::dvec3, 3> corner; ///< metres, relative to SurfaceMesh::origin, counter-clockwise about normal
   glm::dvec3 normal{0.0};           ///< unit
   double area_m2 = 0;
   std::uint32_t plane = 0; ///< faces of one plane and material share this number
   std::uint32_t material = 0;
 };
 
-struct PatchMesh {
+struct SurfaceMesh {
   glm::dvec3 origin{0.0}; ///< world metres of the local zero: the middle of the room
-  std::vector<Patch> patches;
+  std::vector<Facet> facets;
   std::uint32_t planes = 0;
-  double edge_m = 0; ///< longest patch edge that was allowed
+  double edge_m = 0; ///< longest facet edge that was allowed
   /// Area of faces that lie on other faces and count once (of two materials that of the earlier face), m2.
   double doubled_m2 = 0;
 };
 
-struct PatchOptions {
-  double edge_m = 0;         ///< longest patch edge; 0: chosen so that about target_patches result
-  int target_patches = 2000; ///< used when edge_m is 0
-  int max_patches = 60000;   ///< more is an Error limit_exceeded, not an endless run
+struct MeshOptions {
+  double edge_m = 0;        ///< longest facet edge; 0: chosen so that about target_facets result
+  int target_facets = 2000; ///< used when edge_m is 0
+  int max_facets = 60000;   ///< more is an Error limit_exceeded, not an endless run
 };
 
-/// Errors: limit_exceeded (finer than max_patches), geometry_invalid (no reflecting face).
-Result<PatchMesh> mesh_patches(const Room& room, const PatchOptions& options);
+/// Errors: limit_exceeded (finer than max_facets), geometry_invalid (no reflecting face).
+Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options);
 
 } // namespace daylit::radiosity
