@@ -93,7 +93,7 @@ Result<nlohmann::json> measure(const BenchRoom& room, int facets, const Argument
       {"cpu_seconds", few->cpu_seconds},
       {"wall_seconds", r.total_seconds},
       {"matrix_bytes", r.exchange.bytes},
-      {"dense_bytes", 4.0 * static_cast<double>(r.elements) * static_cast<double>(r.elements)},
+      {"dense_bytes", 4.0 * static_cast<double>(r.patches) * static_cast<double>(r.patches)},
       {"iterations", r.solve.iterations},
       {"worst_residual", r.solve.worst_residual},
       {"energy_imbalance", r.energy.imbalance},
@@ -101,8 +101,8 @@ Result<nlohmann::json> measure(const BenchRoom& room, int facets, const Argument
       {"cpu_ms_per_further_region", 1e3 * (many->cpu_seconds - few->cpu_seconds) / (a.more_regions - a.regions)}};
   for (const precompute::StageTime& s : r.stages)
     row["wall_of_stage"][s.name] = s.seconds;
-  if (r.elements <= 10000) {
-    const double product = product_seconds(r.elements, r.solve.residual.size());
+  if (r.patches <= 10000) {
+    const double product = product_seconds(r.patches, r.solve.residual.size());
     row["solve_in_matrix_products"] = r.solve.cpu_seconds / product;
     row["matrix_product_cpu_seconds"] = product;
   }

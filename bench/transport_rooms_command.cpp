@@ -62,7 +62,7 @@ Result<nlohmann::json> measure(const NamedRoom& room, const Arguments& a, const 
     return volume.error();
   nlohmann::json row = {{"room", room.name},
                         {"facets", r.facets},
-                        {"elements", r.elements},
+                        {"patches", r.patches},
                         {"worst_closure", r.closure.worst},
                         {"mean_closure", r.closure.mean},
                         {"rows_left_open", r.closure.left},
@@ -79,7 +79,7 @@ Result<nlohmann::json> measure(const NamedRoom& room, const Arguments& a, const 
 
 void print_row(const nlohmann::json& row) {
   std::printf("%-44s %7d %8d %8.1e %9.1e %5d %10.1e %10.1e %6.2f%s\n", row["room"].get<std::string>().c_str(),
-              row["facets"].get<int>(), row["elements"].get<int>(), row["worst_closure"].get<double>(),
+              row["facets"].get<int>(), row["patches"].get<int>(), row["worst_closure"].get<double>(),
               row["mean_closure"].get<double>(), row["rows_left_open"].get<int>(),
               row["imbalance_unclosed"].get<double>(), row["imbalance"].get<double>(),
               row["wall_seconds"].get<double>(), row["passed"].get<bool>() ? "" : "  OUTSIDE");
@@ -92,7 +92,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {
       {"machine", machine()}, {"quality", a.quality}, {"regions", 64}, {"bar", kMostImbalance}, {"passed", true}};
   if (!options.json)
-    std::printf("%-44s facets elements  closure      mean  left  imbalance  rows closed  wall s\n", "room");
+    std::printf("%-44s facets patches  closure      mean  left  imbalance  rows closed  wall s\n", "room");
   for (const NamedRoom& room : *rooms) {
     const auto row = measure(room, a, options);
     if (!row)

@@ -102,20 +102,20 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
   if (!problem)
     return problem.error();
   const SkyPartition cells = adaptive_cells();
-  const auto light = radiosity::first_bounce(problem->elements, problem->mesh, problem->facet_rays,
+  const auto light = radiosity::first_bounce(problem->patches, problem->mesh, problem->facet_rays,
                                              problem->apertures.list, cells, progress);
   if (!light)
     return light.error();
-  const auto exchange = radiosity::exchange_areas(problem->elements, problem->mesh, room, problem->room_scene,
+  const auto exchange = radiosity::exchange_areas(problem->patches, problem->mesh, room, problem->room_scene,
                                                   {.visibility_rays = kVisibilityRays, .skip_black = true}, progress);
   if (!exchange)
     return exchange.error();
   const detail::ProbePoints points(problem->probes, problem->mesh.origin);
-  const auto hits = radiosity::gather_hits(points.at, problem->elements, problem->mesh, problem->facet_rays,
+  const auto hits = radiosity::gather_hits(points.at, problem->patches, problem->mesh, problem->facet_rays,
                                            {.rays = kGatherRays}, progress);
   if (!hits)
     return hits.error();
-  const auto got = radiosity::adjoint_coefficients(*hits, problem->elements, *exchange, *light, {}, progress);
+  const auto got = radiosity::adjoint_coefficients(*hits, problem->patches, *exchange, *light, {}, progress);
   if (!got)
     return got.error();
   numbers = 27 * points.at.size();

@@ -140,7 +140,7 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   return audit;
 }
 
-radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::ElementSet& set) {
+radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
   skies_ = smooth_skies();
   for (HeldOutSky& sun : suns(light, set))
     skies_.push_back(std::move(sun));

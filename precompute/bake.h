@@ -56,7 +56,7 @@ struct StageTime {
 struct BakeReport {
   RoomReport room;
   ApertureReport apertures;
-  std::size_t facets = 0, elements = 0, leaves = 0;
+  std::size_t facets = 0, patches = 0, leaves = 0;
   std::size_t sides_skipped = 0;      ///< no light reaches them
   std::size_t sides_without_path = 0; ///< lit, but no light goes from them to any of the given points
   double facet_edge_m = 0;

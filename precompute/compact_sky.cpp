@@ -68,7 +68,7 @@ std::uint64_t signs_of(std::size_t brick) { return brick + 16; }
 void reduce(const SurfaceLight& light, const detail::SurfaceTransport& surfaces, const GatherRows& gather,
             const std::vector<float>& radiosity, double error, std::size_t number, Brick& b) {
   const std::size_t n = b.numbers(), columns = radiosity.size() / light.leaves;
-  std::vector<std::uint8_t> told_apart(light.elements, 0);
+  std::vector<std::uint8_t> told_apart(light.patches, 0);
   gather.told_apart(b.point, told_apart);
   b.seen = detail::SeenPieces::of(light, told_apart);
   const std::size_t pieces = b.seen.piece.size();

@@ -22,8 +22,8 @@ constexpr int kFewestFacets = 200, kMostFacets = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
-// Elements and leaves per facet of the law: first light on finer pieces than the rest (detail/light_leaves.h).
-constexpr double kElementShare = 0.65, kLeafShare = 1.6;
+// Patches and leaves per facet of the law: first light on finer pieces than the rest (detail/light_leaves.h).
+constexpr double kPatchShare = 0.65, kLeafShare = 1.6;
 constexpr double kCompactShare = 1.55;       ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
@@ -41,8 +41,8 @@ double grid_part(const Pilot& pilot, double spacing_m, double rays, double at_pi
 }
 
 /// Facets of the law that a mesh with leaves is as good as.
-double facets_like(double elements, double leaves) {
-  return leaves > elements ? std::sqrt(elements * leaves / (kElementShare * kLeafShare)) : elements;
+double facets_like(double patches, double leaves) {
+  return leaves > patches ? std::sqrt(patches * leaves / (kPatchShare * kLeafShare)) : patches;
 }
 
 double mesh_part(const Pilot& pilot, double facets) {
@@ -158,9 +158,9 @@ public:
     plan.options.facet_edge_m = request_.facet_edge_m;
     const int facets = choose_facets(target);
     plan.options.target_facets = facets;
-    plan.options.leaves = static_cast<std::size_t>(kLeafShare / kElementShare * facets);
+    plan.options.leaves = static_cast<std::size_t>(kLeafShare / kPatchShare * facets);
     if (fine() && request_.facets == 0 && request_.facet_edge_m == 0) {
-      plan.options.target_facets = static_cast<int>(kElementShare * facets);
+      plan.options.target_facets = static_cast<int>(kPatchShare * facets);
       plan.options.leaves = static_cast<std::size_t>(kLeafShare * facets);
     }
     choose_grid(target, plan.options);
@@ -319,10 +319,10 @@ Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request) {
 namespace {
 
 double facets_like(const BakeReport& report) {
-  const double leaves_per_element =
-      static_cast<double>(report.leaves) / static_cast<double>(std::max<std::size_t>(report.elements, 1));
+  const double leaves_per_patch =
+      static_cast<double>(report.leaves) / static_cast<double>(std::max<std::size_t>(report.patches, 1));
   const auto facets = static_cast<double>(report.facets);
-  return facets_like(facets, leaves_per_element * facets);
+  return facets_like(facets, leaves_per_patch * facets);
 }
 
 } // namespace

@@ -10,8 +10,8 @@ using detail::format;
 std::string to_json(const BakeReport& r, bool times) {
   nlohmann::ordered_json j;
   j["facets"] = {
-      {"count", r.facets},      {"longest_edge_m", r.facet_edge_m}, {"doubled_area_m2", r.doubled_m2},
-      {"elements", r.elements}, {"sides_skipped", r.sides_skipped}, {"sides_without_path", r.sides_without_path}};
+      {"count", r.facets},    {"longest_edge_m", r.facet_edge_m}, {"doubled_area_m2", r.doubled_m2},
+      {"patches", r.patches}, {"sides_skipped", r.sides_skipped}, {"sides_without_path", r.sides_without_path}};
   j["openings"] = {{"windows", r.apertures.window_polygons},
                    {"holes", r.apertures.hole_polygons},
                    {"window_area_m2", r.apertures.window_area_m2},
@@ -85,7 +85,7 @@ std::string to_text(const BakeReport& r) {
     text += format("           %.2f %% of the test rays leave through gaps without an outline\n",
                    100 * r.apertures.unexplained_escape);
   text += format("facets    %zu (edge up to %.3f m), %zu sides in the air, %zu sides skipped: no light reaches them\n",
-                 r.facets, r.facet_edge_m, r.elements, r.sides_skipped);
+                 r.facets, r.facet_edge_m, r.patches, r.sides_skipped);
   if (r.doubled_m2 > 0)
     text +=
         format("           %.3g m2 of faces lie on other faces and count once, with the material of the earlier one\n",

@@ -8,7 +8,7 @@
 
 #include "precompute/bake.h"
 #include "precompute/probes.h"
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
 
 namespace daylit::precompute {
@@ -17,10 +17,9 @@ namespace {
 
 constexpr int kDefaultRegions = 64;
 
-/// Seconds for each element (its rays), for each pair (decisions, products), per gathered ray and for the rest, and the
+/// Seconds for each patch (its rays), for each pair (decisions, products), per gathered ray and for the rest, and the
 /// growth of the exchange matrix: fitted to `daylit-bench transport-cost` from 2,000 to 50,000 facets, two cores.
-constexpr double kSecondsPerElement = 3.5e-4, kSecondsPerPair = 1e-8, kSecondsPerGatherRay = 1.9e-7,
-                 kSecondsFixed = 0.2;
+constexpr double kSecondsPerPatch = 3.5e-4, kSecondsPerPair = 1e-8, kSecondsPerGatherRay = 1.9e-7, kSecondsFixed = 0.2;
 constexpr double kMatrixBytesAt2000 = 5.5e6, kMatrixGrowth = 1.65;
 
 std::vector<CheckedMaterial> list_materials(const Room& room) {
@@ -92,12 +91,12 @@ Result<BakeEstimate> estimate_bake(const Room& room, const RayScene& scene, cons
   mark_air(*probes, scene, apertures);
   BakeEstimate e;
   e.facets = mesh->facets.size();
-  e.elements = radiosity::find_elements(room, *mesh, *rays, apertures).elements.size();
+  e.patches = radiosity::find_patches(room, *mesh, *rays, apertures).patches.size();
   e.probes = probes->size();
   e.probes_in_air = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
-  const double n = static_cast<double>(e.elements), p = static_cast<double>(e.probes_in_air);
+  const double n = static_cast<double>(e.patches), p = static_cast<double>(e.probes_in_air);
   e.seconds =
-      kSecondsFixed + kSecondsPerElement * n + kSecondsPerPair * n * n + kSecondsPerGatherRay * p * options.gather_rays;
+      kSecondsFixed + kSecondsPerPatch * n + kSecondsPerPair * n * n + kSecondsPerGatherRay * p * options.gather_rays;
   e.memory_gb = (kMatrixBytesAt2000 * std::pow(n / 2000, kMatrixGrowth) +
                  4.0 * 27 * kDefaultRegions * static_cast<double>(e.probes)) /
                 1e9;

@@ -102,7 +102,7 @@ std::string to_json(const RoomCheck& check) {
                                      {"transmittance", triple(glm::dvec3(o.transmittance))}});
   if (!check.problem)
     j["estimate"] = {{"facets", check.estimate.facets},
-                     {"elements", check.estimate.elements},
+                     {"patches", check.estimate.patches},
                      {"probes", check.estimate.probes},
                      {"probes_in_air", check.estimate.probes_in_air},
                      {"seconds_two_cores", check.estimate.seconds},

@@ -7,7 +7,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 #include "radiosity/solve.h"
 #include "scene/core/program.h"
 
@@ -19,14 +19,14 @@ struct SurfacePoint {
 };
 
 struct SurfaceOptions {
-  int partial_rays = 256; ///< rays to an element of which some, but not all, of the first 16 are blocked
+  int partial_rays = 256; ///< rays to a patch of which some, but not all, of the first 16 are blocked
 };
 
 /// E = sum_j F_j V_j B_j: exact point-to-polygon form factors (Lambert), visible share by stratified rays weighted with
-/// the kernel. No smoothing: a receiver closer to an element's edge than the elements are long sees the steps between
+/// the kernel. No smoothing: a receiver closer to a patch's edge than the patches are long sees the steps between
 /// them. Light straight from the sky is DirectSky's (scene/direct_sky.h).
 /// Result: [point][column], columns as in Radiosity. Errors: interrupted.
-Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const ElementSet& set,
+Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const PatchSet& set,
                                               const RayScene& facets, const Radiosity& radiosity,
                                               const SurfaceOptions& options, const Progress& progress);
 

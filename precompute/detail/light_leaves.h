@@ -9,8 +9,8 @@
 #include <span>
 #include <vector>
 
-#include "radiosity/elements.h"
 #include "radiosity/first_bounce.h"
+#include "radiosity/patches.h"
 #include "radiosity/solve.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/room/aperture.h"
@@ -21,14 +21,14 @@ namespace daylit::precompute::detail {
 struct LightLeaves {
   radiosity::SurfaceMesh mesh;
   RayScene rays; ///< hits report facets of `mesh`
-  radiosity::ElementSet elements;
-  std::vector<std::uint32_t> parent; ///< element of each leaf, rising
+  radiosity::PatchSet patches;
+  std::vector<std::uint32_t> parent; ///< patch of each leaf, rising
   std::vector<float> share;          ///< of each leaf in its parent's area
 
   /// Cuts facets in two along their longest edge until there are `count`, first those that are large and face an
   /// aperture in sight; none that get no light from above the horizon, where suns are. `room`: its reflecting surfaces.
   /// A function of the input alone.
-  static Result<LightLeaves> make(const radiosity::SurfaceMesh& mesh, const radiosity::ElementSet& elements,
+  static Result<LightLeaves> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                                   const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count);
 
   /// Means over each parent's leaves.

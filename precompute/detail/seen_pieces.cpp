@@ -26,10 +26,10 @@ void find_lit(const SurfaceLight& light, SeenPieces& seen) {
 SeenPieces SeenPieces::of(const SurfaceLight& light, std::span<const std::uint8_t> told_apart) {
   SeenPieces seen;
   for (std::uint32_t first = 0, end = 0; first < light.leaves; first = end) {
-    const std::uint32_t element = light.parent[first];
-    while (end < light.leaves && light.parent[end] == element && (end == first || told_apart[element] == 0))
+    const std::uint32_t patch = light.parent[first];
+    while (end < light.leaves && light.parent[end] == patch && (end == first || told_apart[patch] == 0))
       ++end;
-    seen.piece.push_back({element, first, end});
+    seen.piece.push_back({patch, first, end});
     seen.end.push_back(end);
   }
   find_lit(light, seen);

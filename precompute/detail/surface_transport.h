@@ -1,7 +1,7 @@
 #pragma once
 
 // The light that the sources give the leaves, as products with few columns: what each source sends out itself, and what
-// comes back after further bounces, which is known per cluster of sources and per element.
+// comes back after further bounces, which is known per cluster of sources and per patch.
 
 #include <array>
 #include <cstddef>
@@ -29,7 +29,7 @@ public:
 
 private:
   const SurfaceLight& light_;
-  std::array<std::vector<float>, 3> bounced_; ///< per colour [element][cluster]
+  std::array<std::vector<float>, 3> bounced_; ///< per colour [patch][cluster]
 };
 
 } // namespace daylit::precompute::detail

@@ -9,7 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include "precompute/bake.h"
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
@@ -39,7 +39,7 @@ struct Problem {
   Apertures apertures;
   ProbeSet probes;
   radiosity::SurfaceMesh mesh;
-  radiosity::ElementSet elements;
+  radiosity::PatchSet patches;
 };
 
 /// Fills the counts of mesh, probes and unknowns in the report.

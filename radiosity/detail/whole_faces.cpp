@@ -125,7 +125,7 @@ void WholeFaces::Plane::list(const Tile& tile, const std::array<glm::dvec2, 3>& 
         of_cell[static_cast<std::size_t>(v * width + u)].push_back(number);
 }
 
-void WholeFaces::add_cells(const SurfaceMesh& mesh, const ElementSet& set, std::span<const std::uint32_t> of_plane,
+void WholeFaces::add_cells(const SurfaceMesh& mesh, const PatchSet& set, std::span<const std::uint32_t> of_plane,
                            Plane& plane) {
   plane.first_cell = static_cast<std::int32_t>(likely_.size());
   if (of_plane.empty())
@@ -156,7 +156,7 @@ void WholeFaces::add_cells(const SurfaceMesh& mesh, const ElementSet& set, std::
   }
 }
 
-WholeFaces WholeFaces::make(const Room& room, const SurfaceMesh& mesh, const ElementSet& set) {
+WholeFaces WholeFaces::make(const Room& room, const SurfaceMesh& mesh, const PatchSet& set) {
   WholeFaces faces;
   const std::vector<PlaneGroup> groups = group_planes(room, mesh.origin);
   std::size_t count = 0;
@@ -259,11 +259,11 @@ WholeFaces::Views WholeFaces::views(const glm::dvec3& point, const glm::dvec2& t
   return views;
 }
 
-std::int32_t WholeFaces::element_at(std::int32_t cell, float u, float v, std::size_t side) const {
+std::int32_t WholeFaces::patch_at(std::int32_t cell, float u, float v, std::size_t side) const {
   const auto c = static_cast<std::size_t>(cell);
   for (std::size_t t = first_[c]; t < first_[c + 1]; ++t)
     if (tile_[in_cell_[t]].holds(u, v))
-      return tile_[in_cell_[t]].element[side];
+      return tile_[in_cell_[t]].patch[side];
   return kUnknown;
 }
 
@@ -272,7 +272,7 @@ bool WholeFaces::on_facet(const Views& views) const {
     const float u = views.start_u[p], v = views.start_v[p];
     if (std::abs(views.height_m[p]) < least_height_m_ && u > -1.0f && v > -1.0f &&
         u < static_cast<float>(plane_[p].width) && v < static_cast<float>(plane_[p].height) &&
-        element_at(plane_[p].first_cell + static_cast<int>(v) * plane_[p].width + static_cast<int>(u), u, v, 0) !=
+        patch_at(plane_[p].first_cell + static_cast<int>(v) * plane_[p].width + static_cast<int>(u), u, v, 0) !=
             kUnknown)
       return true;
   }
@@ -297,10 +297,10 @@ void WholeFaces::find_nearest(const glm::dvec3& point, const RayGroups& rays, co
 }
 
 void WholeFaces::trace(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn,
-                       std::span<std::int32_t> element) const {
+                       std::span<std::int32_t> patch) const {
   const Views views = this->views(point, turn);
   if (on_facet(views)) {
-    std::ranges::fill(element, kUnknown);
+    std::ranges::fill(patch, kUnknown);
     return;
   }
   const std::size_t count = rays.rays();
@@ -318,12 +318,12 @@ void WholeFaces::trace(const glm::dvec3& point, const RayGroups& rays, const glm
   std::size_t more = 0;
   for (std::uint32_t k = 0; k < count; ++k) {
     const Tile& tile = tile_[likely_[static_cast<std::size_t>(cell[k])]];
-    element[k] = tile.element[side_of(k)];
+    patch[k] = tile.patch[side_of(k)];
     others[more] = k;
     more += tile.holds(u[k], v[k]) ? 0 : 1;
   }
   for (const std::uint32_t k : std::span(others).first(more))
-    element[k] = element_at(cell[k], u[k], v[k], side_of(k));
+    patch[k] = patch_at(cell[k], u[k], v[k], side_of(k));
 }
 
 } // namespace daylit::radiosity

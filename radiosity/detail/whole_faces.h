@@ -13,7 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/room/room.h"
 
@@ -39,14 +39,14 @@ public:
   static constexpr std::int32_t kUnknown = -2;
 
   /// `facets`: of the same room, maybe cut further. Without faces when there are too many.
-  static WholeFaces make(const Room& room, const SurfaceMesh& mesh, const ElementSet& set);
+  static WholeFaces make(const Room& room, const SurfaceMesh& mesh, const PatchSet& set);
 
   bool empty() const { return face_.empty(); }
 
-  /// Element met by each ray from `point` (metres in the mesh's frame) when the rays are turned about z by an angle of
+  /// Patch met by each ray from `point` (metres in the mesh's frame) when the rays are turned about z by an angle of
   /// this cosine and sine: -1 a side outside the problem, kUnknown where the tables do not tell (openings, joints).
   void trace(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn,
-             std::span<std::int32_t> element) const;
+             std::span<std::int32_t> patch) const;
 
 private:
   struct Face {
@@ -56,7 +56,7 @@ private:
   /// A facet in its plane, in cells: inside where all of edge.x u + edge.y v + edge.z are >= 0.
   struct Tile {
     std::array<glm::vec3, 3> edge;
-    std::array<std::int32_t, 2> element; ///< in front and at the back
+    std::array<std::int32_t, 2> patch; ///< in front and at the back
 
     bool holds(float u, float v) const {
       const auto inside = [&](std::size_t k) { return edge[k].x * u + edge[k].y * v + edge[k].z; };
@@ -80,12 +80,12 @@ private:
   };
   struct Views;
   struct Nearest;
-  void add_cells(const SurfaceMesh& mesh, const ElementSet& set, std::span<const std::uint32_t> of_plane, Plane& plane);
+  void add_cells(const SurfaceMesh& mesh, const PatchSet& set, std::span<const std::uint32_t> of_plane, Plane& plane);
   Views views(const glm::dvec3& point, const glm::dvec2& turn) const;
   void find_nearest(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn, const Views& views,
                     Nearest& out) const;
   bool on_facet(const Views& views) const;
-  std::int32_t element_at(std::int32_t cell, float u, float v, std::size_t side) const;
+  std::int32_t patch_at(std::int32_t cell, float u, float v, std::size_t side) const;
 
   std::vector<Face> face_;
   std::vector<Plane> plane_;

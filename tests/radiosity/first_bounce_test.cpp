@@ -26,15 +26,15 @@ struct Lit {
   SurfaceMesh mesh;
   RayScene scene;
   std::vector<Aperture> apertures;
-  ElementSet set;
+  PatchSet set;
   FirstBounce light;
   FirstBounceReport report;
 
   /// Flux on all surfaces by one column.
   double flux(std::size_t column, int channel = 1) const {
     double sum = 0;
-    for (std::size_t i = 0; i < set.elements.size(); ++i)
-      sum += set.elements[i].area_m2 * static_cast<double>(light.row(i, channel)[column]);
+    for (std::size_t i = 0; i < set.patches.size(); ++i)
+      sum += set.patches[i].area_m2 * static_cast<double>(light.row(i, channel)[column]);
     return sum;
   }
 };
@@ -44,7 +44,7 @@ Lit light_up(const Room& room, int facets, const SkyPartition& partition, std::v
   l.mesh = *mesh_surfaces(room, {.target_facets = facets});
   l.scene = *facet_scene(l.mesh);
   l.apertures = apertures.empty() ? find_apertures(room, *RayScene::build(room))->list : std::move(apertures);
-  l.set = find_elements(room, l.mesh, l.scene, l.apertures);
+  l.set = find_patches(room, l.mesh, l.scene, l.apertures);
   l.light = *first_bounce(l.set, l.mesh, l.scene, l.apertures, partition, kSilent, &l.report);
   return l;
 }
@@ -87,9 +87,9 @@ TEST(FirstBounce, every_region_brings_the_energy_of_its_beam) {
     const SkyPartition partition = *SkyPartition::parse(name);
     const Lit l = light_up(room_with_window_hole(0.5f), 800, partition);
     const EnergyError e = energy_error(l, partition, 1.6 * 1.2, {0, 1, 0});
-    EXPECT_LT(e.worst, 0.02) << name; // elements are scaled to their form factors, so a region's energy moves a little
+    EXPECT_LT(e.worst, 0.02) << name; // patches are scaled to their form factors, so a region's energy moves a little
     EXPECT_LT(e.rms, 4e-3) << name;
-    EXPECT_EQ(l.report.open_sky_elements, 0) << name;
+    EXPECT_EQ(l.report.open_sky_patches, 0) << name;
   }
 }
 
@@ -113,8 +113,8 @@ TEST(FirstBounce, a_sun_sized_region_lights_its_patch_of_the_floor_only) {
   ASSERT_LT(static_cast<std::size_t>(column), l.light.columns());
   const glm::dvec3 w = partition.centre(region);
   double outside = 0, whole = 0;
-  for (std::size_t i = 0; i < l.set.elements.size(); ++i) {
-    const Element& e = l.set.elements[i];
+  for (std::size_t i = 0; i < l.set.patches.size(); ++i) {
+    const Patch& e = l.set.patches[i];
     const double flux = e.area_m2 * static_cast<double>(l.light.row(i, 0)[column]);
     whole += flux;
     // A corner near a lit point: back along the sun's direction it passes the hole or a rim of one facet around it.

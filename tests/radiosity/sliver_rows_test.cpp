@@ -17,7 +17,7 @@ const Progress kSilent = [](const std::string&, double) { return true; };
 struct Slivered {
   Room room = testing::grey_room(0.5f);
   SurfaceMesh mesh;
-  ElementSet set;
+  PatchSet set;
 
   Slivered() {
     add_box(room, {0, 0, 0}, {4, 0.1, 2}, 0b111111u, true);
@@ -38,7 +38,7 @@ struct Slivered {
     }
     mesh.planes = plane + 1;
     for (std::uint32_t i = 0; i < mesh.facets.size(); ++i)
-      set.elements.push_back({mesh.facets[i].corner, mesh.facets[i].normal, mesh.facets[i].area_m2, Rgb(0.5f), i});
+      set.patches.push_back({mesh.facets[i].corner, mesh.facets[i].normal, mesh.facets[i].area_m2, Rgb(0.5f), i});
   }
 };
 
@@ -48,7 +48,7 @@ TEST(FormFactors, rows_of_slivers_a_thousand_times_longer_than_wide_close_within
   ASSERT_TRUE(m);
   const auto sums = m->row_sums();
   for (std::size_t i = 0; i < sums.size(); ++i)
-    EXPECT_NEAR(sums[i] / s.set.elements[i].area_m2, 1.0, 1e-3) << i;
+    EXPECT_NEAR(sums[i] / s.set.patches[i].area_m2, 1.0, 1e-3) << i;
 }
 
 } // namespace

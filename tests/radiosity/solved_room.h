@@ -22,11 +22,11 @@ struct Solved {
   SurfaceMesh mesh;
   RayScene scene;
   std::vector<Aperture> apertures;
-  ElementSet set;
+  PatchSet set;
   ExchangeMatrix exchange;
-  std::vector<float> dense; ///< the same, [element][element]
+  std::vector<float> dense; ///< the same, [patch][patch]
 
-  const float* row(std::size_t i) const { return dense.data() + i * set.elements.size(); }
+  const float* row(std::size_t i) const { return dense.data() + i * set.patches.size(); }
 };
 
 inline Solved prepare(const Room& room, int facets, const std::vector<Aperture>& seeds = {},
@@ -41,7 +41,7 @@ inline Solved prepare(const Room& room, int facets, const std::vector<Aperture>&
     EXPECT_TRUE(found) << found.error().message();
     s.apertures = found->list;
   }
-  s.set = find_elements(room, s.mesh, s.scene, s.apertures);
+  s.set = find_patches(room, s.mesh, s.scene, s.apertures);
   s.exchange = *exchange_areas(s.set, s.mesh, room, *RayScene::build(room), options, kSilent);
   s.dense = s.exchange.dense();
   return s;

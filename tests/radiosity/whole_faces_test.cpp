@@ -29,13 +29,13 @@ struct Traced {
   Room room;
   SurfaceMesh mesh;
   RayScene scene;
-  ElementSet set;
+  PatchSet set;
 };
 
 Traced traced(const Room& room, int facets) {
   Traced t{room, *mesh_surfaces(room, {.target_facets = facets}), {}, {}};
   t.scene = *facet_scene(t.mesh);
-  t.set = find_elements(room, t.mesh, t.scene, find_apertures(room, *RayScene::build(room))->list);
+  t.set = find_patches(room, t.mesh, t.scene, find_apertures(room, *RayScene::build(room))->list);
   return t;
 }
 
@@ -107,7 +107,7 @@ TEST(WholeFaces, gathering_takes_the_hierarchy_where_they_do_not_know) {
   const Progress silent = [](const std::string&, double) { return true; };
   const GatherHits with = *gather_hits(points, t.set, t.mesh, t.scene, {.faces = &faces}, silent),
                    without = *gather_hits(points, t.set, t.mesh, t.scene, {}, silent);
-  const std::size_t n = t.set.elements.size();
+  const std::size_t n = t.set.patches.size();
   std::vector<float> a(9 * n), b(9 * n);
   for (std::size_t p = 0; p < points.size(); ++p) {
     with.weights(p, a.data());

@@ -6,7 +6,7 @@
 #include <glm/vec2.hpp>
 #include <gtest/gtest.h>
 
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
 #include "tests/radiosity/rooms.h"
 
@@ -38,7 +38,7 @@ Room furnished_room() {
 constexpr double kFurnishedArea_m2 = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2 + 4 * 0.9 * (1.6 + 0.8);
 
 struct Found {
-  std::size_t facets = 0, elements = 0;
+  std::size_t facets = 0, patches = 0;
   double area_m2 = 0, facing_south_m2 = 0;
 };
 
@@ -49,38 +49,38 @@ Found find(const Room& room, double edge_m) {
   const auto mesh = mesh_surfaces(room, {.edge_m = edge_m});
   EXPECT_TRUE(mesh);
   const auto scene = facet_scene(*mesh);
-  const ElementSet set = find_elements(room, *mesh, *scene, apertures->list);
-  Found found{.facets = mesh->facets.size(), .elements = set.elements.size()};
-  for (const Element& e : set.elements) {
+  const PatchSet set = find_patches(room, *mesh, *scene, apertures->list);
+  Found found{.facets = mesh->facets.size(), .patches = set.patches.size()};
+  for (const Patch& e : set.patches) {
     found.area_m2 += e.area_m2;
     found.facing_south_m2 += e.normal.y < -0.5 ? e.area_m2 : 0.0;
   }
   return found;
 }
 
-TEST(Elements, insides_of_furniture_and_outsides_of_walls_stay_out_however_fine_the_mesh) {
+TEST(Patches, insides_of_furniture_and_outsides_of_walls_stay_out_however_fine_the_mesh) {
   for (const double edge_m : {0.6, 0.4, 0.3, 0.25, 0.2}) {
     const Found found = find(furnished_room(), edge_m);
     EXPECT_NEAR(found.area_m2, kFurnishedArea_m2, 1e-9) << edge_m;
-    EXPECT_LT(found.elements, found.facets) << edge_m;
+    EXPECT_LT(found.patches, found.facets) << edge_m;
   }
 }
 
-TEST(Elements, both_sides_of_a_thin_screen_in_the_air_are_kept) {
+TEST(Patches, both_sides_of_a_thin_screen_in_the_air_are_kept) {
   Room room = furnished_room();
   add_quad(room, {2.0, 0.5, 2.0}, {3.0, 0.5, 2.0}, {3.0, 0.5, 2.5}, {2.0, 0.5, 2.5});
   EXPECT_NEAR(find(room, 0.3).area_m2, kFurnishedArea_m2 + 2 * 0.5, 1e-9);
 }
 
-TEST(Elements, walls_one_millimetre_apart_keep_their_gap_dark_where_it_is_closed) {
+TEST(Patches, walls_one_millimetre_apart_keep_their_gap_dark_where_it_is_closed) {
   // A second north wall a millimetre outside the first: nothing but a crack could lead there.
   Room room = furnished_room();
   testing::add_box(room, {0, 0, 0}, {4, 5.001, 2.8}, 0b001000u, true);
   EXPECT_NEAR(find(room, 0.25).area_m2, kFurnishedArea_m2, 1e-9);
 }
 
-TEST(Elements, both_faces_of_a_gap_one_millimetre_wide_are_found_to_its_end_where_it_is_open) {
-  // A skin round the room, open to the south: what an element sees is an element, however few rays go along the gap.
+TEST(Patches, both_faces_of_a_gap_one_millimetre_wide_are_found_to_its_end_where_it_is_open) {
+  // A skin round the room, open to the south: what a patch sees is a patch, however few rays go along the gap.
   Room room = testing::room_with_window_hole(0.5f);
   testing::add_box(room, {-0.001, -0.001, -0.001}, {4.001, 5.001, 2.801}, 0b111011u, false);
   const double inside = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2, south = 4 * 2.8;
@@ -93,7 +93,7 @@ TEST(Elements, both_faces_of_a_gap_one_millimetre_wide_are_found_to_its_end_wher
   }
 }
 
-TEST(Elements, every_facet_of_a_sphere_is_found_though_each_is_its_own_plane) {
+TEST(Patches, every_facet_of_a_sphere_is_found_though_each_is_its_own_plane) {
   Room room = furnished_room();
   const std::size_t before = room.triangles.size();
   testing::add_sphere(room, {1.2, 1.5, 1.4}, 0.2, 12);
@@ -103,7 +103,7 @@ TEST(Elements, every_facet_of_a_sphere_is_found_though_each_is_its_own_plane) {
   EXPECT_NEAR(find(room, 0.4).area_m2, kFurnishedArea_m2 + sphere, 1e-9);
 }
 
-TEST(Elements, size_and_place_of_the_room_change_nothing) {
+TEST(Patches, size_and_place_of_the_room_change_nothing) {
   for (const double scale : {1e-3, 1.0, 1e4}) {
     Room room = furnished_room();
     for (glm::dvec3& v : room.vertices)

@@ -18,7 +18,7 @@
 namespace daylit::radiosity {
 
 /// One side of a facet. Corners counter-clockwise about the normal, metres relative to SurfaceMesh::origin.
-struct Element {
+struct Patch {
   std::array<glm::dvec3, 3> corner;
   glm::dvec3 normal{0.0};
   double area_m2 = 0;
@@ -26,14 +26,14 @@ struct Element {
   std::uint32_t facet = 0;
 };
 
-struct ElementSet {
-  std::vector<Element> elements;
-  /// Index into elements of the front and the back of every facet, -1 where that side never meets the room's air.
+struct PatchSet {
+  std::vector<Patch> patches;
+  /// Index into patches of the front and the back of every facet, -1 where that side never meets the room's air.
   std::vector<std::array<std::int32_t, 2>> of_facet;
   std::size_t sides_skipped = 0;      ///< no light reaches them
   std::size_t sides_without_path = 0; ///< of those left out, lit but with no way for the light to any receiver
 
-  /// Element met by a ray in `direction` that hit `facet`; -1: a side outside the problem, black.
+  /// Patch met by a ray in `direction` that hit `facet`; -1: a side outside the problem, black.
   std::int32_t hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const;
 };
 
@@ -45,7 +45,7 @@ Result<RayScene> facet_scene(const SurfaceMesh& mesh);
 /// met looks for a kept one itself before it is given up, so that a small facet is not lost; what lies under furniture
 /// or outdoors is. The result does not depend on the number of threads. `receivers` (mesh frame): when there are any,
 /// only sides from which light can also get to one of them are kept.
-ElementSet find_elements(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
-                         const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers = {});
+PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
+                      const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers = {});
 
 } // namespace daylit::radiosity

@@ -1,4 +1,4 @@
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 
 #include <algorithm>
 #include <cmath>
@@ -248,7 +248,7 @@ glm::dvec3 mean_corner(const Aperture& a) {
 
 } // namespace
 
-std::int32_t ElementSet::hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const {
+std::int32_t PatchSet::hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const {
   return of_facet[facet][glm::dot(glm::dvec3(direction), mesh.facets[facet].normal) < 0.0 ? 0 : 1];
 }
 
@@ -292,13 +292,13 @@ void follow_receivers(SideSearch& search, std::span<const glm::dvec3> receivers)
 
 } // namespace
 
-ElementSet find_elements(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
-                         const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers) {
+PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
+                      const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers) {
   SideSearch light(mesh, scene), receiving(mesh, scene);
   follow_light(light, mesh, apertures);
   follow_receivers(receiving, receivers);
 
-  ElementSet set;
+  PatchSet set;
   set.of_facet.assign(mesh.facets.size(), {-1, -1});
   for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
     const Facet& p = mesh.facets[i];
@@ -311,13 +311,13 @@ ElementSet find_elements(const Room& room, const SurfaceMesh& mesh, const RaySce
         ++set.sides_without_path;
         continue;
       }
-      Element e{p.corner, p.normal, p.area_m2, room.materials[p.material].reflectance, i};
+      Patch e{p.corner, p.normal, p.area_m2, room.materials[p.material].reflectance, i};
       if (side == 1) {
         std::swap(e.corner[1], e.corner[2]);
         e.normal = -e.normal;
       }
-      set.of_facet[i][side] = static_cast<std::int32_t>(set.elements.size());
-      set.elements.push_back(e);
+      set.of_facet[i][side] = static_cast<std::int32_t>(set.patches.size());
+      set.patches.push_back(e);
     }
   }
   return set;
