@@ -137,7 +137,7 @@ Result<Pair> bake_both(const RoomFile& room, int nodes, const Arguments& a, cons
   if (!cells)
     return cells.error();
   pair.cells = std::move(*cells);
-  options.target_facets = a.exact_facets; // finer than the leaves that the compact basis lights
+  options.target_facets = a.exact_facets; // finer than the elements that the compact basis lights
   options.gather_rays = a.exact_rays;
   auto truth = precompute::bake(room, pair.cells.partition, options, progress, truth_report);
   if (!truth)

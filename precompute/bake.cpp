@@ -49,11 +49,11 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
 /// What all ways to the volume share. Points are the valid probes; `fit` turns light there into probe values.
 struct Stage {
   const Problem& problem;
-  const LightLeaves& leaves; ///< constant regions: the patches themselves
+  const LightLeaves& elements; ///< constant regions: the patches themselves
   const radiosity::WholeFaces& faces;
   const radiosity::ExchangeMatrix& exchange;
   const ProbePoints& points;
-  const radiosity::GatherHits& hits; ///< leaves seen from the points' places
+  const radiosity::GatherHits& hits; ///< elements seen from the points' places
   const ProbeFit& fit;
   const BakeOptions& options;
   const Progress& progress;
@@ -103,7 +103,7 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
                            BakeReport& report) {
   SurfaceLightReport surfaces;
   detail::sharpen_nodes(volume.partition, rows);
-  const auto light = surface_light(s.problem.patches, s.leaves, s.exchange, std::move(rows), s.options.clusters,
+  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), s.options.clusters,
                                    s.solve(), s.progress, surfaces);
   if (!light)
     return light.error();
@@ -174,24 +174,24 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out);
   if (!audit)
     return audit.error();
-  const LightLeaves& leaves = s.leaves;
-  const auto light = radiosity::first_bounce(leaves.patches, leaves.mesh, leaves.rays, s.problem.apertures.list,
+  const LightLeaves& elements = s.elements;
+  const auto light = radiosity::first_bounce(elements.patches, elements.mesh, elements.rays, s.problem.apertures.list,
                                              held_out_partition(), s.progress);
   if (!light)
     return light.error();
-  const radiosity::FirstBounce first = audit->first_light(*light, leaves.patches),
-                               of_parents = leaves.of_parents(first);
+  const radiosity::FirstBounce first = audit->first_light(*light, elements.patches),
+                               of_parents = elements.of_parents(first);
   const auto solved = radiosity::solve_radiosity(s.problem.patches, s.exchange, of_parents,
                                                  {.tolerance = s.options.tolerance}, s.progress);
   if (!solved)
     return solved.error();
-  const radiosity::Radiosity radiosity = leaves.radiosity_of(*solved, of_parents, first);
+  const radiosity::Radiosity radiosity = elements.radiosity_of(*solved, of_parents, first);
   std::vector<glm::dvec3> points = audit->points();
   for (glm::dvec3& p : points)
     p -= s.problem.mesh.origin;
   const auto seen = radiosity::gather_hits(
-      points, leaves.patches, leaves.mesh, leaves.rays,
-      {.rays = kHeldOutRays * s.options.gather_rays, .group = leaves.parent, .faces = &s.faces}, s.progress);
+      points, elements.patches, elements.mesh, elements.rays,
+      {.rays = kHeldOutRays * s.options.gather_rays, .group = elements.parent, .faces = &s.faces}, s.progress);
   if (!seen)
     return seen.error();
   const auto at_points = radiosity::gather_coefficients(*seen, radiosity, s.progress);
@@ -256,13 +256,13 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
 
   // One patch of a fine sky sees some of thousands of nodes: rows, not a table.
   const bool fine = partition.interpolated();
-  const auto leaves = LightLeaves::make(problem->mesh, patches, problem->apertures.list, problem->room_scene,
-                                        fine ? options.leaves : std::size_t{0});
-  if (!leaves)
-    return leaves.error();
-  report.leaves = leaves->patches.patches.size();
-  auto rows = fine ? radiosity::first_bounce_rows(leaves->patches, leaves->mesh, leaves->rays, problem->apertures.list,
-                                                  partition, progress, &report.first_bounce)
+  const auto elements = LightLeaves::make(problem->mesh, patches, problem->apertures.list, problem->room_scene,
+                                          fine ? options.elements : std::size_t{0});
+  if (!elements)
+    return elements.error();
+  report.elements = elements->patches.patches.size();
+  auto rows = fine ? radiosity::first_bounce_rows(elements->patches, elements->mesh, elements->rays,
+                                                  problem->apertures.list, partition, progress, &report.first_bounce)
                    : Result<std::vector<radiosity::FirstBounceRow>>(std::vector<radiosity::FirstBounceRow>{});
   if (!rows)
     return rows.error();
@@ -283,16 +283,16 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                                             progress, &report.exchange);
   if (!exchange)
     return exchange.error();
-  report.closure = radiosity::close_rows(patches, fine ? leaves->opening_of_parents(*rows) : light->opening,
+  report.closure = radiosity::close_rows(patches, fine ? elements->opening_of_parents(*rows) : light->opening,
                                          {.black_left_out = true}, *exchange);
   clock.finish("form factors");
 
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
-  const auto faces = radiosity::WholeFaces::make(file.room, leaves->mesh, leaves->patches);
+  const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
   const auto hits =
-      radiosity::gather_hits(points.at, leaves->patches, leaves->mesh, leaves->rays,
-                             {.rays = options.gather_rays, .group = leaves->parent, .faces = &faces}, progress);
+      radiosity::gather_hits(points.at, elements->patches, elements->mesh, elements->rays,
+                             {.rays = options.gather_rays, .group = elements->parent, .faces = &faces}, progress);
   if (!hits)
     return hits.error();
   clock.finish("rays");
@@ -304,7 +304,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  const Stage stage{*problem, *leaves, faces, *exchange, points, *hits, fit, options, progress, clock};
+  const Stage stage{*problem, *elements, faces, *exchange, points, *hits, fit, options, progress, clock};
   if (const Result<void> done =
           fine ? bake_fine_sky(stage, std::move(*rows), volume, report) : bake_regions(stage, *light, volume, report);
       !done)

@@ -22,8 +22,8 @@ constexpr int kFewestFacets = 200, kMostFacets = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
-// Patches and leaves per facet of the law: first light on finer pieces than the rest (detail/light_leaves.h).
-constexpr double kPatchShare = 0.65, kLeafShare = 1.6;
+// Patches and elements per facet of the law: first light on finer pieces than the rest (detail/light_leaves.h).
+constexpr double kPatchShare = 0.65, kElementShare = 1.6;
 constexpr double kCompactShare = 1.55;       ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
@@ -40,9 +40,9 @@ double grid_part(const Pilot& pilot, double spacing_m, double rays, double at_pi
   return std::hypot(curved, ray_noise(rays));
 }
 
-/// Facets of the law that a mesh with leaves is as good as.
-double facets_like(double patches, double leaves) {
-  return leaves > patches ? std::sqrt(patches * leaves / (kPatchShare * kLeafShare)) : patches;
+/// Facets of the law that a mesh with elements is as good as.
+double facets_like(double patches, double elements) {
+  return elements > patches ? std::sqrt(patches * elements / (kPatchShare * kElementShare)) : patches;
 }
 
 double mesh_part(const Pilot& pilot, double facets) {
@@ -88,12 +88,12 @@ double seconds_of(const std::vector<StageTime>& stages, const std::string& name)
 
 /// What a bake costs, in multiplications and rays; the pilot's own seconds tell what they take here.
 struct Work {
-  double facets, probes, columns, channels, gather_rays, leaves;
+  double facets, probes, columns, channels, gather_rays, elements;
   double product() const { return 9 * probes * facets * columns * channels; }
   double solve() const { return facets * facets * columns * channels + facets * facets * facets * channels / 3; }
   double rays() const { return probes * gather_rays; }
   // Of a fine sky.
-  double sources() const { return laws.lit_leaves * leaves; }
+  double sources() const { return laws.lit_elements * elements; }
   /// Halves of the air until each is small enough.
   double bricks() const {
     return std::exp2(std::ceil(std::log2(std::max(probes / static_cast<double>(CompactOptions{}.brick_probes), 1.0))));
@@ -116,11 +116,11 @@ double predicted_seconds(const Pilot& pilot, const Work& work, double visibility
                  pilot.gather_rays,
                  own_facets};
   const auto pilots = [&](const char* stage) { return seconds_of(pilot.stages, stage); };
-  const double more = work.facets / own.facets, leaves = fine ? work.leaves / own.facets : more;
+  const double more = work.facets / own.facets, elements = fine ? work.elements / own.facets : more;
   const double model = laws.gather_start_s + laws.ray_s * own.rays() + laws.product_s * own.product();
   const double speed = std::clamp((pilots("rays") + pilots("volume")) / model, 0.1, 10.0);
-  double s = pilot.seconds + laws.start_s + more * pilots("mesh") + leaves * pilots("first bounce");
-  s += std::max(laws.audit_leaves * leaves, 1.0) * pilots("audit");
+  double s = pilot.seconds + laws.start_s + more * pilots("mesh") + elements * pilots("first bounce");
+  s += std::max(laws.audit_elements * elements, 1.0) * pilots("audit");
   s += pilots("form factors") * std::pow(more, laws.exchange_exponent) *
        std::pow(visibility_rays / pilot.visibility_rays, laws.visibility_exponent);
   s += speed * (laws.ray_s * work.rays() + laws.solve_s * work.solve());
@@ -158,10 +158,10 @@ public:
     plan.options.facet_edge_m = request_.facet_edge_m;
     const int facets = choose_facets(target);
     plan.options.target_facets = facets;
-    plan.options.leaves = static_cast<std::size_t>(kLeafShare / kPatchShare * facets);
+    plan.options.elements = static_cast<std::size_t>(kElementShare / kPatchShare * facets);
     if (fine() && request_.facets == 0 && request_.facet_edge_m == 0) {
       plan.options.target_facets = static_cast<int>(kPatchShare * facets);
-      plan.options.leaves = static_cast<std::size_t>(kLeafShare * facets);
+      plan.options.elements = static_cast<std::size_t>(kElementShare * facets);
     }
     choose_grid(target, plan.options);
     plan.options.sh_order = request_.sh_order.value_or(choose_order(target));
@@ -185,7 +185,7 @@ private:
 
   double mesh_of(const Plan& plan) const {
     const double facets = plan.options.target_facets;
-    return mesh_part(pilot_, fine() ? facets_like(facets, static_cast<double>(plan.options.leaves)) : facets);
+    return mesh_part(pilot_, fine() ? facets_like(facets, static_cast<double>(plan.options.elements)) : facets);
   }
 
   int choose_facets(double target) const {
@@ -263,7 +263,7 @@ private:
     if (plan.options.facet_edge_m > 0)
       facets =
           static_cast<double>(pilot_.fine.facets) * std::pow(pilot_.fine.facet_edge_m / plan.options.facet_edge_m, 2.0);
-    p.mesh = mesh_part(pilot_, fine() ? facets_like(facets, static_cast<double>(plan.options.leaves)) : facets);
+    p.mesh = mesh_part(pilot_, fine() ? facets_like(facets, static_cast<double>(plan.options.elements)) : facets);
     p.sky = sky.smooth;
     double probes = static_cast<double>(request_.points.size());
     if (request_.points.empty()) {
@@ -283,7 +283,7 @@ private:
                     columns,
                     static_cast<double>(pilot_.channels),
                     static_cast<double>(plan.options.gather_rays),
-                    static_cast<double>(plan.options.leaves)};
+                    static_cast<double>(plan.options.elements)};
     p.seconds =
         predicted_seconds(pilot_, work, plan.options.visibility_rays, kind.nodes ? plan.options.compact_error : 0.0);
     p.bytes = predicted_bytes(work, kind, plan.options.compact_error, plan.precision);
@@ -319,10 +319,10 @@ Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request) {
 namespace {
 
 double facets_like(const BakeReport& report) {
-  const double leaves_per_patch =
-      static_cast<double>(report.leaves) / static_cast<double>(std::max<std::size_t>(report.patches, 1));
+  const double elements_per_patch =
+      static_cast<double>(report.elements) / static_cast<double>(std::max<std::size_t>(report.patches, 1));
   const auto facets = static_cast<double>(report.facets);
-  return facets_like(facets, leaves_per_patch * facets);
+  return facets_like(facets, elements_per_patch * facets);
 }
 
 } // namespace

@@ -37,10 +37,10 @@ struct PlanLaws {
   double ray_s = 3.5e-8;            ///< per gather ray
   double product_s = 5e-12;         ///< per multiplication of the dense products
   double solve_s = 4.5e-11;         ///< the same of the solver
-  double audit_leaves = 0.85;       ///< audit / that of the pilot, per leaf and facet of the pilot
+  double audit_elements = 0.85;     ///< audit / that of the pilot, per element and facet of the pilot
 
   // A fine sky: bricks of probes, each with factors for all sources.
-  double lit_leaves = 0.88;     ///< sources / leaves asked for
+  double lit_elements = 0.88;   ///< sources / elements asked for
   double rank = 80;             ///< components of a full brick at an error of 3 % ...
   double rank_exponent = 0.35;  ///< ... ~ error^-this
   double rank_of_probes = 0.6;  ///< ... ~ probes in the brick^this

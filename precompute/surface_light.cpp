@@ -94,31 +94,31 @@ std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const st
   return cluster;
 }
 
-/// Patches with a leaf that the sky lights.
+/// Patches with an element that the sky lights.
 std::vector<std::uint32_t> lit_patches(const SurfaceLight& light) {
   std::vector<std::uint32_t> lit;
-  for (const std::uint32_t leaf : light.source)
-    if (lit.empty() || lit.back() != light.parent[leaf])
-      lit.push_back(light.parent[leaf]);
+  for (const std::uint32_t element : light.source)
+    if (lit.empty() || lit.back() != light.parent[element])
+      lit.push_back(light.parent[element]);
   return lit;
 }
 
 /// The sources' clusters are those of their patches.
-void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& leaves,
+void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& elements,
                    const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
   std::vector<double> area(light.clusters, 0.0);
   for (std::size_t e = 0; e < cluster_of.size(); ++e)
     if (cluster_of[e] >= 0)
       area[static_cast<std::size_t>(cluster_of[e])] += set.patches[e].area_m2;
-  for (const std::uint32_t leaf : light.source) {
-    const auto cluster = static_cast<std::uint32_t>(cluster_of[light.parent[leaf]]);
+  for (const std::uint32_t element : light.source) {
+    const auto cluster = static_cast<std::uint32_t>(cluster_of[light.parent[element]]);
     light.cluster.push_back(cluster);
-    light.share.push_back(static_cast<float>(leaves.patches[leaf].area_m2 / area[cluster]));
+    light.share.push_back(static_cast<float>(elements.patches[element].area_m2 / area[cluster]));
   }
 }
 
 /// One column per cluster, and the whole sky as the last one, for the audit.
-radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightLeaves& leaves,
+radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightLeaves& elements,
                                        const std::vector<std::int32_t>& cluster_of, std::vector<float> opening) {
   const std::size_t columns = light.clusters + 1;
   radiosity::FirstBounce first{.patches = light.patches,
@@ -134,8 +134,8 @@ radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::
     double sky = 0;
     for (const Rgb& x : light.light[s].irradiance)
       sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
-    const std::uint32_t leaf = light.source[s];
-    first.row(light.parent[leaf], 0)[light.clusters] += leaves.share[leaf] * static_cast<float>(sky);
+    const std::uint32_t element = light.source[s];
+    first.row(light.parent[element], 0)[light.clusters] += elements.share[element] * static_cast<float>(sky);
   }
   return first;
 }
@@ -171,27 +171,27 @@ void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::P
 
 } // namespace
 
-Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightLeaves& leaves,
+Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightLeaves& elements,
                                    const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
                                    const radiosity::SolveOptions& options, const Progress& progress,
                                    SurfaceLightReport& report) {
   SurfaceLight light;
   light.patches = set.patches.size();
-  light.leaves = rows.size();
-  light.parent = leaves.parent;
-  light.leaf_share = leaves.share;
-  std::vector<float> opening = leaves.opening_of_parents(rows);
+  light.elements = rows.size();
+  light.parent = elements.parent;
+  light.element_fraction = elements.share;
+  std::vector<float> opening = elements.opening_of_parents(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].region.empty())
       continue;
     light.source.push_back(static_cast<std::uint32_t>(i));
-    light.reflectance.push_back(leaves.patches.patches[i].reflectance);
+    light.reflectance.push_back(elements.patches.patches[i].reflectance);
     light.light.push_back(std::move(rows[i]));
   }
   const std::vector<std::int32_t> cluster_of = find_clusters(set, lit_patches(light), clusters, light.clusters);
-  join_clusters(set, leaves.patches, cluster_of, light);
-  const radiosity::FirstBounce first = cluster_columns(light, leaves, cluster_of, std::move(opening));
+  join_clusters(set, elements.patches, cluster_of, light);
+  const radiosity::FirstBounce first = cluster_columns(light, elements, cluster_of, std::move(opening));
   const auto solved = radiosity::solve_radiosity(set, exchange, first, options, progress, &report.solve);
   if (!solved)
     return solved.error();

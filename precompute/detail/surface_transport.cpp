@@ -23,9 +23,9 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
       mean[light_.cluster[s] * columns + k] += light_.share[s] * irradiance[s * columns + k];
   const std::vector<float> further =
       multiply(bounced_[static_cast<std::size_t>(colour)], mean, light_.patches, light_.clusters, columns);
-  std::vector<float> b(leaves() * columns);
-  for (std::size_t leaf = 0; leaf < leaves(); ++leaf)
-    std::copy_n(further.data() + light_.parent[leaf] * columns, columns, b.data() + leaf * columns);
+  std::vector<float> b(elements() * columns);
+  for (std::size_t element = 0; element < elements(); ++element)
+    std::copy_n(further.data() + light_.parent[element] * columns, columns, b.data() + element * columns);
   for (std::size_t s = 0; s < sources(); ++s)
     for (std::size_t k = 0; k < columns; ++k)
       b[light_.source[s] * columns + k] += light_.reflectance[s][colour] * irradiance[s * columns + k];
