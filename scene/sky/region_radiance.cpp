@@ -2,8 +2,7 @@
 #include <array>
 #include <numeric>
 
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/sky/region_texels.h"
 #include "scene/sky/sky_partition.h"
 
@@ -45,7 +44,7 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
   covered_.assign(regions, 0.0);
   gap_.assign(regions, 0.0);
   centre_.resize(regions);
-  tbb::parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
+  parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
     const std::vector<float>& weight = (*texels_)[region].weight_sr;
     covered_[region] = std::accumulate(weight.begin(), weight.end(), 0.0);
     centre_[region] = partition.centre(static_cast<int>(region));
@@ -92,7 +91,7 @@ std::size_t RegionSums::bytes() const {
 std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
   const Rgb above = sky.sky_fill_radiance(), below = sky.fill_radiance();
   std::vector<Rgb> mean(divisor_.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mean.size(), kGrain), [&](const auto& part) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, mean.size(), kGrain), [&](const auto& part) {
     for (std::size_t region = part.begin(); region < part.end(); ++region) {
       const std::array<double, 3> sum = (*texels_)[region].sum(sky.image().texels);
       const Divisor& d = divisor_[region];

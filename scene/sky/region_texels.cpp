@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <tbb/parallel_for.h>
+#include "scene/core/parallel.h"
 
 namespace daylit::detail {
 
@@ -216,7 +216,7 @@ std::vector<RegionTexels> region_texels(const SkyGeometry& geometry, const SkyPa
   std::vector<RegionTexels> regions(static_cast<std::size_t>(partition.size()));
   for (std::size_t first = 0; first < height; first += kStripRows) {
     std::vector<Pieces> rows(std::min(kStripRows, height - first));
-    tbb::parallel_for(std::size_t{0}, rows.size(),
+    parallel_for(std::size_t{0}, rows.size(),
                       [&](std::size_t r) { rows[r] = row_of(geometry, partition, static_cast<int>(first + r)); });
     for (const Pieces& row : rows)
       for (const Piece& p : row)

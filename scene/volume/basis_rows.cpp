@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/volume/row_kernels.h"
 
 namespace daylit::detail {
@@ -37,7 +35,7 @@ std::size_t add_basis_rows(std::span<const float> basis, std::span<const Rgb> ra
   const std::size_t tile_bytes = rows.size() * kTile * sizeof(float),
                     grain = std::max<std::size_t>(kGrain_bytes / tile_bytes, 1);
   float* const sum = &field[0][0].r;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (numbers + kTile - 1) / kTile, grain), [&](const auto& tiles) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, (numbers + kTile - 1) / kTile, grain), [&](const auto& tiles) {
     std::vector<WeightedRow<float>> part(rows);
     const std::size_t first = tiles.begin() * kTile, end = std::min(tiles.end() * kTile, numbers);
     for (WeightedRow<float>& row : part)

@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/volume/row_kernels.h"
 
 namespace daylit {
@@ -63,7 +62,7 @@ template <class IsWanted>
 void combine_clusters(const CompactFactors& factors, std::span<const Rgb> light,
                       std::span<std::array<Rgb, 9>> result, const IsWanted& is_wanted) {
   const std::vector<ClusterOffsets> at = cluster_offsets(factors);
-  tbb::parallel_for(std::size_t{0}, factors.cluster.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, factors.cluster.size(), [&](std::size_t b) {
     if (is_wanted(std::span(factors.probe).subspan(at[b].probe, factors.cluster[b].probes)))
       combine_cluster(factors, at[b], factors.cluster[b], light, result);
   });

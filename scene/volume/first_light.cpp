@@ -5,9 +5,8 @@
 #include <cmath>
 
 #include <Imath/half.h>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/volume/row_kernels.h"
 
 namespace daylit {
@@ -36,7 +35,7 @@ std::vector<float> in_blocks(std::span<const Rgb> radiance) {
       for (std::size_t k = 0; k < count; ++k)
         blocks[(3 * block + c) * kBlock + k] = from[3 * (block * kBlock + k) + c];
   };
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, whole, kBlockGrain), [&](const auto& part) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, whole, kBlockGrain), [&](const auto& part) {
     for (std::size_t block = part.begin(); block < part.end(); ++block)
       copy(block, kBlock);
   });
@@ -58,7 +57,7 @@ std::vector<Rgb> irradiance_of_sources(const FirstLight& light, std::span<const 
                                                       std::span(light.block).subspan(first, count), radiance.data());
   };
   std::vector<Rgb> irradiance(light.sources());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, irradiance.size(), kGrain), [&](const auto& part) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, irradiance.size(), kGrain), [&](const auto& part) {
     for (std::size_t s = part.begin(); s < part.end(); ++s) {
       irradiance[s] = of_row(s);
       for (int c = 1; light.colours == 3 && c < 3; ++c)

@@ -5,9 +5,9 @@
 
 #include <Imath/half.h>
 #include <nlohmann/json.hpp>
-#include <tbb/parallel_for.h>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/parallel.h"
 #include "scene/format/safetensors.h"
 #include "scene/volume/volume_file.h"
 #include "scene/volume/volume_identity.h"
@@ -75,7 +75,7 @@ StoredRows stored_rows(const BasisVolume& volume, const std::vector<float>& basi
   if (precision == BasisPrecision::float32)
     return stored;
   stored.half.resize(rows * floats);
-  tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
+  parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
     const float* row = basis.data() + r * floats;
     float most = 0;
     for (std::size_t k = 0; k < floats; ++k)
