@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 #include "scene/volume/volume_file.h"
-#include "tests/scene/volume_versions.h"
+#include "tests/scene/volume_kinds.h"
 
 namespace daylit {
 namespace {
