@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
@@ -13,7 +14,7 @@ namespace {
 
 constexpr std::size_t kPoints = 128;
 constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
-constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a patch its own shape shows
+constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a facet its own shape shows
 
 struct Ratio {
   double error2 = 0, power2 = 0;
@@ -140,7 +141,7 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   return audit;
 }
 
-radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::ElementSet& set) {
+radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
   skies_ = smooth_skies();
   for (HeldOutSky& sun : suns(light, set))
     skies_.push_back(std::move(sun));
@@ -191,7 +192,7 @@ AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact
                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
                          std::span<const std::size_t> probes) const {
   AuditReport report{points_, std::vector<SkyError>(skies_.size()), {}};
-  tbb::parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
+  parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
     report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes);
   });
   for (std::size_t s = 0; s < skies_.size(); ++s)

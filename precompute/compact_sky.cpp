@@ -8,7 +8,6 @@
 
 #include <cblas.h>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "precompute/detail/band4.h"
 #include "precompute/detail/factors.h"
@@ -16,6 +15,7 @@
 #include "precompute/detail/random_signs.h"
 #include "precompute/detail/sun_metric.h"
 #include "precompute/detail/surface_transport.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
@@ -67,8 +67,8 @@ std::uint64_t signs_of(std::size_t brick) { return brick + 16; }
 /// room under random suns of random colour, [leaf][columns].
 void reduce(const SurfaceLight& light, const detail::SurfaceTransport& surfaces, const GatherRows& gather,
             const std::vector<float>& radiosity, double error, std::size_t number, Brick& b) {
-  const std::size_t n = b.numbers(), columns = radiosity.size() / light.leaves;
-  std::vector<std::uint8_t> told_apart(light.elements, 0);
+  const std::size_t n = b.numbers(), columns = radiosity.size() / light.elements;
+  std::vector<std::uint8_t> told_apart(light.patches, 0);
   gather.told_apart(b.point, told_apart);
   b.seen = detail::SeenPieces::of(light, told_apart);
   const std::size_t pieces = b.seen.piece.size();
@@ -188,9 +188,8 @@ void choose_storage(std::vector<Brick>& bricks, const Measure& measure, double a
   const double own = kStorageShare * allowed;
   allowed -= drop_weakest(bricks, kCertain * allowed);
   std::vector<std::vector<double>> byte_error2(bricks.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    byte_error2[b] = bricks[b].factors.byte_error2(suns(bricks[b]), kRoundingSuns);
-  });
+  parallel_for(std::size_t{0}, bricks.size(),
+               [&](std::size_t b) { byte_error2[b] = bricks[b].factors.byte_error2(suns(bricks[b]), kRoundingSuns); });
   std::vector<detail::Component> list;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     const detail::Factors& f = bricks[b].factors;
@@ -206,8 +205,8 @@ void choose_storage(std::vector<Brick>& bricks, const Measure& measure, double a
     b.factors.store_as({next, end});
     next = end;
   }
-  tbb::parallel_for(std::size_t{0}, bricks.size(),
-                    [&](std::size_t b) { bricks[b].band4.choose_storage(per_byte, suns(bricks[b]), kRoundingSuns); });
+  parallel_for(std::size_t{0}, bricks.size(),
+               [&](std::size_t b) { bricks[b].band4.choose_storage(per_byte, suns(bricks[b]), kRoundingSuns); });
 }
 
 /// The sources that bricks see as one, and what each piece of a brick is.
@@ -293,7 +292,7 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   report.word_share = words / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     missed[b] = bricks[b].factors.remainder(detail::Factors::Taken::as_stored,
                                             detail::random_signs(signs_of(b), 3 * bricks[b].numbers() * kProjections),
                                             bricks[b].projected, kProjections);
@@ -324,7 +323,7 @@ std::size_t sketch_width(double at_three_percent, double error) {
 /// Radiosity [leaf][columns] under suns of which each colour has a random sign.
 std::vector<float> of_random_colour(const detail::SurfaceTransport& surfaces, const std::vector<float>& suns,
                                     std::size_t columns) {
-  std::vector<float> sum(surfaces.leaves() * columns, 0.0f);
+  std::vector<float> sum(surfaces.elements() * columns, 0.0f);
   for (int c = 0; c < 3; ++c) {
     const std::vector<float> one = surfaces.radiosity(c, suns, columns);
     for (std::size_t k = 0; k < sum.size(); ++k)
@@ -347,7 +346,7 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   const auto for_each_brick = [&](const auto& body) {
-    tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+    parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
       if (!stop)
         body(b);
       if (!progress("fine sky", static_cast<double>(++done) / static_cast<double>(2 * bricks.size())))

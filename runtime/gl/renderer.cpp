@@ -3,10 +3,9 @@
 #include <algorithm>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/gl/frame_passes.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -201,7 +200,7 @@ Result<void> Renderer::State::read(RenderedFrame& frame) {
   const int columns = (frame.width_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock,
             rows = (frame.height_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock;
   frame.shows.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(0, rows, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       for (int column = 0; column < columns; ++column)
         fill_block(column, row, frame);

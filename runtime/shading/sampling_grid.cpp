@@ -7,8 +7,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -122,7 +122,7 @@ void SamplingGrid::start(const SampledPicture& picture) {
   points_.resize(2 * static_cast<std::size_t>(columns_) * rows_);
   const PixelBox around =
       PixelBox{blocks_.x0 - 1, blocks_.y0 - 1, blocks_.x1 + 1, blocks_.y1 + 1}.clipped(columns_, rows_);
-  tbb::parallel_for(tbb::blocked_range<int>(around.y0, around.y1, 4), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(around.y0, around.y1, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       std::fill_n(&points_[index(Layer::object, around.x0, row)], 2 * around.width(), GridPoint{});
   });
@@ -224,13 +224,13 @@ std::uint64_t SamplingGrid::evaluate(const Visibility& visibility, const Sampled
   }
   start(picture);
   std::atomic<std::uint64_t> rays{0};
-  tbb::parallel_for(tbb::blocked_range<int>(blocks_.y0, blocks_.y1, 4), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(blocks_.y0, blocks_.y1, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       rays += find_row(visibility, row);
   });
   const int across = (blocks_.width() + kTile - 1) / kTile, down = (blocks_.height() + kTile - 1) / kTile;
   for (const bool coarse : {true, false})
-    tbb::parallel_for(0, across * down, [&](int tile) {
+    parallel_for(0, across * down, [&](int tile) {
       const int x0 = blocks_.x0 + tile % across * kTile, y0 = blocks_.y0 + tile / across * kTile;
       rays += evaluate_tile(visibility, PixelBox{x0, y0, x0 + kTile, y0 + kTile}.common(blocks_), coarse);
     });
