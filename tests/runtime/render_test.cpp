@@ -49,7 +49,10 @@ struct Scene {
       return r.error();
     if (const auto r = renderer->set_vertex_light(light); !r)
       return r.error();
-    return renderer->draw();
+    RenderedFrame frame;
+    if (const auto r = renderer->draw(frame); !r)
+      return r.error();
+    return frame;
   }
 };
 
