@@ -13,6 +13,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kSplitLevels = 4; ///< a pixel that a border crosses is halved this many times, towards the border
 constexpr std::int32_t kOutside = -1;
+constexpr std::uint32_t kMostRun = 128; ///< texels; sums of more in floats would err too much
 constexpr std::size_t kStripRows = 32; ///< whose weights are worked out at once
 
 /// Nodes see smaller pixels by their centres.
@@ -202,7 +203,7 @@ Pieces node_row(const SkyGeometry& geometry, const SkyPartition& nodes, int y) {
 } // namespace
 
 void RegionTexels::add(std::uint32_t texel, float weight) {
-  if (runs.empty() || runs.back().first + runs.back().count != texel)
+  if (runs.empty() || runs.back().first + runs.back().count != texel || runs.back().count == kMostRun)
     runs.push_back({texel, 0});
   ++runs.back().count;
   weight_sr.push_back(weight);

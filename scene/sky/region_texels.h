@@ -21,7 +21,7 @@ struct RegionTexels {
   std::vector<float> weight_sr; ///< of each texel, run by run
 
   void add(std::uint32_t texel, float weight);
-  /// Sum over the texels of weight times radiance. Floats, which go to double about every thousand texels.
+  /// Sum over the texels of weight times radiance. Floats, which go to double every few hundred texels.
   std::array<double, 3> sum(std::span<const Rgb> picture) const;
 };
 

@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using FourLanes = hn::CappedTag<float, 4>;
 constexpr std::size_t kVectors = 4 / hn::MaxLanes(FourLanes()); ///< that hold four lanes
 constexpr std::size_t kChains = 4;                              ///< sums side by side: an addition waits for the last
-constexpr std::size_t kMostFloats = 1024;                       ///< texels that are summed in floats
+constexpr std::size_t kMostFloats = 128;                        ///< texels that are summed in floats
 
 struct LaneSums {
   hn::Vec<FourLanes> chain[kChains][kVectors];

@@ -116,9 +116,9 @@ Result<void> check_identity(std::span<const std::uint8_t> bytes, const detail::S
     return Error{ErrorCode::file_malformed, "this is a safetensors file, but no volume", name, ""};
   if (format == detail::kOldVolumeFormat || version != std::to_string(kVolumeFormatVersion))
     return Error{ErrorCode::file_version,
-                 fmt::format("a volume of {}format version {}; this program reads {} {}",
-                             format == detail::kOldVolumeFormat ? "the earlier " : "", version, detail::kVolumeFormat,
-                             kVolumeFormatVersion),
+                 fmt::format("a volume of {}version {}; this program reads version {} of the format {}",
+                             format == detail::kOldVolumeFormat ? "the earlier format, " : "", version,
+                             kVolumeFormatVersion, detail::kVolumeFormat),
                  name, "bake it again with the daylit-precompute of this version"};
   const std::span<const std::byte> file = std::as_bytes(bytes), head = file.first(header.data_offset);
   const std::string_view text(reinterpret_cast<const char*>(head.data()), head.size());

@@ -243,7 +243,7 @@ TEST(RegionRadiance, a_sun_alone_is_shared_by_its_four_nodes) {
         continue;
       RgbImage picture(kSide, kSide);
       picture.texels[texel] = Rgb(0.0f, 1e9f, 0.0f);
-      const std::vector<Rgb> mean = sums.reduce(make_sky(picture, tilted_fisheye(kSide, kSide, kPi)));
+      const std::vector<Rgb> mean = sums.reduce(make_sky(picture, tilted_fisheye(kSide, kSide, kPi), 0.0f));
       std::vector<double> expected(mean.size());
       for (const RegionWeight& w : nodes.interpolation(*to_sun))
         expected[static_cast<std::size_t>(w.region)] += w.weight;
