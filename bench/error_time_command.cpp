@@ -146,7 +146,7 @@ Result<nlohmann::json> measure(const Case& c, const Arguments& a, double target_
   const auto text = nlohmann::json::parse(to_json(*baked));
   for (const char* key : {"plan", "predicted", "measured", "seconds"})
     row[key] = text[key];
-  row["patches"] = baked->report.patches;
+  row["facets"] = baked->report.facets;
   row["probes"] = baked->report.probes_valid;
   const auto found = errors(c, baked->volume);
   if (!found)
@@ -160,7 +160,7 @@ void print_row(const nlohmann::json& row) {
   std::printf("%-20s %5.2f %9.2f %8.2f %7.1f %7.1f %7d %7d %-10s %7.1f %7.1f %7.1f %8.3f\n",
               row["room"].get<std::string>().c_str(), 100 * row["target"].get<double>(), percent("predicted", "error"),
               percent("measured", "error"), percent("predicted", "sun"), percent("measured", "sun"),
-              row["patches"].get<int>(), row["probes"].get<int>(), row["plan"]["regions"].get<std::string>().c_str(),
+              row["facets"].get<int>(), row["probes"].get<int>(), row["plan"]["regions"].get<std::string>().c_str(),
               row["predicted"]["seconds"].get<double>(), row["wall_seconds"].get<double>(),
               1e-6 * row["file_bytes"].get<double>(), row["combine_ms"].get<double>());
   for (const nlohmann::json& sky : row["skies"]) {
@@ -180,7 +180,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
     if (std::ifstream before(options.output); before)
       document["rows"] = nlohmann::json::parse(before)["rows"];
   if (!options.json)
-    std::printf("room                 asked predicted measured  sun: pr. meas.  patches  probes sky         s: pr.  "
+    std::printf("room                 asked predicted measured  sun: pr. meas.  facets  probes sky         s: pr.  "
                 "  meas.      MB combine ms\n");
   for (const std::string& name : a.rooms) {
     ProgressLine progress(options.quiet);

@@ -24,7 +24,7 @@ struct Arguments {
   std::string room;
   std::vector<int> nodes = {4096};
   double altitude_deg = 25, error = 0.03;
-  int exact_patches = 8000, exact_rays = 16384;
+  int exact_facets = 8000, exact_rays = 16384;
 };
 
 struct SunCells {
@@ -130,7 +130,7 @@ Result<Pair> bake_both(const RoomFile& room, int nodes, const Arguments& a, cons
   if (!cells)
     return cells.error();
   pair.cells = std::move(*cells);
-  options.target_patches = a.exact_patches; // finer than the leaves that the compact basis lights
+  options.target_facets = a.exact_facets; // finer than the elements that the compact basis lights
   options.gather_rays = a.exact_rays;
   auto truth = precompute::bake(room, pair.cells.partition, options, progress, truth_report);
   if (!truth)
@@ -241,7 +241,7 @@ Result<nlohmann::json> measure(const RoomFile& room, int nodes, const Arguments&
   row["nodes_stored"] = pair->compact.nodes;
   row["probes"] = pair->valid.size();
   row["altitude_deg"] = a.altitude_deg;
-  row["exact_patches"] = a.exact_patches;
+  row["exact_facets"] = a.exact_facets;
   row["compression_error"] = pair->compact.rms_error;
   row["compact_megabytes"] = double(pair->compact.bytes) / 1e6;
   row["bake_cpu_seconds"] = pair->bake_seconds;
@@ -286,7 +286,7 @@ Command add_fine_sky(CLI::App& program) {
       ->capture_default_str()
       ->check(CLI::Range(1.0, 85.0));
   parser->add_option("--error", arguments->error, "asked of the compression")->capture_default_str();
-  parser->add_option("--exact-patches", arguments->exact_patches, "of the room under the exact suns")
+  parser->add_option("--exact-patches", arguments->exact_facets, "of the room under the exact suns")
       ->capture_default_str()
       ->check(CLI::Range(100, 50000));
   parser->add_option("--exact-rays", arguments->exact_rays, "per probe, under the exact suns")

@@ -1,4 +1,4 @@
-// daylit-bench transport: error of the bake against its cost, for patch count x visibility rays, on generated rooms.
+// daylit-bench transport: error of the bake against its cost, for facet count x visibility rays, on generated rooms.
 // Reference: the path tracer's indirect irradiance at the same points, with its own standard error beside it.
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace daylit::bench {
 namespace {
 
 struct Arguments {
-  std::vector<int> patches = {250, 500, 1000, 2000, 4000, 8000};
+  std::vector<int> facets = {250, 500, 1000, 2000, 4000, 8000};
   std::vector<int> rays = {16384, 131072};
   int reference_samples = 16384;
 };
@@ -84,10 +84,9 @@ Result<Score> score(const BasisVolume& volume, const Reference& reference) {
   return Score{std::sqrt(error / power), std::sqrt(noise / power)};
 }
 
-Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, bool low_rank,
-                               const Reference& reference) {
+Result<nlohmann::json> measure(const BenchRoom& room, int facets, int rays, bool low_rank, const Reference& reference) {
   precompute::BakeOptions options;
-  options.target_patches = patches;
+  options.target_facets = facets;
   options.visibility_rays = rays;
   options.low_rank_tolerance = low_rank ? options.low_rank_tolerance : 0.0;
   options.points = room.points;
@@ -103,7 +102,7 @@ Result<nlohmann::json> measure(const BenchRoom& room, int patches, int rays, boo
   if (!s)
     return s.error();
   return nlohmann::json{{"room", room.name},
-                        {"patches", report.patches},
+                        {"facets", report.facets},
                         {"rays", rays},
                         {"method", low_rank ? "hierarchical" : "all entries"},
                         {"matrix_bytes", report.exchange.bytes},
@@ -131,7 +130,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {{"machine", machine()}, {"sky", "uniform"}, {"regions", 64}};
   document["machine"]["clock"] = "process CPU time, all threads";
   if (!options.json)
-    std::printf("room      patches    rays method        matrix MB  cpu s   error %%  (reference's own)  imbalance  "
+    std::printf("room      facets    rays method        matrix MB  cpu s   error %%  (reference's own)  imbalance  "
                 "worst closure\n");
   for (const BenchRoom& room : *rooms) {
     ProgressLine progress(options.quiet);
@@ -140,14 +139,14 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
     if (!reference)
       return reference.error();
     for (const auto& [rays, low_rank] : settings(a))
-      for (const int patches : a.patches) {
-        const auto row = measure(room, patches, rays, low_rank, *reference);
+      for (const int facets : a.facets) {
+        const auto row = measure(room, facets, rays, low_rank, *reference);
         if (!row)
           return row.error();
         document["rows"].push_back(*row);
         if (!options.json)
           std::printf("%-9s %7d %7d %-12s %10.1f %6.2f %8.3f %18.3f %12.1e %12.1e\n", room.name.c_str(),
-                      (*row)["patches"].get<int>(), rays, (*row)["method"].get<std::string>().c_str(),
+                      (*row)["facets"].get<int>(), rays, (*row)["method"].get<std::string>().c_str(),
                       1e-6 * (*row)["matrix_bytes"].get<double>(), (*row)["cpu_seconds"].get<double>(),
                       100 * (*row)["nrms"].get<double>(), 100 * (*row)["reference_standard_error"].get<double>(),
                       (*row)["energy_imbalance"].get<double>(), (*row)["worst_closure"].get<double>());
@@ -162,7 +161,7 @@ Command add_transport(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* parser =
       program.add_subcommand("transport", "error of the bake against its time, on three generated rooms");
-  parser->add_option("--patches", arguments->patches, "patch counts")->delimiter(',')->capture_default_str();
+  parser->add_option("--patches", arguments->facets, "facet counts")->delimiter(',')->capture_default_str();
   parser->add_option("--rays", arguments->rays, "visibility rays per unit of form factor")
       ->delimiter(',')
       ->capture_default_str();

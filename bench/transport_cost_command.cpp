@@ -1,4 +1,4 @@
-// daylit-bench transport-cost: what the stages of a bake cost as the patches grow, the solver against the same run's
+// daylit-bench transport-cost: what the stages of a bake cost as the facets grow, the solver against the same run's
 // dense matrix product, and one more sky region. The error of each solution (energy, closure, residual) stands beside.
 
 #include <cstdio>
@@ -20,7 +20,7 @@ namespace daylit::bench {
 namespace {
 
 struct Arguments {
-  std::vector<int> patches = {2000, 8000};
+  std::vector<int> facets = {2000, 8000};
   int regions = 64, more_regions = 1024;
 };
 
@@ -44,9 +44,9 @@ struct Bake {
   double cpu_seconds = 0;
 };
 
-Result<Bake> bake(const BenchRoom& room, int patches, int regions, const CommonOptions& common) {
+Result<Bake> bake(const BenchRoom& room, int facets, int regions, const CommonOptions& common) {
   precompute::BakeOptions options;
-  options.target_patches = patches;
+  options.target_facets = facets;
   options.grid = glm::ivec3(8);
   options.tolerance = 1e-4;
   Bake result;
@@ -71,23 +71,23 @@ BenchRoom bright(BenchRoom room) {
   return room;
 }
 
-Result<nlohmann::json> measure(const BenchRoom& room, int patches, const Arguments& a, const CommonOptions& common) {
-  const auto few = bake(room, patches, a.regions, common);
+Result<nlohmann::json> measure(const BenchRoom& room, int facets, const Arguments& a, const CommonOptions& common) {
+  const auto few = bake(room, facets, a.regions, common);
   if (!few)
     return few.error();
-  const auto many = bake(room, patches, a.more_regions, common);
+  const auto many = bake(room, facets, a.more_regions, common);
   if (!many)
     return many.error();
   const precompute::BakeReport& r = few->report;
   nlohmann::json row = {
       {"room", room.name},
-      {"patches", r.patches},
+      {"facets", r.facets},
       {"regions", a.regions},
       {"columns", r.solve.residual.size()},
       {"cpu_seconds", few->cpu_seconds},
       {"wall_seconds", r.total_seconds},
       {"matrix_bytes", r.exchange.bytes},
-      {"dense_bytes", 4.0 * static_cast<double>(r.elements) * static_cast<double>(r.elements)},
+      {"dense_bytes", 4.0 * static_cast<double>(r.patches) * static_cast<double>(r.patches)},
       {"iterations", r.solve.iterations},
       {"worst_residual", r.solve.worst_residual},
       {"energy_imbalance", r.energy.imbalance},
@@ -95,8 +95,8 @@ Result<nlohmann::json> measure(const BenchRoom& room, int patches, const Argumen
       {"cpu_ms_per_further_region", 1e3 * (many->cpu_seconds - few->cpu_seconds) / (a.more_regions - a.regions)}};
   for (const precompute::StageTime& s : r.stages)
     row["wall_of_stage"][s.name] = s.seconds;
-  if (r.elements <= 10000) {
-    const double product = product_seconds(r.elements, r.solve.residual.size());
+  if (r.patches <= 10000) {
+    const double product = product_seconds(r.patches, r.solve.residual.size());
     row["solve_in_matrix_products"] = r.solve.cpu_seconds / product;
     row["matrix_product_cpu_seconds"] = product;
   }
@@ -113,11 +113,11 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {{"machine", machine()}, {"probes", "8 x 8 x 8"}, {"tolerance", 1e-4}};
   if (!options.json)
     std::printf(
-        "room     patches columns  cpu s wall s  matrix MB (dense)  its residual solve/sgemm ms/region imbalance "
+        "room     facets columns  cpu s wall s  matrix MB (dense)  its residual solve/sgemm ms/region imbalance "
         "closure\n");
   for (const BenchRoom& room : {bright(rooms->front())})
-    for (const int patches : a.patches) {
-      const auto measured = measure(room, patches, a, options);
+    for (const int facets : a.facets) {
+      const auto measured = measure(room, facets, a, options);
       if (!measured)
         return measured.error();
       const nlohmann::json& row = *measured;
@@ -125,7 +125,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
       if (options.json)
         continue;
       std::printf("%-8s %7d %7d %6.2f %6.2f %10.1f %7.0f %4d %8.1e %11s %9.2f %9.1e %7.1e\n", room.name.c_str(),
-                  row["patches"].get<int>(), row["columns"].get<int>(), row["cpu_seconds"].get<double>(),
+                  row["facets"].get<int>(), row["columns"].get<int>(), row["cpu_seconds"].get<double>(),
                   row["wall_seconds"].get<double>(), 1e-6 * row["matrix_bytes"].get<double>(),
                   1e-6 * row["dense_bytes"].get<double>(), row["iterations"].get<int>(),
                   row["worst_residual"].get<double>(),
@@ -143,8 +143,8 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
 Command add_transport_cost(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* parser = program.add_subcommand(
-      "transport-cost", "cost of a bake at reflectance 0.8 against patches; solver against a matrix product");
-  parser->add_option("--patches", arguments->patches, "patch counts")->delimiter(',')->capture_default_str();
+      "transport-cost", "cost of a bake at reflectance 0.8 against facets; solver against a matrix product");
+  parser->add_option("--patches", arguments->facets, "facet counts")->delimiter(',')->capture_default_str();
   parser->add_option("--regions", arguments->regions, "sky regions")->capture_default_str();
   parser->add_option("--more-regions", arguments->more_regions, "regions of the second bake")
       ->check(CLI::Range(65, 16384))

@@ -21,7 +21,7 @@ constexpr double kMostImbalance = 1e-4;
 struct Arguments {
   std::vector<std::string> rooms;
   std::string quality = "normal";
-  int patches = 0;
+  int facets = 0;
 };
 
 struct NamedRoom {
@@ -51,8 +51,8 @@ Result<nlohmann::json> measure(const NamedRoom& room, const Arguments& a, const 
   auto options = precompute::quality_options(a.quality);
   if (!options)
     return options.error();
-  if (a.patches > 0)
-    options->target_patches = a.patches;
+  if (a.facets > 0)
+    options->target_facets = a.facets;
   options->grid = glm::ivec3(4);
   precompute::BakeReport r;
   ProgressLine progress(common.quiet);
@@ -61,8 +61,8 @@ Result<nlohmann::json> measure(const NamedRoom& room, const Arguments& a, const 
   if (!volume)
     return volume.error();
   nlohmann::json row = {{"room", room.name},
+                        {"facets", r.facets},
                         {"patches", r.patches},
-                        {"elements", r.elements},
                         {"worst_closure", r.closure.worst},
                         {"mean_closure", r.closure.mean},
                         {"rows_left_open", r.closure.left},
@@ -79,7 +79,7 @@ Result<nlohmann::json> measure(const NamedRoom& room, const Arguments& a, const 
 
 void print_row(const nlohmann::json& row) {
   std::printf("%-44s %7d %8d %8.1e %9.1e %5d %10.1e %10.1e %6.2f%s\n", row["room"].get<std::string>().c_str(),
-              row["patches"].get<int>(), row["elements"].get<int>(), row["worst_closure"].get<double>(),
+              row["facets"].get<int>(), row["patches"].get<int>(), row["worst_closure"].get<double>(),
               row["mean_closure"].get<double>(), row["rows_left_open"].get<int>(),
               row["imbalance_unclosed"].get<double>(), row["imbalance"].get<double>(),
               row["wall_seconds"].get<double>(), row["passed"].get<bool>() ? "" : "  OUTSIDE");
@@ -92,7 +92,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {
       {"machine", machine()}, {"quality", a.quality}, {"regions", 64}, {"bar", kMostImbalance}, {"passed", true}};
   if (!options.json)
-    std::printf("%-44s patches elements  closure      mean  left  imbalance  rows closed  wall s\n", "room");
+    std::printf("%-44s facets patches  closure      mean  left  imbalance  rows closed  wall s\n", "room");
   for (const NamedRoom& room : *rooms) {
     const auto row = measure(room, a, options);
     if (!row)
@@ -116,7 +116,7 @@ Command add_transport_rooms(CLI::App& program) {
   CLI::App* parser = program.add_subcommand("transport-rooms", "energy balance and row closure, room by room");
   parser->add_option("rooms", arguments->rooms, "room files beside the generated rooms")->check(CLI::ExistingFile);
   parser->add_option("--quality", arguments->quality, "draft, normal or high")->capture_default_str();
-  parser->add_option("--patches", arguments->patches, "about this many patches (0: as the quality asks)")
+  parser->add_option("--patches", arguments->facets, "about this many facets (0: as the quality asks)")
       ->capture_default_str();
   return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};
 }

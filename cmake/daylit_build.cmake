@@ -22,6 +22,8 @@ target_include_directories(daylit_settings INTERFACE
   $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/daylit>)
 target_compile_features(daylit_settings INTERFACE cxx_std_20)
 
+include(daylit_highway)
+
 add_library(daylit_warnings INTERFACE)
 target_compile_options(daylit_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wconversion -Wno-sign-conversion

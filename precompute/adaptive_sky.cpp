@@ -16,7 +16,7 @@ namespace daylit::precompute {
 namespace {
 
 constexpr int kBands = 64, kCells = 128, kFewest = 16;
-constexpr int kPatches = 640, kGatherRays = 1024;
+constexpr int kFacets = 640, kGatherRays = 1024;
 constexpr double kVisibilityRays = 16384;
 constexpr std::size_t kPoints = 48;
 constexpr double kClearance = 0.04; ///< of the room's longest side
@@ -92,7 +92,7 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
   std::size_t collapsed = 0;
   const Room room = room_in_frame(file.room, RoomFrame::of(file.room), collapsed);
   BakeOptions options;
-  options.target_patches = kPatches;
+  options.target_facets = kFacets;
   const glm::dvec3 size = room.bounds().size();
   options.points = spread_points(room, kPoints, kClearance * std::max({size.x, size.y, size.z}));
   options.grid = glm::ivec3(4); // where the room is too narrow for these
@@ -102,20 +102,20 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
   if (!problem)
     return problem.error();
   const SkyPartition cells = adaptive_cells();
-  const auto light = radiosity::first_bounce(problem->elements, problem->mesh, problem->patch_rays,
+  const auto light = radiosity::first_bounce(problem->patches, problem->mesh, problem->facet_rays,
                                              problem->apertures.list, cells, progress);
   if (!light)
     return light.error();
-  const auto exchange = radiosity::exchange_areas(problem->elements, problem->mesh, room, problem->room_scene,
+  const auto exchange = radiosity::exchange_areas(problem->patches, problem->mesh, room, problem->room_scene,
                                                   {.visibility_rays = kVisibilityRays, .skip_black = true}, progress);
   if (!exchange)
     return exchange.error();
   const detail::ProbePoints points(problem->probes, problem->mesh.origin);
-  const auto hits = radiosity::gather_hits(points.at, problem->elements, problem->mesh, problem->patch_rays,
+  const auto hits = radiosity::gather_hits(points.at, problem->patches, problem->mesh, problem->facet_rays,
                                            {.rays = kGatherRays}, progress);
   if (!hits)
     return hits.error();
-  const auto got = radiosity::adjoint_coefficients(*hits, problem->elements, *exchange, *light, {}, progress);
+  const auto got = radiosity::adjoint_coefficients(*hits, problem->patches, *exchange, *light, {}, progress);
   if (!got)
     return got.error();
   numbers = 27 * points.at.size();

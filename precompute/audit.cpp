@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kPoints = 128;
 constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
-constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a patch its own shape shows
+constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a facet its own shape shows
 
 struct Ratio {
   double error2 = 0, power2 = 0;
@@ -140,7 +140,7 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   return audit;
 }
 
-radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::ElementSet& set) {
+radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
   skies_ = smooth_skies();
   for (HeldOutSky& sun : suns(light, set))
     skies_.push_back(std::move(sun));

@@ -37,12 +37,9 @@ std::vector<float> rows_of(const std::vector<float>& coefficients, const std::ve
 
 /// All regions of the sky at once, for the audit when no region is solved by itself.
 radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
-  radiosity::FirstBounce one{.elements = light.elements,
-                             .channels = light.channels,
-                             .region = {0},
-                             .irradiance = {},
-                             .opening = light.opening};
-  for (std::size_t i = 0; i < light.elements; ++i)
+  radiosity::FirstBounce one{
+      .patches = light.patches, .channels = light.channels, .region = {0}, .irradiance = {}, .opening = light.opening};
+  for (std::size_t i = 0; i < light.patches; ++i)
     for (int c = 0; c < light.channels; ++c)
       one.irradiance.push_back(
           static_cast<float>(std::accumulate(light.row(i, c), light.row(i, c) + light.columns(), 0.0)));
@@ -52,11 +49,11 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
 /// What all ways to the volume share. Points are the valid probes; `fit` turns light there into probe values.
 struct Stage {
   const Problem& problem;
-  const LightLeaves& leaves; ///< constant regions: the elements themselves
+  const LightLeaves& elements; ///< constant regions: the patches themselves
   const radiosity::WholeFaces& faces;
   const radiosity::ExchangeMatrix& exchange;
   const ProbePoints& points;
-  const radiosity::GatherHits& hits; ///< leaves seen from the points' places
+  const radiosity::GatherHits& hits; ///< elements seen from the points' places
   const ProbeFit& fit;
   const BakeOptions& options;
   const Progress& progress;
@@ -76,10 +73,10 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
   const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
   const radiosity::FirstBounce& forward = report.adjoint ? driving : light;
   const auto radiosity =
-      radiosity::solve_radiosity(s.problem.elements, s.exchange, forward, s.solve(), s.progress, &report.solve);
+      radiosity::solve_radiosity(s.problem.patches, s.exchange, forward, s.solve(), s.progress, &report.solve);
   if (!radiosity)
     return radiosity.error();
-  report.energy = radiosity::audit_energy(s.problem.elements, s.exchange, forward, *radiosity, &report.closure);
+  report.energy = radiosity::audit_energy(s.problem.patches, s.exchange, forward, *radiosity, &report.closure);
   s.clock.finish("solve");
   volume.stored_region = light.region;
   for (const radiosity::Bands bands : {radiosity::Bands::low, radiosity::Bands::fourth}) {
@@ -87,7 +84,7 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
     if (!low && s.options.sh_order == ShOrder::second)
       continue;
     auto coefficients =
-        report.adjoint ? radiosity::adjoint_coefficients(s.hits, s.problem.elements, s.exchange, light, s.solve(bands),
+        report.adjoint ? radiosity::adjoint_coefficients(s.hits, s.problem.patches, s.exchange, light, s.solve(bands),
                                                          s.progress, low ? &report.solve : nullptr, bands)
                        : radiosity::gather_coefficients(s.hits, *radiosity, s.progress, bands);
     if (!coefficients)
@@ -106,16 +103,16 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
                            BakeReport& report) {
   SurfaceLightReport surfaces;
   detail::sharpen_nodes(volume.partition, rows);
-  const auto light = surface_light(s.problem.elements, s.leaves, s.exchange, std::move(rows), s.options.clusters,
+  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), s.options.clusters,
                                    s.solve(), s.progress, surfaces);
   if (!light)
     return light.error();
   report.solve = surfaces.solve;
   report.energy = surfaces.energy;
   s.clock.finish("solve");
-  const auto told_apart = [&](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_elements) {
+  const auto told_apart = [&](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
     for (const std::uint32_t point : s.fit.needed(some))
-      s.hits.mark_told_apart(s.points.place[point], of_elements);
+      s.hits.mark_told_apart(s.points.place[point], of_patches);
   };
   const auto gather = [&](std::span<const std::uint32_t> some, std::span<const std::uint32_t> piece_end, float* out) {
     const auto one = [&](std::uint32_t point, float* nine_rows) {
@@ -177,24 +174,24 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out);
   if (!audit)
     return audit.error();
-  const LightLeaves& leaves = s.leaves;
-  const auto light = radiosity::first_bounce(leaves.elements, leaves.mesh, leaves.rays, s.problem.apertures.list,
+  const LightLeaves& elements = s.elements;
+  const auto light = radiosity::first_bounce(elements.patches, elements.mesh, elements.rays, s.problem.apertures.list,
                                              held_out_partition(), s.progress);
   if (!light)
     return light.error();
-  const radiosity::FirstBounce first = audit->first_light(*light, leaves.elements),
-                               of_parents = leaves.of_parents(first);
-  const auto solved = radiosity::solve_radiosity(s.problem.elements, s.exchange, of_parents,
+  const radiosity::FirstBounce first = audit->first_light(*light, elements.patches),
+                               of_parents = elements.of_parents(first);
+  const auto solved = radiosity::solve_radiosity(s.problem.patches, s.exchange, of_parents,
                                                  {.tolerance = s.options.tolerance}, s.progress);
   if (!solved)
     return solved.error();
-  const radiosity::Radiosity radiosity = leaves.radiosity_of(*solved, of_parents, first);
+  const radiosity::Radiosity radiosity = elements.radiosity_of(*solved, of_parents, first);
   std::vector<glm::dvec3> points = audit->points();
   for (glm::dvec3& p : points)
     p -= s.problem.mesh.origin;
   const auto seen = radiosity::gather_hits(
-      points, leaves.elements, leaves.mesh, leaves.rays,
-      {.rays = kHeldOutRays * s.options.gather_rays, .group = leaves.parent, .faces = &s.faces}, s.progress);
+      points, elements.patches, elements.mesh, elements.rays,
+      {.rays = kHeldOutRays * s.options.gather_rays, .group = elements.parent, .faces = &s.faces}, s.progress);
   if (!seen)
     return seen.error();
   const auto at_points = radiosity::gather_coefficients(*seen, radiosity, s.progress);
@@ -229,12 +226,12 @@ ProbeFit fit_of(const Problem& problem, const ProbePoints& points) {
 Result<BakeOptions> quality_options(const std::string& name, bool given_points) {
   BakeOptions o;
   if (name == "draft") {
-    o.target_patches = 700;
+    o.target_facets = 700;
     o.gather_rays = 512;
     o.visibility_rays = 16384;
     o.spacing_m = 0.5;
   } else if (name == "high") {
-    o.target_patches = 6000;
+    o.target_facets = 6000;
     o.visibility_rays = 524288;
     o.gather_rays = 8192;
     o.spacing_m = 0.2;
@@ -242,7 +239,7 @@ Result<BakeOptions> quality_options(const std::string& name, bool given_points) 
     return Error{ErrorCode::usage, "unknown quality '" + name + "'", "--quality", "use draft, normal or high"};
   }
   if (given_points) {
-    o.target_patches = o.target_patches * 8 / 5;
+    o.target_facets = o.target_facets * 8 / 5;
     o.gather_rays *= 2;
   }
   return o;
@@ -255,22 +252,22 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   Result<Problem> problem = detail::set_up(file.room, options, report, clock);
   if (!problem)
     return problem.error();
-  const radiosity::ElementSet& elements = problem->elements;
+  const radiosity::PatchSet& patches = problem->patches;
 
-  // One element of a fine sky sees some of thousands of nodes: rows, not a table.
+  // One patch of a fine sky sees some of thousands of nodes: rows, not a table.
   const bool fine = partition.interpolated();
-  const auto leaves = LightLeaves::make(problem->mesh, elements, problem->apertures.list, problem->room_scene,
-                                        fine ? options.leaves : std::size_t{0});
-  if (!leaves)
-    return leaves.error();
-  report.leaves = leaves->elements.elements.size();
-  auto rows = fine ? radiosity::first_bounce_rows(leaves->elements, leaves->mesh, leaves->rays, problem->apertures.list,
-                                                  partition, progress, &report.first_bounce)
+  const auto elements = LightLeaves::make(problem->mesh, patches, problem->apertures.list, problem->room_scene,
+                                          fine ? options.elements : std::size_t{0});
+  if (!elements)
+    return elements.error();
+  report.elements = elements->patches.patches.size();
+  auto rows = fine ? radiosity::first_bounce_rows(elements->patches, elements->mesh, elements->rays,
+                                                  problem->apertures.list, partition, progress, &report.first_bounce)
                    : Result<std::vector<radiosity::FirstBounceRow>>(std::vector<radiosity::FirstBounceRow>{});
   if (!rows)
     return rows.error();
   const auto light = fine ? Result<radiosity::FirstBounce>(radiosity::FirstBounce{})
-                          : radiosity::first_bounce(elements, problem->mesh, problem->patch_rays,
+                          : radiosity::first_bounce(patches, problem->mesh, problem->facet_rays,
                                                     problem->apertures.list, partition, progress, &report.first_bounce);
   if (!light)
     return light.error();
@@ -278,7 +275,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.regions_stored = static_cast<int>(light->columns());
   clock.finish("first bounce");
 
-  auto exchange = radiosity::exchange_areas(elements, problem->mesh, file.room, problem->room_scene,
+  auto exchange = radiosity::exchange_areas(patches, problem->mesh, file.room, problem->room_scene,
                                             {.visibility_rays = options.visibility_rays,
                                              .low_rank_tolerance = options.low_rank_tolerance,
                                              .skip_black = true,
@@ -286,16 +283,16 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                                             progress, &report.exchange);
   if (!exchange)
     return exchange.error();
-  report.closure = radiosity::close_rows(elements, fine ? leaves->opening_of_parents(*rows) : light->opening,
+  report.closure = radiosity::close_rows(patches, fine ? elements->opening_of_parents(*rows) : light->opening,
                                          {.black_left_out = true}, *exchange);
   clock.finish("form factors");
 
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
-  const auto faces = radiosity::WholeFaces::make(file.room, leaves->mesh, leaves->elements);
+  const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
   const auto hits =
-      radiosity::gather_hits(points.at, leaves->elements, leaves->mesh, leaves->rays,
-                             {.rays = options.gather_rays, .group = leaves->parent, .faces = &faces}, progress);
+      radiosity::gather_hits(points.at, elements->patches, elements->mesh, elements->rays,
+                             {.rays = options.gather_rays, .group = elements->parent, .faces = &faces}, progress);
   if (!hits)
     return hits.error();
   clock.finish("rays");
@@ -307,7 +304,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  const Stage stage{*problem, *leaves, faces, *exchange, points, *hits, fit, options, progress, clock};
+  const Stage stage{*problem, *elements, faces, *exchange, points, *hits, fit, options, progress, clock};
   if (const Result<void> done =
           fine ? bake_fine_sky(stage, std::move(*rows), volume, report) : bake_regions(stage, *light, volume, report);
       !done)

@@ -25,8 +25,8 @@
 namespace daylit::precompute {
 
 struct BakeOptions {
-  double patch_edge_m = 0; ///< 0: chosen for target_patches
-  int target_patches = 2500;
+  double facet_edge_m = 0; ///< 0: chosen for target_facets
+  int target_facets = 2500;
   double visibility_rays = 229376;  ///< of partly hidden pairs, per unit of form factor
   int gather_rays = 2048;           ///< per probe
   double low_rank_tolerance = 1e-4; ///< of far blocks of the exchange matrix; 0: all entries are kept
@@ -37,7 +37,7 @@ struct BakeOptions {
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double compact_error = 0.03;           ///< of the factors of a fine sky
-  std::size_t leaves = 3600;             ///< of the patches, on which the light of a fine sky falls: at least these
+  std::size_t elements = 3600;           ///< of the facets, on which the light of a fine sky falls: at least these
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
   ShOrder sh_order = ShOrder::second;    ///< fourth: the coefficients of l = 4 too
   bool audit = false;                    ///< measure the error at held-out points and skies
@@ -56,11 +56,11 @@ struct StageTime {
 struct BakeReport {
   RoomReport room;
   ApertureReport apertures;
-  std::size_t patches = 0, elements = 0, leaves = 0;
+  std::size_t facets = 0, patches = 0, elements = 0;
   std::size_t sides_skipped = 0;      ///< no light reaches them
   std::size_t sides_without_path = 0; ///< lit, but no light goes from them to any of the given points
-  double patch_edge_m = 0;
-  double doubled_m2 = 0; ///< faces on faces, PatchMesh::doubled_m2
+  double facet_edge_m = 0;
+  double doubled_m2 = 0; ///< faces on faces, SurfaceMesh::doubled_m2
   int regions = 0, regions_stored = 0;
   std::size_t probes = 0, probes_valid = 0;
   std::size_t probes_repeated = 0; ///< given points at the place of another: gathered once

@@ -67,8 +67,8 @@ std::uint64_t signs_of(std::size_t brick) { return brick + 16; }
 /// room under random suns of random colour, [leaf][columns].
 void reduce(const SurfaceLight& light, const detail::SurfaceTransport& surfaces, const GatherRows& gather,
             const std::vector<float>& radiosity, double error, std::size_t number, Brick& b) {
-  const std::size_t n = b.numbers(), columns = radiosity.size() / light.leaves;
-  std::vector<std::uint8_t> told_apart(light.elements, 0);
+  const std::size_t n = b.numbers(), columns = radiosity.size() / light.elements;
+  std::vector<std::uint8_t> told_apart(light.patches, 0);
   gather.told_apart(b.point, told_apart);
   b.seen = detail::SeenPieces::of(light, told_apart);
   const std::size_t pieces = b.seen.piece.size();
@@ -324,7 +324,7 @@ std::size_t sketch_width(double at_three_percent, double error) {
 /// Radiosity [leaf][columns] under suns of which each colour has a random sign.
 std::vector<float> of_random_colour(const detail::SurfaceTransport& surfaces, const std::vector<float>& suns,
                                     std::size_t columns) {
-  std::vector<float> sum(surfaces.leaves() * columns, 0.0f);
+  std::vector<float> sum(surfaces.elements() * columns, 0.0f);
   for (int c = 0; c < 3; ++c) {
     const std::vector<float> one = surfaces.radiosity(c, suns, columns);
     for (std::size_t k = 0; k < sum.size(); ++k)

@@ -40,8 +40,8 @@ struct CompactReport {
 
 /// What some points see.
 struct GatherRows {
-  /// Marks the elements whose leaves one of the points tells apart.
-  std::function<void(std::span<const std::uint32_t> points, std::span<std::uint8_t> elements)> told_apart;
+  /// Marks the patches whose leaves one of the points tells apart.
+  std::function<void(std::span<const std::uint32_t> points, std::span<std::uint8_t> patches)> told_apart;
   /// Nine rows [lm][piece] for each point: coefficient = sum over pieces of row * radiosity. Pieces are runs of leaves,
   /// each given by its end.
   std::function<void(std::span<const std::uint32_t> points, std::span<const std::uint32_t> piece_end, float* rows)>

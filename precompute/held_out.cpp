@@ -116,12 +116,12 @@ const std::vector<HeldOutSky>& smooth_skies() {
   return the_skies;
 }
 
-std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::ElementSet& set) {
+std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
   std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0);
-  for (std::size_t e = 0; e < light.elements; ++e)
+  for (std::size_t e = 0; e < light.patches; ++e)
     for (std::size_t k = 0; k < light.columns(); ++k)
       flux[static_cast<std::size_t>(light.region[k])] +=
-          set.elements[e].area_m2 * static_cast<double>(light.row(e, 1)[k]);
+          set.patches[e].area_m2 * static_cast<double>(light.row(e, 1)[k]);
   double brightest = 0;
   for (const SunBand& band : layout().suns)
     brightest = std::max(brightest, *std::max_element(flux.begin() + band.first, flux.begin() + band.last));
@@ -150,12 +150,12 @@ std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosit
 
 radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies) {
   radiosity::FirstBounce out{
-      .elements = light.elements, .channels = light.channels, .region = {}, .irradiance = {}, .opening = light.opening};
+      .patches = light.patches, .channels = light.channels, .region = {}, .irradiance = {}, .opening = light.opening};
   for (std::size_t s = 0; s < skies.size(); ++s)
     out.region.push_back(static_cast<std::int32_t>(s));
   const std::size_t channels = static_cast<std::size_t>(light.channels), count = skies.size();
-  out.irradiance.resize(light.elements * channels * count);
-  tbb::parallel_for(std::size_t{0}, light.elements, [&](std::size_t e) {
+  out.irradiance.resize(light.patches * channels * count);
+  tbb::parallel_for(std::size_t{0}, light.patches, [&](std::size_t e) {
     for (std::size_t c = 0; c < channels; ++c)
       for (std::size_t s = 0; s < count; ++s) {
         const float* row = light.row(e, static_cast<int>(c));

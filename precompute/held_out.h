@@ -33,7 +33,7 @@ const std::vector<HeldOutSky>& smooth_skies();
 
 /// Suns of half a degree, two for each band that lights the room at all: where a third and two thirds of the band's
 /// light have come in, so that they stand where suns count in this room. `light`: of held_out_partition().
-std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::ElementSet& set);
+std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::PatchSet& set);
 
 /// First light of the skies: column s is sky s.
 radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies);

@@ -25,7 +25,7 @@ struct Arguments {
   std::filesystem::path room, output, points;
   std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto";
   double spacing_m = 0, patch_size_m = 0;
-  int threads = 0, patches = 0;
+  int threads = 0, facets = 0;
   bool quiet = false, json = false, drop_bad_faces = false, resume = false;
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
 };
@@ -78,8 +78,8 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   request.spacing_m = a.spacing_m;
   if (a.density != "auto")
     request.graded = a.density == "graded";
-  request.patch_edge_m = a.patch_size_m;
-  request.patches = a.patches;
+  request.facet_edge_m = a.patch_size_m;
+  request.facets = a.facets;
   request.regions = a.regions;
   if (a.sh_order != "auto")
     request.sh_order = a.sh_order == "4" ? ShOrder::fourth : ShOrder::second;
@@ -95,9 +95,9 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   return request;
 }
 
-/// Nothing is left to plan: patches, probes and sky are all given, and no error is asked for.
+/// Nothing is left to plan: facets, probes and sky are all given, and no error is asked for.
 bool all_given(const Arguments& a) {
-  return a.max_error.empty() && a.density != "graded" && (a.patches > 0 || a.patch_size_m > 0) &&
+  return a.max_error.empty() && a.density != "graded" && (a.facets > 0 || a.patch_size_m > 0) &&
          (!a.grid.empty() || a.spacing_m > 0 || !a.points.empty()) && !a.regions.empty();
 }
 
@@ -115,9 +115,9 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   options->grid = request.grid;
   if (request.spacing_m > 0)
     options->spacing_m = request.spacing_m;
-  options->patch_edge_m = request.patch_edge_m;
-  if (request.patches > 0)
-    options->target_patches = request.patches;
+  options->facet_edge_m = request.facet_edge_m;
+  if (request.facets > 0)
+    options->target_facets = request.facets;
   options->points = request.points;
   options->sh_order = request.sh_order.value_or(ShOrder::second);
   options->store = &store;
@@ -228,13 +228,12 @@ int main(int argc, char** argv) {
   density->excludes(points);
   auto* patch_size = app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: planned)")
                          ->check(CLI::PositiveNumber);
-  app.add_option("--patches", a.patches, "about this many patches; models of many small faces get more")
+  app.add_option("--patches", a.facets, "about this many facets; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);
-  auto* max_error =
-      app.add_option("--max-error", a.max_error,
-                     "error of the coefficients in per cent, nrms, that decides patches, probes, sky and\n"
-                     "rays; what is given beside it is kept. Twice as much under a small sun");
+  auto* max_error = app.add_option("--max-error", a.max_error,
+                                   "error of the coefficients in per cent, nrms, that decides facets, probes, sky and\n"
+                                   "rays; what is given beside it is kept. Twice as much under a small sun");
   app.add_option("--quality", a.quality, "draft, normal or high: a --max-error of 4, 2 or 1 %")
       ->capture_default_str()
       ->excludes(max_error);

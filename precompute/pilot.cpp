@@ -10,7 +10,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr int kPatches = 640, kRegions = 64;
+constexpr int kFacets = 640, kRegions = 64;
 constexpr double kProbes = 900;
 constexpr double kVisibilityRays = 16384; // more change the error of the light by less than a thousandth of itself
 constexpr int kGatherRays = 1024;
@@ -41,7 +41,7 @@ double grid_error(const BakeReport& report, bool sun) {
 /// The law of halving at the ratio that the mesher really gave.
 double mesh_error(const Pilot& pilot) {
   const double ratio =
-      static_cast<double>(pilot.fine.patches) / static_cast<double>(std::max<std::size_t>(pilot.coarse.patches, 1));
+      static_cast<double>(pilot.fine.facets) / static_cast<double>(std::max<std::size_t>(pilot.coarse.facets, 1));
   const double of_difference = kPlanLaws.mesh_of_halving * (std::pow(2.0, kPlanLaws.mesh_exponent) - 1.0) /
                                std::max(std::pow(ratio, kPlanLaws.mesh_exponent) - 1.0, 0.1);
   return of_difference * mesh_difference(pilot.coarse.audit, pilot.fine.audit);
@@ -67,7 +67,7 @@ Result<Pilot> run_pilot(const RoomFile& room, const std::vector<glm::dvec3>& poi
   BakeReport report;
   // Mesh and grid of the first are coarser: two meshes whose difference tells the error, two spacings for one law.
   for (const bool finer : {false, true}) {
-    options.target_patches = finer ? kPatches : kPatches / 2;
+    options.target_facets = finer ? kFacets : kFacets / 2;
     options.spacing_m = pilot_spacing(pilot.bounds) * (finer ? 1.0 : kCoarser);
     report = BakeReport{};
     const auto volume = bake_room(room, sky, options, progress, report);
@@ -75,7 +75,7 @@ Result<Pilot> run_pilot(const RoomFile& room, const std::vector<glm::dvec3>& poi
       return volume.error();
     pilot.seconds += report.total_seconds;
     options.held_out = report.audit.points;
-    (finer ? pilot.fine : pilot.coarse) = {report.patches, report.patch_edge_m, report.audit};
+    (finer ? pilot.fine : pilot.coarse) = {report.facets, report.facet_edge_m, report.audit};
     pilot.spacing_m = mean_spacing(pilot.bounds, volume->probes.count);
     if (finer) {
       auto density = probe_density(*volume);

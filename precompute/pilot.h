@@ -8,8 +8,8 @@ namespace daylit::precompute {
 
 /// One of the two: what later bakes on finer meshes are compared with.
 struct PilotMesh {
-  std::size_t patches = 0;
-  double patch_edge_m = 0;
+  std::size_t facets = 0;
+  double facet_edge_m = 0;
   AuditReport audit; ///< points for the audits to come, and the coefficients there
 };
 

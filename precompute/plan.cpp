@@ -18,16 +18,16 @@ constexpr double kMeshShare = 0.45, kGridShare = 0.64;
 constexpr double kPointsShare = 0.30; ///< of the mesh at given points, where no grid adds to it
 constexpr double kSunShare = 2.0;
 constexpr double kOrderShare = 0.25; ///< of the target: what nine coefficients may leave of irradiance
-constexpr int kFewestPatches = 200, kMostPatches = 60000;
+constexpr int kFewestFacets = 200, kMostFacets = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
-// Elements and leaves per patch of the law: first light on finer pieces than the rest (detail/light_leaves.h).
-constexpr double kElementShare = 0.65, kLeafShare = 1.6;
+// Patches and elements per facet of the law: first light on finer pieces than the rest (detail/light_leaves.h).
+constexpr double kPatchShare = 0.65, kElementShare = 1.6;
 constexpr double kCompactShare = 1.55;       ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
-constexpr double kClearlyFiner = 1.8;        ///< ratio of patches from which a difference tells an error
+constexpr double kClearlyFiner = 1.8;        ///< ratio of facets from which a difference tells an error
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
 constexpr double kClusters = 512;   ///< at 2 %, of surfaces whose further bounces are solved together
@@ -40,13 +40,13 @@ double grid_part(const Pilot& pilot, double spacing_m, double rays, double at_pi
   return std::hypot(curved, ray_noise(rays));
 }
 
-/// Patches of the law that a mesh with leaves is as good as.
-double patches_like(double elements, double leaves) {
-  return leaves > elements ? std::sqrt(elements * leaves / (kElementShare * kLeafShare)) : elements;
+/// Facets of the law that a mesh with elements is as good as.
+double facets_like(double patches, double elements) {
+  return elements > patches ? std::sqrt(patches * elements / (kPatchShare * kElementShare)) : patches;
 }
 
-double mesh_part(const Pilot& pilot, double patches) {
-  return pilot.mesh_error * std::pow(static_cast<double>(pilot.fine.patches) / patches, laws.mesh_exponent);
+double mesh_part(const Pilot& pilot, double facets) {
+  return pilot.mesh_error * std::pow(static_cast<double>(pilot.fine.facets) / facets, laws.mesh_exponent);
 }
 
 struct SkyParts {
@@ -88,12 +88,12 @@ double seconds_of(const std::vector<StageTime>& stages, const std::string& name)
 
 /// What a bake costs, in multiplications and rays; the pilot's own seconds tell what they take here.
 struct Work {
-  double patches, probes, columns, channels, gather_rays, leaves;
-  double product() const { return 9 * probes * patches * columns * channels; }
-  double solve() const { return patches * patches * columns * channels + patches * patches * patches * channels / 3; }
+  double facets, probes, columns, channels, gather_rays, elements;
+  double product() const { return 9 * probes * facets * columns * channels; }
+  double solve() const { return facets * facets * columns * channels + facets * facets * facets * channels / 3; }
   double rays() const { return probes * gather_rays; }
   // Of a fine sky.
-  double sources() const { return laws.lit_leaves * leaves; }
+  double sources() const { return laws.lit_elements * elements; }
   /// Halves of the air until each is small enough.
   double bricks() const {
     return std::exp2(std::ceil(std::log2(std::max(probes / static_cast<double>(CompactOptions{}.brick_probes), 1.0))));
@@ -108,19 +108,19 @@ struct Work {
 
 double predicted_seconds(const Pilot& pilot, const Work& work, double visibility_rays, double compact_error) {
   const bool fine = compact_error > 0;
-  const auto own_patches = static_cast<double>(pilot.fine.patches);
-  const Work own{own_patches,
+  const auto own_facets = static_cast<double>(pilot.fine.facets);
+  const Work own{own_facets,
                  static_cast<double>(pilot.probes),
                  64 * pilot.stored_share,
                  static_cast<double>(pilot.channels),
                  pilot.gather_rays,
-                 own_patches};
+                 own_facets};
   const auto pilots = [&](const char* stage) { return seconds_of(pilot.stages, stage); };
-  const double more = work.patches / own.patches, leaves = fine ? work.leaves / own.patches : more;
+  const double more = work.facets / own.facets, elements = fine ? work.elements / own.facets : more;
   const double model = laws.gather_start_s + laws.ray_s * own.rays() + laws.product_s * own.product();
   const double speed = std::clamp((pilots("rays") + pilots("volume")) / model, 0.1, 10.0);
-  double s = pilot.seconds + laws.start_s + more * pilots("mesh") + leaves * pilots("first bounce");
-  s += std::max(laws.audit_leaves * leaves, 1.0) * pilots("audit");
+  double s = pilot.seconds + laws.start_s + more * pilots("mesh") + elements * pilots("first bounce");
+  s += std::max(laws.audit_elements * elements, 1.0) * pilots("audit");
   s += pilots("form factors") * std::pow(more, laws.exchange_exponent) *
        std::pow(visibility_rays / pilot.visibility_rays, laws.visibility_exponent);
   s += speed * (laws.ray_s * work.rays() + laws.solve_s * work.solve());
@@ -155,13 +155,13 @@ public:
     const bool grid = request_.points.empty();
     plan.options.gather_rays =
         static_cast<int>(kGatherRays * std::clamp(std::pow(finer, 1.2), 0.25, 64.0) * (grid ? 1 : 2));
-    plan.options.patch_edge_m = request_.patch_edge_m;
-    const int patches = choose_patches(target);
-    plan.options.target_patches = patches;
-    plan.options.leaves = static_cast<std::size_t>(kLeafShare / kElementShare * patches);
-    if (fine() && request_.patches == 0 && request_.patch_edge_m == 0) {
-      plan.options.target_patches = static_cast<int>(kElementShare * patches);
-      plan.options.leaves = static_cast<std::size_t>(kLeafShare * patches);
+    plan.options.facet_edge_m = request_.facet_edge_m;
+    const int facets = choose_facets(target);
+    plan.options.target_facets = facets;
+    plan.options.elements = static_cast<std::size_t>(kElementShare / kPatchShare * facets);
+    if (fine() && request_.facets == 0 && request_.facet_edge_m == 0) {
+      plan.options.target_facets = static_cast<int>(kPatchShare * facets);
+      plan.options.elements = static_cast<std::size_t>(kElementShare * facets);
     }
     choose_grid(target, plan.options);
     plan.options.sh_order = request_.sh_order.value_or(choose_order(target));
@@ -184,17 +184,17 @@ private:
   }
 
   double mesh_of(const Plan& plan) const {
-    const double patches = plan.options.target_patches;
-    return mesh_part(pilot_, fine() ? patches_like(patches, static_cast<double>(plan.options.leaves)) : patches);
+    const double facets = plan.options.target_facets;
+    return mesh_part(pilot_, fine() ? facets_like(facets, static_cast<double>(plan.options.elements)) : facets);
   }
 
-  int choose_patches(double target) const {
-    if (request_.patches > 0)
-      return request_.patches;
+  int choose_facets(double target) const {
+    if (request_.facets > 0)
+      return request_.facets;
     const double allowed = target * (request_.points.empty() ? kMeshShare : kPointsShare);
     const double more = std::pow(pilot_.mesh_error / allowed, 1.0 / laws.mesh_exponent);
     return static_cast<int>(
-        std::clamp(more * static_cast<double>(pilot_.fine.patches), double(kFewestPatches), double(kMostPatches)));
+        std::clamp(more * static_cast<double>(pilot_.fine.facets), double(kFewestFacets), double(kMostFacets)));
   }
 
   void choose_grid(double target, BakeOptions& options) const {
@@ -258,12 +258,12 @@ private:
     Prediction& p = plan.predicted;
     const SkyKind kind = SkyKind::of(plan.regions);
     const SkyParts sky = sky_parts(kind, plan.options.compact_error);
-    // A fixed edge: as many patches as the pilot's at its edge, by area.
-    double patches = plan.options.target_patches;
-    if (plan.options.patch_edge_m > 0)
-      patches = static_cast<double>(pilot_.fine.patches) *
-                std::pow(pilot_.fine.patch_edge_m / plan.options.patch_edge_m, 2.0);
-    p.mesh = mesh_part(pilot_, fine() ? patches_like(patches, static_cast<double>(plan.options.leaves)) : patches);
+    // A fixed edge: as many facets as the pilot's at its edge, by area.
+    double facets = plan.options.target_facets;
+    if (plan.options.facet_edge_m > 0)
+      facets =
+          static_cast<double>(pilot_.fine.facets) * std::pow(pilot_.fine.facet_edge_m / plan.options.facet_edge_m, 2.0);
+    p.mesh = mesh_part(pilot_, fine() ? facets_like(facets, static_cast<double>(plan.options.elements)) : facets);
     p.sky = sky.smooth;
     double probes = static_cast<double>(request_.points.size());
     if (request_.points.empty()) {
@@ -278,12 +278,12 @@ private:
     p.sun = sun_error(plan, sky.sun);
     // A fine sky is solved for its clusters, whatever the number of nodes.
     const double columns = kind.nodes ? static_cast<double>(plan.options.clusters) : kind.stored(pilot_.stored_share);
-    const Work work{patches,
+    const Work work{facets,
                     probes,
                     columns,
                     static_cast<double>(pilot_.channels),
                     static_cast<double>(plan.options.gather_rays),
-                    static_cast<double>(plan.options.leaves)};
+                    static_cast<double>(plan.options.elements)};
     p.seconds =
         predicted_seconds(pilot_, work, plan.options.visibility_rays, kind.nodes ? plan.options.compact_error : 0.0);
     p.bytes = predicted_bytes(work, kind, plan.options.compact_error, plan.precision);
@@ -309,20 +309,20 @@ Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request) {
     std::snprintf(text, sizeof(text), "%g %% is no error that can be planned for this room; the smallest is %.2g %%",
                   100 * asked, 100 * std::max(reachable * 1.02, kFinest));
     return Error{ErrorCode::value_invalid, text, "--max-error",
-                 request.regions.empty() && request.patches == 0 && request.spacing_m == 0 && request.grid.x == 0
+                 request.regions.empty() && request.facets == 0 && request.spacing_m == 0 && request.grid.x == 0
                      ? "ask for a larger one"
-                     : "ask for a larger one, or leave the number of regions, patches and probes to the plan"};
+                     : "ask for a larger one, or leave the number of regions, facets and probes to the plan"};
   }
   return planner.plan(asked);
 }
 
 namespace {
 
-double patches_like(const BakeReport& report) {
-  const double leaves_per_element =
-      static_cast<double>(report.leaves) / static_cast<double>(std::max<std::size_t>(report.elements, 1));
-  const auto patches = static_cast<double>(report.patches);
-  return patches_like(patches, leaves_per_element * patches);
+double facets_like(const BakeReport& report) {
+  const double elements_per_patch =
+      static_cast<double>(report.elements) / static_cast<double>(std::max<std::size_t>(report.patches, 1));
+  const auto facets = static_cast<double>(report.facets);
+  return facets_like(facets, elements_per_patch * facets);
 }
 
 } // namespace
@@ -330,8 +330,8 @@ double patches_like(const BakeReport& report) {
 Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report) {
   Pilot better = pilot;
   const Measured m = measured_error(pilot, report);
-  const double patches = patches_like(report);
-  better.mesh_error = m.mesh * std::pow(patches / static_cast<double>(pilot.fine.patches), laws.mesh_exponent);
+  const double facets = facets_like(report);
+  better.mesh_error = m.mesh * std::pow(facets / static_cast<double>(pilot.fine.facets), laws.mesh_exponent);
   if (!plan.options.points.empty())
     return better;
   const glm::ivec3 count =
@@ -344,13 +344,13 @@ Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report) 
 
 double estimated_mesh_error(const Pilot& pilot, const BakeReport& report) {
   // Against the finest pilot mesh that is clearly coarser; on a mesh no finer than any, the pilot's law stands.
-  const double patches = patches_like(report);
+  const double facets = facets_like(report);
   for (const PilotMesh* mesh : {&pilot.fine, &pilot.coarse}) {
-    const double ratio = patches / static_cast<double>(std::max<std::size_t>(mesh->patches, 1));
+    const double ratio = facets / static_cast<double>(std::max<std::size_t>(mesh->facets, 1));
     if (ratio > kClearlyFiner)
       return mesh_difference(mesh->audit, report.audit) / (std::pow(ratio, laws.mesh_exponent) - 1.0);
   }
-  return mesh_part(pilot, patches);
+  return mesh_part(pilot, facets);
 }
 
 Measured measured_error(const Pilot& pilot, const BakeReport& report) {

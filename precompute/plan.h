@@ -24,8 +24,8 @@ struct Prediction {
 /// What the user has fixed; all else is the plan's.
 struct PlanRequest {
   double max_error = 0.02;        ///< of the coefficients under smooth skies; a small sun may err twice as much
-  double patch_edge_m = 0;        ///< > 0: fixed
-  int patches = 0;                ///< > 0: fixed
+  double facet_edge_m = 0;        ///< > 0: fixed
+  int facets = 0;                 ///< > 0: fixed
   glm::ivec3 grid{0};             ///< > 0: fixed
   double spacing_m = 0;           ///< > 0: fixed
   std::vector<glm::dvec3> points; ///< not empty: no grid
@@ -45,7 +45,7 @@ struct Plan {
   Prediction predicted;
 };
 
-/// Pure function of its arguments; a smaller target never gives fewer patches, probes, rays or nodes.
+/// Pure function of its arguments; a smaller target never gives fewer facets, probes, rays or nodes.
 /// Error value_invalid: the target is not a positive number or out of reach; names the smallest that can be planned.
 Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request);
 

@@ -11,8 +11,8 @@ namespace daylit::precompute {
 
 struct PlanLaws {
   // Errors are nrms of the coefficients at points off the grid, worst of the smooth skies (audit.h).
-  double mesh_exponent = 1.2;    ///< mesh error ~ patches^-mesh_exponent
-  double mesh_of_halving = 0.85; ///< mesh error at P patches / difference between P/2 and P
+  double mesh_exponent = 1.2;    ///< mesh error ~ facets^-mesh_exponent
+  double mesh_of_halving = 0.85; ///< mesh error at P facets / difference between P/2 and P
   double grid_exponent = 1.9;    ///< grid error without noise ~ spacing^grid_exponent (mean spacing, after ProbeFit)
   double region_error = 0.057;   ///< sky error of 64 constant regions; ~ 1 / regions
   double region_sun = 0.55;      ///< the same of a small sun, at most; ~ regions^-region_sun_exponent beyond 256
@@ -32,15 +32,15 @@ struct PlanLaws {
   // Seconds on the two threads of the machine of the measurement; the pilot tells how fast another one is.
   double start_s = 0.05;
   double gather_start_s = 0.05;     ///< of gathering in the pilot, whatever it asks for
-  double exchange_exponent = 1.3;   ///< form factors ~ patches^this ...
+  double exchange_exponent = 1.3;   ///< form factors ~ facets^this ...
   double visibility_exponent = 0.2; ///< ... and visibility rays^this
   double ray_s = 3.5e-8;            ///< per gather ray
   double product_s = 5e-12;         ///< per multiplication of the dense products
   double solve_s = 4.5e-11;         ///< the same of the solver
-  double audit_leaves = 0.85;       ///< audit / that of the pilot, per leaf and patch of the pilot
+  double audit_elements = 0.85;     ///< audit / that of the pilot, per element and facet of the pilot
 
   // A fine sky: bricks of probes, each with factors for all sources.
-  double lit_leaves = 0.88;     ///< sources / leaves asked for
+  double lit_elements = 0.88;   ///< sources / elements asked for
   double rank = 80;             ///< components of a full brick at an error of 3 % ...
   double rank_exponent = 0.35;  ///< ... ~ error^-this
   double rank_of_probes = 0.6;  ///< ... ~ probes in the brick^this

@@ -19,9 +19,9 @@ std::string where(const Plan& plan) {
   return format(graded ? "probes %.3g m apart in the mean" : "probes at most %.3g m apart", o.spacing_m);
 }
 
-std::string patches(const Plan& plan) {
-  return plan.options.patch_edge_m > 0 ? format("patches up to %.3g m", plan.options.patch_edge_m)
-                                       : format("%d patches", plan.options.target_patches);
+std::string facets(const Plan& plan) {
+  return plan.options.facet_edge_m > 0 ? format("facets up to %.3g m", plan.options.facet_edge_m)
+                                       : format("%d facets", plan.options.target_facets);
 }
 
 } // namespace
@@ -29,7 +29,7 @@ std::string patches(const Plan& plan) {
 std::string to_text(const Plan& plan) {
   const Prediction& p = plan.predicted;
   std::string text = format("plan       for %.3g %%: %s, %s, %s, %.0f visibility rays, %d rays per probe\n",
-                            100 * plan.max_error, patches(plan).c_str(), where(plan).c_str(), plan.regions.c_str(),
+                            100 * plan.max_error, facets(plan).c_str(), where(plan).c_str(), plan.regions.c_str(),
                             plan.options.visibility_rays, plan.options.gather_rays);
   text += format("predicted  %.2f %% (mesh %.2f, probes %.2f, sky %.2f)", 100 * p.total, 100 * p.mesh, 100 * p.grid,
                  100 * p.sky);
@@ -62,8 +62,8 @@ std::string to_json(const PlannedBake& bake, bool times) {
   auto j = nlohmann::ordered_json::parse(to_json(bake.report, times));
   j["plan"] = {{"max_error", bake.plan.max_error},
                {"regions", bake.plan.regions},
-               {"target_patches", o.target_patches},
-               {"patch_edge_m", o.patch_edge_m},
+               {"target_facets", o.target_facets},
+               {"facet_edge_m", o.facet_edge_m},
                {"spacing_m", o.spacing_m},
                {"graded", is_graded(o.density)},
                {"visibility_rays", o.visibility_rays},

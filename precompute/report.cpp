@@ -9,9 +9,9 @@ using detail::format;
 
 std::string to_json(const BakeReport& r, bool times) {
   nlohmann::ordered_json j;
-  j["patches"] = {
-      {"count", r.patches},     {"longest_edge_m", r.patch_edge_m}, {"doubled_area_m2", r.doubled_m2},
-      {"elements", r.elements}, {"sides_skipped", r.sides_skipped}, {"sides_without_path", r.sides_without_path}};
+  j["facets"] = {
+      {"count", r.facets},    {"longest_edge_m", r.facet_edge_m}, {"doubled_area_m2", r.doubled_m2},
+      {"patches", r.patches}, {"sides_skipped", r.sides_skipped}, {"sides_without_path", r.sides_without_path}};
   j["openings"] = {{"windows", r.apertures.window_polygons},
                    {"holes", r.apertures.hole_polygons},
                    {"window_area_m2", r.apertures.window_area_m2},
@@ -84,8 +84,8 @@ std::string to_text(const BakeReport& r) {
   if (r.apertures.unexplained_escape > 0)
     text += format("           %.2f %% of the test rays leave through gaps without an outline\n",
                    100 * r.apertures.unexplained_escape);
-  text += format("patches    %zu (edge up to %.3f m), %zu sides in the air, %zu sides skipped: no light reaches them\n",
-                 r.patches, r.patch_edge_m, r.elements, r.sides_skipped);
+  text += format("facets    %zu (edge up to %.3f m), %zu sides in the air, %zu sides skipped: no light reaches them\n",
+                 r.facets, r.facet_edge_m, r.patches, r.sides_skipped);
   if (r.doubled_m2 > 0)
     text +=
         format("           %.3g m2 of faces lie on other faces and count once, with the material of the earlier one\n",

@@ -8,8 +8,8 @@
 
 #include "precompute/bake.h"
 #include "precompute/probes.h"
-#include "radiosity/elements.h"
 #include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 
 namespace daylit::precompute {
 
@@ -17,10 +17,9 @@ namespace {
 
 constexpr int kDefaultRegions = 64;
 
-/// Seconds for each element (its rays), for each pair (decisions, products), per gathered ray and for the rest, and the
-/// growth of the exchange matrix: fitted to `daylit-bench transport-cost` from 2,000 to 50,000 patches, two cores.
-constexpr double kSecondsPerElement = 3.5e-4, kSecondsPerPair = 1e-8, kSecondsPerGatherRay = 1.9e-7,
-                 kSecondsFixed = 0.2;
+/// Seconds for each patch (its rays), for each pair (decisions, products), per gathered ray and for the rest, and the
+/// growth of the exchange matrix: fitted to `daylit-bench transport-cost` from 2,000 to 50,000 facets, two cores.
+constexpr double kSecondsPerPatch = 3.5e-4, kSecondsPerPair = 1e-8, kSecondsPerGatherRay = 1.9e-7, kSecondsFixed = 0.2;
 constexpr double kMatrixBytesAt2000 = 5.5e6, kMatrixGrowth = 1.65;
 
 std::vector<CheckedMaterial> list_materials(const Room& room) {
@@ -80,10 +79,10 @@ void ask_about_materials(const std::vector<CheckedMaterial>& materials, std::vec
 /// Meshes the room and places the probes as a bake would; the rest is extrapolated from their numbers.
 Result<BakeEstimate> estimate_bake(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures) {
   const BakeOptions options;
-  const auto mesh = radiosity::mesh_patches(room, {.edge_m = 0, .target_patches = options.target_patches});
+  const auto mesh = radiosity::mesh_surfaces(room, {.edge_m = 0, .target_facets = options.target_facets});
   if (!mesh)
     return mesh.error();
-  const auto rays = radiosity::patch_scene(*mesh);
+  const auto rays = radiosity::facet_scene(*mesh);
   if (!rays)
     return rays.error();
   auto probes = make_grid(room.bounds(), options.grid, options.spacing_m);
@@ -91,13 +90,13 @@ Result<BakeEstimate> estimate_bake(const Room& room, const RayScene& scene, cons
     return probes.error();
   mark_air(*probes, scene, apertures);
   BakeEstimate e;
-  e.patches = mesh->patches.size();
-  e.elements = radiosity::find_elements(room, *mesh, *rays, apertures).elements.size();
+  e.facets = mesh->facets.size();
+  e.patches = radiosity::find_patches(room, *mesh, *rays, apertures).patches.size();
   e.probes = probes->size();
   e.probes_in_air = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
-  const double n = static_cast<double>(e.elements), p = static_cast<double>(e.probes_in_air);
+  const double n = static_cast<double>(e.patches), p = static_cast<double>(e.probes_in_air);
   e.seconds =
-      kSecondsFixed + kSecondsPerElement * n + kSecondsPerPair * n * n + kSecondsPerGatherRay * p * options.gather_rays;
+      kSecondsFixed + kSecondsPerPatch * n + kSecondsPerPair * n * n + kSecondsPerGatherRay * p * options.gather_rays;
   e.memory_gb = (kMatrixBytesAt2000 * std::pow(n / 2000, kMatrixGrowth) +
                  4.0 * 27 * kDefaultRegions * static_cast<double>(e.probes)) /
                 1e9;

@@ -30,7 +30,7 @@ struct CheckedOpening {
 
 /// What a bake at default settings would take.
 struct BakeEstimate {
-  std::size_t patches = 0, elements = 0, probes = 0, probes_in_air = 0;
+  std::size_t facets = 0, patches = 0, probes = 0, probes_in_air = 0;
   double seconds = 0;   ///< two cores of 2020; halves with twice the cores
   double memory_gb = 0; ///< the matrix of form factors and the basis
 };

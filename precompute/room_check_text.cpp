@@ -60,8 +60,8 @@ std::string to_text(const RoomCheck& check) {
   text += opening_lines(check);
   if (!check.problem)
     text +=
-        format("bake       %zu patches, %zu of %zu probes in the air, about %.1f s on two cores, %.2f GB of memory\n",
-               check.estimate.patches, check.estimate.probes_in_air, check.estimate.probes, check.estimate.seconds,
+        format("bake       %zu facets, %zu of %zu probes in the air, about %.1f s on two cores, %.2f GB of memory\n",
+               check.estimate.facets, check.estimate.probes_in_air, check.estimate.probes, check.estimate.seconds,
                check.estimate.memory_gb);
   for (const std::string& note : check.faces.notes)
     text += "note       " + note + "\n";
@@ -101,8 +101,8 @@ std::string to_json(const RoomCheck& check) {
                                      {"inward", triple(o.inward)},
                                      {"transmittance", triple(glm::dvec3(o.transmittance))}});
   if (!check.problem)
-    j["estimate"] = {{"patches", check.estimate.patches},
-                     {"elements", check.estimate.elements},
+    j["estimate"] = {{"facets", check.estimate.facets},
+                     {"patches", check.estimate.patches},
                      {"probes", check.estimate.probes},
                      {"probes_in_air", check.estimate.probes_in_air},
                      {"seconds_two_cores", check.estimate.seconds},

@@ -13,7 +13,7 @@ constexpr double kSize = 8.0, kLattice = 0x1p-22; // units
 
 BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
   BakeOptions local = world;
-  local.patch_edge_m /= frame.unit_m;
+  local.facet_edge_m /= frame.unit_m;
   // Where the grid is given the spacing only bounds the distance from the walls: the same share of every room.
   if (std::min({world.grid.x, world.grid.y, world.grid.z}) <= 0)
     local.spacing_m /= frame.unit_m;
@@ -25,7 +25,7 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
 }
 
 void report_in_world(const RoomFrame& frame, BakeReport& report) {
-  report.patch_edge_m *= frame.unit_m;
+  report.facet_edge_m *= frame.unit_m;
   report.doubled_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.window_area_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.hole_area_m2 *= frame.unit_m * frame.unit_m;

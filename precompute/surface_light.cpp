@@ -10,20 +10,20 @@ namespace daylit::precompute {
 
 namespace {
 
-/// Where an element is, how it is turned and what it reflects: clusters are small in all of these.
+/// Where a patch is, how it is turned and what it reflects: clusters are small in all of these.
 using Place = std::array<double, 9>;
 
-std::vector<Place> places(const radiosity::ElementSet& set, const std::vector<std::uint32_t>& lit) {
+std::vector<Place> places(const radiosity::PatchSet& set, const std::vector<std::uint32_t>& lit) {
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
-  for (const radiosity::Element& e : set.elements)
+  for (const radiosity::Patch& e : set.patches)
     for (const glm::dvec3& c : e.corner) {
       low = glm::min(low, c);
       high = glm::max(high, c);
     }
-  const double size = set.elements.empty() ? 1.0 : std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  const double size = set.patches.empty() ? 1.0 : std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   std::vector<Place> list;
   for (const std::uint32_t i : lit) {
-    const radiosity::Element& e = set.elements[i];
+    const radiosity::Patch& e = set.patches[i];
     const glm::dvec3 p = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0, n = size * e.normal,
                      r = size * glm::dvec3(e.reflectance);
     list.push_back({p.x, p.y, p.z, n.x, n.y, n.z, r.x, r.y, r.z});
@@ -58,8 +58,8 @@ Group measured(const std::vector<Place>& at, const std::vector<std::uint32_t>& o
   return g;
 }
 
-/// Splits the longest group in half until there are enough. Cluster of each element; -1 of those that are not `lit`.
-std::vector<std::int32_t> find_clusters(const radiosity::ElementSet& set, const std::vector<std::uint32_t>& lit,
+/// Splits the longest group in half until there are enough. Cluster of each patch; -1 of those that are not `lit`.
+std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const std::vector<std::uint32_t>& lit,
                                         std::size_t most, std::size_t& count) {
   const std::vector<Place> at = places(set, lit);
   std::vector<std::uint32_t> order(lit.size());
@@ -87,67 +87,67 @@ std::vector<std::int32_t> find_clusters(const radiosity::ElementSet& set, const 
   for (; !groups.empty(); groups.pop())
     done.push_back(groups.top());
   count = done.size();
-  std::vector<std::int32_t> cluster(set.elements.size(), -1);
+  std::vector<std::int32_t> cluster(set.patches.size(), -1);
   for (std::size_t k = 0; k < done.size(); ++k)
     for (std::size_t i = done[k].begin; i < done[k].end; ++i)
       cluster[lit[order[i]]] = static_cast<std::int32_t>(k);
   return cluster;
 }
 
-/// Elements with a leaf that the sky lights.
-std::vector<std::uint32_t> lit_elements(const SurfaceLight& light) {
+/// Patches with an element that the sky lights.
+std::vector<std::uint32_t> lit_patches(const SurfaceLight& light) {
   std::vector<std::uint32_t> lit;
-  for (const std::uint32_t leaf : light.source)
-    if (lit.empty() || lit.back() != light.parent[leaf])
-      lit.push_back(light.parent[leaf]);
+  for (const std::uint32_t element : light.source)
+    if (lit.empty() || lit.back() != light.parent[element])
+      lit.push_back(light.parent[element]);
   return lit;
 }
 
-/// The sources' clusters are those of their elements.
-void join_clusters(const radiosity::ElementSet& set, const radiosity::ElementSet& leaves,
+/// The sources' clusters are those of their patches.
+void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& elements,
                    const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
   std::vector<double> area(light.clusters, 0.0);
   for (std::size_t e = 0; e < cluster_of.size(); ++e)
     if (cluster_of[e] >= 0)
-      area[static_cast<std::size_t>(cluster_of[e])] += set.elements[e].area_m2;
-  for (const std::uint32_t leaf : light.source) {
-    const auto cluster = static_cast<std::uint32_t>(cluster_of[light.parent[leaf]]);
+      area[static_cast<std::size_t>(cluster_of[e])] += set.patches[e].area_m2;
+  for (const std::uint32_t element : light.source) {
+    const auto cluster = static_cast<std::uint32_t>(cluster_of[light.parent[element]]);
     light.cluster.push_back(cluster);
-    light.share.push_back(static_cast<float>(leaves.elements[leaf].area_m2 / area[cluster]));
+    light.share.push_back(static_cast<float>(elements.patches[element].area_m2 / area[cluster]));
   }
 }
 
 /// One column per cluster, and the whole sky as the last one, for the audit.
-radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightLeaves& leaves,
+radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightLeaves& elements,
                                        const std::vector<std::int32_t>& cluster_of, std::vector<float> opening) {
   const std::size_t columns = light.clusters + 1;
-  radiosity::FirstBounce first{.elements = light.elements,
+  radiosity::FirstBounce first{.patches = light.patches,
                                .channels = 1,
                                .region = std::vector<std::int32_t>(columns),
-                               .irradiance = std::vector<float>(light.elements * columns, 0.0f),
+                               .irradiance = std::vector<float>(light.patches * columns, 0.0f),
                                .opening = std::move(opening)};
   std::iota(first.region.begin(), first.region.end(), 0);
-  for (std::size_t e = 0; e < light.elements; ++e)
+  for (std::size_t e = 0; e < light.patches; ++e)
     if (cluster_of[e] >= 0)
       first.row(e, 0)[cluster_of[e]] = 1.0f;
   for (std::size_t s = 0; s < light.source.size(); ++s) {
     double sky = 0;
     for (const Rgb& x : light.light[s].irradiance)
       sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
-    const std::uint32_t leaf = light.source[s];
-    first.row(light.parent[leaf], 0)[light.clusters] += leaves.share[leaf] * static_cast<float>(sky);
+    const std::uint32_t element = light.source[s];
+    first.row(light.parent[element], 0)[light.clusters] += elements.share[element] * static_cast<float>(sky);
   }
   return first;
 }
 
 /// The last column alone.
-radiosity::EnergyBalance audit_sky(const radiosity::ElementSet& set, const radiosity::ExchangeMatrix& exchange,
+radiosity::EnergyBalance audit_sky(const radiosity::PatchSet& set, const radiosity::ExchangeMatrix& exchange,
                                    const radiosity::FirstBounce& first, const radiosity::Radiosity& all) {
   const std::size_t columns = first.columns();
   radiosity::FirstBounce sky{
-      .elements = first.elements, .channels = 1, .region = {0}, .irradiance = {}, .opening = first.opening};
-  radiosity::Radiosity b{.elements = all.elements, .columns = 3, .b = {}, .copy_of = all.copy_of};
-  for (std::size_t e = 0; e < first.elements; ++e) {
+      .patches = first.patches, .channels = 1, .region = {0}, .irradiance = {}, .opening = first.opening};
+  radiosity::Radiosity b{.patches = all.patches, .columns = 3, .b = {}, .copy_of = all.copy_of};
+  for (std::size_t e = 0; e < first.patches; ++e) {
     sky.irradiance.push_back(first.row(e, 0)[columns - 1]);
     for (std::size_t c = 0; c < 3; ++c)
       b.b.push_back(all.row(e)[(c + 1) * columns - 1]);
@@ -156,42 +156,42 @@ radiosity::EnergyBalance audit_sky(const radiosity::ElementSet& set, const radio
 }
 
 /// Takes the light that a cluster sends out itself off the solution.
-void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::ElementSet& set,
+void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::PatchSet& set,
                           const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
   const std::size_t n = light.clusters, columns = n + 1;
-  light.bounced.resize(light.elements * 3 * n);
-  for (std::size_t e = 0; e < light.elements; ++e)
+  light.bounced.resize(light.patches * 3 * n);
+  for (std::size_t e = 0; e < light.patches; ++e)
     for (std::size_t c = 0; c < 3; ++c) {
       float* to = light.bounced.data() + (e * 3 + c) * n;
       std::copy_n(solved.row(e) + static_cast<std::size_t>(solved.copy_of[c]) * columns, n, to);
       if (cluster_of[e] >= 0)
-        to[cluster_of[e]] -= set.elements[e].reflectance[static_cast<int>(c)];
+        to[cluster_of[e]] -= set.patches[e].reflectance[static_cast<int>(c)];
     }
 }
 
 } // namespace
 
-Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const detail::LightLeaves& leaves,
+Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightLeaves& elements,
                                    const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
                                    const radiosity::SolveOptions& options, const Progress& progress,
                                    SurfaceLightReport& report) {
   SurfaceLight light;
-  light.elements = set.elements.size();
-  light.leaves = rows.size();
-  light.parent = leaves.parent;
-  light.leaf_share = leaves.share;
-  std::vector<float> opening = leaves.opening_of_parents(rows);
+  light.patches = set.patches.size();
+  light.elements = rows.size();
+  light.parent = elements.parent;
+  light.element_fraction = elements.share;
+  std::vector<float> opening = elements.opening_of_parents(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].region.empty())
       continue;
     light.source.push_back(static_cast<std::uint32_t>(i));
-    light.reflectance.push_back(leaves.elements.elements[i].reflectance);
+    light.reflectance.push_back(elements.patches.patches[i].reflectance);
     light.light.push_back(std::move(rows[i]));
   }
-  const std::vector<std::int32_t> cluster_of = find_clusters(set, lit_elements(light), clusters, light.clusters);
-  join_clusters(set, leaves.elements, cluster_of, light);
-  const radiosity::FirstBounce first = cluster_columns(light, leaves, cluster_of, std::move(opening));
+  const std::vector<std::int32_t> cluster_of = find_clusters(set, lit_patches(light), clusters, light.clusters);
+  join_clusters(set, elements.patches, cluster_of, light);
+  const radiosity::FirstBounce first = cluster_columns(light, elements, cluster_of, std::move(opening));
   const auto solved = radiosity::solve_radiosity(set, exchange, first, options, progress, &report.solve);
   if (!solved)
     return solved.error();

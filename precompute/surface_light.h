@@ -1,8 +1,9 @@
 #pragma once
 
-// The light between surfaces as the fine sky needs it: which leaves of the surfaces the sky lights from where, and what
-// a lit leaf gives in two parts. What it sends out itself is exact. What comes back after further bounces is smooth, so
-// it is solved between elements, once for each cluster of neighbouring ones, from the mean light on the cluster.
+// The light between surfaces as the fine sky needs it: which elements of the surfaces the sky lights from where, and
+// what a lit element gives in two parts. What it sends out itself is exact. What comes back after further bounces is
+// smooth, so it is solved between patches, once for each cluster of neighbouring ones, from the mean light on the
+// cluster.
 
 #include <cstdint>
 #include <vector>
@@ -15,15 +16,15 @@
 namespace daylit::precompute {
 
 struct SurfaceLight {
-  std::size_t elements = 0, leaves = 0, clusters = 0;
-  std::vector<std::uint32_t> parent;            ///< element of each leaf
-  std::vector<float> leaf_share;                ///< of each leaf in its element's area
-  std::vector<std::uint32_t> source;            ///< leaves that the sky lights, increasing
+  std::size_t patches = 0, elements = 0, clusters = 0;
+  std::vector<std::uint32_t> parent;            ///< patch of each element
+  std::vector<float> element_fraction;          ///< of each element in its patch's area
+  std::vector<std::uint32_t> source;            ///< elements that the sky lights, increasing
   std::vector<radiosity::FirstBounceRow> light; ///< of each source
   std::vector<std::uint32_t> cluster;           ///< of each source
   std::vector<float> share;                     ///< of each source: its area / that of its cluster
   std::vector<Rgb> reflectance;                 ///< of each source
-  /// [element][channel * clusters + cluster]: radiosity after one or more further bounces for irradiance 1 on a
+  /// [patch][channel * clusters + cluster]: radiosity after one or more further bounces for irradiance 1 on a
   /// cluster.
   std::vector<float> bounced;
 };
@@ -33,8 +34,8 @@ struct SurfaceLightReport {
   radiosity::EnergyBalance energy; ///< of the whole sky
 };
 
-/// `rows`: of each leaf. At most `clusters` of them. Errors as solve_radiosity().
-Result<SurfaceLight> surface_light(const radiosity::ElementSet& set, const detail::LightLeaves& leaves,
+/// `rows`: of each element. At most `clusters` of them. Errors as solve_radiosity().
+Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightLeaves& elements,
                                    const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
                                    const radiosity::SolveOptions& options, const Progress& progress,

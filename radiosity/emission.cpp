@@ -15,25 +15,24 @@ std::vector<float> exchange_product(const ExchangeMatrix& exchange, std::span<co
   return product;
 }
 
-Result<FirstBounce> emitted_light(const ElementSet& set, const ExchangeMatrix& exchange,
-                                  std::span<const Rgb> exitance) {
-  const std::size_t n = set.elements.size();
+Result<FirstBounce> emitted_light(const PatchSet& set, const ExchangeMatrix& exchange, std::span<const Rgb> exitance) {
+  const std::size_t n = set.patches.size();
   if (exitance.size() != n || exchange.size() != n)
-    return Error{ErrorCode::value_invalid, "the exitances are not as many as the elements", "emission", ""};
+    return Error{ErrorCode::value_invalid, "the exitances are not as many as the patches", "emission", ""};
   FirstBounce light;
-  light.elements = n;
+  light.patches = n;
   light.region = {0};
   light.opening.assign(n, 0.0f);
   light.irradiance = exchange_product(exchange, {&exitance.data()->x, 3 * n}, 3);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t c = 0; c < 3; ++c)
-      light.irradiance[3 * i + c] /= static_cast<float>(set.elements[i].area_m2);
+      light.irradiance[3 * i + c] /= static_cast<float>(set.patches[i].area_m2);
   return light;
 }
 
 void add_exitance(std::span<const Rgb> exitance, Radiosity& radiosity) {
   const std::size_t per_channel = radiosity.columns / 3;
-  for (std::size_t i = 0; i < radiosity.elements; ++i)
+  for (std::size_t i = 0; i < radiosity.patches; ++i)
     for (std::size_t k = 0; k < radiosity.columns; ++k)
       radiosity.b[i * radiosity.columns + k] += exitance[i][static_cast<int>(k / per_channel)];
 }

@@ -16,7 +16,7 @@ struct ExchangeBlock {
   bool diagonal() const { return row == column; }
 };
 
-/// Exchange areas G_ij = A_i F_ij = A_j F_ji in m^2 between elements, zero diagonal, exactly symmetric by construction:
+/// Exchange areas G_ij = A_i F_ij = A_j F_ji in m^2 between patches, zero diagonal, exactly symmetric by construction:
 /// a hierarchical matrix (Hackbusch 1999) of dense blocks, of low-rank blocks where the kernel is smooth and nothing
 /// stands in between, and of nothing where two clusters cannot see each other. A small room is one dense block.
 class ExchangeMatrix {
@@ -25,7 +25,7 @@ public:
   ExchangeMatrix(std::vector<std::uint32_t> order, std::vector<ExchangeBlock> blocks);
 
   std::size_t size() const { return order_.size(); }
-  /// Tree position -> element. Vectors below are in tree order.
+  /// Tree position -> patch. Vectors below are in tree order.
   const std::vector<std::uint32_t>& order() const { return order_; }
   const std::vector<ExchangeBlock>& blocks() const { return blocks_; }
   std::size_t bytes() const;
@@ -33,13 +33,13 @@ public:
   /// y = G x; x, y: [tree position][column], row-major, `columns` wide. One thread; the bits depend on x only.
   void multiply(const float* x, std::size_t columns, float* y) const;
 
-  /// Sum over j of G_ij per element i (element order), m^2.
+  /// Sum over j of G_ij per patch i (patch order), m^2.
   std::vector<double> row_sums() const;
-  /// Those of S G S; `diagonal` S per element.
+  /// Those of S G S; `diagonal` S per patch.
   std::vector<double> scaled_row_sums(std::span<const double> diagonal) const;
   /// G becomes S G S.
   void scale(std::span<const double> diagonal);
-  /// The whole matrix, [element][element], row-major: for tests and small rooms.
+  /// The whole matrix, [patch][patch], row-major: for tests and small rooms.
   std::vector<float> dense() const;
   /// The same, [tree position][tree position].
   std::vector<float> dense_in_tree_order() const;

@@ -23,20 +23,20 @@ namespace {
 constexpr int kScoutRays = 64, kOpenSkyRays = 1024;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Directions stand for the whole sphere, at least so many; fewer do for an element that has a wide view of an opening.
+// Directions stand for the whole sphere, at least so many; fewer do for a patch that has a wide view of an opening.
 constexpr int kDirections = 16384, kWideDirections = 8192;
 constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of kWideDirections
-constexpr int kScoutingRays = 2;      // per direction: is an element partly in the shade?
+constexpr int kScoutingRays = 2;      // per direction: is a patch partly in the shade?
 constexpr int kPartialRays = 16;      // per direction, for one that is
-constexpr int kFewestDirections = 48; // an opening that an element sees under fewer is sampled in its solid angle
+constexpr int kFewestDirections = 48; // an opening that a patch sees under fewer is sampled in its solid angle
 constexpr double kShade = 1e-9;       // relative: rounding of sums
 // Rays start this share of the way to the middle: closer to a wall than their first gap they would pass through it.
 constexpr double kOffEdges = 1e-3;
 constexpr int kSamples = 1024; // of such an opening
 
 struct Task {
-  const ElementSet& set;
-  const PatchMesh& mesh;
+  const PatchSet& set;
+  const SurfaceMesh& mesh;
   const RayScene& scene;
   const std::vector<Aperture>& apertures;
   const SkyPartition& partition;
@@ -46,11 +46,11 @@ struct Task {
   std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
   std::atomic<int> open_sky{0};
 
-  Task(const ElementSet& elements, const PatchMesh& patches, const RayScene& rays_of_patches,
+  Task(const PatchSet& patches, const SurfaceMesh& facets, const RayScene& rays_of_facets,
        const std::vector<Aperture>& openings, const SkyPartition& regions)
-      : set(elements), mesh(patches), scene(rays_of_patches), apertures(openings), partition(regions),
-        pieces(aperture_pieces(openings, patches.origin)), fine(regions, pieces, kDirections),
-        wide(regions, pieces, kWideDirections), paths(patches, openings, pieces) {}
+      : set(patches), mesh(facets), scene(rays_of_facets), apertures(openings), partition(regions),
+        pieces(aperture_pieces(openings, facets.origin)), fine(regions, pieces, kDirections),
+        wide(regions, pieces, kWideDirections), paths(facets, openings, pieces) {}
 
   bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
     return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
@@ -58,7 +58,7 @@ struct Task {
   }
 };
 
-/// What one element receives through one piece or all of them, dense over regions.
+/// What one patch receives through one piece or all of them, dense over regions.
 struct Received {
   std::vector<glm::dvec3> region;
   double opening = 0;
@@ -91,7 +91,7 @@ std::optional<glm::dvec3> pane_share(const Task& task, const Aperture& aperture,
   return glm::dvec3(aperture_transmittance(task.apertures, world, d, kInfinity));
 }
 
-/// Up to 16 rays from an element, tested together.
+/// Up to 16 rays from a patch, tested together.
 class RayBatch {
 public:
   RayBatch(Task& task, const Aperture& aperture, Accumulator& acc) : task_(task), aperture_(aperture), acc_(acc) {}
@@ -137,8 +137,8 @@ private:
   int size_ = 0;
 };
 
-/// Samples the fan of triangles that makes up the aperture, as seen from one point of the element.
-void sample_aperture(Task& task, const Element& e, const Aperture& aperture, const SmallPolygon& polygon,
+/// Samples the fan of triangles that makes up the aperture, as seen from one point of the patch.
+void sample_aperture(Task& task, const Patch& e, const Aperture& aperture, const SmallPolygon& polygon,
                      const glm::dvec3& from, int count, std::uint64_t seed, Accumulator& acc) {
   RayBatch batch(task, aperture, acc);
   std::array<glm::dvec3, 12> corner;
@@ -167,9 +167,9 @@ void sample_aperture(Task& task, const Element& e, const Aperture& aperture, con
   batch.flush();
 }
 
-/// One direction after another, the lit part of the element by an exact clip. Unless the way is clear, `rays` rays from
+/// One direction after another, the lit part of the patch by an exact clip. Unless the way is clear, `rays` rays from
 /// the lit part decide.
-Accumulator sweep_beam(Task& task, const Element& e, const ApertureBeam& beam, const SkySweep& sweep, std::size_t index,
+Accumulator sweep_beam(Task& task, const Patch& e, const ApertureBeam& beam, const SkySweep& sweep, std::size_t index,
                        bool clear, int rays, std::uint64_t seed) {
   const Aperture& aperture = task.apertures[task.pieces[index].aperture];
   const glm::dvec2 shift = random_shift(seed);
@@ -201,9 +201,8 @@ Accumulator sweep_beam(Task& task, const Element& e, const ApertureBeam& beam, c
   return acc;
 }
 
-/// A small opening, or a large element's small view of one: directions uniform in its solid angle.
-Accumulator sample_small(Task& task, const Element& e, const ApertureBeam& beam, std::size_t index,
-                         std::uint64_t seed) {
+/// A small opening, or a large patch's small view of one: directions uniform in its solid angle.
+Accumulator sample_small(Task& task, const Patch& e, const ApertureBeam& beam, std::size_t index, std::uint64_t seed) {
   SmallPolygon polygon;
   for (const glm::dvec3& c : beam.front())
     polygon.corner[polygon.size++] = c;
@@ -218,8 +217,8 @@ Accumulator sample_small(Task& task, const Element& e, const ApertureBeam& beam,
   return acc;
 }
 
-void receive_through(Task& task, std::size_t element, std::size_t index, Received& out) {
-  const Element& e = task.set.elements[element];
+void receive_through(Task& task, std::size_t patch, std::size_t index, Received& out) {
+  const Patch& e = task.set.patches[patch];
   const AperturePiece& piece = task.pieces[index];
   const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
   const ApertureBeam beam(e, piece);
@@ -228,7 +227,7 @@ void receive_through(Task& task, std::size_t element, std::size_t index, Receive
   // From inside, the aperture shows the face that looks along `inward`.
   const double exact =
       exchange_area_unoccluded(e.corner, e.normal, piece.corner, piece.inward) / e.area_m2 * std::numbers::pi;
-  const std::uint64_t seed = mix_bits(element * 4099 + index);
+  const std::uint64_t seed = mix_bits(patch * 4099 + index);
   const SkySweep& sweep = exact > kWide_sr ? task.wide : task.fine;
   const bool clear = task.paths.clear(e, index, beam.front());
   task.clear.fetch_add(clear ? 1 : 0, std::memory_order_relaxed);
@@ -246,7 +245,7 @@ void receive_through(Task& task, std::size_t element, std::size_t index, Receive
 
 /// Escapes through no listed aperture: outside surfaces, and gaps whose outline nobody knows.
 void receive_open_sky(Task& task, std::size_t index, std::uint64_t seed, Received& out) {
-  const Element& e = task.set.elements[index];
+  const Patch& e = task.set.patches[index];
   const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
   const auto escapes = [&](int count, int first, bool add) {
     int found = 0;
@@ -286,7 +285,7 @@ FirstBounceRow squeeze(const Received& received) {
   return row;
 }
 
-/// Keeps the columns in which any element receives light, and one channel where all panes are colourless.
+/// Keeps the columns in which any patch receives light, and one channel where all panes are colourless.
 FirstBounce compact(const std::vector<FirstBounceRow>& rows, int regions) {
   std::vector<std::int32_t> column(regions, -1);
   FirstBounce result;
@@ -302,7 +301,7 @@ FirstBounce compact(const std::vector<FirstBounceRow>& rows, int regions) {
       column[i] = static_cast<std::int32_t>(result.region.size());
       result.region.push_back(i);
     }
-  result.elements = rows.size();
+  result.patches = rows.size();
   result.irradiance.assign(rows.size() * static_cast<std::size_t>(result.channels) * result.columns(), 0.0f);
   result.opening.resize(rows.size());
   for (std::size_t e = 0; e < rows.size(); ++e) {
@@ -316,16 +315,16 @@ FirstBounce compact(const std::vector<FirstBounceRow>& rows, int regions) {
 
 } // namespace
 
-Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, const PatchMesh& mesh,
+Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const SurfaceMesh& mesh,
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
                                                       FirstBounceReport* report) {
   const auto start = std::chrono::steady_clock::now();
   Task task(set, mesh, scene, apertures, partition);
-  std::vector<FirstBounceRow> rows(set.elements.size());
+  std::vector<FirstBounceRow> rows(set.patches.size());
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, set.elements.size(), [&](std::size_t i) {
+  tbb::parallel_for(std::size_t{0}, set.patches.size(), [&](std::size_t i) {
     if (stop)
       return;
     Received received{std::vector<glm::dvec3>(partition.size(), glm::dvec3(0.0)), 0.0};
@@ -345,7 +344,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const ElementSet& set, con
   return rows;
 }
 
-Result<FirstBounce> first_bounce(const ElementSet& set, const PatchMesh& mesh, const RayScene& scene,
+Result<FirstBounce> first_bounce(const PatchSet& set, const SurfaceMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
                                  const Progress& progress, FirstBounceReport* report) {
   const auto rows = first_bounce_rows(set, mesh, scene, apertures, partition, progress, report);

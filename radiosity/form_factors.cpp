@@ -24,9 +24,9 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr std::uint32_t kSmallLeaf = 32, kLeaf = 64;
-constexpr std::size_t kMostObstacles = 24;  // between two leaves; more are left to the rays
-constexpr double kShadowTolerance = 3e-6;   // of the room's size, above the rounding of float coordinates
-constexpr std::size_t kManyElements = 6000; // from here on the larger leaf: fewer decisions
+constexpr std::size_t kMostObstacles = 24; // between two leaves; more are left to the rays
+constexpr double kShadowTolerance = 3e-6;  // of the room's size, above the rounding of float coordinates
+constexpr std::size_t kManyPatches = 6000; // from here on the larger leaf: fewer decisions
 
 struct Counters {
   std::atomic<std::uint64_t> facing{0}, near{0}, clear{0}, hidden{0}, low_rank{0}, sampled{0}, rays{0};
@@ -43,27 +43,27 @@ struct Counters {
   }
 };
 
-ClusterTree element_tree(const ElementSet& set, const PatchMesh& mesh) {
+ClusterTree patch_tree(const PatchSet& set, const SurfaceMesh& mesh) {
   std::vector<ClusterItem> items;
-  for (const Element& e : set.elements) {
-    const Patch& p = mesh.patches[e.patch];
+  for (const Patch& e : set.patches) {
+    const Facet& p = mesh.facets[e.facet];
     items.push_back({e.corner, e.normal, 2 * p.plane + (glm::dot(e.normal, p.normal) < 0.0 ? 1u : 0u)});
   }
-  return ClusterTree(items, set.elements.size() < kManyElements ? kSmallLeaf : kLeaf);
+  return ClusterTree(items, set.patches.size() < kManyPatches ? kSmallLeaf : kLeaf);
 }
 
 /// Which tree positions reflect nothing; empty when that does not matter.
-std::vector<bool> black_positions(const ElementSet& set, const ClusterTree& tree, const ExchangeOptions& options) {
+std::vector<bool> black_positions(const PatchSet& set, const ClusterTree& tree, const ExchangeOptions& options) {
   std::vector<bool> black;
-  for (const std::uint32_t element : tree.order())
+  for (const std::uint32_t patch : tree.order())
     if (options.skip_black)
-      black.push_back(set.elements[element].reflectance == Rgb(0.0f));
+      black.push_back(set.patches[patch].reflectance == Rgb(0.0f));
   return black;
 }
 
 /// What all tiles of one run share.
 struct Problem {
-  const ElementSet& set;
+  const PatchSet& set;
   const RayScene& scene;
   const ExchangeOptions& options;
   const ClusterTree& tree;
@@ -72,7 +72,7 @@ struct Problem {
   glm::dvec3 shift; ///< from the frame of the mesh to that of the rays and `arrays`
   Counters counters;
 
-  const Element& element(std::uint32_t position) const { return set.elements[tree.order()[position]]; }
+  const Patch& patch(std::uint32_t position) const { return set.patches[tree.order()[position]]; }
 };
 
 /// The values of one tile, row-major, and the pairs among them that need rays.
@@ -80,7 +80,7 @@ struct Tile {
   const Cluster &a, &b;
   std::vector<float> values;
   std::vector<PairQuery> queries;
-  std::vector<FacingParts> parts; ///< of queries whose elements face each other in part
+  std::vector<FacingParts> parts; ///< of queries whose patches face each other in part
   std::uint64_t facing = 0, near = 0, clear = 0, hidden = 0;
 
   Tile(const Cluster& rows, const Cluster& columns)
@@ -88,19 +88,19 @@ struct Tile {
   float& at(std::uint32_t i, std::uint32_t j) { return values[std::size_t{i - a.first} * b.size() + (j - b.first)]; }
 };
 
-/// What two elements show each other of their fronts.
+/// What two patches show each other of their fronts.
 struct NearPair {
   SmallPolygon a, b;
   bool cut; ///< one of them in part only
 
-  NearPair(const Element& p, const Element& q)
+  NearPair(const Patch& p, const Patch& q)
       : a(clip_to_front({{p.corner[0], p.corner[1], p.corner[2]}, 3}, q.corner[0], q.normal)),
         b(clip_to_front({{q.corner[0], q.corner[1], q.corner[2]}, 3}, p.corner[0], p.normal)),
         cut(rises_from_behind(p, q) || rises_from_behind(q, p)) {}
   double exchange_m2() const { return a.size < 3 || b.size < 3 ? 0.0 : exchange_area_unoccluded(a, b); }
 
 private:
-  static bool rises_from_behind(const Element& p, const Element& q) {
+  static bool rises_from_behind(const Patch& p, const Patch& q) {
     return std::ranges::any_of(p.corner,
                                [&](const glm::dvec3& c) { return glm::dot(c - q.corner[0], q.normal) < 0.0; });
   }
@@ -119,7 +119,7 @@ void enter_pair(const Problem& problem, Tile& tile, const PairShadows* shadows, 
   const std::uint64_t seed = std::uint64_t{problem.tree.order()[i]} << 32 | problem.tree.order()[j];
   PairQuery query{i, j, seed, 0.0f, state == kNear};
   if (state == kNear) {
-    const NearPair pair(problem.element(i), problem.element(j));
+    const NearPair pair(problem.patch(i), problem.patch(j));
     g = static_cast<float>(pair.exchange_m2());
     ++tile.near;
     if (shadow == kMixedPair && g > 0.0f && pair.cut) {
@@ -363,16 +363,16 @@ void fill_report(const Problem& problem, const ExchangeMatrix& m, ExchangeReport
 
 } // namespace
 
-Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& mesh, const Room& room,
+Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& mesh, const Room& room,
                                       const RayScene& rays, const ExchangeOptions& options, const Progress& progress,
                                       ExchangeReport* report) {
   const auto start = std::chrono::steady_clock::now();
-  const ClusterTree tree = element_tree(set, mesh);
+  const ClusterTree tree = patch_tree(set, mesh);
   const BlockVisibility visibility(convex_obstacles(room, mesh.origin));
   const ExchangePlan plan = plan_exchange(tree, visibility, {.black = black_positions(set, tree, options)});
   if (4.0 * plan.values > static_cast<double>(options.max_bytes))
     return Error{ErrorCode::limit_exceeded,
-                 std::to_string(set.elements.size()) + " patches need more memory for their form factors than allowed",
+                 std::to_string(set.patches.size()) + " facets need more memory for their form factors than allowed",
                  "form factors", "use a larger --patch-size"};
   const glm::dvec3 shift = mesh.origin - rays.origin();
   Problem problem{set, rays, options, tree, visibility, PairArrays(set, tree.order(), shift), shift, {}};

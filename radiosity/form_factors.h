@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-#include "radiosity/elements.h"
 #include "radiosity/exchange_matrix.h"
+#include "radiosity/patches.h"
 #include "radiosity/work_store.h"
 #include "scene/core/program.h"
 
@@ -39,7 +39,7 @@ struct ExchangeOptions {
 /// nothing between them need no ray, nor do those that one face hides from each other; clusters that are far apart with
 /// nothing between them need no entries: they are stored as low-rank products. `room`: the surfaces that the mesh was
 /// made of; `rays`: the same. Errors: limit_exceeded (storage), interrupted.
-Result<ExchangeMatrix> exchange_areas(const ElementSet& set, const PatchMesh& mesh, const Room& room,
+Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& mesh, const Room& room,
                                       const RayScene& rays, const ExchangeOptions& options, const Progress& progress,
                                       ExchangeReport* report = nullptr);
 

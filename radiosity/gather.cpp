@@ -49,7 +49,7 @@ std::uint32_t place_on_curve(const glm::vec3& d) {
   return code;
 }
 
-/// sum[piece][16] += harmonics of the rays that meet one of its elements. Plain loops that become vectors of any width.
+/// sum[piece][16] += harmonics of the rays that meet one of its patches. Plain loops that become vectors of any width.
 __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) void
 add_harmonics(const std::int32_t* met, const std::uint32_t* piece, const float* harmonics, std::size_t rays,
               float* sum) {
@@ -88,9 +88,9 @@ void turn_harmonics(const float* from, const glm::vec2& turn, std::size_t stride
 
 /// Nine rows of weights for each of the points.
 std::vector<float> weights_of(const GatherHits& hits, std::span<const std::size_t> points, Bands bands) {
-  std::vector<float> weights(points.size() * 9 * hits.elements());
+  std::vector<float> weights(points.size() * 9 * hits.patches());
   for (std::size_t p = 0; p < points.size(); ++p)
-    hits.weights(points[p], weights.data() + p * 9 * hits.elements(), bands);
+    hits.weights(points[p], weights.data() + p * 9 * hits.patches(), bands);
   return weights;
 }
 
@@ -109,10 +109,10 @@ void copy_channels(float* values, std::size_t rows, std::size_t regions, const s
   }
 }
 
-/// One channel of the first light, [element][region].
+/// One channel of the first light, [patch][region].
 std::vector<float> channel_of(const FirstBounce& light, int channel) {
-  std::vector<float> h(light.elements * light.columns());
-  for (std::size_t i = 0; i < light.elements; ++i)
+  std::vector<float> h(light.patches * light.columns());
+  for (std::size_t i = 0; i < light.patches; ++i)
     std::copy_n(light.row(i, channel), light.columns(), h.data() + i * light.columns());
   return h;
 }
@@ -153,14 +153,14 @@ void GatherHits::trace(std::size_t point, std::span<std::int32_t> met) const {
   std::ranges::fill(packet.org_z, origin.z);
   std::ranges::fill(packet.tnear, 0.0f);
   std::ranges::fill(packet.tfar, std::numeric_limits<float>::infinity());
-  std::array<std::uint32_t, 16> patch;
+  std::array<std::uint32_t, 16> facet;
   std::array<std::size_t, 16> ray;
   std::size_t count = 0;
   const auto shoot = [&] {
-    const std::uint32_t hit = scene_->closest16(packet, static_cast<int>(count), patch);
+    const std::uint32_t hit = scene_->closest16(packet, static_cast<int>(count), facet);
     for (std::size_t k = 0; k < count; ++k)
       met[ray[k]] =
-          (hit >> k & 1u) != 0 ? set_->hit(*mesh_, patch[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
+          (hit >> k & 1u) != 0 ? set_->hit(*mesh_, facet[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
     count = 0;
   };
   for (std::size_t k = 0; k < met.size(); ++k) {
@@ -178,13 +178,13 @@ void GatherHits::trace(std::size_t point, std::span<std::int32_t> met) const {
     shoot();
 }
 
-Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const ElementSet& set, const PatchMesh& mesh,
-                               const RayScene& patches, const GatherOptions& options, const Progress& progress,
+Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSet& set, const SurfaceMesh& mesh,
+                               const RayScene& facets, const GatherOptions& options, const Progress& progress,
                                std::size_t most_kept_rays) {
   GatherHits hits;
   hits.set_ = &set;
   hits.mesh_ = &mesh;
-  hits.scene_ = &patches;
+  hits.scene_ = &facets;
   hits.faces_ = options.faces && !options.faces->empty() ? options.faces : nullptr;
   hits.points_.assign(points.begin(), points.end());
   hits.rays_ = static_cast<std::size_t>(options.rays);
@@ -192,13 +192,13 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
   hits.rays_in_groups_ = RayGroups::of(hits.fan_.direction);
   hits.groups_ = GatherHits::groups_of(set, options.group);
   const std::size_t kept = std::min(points.size(), most_kept_rays / hits.rays_);
-  hits.element_.resize(kept * hits.rays_);
+  hits.patch_.resize(kept * hits.rays_);
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   tbb::parallel_for(std::size_t{0}, kept, [&](std::size_t p) {
     if (stop)
       return;
-    hits.trace(p, std::span(hits.element_).subspan(p * hits.rays_, hits.rays_));
+    hits.trace(p, std::span(hits.patch_).subspan(p * hits.rays_, hits.rays_));
     if (++done % kChunk == 0 && !progress("rays", static_cast<double>(done) / static_cast<double>(kept)))
       stop = true;
   });
@@ -207,12 +207,12 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const Element
   return hits;
 }
 
-std::vector<GatherHits::Group> GatherHits::groups_of(const ElementSet& set, std::span<const std::uint32_t> group) {
+std::vector<GatherHits::Group> GatherHits::groups_of(const PatchSet& set, std::span<const std::uint32_t> group) {
   std::vector<Group> groups;
   for (std::uint32_t first = 0, end = 0; first < group.size(); first = end) {
-    Group g{group[first], first, first, glm::dvec3(0.0), set.elements[first].normal, 0.0};
+    Group g{group[first], first, first, glm::dvec3(0.0), set.patches[first].normal, 0.0};
     for (; end < group.size() && group[end] == group[first]; ++end) {
-      const Element& e = set.elements[end];
+      const Patch& e = set.patches[end];
       g.middle += e.area_m2 * (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
       g.member_m2 += e.area_m2;
     }
@@ -244,12 +244,12 @@ void GatherHits::share_out(const glm::dvec3& point, std::span<const std::uint32_
     if (piece[g.first] == piece[g.end - 1] || tells_apart(point, g))
       continue;
     std::array<float, RayFan::kStride> all{};
-    float* of_group = sum.data() + piece[g.first] * RayFan::kStride; // every element is a piece
+    float* of_group = sum.data() + piece[g.first] * RayFan::kStride; // every patch is a piece
     for (std::size_t k = 0; k < count; ++k)
       for (std::size_t l = 0; l < RayFan::kStride; ++l)
         all[l] += of_group[k * RayFan::kStride + l];
     for (std::size_t k = 0; k < count; ++k) {
-      const auto share = static_cast<float>(set_->elements[g.first + k].area_m2 / (g.member_m2 * (g.end - g.first)));
+      const auto share = static_cast<float>(set_->patches[g.first + k].area_m2 / (g.member_m2 * (g.end - g.first)));
       for (std::size_t l = 0; l < RayFan::kStride; ++l)
         of_group[k * RayFan::kStride + l] = share * all[l];
     }
@@ -259,8 +259,8 @@ void GatherHits::share_out(const glm::dvec3& point, std::span<const std::uint32_
 std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> piece, std::size_t pieces,
                                     Bands bands) const {
   std::vector<std::int32_t> again;
-  const std::int32_t* met = element_.data() + point * rays_;
-  if ((point + 1) * rays_ > element_.size()) {
+  const std::int32_t* met = patch_.data() + point * rays_;
+  if ((point + 1) * rays_ > patch_.size()) {
     again.resize(rays_);
     trace(point, again);
     met = again.data();
@@ -272,14 +272,14 @@ std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint
 }
 
 void GatherHits::weights(std::size_t point, float* nine_rows, Bands bands) const {
-  std::vector<std::uint32_t> end(elements());
+  std::vector<std::uint32_t> end(patches());
   std::iota(end.begin(), end.end(), 1u);
   weights(point, end, nine_rows, bands);
 }
 
 void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows,
                          Bands bands) const {
-  std::vector<std::uint32_t> piece(elements());
+  std::vector<std::uint32_t> piece(patches());
   for (std::uint32_t k = 0, e = 0; k < piece_end.size(); ++k)
     for (; e < piece_end[k]; ++e)
       piece[e] = k;
@@ -307,7 +307,7 @@ Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span
       return;
     const std::size_t first = c * kChunk, count = std::min(kChunk, points.size() - first);
     const std::vector<float> weights = weights_of(hits, points.subspan(first, count), bands);
-    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.elements()),
+    const auto rows = static_cast<int>(9 * count), inner = static_cast<int>(hits.patches()),
                stride = static_cast<int>(columns);
     float* out = result.data() + first * 9 * columns;
     for (std::size_t channel = 0; channel < 3; ++channel)
@@ -324,11 +324,11 @@ Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span
   return result;
 }
 
-Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const ElementSet& set,
+Result<std::vector<float>> adjoint_coefficients(const GatherHits& hits, const PatchSet& set,
                                                 const ExchangeMatrix& exchange, const FirstBounce& light,
                                                 const SolveOptions& solve, const Progress& progress,
                                                 SolveReport* report, Bands bands) {
-  const std::size_t n = set.elements.size(), regions = light.columns(), rows = 9 * hits.points();
+  const std::size_t n = set.patches.size(), regions = light.columns(), rows = 9 * hits.points();
   const std::vector<float> weights = weights_of(hits, all_points(hits), bands);
   std::vector<float> result(rows * 3 * regions, 0.0f);
   const std::array<int, 3> copy_of = equal_channels(set, light);

@@ -3,136 +3,324 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <utility>
-#include <vector>
 
 #include <glm/geometric.hpp>
 #include <tbb/parallel_for.h>
 
-#include "radiosity/detail/plane_groups.h"
-#include "radiosity/detail/plane_mesher.h"
+#include "radiosity/detail/near_facets.h"
+#include "radiosity/detail/sampling.h"
+#include "radiosity/polygon_kernel.h"
 
 namespace daylit::radiosity {
 
 namespace {
 
-// End points closer than this share of the room are one point: above coordinate rounding, below any real feature.
-constexpr double kSnapTolerance = 1e-6;
+constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16, kSecondLookRays = 64, kGreetingRays = 8;
+constexpr int kOutdoorRays = 24; // all of them lost in the sky: the outside of a wall
+// Meshes of planes that meet do not share vertices: between them are cracks one float rounding wide. A ray counts when
+// rays beside it, moved by far more than that at both ends, arrive too. Lengths in units of RayScene::surface_offset.
+constexpr double kRaised = 1.0, kBeside = 64.0, kBesideAtLeast = 8.0;
+constexpr double kSeedDepth = 16.0; // of the points in the openings where the search starts
+constexpr int kWitnesses = 4, kWitnessesNeeded = 2;
+// Two sides of a narrow gap that meet few of each other's rays are joined by segments between the parts that face.
+constexpr double kJoinReach = 0.5; // of the longest edge: farther ones are met by rays
+constexpr int kJoins = 8, kJoinsNeeded = 2;
+constexpr double kJoinHeight = 16.0; // over each other's plane; less is a rounding, no gap
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+glm::dvec3 centroid(const Facet& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
 
-void append_patches(const std::vector<Triangle2>& triangles, const PlaneGroup& g, std::uint32_t plane,
-                    std::vector<Patch>& out) {
-  for (const Triangle2& t : triangles) {
-    Patch p;
-    for (int k = 0; k < 3; ++k)
-      p.corner[k] = g.lift(t[k]);
-    p.normal = g.normal;
-    p.area_m2 = 0.5 * glm::length(glm::cross(p.corner[1] - p.corner[0], p.corner[2] - p.corner[0]));
-    p.plane = plane;
-    p.material = g.material;
-    if (p.area_m2 > 0.0)
-      out.push_back(p);
+double longest_edge_m(const Facet& p) {
+  return std::max({glm::distance(p.corner[0], p.corner[1]), glm::distance(p.corner[1], p.corner[2]),
+                   glm::distance(p.corner[2], p.corner[0])});
+}
+
+/// Smallest height of the triangle, metres.
+double height_m(const Facet& p) { return 2.0 * p.area_m2 / longest_edge_m(p); }
+
+/// The part of a triangle in front of a plane; empty when it rises above it by less than `least_m`.
+SmallPolygon part_above(const Facet& p, const glm::dvec3& point, const glm::dvec3& normal, double least_m) {
+  double highest = 0;
+  for (const glm::dvec3& c : p.corner)
+    highest = std::max(highest, glm::dot(c - point, normal));
+  return highest < least_m ? SmallPolygon{}
+                           : clip_to_front({{p.corner[0], p.corner[1], p.corner[2]}, 3}, point, normal);
+}
+
+/// A point of a convex polygon of three or four corners, spread over all of it.
+glm::dvec3 on_polygon(const SmallPolygon& p, const glm::dvec2& u) {
+  const auto at = [&](int k) { return p.corner[static_cast<std::size_t>(k)]; };
+  if (p.size < 4)
+    return on_triangle({at(0), at(1), at(2)}, u);
+  return glm::mix(glm::mix(at(0), at(1), u.x), glm::mix(at(3), at(2), u.x), u.y);
+}
+
+struct Side {
+  std::uint32_t facet;
+  int side; ///< 0 front, 1 back
+};
+
+/// Where a ray starts or ends, the plane there, and how far away in that plane a witness may stand.
+struct RayEnd {
+  glm::dvec3 point, normal;
+  double beside_m;
+
+  glm::dvec3 witness(double turn) const {
+    const auto [t, b] = tangents(normal);
+    const double angle = 2.0 * std::numbers::pi * turn;
+    return point + beside_m * (std::cos(angle) * t + std::sin(angle) * b);
   }
-}
+};
 
-std::vector<Patch> mesh_groups(const std::vector<PlaneGroup>& groups,
-                               const std::vector<std::vector<Segment2>>& outlines, double edge_m, std::size_t limit) {
-  std::vector<std::vector<Triangle2>> triangles(groups.size());
-  tbb::parallel_for(std::size_t{0}, groups.size(),
-                    [&](std::size_t i) { triangles[i] = mesh_plane(groups[i], outlines[i], edge_m, limit); });
-  std::vector<Patch> patches;
-  for (std::size_t i = 0; i < groups.size(); ++i)
-    append_patches(triangles[i], groups[i], static_cast<std::uint32_t>(i), patches);
-  return patches;
-}
+/// Spreads over the facet sides that light from the openings can reach.
+class SideSearch {
+public:
+  SideSearch(const SurfaceMesh& mesh, const RayScene& scene)
+      : mesh_(mesh), scene_(scene), near_(mesh), offset_m_(scene.surface_offset()),
+        reached_(mesh.facets.size(), {false, false}) {}
 
-/// Interleaves the low ten bits of three numbers.
-std::uint32_t morton_code(const glm::dvec3& unit) {
-  std::uint32_t code = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto cell = static_cast<std::uint32_t>(std::clamp(unit[axis], 0.0, 1.0) * 1023.0);
-    for (int bit = 0; bit < 10; ++bit)
-      code |= (cell >> bit & 1u) << (3 * bit + axis);
+  double offset_m() const { return offset_m_; }
+
+  /// Marks the sides seen from a point of the air.
+  void look_around(const glm::dvec3& point, std::uint64_t seed) {
+    for (std::uint32_t k = 0; k < kSeedRays; ++k) {
+      const glm::dvec3 d = sphere_direction(r2_point(k, random_shift(seed)));
+      if (const auto met = new_side({point, d, kBeside * offset_m_}, d, mix_bits(seed) + k))
+        mark(*met);
+    }
   }
-  return code;
-}
 
-/// Neighbours in space become neighbours in number: blocks of patches are compact, which visibility tests use.
-void sort_by_place(std::vector<Patch>& patches, const glm::dvec3& half_size) {
-  const double extent = 2.0 * std::max({half_size.x, half_size.y, half_size.z});
-  const auto key = [&](const Patch& p) {
-    const glm::dvec3 middle = (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0;
-    return std::pair(p.plane, morton_code(middle / extent + 0.5));
-  };
-  std::ranges::stable_sort(patches, {}, key);
-}
+  /// Nothing but reached sides is seen from a point of the air, as far as a few rays tell.
+  bool familiar(const glm::dvec3& point, std::uint64_t seed) const {
+    for (std::uint32_t k = 0; k < kGreetingRays; ++k) {
+      double distance = 0.0;
+      const auto met = meets(point, sphere_direction(r2_point(k, random_shift(seed))), distance);
+      if (met && !reached_[met->facet][met->side])
+        return false;
+    }
+    return true;
+  }
 
-double total_area(const std::vector<PlaneGroup>& groups) {
-  double sum = 0;
-  for (const PlaneGroup& g : groups)
-    for (const auto& t : g.triangles)
-      sum += 0.5 * std::abs(cross(t[1] - t[0], t[2] - t[0]));
-  return sum;
-}
+  /// Every round looks from the sides that the round before found. The set reached does not depend on any order.
+  void follow() {
+    do {
+      while (!frontier_.empty()) {
+        const std::vector<Side> from = std::exchange(frontier_, {});
+        std::vector<std::array<std::optional<Side>, kSideRays>> found(from.size());
+        tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
+          for (std::uint32_t k = 0; k < kSideRays; ++k)
+            found[i][k] = new_side(end_on(from[i], centroid(mesh_.facets[from[i].facet])), away(from[i], k),
+                                   ray_seed(from[i], k));
+        });
+        for (const auto& rays : found)
+          for (const std::optional<Side>& met : rays)
+            if (met)
+              mark(*met);
+      }
+      second_look();
+    } while (!frontier_.empty());
+  }
 
-/// What the faces have more than the patches, where it is more than rounding.
-double doubled_area(const std::vector<PlaneGroup>& groups, const std::vector<Patch>& patches) {
-  constexpr double kRounding = 1e-5;
-  const double faces = total_area(groups);
-  double meshed = 0;
-  for (const Patch& p : patches)
-    meshed += p.area_m2;
-  return faces - meshed > kRounding * faces ? faces - meshed : 0.0;
-}
+  bool reached(std::uint32_t facet, int side) const { return reached_[facet][side]; }
 
-/// Patches that the outlines alone make, whatever the edge length.
-std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vector<std::vector<Segment2>>& outlines) {
-  constexpr double kLong_m = 1e30;
-  return mesh_groups(groups, outlines, kLong_m, std::numeric_limits<std::size_t>::max()).size();
-}
+private:
+  glm::dvec3 outward(const Side& s) const {
+    const glm::dvec3& n = mesh_.facets[s.facet].normal;
+    return s.side == 0 ? n : -n;
+  }
+  glm::dvec3 away(const Side& s, std::uint32_t k) const {
+    return cosine_direction(outward(s), r2_point(k, random_shift(s.facet)));
+  }
+  /// Raised, because a flat ray that starts in the rounded plane meets the neighbours from behind.
+  RayEnd end_on(const Side& s, const glm::dvec3& point) const {
+    const double beside =
+        std::clamp(0.25 * height_m(mesh_.facets[s.facet]), kBesideAtLeast * offset_m_, kBeside * offset_m_);
+    return {point + kRaised * offset_m_ * outward(s), outward(s), beside};
+  }
+  static std::uint64_t ray_seed(const Side& s, std::uint32_t k) {
+    return mix_bits(2ull * s.facet + static_cast<std::uint64_t>(s.side)) + k;
+  }
 
-Error too_fine() {
-  return {ErrorCode::limit_exceeded, "more patches than the limit", "patch size", "use a larger --patch-size"};
+  /// Side of the first facet on the ray; nothing when the ray leaves.
+  std::optional<Side> meets(const glm::dvec3& from, const glm::dvec3& direction, double& distance) const {
+    RayHit hit;
+    const glm::vec3 d(direction);
+    if (!scene_.closest(scene_.to_local(from), d, 0.0f, std::numeric_limits<float>::infinity(), hit))
+      return std::nullopt;
+    distance = static_cast<double>(hit.distance);
+    return Side{hit.triangle, glm::dot(glm::dvec3(d), mesh_.facets[hit.triangle].normal) < 0.0 ? 0 : 1};
+  }
+
+  std::optional<Side> new_side(const RayEnd& from, const glm::dvec3& d, std::uint64_t seed) const {
+    double distance = 0.0;
+    const auto met = meets(from.point, d, distance);
+    if (!met || reached_[met->facet][met->side] || !witnessed(from, end_on(*met, from.point + distance * d), seed))
+      return std::nullopt;
+    return met;
+  }
+
+  bool witnessed(const RayEnd& from, const RayEnd& to, std::uint64_t seed) const {
+    int seen = 0;
+    for (std::uint32_t k = 0; k < kWitnesses && seen < kWitnessesNeeded; ++k) {
+      const glm::dvec2 turn = r2_point(k, random_shift(seed));
+      const glm::dvec3 start = from.witness(turn.x), way = to.witness(turn.y) - start;
+      seen += scene_.occluded(scene_.to_local(start), glm::vec3(way), 0.0f, 1.0f) ? 0 : 1;
+    }
+    return seen >= kWitnessesNeeded;
+  }
+
+  void mark(const Side& s) {
+    if (!std::exchange(reached_[s.facet][s.side], true))
+      frontier_.push_back(s);
+  }
+
+  /// Few rays find small facets: those not found look for a reached side themselves. One that sees nothing but sky
+  /// sends nothing into the room.
+  void second_look() {
+    std::vector<std::array<char, 2>> lit(mesh_.facets.size(), {0, 0});
+    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.facets.size()), [&](std::uint32_t i) {
+      for (int side = 0; side < 2; ++side)
+        lit[i][side] = !reached_[i][side] && (sees_light({i, side}) || sees_neighbour({i, side}));
+    });
+    for (std::uint32_t i = 0; i < mesh_.facets.size(); ++i)
+      for (int side = 0; side < 2; ++side)
+        if (lit[i][side])
+          mark({i, side});
+  }
+
+  bool sees_light(const Side& s) const {
+    const RayEnd from = end_on(s, centroid(mesh_.facets[s.facet]));
+    bool outdoors = true;
+    for (std::uint32_t k = 0; k < kSecondLookRays && (k < kOutdoorRays || !outdoors); ++k) {
+      const glm::dvec3 d = away(s, k);
+      double distance = 0.0;
+      const auto met = meets(from.point, d, distance);
+      outdoors = outdoors && !met;
+      if (met && reached_[met->facet][met->side] &&
+          witnessed(from, end_on(*met, from.point + distance * d), ray_seed(s, k)))
+        return true;
+    }
+    return false;
+  }
+
+  /// A reached side close by sees this one, though hardly a ray from its middle arrives there: a gap much narrower
+  /// than its facets.
+  bool sees_neighbour(const Side& s) const {
+    bool found = false;
+    near_.visit(s.facet, kJoinReach * longest_edge_m(mesh_.facets[s.facet]), [&](std::uint32_t facet) {
+      for (int side = 0; side < 2 && !found; ++side)
+        found = reached_[facet][side] && joined(s, {facet, side});
+      return !found;
+    });
+    return found;
+  }
+
+  bool joined(const Side& s, const Side& t) const {
+    const Facet &p = mesh_.facets[s.facet], &q = mesh_.facets[t.facet];
+    const double least_m = kJoinHeight * offset_m_;
+    const SmallPolygon from = part_above(p, q.corner[0], outward(t), least_m);
+    const SmallPolygon to = from.size < 3 ? from : part_above(q, p.corner[0], outward(s), least_m);
+    int seen = 0;
+    for (std::uint32_t k = 0; k < kJoins && to.size >= 3 && seen < kJoinsNeeded; ++k) {
+      const RayEnd start = end_on(s, on_polygon(from, r2_point(k, random_shift(ray_seed(s, t.facet)))));
+      const RayEnd end = end_on(t, on_polygon(to, r2_point(k, random_shift(ray_seed(t, s.facet)))));
+      seen += scene_.occluded(scene_.to_local(start.point), glm::vec3(end.point - start.point), 0.0f, 1.0f) ? 0 : 1;
+    }
+    return seen >= kJoinsNeeded;
+  }
+
+  const SurfaceMesh& mesh_;
+  const RayScene& scene_;
+  NearFacets near_;
+  double offset_m_;
+  std::vector<std::array<bool, 2>> reached_;
+  std::vector<Side> frontier_;
+};
+
+glm::dvec3 mean_corner(const Aperture& a) {
+  glm::dvec3 sum(0.0);
+  for (const glm::dvec3& c : a.corners)
+    sum += c;
+  return sum / static_cast<double>(a.corners.size());
 }
 
 } // namespace
 
-Result<PatchMesh> mesh_patches(const Room& room, const PatchOptions& options) {
-  PatchMesh mesh;
-  mesh.origin = room.bounds().centre();
-  const std::vector<PlaneGroup> groups = group_planes(room, mesh.origin);
-  if (groups.empty())
-    return Error{ErrorCode::geometry_invalid, "the room has no reflecting face", "room",
-                 "give the walls a material whose name does not start with window"};
-  const glm::dvec3 size = room.bounds().size();
-  const double tolerance_m = kSnapTolerance * std::max({size.x, size.y, size.z});
-  std::vector<std::vector<Segment2>> outlines(groups.size());
-  tbb::parallel_for(std::size_t{0}, groups.size(),
-                    [&](std::size_t i) { outlines[i] = find_outline(groups[i], tolerance_m); });
-  mesh.planes = static_cast<std::uint32_t>(groups.size());
+std::int32_t PatchSet::hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const {
+  return of_facet[facet][glm::dot(glm::dvec3(direction), mesh.facets[facet].normal) < 0.0 ? 0 : 1];
+}
 
-  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %. What the
-  // faces need at any edge length comes on top of half the target.
-  double target = options.target_patches;
-  if (options.edge_m <= 0 && groups.size() > 100)
-    target = std::max(target, 0.5 * target + static_cast<double>(count_at_least(groups, outlines)));
-  const auto limit = static_cast<std::size_t>(options.max_patches);
-  mesh.edge_m = options.edge_m > 0 ? options.edge_m : std::sqrt(4.5 * total_area(groups) / target);
-  for (int attempt = 0; attempt < 6; ++attempt) {
-    if (total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_patches)
-      return too_fine();
-    mesh.patches = mesh_groups(groups, outlines, mesh.edge_m, 4 * limit);
-    const double ratio = static_cast<double>(mesh.patches.size()) / target;
-    if (options.edge_m > 0 || (ratio > 0.95 && ratio < 1.05))
-      break;
-    mesh.edge_m *= std::pow(ratio, ratio > 1.0 ? 0.6 : 0.45);
+Result<RayScene> facet_scene(const SurfaceMesh& mesh) {
+  std::vector<glm::dvec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  vertices.reserve(3 * mesh.facets.size());
+  for (const Facet& p : mesh.facets) {
+    const auto first = static_cast<std::uint32_t>(vertices.size());
+    vertices.insert(vertices.end(), p.corner.begin(), p.corner.end());
+    triangles.push_back({first, first + 1, first + 2});
   }
-  if (mesh.patches.size() > limit)
-    return too_fine();
-  sort_by_place(mesh.patches, 0.5 * size);
-  mesh.doubled_m2 = doubled_area(groups, mesh.patches);
-  return mesh;
+  return RayScene::build(vertices, triangles);
+}
+
+namespace {
+
+/// From just inside the openings.
+void follow_light(SideSearch& search, const SurfaceMesh& mesh, const std::vector<Aperture>& apertures) {
+  for (std::size_t a = 0; a < apertures.size(); ++a) {
+    const glm::dvec3 middle = mean_corner(apertures[a]) - mesh.origin;
+    for (std::uint32_t s = 0; s < kSeedPoints; ++s) {
+      // Points spread over the opening, a hair's breadth inside.
+      const glm::dvec3 rim = apertures[a].corners[s % apertures[a].corners.size()] - mesh.origin;
+      const double inside_m = kSeedDepth * search.offset_m();
+      search.look_around(glm::mix(middle, rim, 0.9 * s / kSeedPoints) + inside_m * apertures[a].inward,
+                         a * kSeedPoints + s);
+    }
+  }
+  search.follow();
+}
+
+/// From the receivers: light takes the same ways back.
+void follow_receivers(SideSearch& search, std::span<const glm::dvec3> receivers) {
+  for (std::size_t k = 0; k < receivers.size(); ++k)
+    if (k == 0 || !search.familiar(receivers[k], mix_bits(k))) {
+      search.look_around(receivers[k], mix_bits(k));
+      search.follow();
+    }
+}
+
+} // namespace
+
+PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
+                      const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers) {
+  SideSearch light(mesh, scene), receiving(mesh, scene);
+  follow_light(light, mesh, apertures);
+  follow_receivers(receiving, receivers);
+
+  PatchSet set;
+  set.of_facet.assign(mesh.facets.size(), {-1, -1});
+  for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
+    const Facet& p = mesh.facets[i];
+    for (int side = 0; side < 2; ++side) {
+      if (!light.reached(i, side)) {
+        ++set.sides_skipped;
+        continue;
+      }
+      if (!receivers.empty() && !receiving.reached(i, side)) {
+        ++set.sides_without_path;
+        continue;
+      }
+      Patch e{p.corner, p.normal, p.area_m2, room.materials[p.material].reflectance, i};
+      if (side == 1) {
+        std::swap(e.corner[1], e.corner[2]);
+        e.normal = -e.normal;
+      }
+      set.of_facet[i][side] = static_cast<std::int32_t>(set.patches.size());
+      set.patches.push_back(e);
+    }
+  }
+  return set;
 }
 
 } // namespace daylit::radiosity

@@ -1,44 +1,51 @@
 #pragma once
 
-// Planar faces of a room, merged where coplanar and of one material, re-meshed into well-shaped triangles
-// (constrained Delaunay refinement, Shewchuk 2000, through CGAL). Holes stay holes; the lines where other faces touch
-// or cross a plane (furniture standing on the floor) become mesh edges, so that no patch is half in the dark.
+// The unknowns of the transport problem: facet sides that can exchange light with the air of the room.
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
+#include "radiosity/surface_mesh.h"
 #include "scene/core/result.h"
+#include "scene/room/aperture.h"
+#include "scene/room/ray_scene.h"
 #include "scene/room/room.h"
 
 namespace daylit::radiosity {
 
+/// One side of a facet. Corners counter-clockwise about the normal, metres relative to SurfaceMesh::origin.
 struct Patch {
-  std::array<glm::dvec3, 3> corner; ///< metres, relative to PatchMesh::origin, counter-clockwise about normal
-  glm::dvec3 normal{0.0};           ///< unit
+  std::array<glm::dvec3, 3> corner;
+  glm::dvec3 normal{0.0};
   double area_m2 = 0;
-  std::uint32_t plane = 0; ///< faces of one plane and material share this number
-  std::uint32_t material = 0;
+  Rgb reflectance{0.0f};
+  std::uint32_t facet = 0;
 };
 
-struct PatchMesh {
-  glm::dvec3 origin{0.0}; ///< world metres of the local zero: the middle of the room
+struct PatchSet {
   std::vector<Patch> patches;
-  std::uint32_t planes = 0;
-  double edge_m = 0; ///< longest patch edge that was allowed
-  /// Area of faces that lie on other faces and count once (of two materials that of the earlier face), m2.
-  double doubled_m2 = 0;
+  /// Index into patches of the front and the back of every facet, -1 where that side never meets the room's air.
+  std::vector<std::array<std::int32_t, 2>> of_facet;
+  std::size_t sides_skipped = 0;      ///< no light reaches them
+  std::size_t sides_without_path = 0; ///< of those left out, lit but with no way for the light to any receiver
+
+  /// Patch met by a ray in `direction` that hit `facet`; -1: a side outside the problem, black.
+  std::int32_t hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const;
 };
 
-struct PatchOptions {
-  double edge_m = 0;         ///< longest patch edge; 0: chosen so that about target_patches result
-  int target_patches = 2000; ///< used when edge_m is 0
-  int max_patches = 60000;   ///< more is an Error limit_exceeded, not an endless run
-};
+/// Ray scene over the facets themselves; hits report facet numbers. Coordinates as in the mesh.
+Result<RayScene> facet_scene(const SurfaceMesh& mesh);
 
-/// Errors: limit_exceeded (finer than max_patches), geometry_invalid (no reflecting face).
-Result<PatchMesh> mesh_patches(const Room& room, const PatchOptions& options);
+/// Follows light from just inside the apertures: a facet side is kept when rays from the air or from a kept side meet
+/// it, and rays beside them too (cracks one rounding wide lead nowhere). A side that was not
+/// met looks for a kept one itself before it is given up, so that a small facet is not lost; what lies under furniture
+/// or outdoors is. The result does not depend on the number of threads. `receivers` (mesh frame): when there are any,
+/// only sides from which light can also get to one of them are kept.
+PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
+                      const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers = {});
 
 } // namespace daylit::radiosity

@@ -18,8 +18,8 @@ struct SmallPolygon {
 /// The part of `polygon` in front of the plane through `point` with unit `normal` (front = along the normal).
 SmallPolygon clip_to_front(const SmallPolygon& polygon, const glm::dvec3& point, const glm::dvec3& normal);
 
-/// Form factor from a surface element at `point` facing `normal` to a polygon, either orientation: clipped to the
-/// horizon of the element, then Lambert's F = (1/2pi) sum_i gamma_i (Gamma_i . n). Exact.
+/// Form factor from a surface element (an infinitesimal area) at `point` facing `normal` to a polygon, either
+/// orientation: clipped to the horizon of the element, then Lambert's F = (1/2pi) sum_i gamma_i (Gamma_i . n). Exact.
 double point_to_polygon(const glm::dvec3& point, const glm::dvec3& normal, std::span<const glm::dvec3> polygon);
 
 /// A_i F_ij in m^2 of two polygons that see each other's front entirely (clip first); symmetric by construction:

@@ -12,27 +12,27 @@ constexpr double kPowers[] = {0.5, 1.0, 0.5, 1.0, 0.5}; // of wanted / present r
 /// Rows that can be closed, by their wanted sum.
 class Rows {
 public:
-  Rows(const ElementSet& set, std::span<const float> opening, const CloseRowsOptions& options) {
-    for (std::size_t i = 0; i < set.elements.size(); ++i) {
-      const Element& e = set.elements[i];
+  Rows(const PatchSet& set, std::span<const float> opening, const CloseRowsOptions& options) {
+    for (std::size_t i = 0; i < set.patches.size(); ++i) {
+      const Patch& e = set.patches[i];
       const bool complete = !(options.black_left_out && e.reflectance == Rgb(0.0f));
       wanted_.push_back(complete ? e.area_m2 * (1.0 - static_cast<double>(opening[i])) : 0.0);
       complete_.push_back(complete);
     }
   }
 
-  RowClosure examine(const ElementSet& set, const std::vector<double>& sum, double limit) {
+  RowClosure examine(const PatchSet& set, const std::vector<double>& sum, double limit) {
     RowClosure closure;
     closure.deviation.resize(wanted_.size());
     double area = 0;
     for (std::size_t i = 0; i < wanted_.size(); ++i) {
       if (!complete_[i])
         continue;
-      const double off = (sum[i] - wanted_[i]) / set.elements[i].area_m2;
+      const double off = (sum[i] - wanted_[i]) / set.patches[i].area_m2;
       closure.deviation[i] = static_cast<float>(off);
       closure.worst = std::max(closure.worst, std::abs(off));
       closure.mean += sum[i] - wanted_[i];
-      area += set.elements[i].area_m2;
+      area += set.patches[i].area_m2;
       if (std::abs(off) > limit) {
         ++closure.left;
         wanted_[i] = 0.0;
@@ -42,8 +42,8 @@ public:
     return closure;
   }
 
-  double factor(std::size_t element, double sum, double power) const {
-    return wanted_[element] > 0.0 && sum > 0.0 ? std::pow(wanted_[element] / sum, power) : 1.0;
+  double factor(std::size_t patch, double sum, double power) const {
+    return wanted_[patch] > 0.0 && sum > 0.0 ? std::pow(wanted_[patch] / sum, power) : 1.0;
   }
 
 private:
@@ -53,12 +53,12 @@ private:
 
 } // namespace
 
-RowClosure close_rows(const ElementSet& set, std::span<const float> opening, const CloseRowsOptions& options,
+RowClosure close_rows(const PatchSet& set, std::span<const float> opening, const CloseRowsOptions& options,
                       ExchangeMatrix& exchange) {
   Rows rows(set, opening, options);
   const std::vector<double> raw = exchange.row_sums();
   const RowClosure closure = rows.examine(set, raw, options.limit);
-  std::vector<double> scale(set.elements.size(), 1.0), sum = raw;
+  std::vector<double> scale(set.patches.size(), 1.0), sum = raw;
   for (const double power : kPowers) {
     for (std::size_t i = 0; i < scale.size(); ++i)
       scale[i] *= rows.factor(i, sum[i], power);

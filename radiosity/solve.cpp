@@ -116,11 +116,11 @@ private:
 /// sqrt(rho / A) and sqrt(rho A) per tree position.
 struct Scales {
   std::vector<float> per_area, times_area;
-  Scales(const ElementSet& set, const ExchangeMatrix& exchange, int channel) {
-    for (const std::uint32_t element : exchange.order()) {
-      const double rho = static_cast<double>(set.elements[element].reflectance[channel]);
-      per_area.push_back(static_cast<float>(std::sqrt(rho / set.elements[element].area_m2)));
-      times_area.push_back(static_cast<float>(std::sqrt(rho * set.elements[element].area_m2)));
+  Scales(const PatchSet& set, const ExchangeMatrix& exchange, int channel) {
+    for (const std::uint32_t patch : exchange.order()) {
+      const double rho = static_cast<double>(set.patches[patch].reflectance[channel]);
+      per_area.push_back(static_cast<float>(std::sqrt(rho / set.patches[patch].area_m2)));
+      times_area.push_back(static_cast<float>(std::sqrt(rho * set.patches[patch].area_m2)));
     }
   }
 };
@@ -221,20 +221,20 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 void copy_channel(Radiosity& out, std::size_t from, std::size_t to) {
   const std::size_t regions = out.columns / 3;
-  for (std::size_t i = 0; i < out.elements; ++i)
+  for (std::size_t i = 0; i < out.patches; ++i)
     std::copy_n(out.b.data() + i * out.columns + from * regions, regions,
                 out.b.data() + i * out.columns + to * regions);
 }
 
 } // namespace
 
-std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& light) {
+std::array<int, 3> equal_channels(const PatchSet& set, const FirstBounce& light) {
   std::array<int, 3> copy_of = {0, 1, 2};
   for (int c = 1; c < 3; ++c)
     for (int d = 0; d < c && copy_of[static_cast<std::size_t>(c)] == c; ++d) {
       bool equal = true;
-      for (std::size_t i = 0; i < set.elements.size() && equal; ++i)
-        equal = set.elements[i].reflectance[c] == set.elements[i].reflectance[d] &&
+      for (std::size_t i = 0; i < set.patches.size() && equal; ++i)
+        equal = set.patches[i].reflectance[c] == set.patches[i].reflectance[d] &&
                 std::equal(light.row(i, c), light.row(i, c) + light.columns(), light.row(i, d));
       if (equal)
         copy_of[static_cast<std::size_t>(c)] = d;
@@ -242,11 +242,11 @@ std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& ligh
   return copy_of;
 }
 
-Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
+Result<Radiosity> solve_radiosity(const PatchSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                                   const SolveOptions& options, const Progress& progress, SolveReport* report) {
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = process_seconds();
-  const std::size_t regions = light.columns(), n = set.elements.size();
+  const std::size_t regions = light.columns(), n = set.patches.size();
   Radiosity out{n, 3 * regions, std::vector<float>(n * 3 * regions), equal_channels(set, light)};
   SolveReport done;
   done.channels = 0;
@@ -282,14 +282,14 @@ Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& e
   return out;
 }
 
-Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMatrix& exchange,
+Result<std::vector<float>> solve_adjoint(const PatchSet& set, const ExchangeMatrix& exchange,
                                          std::span<const float> weights, std::size_t rows, int channel,
                                          const SolveOptions& options, const Progress& progress, SolveReport* report) {
   const auto start = std::chrono::steady_clock::now();
   const double cpu_start = process_seconds();
-  const std::size_t n = set.elements.size();
+  const std::size_t n = set.patches.size();
   if (weights.size() != n * rows)
-    return Error{ErrorCode::value_invalid, "the weights are not rows of one value per element", "adjoint solve", ""};
+    return Error{ErrorCode::value_invalid, "the weights are not rows of one value per patch", "adjoint solve", ""};
   std::vector<float> result(rows * n);
   SolveReport done;
   done.channels = 1;
@@ -318,13 +318,13 @@ Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMa
 
 namespace {
 
-/// Per element and channel: how much of what it sends the others they absorb, per unit of its radiosity; m^2. G is
+/// Per patch and channel: how much of what it sends the others they absorb, per unit of its radiosity; m^2. G is
 /// symmetric, so three products serve any number of columns.
-std::vector<std::array<float, 3>> absorbed_by_others(const ElementSet& set, const ExchangeMatrix& exchange) {
-  const std::size_t n = set.elements.size();
+std::vector<std::array<float, 3>> absorbed_by_others(const PatchSet& set, const ExchangeMatrix& exchange) {
+  const std::size_t n = set.patches.size();
   std::vector<std::array<float, 3>> weight(n), product(n), result(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const Rgb& rho = set.elements[exchange.order()[k]].reflectance;
+    const Rgb& rho = set.patches[exchange.order()[k]].reflectance;
     weight[k] = {1.0f - rho[0], 1.0f - rho[1], 1.0f - rho[2]};
   }
   if (n > 0)
@@ -336,14 +336,14 @@ std::vector<std::array<float, 3>> absorbed_by_others(const ElementSet& set, cons
 
 } // namespace
 
-EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
+EnergyBalance audit_energy(const PatchSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                            const Radiosity& radiosity, const RowClosure* closed) {
   EnergyBalance balance;
   const std::size_t regions = light.columns();
   const auto others = absorbed_by_others(set, exchange);
   double unclosed = 0;
-  for (std::size_t i = 0; i < set.elements.size(); ++i) {
-    const Element& e = set.elements[i];
+  for (std::size_t i = 0; i < set.patches.size(); ++i) {
+    const Patch& e = set.patches[i];
     const double opening = static_cast<double>(light.opening[i]);
     const double gain = closed ? e.area_m2 * static_cast<double>(closed->deviation[i]) : 0.0;
     for (std::size_t k = 0; k < radiosity.columns; ++k) {

@@ -12,13 +12,13 @@
 
 namespace daylit::radiosity {
 
-/// Radiosity (W/m^2 per unit region radiance, or any unit x sr) of every element for every column.
+/// Radiosity (W/m^2 per unit region radiance, or any unit x sr) of every patch for every column.
 struct Radiosity {
-  std::size_t elements = 0, columns = 0; ///< columns = 3 * regions, channel-major: channel * regions + region
-  std::vector<float> b;                  ///< [element][column]
+  std::size_t patches = 0, columns = 0; ///< columns = 3 * regions, channel-major: channel * regions + region
+  std::vector<float> b;                 ///< [patch][column]
   /// The channel that each channel is a copy of: a grey room behind clear panes is solved once, not three times.
   std::array<int, 3> copy_of = {0, 1, 2};
-  const float* row(std::size_t element) const { return b.data() + element * columns; }
+  const float* row(std::size_t patch) const { return b.data() + patch * columns; }
 };
 
 enum class SolveMethod { automatic, conjugate_gradients, cholesky };
@@ -45,20 +45,20 @@ struct SolveReport {
 /// a Cholesky factor where many columns share it. Residuals are recomputed from the solution either way.
 /// Panels have a fixed width, so the bits do not depend on the number of threads.
 /// Errors: interrupted; value_invalid when a column does not converge (reflectance 1 in a closed room).
-Result<Radiosity> solve_radiosity(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
+Result<Radiosity> solve_radiosity(const PatchSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                                   const SolveOptions& options, const Progress& progress, SolveReport* report = nullptr);
 
-/// Volume to light: for rows of receiver weights w (what a receiver takes from each element's radiosity), the weights
+/// Volume to light: for rows of receiver weights w (what a receiver takes from each patch's radiosity), the weights
 /// h with sum_i w_i B_i = sum_i h_i H_i for any first irradiance H. The matrix is symmetric, so it is the same solver;
 /// cheaper where there are fewer receivers than sky regions (Hasan et al. 2006).
-/// `weights`: [row][element]; result: [row][element] for reflectances of `channel`. Errors as solve_radiosity().
-Result<std::vector<float>> solve_adjoint(const ElementSet& set, const ExchangeMatrix& exchange,
+/// `weights`: [row][patch]; result: [row][patch] for reflectances of `channel`. Errors as solve_radiosity().
+Result<std::vector<float>> solve_adjoint(const PatchSet& set, const ExchangeMatrix& exchange,
                                          std::span<const float> weights, std::size_t rows, int channel,
                                          const SolveOptions& options, const Progress& progress,
                                          SolveReport* report = nullptr);
 
 /// Which channel each channel is a copy of: same reflectances everywhere and same first light.
-std::array<int, 3> equal_channels(const ElementSet& set, const FirstBounce& light);
+std::array<int, 3> equal_channels(const PatchSet& set, const FirstBounce& light);
 
 /// Energy audit, all columns and channels together. `closed`: what close_rows() found before the solution.
 struct EnergyBalance {
@@ -68,7 +68,7 @@ struct EnergyBalance {
   double imbalance = 0; ///< |entering - absorbed - leaving| / entering
   double unclosed = 0;  ///< what the imbalance would be without close_rows(); 0 where that is not known
 };
-EnergyBalance audit_energy(const ElementSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
+EnergyBalance audit_energy(const PatchSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
                            const Radiosity& radiosity, const RowClosure* closed = nullptr);
 
 } // namespace daylit::radiosity

@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kFirst = 16; // one ray packet
 
-/// One packet of rays from the point to the element; adds their kernel weights.
-std::uint32_t add_packet(const SurfacePoint& at, const Element& e, const RayScene& scene, int first,
+/// One packet of rays from the point to the patch; adds their kernel weights.
+std::uint32_t add_packet(const SurfacePoint& at, const Patch& e, const RayScene& scene, int first,
                          const glm::dvec2& shift, double& seen, double& total) {
   RayPacket16 rays;
   double weight[kFirst];
@@ -46,7 +46,7 @@ std::uint32_t add_packet(const SurfacePoint& at, const Element& e, const RayScen
   return blocked;
 }
 
-double visible_share(const SurfacePoint& at, const Element& e, const RayScene& scene, std::uint64_t seed,
+double visible_share(const SurfacePoint& at, const Patch& e, const RayScene& scene, std::uint64_t seed,
                      int partial_rays) {
   const glm::dvec2 shift = random_shift(seed);
   double seen = 0, total = 0;
@@ -57,11 +57,11 @@ double visible_share(const SurfacePoint& at, const Element& e, const RayScene& s
   return total > 0 ? seen / total : 0.0;
 }
 
-void receive(const SurfacePoint& at, std::uint64_t index, const ElementSet& set, const RayScene& scene,
+void receive(const SurfacePoint& at, std::uint64_t index, const PatchSet& set, const RayScene& scene,
              const Radiosity& radiosity, int partial_rays, float* out) {
   std::vector<double> sum(radiosity.columns, 0.0);
-  for (std::size_t j = 0; j < set.elements.size(); ++j) {
-    const Element& e = set.elements[j];
+  for (std::size_t j = 0; j < set.patches.size(); ++j) {
+    const Patch& e = set.patches[j];
     if (glm::dot(at.position - e.corner[0], e.normal) <= 0.0)
       continue;
     double f = point_to_polygon(at.position, at.normal, e.corner);
@@ -76,8 +76,8 @@ void receive(const SurfacePoint& at, std::uint64_t index, const ElementSet& set,
 
 } // namespace
 
-Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const ElementSet& set,
-                                              const RayScene& patches, const Radiosity& radiosity,
+Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const PatchSet& set,
+                                              const RayScene& facets, const Radiosity& radiosity,
                                               const SurfaceOptions& options, const Progress& progress) {
   std::vector<float> result(points.size() * radiosity.columns, 0.0f);
   std::atomic<std::size_t> done{0};
@@ -85,7 +85,7 @@ Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> poin
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
     if (stop)
       return;
-    receive(points[p], p, set, patches, radiosity, options.partial_rays, result.data() + p * radiosity.columns);
+    receive(points[p], p, set, facets, radiosity, options.partial_rays, result.data() + p * radiosity.columns);
     if (!progress("surfaces", static_cast<double>(++done) / static_cast<double>(points.size())))
       stop = true;
   });

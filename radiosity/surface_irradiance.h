@@ -7,27 +7,27 @@
 
 #include <glm/vec3.hpp>
 
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 #include "radiosity/solve.h"
 #include "scene/core/program.h"
 
 namespace daylit::radiosity {
 
 struct SurfacePoint {
-  glm::dvec3 position{0.0}; ///< metres, relative to PatchMesh::origin; on a surface or in the air
+  glm::dvec3 position{0.0}; ///< metres, relative to SurfaceMesh::origin; on a surface or in the air
   glm::dvec3 normal{0.0};   ///< unit
 };
 
 struct SurfaceOptions {
-  int partial_rays = 256; ///< rays to an element of which some, but not all, of the first 16 are blocked
+  int partial_rays = 256; ///< rays to a patch of which some, but not all, of the first 16 are blocked
 };
 
 /// E = sum_j F_j V_j B_j: exact point-to-polygon form factors (Lambert), visible share by stratified rays weighted with
-/// the kernel. No smoothing: a receiver closer to an element's edge than the elements are long sees the steps between
+/// the kernel. No smoothing: a receiver closer to a patch's edge than the patches are long sees the steps between
 /// them. Light straight from the sky is DirectSky's (scene/direct_sky.h).
 /// Result: [point][column], columns as in Radiosity. Errors: interrupted.
-Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const ElementSet& set,
-                                              const RayScene& patches, const Radiosity& radiosity,
+Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const PatchSet& set,
+                                              const RayScene& facets, const Radiosity& radiosity,
                                               const SurfaceOptions& options, const Progress& progress);
 
 } // namespace daylit::radiosity

@@ -10,7 +10,7 @@ Result<SelftestQuality> selftest_quality(const std::string& name) {
   const auto bake = precompute::quality_options(name);
   if (!bake)
     return bake.error();
-  SelftestQuality q{.patches = bake->target_patches, .visibility_rays = bake->visibility_rays};
+  SelftestQuality q{.facets = bake->target_facets, .visibility_rays = bake->visibility_rays};
   if (name == "high") {
     q.sky_rows_px = 1024;
     q.sky_regions = 4096;

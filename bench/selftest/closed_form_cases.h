@@ -14,14 +14,14 @@ namespace daylit::bench {
 
 /// How fine, and how close a case has to come.
 struct SelftestQuality {
-  int patches = 2000;              ///< of every room
+  int facets = 2000;               ///< of every room
   double visibility_rays = 229376; ///< per unit of form factor, of partly hidden pairs
   int sky_rows_px = 512;           ///< height of the sky images
   int sky_regions = 1024;          ///< of the uniform partition, where a case uses one
   double tolerance = 0.02;         ///< largest relative deviation
 };
 
-/// "normal" (2 %) and "high" (0.5 %), with the patches and rays of daylit-precompute's qualities of these names.
+/// "normal" (2 %) and "high" (0.5 %), with the facets and rays of daylit-precompute's qualities of these names.
 /// Error usage for any other name.
 Result<SelftestQuality> selftest_quality(const std::string& name);
 
@@ -37,7 +37,7 @@ struct ClosedFormCase {
   Result<std::vector<Comparison>> (*run)(const SelftestQuality& quality, const Progress& progress);
 };
 
-/// Cases inside closed rooms: emission per patch.
+/// Cases inside closed rooms: emission per facet.
 std::span<const ClosedFormCase> closed_room_cases();
 /// Cases of daylight through openings and glass.
 std::span<const ClosedFormCase> sky_cases();

@@ -33,9 +33,9 @@ Result<radiosity::Radiosity> lit_floor(SolvedRoom& room, float irradiance, float
   room.set_reflectance(0.0f);
   room.set_reflectance(kFloor, reflectance);
   radiosity::FirstBounce light;
-  light.elements = room.set.elements.size();
+  light.patches = room.set.patches.size();
   light.region = {0};
-  light.opening.assign(light.elements, 0.0f);
+  light.opening.assign(light.patches, 0.0f);
   for (const Rgb& e : room.per_material(kFloor, irradiance))
     light.irradiance.insert(light.irradiance.end(), {e.r, e.g, e.b});
   return radiosity::solve_radiosity(room.set, room.exchange, light, {}, progress);
@@ -117,15 +117,15 @@ Result<List> hidden_floor(const SelftestQuality& q, const Progress& progress) {
                         progress);
 }
 
-/// One element sends out 10,000 lm. Whatever the form of a closed room of even reflectance: every lumen is absorbed
+/// One patch sends out 10,000 lm. Whatever the form of a closed room of even reflectance: every lumen is absorbed
 /// in the end, sum (1 - rho) E A = Phi, so the area mean of E is Phi / (S (1 - rho)); without the light that comes
 /// straight from the lamp, rho Phi / (S (1 - rho)).
 Result<List> closed_room_means(SolvedRoom& room, const std::vector<float>& reflectances, const std::string& label,
                                const Progress& progress) {
   const double flux = 10000, area = room.area_m2();
-  std::vector<Rgb> exitance(room.set.elements.size(), Rgb(0.0f));
+  std::vector<Rgb> exitance(room.set.patches.size(), Rgb(0.0f));
   const std::size_t lamp = exitance.size() / 3;
-  exitance[lamp] = Rgb(static_cast<float>(flux / room.set.elements[lamp].area_m2));
+  exitance[lamp] = Rgb(static_cast<float>(flux / room.set.patches[lamp].area_m2));
   const auto straight = radiosity::emitted_light(room.set, room.exchange, exitance);
   if (!straight)
     return straight.error();
@@ -139,7 +139,7 @@ Result<List> closed_room_means(SolvedRoom& room, const std::vector<float>& refle
     double indirect = 0;
     for (std::size_t i = 0; i < exitance.size(); ++i) {
       const double e = static_cast<double>(b->row(i)[1] - exitance[i].g) / r;
-      indirect += room.set.elements[i].area_m2 * (e - static_cast<double>(straight->row(i, 1)[0])) / area;
+      indirect += room.set.patches[i].area_m2 * (e - static_cast<double>(straight->row(i, 1)[0])) / area;
     }
     list.push_back({fmt::format("{}reflectance {:g}, mean indirect illuminance", label, rho), r * mean, indirect});
   }
@@ -159,7 +159,7 @@ Result<List> furnace(const SelftestQuality& q, const Progress& progress) {
   auto room = SolvedRoom::closed(box_room({2, 3, 2.5}), {1, 1.5, 1}, q, progress);
   if (!room)
     return room.error();
-  const std::vector<Rgb> exitance(room->set.elements.size(), Rgb(1.0f));
+  const std::vector<Rgb> exitance(room->set.patches.size(), Rgb(1.0f));
   const Points points = {{{1, 1.5, 0}, {0, 0, 1}}, {{0.02, 0.03, 0}, {0, 0, 1}}, {{0, 1, 1}, {1, 0, 0}}};
   List all;
   for (const float rho : {0.2f, 0.5f, 0.9f, 0.99f, 0.999f}) {

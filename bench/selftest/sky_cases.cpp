@@ -238,19 +238,19 @@ Result<Flux> entering_flux(const DaylitRoom& daylit, const RadianceOf& sky, floa
   // One column for this sky.
   const std::vector<Rgb> region = region_radiance(*image, *partition);
   radiosity::FirstBounce one;
-  one.elements = light->elements;
+  one.patches = light->patches;
   one.region = {0};
   one.opening = light->opening;
   Flux flux;
-  for (std::size_t i = 0; i < one.elements; ++i) {
+  for (std::size_t i = 0; i < one.patches; ++i) {
     double e = 0;
     for (std::size_t k = 0; k < light->columns(); ++k)
       e += static_cast<double>(light->row(i, 1)[k] * region[light->region[k]].g);
     one.irradiance.insert(one.irradiance.end(), 3, static_cast<float>(e));
-    flux.arriving += e * room->set.elements[i].area_m2;
+    flux.arriving += e * room->set.patches[i].area_m2;
   }
-  radiosity::ElementSet set = room->set;
-  for (radiosity::Element& e : set.elements)
+  radiosity::PatchSet set = room->set;
+  for (radiosity::Patch& e : set.patches)
     e.reflectance = Rgb(reflectance);
   const auto b = radiosity::solve_radiosity(set, room->exchange, one, {}, progress);
   if (!b)

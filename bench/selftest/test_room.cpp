@@ -36,16 +36,16 @@ void add_face_with_hole(Room& room, int axis, const glm::dvec3& lo, const glm::d
 Result<SolvedRoom> SolvedRoom::make(const Room& room, const std::vector<Aperture>& seeds,
                                     const SelftestQuality& quality, const Progress& progress) {
   SolvedRoom s;
-  auto mesh = radiosity::mesh_patches(room, {.target_patches = quality.patches});
+  auto mesh = radiosity::mesh_surfaces(room, {.target_facets = quality.facets});
   if (!mesh)
     return mesh.error();
   s.mesh = std::move(*mesh);
-  auto rays = radiosity::patch_scene(s.mesh);
+  auto rays = radiosity::facet_scene(s.mesh);
   const auto occluders = RayScene::build(room);
   if (!rays || !occluders)
     return rays ? occluders.error() : rays.error();
   s.rays = *rays;
-  s.set = radiosity::find_elements(room, s.mesh, s.rays, seeds);
+  s.set = radiosity::find_patches(room, s.mesh, s.rays, seeds);
   auto exchange = radiosity::exchange_areas(s.set, s.mesh, room, *occluders,
                                             {.visibility_rays = quality.visibility_rays}, progress);
   if (!exchange)
@@ -62,18 +62,18 @@ Result<SolvedRoom> SolvedRoom::closed(const Room& room, const glm::dvec3& inside
 }
 
 void SolvedRoom::set_reflectance(std::uint32_t of, float reflectance) {
-  for (std::size_t i = 0; i < set.elements.size(); ++i)
+  for (std::size_t i = 0; i < set.patches.size(); ++i)
     if (material(i) == of)
-      set.elements[i].reflectance = Rgb(reflectance);
+      set.patches[i].reflectance = Rgb(reflectance);
 }
 
 void SolvedRoom::set_reflectance(float reflectance) {
-  for (radiosity::Element& e : set.elements)
+  for (radiosity::Patch& e : set.patches)
     e.reflectance = Rgb(reflectance);
 }
 
 std::vector<Rgb> SolvedRoom::per_material(std::uint32_t of, float value) const {
-  std::vector<Rgb> list(set.elements.size(), Rgb(0.0f));
+  std::vector<Rgb> list(set.patches.size(), Rgb(0.0f));
   for (std::size_t i = 0; i < list.size(); ++i)
     if (material(i) == of)
       list[i] = Rgb(value);
@@ -81,7 +81,7 @@ std::vector<Rgb> SolvedRoom::per_material(std::uint32_t of, float value) const {
 }
 
 double SolvedRoom::exchange_area_m2(std::uint32_t from, std::uint32_t to) const {
-  std::vector<float> emitting(set.elements.size());
+  std::vector<float> emitting(set.patches.size());
   for (std::size_t j = 0; j < emitting.size(); ++j)
     emitting[j] = material(j) == to ? 1.0f : 0.0f;
   const std::vector<float> received = radiosity::exchange_product(exchange, emitting, 1);
@@ -93,7 +93,7 @@ double SolvedRoom::exchange_area_m2(std::uint32_t from, std::uint32_t to) const 
 
 double SolvedRoom::area_m2() const {
   double sum = 0;
-  for (const radiosity::Element& e : set.elements)
+  for (const radiosity::Patch& e : set.patches)
     sum += e.area_m2;
   return sum;
 }

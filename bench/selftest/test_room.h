@@ -27,9 +27,9 @@ void add_face_with_hole(Room& room, int axis, const glm::dvec3& lo, const glm::d
 
 /// Unknowns and exchange areas of a room; reflectances may be changed afterwards.
 struct SolvedRoom {
-  radiosity::PatchMesh mesh;
+  radiosity::SurfaceMesh mesh;
   RayScene rays;
-  radiosity::ElementSet set;
+  radiosity::PatchSet set;
   radiosity::ExchangeMatrix exchange;
 
   /// `seeds`: where the search for lit surfaces starts.
@@ -39,16 +39,16 @@ struct SolvedRoom {
   static Result<SolvedRoom> closed(const Room& room, const glm::dvec3& inside, const SelftestQuality& quality,
                                    const Progress& progress);
 
-  std::uint32_t material(std::size_t element) const { return mesh.patches[set.elements[element].patch].material; }
+  std::uint32_t material(std::size_t patch) const { return mesh.facets[set.patches[patch].facet].material; }
   void set_reflectance(std::uint32_t material, float reflectance);
   void set_reflectance(float reflectance);
-  /// One value per element.
+  /// One value per patch.
   std::vector<Rgb> per_material(std::uint32_t material, float value) const;
-  /// Sum of the exchange areas between the elements of two materials, m^2.
+  /// Sum of the exchange areas between the patches of two materials, m^2.
   double exchange_area_m2(std::uint32_t from, std::uint32_t to) const;
   double area_m2() const;
 
-  /// What every element sends out: its own exitance and what it reflects.
+  /// What every patch sends out: its own exitance and what it reflects.
   Result<radiosity::Radiosity> solve(const std::vector<Rgb>& exitance, const Progress& progress) const;
   /// Irradiance at world points on surfaces.
   Result<std::vector<double>> irradiance(std::vector<radiosity::SurfacePoint> world_points,

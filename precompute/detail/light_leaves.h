@@ -9,26 +9,26 @@
 #include <span>
 #include <vector>
 
-#include "radiosity/elements.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/patches.h"
 #include "radiosity/solve.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit::precompute::detail {
 
 struct LightLeaves {
-  radiosity::PatchMesh mesh;
-  RayScene rays; ///< hits report patches of `mesh`
-  radiosity::ElementSet elements;
-  std::vector<std::uint32_t> parent; ///< element of each leaf, rising
+  radiosity::SurfaceMesh mesh;
+  RayScene rays; ///< hits report facets of `mesh`
+  radiosity::PatchSet patches;
+  std::vector<std::uint32_t> parent; ///< patch of each leaf, rising
   std::vector<float> share;          ///< of each leaf in its parent's area
 
-  /// Cuts patches in two along their longest edge until there are `count`, first those that are large and face an
+  /// Cuts facets in two along their longest edge until there are `count`, first those that are large and face an
   /// aperture in sight; none that get no light from above the horizon, where suns are. `room`: its reflecting surfaces.
   /// A function of the input alone.
-  static Result<LightLeaves> make(const radiosity::PatchMesh& mesh, const radiosity::ElementSet& elements,
+  static Result<LightLeaves> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                                   const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count);
 
   /// Means over each parent's leaves.

@@ -14,7 +14,7 @@ void find_lit(const SurfaceLight& light, SeenPieces& seen) {
     const SeenPieces::Piece& p = seen.piece[k];
     const std::uint32_t first = s;
     for (; s < light.source.size() && light.source[s] < p.end; ++s)
-      seen.share[s] = p.end - p.first == 1 ? 1.0f : light.leaf_share[light.source[s]];
+      seen.share[s] = p.end - p.first == 1 ? 1.0f : light.element_fraction[light.source[s]];
     if (s > first)
       seen.lit.push_back(
           {k, light.cluster[first], light.share[first] / seen.share[first], first, s, light.reflectance[first]});
@@ -25,11 +25,11 @@ void find_lit(const SurfaceLight& light, SeenPieces& seen) {
 
 SeenPieces SeenPieces::of(const SurfaceLight& light, std::span<const std::uint8_t> told_apart) {
   SeenPieces seen;
-  for (std::uint32_t first = 0, end = 0; first < light.leaves; first = end) {
-    const std::uint32_t element = light.parent[first];
-    while (end < light.leaves && light.parent[end] == element && (end == first || told_apart[element] == 0))
+  for (std::uint32_t first = 0, end = 0; first < light.elements; first = end) {
+    const std::uint32_t patch = light.parent[first];
+    while (end < light.elements && light.parent[end] == patch && (end == first || told_apart[patch] == 0))
       ++end;
-    seen.piece.push_back({element, first, end});
+    seen.piece.push_back({patch, first, end});
     seen.end.push_back(end);
   }
   find_lit(light, seen);
@@ -41,7 +41,7 @@ std::vector<float> SeenPieces::means(const SurfaceLight& light, std::span<const 
   std::vector<float> mean(piece.size() * columns, 0.0f);
   for (std::size_t k = 0; k < piece.size(); ++k)
     for (std::size_t i = piece[k].first; i < piece[k].end; ++i) {
-      const float part = piece[k].end - piece[k].first == 1 ? 1.0f : light.leaf_share[i];
+      const float part = piece[k].end - piece[k].first == 1 ? 1.0f : light.element_fraction[i];
       for (std::size_t c = 0; c < columns; ++c)
         mean[k * columns + c] += part * of_leaves[i * columns + c];
     }

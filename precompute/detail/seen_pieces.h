@@ -1,6 +1,6 @@
 #pragma once
 
-// What a brick of probes tells apart on the surfaces: the leaves of an element close by, and an element as a whole from
+// What a brick of probes tells apart on the surfaces: the leaves of a patch close by, and a patch as a whole from
 // afar. All that is done for the brick is done with these pieces, which are about half as many as the leaves.
 
 #include <cstdint>
@@ -13,9 +13,9 @@
 namespace daylit::precompute::detail {
 
 struct SeenPieces {
-  /// Leaves [first, end) of one element.
+  /// Leaves [first, end) of one patch.
   struct Piece {
-    std::uint32_t element, first, end;
+    std::uint32_t patch, first, end;
   };
   std::vector<Piece> piece;
   std::vector<std::uint32_t> end; ///< leaf after each piece
@@ -29,7 +29,7 @@ struct SeenPieces {
   std::vector<Lit> lit;
   std::vector<float> share; ///< of each source in its piece's area
 
-  /// `told_apart`: of each element.
+  /// `told_apart`: of each patch.
   static SeenPieces of(const SurfaceLight& light, std::span<const std::uint8_t> told_apart);
 
   /// Means over the pieces: from values [leaf][columns].

@@ -8,8 +8,8 @@ namespace daylit::precompute::detail {
 
 SurfaceTransport::SurfaceTransport(const SurfaceLight& light) : light_(light) {
   for (std::size_t c = 0; c < 3; ++c) {
-    bounced_[c].resize(light.elements * light.clusters);
-    for (std::size_t e = 0; e < light.elements; ++e)
+    bounced_[c].resize(light.patches * light.clusters);
+    for (std::size_t e = 0; e < light.patches; ++e)
       std::copy_n(light.bounced.data() + (e * 3 + c) * light.clusters, light.clusters,
                   bounced_[c].data() + e * light.clusters);
   }
@@ -22,10 +22,10 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
     for (std::size_t k = 0; k < columns; ++k)
       mean[light_.cluster[s] * columns + k] += light_.share[s] * irradiance[s * columns + k];
   const std::vector<float> further =
-      multiply(bounced_[static_cast<std::size_t>(colour)], mean, light_.elements, light_.clusters, columns);
-  std::vector<float> b(leaves() * columns);
-  for (std::size_t leaf = 0; leaf < leaves(); ++leaf)
-    std::copy_n(further.data() + light_.parent[leaf] * columns, columns, b.data() + leaf * columns);
+      multiply(bounced_[static_cast<std::size_t>(colour)], mean, light_.patches, light_.clusters, columns);
+  std::vector<float> b(elements() * columns);
+  for (std::size_t element = 0; element < elements(); ++element)
+    std::copy_n(further.data() + light_.parent[element] * columns, columns, b.data() + element * columns);
   for (std::size_t s = 0; s < sources(); ++s)
     for (std::size_t k = 0; k < columns; ++k)
       b[light_.source[s] * columns + k] += light_.reflectance[s][colour] * irradiance[s * columns + k];
@@ -35,12 +35,12 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
 void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenPieces& seen,
                                    std::span<float> result) const {
   const std::size_t pieces = seen.piece.size(), lit = seen.lit.size();
-  std::vector<float> of_elements(rows * light_.elements, 0.0f);
+  std::vector<float> of_patches(rows * light_.patches, 0.0f);
   for (std::size_t r = 0; r < rows; ++r)
     for (std::size_t k = 0; k < pieces; ++k)
-      of_elements[r * light_.elements + seen.piece[k].element] += weights[r * pieces + k];
+      of_patches[r * light_.patches + seen.piece[k].patch] += weights[r * pieces + k];
   const std::vector<float> by_cluster =
-      multiply(of_elements, bounced_[static_cast<std::size_t>(colour)], rows, light_.elements, light_.clusters);
+      multiply(of_patches, bounced_[static_cast<std::size_t>(colour)], rows, light_.patches, light_.clusters);
   for (std::size_t r = 0; r < rows; ++r) {
     const float *own = weights.data() + r * pieces, *further = by_cluster.data() + r * light_.clusters;
     float* to = result.data() + r * lit;

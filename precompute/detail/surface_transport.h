@@ -1,7 +1,7 @@
 #pragma once
 
-// The light that the sources give the leaves, as products with few columns: what each source sends out itself, and what
-// comes back after further bounces, which is known per cluster of sources and per element.
+// The light that the sources give the elements, as products with few columns: what each source sends out itself, and
+// what comes back after further bounces, which is known per cluster of sources and per patch.
 
 #include <array>
 #include <cstddef>
@@ -17,10 +17,10 @@ class SurfaceTransport {
 public:
   explicit SurfaceTransport(const SurfaceLight& light);
 
-  std::size_t leaves() const { return light_.leaves; }
+  std::size_t elements() const { return light_.elements; }
   std::size_t sources() const { return light_.source.size(); }
 
-  /// Radiosity [leaf][columns] of a colour under irradiance [source][columns].
+  /// Radiosity [element][columns] of a colour under irradiance [source][columns].
   std::vector<float> radiosity(int colour, std::span<const float> irradiance, std::size_t columns) const;
   /// The adjoint, as a brick sees it: weights of radiosity [row][piece] of a colour become weights of irradiance, added
   /// to [row][lit piece].
@@ -29,7 +29,7 @@ public:
 
 private:
   const SurfaceLight& light_;
-  std::array<std::vector<float>, 3> bounced_; ///< per colour [element][cluster]
+  std::array<std::vector<float>, 3> bounced_; ///< per colour [patch][cluster]
 };
 
 } // namespace daylit::precompute::detail

@@ -37,26 +37,26 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
     return probes.error();
   p.probes = std::move(*probes);
   clock.finish("probes");
-  Result<radiosity::PatchMesh> mesh =
-      radiosity::mesh_patches(room, {.edge_m = options.patch_edge_m, .target_patches = options.target_patches});
+  Result<radiosity::SurfaceMesh> mesh =
+      radiosity::mesh_surfaces(room, {.edge_m = options.facet_edge_m, .target_facets = options.target_facets});
   if (!mesh)
     return mesh.error();
   p.mesh = std::move(*mesh);
-  Result<RayScene> patch_rays = radiosity::patch_scene(p.mesh);
-  if (!patch_rays)
-    return patch_rays.error();
-  p.patch_rays = *patch_rays;
+  Result<RayScene> facet_rays = radiosity::facet_scene(p.mesh);
+  if (!facet_rays)
+    return facet_rays.error();
+  p.facet_rays = *facet_rays;
   // A grid has probes wherever light comes; given points may all stand in one of several rooms.
   const ProbePoints points(p.probes, p.mesh.origin);
-  p.elements = radiosity::find_elements(room, p.mesh, p.patch_rays, p.apertures.list,
-                                        options.points.empty() ? std::span<const glm::dvec3>{} : points.at);
+  p.patches = radiosity::find_patches(room, p.mesh, p.facet_rays, p.apertures.list,
+                                      options.points.empty() ? std::span<const glm::dvec3>{} : points.at);
   report.apertures = p.apertures.report;
-  report.patches = p.mesh.patches.size();
-  report.patch_edge_m = p.mesh.edge_m;
+  report.facets = p.mesh.facets.size();
+  report.facet_edge_m = p.mesh.edge_m;
   report.doubled_m2 = p.mesh.doubled_m2;
-  report.elements = p.elements.elements.size();
-  report.sides_skipped = p.elements.sides_skipped;
-  report.sides_without_path = p.elements.sides_without_path;
+  report.patches = p.patches.patches.size();
+  report.sides_skipped = p.patches.sides_skipped;
+  report.sides_without_path = p.patches.sides_without_path;
   report.probes = p.probes.size();
   report.probes_valid = points.probe.size();
   report.probes_repeated = points.probe.size() - points.at.size();

@@ -9,8 +9,8 @@
 #include <glm/vec3.hpp>
 
 #include "precompute/bake.h"
-#include "radiosity/elements.h"
 #include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
 
@@ -35,11 +35,11 @@ private:
 
 /// The transport problem of a room: mesh, probes, unknowns and the two ray scenes.
 struct Problem {
-  RayScene room_scene, patch_rays;
+  RayScene room_scene, facet_rays;
   Apertures apertures;
   ProbeSet probes;
-  radiosity::PatchMesh mesh;
-  radiosity::ElementSet elements;
+  radiosity::SurfaceMesh mesh;
+  radiosity::PatchSet patches;
 };
 
 /// Fills the counts of mesh, probes and unknowns in the report.

@@ -19,7 +19,7 @@ constexpr std::size_t kMostCorners = 8;   // of a piece
 constexpr std::size_t kMostSheets = 2000; // with more, rays are cheaper than asking every plane
 constexpr double kTolerance = 1e-7;       // of the room's size
 constexpr double kCosineRounding = 1e-6;  // of cosines in single precision
-constexpr double kGrazing = 1e-9;         // cosine below which an element receives nothing
+constexpr double kGrazing = 1e-9;         // cosine below which a patch receives nothing
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
@@ -120,7 +120,7 @@ std::vector<AperturePiece> aperture_pieces(const std::vector<Aperture>& aperture
   return pieces;
 }
 
-ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
+ApertureBeam::ApertureBeam(const Patch& e, const AperturePiece& piece)
     : origin_(e.corner[0]), axis_u_(glm::normalize(e.corner[1] - e.corner[0])), axis_v_(glm::cross(e.normal, axis_u_)),
       normal_(e.normal), area_m2_(e.area_m2) {
   for (int k = 0; k < 3; ++k)
@@ -137,7 +137,7 @@ ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
     front_.push_back(front.corner[k]);
     middle += front.corner[k] / static_cast<double>(front.size);
   }
-  // Light that enters falls on the back of the piece and on the front of the element: its shadow turns as the piece
+  // Light that enters falls on the back of the piece and on the front of the patch: its shadow turns as the piece
   // does, seen from inside, whatever the direction.
   glm::dvec3 turn(0.0);
   for (int k = 1; k + 1 < front.size; ++k)
@@ -149,13 +149,13 @@ ApertureBeam::ApertureBeam(const Element& e, const AperturePiece& piece)
     radius = std::max(radius, glm::distance(front.corner[k], middle));
   for (const glm::dvec3& c : e.corner)
     reach = std::max(reach, glm::distance(c, centre));
-  // Every way from element to opening lies in this cone around the way between their middles.
+  // Every way from patch to opening lies in this cone around the way between their middles.
   const double distance = glm::distance(middle, centre), sine = (radius + reach) / std::max(distance, 1e-300);
   axis_ = distance > 0 ? (middle - centre) / distance : glm::dvec3(0.0);
   cos_spread_ = sine < 1.0 ? static_cast<float>(std::sqrt(1.0 - sine * sine) - kCosineRounding) : -2.0f;
 }
 
-bool ApertureBeam::covers_element(const LitPart& shadow) const {
+bool ApertureBeam::covers_patch(const LitPart& shadow) const {
   for (int k = 0; k < shadow.size; ++k) {
     const glm::dvec2 &a = shadow.corner[k], side = shadow.corner[k + 1 < shadow.size ? k + 1 : 0] - a;
     for (const glm::dvec2& t : triangle_)
@@ -182,7 +182,7 @@ ApertureBeam::LitPart ApertureBeam::lit(const glm::dvec3& w) const {
     if (std::max({triangle_[0][axis], triangle_[1][axis], triangle_[2][axis]}) <= lo[axis] ||
         std::min({triangle_[0][axis], triangle_[1][axis], triangle_[2][axis]}) >= hi[axis])
       return {};
-  if (covers_element(part))
+  if (covers_patch(part))
     return {{triangle_[0], triangle_[1], triangle_[2]}, 3, area_m2_};
   for (int k = 0; k < 3 && part.size > 0; ++k)
     part = clip_left(part, triangle_[k], triangle_[(k + 1) % 3]);
@@ -211,7 +211,7 @@ void OpenPaths::Box::include(const glm::dvec3& p) {
   hi = glm::max(hi, p);
 }
 
-OpenPaths::OpenPaths(const PatchMesh& mesh, const std::vector<Aperture>& apertures,
+OpenPaths::OpenPaths(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures,
                      const std::vector<AperturePiece>& pieces)
     : pieces_(pieces) {
   add_sheets(mesh, apertures);
@@ -223,27 +223,27 @@ OpenPaths::OpenPaths(const PatchMesh& mesh, const std::vector<Aperture>& apertur
     const auto outside = [&](const glm::dvec3& p) {
       return glm::dot(p - piece.corner[0], piece.inward) < -tolerance_m_;
     };
-    const bool patch =
-        std::ranges::any_of(mesh.patches, [&](const Patch& p) { return std::ranges::any_of(p.corner, outside); });
+    const bool facet =
+        std::ranges::any_of(mesh.facets, [&](const Facet& p) { return std::ranges::any_of(p.corner, outside); });
     const bool pane = std::ranges::any_of(apertures, [&](const Aperture& a) {
       return std::ranges::any_of(a.corners, [&](const glm::dvec3& c) { return outside(c - mesh.origin); });
     });
-    open_outside_.push_back(!patch && !pane);
+    open_outside_.push_back(!facet && !pane);
   }
 }
 
-void OpenPaths::add_sheets(const PatchMesh& mesh, const std::vector<Aperture>& apertures) {
+void OpenPaths::add_sheets(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures) {
   const Box nothing{glm::dvec3(std::numeric_limits<double>::infinity()),
                     glm::dvec3(-std::numeric_limits<double>::infinity())};
   sheets_.assign(mesh.planes, {glm::dvec3(0.0), glm::dvec3(0.0), nothing});
-  for (const Patch& p : mesh.patches) {
+  for (const Facet& p : mesh.facets) {
     Sheet& s = sheets_[p.plane];
     s.point = p.corner[0];
     s.normal = p.normal;
     for (const glm::dvec3& c : p.corner)
       s.box.include(c);
   }
-  std::erase_if(sheets_, [](const Sheet& s) { return s.box.lo.x > s.box.hi.x; }); // planes of slivers have no patch
+  std::erase_if(sheets_, [](const Sheet& s) { return s.box.lo.x > s.box.hi.x; }); // planes of slivers have no facet
   first_opening_ = sheets_.size();
   for (const Aperture& a : apertures) {
     sheets_.push_back({a.corners[0] - mesh.origin, a.inward, nothing});
@@ -253,7 +253,7 @@ void OpenPaths::add_sheets(const PatchMesh& mesh, const std::vector<Aperture>& a
 }
 
 /// The hull lies on one side of the sheet's plane, or away from the sheet's box.
-bool OpenPaths::parted(const Sheet& sheet, const Element& e, const std::vector<glm::dvec3>& front,
+bool OpenPaths::parted(const Sheet& sheet, const Patch& e, const std::vector<glm::dvec3>& front,
                        const Box& hull) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   const auto add = [&](const glm::dvec3& p) {
@@ -271,7 +271,7 @@ bool OpenPaths::parted(const Sheet& sheet, const Element& e, const std::vector<g
   return false;
 }
 
-bool OpenPaths::clear(const Element& e, std::size_t index, const std::vector<glm::dvec3>& front) const {
+bool OpenPaths::clear(const Patch& e, std::size_t index, const std::vector<glm::dvec3>& front) const {
   if (!open_outside_[index] || sheets_.size() > kMostSheets)
     return false;
   Box hull{e.corner[0], e.corner[0]};

@@ -1,6 +1,6 @@
 #pragma once
 
-// Parallel light through an opening: which part of an element it meets.
+// Parallel light through an opening: which part of a patch it meets.
 
 #include <array>
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "radiosity/elements.h"
+#include "radiosity/patches.h"
 #include "scene/sky/sky_partition.h"
 
 namespace daylit::radiosity {
@@ -51,22 +51,22 @@ struct SkySweep {
   SkySweep(const SkyPartition& partition, const std::vector<AperturePiece>& pieces, int count);
 };
 
-/// One element and one piece of an opening. Seen along a direction w, the opening's shadow on the element's plane is
+/// One patch and one piece of an opening. Seen along a direction w, the opening's shadow on the patch's plane is
 /// its outline moved by -h w / (n . w), h the height of a corner over the plane: an exact clip gives the lit part.
 class ApertureBeam {
 public:
-  /// The part of the piece in front of the element counts; empty() when there is none.
-  ApertureBeam(const Element& element, const AperturePiece& piece);
+  /// The part of the piece in front of the patch counts; empty() when there is none.
+  ApertureBeam(const Patch& patch, const AperturePiece& piece);
   bool empty() const { return front_.size() < 3; }
-  /// The corners of the piece in front of the element.
+  /// The corners of the piece in front of the patch.
   const std::vector<glm::dvec3>& front() const { return front_; }
 
-  /// Only directions whose cosine with the axis is at least cos_spread() can meet the element through the opening.
+  /// Only directions whose cosine with the axis is at least cos_spread() can meet the patch through the opening.
   const glm::dvec3& axis() const { return axis_; }
   float cos_spread() const { return cos_spread_; }
 
   struct LitPart {
-    std::array<glm::dvec2, 12> corner; ///< in the element's plane
+    std::array<glm::dvec2, 12> corner; ///< in the patch's plane
     int size = 0;
     double area_m2 = 0;
   };
@@ -78,20 +78,20 @@ private:
   glm::dvec3 origin_, axis_u_, axis_v_, normal_;
   std::array<glm::dvec2, 3> triangle_;
   double area_m2_;
-  bool covers_element(const LitPart& shadow) const;
-  /// As they are; u, v and height over the element's plane, in the order in which their shadows turn left.
+  bool covers_patch(const LitPart& shadow) const;
+  /// As they are; u, v and height over the patch's plane, in the order in which their shadows turn left.
   std::vector<glm::dvec3> front_, corner_;
   glm::dvec3 axis_{0.0}; ///< towards the middle of the piece
   float cos_spread_ = -2;
 };
 
-/// Decides without rays that nothing can stand between an element and an opening, nor outside the opening.
+/// Decides without rays that nothing can stand between a patch and an opening, nor outside the opening.
 class OpenPaths {
 public:
-  OpenPaths(const PatchMesh& mesh, const std::vector<Aperture>& apertures, const std::vector<AperturePiece>& pieces);
-  /// True only when no patch and no other opening meets the hull of the two, except by touching it, and nothing lies
+  OpenPaths(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const std::vector<AperturePiece>& pieces);
+  /// True only when no facet and no other opening meets the hull of the two, except by touching it, and nothing lies
   /// beyond the opening. `front`: the corners of the piece that count.
-  bool clear(const Element& element, std::size_t piece, const std::vector<glm::dvec3>& front) const;
+  bool clear(const Patch& patch, std::size_t piece, const std::vector<glm::dvec3>& front) const;
 
 private:
   struct Box {
@@ -102,8 +102,8 @@ private:
     glm::dvec3 point, normal;
     Box box;
   };
-  void add_sheets(const PatchMesh& mesh, const std::vector<Aperture>& apertures);
-  bool parted(const Sheet& sheet, const Element& element, const std::vector<glm::dvec3>& front, const Box& hull) const;
+  void add_sheets(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures);
+  bool parted(const Sheet& sheet, const Patch& patch, const std::vector<glm::dvec3>& front, const Box& hull) const;
 
   std::vector<Sheet> sheets_; ///< planes of the mesh, then the openings
   std::size_t first_opening_ = 0;

@@ -13,7 +13,7 @@ struct LowRank {
   std::vector<float> values; ///< U (rows x rank), then V (columns x rank), row-major; the rectangle is U V^T
 };
 
-/// Adaptive cross approximation (Bebendorf 2000) of the unoccluded kernel between elements [row, row + rows) and
+/// Adaptive cross approximation (Bebendorf 2000) of the unoccluded kernel between patches [row, row + rows) and
 /// [column, column + columns): the remainder is estimated below `tolerance` of the rectangle's Frobenius norm.
 /// Nothing when a dense rectangle is smaller, or when a pair is too close for the nine-point rule.
 std::optional<LowRank> cross_approximation(const PairArrays& arrays, std::uint32_t row, std::uint32_t rows,

@@ -1,6 +1,6 @@
 #pragma once
 
-// Everything that can stand between two patches, as few convex polygons.
+// Everything that can stand between two facets, as few convex polygons.
 
 #include <vector>
 

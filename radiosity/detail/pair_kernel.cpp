@@ -91,9 +91,9 @@ DAYLIT_VECTOR void nine_points(const Columns& one, const Columns& many, std::uin
 
 } // namespace
 
-PairArrays::PairArrays(const ElementSet& set, std::span<const std::uint32_t> order, const glm::dvec3& shift) {
+PairArrays::PairArrays(const PatchSet& set, std::span<const std::uint32_t> order, const glm::dvec3& shift) {
   for (const std::uint32_t index : order) {
-    const Element& e = set.elements[index];
+    const Patch& e = set.patches[index];
     const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
     double radius2 = 0;
     for (std::size_t k = 0; k < 3; ++k) {

@@ -14,14 +14,14 @@ constexpr std::size_t kMostEdges = 8; // of an obstacle
 
 #define DAYLIT_VECTOR __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
-/// Corner heights of one element and of the columns over a plane.
+/// Corner heights of one patch and of the columns over a plane.
 struct Against {
   float one[3];
   const float *c0, *c1, *c2;
 };
 
-/// crosses[j]: 1 when all corners of the element lie on one side of the plane and all of column j's on the other
-/// (the sign says which: +1 element above), 2 when all six lie on one side, 0 when a triangle is cut.
+/// crosses[j]: 1 when all corners of the patch lie on one side of the plane and all of column j's on the other
+/// (the sign says which: +1 patch above), 2 when all six lie on one side, 0 when a triangle is cut.
 DAYLIT_VECTOR void sides(const Against& h, std::uint32_t count, float tolerance, std::int32_t* side) {
   const float low = std::min(h.one[0], std::min(h.one[1], h.one[2])),
               high = std::max(h.one[0], std::max(h.one[1], h.one[2]));

@@ -1,6 +1,6 @@
 #pragma once
 
-// Exact decisions about single pairs of elements: does any of a few obstacles stand between the two, does one hide
+// Exact decisions about single pairs of patches: does any of a few obstacles stand between the two, does one hide
 // them from each other entirely?
 
 #include <cstdint>
@@ -18,7 +18,7 @@ enum PairShadow : std::int32_t {
   kMixedPair = 2,  ///< neither could be shown
 };
 
-/// The obstacles of one tile of pairs, seen from all elements of the tile's columns. A segment meets a convex polygon
+/// The obstacles of one tile of pairs, seen from all patches of the tile's columns. A segment meets a convex polygon
 /// or passes on the outer side of one of its edges; both are decided for all segments between two triangles by the
 /// nine between their corners, because the crossing point is a projective map of either end.
 class PairShadows {
@@ -27,10 +27,10 @@ public:
   PairShadows(const PairArrays& arrays, const std::vector<Obstacle>& obstacles, const std::vector<std::uint32_t>& used,
               const glm::dvec3& shift, std::uint32_t first, std::uint32_t last, float tolerance_m);
 
-  /// shadow[j - first] of element i with every column j.
+  /// shadow[j - first] of patch i with every column j.
   void row(std::uint32_t i, std::int32_t* shadow);
 
-  /// No segment between two polygons of at most four corners (unshifted coordinates) meets an obstacle: for elements of
+  /// No segment between two polygons of at most four corners (unshifted coordinates) meets an obstacle: for patches of
   /// which only parts face each other.
   bool clear(const SmallPolygon& a, const SmallPolygon& b) const;
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Visible shares of many pairs of elements, by rays.
+// Visible shares of many pairs of patches, by rays.
 
 #include <array>
 #include <cstdint>
@@ -14,8 +14,8 @@
 
 namespace daylit::radiosity {
 
-/// What two elements of which the plane of one cuts the other show of their fronts: triangles, in the coordinates of
-/// the ray scene. Rays between whole elements might never meet a narrow part.
+/// What two patches of which the plane of one cuts the other show of their fronts: triangles, in the coordinates of
+/// the ray scene. Rays between whole patches might never meet a narrow part.
 struct FacingParts {
   struct Part {
     std::array<std::array<glm::vec3, 3>, 2> triangle;

@@ -13,7 +13,7 @@ namespace daylit::radiosity {
 
 namespace {
 
-constexpr double kCellsPerPatch = 16;
+constexpr double kCellsPerFacet = 16;
 constexpr double kLeastHeight = 1e-6; ///< of the room: a point nearer to a plane is in it
 
 /// One face seen from a point: a ray d passes inside where all of edge * d are >= 0, at 1 / (nearness * d).
@@ -98,16 +98,16 @@ glm::dvec2 WholeFaces::Plane::flat(const glm::dvec3& p) const {
   return (glm::dvec2(glm::dot(p, axis_u), glm::dot(p, axis_v)) - corner) * cells_per_m;
 }
 
-void WholeFaces::Plane::cover(const PatchMesh& patches, std::span<const std::uint32_t> of_plane) {
+void WholeFaces::Plane::cover(const SurfaceMesh& mesh, std::span<const std::uint32_t> of_plane) {
   cells_per_m = 1;
   glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
   for (const std::uint32_t p : of_plane)
-    for (const glm::dvec3& c : patches.patches[p].corner) {
+    for (const glm::dvec3& c : mesh.facets[p].corner) {
       low = glm::min(low, flat(c));
       high = glm::max(high, flat(c));
     }
   const glm::dvec2 size = high - low;
-  const double wanted = kCellsPerPatch * static_cast<double>(of_plane.size());
+  const double wanted = kCellsPerFacet * static_cast<double>(of_plane.size());
   corner = low;
   cells_per_m = std::min(std::sqrt(wanted / std::max(size.x * size.y, 1e-300)), wanted / std::max(size.x, size.y));
   width = 1 + static_cast<std::int32_t>(size.x * cells_per_m);
@@ -125,19 +125,19 @@ void WholeFaces::Plane::list(const Tile& tile, const std::array<glm::dvec2, 3>& 
         of_cell[static_cast<std::size_t>(v * width + u)].push_back(number);
 }
 
-void WholeFaces::add_cells(const PatchMesh& patches, const ElementSet& set, std::span<const std::uint32_t> of_plane,
+void WholeFaces::add_cells(const SurfaceMesh& mesh, const PatchSet& set, std::span<const std::uint32_t> of_plane,
                            Plane& plane) {
   plane.first_cell = static_cast<std::int32_t>(likely_.size());
   if (of_plane.empty())
     return;
-  plane.cover(patches, of_plane);
+  plane.cover(mesh, of_plane);
   const auto width = static_cast<std::size_t>(plane.width);
   std::vector<std::vector<std::uint32_t>> of_cell(width * static_cast<std::size_t>(plane.height));
   for (const std::uint32_t p : of_plane) {
     std::array<glm::dvec2, 3> c;
     for (std::size_t k = 0; k < 3; ++k)
-      c[k] = plane.flat(patches.patches[p].corner[k]);
-    Tile tile{{}, set.of_patch[p]};
+      c[k] = plane.flat(mesh.facets[p].corner[k]);
+    Tile tile{{}, set.of_facet[p]};
     const double side = (c[1].x - c[0].x) * (c[2].y - c[0].y) < (c[1].y - c[0].y) * (c[2].x - c[0].x) ? -1.0 : 1.0;
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::dvec2 e = c[(k + 1) % 3] - c[k];
@@ -156,9 +156,9 @@ void WholeFaces::add_cells(const PatchMesh& patches, const ElementSet& set, std:
   }
 }
 
-WholeFaces WholeFaces::make(const Room& room, const PatchMesh& patches, const ElementSet& set) {
+WholeFaces WholeFaces::make(const Room& room, const SurfaceMesh& mesh, const PatchSet& set) {
   WholeFaces faces;
-  const std::vector<PlaneGroup> groups = group_planes(room, patches.origin);
+  const std::vector<PlaneGroup> groups = group_planes(room, mesh.origin);
   std::size_t count = 0;
   for (const PlaneGroup& g : groups)
     count += g.triangles.size();
@@ -168,8 +168,8 @@ WholeFaces WholeFaces::make(const Room& room, const PatchMesh& patches, const El
   faces.likely_ = {0};
   faces.first_ = {0, 0};
   std::vector<std::vector<std::uint32_t>> of_plane(groups.size());
-  for (std::uint32_t p = 0; p < patches.patches.size(); ++p)
-    of_plane[patches.patches[p].plane].push_back(p);
+  for (std::uint32_t p = 0; p < mesh.facets.size(); ++p)
+    of_plane[mesh.facets[p].plane].push_back(p);
   for (std::uint32_t k = 0; k < groups.size(); ++k) {
     const PlaneGroup& g = groups[k];
     Plane plane;
@@ -177,7 +177,7 @@ WholeFaces WholeFaces::make(const Room& room, const PatchMesh& patches, const El
     plane.axis_u = g.axis_u;
     plane.axis_v = g.axis_v;
     plane.offset = glm::dot(g.point, g.normal);
-    faces.add_cells(patches, set, of_plane[k], plane);
+    faces.add_cells(mesh, set, of_plane[k], plane);
     faces.plane_.push_back(plane);
     for (const auto& t : g.triangles)
       faces.face_.push_back({{g.lift(t[0]), g.lift(t[1]), g.lift(t[2])}, k});
@@ -259,20 +259,20 @@ WholeFaces::Views WholeFaces::views(const glm::dvec3& point, const glm::dvec2& t
   return views;
 }
 
-std::int32_t WholeFaces::element_at(std::int32_t cell, float u, float v, std::size_t side) const {
+std::int32_t WholeFaces::patch_at(std::int32_t cell, float u, float v, std::size_t side) const {
   const auto c = static_cast<std::size_t>(cell);
   for (std::size_t t = first_[c]; t < first_[c + 1]; ++t)
     if (tile_[in_cell_[t]].holds(u, v))
-      return tile_[in_cell_[t]].element[side];
+      return tile_[in_cell_[t]].patch[side];
   return kUnknown;
 }
 
-bool WholeFaces::on_patch(const Views& views) const {
+bool WholeFaces::on_facet(const Views& views) const {
   for (std::size_t p = 0; p < plane_.size(); ++p) {
     const float u = views.start_u[p], v = views.start_v[p];
     if (std::abs(views.height_m[p]) < least_height_m_ && u > -1.0f && v > -1.0f &&
         u < static_cast<float>(plane_[p].width) && v < static_cast<float>(plane_[p].height) &&
-        element_at(plane_[p].first_cell + static_cast<int>(v) * plane_[p].width + static_cast<int>(u), u, v, 0) !=
+        patch_at(plane_[p].first_cell + static_cast<int>(v) * plane_[p].width + static_cast<int>(u), u, v, 0) !=
             kUnknown)
       return true;
   }
@@ -297,10 +297,10 @@ void WholeFaces::find_nearest(const glm::dvec3& point, const RayGroups& rays, co
 }
 
 void WholeFaces::trace(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn,
-                       std::span<std::int32_t> element) const {
+                       std::span<std::int32_t> patch) const {
   const Views views = this->views(point, turn);
-  if (on_patch(views)) {
-    std::ranges::fill(element, kUnknown);
+  if (on_facet(views)) {
+    std::ranges::fill(patch, kUnknown);
     return;
   }
   const std::size_t count = rays.rays();
@@ -318,12 +318,12 @@ void WholeFaces::trace(const glm::dvec3& point, const RayGroups& rays, const glm
   std::size_t more = 0;
   for (std::uint32_t k = 0; k < count; ++k) {
     const Tile& tile = tile_[likely_[static_cast<std::size_t>(cell[k])]];
-    element[k] = tile.element[side_of(k)];
+    patch[k] = tile.patch[side_of(k)];
     others[more] = k;
     more += tile.holds(u[k], v[k]) ? 0 : 1;
   }
   for (const std::uint32_t k : std::span(others).first(more))
-    element[k] = element_at(cell[k], u[k], v[k], side_of(k));
+    patch[k] = patch_at(cell[k], u[k], v[k], side_of(k));
 }
 
 } // namespace daylit::radiosity

@@ -1,7 +1,7 @@
 #pragma once
 
-// First hits of many rays from one point: the room's whole faces are few where its patches are thousands. All rays are
-// tried against one face after another, sixteen at a time, and a table of each plane says which patch lies where a
+// First hits of many rays from one point: the room's whole faces are few where its facets are thousands. All rays are
+// tried against one face after another, sixteen at a time, and a table of each plane says which facet lies where a
 // face was met.
 
 #include <algorithm>
@@ -13,8 +13,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "radiosity/elements.h"
 #include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/room/room.h"
 
 namespace daylit::radiosity {
@@ -35,28 +35,28 @@ struct RayGroups {
 
 class WholeFaces {
 public:
-  static constexpr std::size_t kMostFaces = 512; ///< more are quicker found in a hierarchy of patches
+  static constexpr std::size_t kMostFaces = 512; ///< more are quicker found in a hierarchy of facets
   static constexpr std::int32_t kUnknown = -2;
 
-  /// `patches`: of the same room, maybe cut further. Without faces when there are too many.
-  static WholeFaces make(const Room& room, const PatchMesh& patches, const ElementSet& set);
+  /// `facets`: of the same room, maybe cut further. Without faces when there are too many.
+  static WholeFaces make(const Room& room, const SurfaceMesh& mesh, const PatchSet& set);
 
   bool empty() const { return face_.empty(); }
 
-  /// Element met by each ray from `point` (metres in the mesh's frame) when the rays are turned about z by an angle of
+  /// Patch met by each ray from `point` (metres in the mesh's frame) when the rays are turned about z by an angle of
   /// this cosine and sine: -1 a side outside the problem, kUnknown where the tables do not tell (openings, joints).
   void trace(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn,
-             std::span<std::int32_t> element) const;
+             std::span<std::int32_t> patch) const;
 
 private:
   struct Face {
     std::array<glm::dvec3, 3> corner;
     std::uint32_t plane;
   };
-  /// A patch in its plane, in cells: inside where all of edge.x u + edge.y v + edge.z are >= 0.
+  /// A facet in its plane, in cells: inside where all of edge.x u + edge.y v + edge.z are >= 0.
   struct Tile {
     std::array<glm::vec3, 3> edge;
-    std::array<std::int32_t, 2> element; ///< in front and at the back
+    std::array<std::int32_t, 2> patch; ///< in front and at the back
 
     bool holds(float u, float v) const {
       const auto inside = [&](std::size_t k) { return edge[k].x * u + edge[k].y * v + edge[k].z; };
@@ -73,20 +73,19 @@ private:
     std::int32_t first_cell = 0;
 
     glm::dvec2 flat(const glm::dvec3& p) const; ///< in cells
-    void cover(const PatchMesh& patches, std::span<const std::uint32_t> of_plane);
+    void cover(const SurfaceMesh& mesh, std::span<const std::uint32_t> of_plane);
     /// A tile of these corners, in all cells that it touches.
     void list(const Tile& tile, const std::array<glm::dvec2, 3>& corners, std::uint32_t number,
               std::vector<std::vector<std::uint32_t>>& of_cell) const;
   };
   struct Views;
   struct Nearest;
-  void add_cells(const PatchMesh& patches, const ElementSet& set, std::span<const std::uint32_t> of_plane,
-                 Plane& plane);
+  void add_cells(const SurfaceMesh& mesh, const PatchSet& set, std::span<const std::uint32_t> of_plane, Plane& plane);
   Views views(const glm::dvec3& point, const glm::dvec2& turn) const;
   void find_nearest(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn, const Views& views,
                     Nearest& out) const;
-  bool on_patch(const Views& views) const;
-  std::int32_t element_at(std::int32_t cell, float u, float v, std::size_t side) const;
+  bool on_facet(const Views& views) const;
+  std::int32_t patch_at(std::int32_t cell, float u, float v, std::size_t side) const;
 
   std::vector<Face> face_;
   std::vector<Plane> plane_;

@@ -13,7 +13,7 @@ namespace daylit {
 namespace {
 
 constexpr float kLeastCoverage = 1.0f / 510.0f; // as in compose.cpp
-constexpr double kReach = 3.0;                  // of the point spread, in standard deviations
+constexpr double kKernelRadius = 3.0;           // of the point spread, in standard deviations
 
 PixelBox touched_box(const Composite& c) {
   const int width = c.picture.width;
@@ -80,10 +80,10 @@ void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composi
   PixelBox box = touched_box(c);
   if (box.empty())
     return;
-  const int reach = static_cast<int>(std::ceil(kReach * sigma_px));
-  box = PixelBox{box.x0 - reach, box.y0 - reach, box.x1 + reach, box.y1 + reach}.clipped(photo.width, photo.height);
+  const int radius = static_cast<int>(std::ceil(kKernelRadius * sigma_px));
+  box = PixelBox{box.x0 - radius, box.y0 - radius, box.x1 + radius, box.y1 + radius}.clipped(photo.width, photo.height);
   Layers layers = layers_in(box, photo, c);
-  const cv::Size kernel(2 * reach + 1, 2 * reach + 1);
+  const cv::Size kernel(2 * radius + 1, 2 * radius + 1);
   cv::GaussianBlur(layers.drawn, layers.drawn, kernel, sigma_px, sigma_px, cv::BORDER_REPLICATE);
   cv::GaussianBlur(layers.coverage, layers.coverage, kernel, sigma_px, sigma_px, cv::BORDER_REPLICATE);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
@@ -120,7 +120,7 @@ void match_noise(const RgbImage& photo, const CameraNoise& noise, std::uint64_t 
       Rgb& value = c.picture.texels[i];
       for (int k = 0; k < 3; ++k) {
         const float before = photo.texels[i][k];
-        // Share of the photograph's deviation that is left in the pixel: what shows through, or what is darkened.
+        // Fraction of the photograph's deviation that is left in the pixel: what shows through, or what is darkened.
         const float kept = c.touched[i] == 2 ? 1.0f - c.coverage[i] : before > 0.0f ? value[k] / before : 0.0f;
         const double missing = noise.variance(value[k]) - static_cast<double>(kept * kept) * noise.variance(before);
         if (missing > 0.0)

@@ -105,9 +105,9 @@ struct RoomLoss {
 RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
   const float whole = 1.0f / drawn.lost_sky.w;
   const Rgb lost_sky = whole * Rgb(drawn.lost_sky);
-  const glm::vec3 shares = whole * glm::vec3(drawn.room);
-  return {point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance,
-          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z};
+  const glm::vec3 received = whole * glm::vec3(drawn.room);
+  return {point.open_sky_irradiance * received.x + point.sun_normal_irradiance * received.y + point.indirect_irradiance,
+          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * received.z};
 }
 
 /// The light between two points of a plane.

@@ -177,10 +177,10 @@ DAYLIT_LANE_CLONES void add_received(const LightLanes* lanes, std::size_t count,
     }
 }
 
-/// Irradiance of one side: exact without shadow, times the share that the object leaves in nine coefficients.
+/// Irradiance of one side: exact without shadow, times the fraction that the object leaves in nine coefficients.
 Rgb shadowed_irradiance(const std::vector<LightLanes>& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
                         const TransferVector& transfer) {
-  Rgb open(0.0f), shadowed(0.0f), share(0.0f);
+  Rgb open(0.0f), shadowed(0.0f), unshadowed(0.0f);
   alignas(64) float sum[3][kLanes] = {};
   add_received(windows.data(), windows.size(), n.x, n.y, n.z, sum);
   for (int c = 0; c < 3; ++c)
@@ -189,8 +189,8 @@ Rgb shadowed_irradiance(const std::vector<LightLanes>& windows, const Sh9Rgb& co
     shadowed += coefficients[i] * transfer[i];
   const Rgb whole = irradiance(coefficients, n);
   for (int c = 0; c < 3; ++c)
-    share[c] = whole[c] > 0.0f ? std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f) : 1.0f;
-  return open * share;
+    unshadowed[c] = whole[c] > 0.0f ? std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f) : 1.0f;
+  return open * unshadowed;
 }
 
 } // namespace
@@ -209,10 +209,10 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
   std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const Rgb share = reflectance[i] * std::numbers::inv_pi_v<float>;
-      radiance[i].front += share * shadowed_irradiance(lanes, coefficients, normals[i], world_transfer[i].front);
+      const Rgb rho_over_pi = reflectance[i] * std::numbers::inv_pi_v<float>;
+      radiance[i].front += rho_over_pi * shadowed_irradiance(lanes, coefficients, normals[i], world_transfer[i].front);
       if (world_transfer[i].back != TransferVector{})
-        radiance[i].back += share * shadowed_irradiance(lanes, coefficients, -normals[i], world_transfer[i].back);
+        radiance[i].back += rho_over_pi * shadowed_irradiance(lanes, coefficients, -normals[i], world_transfer[i].back);
     }
   });
   return radiance;

@@ -14,7 +14,7 @@
 
 namespace daylit {
 
-Result<void> VirtualObjects::place(std::size_t k, const ObjectConfig& placement) {
+Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& placement) {
   const glm::dmat4 world_from_object = object_transform(placement);
   const glm::dmat3 linear(world_from_object);
   const double scale = std::cbrt(std::fabs(glm::determinant(linear)));
@@ -76,7 +76,7 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   if (!rays)
     return rays.error();
   all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first});
-  return all.place(all.parts.size() - 1, placement);
+  return all.set_placement(all.parts.size() - 1, placement);
 }
 
 } // namespace

@@ -2,7 +2,7 @@
 // Angles come from a polynomial: off by less than 3e-6 radians, a thousandth of a texel of the finest map.
 //
 // What a cell shows of the sky changes little over an object: a texel of its map is about as large as the cell. Points
-// that stand close together therefore share the look-ups at a lattice no wider than half a cell, trilinear between.
+// that stand close together therefore use the same look-ups at a lattice no wider than half a cell, trilinear between.
 
 #include <algorithm>
 #include <cmath>
@@ -152,7 +152,7 @@ struct Lattice {
 
 /// Empty radiance: the points lie so near a window, or so far apart, that a lattice saves nothing.
 Lattice make_lattice(std::span<const ApertureCell> cells, const glm::dvec3& origin, std::span<const glm::dvec3> x) {
-  constexpr float kCellShare = 0.5f;
+  constexpr float kCellFraction = 0.5f;
   constexpr std::size_t kPointsPerCorner = 4;
   glm::vec3 low(x[0] - origin), high = low;
   for (const glm::dvec3& p : x) {
@@ -163,7 +163,7 @@ Lattice make_lattice(std::span<const ApertureCell> cells, const glm::dvec3& orig
   for (const ApertureCell& cell : cells) {
     const glm::vec3 c(cell.centre - origin);
     const float distance = glm::length(c - glm::clamp(c, low, high));
-    spacing = std::min({spacing, kCellShare * std::sqrt(static_cast<float>(cell.area_m2)), 0.25f * distance});
+    spacing = std::min({spacing, kCellFraction * std::sqrt(static_cast<float>(cell.area_m2)), 0.25f * distance});
   }
   Lattice lattice{low, spacing, {}, {}};
   double corners = 1.0;

@@ -123,7 +123,7 @@ std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::
   sun.cluster_radius = radius;
   sun.surround = cluster.surround;
   sun.normal_irradiance = glm::max(Rgb(cluster.excess), Rgb(0.0f));
-  sun.noise_share = cluster.energy > 0.0 ? std::sqrt(cluster.square) / cluster.energy : 1.0;
+  sun.noise_fraction = cluster.energy > 0.0 ? std::sqrt(cluster.square) / cluster.energy : 1.0;
   return sun;
 }
 

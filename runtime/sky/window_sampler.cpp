@@ -54,7 +54,7 @@ void WindowSampler::append_band(const WindowCone& cone, int y0, int y1, std::vec
       if (!(radiance > 0.0) || !cone.allows(w, texel_radius))
         continue;
       // The floor keeps every allowed texel samplable although its centre may be seen by no point of the sphere.
-      row.weight += radiance * std::sqrt(std::max(cone.visible_share(w), 0.01)) * texel_sr;
+      row.weight += radiance * std::sqrt(std::max(cone.visible_fraction(w), 0.01)) * texel_sr;
       texels.push_back({x, row.weight});
     }
     row.last = texels.size();

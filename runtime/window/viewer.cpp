@@ -51,7 +51,7 @@ Result<void> follow(Session& session, const ViewControl& control, std::vector<Ob
   for (std::size_t k = 0; k < objects.size(); ++k)
     if (objects[k].position != control.position(k)) {
       objects[k].position = control.position(k);
-      if (const auto placed = session.place_object(k, objects[k]); !placed)
+      if (const auto placed = session.set_placement(k, objects[k]); !placed)
         return placed;
     }
   return session.set_pose(control.orbit() ? control.orbit()->pose() : photo_pose);

@@ -20,12 +20,12 @@ namespace {
 constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
 const Progress kSilent = [](const std::string&, double) { return true; };
 
-constexpr int kPatches = 2000; ///< those of `normal`, held to the tolerance of `high`: the tests stay short
+constexpr int kFacets = 2000; ///< those of `normal`, held to the tolerance of `high`: the tests stay short
 
-void expect_within(const std::string& name, const std::string& quality_name, int patches = 0) {
+void expect_within(const std::string& name, const std::string& quality_name, int facets = 0) {
   SelftestQuality quality = *selftest_quality(quality_name);
-  if (patches > 0)
-    quality.patches = patches;
+  if (facets > 0)
+    quality.facets = facets;
   const std::vector<ClosedFormCase> all = closed_form_cases();
   const auto found = std::ranges::find_if(all, [&](const ClosedFormCase& c) { return c.name == name; });
   ASSERT_NE(found, all.end()) << name;
@@ -109,23 +109,23 @@ TEST(Glass, closed_form_of_the_slab_is_the_sum_of_all_internal_reflections) {
   EXPECT_NEAR(diffuse_slab_transmittance(1.52), 0.846423, 1e-5);
 }
 
-TEST(ClosedForm, flux_through_an_opening_is_absorbed_or_leaves) { expect_within("CIE 171 5.4", "high", kPatches); }
+TEST(ClosedForm, flux_through_an_opening_is_absorbed_or_leaves) { expect_within("CIE 171 5.4", "high", kFacets); }
 TEST(ClosedForm, clear_glass_transmits_by_angle) { expect_within("CIE 171 5.5", "high"); }
 TEST(ClosedForm, roof_opening_shows_its_part_of_the_sky) { expect_within("CIE 171 5.9", "high"); }
 TEST(ClosedForm, roof_glass_multiplies_the_integrand) { expect_within("CIE 171 5.10", "high"); }
 TEST(ClosedForm, facade_opening_shows_sky_and_ground) { expect_within("CIE 171 5.11", "high"); }
 TEST(ClosedForm, facade_glass_multiplies_the_integrand) { expect_within("CIE 171 5.12", "high"); }
-TEST(ClosedForm, area_source_lights_by_its_form_factor) { expect_within("CIE 171 5.3", "high", kPatches); }
-TEST(ClosedForm, lit_floor_lights_by_its_form_factor) { expect_within("CIE 171 5.6", "high", kPatches); }
-TEST(ClosedForm, hidden_part_of_the_floor_gives_no_light) { expect_within("CIE 171 5.7", "high", kPatches); }
-TEST(ClosedForm, closed_cube_has_the_mean_of_its_flux) { expect_within("CIE 171 5.8", "high", kPatches); }
-TEST(ClosedForm, furnace_reads_one_over_one_minus_reflectance) { expect_within("furnace", "high", kPatches); }
+TEST(ClosedForm, area_source_lights_by_its_form_factor) { expect_within("CIE 171 5.3", "high", kFacets); }
+TEST(ClosedForm, lit_floor_lights_by_its_form_factor) { expect_within("CIE 171 5.6", "high", kFacets); }
+TEST(ClosedForm, hidden_part_of_the_floor_gives_no_light) { expect_within("CIE 171 5.7", "high", kFacets); }
+TEST(ClosedForm, closed_cube_has_the_mean_of_its_flux) { expect_within("CIE 171 5.8", "high", kFacets); }
+TEST(ClosedForm, furnace_reads_one_over_one_minus_reflectance) { expect_within("furnace", "high", kFacets); }
 TEST(ClosedForm, faces_of_a_box_exchange_as_parallel_and_perpendicular_plates) {
-  expect_within("box faces", "high", kPatches);
+  expect_within("box faces", "high", kFacets);
 }
-TEST(ClosedForm, endless_plates_send_light_to_and_fro) { expect_within("endless plates", "high", kPatches); }
-TEST(ClosedForm, box_in_a_box_exchanges_by_areas) { expect_within("box in box", "high", kPatches); }
-TEST(ClosedForm, long_duct_obeys_crossed_strings) { expect_within("crossed strings", "high", kPatches); }
+TEST(ClosedForm, endless_plates_send_light_to_and_fro) { expect_within("endless plates", "high", kFacets); }
+TEST(ClosedForm, box_in_a_box_exchanges_by_areas) { expect_within("box in box", "high", kFacets); }
+TEST(ClosedForm, long_duct_obeys_crossed_strings) { expect_within("crossed strings", "high", kFacets); }
 
 } // namespace
 } // namespace daylit::bench

@@ -165,7 +165,7 @@ TEST(Acceptance, default_bake_is_within_three_percent_and_its_processor_time_is_
 }
 
 TEST(Acceptance, setting_of_the_paper_is_timed_and_its_error_printed) {
-  // 64 regions, about 2,000 patches, 8^3 probes; five minutes in Grosch et al. 2007.
+  // 64 regions, about 2,000 facets, 8^3 probes; five minutes in Grosch et al. 2007.
   const auto s1 = bake_with_program("S1", "8,8,8 --regions uniform:64 --patches 2000");
   ASSERT_TRUE(s1) << s1.error().message();
   EXPECT_EQ(s1->volume.probes.size(), 512u);

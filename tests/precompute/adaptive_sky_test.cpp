@@ -73,7 +73,7 @@ TEST(AdaptiveSky, error_of_a_small_sun_is_less_than_half_that_of_as_many_equal_r
   const auto room = read_room(DAYLIT_SOURCE_DIR "/tests/fixtures/truth/s1_daylit_cornell.obj");
   ASSERT_TRUE(room) << room.error().message();
   BakeOptions options;
-  options.target_patches = 400;
+  options.target_facets = 400;
   options.visibility_rays = 4096;
   options.gather_rays = 256;
   options.grid = glm::ivec3(5);

@@ -40,34 +40,34 @@ struct Case {
   SkyPartition partition = *SkyPartition::fine(2048), pieces = *SkyPartition::uniform(kPieces);
   ProbeSet probes;
   std::vector<std::size_t> probe_of_point;
-  SurfaceLight light; ///< each piece is a leaf; all leaves of an element look the same from the points
-  std::size_t leaves_of_element = 1;
+  SurfaceLight light; ///< each piece is an element; all elements of a patch look the same from the points
+  std::size_t elements_of_patch = 1;
 
-  /// Of leaf e.
+  /// Of element e.
   float weight(std::size_t point, std::size_t lm, std::size_t e) const {
     return static_cast<float>(row_weight(probes.positions[probe_of_point[point]], lm,
-                                         axis_of(pieces, e / leaves_of_element * leaves_of_element)) /
-                              static_cast<double>(leaves_of_element));
+                                         axis_of(pieces, e / elements_of_patch * elements_of_patch)) /
+                              static_cast<double>(elements_of_patch));
   }
 };
 
 /// Only directions with y > -0.5 light anything. Further bounces: every piece passes a hundredth of the light on its
-/// cluster, an element, to the next one.
-inline Case make_case(int side, std::size_t leaves_of_element = 1) {
+/// cluster, a patch, to the next one.
+inline Case make_case(int side, std::size_t elements_of_patch = 1) {
   Case c;
-  c.leaves_of_element = leaves_of_element;
+  c.elements_of_patch = elements_of_patch;
   for (int k = 0; k < side * side * side; ++k) {
     c.probes.positions.emplace_back(k % side, k / side % side, k / side / side);
     c.probes.valid.push_back(k % 7 != 3);
     if (k % 7 != 3)
       c.probe_of_point.push_back(static_cast<std::size_t>(k));
   }
-  c.light.elements = kPieces / leaves_of_element;
-  c.light.leaves = kPieces;
+  c.light.patches = kPieces / elements_of_patch;
+  c.light.elements = kPieces;
   std::vector<radiosity::FirstBounceRow> rows;
-  for (std::size_t e = 0; e < c.light.leaves; ++e) {
-    c.light.parent.push_back(static_cast<std::uint32_t>(e / leaves_of_element));
-    c.light.leaf_share.push_back(1.0f / static_cast<float>(leaves_of_element));
+  for (std::size_t e = 0; e < c.light.elements; ++e) {
+    c.light.parent.push_back(static_cast<std::uint32_t>(e / elements_of_patch));
+    c.light.element_fraction.push_back(1.0f / static_cast<float>(elements_of_patch));
     radiosity::FirstBounceRow row;
     for (int r = 0; r < c.partition.size(); ++r)
       if (const glm::dvec3 d = c.partition.centre(r); d.y > -0.5 && lit(axis_of(c.pieces, e), d) > 1e-4) {
@@ -79,35 +79,35 @@ inline Case make_case(int side, std::size_t leaves_of_element = 1) {
     c.light.source.push_back(static_cast<std::uint32_t>(e));
     c.light.reflectance.push_back(kReflectance);
     c.light.cluster.push_back(c.light.parent[e]);
-    c.light.share.push_back(c.light.leaf_share[e]);
+    c.light.share.push_back(c.light.element_fraction[e]);
     rows.push_back(std::move(row));
   }
   detail::sharpen_nodes(c.partition, rows);
   c.light.light = std::move(rows);
-  c.light.clusters = c.light.elements;
-  c.light.bounced.assign(c.light.elements * 3 * c.light.clusters, 0.0f);
+  c.light.clusters = c.light.patches;
+  c.light.bounced.assign(c.light.patches * 3 * c.light.clusters, 0.0f);
   for (std::size_t s = 0; s < c.light.clusters; ++s)
     for (std::size_t channel = 0; channel < 3; ++channel)
-      c.light.bounced[((s + 1) % c.light.elements * 3 + channel) * c.light.clusters + s] = 0.01f;
+      c.light.bounced[((s + 1) % c.light.patches * 3 + channel) * c.light.clusters + s] = 0.01f;
   return c;
 }
 
 /// The field of a sun of flux 1 from d, by its definition.
 inline std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
-  std::vector<glm::dvec3> radiosity(c.light.leaves, glm::dvec3(0.0));
-  const std::size_t n = c.leaves_of_element;
+  std::vector<glm::dvec3> radiosity(c.light.elements, glm::dvec3(0.0));
+  const std::size_t n = c.elements_of_patch;
   for (std::size_t s = 0; s < c.light.source.size(); ++s) {
     const double e = lit(axis_of(c.pieces, c.light.source[s]), d);
     radiosity[c.light.source[s]] += e * glm::dvec3(kReflectance);
-    const std::size_t next = (c.light.source[s] / n + 1) % c.light.elements;
-    for (std::size_t leaf = next * n; leaf < (next + 1) * n; ++leaf)
-      radiosity[leaf] += e / static_cast<double>(n) * glm::dvec3(0.01);
+    const std::size_t next = (c.light.source[s] / n + 1) % c.light.patches;
+    for (std::size_t element = next * n; element < (next + 1) * n; ++element)
+      radiosity[element] += e / static_cast<double>(n) * glm::dvec3(0.01);
   }
   std::vector<Sh9Rgb> field(c.probes.size());
   for (std::size_t p = 0; p < c.probe_of_point.size(); ++p)
     for (std::size_t lm = 0; lm < 9; ++lm) {
       glm::dvec3 sum(0.0);
-      for (std::size_t e = 0; e < c.light.leaves; ++e)
+      for (std::size_t e = 0; e < c.light.elements; ++e)
         sum += double(c.weight(p, lm, e)) * radiosity[e];
       field[c.probe_of_point[p]][lm] = Rgb(sum);
     }
@@ -117,8 +117,8 @@ inline std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
 /// `band4`: not 0: rows of l = 4, as those of the nine in another order and times this.
 inline CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool told_apart = false,
                              float band4 = 0) {
-  const auto mark = [&](std::span<const std::uint32_t>, std::span<std::uint8_t> elements) {
-    std::ranges::fill(elements, told_apart ? 1 : 0);
+  const auto mark = [&](std::span<const std::uint32_t>, std::span<std::uint8_t> patches) {
+    std::ranges::fill(patches, told_apart ? 1 : 0);
   };
   const auto rows = [&](std::span<const std::uint32_t> points, std::span<const std::uint32_t> end, float* out) {
     for (const std::uint32_t point : points)

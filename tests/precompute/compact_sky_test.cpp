@@ -76,12 +76,12 @@ TEST(CompactSky, band_four_changes_nothing_of_the_nine_and_is_as_exact_as_irradi
   EXPECT_GT(std::sqrt(error / power), 0.01);
 }
 
-TEST(CompactSky, elements_seen_as_a_whole_give_the_field_of_their_leaves) {
+TEST(CompactSky, patches_seen_as_a_whole_give_the_field_of_their_leaves) {
   const Case c = make_case(4, 4);
   CompactReport as_a_whole, leaf_by_leaf;
   const CompactBasis whole = compress(c, 0.01, &as_a_whole), leaves = compress(c, 0.01, &leaf_by_leaf, true);
   EXPECT_EQ(whole.sources, leaves.sources);
-  EXPECT_EQ(whole.group.size(), c.light.elements);
+  EXPECT_EQ(whole.group.size(), c.light.patches);
   EXPECT_TRUE(leaves.group.empty());
   EXPECT_LT(3 * whole.nine.source_factor.size(), leaves.nine.source_factor.size());
   for (const double azimuth : {0.5, 1.1, 1.57, 2.3}) {

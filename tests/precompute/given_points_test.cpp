@@ -65,8 +65,8 @@ void expect_errors(const precompute::BakeOptions& options, const std::string& re
   for (const auto& [scene, sky] : {std::pair("S1", "E1"), {"S1", "E2"}, {"S3", "E1"}}) {
     const auto e = errors_at_points(scene, sky, options, regions);
     ASSERT_TRUE(e) << e.error().message();
-    std::printf("%s/%s %5zu patches, %s: coefficients %.3f %%, irradiance %.3f %% nrms, rows close to %.1e\n", scene,
-                sky, e->report.patches, regions.c_str(), 100 * e->coefficients, 100 * e->irradiance,
+    std::printf("%s/%s %5zu facets, %s: coefficients %.3f %%, irradiance %.3f %% nrms, rows close to %.1e\n", scene,
+                sky, e->report.facets, regions.c_str(), 100 * e->coefficients, 100 * e->irradiance,
                 e->report.closure.worst);
     EXPECT_LE(e->coefficients, coefficients);
     EXPECT_LE(e->irradiance, irradiance);
@@ -75,9 +75,9 @@ void expect_errors(const precompute::BakeOptions& options, const std::string& re
   }
 }
 
-TEST(GivenPoints, two_thousand_patches_are_within_1_6_and_2_percent) {
+TEST(GivenPoints, two_thousand_facets_are_within_1_6_and_2_percent) {
   precompute::BakeOptions options = *precompute::quality_options("normal", true);
-  options.target_patches = 2000;
+  options.target_facets = 2000;
   expect_errors(options, "uniform:256", 0.016, 0.02);
 }
 

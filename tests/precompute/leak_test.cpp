@@ -47,7 +47,7 @@ std::vector<Rgb> nodes_towards_minus_y(const SkyPartition& nodes) {
 
 void expect_dark_behind_the_wall(const SkyPartition& partition, const std::vector<Rgb>& radiance, double second_m) {
   BakeOptions options;
-  options.target_patches = 300;
+  options.target_facets = 300;
   options.gather_rays = 512;
   options.spacing_m = 0.3;
   BakeReport report;

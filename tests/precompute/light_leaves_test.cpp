@@ -1,4 +1,4 @@
-// Elements cut into leaves: nothing is lost, and from afar an element counts as one.
+// Patches cut into leaves: nothing is lost, and from afar a patch counts as one.
 
 #include <numeric>
 
@@ -22,12 +22,12 @@ struct Cut {
 
 Cut cut_room(const Room& room, std::size_t count) {
   BakeOptions options;
-  options.target_patches = 400;
+  options.target_facets = 400;
   options.spacing_m = 1.0;
   BakeReport report;
   StageClock clock(report);
   Cut cut{*set_up(room, options, report, clock), {}};
-  cut.leaves = *LightLeaves::make(cut.problem.mesh, cut.problem.elements, cut.problem.apertures.list,
+  cut.leaves = *LightLeaves::make(cut.problem.mesh, cut.problem.patches, cut.problem.apertures.list,
                                   cut.problem.room_scene, count);
   return cut;
 }
@@ -38,20 +38,20 @@ Cut cut_room(std::size_t count) {
   return cut_room(room->room, count);
 }
 
-TEST(LightLeaves, cover_their_elements_once) {
+TEST(LightLeaves, cover_their_patches_once) {
   const Cut cut = cut_room(1200);
-  const auto& elements = cut.problem.elements.elements;
-  EXPECT_NEAR(static_cast<double>(cut.leaves.mesh.patches.size()), 1200, 4);
-  std::vector<double> area(elements.size(), 0.0), share(elements.size(), 0.0);
+  const auto& patches = cut.problem.patches.patches;
+  EXPECT_NEAR(static_cast<double>(cut.leaves.mesh.facets.size()), 1200, 4);
+  std::vector<double> area(patches.size(), 0.0), share(patches.size(), 0.0);
   for (std::size_t i = 0; i < cut.leaves.parent.size(); ++i) {
-    const radiosity::Element& leaf = cut.leaves.elements.elements[i];
+    const radiosity::Patch& leaf = cut.leaves.patches.patches[i];
     area[cut.leaves.parent[i]] += leaf.area_m2;
     share[cut.leaves.parent[i]] += static_cast<double>(cut.leaves.share[i]);
-    EXPECT_EQ(leaf.normal, elements[cut.leaves.parent[i]].normal);
+    EXPECT_EQ(leaf.normal, patches[cut.leaves.parent[i]].normal);
     EXPECT_TRUE(i == 0 || cut.leaves.parent[i] - cut.leaves.parent[i - 1] <= 1);
   }
-  for (std::size_t e = 0; e < elements.size(); ++e) {
-    EXPECT_NEAR(area[e], elements[e].area_m2, 1e-9);
+  for (std::size_t e = 0; e < patches.size(); ++e) {
+    EXPECT_NEAR(area[e], patches[e].area_m2, 1e-9);
     EXPECT_NEAR(share[e], 1.0, 1e-5);
   }
 }
@@ -62,7 +62,7 @@ TEST(LightLeaves, are_smaller_where_an_aperture_is_in_sight) {
   const Cut cut = cut_room(room, 1600);
   const double origin_y = cut.problem.mesh.origin.y;
   double area_m2[2] = {}, count[2] = {}; // of the floor, behind the wall and before it
-  for (const radiosity::Element& leaf : cut.leaves.elements.elements) {
+  for (const radiosity::Patch& leaf : cut.leaves.patches.patches) {
     const glm::dvec3 middle = (leaf.corner[0] + leaf.corner[1] + leaf.corner[2]) / 3.0;
     const bool before = middle.y + origin_y < 2.5;
     if (leaf.normal.z < 0.9 || (!before && middle.x + cut.problem.mesh.origin.x > 2.0))
@@ -74,18 +74,18 @@ TEST(LightLeaves, are_smaller_where_an_aperture_is_in_sight) {
   EXPECT_LT(area_m2[1] / count[1], 0.5 * area_m2[0] / count[0]);
 }
 
-TEST(LightLeaves, are_the_elements_where_none_are_asked_for) {
+TEST(LightLeaves, are_the_patches_where_none_are_asked_for) {
   const Cut cut = cut_room(0);
-  ASSERT_EQ(cut.leaves.elements.elements.size(), cut.problem.elements.elements.size());
+  ASSERT_EQ(cut.leaves.patches.patches.size(), cut.problem.patches.patches.size());
   for (std::size_t e = 0; e < cut.leaves.parent.size(); ++e)
-    EXPECT_EQ(cut.leaves.elements.elements[e].corner, cut.problem.elements.elements[e].corner);
+    EXPECT_EQ(cut.leaves.patches.patches[e].corner, cut.problem.patches.patches[e].corner);
 }
 
 TEST(LightLeaves, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_rays) {
   const Cut cut = cut_room(1200);
   const std::vector<glm::dvec3> points{{0.3, 0.2, -1.2}};
   const auto hits = [&](std::span<const std::uint32_t> group) {
-    return *radiosity::gather_hits(points, cut.leaves.elements, cut.leaves.mesh, cut.leaves.rays,
+    return *radiosity::gather_hits(points, cut.leaves.patches, cut.leaves.mesh, cut.leaves.rays,
                                    {.rays = 2048, .group = group}, kQuiet);
   };
   const radiosity::GatherHits plain = hits({}), grouped = hits(cut.leaves.parent);
@@ -93,17 +93,17 @@ TEST(LightLeaves, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_ray
   std::vector<float> by_rays(9 * leaves), shared(9 * leaves);
   plain.weights(0, by_rays.data());
   grouped.weights(0, shared.data());
-  std::vector<std::uint8_t> told_apart(cut.problem.elements.elements.size(), 0);
+  std::vector<std::uint8_t> told_apart(cut.problem.patches.patches.size(), 0);
   grouped.mark_told_apart(0, told_apart);
   EXPECT_GT(std::accumulate(told_apart.begin(), told_apart.end(), 0), 10);
   EXPECT_LT(std::accumulate(told_apart.begin(), told_apart.end(), 0), static_cast<int>(told_apart.size()) / 2);
-  std::vector<double> of_element(told_apart.size(), 0.0);
+  std::vector<double> of_patch(told_apart.size(), 0.0);
   for (std::size_t i = 0; i < leaves; ++i)
-    of_element[cut.leaves.parent[i]] += static_cast<double>(by_rays[i]);
+    of_patch[cut.leaves.parent[i]] += static_cast<double>(by_rays[i]);
   for (std::size_t i = 0; i < leaves; ++i) {
     const std::uint32_t parent = cut.leaves.parent[i];
     const double expected = told_apart[parent] != 0 ? static_cast<double>(by_rays[i])
-                                                    : static_cast<double>(cut.leaves.share[i]) * of_element[parent];
+                                                    : static_cast<double>(cut.leaves.share[i]) * of_patch[parent];
     EXPECT_NEAR(static_cast<double>(shared[i]), expected, 1e-6);
   }
   // Weights of pieces are sums of those of their leaves.
@@ -114,7 +114,7 @@ TEST(LightLeaves, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_ray
   std::vector<float> pieces(9 * end.size());
   grouped.weights(0, end, pieces.data());
   for (std::size_t e = 0; e < end.size(); ++e)
-    EXPECT_NEAR(static_cast<double>(pieces[e]), of_element[e], 1e-5);
+    EXPECT_NEAR(static_cast<double>(pieces[e]), of_patch[e], 1e-5);
 }
 
 } // namespace

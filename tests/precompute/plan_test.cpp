@@ -16,8 +16,8 @@ Pilot invented_room(double mesh_error, double grid_error, double grid_sun) {
   Pilot pilot;
   pilot.bounds.include({0, 0, 0});
   pilot.bounds.include({4, 5, 2.8});
-  pilot.fine.patches = 640;
-  pilot.fine.patch_edge_m = 0.7;
+  pilot.fine.facets = 640;
+  pilot.fine.facet_edge_m = 0.7;
   pilot.probes = 800;
   pilot.spacing_m = 0.4;
   pilot.stored_share = 0.5;
@@ -63,7 +63,7 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
           const Result<Plan> plan = make_plan(pilot, request);
           ASSERT_TRUE(plan) << plan.error().message();
           if (request.max_error < 0.08) {
-            EXPECT_GE(plan->options.target_patches, before->options.target_patches);
+            EXPECT_GE(plan->options.target_facets, before->options.target_facets);
             EXPECT_LE(plan->options.spacing_m, before->options.spacing_m);
             EXPECT_GE(plan->options.visibility_rays, before->options.visibility_rays);
             EXPECT_GE(plan->options.gather_rays, before->options.gather_rays);
@@ -106,11 +106,11 @@ TEST(Plan, what_the_user_fixed_is_kept_and_may_put_the_target_out_of_reach) {
   EXPECT_GT(plan->predicted.total, 0.02);
   request.regions.clear();
   request.must_reach = true;
-  request.patches = 5000;
+  request.facets = 5000;
   request.grid = glm::ivec3(20, 25, 14);
   const Result<Plan> fixed = make_plan(pilot, request);
   ASSERT_TRUE(fixed) << fixed.error().message();
-  EXPECT_EQ(fixed->options.target_patches, 5000);
+  EXPECT_EQ(fixed->options.target_facets, 5000);
   EXPECT_EQ(fixed->options.grid, request.grid);
 }
 

@@ -68,12 +68,12 @@ TEST(ProbeText, coefficients_are_printed_coefficient_major) {
 
 TEST(ProbeText, info_states_what_the_volume_holds) {
   BasisVolume volume = test::grid_volume(test::closed_room(), {4, 5, 3}, 7);
-  volume.provenance.report_json = R"({"patches": 3})";
+  volume.provenance.report_json = R"({"facets": 3})";
   const auto info = nlohmann::json::parse(volume_info(volume));
   EXPECT_EQ(info["sky"]["regions"], 64);
   EXPECT_EQ(info["sky"]["stored"], 7);
   EXPECT_EQ(info["probes"]["count"], 60);
-  EXPECT_EQ(info["report"]["patches"], 3);
+  EXPECT_EQ(info["report"]["facets"], 3);
   EXPECT_EQ(info["sh_order"], 2);
   volume.band4 = volume.basis;
   EXPECT_EQ(nlohmann::json::parse(volume_info(volume))["sh_order"], 4);

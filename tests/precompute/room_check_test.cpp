@@ -45,7 +45,7 @@ TEST_F(RoomCheckFile, finds_openings_materials_and_the_cost) {
   EXPECT_NEAR(r->openings[0].centre_m.z, 1.25, 1e-9);
   ASSERT_EQ(r->materials.size(), 2u);
   EXPECT_NEAR(r->materials[0].area_m2 + r->materials[1].area_m2, 2 * (6 + 5 + 7.5), 1e-9);
-  EXPECT_GT(r->estimate.patches, 500u);
+  EXPECT_GT(r->estimate.facets, 500u);
   EXPECT_GT(r->estimate.probes_in_air, 100u);
   EXPECT_TRUE(r->questions.empty()) << r->questions.front();
   const auto json = nlohmann::json::parse(to_json(*r));

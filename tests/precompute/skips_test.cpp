@@ -36,7 +36,7 @@ struct Baked {
 
 Baked bake_at(const std::vector<glm::dvec3>& points, const Room& room = two_rooms()) {
   BakeOptions options = *quality_options("draft");
-  options.target_patches = 800;
+  options.target_facets = 800;
   options.points = points;
   Baked b{.volume = {}, .report = {}, .json = {}};
   auto volume = bake_room({room, {}, ""}, *SkyPartition::parse("uniform:64"), options, kSilent, b.report);
@@ -67,7 +67,7 @@ std::size_t skipped(const Baked& b, const std::string& what) {
 TEST(Skips, a_room_without_a_given_point_is_left_out_and_the_light_in_the_other_stays) {
   const glm::dvec3 here(1.7, 2.2, 1.1), there(8.1, 2.2, 1.1);
   const Baked one = bake_at({here}), both = bake_at({here, there});
-  EXPECT_GT(one.report.sides_without_path, one.report.elements * 9 / 10);
+  EXPECT_GT(one.report.sides_without_path, one.report.patches * 9 / 10);
   EXPECT_EQ(both.report.sides_without_path, 0u);
   EXPECT_EQ(skipped(one, "way to any given point"), one.report.sides_without_path);
   EXPECT_NE(to_text(one.report).find("no way from them to any given point (bound 0)"), std::string::npos);

@@ -22,7 +22,7 @@ const Progress kSilent = [](const std::string&, double) { return true; };
 
 BakeOptions small_bake() {
   BakeOptions options = *quality_options("draft");
-  options.target_patches = 400;
+  options.target_facets = 400;
   options.grid = glm::ivec3(4);
   return options;
 }
@@ -87,7 +87,7 @@ TEST(StressRooms, reversed_faces_give_the_same_light) {
   Room reversed = furnished_room();
   bench::reverse_half(reversed);
   BakeOptions fine = small_bake();
-  fine.target_patches = 1500;
+  fine.target_facets = 1500;
   const auto a = run(furnished_room(), fine), b = run(reversed, fine);
   ASSERT_TRUE(a && b);
   EXPECT_LT(difference(*a, *b), 0.1); // another mesh of the same room, regions seen through a small window
@@ -122,7 +122,7 @@ TEST(StressRooms, a_second_skin_one_millimetre_outside_the_walls_keeps_the_energ
   Room room = furnished_room();
   bench::add_outer_skin(room);
   BakeOptions options = *quality_options("normal");
-  options.target_patches = 400;
+  options.target_facets = 400;
   options.grid = glm::ivec3(4);
   BakeReport report;
   const auto volume = run(room, options, &report);
@@ -131,12 +131,12 @@ TEST(StressRooms, a_second_skin_one_millimetre_outside_the_walls_keeps_the_energ
   EXPECT_LT(report.solve.worst_residual, 1e-4);
   EXPECT_LT(report.energy.unclosed, 1e-4); // before the rows are closed
   EXPECT_LT(report.energy.imbalance, 1e-5);
-  EXPECT_LT(report.closure.left, report.elements / 100); // in the corners of the gap
+  EXPECT_LT(report.closure.left, report.patches / 100); // in the corners of the gap
 }
 
 TEST(StressRooms, every_room_balances_its_energy_before_its_rows_are_closed) {
   BakeOptions options = *quality_options("normal");
-  options.target_patches = 500;
+  options.target_facets = 500;
   options.grid = glm::ivec3(2);
   for (const bench::StressRoom& stress : bench::stress_rooms()) {
     if (stress.room.triangles.size() > 1000) // the sphere: daylit-bench transport-rooms

@@ -13,9 +13,9 @@
 #include "radiosity/detail/pair_shadow.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
-#include "radiosity/patches.h"
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/sky/sky_partition.h"
 #include "tests/radiosity/rooms.h"
 
@@ -29,13 +29,13 @@ const Progress kSilent = [](const std::string&, double) { return true; };
 /// A furnished room up to the unknowns and their tree.
 struct Furnished {
   Room room;
-  PatchMesh mesh;
+  SurfaceMesh mesh;
   RayScene scene, rays;
   std::vector<Aperture> apertures;
-  ElementSet set;
+  PatchSet set;
   std::vector<ClusterItem> items;
 
-  explicit Furnished(int patches, bool turned = false, int sphere = 0) : room(room_with_window_hole(0.5f)) {
+  explicit Furnished(int facets, bool turned = false, int sphere = 0) : room(room_with_window_hole(0.5f)) {
     if (sphere > 0)
       testing::add_sphere(room, {1.4, 3.4, 1.5}, 0.6, sphere);
     add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
@@ -43,19 +43,19 @@ struct Furnished {
     if (turned) // 30 degrees about z: no face but floor and ceiling is aligned with an axis
       for (glm::dvec3& v : room.vertices)
         v = {v.x * std::sqrt(0.75) - v.y * 0.5, v.x * 0.5 + v.y * std::sqrt(0.75), v.z};
-    mesh = *mesh_patches(room, {.target_patches = patches});
-    scene = *patch_scene(mesh);
+    mesh = *mesh_surfaces(room, {.target_facets = facets});
+    scene = *facet_scene(mesh);
     rays = *RayScene::build(room);
     apertures = find_apertures(room, rays)->list;
-    set = find_elements(room, mesh, scene, apertures);
-    for (const Element& e : set.elements) {
-      const Patch& p = mesh.patches[e.patch];
+    set = find_patches(room, mesh, scene, apertures);
+    for (const Patch& e : set.patches) {
+      const Facet& p = mesh.facets[e.facet];
       items.push_back({e.corner, e.normal, 2 * p.plane + (glm::dot(e.normal, p.normal) < 0.0 ? 1u : 0u)});
     }
   }
-  /// Segment between random points of two elements meets a surface.
-  bool blocked(const Element& a, const Element& b, std::mt19937& random) const {
-    const auto on = [&](const Element& e) {
+  /// Segment between random points of two patches meets a surface.
+  bool blocked(const Patch& a, const Patch& b, std::mt19937& random) const {
+    const auto on = [&](const Patch& e) {
       std::uniform_real_distribution<double> unit(0.01, 0.99);
       double u = unit(random), v = unit(random);
       if (u + v > 1) {
@@ -69,7 +69,7 @@ struct Furnished {
   }
 };
 
-bool face(const Element& a, const Element& b) {
+bool face(const Patch& a, const Patch& b) {
   for (const glm::dvec3& p : a.corner)
     for (const glm::dvec3& q : b.corner)
       if (glm::dot(q - p, a.normal) <= 1e-3 || glm::dot(p - q, b.normal) <= 1e-3)
@@ -135,7 +135,7 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
         hidden += sight == Sight::hidden;
         for (std::uint32_t i = a.first; i < a.last && sight != Sight::mixed; ++i)
           for (std::uint32_t j = b.first; j < b.last; j += 3) {
-            const Element &p = f.set.elements[tree.order()[i]], &q = f.set.elements[tree.order()[j]];
+            const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
             if (face(p, q)) {
               ASSERT_EQ(f.blocked(p, q, random), sight == Sight::hidden) << i << ' ' << j;
             }
@@ -150,17 +150,17 @@ TEST(BlockVisibility, two_boards_a_millimetre_apart_do_not_hide_their_own_outer_
   Room room = room_with_window_hole(0.5f);
   for (const double x : {1.9, 1.901})
     testing::add_quad(room, {x, 3.0, 0.3}, {x, 4.5, 0.3}, {x, 4.5, 1.8}, {x, 3.0, 1.8});
-  const auto mesh = mesh_patches(room, {.target_patches = 1500});
-  const auto scene = patch_scene(*mesh);
+  const auto mesh = mesh_surfaces(room, {.target_facets = 1500});
+  const auto scene = facet_scene(*mesh);
   const auto rays = RayScene::build(room);
   const auto apertures = find_apertures(room, *rays)->list;
-  const ElementSet set = find_elements(room, *mesh, *scene, apertures);
+  const PatchSet set = find_patches(room, *mesh, *scene, apertures);
   const auto exchange = exchange_areas(set, *mesh, room, *rays, {}, kSilent);
   const auto light = first_bounce(set, *mesh, *scene, apertures, *SkyPartition::uniform(16), kSilent);
   ASSERT_TRUE(exchange && light);
   const auto sums = exchange->row_sums();
   for (std::size_t i = 0; i < sums.size(); ++i)
-    EXPECT_NEAR(sums[i] / set.elements[i].area_m2 + static_cast<double>(light->opening[i]), 1.0, 3e-3) << i;
+    EXPECT_NEAR(sums[i] / set.patches[i].area_m2 + static_cast<double>(light->opening[i]), 1.0, 3e-3) << i;
 }
 
 TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
@@ -178,7 +178,7 @@ TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
       curved_clear += b.leaf() && visibility.sight(tree, a, b) == Sight::clear;
       for (std::uint32_t i = a.first; i < a.last; i += 5)
         for (std::uint32_t j = b.first; j < b.last; j += 7) {
-          const Element &p = f.set.elements[tree.order()[i]], &q = f.set.elements[tree.order()[j]];
+          const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
           for (const glm::dvec3& c : q.corner) {
             const double height = glm::dot(c - p.corner[0], p.normal);
             ASSERT_TRUE((!all_front || height > -1e-5) && (!all_behind || height < 1e-5)) << i << ' ' << j;
@@ -199,7 +199,7 @@ TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
   const auto light = first_bounce(f.set, f.mesh, f.scene, f.apertures, *SkyPartition::uniform(64), kSilent);
   const auto sums = m->row_sums();
   for (std::size_t i = 0; i < sums.size(); ++i)
-    EXPECT_NEAR(sums[i] / f.set.elements[i].area_m2 + static_cast<double>(light->opening[i]), 1.0, 1e-3) << i;
+    EXPECT_NEAR(sums[i] / f.set.patches[i].area_m2 + static_cast<double>(light->opening[i]), 1.0, 1e-3) << i;
 }
 
 TEST(PairShadow, clear_and_hidden_pairs_agree_with_rays) {
@@ -221,7 +221,7 @@ TEST(PairShadow, clear_and_hidden_pairs_agree_with_rays) {
         for (std::uint32_t i = a.first; i < a.last; i += 3) {
           shadows.row(i, shadow.data());
           for (std::uint32_t j = b.first; j < b.last; ++j) {
-            const Element &p = f.set.elements[tree.order()[i]], &q = f.set.elements[tree.order()[j]];
+            const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
             const std::int32_t s = shadow[j - b.first];
             if (i == j || !face(p, q))
               continue;
@@ -248,9 +248,9 @@ TEST(PairKernel, nine_points_follow_the_contour_integral_where_they_are_trusted)
   double squares = 0;
   for (std::uint32_t i = 0; i < n; i += 11) {
     pair_row(arrays, i, 0, n, exchange.data(), state.data());
-    const Element& p = f.set.elements[tree.order()[i]];
+    const Patch& p = f.set.patches[tree.order()[i]];
     for (std::uint32_t j = 0; j < n; ++j) {
-      const Element& q = f.set.elements[tree.order()[j]];
+      const Patch& q = f.set.patches[tree.order()[j]];
       const double exact = i == j ? 0.0 : exchange_area_unoccluded(p.corner, p.normal, q.corner, q.normal);
       if (state[j] == kNotFacing) {
         ASSERT_LT(exact, 1e-6 * p.area_m2) << i << ' ' << j;
@@ -312,7 +312,7 @@ TEST(ExchangeMatrix, hierarchical_and_dense_rows_agree) {
   EXPECT_LT(thin.bytes, full.bytes);
   const auto a = low->row_sums(), b = dense->row_sums();
   for (std::size_t i = 0; i < a.size(); ++i)
-    ASSERT_NEAR(a[i] / f.set.elements[i].area_m2, b[i] / f.set.elements[i].area_m2, 1e-4) << i;
+    ASSERT_NEAR(a[i] / f.set.patches[i].area_m2, b[i] / f.set.patches[i].area_m2, 1e-4) << i;
 }
 
 TEST(ExchangeMatrix, product_is_that_of_the_entries) {
@@ -337,7 +337,7 @@ TEST(ExchangeMatrix, product_is_that_of_the_entries) {
 TEST(ExchangeMatrix, pairs_of_black_surfaces_are_left_out_and_change_no_light) {
   Furnished f(700);
   f.room.materials.push_back({"black", Rgb(0.0f), Rgb(1.0f), false});
-  for (Element& e : f.set.elements)
+  for (Patch& e : f.set.patches)
     if (e.normal.z > 0.5 || e.normal.y > 0.5) // floor, table tops and walls that look north
       e.reflectance = Rgb(0.0f);
   ExchangeReport with, without;
@@ -366,10 +366,10 @@ TEST(FormFactors, every_row_of_a_furnished_room_closes_within_a_thousandth) {
     const auto sums = m->row_sums();
     double worst = 0, mean = 0, area = 0;
     for (std::size_t i = 0; i < sums.size(); ++i) {
-      const double closure = sums[i] / f.set.elements[i].area_m2 + static_cast<double>(light->opening[i]) - 1.0;
+      const double closure = sums[i] / f.set.patches[i].area_m2 + static_cast<double>(light->opening[i]) - 1.0;
       worst = std::max(worst, std::abs(closure));
-      mean += closure * f.set.elements[i].area_m2;
-      area += f.set.elements[i].area_m2;
+      mean += closure * f.set.patches[i].area_m2;
+      area += f.set.patches[i].area_m2;
     }
     std::printf("rows: worst %.2e, mean %.1e\n", worst, mean / area);
     EXPECT_LT(worst, 1e-3);

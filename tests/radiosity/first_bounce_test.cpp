@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "radiosity/detail/aperture_beam.h"
-#include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "scene/room/glass.h"
 #include "tests/radiosity/rooms.h"
 
@@ -23,28 +23,28 @@ constexpr double kPi = std::numbers::pi;
 const Progress kSilent = [](const std::string&, double) { return true; };
 
 struct Lit {
-  PatchMesh mesh;
+  SurfaceMesh mesh;
   RayScene scene;
   std::vector<Aperture> apertures;
-  ElementSet set;
+  PatchSet set;
   FirstBounce light;
   FirstBounceReport report;
 
   /// Flux on all surfaces by one column.
   double flux(std::size_t column, int channel = 1) const {
     double sum = 0;
-    for (std::size_t i = 0; i < set.elements.size(); ++i)
-      sum += set.elements[i].area_m2 * static_cast<double>(light.row(i, channel)[column]);
+    for (std::size_t i = 0; i < set.patches.size(); ++i)
+      sum += set.patches[i].area_m2 * static_cast<double>(light.row(i, channel)[column]);
     return sum;
   }
 };
 
-Lit light_up(const Room& room, int patches, const SkyPartition& partition, std::vector<Aperture> apertures = {}) {
+Lit light_up(const Room& room, int facets, const SkyPartition& partition, std::vector<Aperture> apertures = {}) {
   Lit l;
-  l.mesh = *mesh_patches(room, {.target_patches = patches});
-  l.scene = *patch_scene(l.mesh);
+  l.mesh = *mesh_surfaces(room, {.target_facets = facets});
+  l.scene = *facet_scene(l.mesh);
   l.apertures = apertures.empty() ? find_apertures(room, *RayScene::build(room))->list : std::move(apertures);
-  l.set = find_elements(room, l.mesh, l.scene, l.apertures);
+  l.set = find_patches(room, l.mesh, l.scene, l.apertures);
   l.light = *first_bounce(l.set, l.mesh, l.scene, l.apertures, partition, kSilent, &l.report);
   return l;
 }
@@ -87,9 +87,9 @@ TEST(FirstBounce, every_region_brings_the_energy_of_its_beam) {
     const SkyPartition partition = *SkyPartition::parse(name);
     const Lit l = light_up(room_with_window_hole(0.5f), 800, partition);
     const EnergyError e = energy_error(l, partition, 1.6 * 1.2, {0, 1, 0});
-    EXPECT_LT(e.worst, 0.02) << name; // elements are scaled to their form factors, so a region's energy moves a little
+    EXPECT_LT(e.worst, 0.02) << name; // patches are scaled to their form factors, so a region's energy moves a little
     EXPECT_LT(e.rms, 4e-3) << name;
-    EXPECT_EQ(l.report.open_sky_elements, 0) << name;
+    EXPECT_EQ(l.report.open_sky_patches, 0) << name;
   }
 }
 
@@ -113,11 +113,11 @@ TEST(FirstBounce, a_sun_sized_region_lights_its_patch_of_the_floor_only) {
   ASSERT_LT(static_cast<std::size_t>(column), l.light.columns());
   const glm::dvec3 w = partition.centre(region);
   double outside = 0, whole = 0;
-  for (std::size_t i = 0; i < l.set.elements.size(); ++i) {
-    const Element& e = l.set.elements[i];
+  for (std::size_t i = 0; i < l.set.patches.size(); ++i) {
+    const Patch& e = l.set.patches[i];
     const double flux = e.area_m2 * static_cast<double>(l.light.row(i, 0)[column]);
     whole += flux;
-    // A corner near a lit point: back along the sun's direction it passes the hole or a rim of one patch around it.
+    // A corner near a lit point: back along the sun's direction it passes the hole or a rim of one facet around it.
     const bool near = std::ranges::any_of(e.corner, [&](const glm::dvec3& c) {
       const glm::dvec3 p = c + l.mesh.origin, q = p - p.y / w.y * w;
       return q.x > 1.2 - 0.5 && q.x < 2.8 + 0.5 && q.z > 0.9 - 0.5 && q.z < 2.1 + 0.5;
@@ -181,7 +181,7 @@ TEST(FirstBounce, an_opening_of_many_corners_is_the_same_in_pieces) {
 }
 
 TEST(FirstBounce, a_keyhole_is_not_missed) {
-  // A hole of 2 cm, 4 m away: hardly any direction of the sweep goes through it to a small patch.
+  // A hole of 2 cm, 4 m away: hardly any direction of the sweep goes through it to a small facet.
   Room room = grey_room(0.5f);
   add_box(room, {0, 0, 0}, {4, 4, 3}, 0b111011u, true);
   const std::array<double, 4> x = {0, 1.99, 2.01, 4}, z = {0, 1.49, 1.51, 3};

@@ -32,8 +32,7 @@ TEST(Gather, constant_radiance_has_only_the_zeroth_coefficient) {
   Room room = grey_room(0.5f);
   add_box(room, {0, 0, 0}, {4, 3, 2.5}, 0b111111u, true);
   const Solved s = prepare(room, 300, seed_at({2, 1.5, 1}));
-  Radiosity b{s.set.elements.size(), 3,
-              std::vector<float>(s.set.elements.size() * 3, static_cast<float>(kPi))}; // L = 1
+  Radiosity b{s.set.patches.size(), 3, std::vector<float>(s.set.patches.size() * 3, static_cast<float>(kPi))}; // L = 1
   const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0), glm::dvec3(1.2, -0.7, 0.4)};
   const auto c = gather_coefficients(*gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent), b, kSilent);
   ASSERT_TRUE(c);
@@ -50,7 +49,7 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
   const RayFan fan = RayFan::of(rays);
   const auto hits = gather_hits(points, s.set, s.mesh, s.scene, {.rays = rays}, kSilent, 2 * rays); // one again
   ASSERT_TRUE(hits);
-  const std::size_t n = s.set.elements.size();
+  const std::size_t n = s.set.patches.size();
   for (std::size_t number = 0; number < 2 * points.size(); ++number) {
     const std::size_t p = number / 2;
     const Bands bands = number % 2 == 0 ? Bands::low : Bands::fourth;
@@ -73,7 +72,7 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
       if (std::abs(weights[e] - expected[e]) > 1e-6f && ++other)
         continue;
       for (std::size_t l = 0; l < 9; ++l)
-        ASSERT_NEAR(weights[l * n + e], expected[l * n + e], 1e-6f) << "point " << p << " element " << e;
+        ASSERT_NEAR(weights[l * n + e], expected[l * n + e], 1e-6f) << "point " << p << " patch " << e;
     }
     EXPECT_LE(other, 2);
   }
@@ -81,9 +80,9 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
 
 TEST(Gather, irradiance_to_order_four_is_closer_to_the_cosine_sum_over_the_rays) {
   const Solved s = prepare(room_with_window_hole(0.5f), 300);
-  const std::size_t n = s.set.elements.size();
+  const std::size_t n = s.set.patches.size();
   Radiosity b{n, 3, std::vector<float>(n * 3, 0.01f)};
-  for (std::size_t e = 0; e < n; e += 40) // bright patches
+  for (std::size_t e = 0; e < n; e += 40) // bright facets
     std::fill_n(b.b.begin() + static_cast<std::ptrdiff_t>(3 * e), 3, 10.0f);
   const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4),
                                             glm::dvec3(-0.9, 0.8, -0.2)};
@@ -145,7 +144,7 @@ TEST(Adjoint, volume_to_light_equals_light_to_volume) {
 TEST(Gather, rays_that_are_not_kept_are_traced_again_to_the_same_bits) {
   const Solved s = prepare(coloured_room(), 300);
   const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4), glm::dvec3(0.5, 1, 1)};
-  std::vector<float> kept(9 * s.set.elements.size()), again(kept.size());
+  std::vector<float> kept(9 * s.set.patches.size()), again(kept.size());
   const GatherHits all = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
   for (const std::size_t most : {std::size_t{0}, std::size_t{1024}, std::size_t{2100}}) {
     const GatherHits some = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent, most);

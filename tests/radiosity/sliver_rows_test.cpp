@@ -1,10 +1,10 @@
-// Rows of form factors where patches are a thousand times longer than wide.
+// Rows of form factors where facets are a thousand times longer than wide.
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "radiosity/form_factors.h"
-#include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -16,14 +16,14 @@ const Progress kSilent = [](const std::string&, double) { return true; };
 /// A closed box whose floor is cut by hand into strips 4 m long and 4 mm wide, two triangles each.
 struct Slivered {
   Room room = testing::grey_room(0.5f);
-  PatchMesh mesh;
-  ElementSet set;
+  SurfaceMesh mesh;
+  PatchSet set;
 
   Slivered() {
     add_box(room, {0, 0, 0}, {4, 0.1, 2}, 0b111111u, true);
     const auto add = [&](const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c, std::uint32_t plane) {
       const glm::dvec3 n = glm::cross(b - a, c - a);
-      mesh.patches.push_back({{a, b, c}, glm::normalize(n), 0.5 * glm::length(n), plane, 0});
+      mesh.facets.push_back({{a, b, c}, glm::normalize(n), 0.5 * glm::length(n), plane, 0});
     };
     for (int k = 0; k < 25; ++k) {
       const double y = 0.004 * k, z = y + 0.004;
@@ -37,8 +37,8 @@ struct Slivered {
           plane);
     }
     mesh.planes = plane + 1;
-    for (std::uint32_t i = 0; i < mesh.patches.size(); ++i)
-      set.elements.push_back({mesh.patches[i].corner, mesh.patches[i].normal, mesh.patches[i].area_m2, Rgb(0.5f), i});
+    for (std::uint32_t i = 0; i < mesh.facets.size(); ++i)
+      set.patches.push_back({mesh.facets[i].corner, mesh.facets[i].normal, mesh.facets[i].area_m2, Rgb(0.5f), i});
   }
 };
 
@@ -48,7 +48,7 @@ TEST(FormFactors, rows_of_slivers_a_thousand_times_longer_than_wide_close_within
   ASSERT_TRUE(m);
   const auto sums = m->row_sums();
   for (std::size_t i = 0; i < sums.size(); ++i)
-    EXPECT_NEAR(sums[i] / s.set.elements[i].area_m2, 1.0, 1e-3) << i;
+    EXPECT_NEAR(sums[i] / s.set.patches[i].area_m2, 1.0, 1e-3) << i;
 }
 
 } // namespace

@@ -9,7 +9,7 @@
 
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
-#include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity::testing {
@@ -19,29 +19,29 @@ inline const Progress kSilent = [](const std::string&, double) { return true; };
 /// Everything up to the exchange matrix.
 struct Solved {
   Room room;
-  PatchMesh mesh;
+  SurfaceMesh mesh;
   RayScene scene;
   std::vector<Aperture> apertures;
-  ElementSet set;
+  PatchSet set;
   ExchangeMatrix exchange;
-  std::vector<float> dense; ///< the same, [element][element]
+  std::vector<float> dense; ///< the same, [patch][patch]
 
-  const float* row(std::size_t i) const { return dense.data() + i * set.elements.size(); }
+  const float* row(std::size_t i) const { return dense.data() + i * set.patches.size(); }
 };
 
-inline Solved prepare(const Room& room, int patches, const std::vector<Aperture>& seeds = {},
+inline Solved prepare(const Room& room, int facets, const std::vector<Aperture>& seeds = {},
                       const ExchangeOptions& options = {}) {
   Solved s;
   s.room = room;
-  s.mesh = *mesh_patches(room, {.target_patches = patches});
-  s.scene = *patch_scene(s.mesh);
+  s.mesh = *mesh_surfaces(room, {.target_facets = facets});
+  s.scene = *facet_scene(s.mesh);
   s.apertures = seeds;
   if (seeds.empty()) {
     const auto found = find_apertures(room, *RayScene::build(room));
     EXPECT_TRUE(found) << found.error().message();
     s.apertures = found->list;
   }
-  s.set = find_elements(room, s.mesh, s.scene, s.apertures);
+  s.set = find_patches(room, s.mesh, s.scene, s.apertures);
   s.exchange = *exchange_areas(s.set, s.mesh, room, *RayScene::build(room), options, kSilent);
   s.dense = s.exchange.dense();
   return s;

@@ -27,15 +27,15 @@ constexpr double kPi = std::numbers::pi;
 
 FirstBounce emission(const Solved& s, float value) {
   FirstBounce f;
-  f.elements = s.set.elements.size();
+  f.patches = s.set.patches.size();
   f.region = {0};
-  f.irradiance.assign(f.elements * 3, value);
-  f.opening.assign(f.elements, 0.0f);
+  f.irradiance.assign(f.patches * 3, value);
+  f.opening.assign(f.patches, 0.0f);
   return f;
 }
 
 double row_sum(const Solved& s, std::size_t i) {
-  return std::accumulate(s.row(i), s.row(i) + s.set.elements.size(), 0.0) / s.set.elements[i].area_m2;
+  return std::accumulate(s.row(i), s.row(i) + s.set.patches.size(), 0.0) / s.set.patches[i].area_m2;
 }
 
 TEST(FormFactors, rows_of_a_closed_convex_room_sum_to_one) {
@@ -43,7 +43,7 @@ TEST(FormFactors, rows_of_a_closed_convex_room_sum_to_one) {
   add_box(room, {0, 0, 0}, {4, 3, 2.5}, 0b111111u, true);
   const Solved s = prepare(room, 800, seed_at({2, 1.5, 1}));
   double worst = 0;
-  for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+  for (std::size_t i = 0; i < s.set.patches.size(); ++i)
     worst = std::max(worst, std::abs(row_sum(s, i) - 1.0));
   EXPECT_LT(worst, 1e-3);
   RecordProperty("worst_closure", std::to_string(worst));
@@ -56,8 +56,8 @@ TEST(FormFactors, rows_of_a_furnished_room_with_a_hole_close_with_the_opening) {
   const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
   ASSERT_TRUE(light);
   double squares = 0, area = 0;
-  for (std::size_t i = 0; i < s.set.elements.size(); ++i) {
-    const double a = s.set.elements[i].area_m2, c = row_sum(s, i) + static_cast<double>(light->opening[i]) - 1.0;
+  for (std::size_t i = 0; i < s.set.patches.size(); ++i) {
+    const double a = s.set.patches[i].area_m2, c = row_sum(s, i) + static_cast<double>(light->opening[i]) - 1.0;
     squares += a * c * c;
     area += a;
   }
@@ -71,17 +71,17 @@ TEST(FormFactors, matrix_is_exactly_symmetric_and_thread_count_changes_no_bit) {
   const Solved two = prepare(room_with_window_hole(0.5f), 500);
   set_thread_count(0);
   EXPECT_EQ(one.dense, two.dense);
-  for (std::size_t i = 0; i < one.set.elements.size(); ++i)
+  for (std::size_t i = 0; i < one.set.patches.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       ASSERT_EQ(one.row(i)[j], one.row(j)[i]);
 }
 
-TEST(Elements, both_sides_of_a_free_standing_panel_and_no_outside_of_a_wall_are_unknowns) {
+TEST(Patches, both_sides_of_a_free_standing_panel_and_no_outside_of_a_wall_are_unknowns) {
   Room room = room_with_window_hole(0.5f);
   daylit::testing::add_quad(room, {1, 3, 0}, {3, 3, 0}, {3, 3, 1.5}, {1, 3, 1.5});
   const Solved s = prepare(room, 600);
   double panel = 0, walls = 0;
-  for (const Element& e : s.set.elements) {
+  for (const Patch& e : s.set.patches) {
     const glm::dvec3 m = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0 + s.mesh.origin;
     (std::abs(m.y - 3) < 1e-9 && m.x > 1 && m.x < 3 && m.z < 1.5 ? panel : walls) += e.area_m2;
   }
@@ -89,12 +89,12 @@ TEST(Elements, both_sides_of_a_free_standing_panel_and_no_outside_of_a_wall_are_
   EXPECT_NEAR(walls, 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2, 1e-6);
 }
 
-TEST(Elements, floor_under_furniture_and_the_inside_of_furniture_are_dark) {
+TEST(Patches, floor_under_furniture_and_the_inside_of_furniture_are_dark) {
   Room room = room_with_window_hole(0.5f);
   add_box(room, {1, 1, 0}, {2, 2, 0.8}, 0b111110u, false);
   const Solved s = prepare(room, 800);
   double area = 0;
-  for (const Element& e : s.set.elements)
+  for (const Patch& e : s.set.patches)
     area += e.area_m2;
   const double walls = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2, box = 4 * 0.8 + 1.0, footprint = 1.0;
   EXPECT_NEAR(area, walls + box - footprint, 1e-6);
@@ -110,7 +110,7 @@ TEST(Solve, furnace_reads_one_over_one_minus_reflectance_everywhere) {
     ASSERT_TRUE(b) << b.error().message();
     const double expected = static_cast<double>(rho / (1.0f - rho));
     double worst = 0;
-    for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+    for (std::size_t i = 0; i < s.set.patches.size(); ++i)
       worst = std::max(worst, std::abs(static_cast<double>(b->row(i)[0]) / expected - 1.0));
     EXPECT_LT(worst, 1e-3 / static_cast<double>(1.0f - rho)) << rho; // closure of 1e-3 amplified by the bounces
   }
@@ -123,12 +123,12 @@ TEST(Solve, mean_illuminance_of_a_closed_cube_is_flux_over_area_times_one_minus_
   const Solved s = prepare(room, 900, seed_at({2, 2, 2}));
   FirstBounce light = emission(s, 0.0f);
   light.irradiance[3 * 5] = light.irradiance[3 * 5 + 1] = light.irradiance[3 * 5 + 2] =
-      static_cast<float>(10000.0 / s.set.elements[5].area_m2); // 10,000 lm on one patch
+      static_cast<float>(10000.0 / s.set.patches[5].area_m2); // 10,000 lm on one facet
   const auto b = solve_radiosity(s.set, s.exchange, light, {}, kSilent);
   ASSERT_TRUE(b);
   double flux = 0;
-  for (std::size_t i = 0; i < s.set.elements.size(); ++i)
-    flux += s.set.elements[i].area_m2 * static_cast<double>(b->row(i)[0]) / 0.7;
+  for (std::size_t i = 0; i < s.set.patches.size(); ++i)
+    flux += s.set.patches[i].area_m2 * static_cast<double>(b->row(i)[0]) / 0.7;
   EXPECT_NEAR(flux / 96.0 / (10000.0 / (96.0 * 0.3)), 1.0, 2e-3); // 347.222 lx in total
 }
 
@@ -137,8 +137,8 @@ TEST(FirstBounce, uniform_sky_through_a_hole_is_pi_times_the_form_factor) {
   const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
   ASSERT_TRUE(light);
   const std::array<glm::dvec3, 4> hole = {glm::dvec3(1.2, 0, 0.9), {1.2, 0, 2.1}, {2.8, 0, 2.1}, {2.8, 0, 0.9}};
-  for (std::size_t i = 0; i < s.set.elements.size(); i += 7) {
-    const Element& e = s.set.elements[i];
+  for (std::size_t i = 0; i < s.set.patches.size(); i += 7) {
+    const Patch& e = s.set.patches[i];
     std::array<glm::dvec3, 3> world = e.corner;
     for (glm::dvec3& c : world)
       c += s.mesh.origin;
@@ -161,9 +161,9 @@ TEST(FirstBounce, double_glazing_multiplies_transmittances_and_counts_light_once
     const Solved s = prepare(room, 200);
     const auto light = first_bounce(s.set, s.mesh, s.scene, s.apertures, *SkyPartition::uniform(64), kSilent);
     double sum = 0;
-    for (std::size_t i = 0; i < s.set.elements.size(); ++i)
+    for (std::size_t i = 0; i < s.set.patches.size(); ++i)
       for (std::size_t k = 0; k < light->columns(); ++k)
-        sum += s.set.elements[i].area_m2 * static_cast<double>(light->row(i, 0)[k]);
+        sum += s.set.patches[i].area_m2 * static_cast<double>(light->row(i, 0)[k]);
     if (panes_found)
       *panes_found = static_cast<double>(s.apertures.size());
     return sum;

@@ -27,24 +27,24 @@ Room furnished_room() {
 
 struct Traced {
   Room room;
-  PatchMesh mesh;
+  SurfaceMesh mesh;
   RayScene scene;
-  ElementSet set;
+  PatchSet set;
 };
 
-Traced traced(const Room& room, int patches) {
-  Traced t{room, *mesh_patches(room, {.target_patches = patches}), {}, {}};
-  t.scene = *patch_scene(t.mesh);
-  t.set = find_elements(room, t.mesh, t.scene, find_apertures(room, *RayScene::build(room))->list);
+Traced traced(const Room& room, int facets) {
+  Traced t{room, *mesh_surfaces(room, {.target_facets = facets}), {}, {}};
+  t.scene = *facet_scene(t.mesh);
+  t.set = find_patches(room, t.mesh, t.scene, find_apertures(room, *RayScene::build(room))->list);
   return t;
 }
 
 struct Differences {
   int rays = 0, unknown = 0, other = 0;
-  int missed = 0; ///< unknown, and yet there is a patch
+  int missed = 0; ///< unknown, and yet there is a facet
 };
 
-/// Against the hierarchy of patches, one ray at a time.
+/// Against the hierarchy of facets, one ray at a time.
 Differences compare(const Traced& t, const WholeFaces& faces, const glm::dvec3& point, double angle, int rays) {
   const RayFan fan = RayFan::of(rays);
   const RayGroups groups = RayGroups::of(fan.direction);
@@ -57,18 +57,18 @@ Differences compare(const Traced& t, const WholeFaces& faces, const glm::dvec3& 
     const glm::dvec3 f(fan.direction[k]);
     const glm::vec3 ray(f.x * c - f.y * s, f.x * s + f.y * c, f.z);
     RayHit hit;
-    const bool patch = t.scene.closest(t.scene.to_local(point), ray, 0, 1e9f, hit);
+    const bool facet = t.scene.closest(t.scene.to_local(point), ray, 0, 1e9f, hit);
     if (met[k] == WholeFaces::kUnknown) {
       ++d.unknown;
-      d.missed += patch;
-    } else if (!patch || met[k] != t.set.hit(t.mesh, hit.triangle, ray)) {
+      d.missed += facet;
+    } else if (!facet || met[k] != t.set.hit(t.mesh, hit.triangle, ray)) {
       ++d.other;
     }
   }
   return d;
 }
 
-TEST(WholeFaces, rays_meet_what_they_meet_among_the_patches) {
+TEST(WholeFaces, rays_meet_what_they_meet_among_the_facets) {
   const Traced t = traced(furnished_room(), 900);
   const WholeFaces faces = WholeFaces::make(t.room, t.mesh, t.set);
   ASSERT_FALSE(faces.empty());
@@ -107,7 +107,7 @@ TEST(WholeFaces, gathering_takes_the_hierarchy_where_they_do_not_know) {
   const Progress silent = [](const std::string&, double) { return true; };
   const GatherHits with = *gather_hits(points, t.set, t.mesh, t.scene, {.faces = &faces}, silent),
                    without = *gather_hits(points, t.set, t.mesh, t.scene, {}, silent);
-  const std::size_t n = t.set.elements.size();
+  const std::size_t n = t.set.patches.size();
   std::vector<float> a(9 * n), b(9 * n);
   for (std::size_t p = 0; p < points.size(); ++p) {
     with.weights(p, a.data());

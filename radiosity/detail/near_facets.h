@@ -1,28 +1,28 @@
 #pragma once
 
-// Patches close to a given one: boxes of runs of patches, which the order of a mesh keeps compact.
+// Facets close to a given one: boxes of runs of facets, which the order of a mesh keeps compact.
 
 #include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "radiosity/detail/cluster_tree.h"
-#include "radiosity/patches.h"
+#include "radiosity/surface_mesh.h"
 
 namespace daylit::radiosity {
 
-class NearPatches {
+class NearFacets {
 public:
-  explicit NearPatches(const PatchMesh& mesh);
+  explicit NearFacets(const SurfaceMesh& mesh);
 
-  /// Calls visit(patch) for every patch whose box is at most `reach_m` from that of `patch`; stops when it says false.
+  /// Calls visit(facet) for every facet whose box is at most `reach_m` from that of `facet`; stops when it says false.
   template <class Visit>
-  void visit(std::uint32_t patch, double reach_m, const Visit& visit) const {
-    const Box& own = box_[0][patch];
+  void visit(std::uint32_t facet, double reach_m, const Visit& visit) const {
+    const Box& own = box_[0][facet];
     for (std::uint32_t top = 0; top < box_[2].size(); ++top)
       for (std::uint32_t run = first(2, top, own, reach_m); run < end(2, top); ++run)
         for (std::uint32_t p = first(1, run, own, reach_m); p < end(1, run); ++p)
-          if (p != patch && distance(box_[0][p], own) <= reach_m && !visit(p))
+          if (p != facet && distance(box_[0][p], own) <= reach_m && !visit(p))
             return;
   }
 
@@ -36,7 +36,7 @@ private:
     return distance(box_[level][k], own) <= reach_m ? k * kRun : end(level, k);
   }
 
-  std::vector<Box> box_[3]; ///< of patches, of runs of kRun, of runs of runs
+  std::vector<Box> box_[3]; ///< of facets, of runs of kRun, of runs of runs
 };
 
 } // namespace daylit::radiosity

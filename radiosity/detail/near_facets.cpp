@@ -1,4 +1,4 @@
-#include "radiosity/detail/near_patches.h"
+#include "radiosity/detail/near_facets.h"
 
 #include <algorithm>
 
@@ -6,8 +6,8 @@
 
 namespace daylit::radiosity {
 
-NearPatches::NearPatches(const PatchMesh& mesh) {
-  for (const Patch& p : mesh.patches)
+NearFacets::NearFacets(const SurfaceMesh& mesh) {
+  for (const Facet& p : mesh.facets)
     box_[0].push_back({glm::min(p.corner[0], glm::min(p.corner[1], p.corner[2])),
                        glm::max(p.corner[0], glm::max(p.corner[1], p.corner[2]))});
   for (std::size_t level = 1; level < 3; ++level)

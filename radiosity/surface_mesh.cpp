@@ -1,0 +1,138 @@
+#include "radiosity/surface_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <glm/geometric.hpp>
+#include <tbb/parallel_for.h>
+
+#include "radiosity/detail/plane_groups.h"
+#include "radiosity/detail/plane_mesher.h"
+
+namespace daylit::radiosity {
+
+namespace {
+
+// End points closer than this share of the room are one point: above coordinate rounding, below any real feature.
+constexpr double kSnapTolerance = 1e-6;
+
+double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
+
+void append_facets(const std::vector<Triangle2>& triangles, const PlaneGroup& g, std::uint32_t plane,
+                   std::vector<Facet>& out) {
+  for (const Triangle2& t : triangles) {
+    Facet p;
+    for (int k = 0; k < 3; ++k)
+      p.corner[k] = g.lift(t[k]);
+    p.normal = g.normal;
+    p.area_m2 = 0.5 * glm::length(glm::cross(p.corner[1] - p.corner[0], p.corner[2] - p.corner[0]));
+    p.plane = plane;
+    p.material = g.material;
+    if (p.area_m2 > 0.0)
+      out.push_back(p);
+  }
+}
+
+std::vector<Facet> mesh_groups(const std::vector<PlaneGroup>& groups,
+                               const std::vector<std::vector<Segment2>>& outlines, double edge_m, std::size_t limit) {
+  std::vector<std::vector<Triangle2>> triangles(groups.size());
+  tbb::parallel_for(std::size_t{0}, groups.size(),
+                    [&](std::size_t i) { triangles[i] = mesh_plane(groups[i], outlines[i], edge_m, limit); });
+  std::vector<Facet> facets;
+  for (std::size_t i = 0; i < groups.size(); ++i)
+    append_facets(triangles[i], groups[i], static_cast<std::uint32_t>(i), facets);
+  return facets;
+}
+
+/// Interleaves the low ten bits of three numbers.
+std::uint32_t morton_code(const glm::dvec3& unit) {
+  std::uint32_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cell = static_cast<std::uint32_t>(std::clamp(unit[axis], 0.0, 1.0) * 1023.0);
+    for (int bit = 0; bit < 10; ++bit)
+      code |= (cell >> bit & 1u) << (3 * bit + axis);
+  }
+  return code;
+}
+
+/// Neighbours in space become neighbours in number: blocks of facets are compact, which visibility tests use.
+void sort_by_place(std::vector<Facet>& facets, const glm::dvec3& half_size) {
+  const double extent = 2.0 * std::max({half_size.x, half_size.y, half_size.z});
+  const auto key = [&](const Facet& p) {
+    const glm::dvec3 middle = (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0;
+    return std::pair(p.plane, morton_code(middle / extent + 0.5));
+  };
+  std::ranges::stable_sort(facets, {}, key);
+}
+
+double total_area(const std::vector<PlaneGroup>& groups) {
+  double sum = 0;
+  for (const PlaneGroup& g : groups)
+    for (const auto& t : g.triangles)
+      sum += 0.5 * std::abs(cross(t[1] - t[0], t[2] - t[0]));
+  return sum;
+}
+
+/// What the faces have more than the facets, where it is more than rounding.
+double doubled_area(const std::vector<PlaneGroup>& groups, const std::vector<Facet>& facets) {
+  constexpr double kRounding = 1e-5;
+  const double faces = total_area(groups);
+  double meshed = 0;
+  for (const Facet& p : facets)
+    meshed += p.area_m2;
+  return faces - meshed > kRounding * faces ? faces - meshed : 0.0;
+}
+
+/// Facets that the outlines alone make, whatever the edge length.
+std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vector<std::vector<Segment2>>& outlines) {
+  constexpr double kLong_m = 1e30;
+  return mesh_groups(groups, outlines, kLong_m, std::numeric_limits<std::size_t>::max()).size();
+}
+
+Error too_fine() {
+  return {ErrorCode::limit_exceeded, "more facets than the limit", "facet size", "use a larger --patch-size"};
+}
+
+} // namespace
+
+Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) {
+  SurfaceMesh mesh;
+  mesh.origin = room.bounds().centre();
+  const std::vector<PlaneGroup> groups = group_planes(room, mesh.origin);
+  if (groups.empty())
+    return Error{ErrorCode::geometry_invalid, "the room has no reflecting face", "room",
+                 "give the walls a material whose name does not start with window"};
+  const glm::dvec3 size = room.bounds().size();
+  const double tolerance_m = kSnapTolerance * std::max({size.x, size.y, size.z});
+  std::vector<std::vector<Segment2>> outlines(groups.size());
+  tbb::parallel_for(std::size_t{0}, groups.size(),
+                    [&](std::size_t i) { outlines[i] = find_outline(groups[i], tolerance_m); });
+  mesh.planes = static_cast<std::uint32_t>(groups.size());
+
+  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %. What the
+  // faces need at any edge length comes on top of half the target.
+  double target = options.target_facets;
+  if (options.edge_m <= 0 && groups.size() > 100)
+    target = std::max(target, 0.5 * target + static_cast<double>(count_at_least(groups, outlines)));
+  const auto limit = static_cast<std::size_t>(options.max_facets);
+  mesh.edge_m = options.edge_m > 0 ? options.edge_m : std::sqrt(4.5 * total_area(groups) / target);
+  for (int attempt = 0; attempt < 6; ++attempt) {
+    if (total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_facets)
+      return too_fine();
+    mesh.facets = mesh_groups(groups, outlines, mesh.edge_m, 4 * limit);
+    const double ratio = static_cast<double>(mesh.facets.size()) / target;
+    if (options.edge_m > 0 || (ratio > 0.95 && ratio < 1.05))
+      break;
+    mesh.edge_m *= std::pow(ratio, ratio > 1.0 ? 0.6 : 0.45);
+  }
+  if (mesh.facets.size() > limit)
+    return too_fine();
+  sort_by_place(mesh.facets, 0.5 * size);
+  mesh.doubled_m2 = doubled_area(groups, mesh.facets);
+  return mesh;
+}
+
+} // namespace daylit::radiosity

@@ -1,0 +1,44 @@
+#pragma once
+
+// Planar faces of a room, merged where coplanar and of one material, re-meshed into well-shaped triangles
+// (constrained Delaunay refinement, Shewchuk 2000, through CGAL). Holes stay holes; the lines where other faces touch
+// or cross a plane (furniture standing on the floor) become mesh edges, so that no facet is half in the dark.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/core/result.h"
+#include "scene/room/room.h"
+
+namespace daylit::radiosity {
+
+struct Facet {
+  std::array<glm::dvec3, 3> corner; ///< metres, relative to SurfaceMesh::origin, counter-clockwise about normal
+  glm::dvec3 normal{0.0};           ///< unit
+  double area_m2 = 0;
+  std::uint32_t plane = 0; ///< faces of one plane and material share this number
+  std::uint32_t material = 0;
+};
+
+struct SurfaceMesh {
+  glm::dvec3 origin{0.0}; ///< world metres of the local zero: the middle of the room
+  std::vector<Facet> facets;
+  std::uint32_t planes = 0;
+  double edge_m = 0; ///< longest facet edge that was allowed
+  /// Area of faces that lie on other faces and count once (of two materials that of the earlier face), m2.
+  double doubled_m2 = 0;
+};
+
+struct MeshOptions {
+  double edge_m = 0;        ///< longest facet edge; 0: chosen so that about target_facets result
+  int target_facets = 2000; ///< used when edge_m is 0
+  int max_facets = 60000;   ///< more is an Error limit_exceeded, not an endless run
+};
+
+/// Errors: limit_exceeded (finer than max_facets), geometry_invalid (no reflecting face).
+Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options);
+
+} // namespace daylit::radiosity
