@@ -6,8 +6,8 @@
 #include <limits>
 
 #include <glm/common.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -65,7 +65,7 @@ void ChangePicture::set_view(const RenderCamera& camera, const RayScene& room_ra
   rows_ = (camera.photo_height_px + kBlock - 1) / kBlock;
   corners_.assign(static_cast<std::size_t>(columns_ + 1) * (rows_ + 1), {});
   kinds_.assign(static_cast<std::size_t>(columns_) * rows_, Kind::nothing);
-  tbb::parallel_for(0, rows_ + 1, [&](int row) {
+  parallel_for(0, rows_ + 1, [&](int row) {
     for (int column = 0; column <= columns_; ++column)
       corners_[static_cast<std::size_t>(row) * (columns_ + 1) + column] = look(
           std::min(column * kBlock, camera.photo_width_px - 1), std::min(row * kBlock, camera.photo_height_px - 1));
@@ -139,7 +139,7 @@ void ChangePicture::find_covered(const RenderedFrame* drawn) {
     return;
   covered_.resize(kinds_.size());
   const PixelBox& box = drawn->box;
-  tbb::parallel_for(box.y0 / kBlock, (box.y1 + kBlock - 1) / kBlock, [&](int row) {
+  parallel_for(box.y0 / kBlock, (box.y1 + kBlock - 1) / kBlock, [&](int row) {
     for (int column = box.x0 / kBlock; column * kBlock < box.x1; ++column) {
       const PixelBox block{column * kBlock, row * kBlock, (column + 1) * kBlock, (row + 1) * kBlock};
       covered_[static_cast<std::size_t>(row) * columns_ + column] =
@@ -165,7 +165,7 @@ void ChangePicture::update(const IndirectShadow& field, const RenderedFrame* dra
   find_covered(drawn);
   ratios_.resize(corners_.size());
   changes_.resize(corners_.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       if (is_covered(i))
         corners_[i].visible = corners_[i].affected = false;
@@ -177,7 +177,7 @@ void ChangePicture::update(const IndirectShadow& field, const RenderedFrame* dra
   left_out_ = 0.0f;
   for (const Corner& c : corners_)
     left_out_ = std::max(left_out_, c.left_out);
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows_, 16), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(tbb::blocked_range<int>(0, rows_, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int row = rows.begin(); row != rows.end(); ++row)
       for (int column = 0; column < columns_; ++column)
         kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind_of(column, row);

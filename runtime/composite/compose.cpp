@@ -10,10 +10,10 @@
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/lane_vector.h"
 #include "runtime/composite/change_picture.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -363,7 +363,7 @@ void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCame
   const DrawnPicture drawn{frame, camera};
   const Compositor compositor(photo, drawn, room, settings, change);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
-  tbb::parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
+  parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
     const int y0 = row * kBlock, y1 = std::min(y0 + kBlock, photo.height);
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y0) * photo.width;
     const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(y1 - y0) * photo.width;
