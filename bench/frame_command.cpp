@@ -1,13 +1,10 @@
 // daylit-bench frame: table 1 of Grosch, Eble, Mueller 2007 again, every time beside its error.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
-
-#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -31,16 +28,6 @@ struct Arguments {
   std::vector<int> samples{16, 64, 256}, map_texels{RenderSettings{}.map_texels};
   int frames = 20, flicker_frames = 100, reference_samples = 4096;
 };
-
-double process_seconds() {
-  rusage u{};
-  getrusage(RUSAGE_SELF, &u);
-  return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
-}
-double wall_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Medians over frames.
 struct Timing {
