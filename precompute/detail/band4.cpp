@@ -29,24 +29,24 @@ std::vector<float> first_columns(const std::vector<float>& a, std::size_t column
 
 void Band4::reduce(const std::vector<float>& rows, std::size_t numbers, const std::vector<float>& radiosity,
                    std::size_t columns, double left) {
-  const std::size_t pieces = rows.size() / numbers, few = fewer(columns);
-  const std::vector<float> seen = multiply(rows, first_columns(radiosity, columns, few), numbers, pieces, few);
-  const double share = static_cast<double>(few) / static_cast<double>(columns);
-  basis = orthonormal_range(seen, numbers, few, share * left / static_cast<double>(kWeight * kWeight));
-  coordinates = multiply_transposed(basis.q, rows, numbers, basis.rank, pieces);
+  const std::size_t parts = rows.size() / numbers, few = fewer(columns);
+  const std::vector<float> seen = multiply(rows, first_columns(radiosity, columns, few), numbers, parts, few);
+  const double fraction = static_cast<double>(few) / static_cast<double>(columns);
+  basis = orthonormal_range(seen, numbers, few, fraction * left / static_cast<double>(kWeight * kWeight));
+  coordinates = multiply_transposed(basis.q, rows, numbers, basis.rank, parts);
 }
 
 void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
                       const std::vector<float>& suns, std::size_t width) {
-  const std::size_t rank = basis.rank, pieces = seen.lit.size(), numbers = rank > 0 ? basis.q.size() / rank : 0;
+  const std::size_t rank = basis.rank, parts = seen.lit.size(), numbers = rank > 0 ? basis.q.size() / rank : 0;
   if (rank == 0)
     return;
-  std::vector<float> transport(3 * rank * pieces, 0.0f);
+  std::vector<float> transport(3 * rank * parts, 0.0f);
   for (int c = 0; c < 3; ++c)
     surfaces.add_adjoint(c, coordinates, rank, seen,
-                         std::span(transport).subspan(static_cast<std::size_t>(c) * rank * pieces, rank * pieces));
+                         std::span(transport).subspan(static_cast<std::size_t>(c) * rank * parts, rank * parts));
   for (std::size_t k = 0; k < transport.size(); ++k)
-    transport[k] *= kWeight * metric.sigma[k % pieces];
+    transport[k] *= kWeight * metric.sigma[k % parts];
   const std::size_t few = fewer(width);
   factors = decompose(transport, 3 * rank, metric.correlation, first_columns(suns, width, few), few);
   factors.expand_rows(basis.q, numbers);

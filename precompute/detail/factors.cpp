@@ -236,19 +236,17 @@ void append_component(const Factors& f, std::size_t k, Components<T>& out) {
 
 } // namespace
 
-void store_factors(std::span<const Factors* const> clusters, CompactFactors& out) {
-  for (std::size_t b = 0; b < clusters.size(); ++b) {
-    const Factors& f = *clusters[b];
-    out.cluster[b].sources = static_cast<std::uint32_t>(f.sources);
-    for (std::size_t k = 0; k < f.rank(); ++k)
-      if (f.stored[k] == Stored::strong) {
-        append_component(f, k, out.strong);
-        ++out.cluster[b].strong;
-      } else {
-        append_component(f, k, out.weak);
-        ++out.cluster[b].weak;
-      }
-  }
+void append_factors(const Factors& f, CompactFactors& out) {
+  CompactFactors::Cluster& cluster = out.cluster.back();
+  cluster.sources = static_cast<std::uint32_t>(f.sources);
+  for (std::size_t k = 0; k < f.rank(); ++k)
+    if (f.stored[k] == Stored::strong) {
+      append_component(f, k, out.strong);
+      ++cluster.strong;
+    } else {
+      append_component(f, k, out.weak);
+      ++cluster.weak;
+    }
 }
 
 } // namespace daylit::precompute::detail

@@ -71,7 +71,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
 Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
                   const std::vector<float>& suns, std::size_t width);
 
-/// Rounds the factors of all clusters; `out` knows the probes of each.
-void store_factors(std::span<const Factors* const> clusters, CompactFactors& out);
+/// Rounds the factors of the last cluster of `out`, whose probes it knows already.
+void append_factors(const Factors& factors, CompactFactors& out);
 
 } // namespace daylit::precompute::detail
