@@ -27,6 +27,7 @@ std::vector<float> first_columns(const std::vector<float>& a, std::size_t column
 
 } // namespace
 
+/// The range of the rows under fewer suns than the nine take; what may be left out is larger by 1 / kWeight^2.
 void Band4::reduce(const std::vector<float>& rows, std::size_t numbers, const std::vector<float>& radiosity,
                    std::size_t columns, double left) {
   const std::size_t parts = rows.size() / numbers, few = fewer(columns);
@@ -36,6 +37,7 @@ void Band4::reduce(const std::vector<float>& rows, std::size_t numbers, const st
   coordinates = multiply_transposed(basis.q, rows, numbers, basis.rank, parts);
 }
 
+/// As for the nine, of kWeight times the transport.
 void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
                       const std::vector<float>& suns, std::size_t width) {
   const std::size_t rank = basis.rank, parts = seen.lit.size(), numbers = rank > 0 ? basis.q.size() / rank : 0;

@@ -92,6 +92,8 @@ std::vector<float> multiply_transposed(std::span<const float> a, std::span<const
   return c;
 }
 
+/// With a^T a = V diag(s^2) V^T the columns of a V / s are orthonormal; the squares that a direction takes along when it is
+/// dropped are s^2.
 Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns, double left) {
   const std::vector<float> t = transposed(a, rows, columns);
   std::vector<double> values;
@@ -112,6 +114,8 @@ Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size
   return basis;
 }
 
+/// transport = q C with orthonormal q. With C M C^T = U diag(power) U^T in the metric M the rows of U^T C are the source
+/// factors and those of U^T q^T the row factors: the singular value decomposition of the block in that metric.
 Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
                   std::span<const float> metric) {
   Factors f;
@@ -136,6 +140,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   return f;
 }
 
+/// Range of transport * suns, coordinates in it, and once more with the suns metric * coordinates^T (power iteration).
 Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
                   const std::vector<float>& suns, std::size_t width) {
   const std::size_t sources = suns.size() / width;
@@ -160,6 +165,7 @@ void Factors::keep(std::size_t rank) {
   row_factor.shrink_to_fit();
 }
 
+/// power * (relative error of the row factor)^2 + mean over the suns of (rounding error of the source factor * sun)^2.
 std::vector<double> Factors::weak_error2(std::span<const float> suns, std::size_t columns) const {
   std::vector<float> off = source_factor;
   std::vector<double> error(rank());
@@ -200,6 +206,7 @@ void Factors::store_as(const std::vector<Stored>& choice) {
   keep(kept);
 }
 
+/// signs^T transport - (signs^T row_factor^T) source_factor
 std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs, std::span<const float> projected,
                                       std::size_t projections) const {
   std::vector<float> source = source_factor, row = row_factor;

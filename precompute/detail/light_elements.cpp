@@ -14,6 +14,7 @@ namespace {
 
 using radiosity::Facet;
 
+/// Cut through the middle of the longest edge (Rivara's bisection): angles stay bounded.
 std::array<Facet, 2> halves(const Facet& p) {
   int longest = 0;
   for (int k = 1; k < 3; ++k)
@@ -84,7 +85,7 @@ private:
   std::vector<glm::dvec3> target_;
 };
 
-/// How often each facet is halved.
+/// How often each facet is halved: always the facet whose parts have the largest exposure * area.
 std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                            const SunExposure& exposure, std::size_t count) {
   struct Part {

@@ -15,6 +15,7 @@ SurfaceTransport::SurfaceTransport(const SurfaceLight& light) : light_(light) {
   }
 }
 
+/// b_e = reflectance_e E_e + sum over clusters q of bounced[patch of e, q] * mean of E over q.
 std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float> irradiance,
                                                std::size_t columns) const {
   std::vector<float> mean(light_.clusters * columns, 0.0f);
@@ -32,6 +33,8 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
   return b;
 }
 
+/// w_E[a] = reflectance_a w_b[a] + cluster_fraction_a sum over parts k of w_b[k] bounced[patch of k, cluster of a]: the
+/// transpose of radiosity(), summed over the parts.
 void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                                    std::span<float> result) const {
   const std::size_t parts = seen.part.size(), lit = seen.lit.size();

@@ -105,7 +105,7 @@ std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
   return mean;
 }
 
-double RegionSums::covered_share(int region) const {
+double RegionSums::covered_fraction(int region) const {
   const auto r = static_cast<std::size_t>(region);
   const double total = covered_[r] + gap_[r];
   return total > 0 ? covered_[r] / total : 1.0;

@@ -37,7 +37,7 @@ struct SkyRectangle {
   int band = 0, cell = 0, bands = 1, cells = 1;
 };
 
-/// A region and its share in the radiance of a direction.
+/// A region and its weight in the radiance of a direction.
 struct RegionWeight {
   int region = 0;
   double weight = 0;
@@ -78,7 +78,7 @@ public:
   }
   /// One per region; empty where every cell of the bands is a region by itself.
   const std::vector<SkyRectangle>& rectangles() const { return rectangles_; }
-  /// Its cells, upwards and around: both 1 without rectangles. sample() at shares of these stays within a cell.
+  /// Its cells, upwards and around: both 1 without rectangles. sample() at fractions of these stays within a cell.
   SkyRectangle extent(int region) const;
   /// The same regions as nodes, or as constants.
   SkyPartition with_interpolation(bool on) const;
@@ -89,14 +89,6 @@ public:
   /// Direction at relative position (s, t) in [0,1)^2 of a region; uniform in solid angle.
   glm::dvec3 sample(int region, double s, double t) const;
 
-  /// The four nodes around a direction, some possibly the same: left and right of it (counter-clockwise) in the band
-  /// below, then in the band above.
-  struct Quad {
-    std::array<std::uint32_t, 4> node{};
-    double up = 0;                           ///< share of the band above
-    double right_below = 0, right_above = 0; ///< shares of the right nodes within their band
-  };
-  Quad quad(const glm::dvec3& unit_direction) const;
   /// Values of the hat functions at a direction: weights >= 0 that sum to 1, some possibly of the same region.
   std::array<RegionWeight, 4> interpolation(const glm::dvec3& unit_direction) const;
   /// Integral of a region's hat function over the sphere.
@@ -133,7 +125,7 @@ public:
   /// `sky` must have the geometry given to make(), or one of equal size and projection. Independent of the thread count.
   std::vector<Rgb> reduce(const SkyImage& sky) const;
   /// Part of each needed region's solid angle that the camera sees; the rest takes the fill.
-  double covered_share(int region) const;
+  double covered_fraction(int region) const;
   /// Size of the tables that reduce() reads, bytes.
   std::size_t bytes() const;
 

@@ -174,7 +174,7 @@ Result<void> check_aggregates(const CompactBasis& basis) {
   std::uint32_t end = 0;
   for (const CompactBasis::Aggregate& g : basis.aggregate) {
     if (g.first < end || g.end < g.first || g.end > basis.sources())
-      return broken("aggregated sources overlap or leave the sources");
+      return broken("aggregated sources overlap, or name sources that do not exist");
     end = g.end;
   }
   if (basis.aggregate_weight.size() != basis.sources() || !all_finite(basis.aggregate_weight))

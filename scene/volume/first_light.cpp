@@ -75,6 +75,7 @@ void for_each_weight(const FirstLight& light, std::size_t row,
         visit(kBlock * light.block[b] + k, light.scale[row] * imath_half_to_float(w));
 }
 
+/// Nodes of which some row has a weight.
 std::vector<std::uint8_t> lit_regions(const FirstLight& light, std::size_t regions) {
   std::vector<std::uint8_t> lit(regions, 0);
   for (std::size_t row = 0; row < light.rows(); ++row)
@@ -97,7 +98,7 @@ Result<void> check_row(const FirstLight& light, std::size_t row, std::size_t reg
         return broken("a weight of the first light is for no region of the sky");
     }
     if (kBlock * light.block[b] >= regions)
-      return broken("a block of the first light leaves the sky");
+      return broken("a block of the first light is outside the sky");
   }
   return {};
 }

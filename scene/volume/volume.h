@@ -88,7 +88,7 @@ struct ShRadiance {
 
 /// Interpolates between probes without light leaks. A point has a light field exactly when it sees a valid probe of
 /// its grid cell, or of the ring of probes around that cell, along a segment that crosses neither a surface nor an
-/// aperture. Weights are trilinear over the valid corners in sight, renormalised; between the outer probes and the
+/// aperture. Weights are trilinear over the valid, visible corners, renormalised; between the outer probes and the
 /// walls the point is moved to the border of the grid. Surfaces do not block points within 0.1 mm of them, on either
 /// side. Volumes with free points answer at those points only (within 0.1 mm).
 /// Copies what it needs from the volume; thread-safe.

@@ -44,6 +44,7 @@ Error broken(std::string what) {
   return {ErrorCode::file_malformed, std::move(what), "volume", "bake it again with daylit-precompute"};
 }
 
+/// Positions are finite, validity is 0 or 1, and a grid's probes stand where its planes meet.
 Result<void> check_probes(const ProbeSet& probes) {
   if (probes.size() == 0 || probes.valid.size() != probes.size())
     return broken("no probes, or their validity is missing");
@@ -56,6 +57,7 @@ Result<void> check_probes(const ProbeSet& probes) {
   return probes.is_grid ? check_grid(probes) : Result<void>{};
 }
 
+/// One basis: rows of constant regions, increasing and finite, or factors over nodes.
 Result<void> check_rows(const BasisVolume& volume) {
   if (volume.compact) {
     if (!volume.partition.interpolated() || !volume.partition.rectangles().empty() || !volume.stored_region.empty() ||
