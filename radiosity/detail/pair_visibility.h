@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/detail/pair_kernel.h"
+#include "radiosity/detail/pair_rays.h"
 #include "radiosity/polygon_kernel.h"
 #include "scene/room/ray_scene.h"
 
@@ -53,26 +54,17 @@ private:
     float seen = 0, total = 0;
     std::uint32_t blocked = 0;
   };
-  /// What 16 lanes sample: a pair and a position in its sequence each.
-  struct alignas(64) Lanes {
-    float from[9][16], to[9][16]; ///< corner and two edges of both triangles
-    float normal_from[3][16], normal_to[3][16];
-    float shift[4][16];
-    float scale[16]; ///< of the kernel: areas of parts
-    std::uint32_t index[16];
-  };
   void set_triangles(std::size_t lane, const PairQuery& query, std::uint32_t& index);
   void set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index);
   void add_rays(const PairQuery& query, std::size_t slot, std::uint32_t first, std::uint32_t last);
   void flush(const PairQuery& any);
   void shoot(std::size_t lanes);
-  static void sample(const Lanes& lanes, float gap, RayPacket16& packet, float* weight);
 
   const PairArrays& arrays_;
   const RayScene& scene_;
   double rays_;
   const std::vector<FacingParts>* parts_ = nullptr; ///< of the queries in hand
-  Lanes lanes_;
+  PairLanes lanes_;
   std::size_t slot_[16];
   std::size_t used_ = 0;
   std::vector<Tally> tally_;
