@@ -101,7 +101,7 @@ Result<void> one_frame(const FrameScene& scene, Session& session, MarkerTracker&
     ObjectConfig placement = scene.config.objects[0];
     placement.position.x += 0.002 * (k % 8);
     placement.rotation_deg.z += 3.0 * (k % 8);
-    if (const auto r = session.place_object(0, placement); !r)
+    if (const auto r = session.set_placement(0, placement); !r)
       return r;
   }
   const auto frame = session.render({scene.skies[which], scene.photos[which], which + 1, which + 1});
@@ -146,7 +146,7 @@ Result<Composite> still_picture(const FrameScene& scene, Session& session, int s
   session.set_light_samples(samples);
   if (const auto r = session.set_pose(*scene.config.world_from_camera); !r)
     return r.error();
-  if (const auto r = session.place_object(0, scene.config.objects[0]); !r)
+  if (const auto r = session.set_placement(0, scene.config.objects[0]); !r)
     return r.error();
   const auto frame = session.render({scene.skies[0], scene.photos[0], 1, 1});
   if (!frame)
@@ -158,7 +158,7 @@ Result<Composite> still_picture(const FrameScene& scene, Session& session, int s
 /// every light.
 Result<Session> open(const FrameScene& scene, const std::string& renderer, int map_texels) {
   const Backend backend = renderer == "gl"      ? Backend::opengl
-                          : renderer == "exact" ? Backend::rays_unshared
+                          : renderer == "exact" ? Backend::rays_reference
                                                 : Backend::rays;
   return Session::open(scene.config, kFrameWidth, kFrameHeight,
                        [](const std::string&, double) { return !interrupted(); }, backend,

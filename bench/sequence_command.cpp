@@ -35,7 +35,7 @@ struct Arguments {
   std::vector<int> only; // of the frames; empty: all
   std::string pixels;    // file
   std::string renderer = "rays", regions = "fine:16384";
-  bool room_change = true;
+  bool indirect_shadow = true;
 };
 
 /// Paths per pixel that keep the truth's own error on the object below a quarter of what is allowed there: 1 % under
@@ -191,7 +191,7 @@ Result<Sequence> make_sequence(const Arguments& a, const std::string& name, cons
   std::string tag = a.regions;
   std::replace(tag.begin(), tag.end(), ':', '-');
   s.run = scene->run;
-  s.run.room_change = a.room_change;
+  s.run.indirect_shadow = a.indirect_shadow;
   s.run.world_from_camera = at_time(*scene, 0.0).run.world_from_camera;
   s.run.volume = std::filesystem::path(a.folder) / ("room-" + tag + ".volume");
   s.run.interior.lens = folder / "interior.yaml";
@@ -281,7 +281,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
                                   {"stride", a.stride},
                                   {"renderer", a.renderer},
                                   {"regions", a.regions},
-                                  {"room_change", a.room_change},
+                                  {"indirect_shadow", a.indirect_shadow},
                                   {"scenes", nlohmann::json::array()}};
   PixelTable table(a.pixels);
   for (const std::string& name : a.scenes) {
@@ -311,7 +311,8 @@ Command add_sequence(CLI::App& program) {
   parser->add_option("--only", a->only, "of the frames, these")->delimiter(',');
   parser->add_option("--pixels", a->pixels, "file to write every measured pixel to");
   parser->add_option("--renderer", a->renderer, "rays or gl")->check(CLI::IsMember({"rays", "gl"}));
-  parser->add_flag("!--no-room-change", a->room_change, "leave out what the object does to the room's indirect light");
+  parser->add_flag("!--no-indirect-shadow", a->indirect_shadow,
+                   "leave out what the object does to the room's indirect light");
   parser->add_option("--regions", a->regions, "of the volume, as for daylit-precompute");
   return {parser, [a](const CommonOptions& options) { return run(*a, options); }};
 }

@@ -46,8 +46,8 @@ nlohmann::json to_json(const FrameReport& report, int frame) {
             {"object_light", report.reused.object_light},
             {"drawn", report.reused.drawn},
             {"picture", report.reused.picture}}},
-          {"ringing", {{"vertices", report.ringing.vertices}, {"added_share", report.ringing.added_share}}},
-          {"room_change_left_out", report.room_change_left_out},
+          {"ringing", {{"vertices", report.ringing.vertices}, {"added_fraction", report.ringing.added_fraction}}},
+          {"indirect_shadow_left_out", report.indirect_shadow_left_out},
           {"skipped", report.skipped},
           {"warnings", report.warnings}};
 }
@@ -107,7 +107,7 @@ Result<void> write_outputs(const RunConfig& config, const Photograph& photo, con
   return png ? write_png(config.output.png, *png) : Result<void>(png.error());
 }
 
-/// The configuration with what only the picture says: the camera's place, and the scale of its values.
+/// The configuration with what only the picture says: the camera's pose, and the scale of its values.
 Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, const SkyImage& sky) {
   RunConfig config = given;
   config.world_from_camera = input.world_from_camera;

@@ -6,14 +6,15 @@
 #include <numbers>
 
 #include <opencv2/imgproc.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
 namespace {
 
 constexpr float kLeastCoverage = 1.0f / 510.0f; // as in compose.cpp
-constexpr double kReach = 3.0;                  // of the point spread, in standard deviations
+constexpr double kKernelRadius = 3.0;           // of the point spread, in standard deviations
 
 PixelBox touched_box(const Composite& c) {
   const int width = c.picture.width;
@@ -39,7 +40,7 @@ struct Layers {
 
 Layers layers_in(const PixelBox& box, const RgbImage& photo, const Composite& c) {
   Layers layers{cv::Mat(box.height(), box.width(), CV_32FC3), cv::Mat(box.height(), box.width(), CV_32FC1)};
-  tbb::parallel_for(box.y0, box.y1, [&](int y) {
+  parallel_for(box.y0, box.y1, [&](int y) {
     for (int x = box.x0; x < box.x1; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
       const float coverage = c.coverage[i];
@@ -80,14 +81,14 @@ void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composi
   PixelBox box = touched_box(c);
   if (box.empty())
     return;
-  const int reach = static_cast<int>(std::ceil(kReach * sigma_px));
-  box = PixelBox{box.x0 - reach, box.y0 - reach, box.x1 + reach, box.y1 + reach}.clipped(photo.width, photo.height);
+  const int radius = static_cast<int>(std::ceil(kKernelRadius * sigma_px));
+  box = PixelBox{box.x0 - radius, box.y0 - radius, box.x1 + radius, box.y1 + radius}.clipped(photo.width, photo.height);
   Layers layers = layers_in(box, photo, c);
-  const cv::Size kernel(2 * reach + 1, 2 * reach + 1);
+  const cv::Size kernel(2 * radius + 1, 2 * radius + 1);
   cv::GaussianBlur(layers.drawn, layers.drawn, kernel, sigma_px, sigma_px, cv::BORDER_REPLICATE);
   cv::GaussianBlur(layers.coverage, layers.coverage, kernel, sigma_px, sigma_px, cv::BORDER_REPLICATE);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
-  tbb::parallel_for(box.y0, box.y1, [&](int y) {
+  parallel_for(box.y0, box.y1, [&](int y) {
     std::size_t objects = 0, shadows = 0;
     for (int x = box.x0; x < box.x1; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
@@ -112,7 +113,7 @@ void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composi
 void match_noise(const RgbImage& photo, const CameraNoise& noise, std::uint64_t seed, Composite& c) {
   if (!noise.any())
     return;
-  tbb::parallel_for(0, photo.height, [&](int y) {
+  parallel_for(0, photo.height, [&](int y) {
     for (int x = 0; x < photo.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
       if (!c.touched[i])
@@ -120,7 +121,7 @@ void match_noise(const RgbImage& photo, const CameraNoise& noise, std::uint64_t 
       Rgb& value = c.picture.texels[i];
       for (int k = 0; k < 3; ++k) {
         const float before = photo.texels[i][k];
-        // Share of the photograph's deviation that is left in the pixel: what shows through, or what is darkened.
+        // Fraction of the photograph's deviation that is left in the pixel: what shows through, or what is darkened.
         const float kept = c.touched[i] == 2 ? 1.0f - c.coverage[i] : before > 0.0f ? value[k] / before : 0.0f;
         const double missing = noise.variance(value[k]) - static_cast<double>(kept * kept) * noise.variance(before);
         if (missing > 0.0)

@@ -6,15 +6,15 @@
 #include <limits>
 
 #include <glm/common.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
 namespace {
 
 /// How far a pixel lies from the first of its block towards the next block.
-float block_share(int pixel) {
+float block_fraction(int pixel) {
   return static_cast<float>(pixel % ChangePicture::kBlock) / static_cast<float>(ChangePicture::kBlock);
 }
 
@@ -47,7 +47,7 @@ Rgb ratio(const Rgb& change, const Rgb& before) {
 
 } // namespace
 
-float ChangePicture::drawn_share(const Rgb& change, const Rgb& before) {
+float ChangePicture::drawn_fraction(const Rgb& change, const Rgb& before) {
   for (int c = 0; c < 3; ++c)
     if (std::fabs(change[c]) > 1.5f * kThreshold * before[c] && before[c] > 0.0f)
       return 1.0f; // the same as below, without dividing
@@ -65,7 +65,7 @@ void ChangePicture::set_view(const RenderCamera& camera, const RayScene& room_ra
   rows_ = (camera.photo_height_px + kBlock - 1) / kBlock;
   corners_.assign(static_cast<std::size_t>(columns_ + 1) * (rows_ + 1), {});
   kinds_.assign(static_cast<std::size_t>(columns_) * rows_, Kind::nothing);
-  tbb::parallel_for(0, rows_ + 1, [&](int row) {
+  parallel_for(0, rows_ + 1, [&](int row) {
     for (int column = 0; column <= columns_; ++column)
       corners_[static_cast<std::size_t>(row) * (columns_ + 1) + column] = look(
           std::min(column * kBlock, camera.photo_width_px - 1), std::min(row * kBlock, camera.photo_height_px - 1));
@@ -98,24 +98,24 @@ ChangePicture::Corner ChangePicture::look(int x, int y) const {
 }
 
 void ChangePicture::light(Corner& corner) const {
-  corner.visible = corner.reached = false;
+  corner.visible = corner.affected = false;
   if (!corner.seen)
     return;
   corner.facing = field_->facing_of(corner.triangle, corner.direction);
-  corner.reached = field_->reaches(corner.position);
-  if (!corner.reached)
+  corner.affected = field_->affects(corner.position);
+  if (!corner.affected)
     return;
   corner.change = field_->at(corner.triangle, corner.position, corner.direction);
   corner.sun = field_->sun_irradiance(corner.triangle, corner.position, corner.direction);
-  corner.visible = drawn_share(corner.change.irradiance, corner.change.before + corner.sun) > 0.0f;
+  corner.visible = drawn_fraction(corner.change.irradiance, corner.change.before + corner.sun) > 0.0f;
 }
 
 ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
   const std::array<const Corner*, 4> four = corners_around(column, row);
   bool any = false, same = true;
   for (const Corner* c : four) {
-    any = any || c->visible || (c->reached && field_->near(c->position));
-    same = same && c->reached && c->facing == four[0]->facing && same_sun(c->sun, four[0]->sun);
+    any = any || c->visible || (c->affected && field_->near(c->position));
+    same = same && c->affected && c->facing == four[0]->facing && same_sun(c->sun, four[0]->sun);
   }
   return !any ? Kind::nothing : same ? Kind::interpolate : Kind::single;
 }
@@ -139,7 +139,7 @@ void ChangePicture::find_covered(const RenderedFrame* drawn) {
     return;
   covered_.resize(kinds_.size());
   const PixelBox& box = drawn->box;
-  tbb::parallel_for(box.y0 / kBlock, (box.y1 + kBlock - 1) / kBlock, [&](int row) {
+  parallel_for(box.y0 / kBlock, (box.y1 + kBlock - 1) / kBlock, [&](int row) {
     for (int column = box.x0 / kBlock; column * kBlock < box.x1; ++column) {
       const PixelBox block{column * kBlock, row * kBlock, (column + 1) * kBlock, (row + 1) * kBlock};
       covered_[static_cast<std::size_t>(row) * columns_ + column] =
@@ -160,15 +160,15 @@ bool ChangePicture::is_covered(std::size_t corner) const {
   return true;
 }
 
-void ChangePicture::update(const RoomChangeField& field, const RenderedFrame* drawn) {
+void ChangePicture::update(const IndirectShadow& field, const RenderedFrame* drawn) {
   field_ = &field;
   find_covered(drawn);
   ratios_.resize(corners_.size());
   changes_.resize(corners_.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, corners_.size(), 32), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       if (is_covered(i))
-        corners_[i].visible = corners_[i].reached = false;
+        corners_[i].visible = corners_[i].affected = false;
       else
         light(corners_[i]);
       weigh(i);
@@ -177,7 +177,7 @@ void ChangePicture::update(const RoomChangeField& field, const RenderedFrame* dr
   left_out_ = 0.0f;
   for (const Corner& c : corners_)
     left_out_ = std::max(left_out_, c.left_out);
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows_, 16), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(tbb::blocked_range<int>(0, rows_, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int row = rows.begin(); row != rows.end(); ++row)
       for (int column = 0; column < columns_; ++column)
         kinds_[static_cast<std::size_t>(row) * columns_ + column] = kind_of(column, row);
@@ -190,12 +190,12 @@ void ChangePicture::weigh(std::size_t i) {
   c.left_out = 0.0f;
   ratios_[i] = Rgb(1.0f);
   changes_[i] = {};
-  if (!c.reached)
+  if (!c.affected)
     return;
   const Rgb before = c.change.before + c.sun;
-  const float share = drawn_share(c.change.irradiance, before);
-  c.left_out = (1.0f - share) * relative(c.change.irradiance, before);
-  ratios_[i] = ratio(share * c.change.irradiance, before);
+  const float fraction = drawn_fraction(c.change.irradiance, before);
+  c.left_out = (1.0f - fraction) * relative(c.change.irradiance, before);
+  ratios_[i] = ratio(fraction * c.change.irradiance, before);
   changes_[i] = {c.change.irradiance, before};
 }
 
@@ -203,10 +203,10 @@ std::optional<PixelChange> ChangePicture::at(int x, int y) const {
   auto change = whole_at(x, y);
   if (!change)
     return change;
-  const float share = drawn_share(change->irradiance, change->before);
-  if (share == 0.0f)
+  const float fraction = drawn_fraction(change->irradiance, change->before);
+  if (fraction == 0.0f)
     return std::nullopt;
-  change->irradiance *= share;
+  change->irradiance *= fraction;
   return change;
 }
 
@@ -224,23 +224,24 @@ std::optional<Rgb> ChangePicture::ratio_at(int x, int y) const {
 void ChangePicture::interpolate_row(int x, int y, int count, Rgb* ratios) const {
   const Rgb* upper = &ratios_[static_cast<std::size_t>(y / kBlock) * (columns_ + 1) + x / kBlock];
   const Rgb* lower = upper + columns_ + 1;
-  const float t = block_share(y);
+  const float t = block_fraction(y);
   const Rgb left = upper[0] + t * (lower[0] - upper[0]), step = upper[1] + t * (lower[1] - upper[1]) - left;
   for (int k = 0; k < count; ++k)
-    ratios[k] = left + block_share(x + k) * step;
+    ratios[k] = left + block_fraction(x + k) * step;
 }
 
 void ChangePicture::interpolate_row(int x, int y, int count, PixelChange* changes) const {
   const PixelChange* upper = &changes_[static_cast<std::size_t>(y / kBlock) * (columns_ + 1) + x / kBlock];
   const PixelChange* lower = upper + columns_ + 1;
-  const float t = block_share(y);
-  const auto mix = [](const PixelChange& a, const PixelChange& b, float share) {
-    return PixelChange{a.irradiance + share * (b.irradiance - a.irradiance), a.before + share * (b.before - a.before)};
+  const float t = block_fraction(y);
+  const auto mix = [](const PixelChange& a, const PixelChange& b, float fraction) {
+    return PixelChange{a.irradiance + fraction * (b.irradiance - a.irradiance),
+                       a.before + fraction * (b.before - a.before)};
   };
   const PixelChange left = mix(upper[0], lower[0], t), right = mix(upper[1], lower[1], t);
   for (int k = 0; k < count; ++k) {
-    changes[k] = mix(left, right, block_share(x + k));
-    changes[k].irradiance *= drawn_share(changes[k].irradiance, changes[k].before);
+    changes[k] = mix(left, right, block_fraction(x + k));
+    changes[k].irradiance *= drawn_fraction(changes[k].irradiance, changes[k].before);
   }
 }
 
@@ -263,7 +264,7 @@ std::array<float, 4> ChangePicture::corner_weights(int x, int y) {
 /// In a block that shows several planes, or the edge of a sun patch.
 std::optional<PixelChange> ChangePicture::between_planes(int x, int y) const {
   Corner pixel = look(x, y);
-  if (!pixel.seen || !field_->reaches(pixel.position))
+  if (!pixel.seen || !field_->affects(pixel.position))
     return std::nullopt;
   pixel.facing = field_->facing_of(pixel.triangle, pixel.direction);
   const int column = x / kBlock, row = y / kBlock;
@@ -274,7 +275,7 @@ std::optional<PixelChange> ChangePicture::between_planes(int x, int y) const {
   bool one_sun = true;
   for (int k = 0; k < 4; ++k) {
     const Corner& c = corner(column + (k & 1), row + (k >> 1));
-    if (!c.reached || c.facing != pixel.facing)
+    if (!c.affected || c.facing != pixel.facing)
       continue;
     first = first ? first : &c;
     one_sun = one_sun && same_sun(c.sun, first->sun);

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "runtime/base/render_camera.h"
-#include "runtime/indirect/room_change.h"
+#include "runtime/indirect/indirect_shadow.h"
 #include "runtime/picture/picture_renderer.h"
 #include "scene/room/ray_scene.h"
 
@@ -28,16 +28,16 @@ struct PixelChange {
 class ChangePicture {
 public:
   static constexpr float kThreshold = 0.005f;
-  /// Share of a change that is drawn, by its size relative to the light before it: 0 below half of kThreshold, 1 above
-  /// one and a half, smooth between.
-  static float drawn_share(const Rgb& change, const Rgb& before);
+  /// Fraction of a change that is drawn, by its size relative to the light before it: 0 below half of kThreshold, 1
+  /// above one and a half, smooth between.
+  static float drawn_fraction(const Rgb& change, const Rgb& before);
 
   /// The room as the camera sees it; holds until the camera moves. `renderer`: may know what
   /// its pixels show of the room; else rays are cast.
   void set_view(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer,
                 const glm::dvec3& origin);
   /// The field after its set_light(). `drawn`: where its objects cover all pixels around a corner nothing is looked up.
-  void update(const RoomChangeField& field, const RenderedFrame* drawn = nullptr);
+  void update(const IndirectShadow& field, const RenderedFrame* drawn = nullptr);
 
   /// Largest relative change that is not drawn, of the corners looked at.
   float left_out() const { return left_out_; }
@@ -59,11 +59,11 @@ public:
 
 private:
   struct Corner {
-    bool seen = false, reached = false;
+    bool seen = false, affected = false;
     bool visible = false; ///< some of the change is drawn here
     std::uint32_t triangle = 0, facing = 0;
     glm::dvec3 position{0.0}, direction{0.0};
-    RoomChange change;
+    IndirectChange change;
     Rgb sun{0.0f};
     float left_out = 0.0f; ///< of the change, relative to the light before
   };
@@ -71,7 +71,7 @@ private:
   const RayScene* rays_ = nullptr;
   const PictureRenderer* renderer_ = nullptr;
   glm::dvec3 origin_{0.0}; ///< of the renderer's points
-  const RoomChangeField* field_ = nullptr;
+  const IndirectShadow* field_ = nullptr;
   int columns_ = 0, rows_ = 0; ///< of blocks; corners are one more each way
   std::vector<Corner> corners_;
   std::vector<Rgb> ratios_;          ///< at the corners

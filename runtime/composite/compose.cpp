@@ -10,10 +10,10 @@
 
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/lane_vector.h"
 #include "runtime/composite/change_picture.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -105,9 +105,9 @@ struct RoomLoss {
 RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
   const float whole = 1.0f / drawn.lost_sky.w;
   const Rgb lost_sky = whole * Rgb(drawn.lost_sky);
-  const glm::vec3 shares = whole * glm::vec3(drawn.room);
-  return {point.open_sky_irradiance * shares.x + point.sun_normal_irradiance * shares.y + point.indirect_irradiance,
-          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * shares.z};
+  const glm::vec3 received = whole * glm::vec3(drawn.room);
+  return {point.open_sky_irradiance * received.x + point.sun_normal_irradiance * received.y + point.indirect_irradiance,
+          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * received.z};
 }
 
 /// The light between two points of a plane.
@@ -363,7 +363,7 @@ void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCame
   const DrawnPicture drawn{frame, camera};
   const Compositor compositor(photo, drawn, room, settings, change);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
-  tbb::parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
+  parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
     const int y0 = row * kBlock, y1 = std::min(y0 + kBlock, photo.height);
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y0) * photo.width;
     const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(y1 - y0) * photo.width;

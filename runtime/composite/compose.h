@@ -40,7 +40,7 @@ struct ComposeSettings {
 struct Composite {
   RgbImage picture;                  ///< linear, in the photograph's scale
   std::vector<std::uint8_t> touched; ///< per pixel: 0 = bit-identical to the photograph, 1 = shadow, 2 = object
-  std::vector<float> coverage;       ///< per pixel: share of it that visible virtual objects fill
+  std::vector<float> coverage;       ///< per pixel: fraction of it that visible virtual objects fill
   std::size_t object_pixels = 0, shadow_pixels = 0; ///< shadow: every pixel of the room that changes
 };
 

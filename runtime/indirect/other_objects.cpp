@@ -7,16 +7,16 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
 namespace daylit {
 
 namespace {
-constexpr int kRays = 64;             // from each point to each other object
-constexpr double kInset = 0.05;       // of the box: floors and walls touch it
-constexpr double kLeastShare = 0.002; // of a cosine-weighted hemisphere
+constexpr int kRays = 64;                // from each point to each other object
+constexpr double kInset = 0.05;          // of the box: floors and walls touch it
+constexpr double kLeastFraction = 0.002; // of a cosine-weighted hemisphere
 
 const DirectionPattern& pattern() {
   static const DirectionPattern made(kRays);
@@ -27,7 +27,7 @@ const DirectionPattern& pattern() {
 bool is_large(const BoundingSphere& other, const BoundingSphere& sphere) {
   const double nearest = glm::length(other.centre - sphere.centre) - sphere.radius;
   return other.radius > 0.0 &&
-         (nearest <= other.radius || other.radius * other.radius > kLeastShare * nearest * nearest);
+         (nearest <= other.radius || other.radius * other.radius > kLeastFraction * nearest * nearest);
 }
 } // namespace
 
@@ -62,7 +62,7 @@ void OtherObjects::mark_used(std::size_t part) {
   for (const glm::vec3& p : parts_->positions(part)) {
     const Cell cell = cell_of(part, glm::dvec3(p));
     for (int k = 0; k < 8; ++k)
-      lattices_[part].places[corner(cell, k)].used = true;
+      lattices_[part].points[corner(cell, k)].used = true;
   }
 }
 
@@ -70,34 +70,35 @@ bool OtherObjects::any() const {
   return std::any_of(lattices_.begin(), lattices_.end(), [](const Lattice& l) { return !l.others.empty(); });
 }
 
-glm::dvec3 OtherObjects::position(std::size_t part, std::size_t place) const {
-  const glm::dvec3 step(place % kSide, place / kSide % kSide, place / (kSide * kSide));
+glm::dvec3 OtherObjects::position(std::size_t part, std::size_t point) const {
+  const glm::dvec3 step(point % kSide, point / kSide % kSide, point / (kSide * kSide));
   const Bounds& box = parts_->box(part);
   return parts_->to_world(part, box.min + (kInset + (1.0 - 2.0 * kInset) / (kSide - 1) * step) * box.size());
 }
 
 /// The object itself hides nothing here: that is in its transfer vectors.
 void OtherObjects::look_around(std::size_t part, std::size_t which) {
-  Place& place = lattices_[part].places[which];
+  LatticePoint& point = lattices_[part].points[which];
   const glm::dvec3 x = position(part, which);
   float all = 0.0f, from_behind = 0.0f;
   for (const std::size_t other : lattices_[part].others)
-    find_covered_by(rays_, patches_, *parts_, {other, part}, x, pattern(), place.covered);
-  for (const Covered& c : place.covered) {
+    find_occluded_by(rays_, patches_, *parts_, {other, part}, x, pattern(), point.covered);
+  for (const OccludedDirection& c : point.covered) {
     all += c.weight;
     from_behind += c.object.back ? c.weight : 0.0f;
   }
-  place.open = from_behind <= 0.5f * all;
+  point.open = from_behind <= 0.5f * all;
 }
 
-Sh9Rgb OtherObjects::change_at(const Place& place, const glm::dvec3& x, std::span<const TwoSided> radiance) const {
+Sh9Rgb OtherObjects::change_at(const LatticePoint& point, const glm::dvec3& x,
+                               std::span<const TwoSided> radiance) const {
   Sh9Rgb sum{};
-  for (std::size_t k = 0; k < place.covered.size(); ++k) {
-    const Covered& c = place.covered[k];
+  for (std::size_t k = 0; k < point.covered.size(); ++k) {
+    const OccludedDirection& c = point.covered[k];
     Rgb change = object_radiance(c, radiance);
     if (c.behind)
       change -= c.behind->reflectance * patches_.irradiance(*c.behind) * std::numbers::inv_pi_v<float> +
-                sunlight_behind(c, k, sight_);
+                sunlight_behind(c, k, windows_);
     const std::array<float, 9> y = sh::evaluate9(glm::vec3(glm::normalize(c.position - x)));
     for (int i = 0; i < 9; ++i)
       sum[i] += c.weight * y[i] * change;
@@ -107,15 +108,15 @@ Sh9Rgb OtherObjects::change_at(const Place& place, const glm::dvec3& x, std::spa
 
 void OtherObjects::set_light(std::span<const TwoSided> radiance) {
   const bool trace = !std::exchange(traced_, true);
-  constexpr std::size_t kPlaces = kSide * kSide * kSide;
-  tbb::parallel_for(std::size_t{0}, kPlaces * lattices_.size(), [&](std::size_t k) {
-    Lattice& lattice = lattices_[k / kPlaces];
-    Place& place = lattice.places[k % kPlaces];
-    if (!place.used)
+  constexpr std::size_t kPoints = kSide * kSide * kSide;
+  parallel_for(std::size_t{0}, kPoints * lattices_.size(), [&](std::size_t k) {
+    Lattice& lattice = lattices_[k / kPoints];
+    LatticePoint& point = lattice.points[k % kPoints];
+    if (!point.used)
       return;
     if (trace)
-      look_around(k / kPlaces, k % kPlaces);
-    place.change = change_at(place, position(k / kPlaces, k % kPlaces), radiance);
+      look_around(k / kPoints, k % kPoints);
+    point.change = change_at(point, position(k / kPoints, k % kPoints), radiance);
   });
 }
 
@@ -125,16 +126,16 @@ Sh9Rgb OtherObjects::change(std::size_t part, const glm::dvec3& x) const {
   if (lattice.others.empty())
     return sum;
   const Cell cell = cell_of(part, parts_->to_own(part, x));
-  const glm::vec3& t = cell.share;
+  const glm::vec3& t = cell.fraction;
   float whole = 0.0f;
   for (int k = 0; k < 8; ++k) {
-    const Place& place = lattice.places[corner(cell, k)];
-    if (!place.open)
+    const LatticePoint& point = lattice.points[corner(cell, k)];
+    if (!point.open)
       continue;
     const float weight = (k & 1 ? t.x : 1 - t.x) * (k & 2 ? t.y : 1 - t.y) * (k & 4 ? t.z : 1 - t.z);
     whole += weight;
     for (int i = 0; i < 9; ++i)
-      sum[i] += weight * place.change[i];
+      sum[i] += weight * point.change[i];
   }
   for (Rgb& c : sum)
     c *= whole > 0.0f ? 1.0f / whole : 0.0f;

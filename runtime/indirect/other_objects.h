@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "runtime/indirect/covered_directions.h"
-#include "runtime/indirect/window_sight.h"
+#include "runtime/indirect/occluded_directions.h"
+#include "runtime/indirect/window_visibility.h"
 #include "runtime/object/relight.h"
 
 namespace daylit {
@@ -21,49 +21,49 @@ namespace daylit {
 /// Keeps references to everything given.
 class OtherObjects {
 public:
-  OtherObjects(const RayScene& room_rays, const RoomPatches& patches, const WindowSight& sight)
-      : rays_(room_rays), patches_(patches), sight_(sight) {}
+  OtherObjects(const RayScene& room_rays, const RoomPatches& patches, const WindowVisibility& windows)
+      : rays_(room_rays), patches_(patches), windows_(windows) {}
 
   /// `parts` must live until the next call.
   void set_objects(const PlacedParts& parts);
   /// Some object is large enough as seen from another. The rest has no effect where none is.
   bool any() const;
-  /// `radiance`: that leaves each vertex of all objects. After the frame of patches and sight. Rays are traced when an
-  /// object has moved.
+  /// `radiance`: that leaves each vertex of all objects. After the frame of patches and windows. Rays are traced when
+  /// an object has moved.
   void set_light(std::span<const TwoSided> radiance);
   /// Change of the radiance that arrives at a point of a part.
   Sh9Rgb change(std::size_t part, const glm::dvec3& x) const;
 
 private:
   static constexpr int kSide = 8; ///< points of the lattice
-  struct Place {
-    std::vector<Covered> covered;
+  struct LatticePoint {
+    std::vector<OccludedDirection> covered;
     bool used = false; ///< some vertex lies beside it
     bool open = true;  ///< not inside another object
     Sh9Rgb change{};
   };
   struct Lattice {
     std::vector<std::size_t> others; ///< near enough
-    std::array<Place, kSide * kSide * kSide> places;
+    std::array<LatticePoint, kSide * kSide * kSide> points;
   };
   const RayScene& rays_;
   const RoomPatches& patches_;
-  const WindowSight& sight_;
+  const WindowVisibility& windows_;
   const PlacedParts* parts_ = nullptr;
   std::vector<Lattice> lattices_;
   bool traced_ = false;
 
-  /// Of a point in the part's own frame: the lowest of the eight places around it, and where between them it lies.
+  /// Of a point in the part's own frame: the lowest of the eight points around it, and where between them it lies.
   struct Cell {
     glm::ivec3 lower{0};
-    glm::vec3 share{0.0f};
+    glm::vec3 fraction{0.0f};
   };
   Cell cell_of(std::size_t part, const glm::dvec3& own) const;
   static std::size_t corner(const Cell& cell, int k);
-  glm::dvec3 position(std::size_t part, std::size_t place) const;
+  glm::dvec3 position(std::size_t part, std::size_t point) const;
   void mark_used(std::size_t part);
-  void look_around(std::size_t part, std::size_t place);
-  Sh9Rgb change_at(const Place& place, const glm::dvec3& x, std::span<const TwoSided> radiance) const;
+  void look_around(std::size_t part, std::size_t point);
+  Sh9Rgb change_at(const LatticePoint& point, const glm::dvec3& x, std::span<const TwoSided> radiance) const;
 };
 
 } // namespace daylit

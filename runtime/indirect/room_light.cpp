@@ -19,7 +19,7 @@ namespace daylit {
 
 namespace {
 
-// Probes answer for the air: a point on a wall is asked for this far in front of it, metres.
+// Probes answer for the air: light on a wall is looked up this far in front of it, metres.
 constexpr double kAir = 1e-3;
 
 struct CornerLight {
@@ -137,7 +137,7 @@ const Block& RoomLight::State::current_block(const LatticeKey& key) const {
 }
 
 RoomPoint RoomLight::State::point(std::uint32_t triangle, const CornerLight& light) const {
-  // The shares of the sun carry its cosine and the mean transmittance of the pane.
+  // The visibilities of the sun carry its cosine and the mean transmittance of the pane.
   return {light.indirect, light.open_sky, sun_normal_irradiance, room.material(room.triangles[triangle]).reflectance};
 }
 

@@ -43,7 +43,7 @@ public:
   /// The same without cells: the slow twin.
   RoomPoint evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
 
-  /// The indirect part alone, for points that are asked for again: which probes light x, a point in the air, and what
+  /// The indirect part alone, for points that are looked up again: which probes light x, a point in the air, and what
   /// they give a surface of normal n.
   VertexProbes probes_at(const glm::dvec3& x) const;
   Rgb indirect_irradiance(const glm::dvec3& n, const VertexProbes& probes) const;

@@ -4,7 +4,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/indirect/window_sight.h"
+#include "runtime/indirect/window_visibility.h"
 
 namespace daylit {
 
@@ -24,10 +24,10 @@ void RoomPatches::set_frame(std::span<const SkyMap> pyramid, std::span<const Ape
 RoomPatch* RoomPatches::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const std::uint32_t facing = planes_.facing_of(triangle, direction);
   const RoomFacing& f = planes_[facing];
-  const LatticeKey place{static_cast<std::int64_t>(std::floor(glm::dot(f.u, x) / kPatch_m)),
-                         static_cast<std::int64_t>(std::floor(glm::dot(f.v, x) / kPatch_m)), facing};
+  const LatticeKey cell{static_cast<std::int64_t>(std::floor(glm::dot(f.u, x) / kPatch_m)),
+                        static_cast<std::int64_t>(std::floor(glm::dot(f.v, x) / kPatch_m)), facing};
   const std::uint32_t material = room_.triangles[triangle].material;
-  const LatticeKey key{place.i, place.j, facing * static_cast<std::uint32_t>(room_.materials.size()) + material};
+  const LatticeKey key{cell.i, cell.j, facing * static_cast<std::uint32_t>(room_.materials.size()) + material};
   if (const auto found = patches_.find(key); found != patches_.end())
     return found->second.get();
   auto made = std::make_unique<RoomPatch>();
@@ -36,7 +36,7 @@ RoomPatch* RoomPatches::at(std::uint32_t triangle, const glm::dvec3& x, const gl
   for (int k = 0; k < kPatchPoints * kPatchPoints && !made->lit; ++k) {
     const int step = (k + kPatchPoints * kPatchPoints / 2) % (kPatchPoints * kPatchPoints); // the middle first
     const double s = (step % kPatchPoints + 0.5) / kPatchPoints, t = (step / kPatchPoints + 0.5) / kPatchPoints;
-    made->point = f.corner(place.i, place.j, kPatch_m) + kPatch_m * (s * f.u + t * f.v);
+    made->point = f.corner(cell.i, cell.j, kPatch_m) + kPatch_m * (s * f.u + t * f.v);
     RayHit below;
     const glm::dvec3 air = made->point + kAirGap_m * f.normal;
     if (!rays_.closest(rays_.to_local(air), glm::vec3(-f.normal), 0.0f, static_cast<float>(2.0 * kAirGap_m), below) ||

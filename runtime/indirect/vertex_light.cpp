@@ -1,7 +1,6 @@
 #include "runtime/indirect/vertex_light.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -13,7 +12,7 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
   const ObjectSurface& surface = objects.surface;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const Sh9Rgb arriving = change(k, surface.positions[i]);
         const Rgb& rho = surface.reflectance[i];
@@ -27,12 +26,12 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
 
 } // namespace
 
-void add_arriving_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+void add_arriving_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
       objects, [&](std::size_t part, const glm::dvec3& x) { return field.arriving_change(part, x); }, radiance);
 }
 
-void add_exchanged_change(const RoomChangeField& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+void add_exchanged_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
       objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged_change(part, x); }, radiance);
 }
@@ -46,7 +45,7 @@ std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<
   std::vector<glm::vec3> normals;
   std::vector<Rgb VertexLight::*> sides;
   std::vector<std::size_t> vertices;
-  const auto ask = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
+  const auto add = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
     points.push_back(surface.positions[i]);
     normals.push_back(n);
     sides.push_back(side);
@@ -59,9 +58,9 @@ std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<
     if (!in_view[i])
       continue;
     ++lit;
-    ask(i, surface.normals[i], &VertexLight::open_sky_front);
+    add(i, surface.normals[i], &VertexLight::open_sky_front);
     if (has_back[i])
-      ask(i, -surface.normals[i], &VertexLight::open_sky_back);
+      add(i, -surface.normals[i], &VertexLight::open_sky_back);
   }
   const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, points, normals);
   for (std::size_t k = 0; k < open.size(); ++k)

@@ -10,8 +10,8 @@ namespace daylit::detail {
 
 namespace {
 
-constexpr int kCellsPerSide = 8;     ///< of the common dictionaries; 6 to 9 occur
-constexpr double kCornerShare = 0.1; ///< of a side, left out at both ends: the neighbouring edge blurs in
+constexpr int kCellsPerSide = 8;        ///< of the common dictionaries; 6 to 9 occur
+constexpr double kCornerFraction = 0.1; ///< of a side, left out at both ends: the neighbouring edge blurs in
 constexpr double kProfileStep_px = 0.25;
 constexpr double kLeastContrast = 30; ///< of 3 x 255
 constexpr double kLargestMove_px = 3.0;
@@ -20,7 +20,7 @@ struct Line {
   glm::dvec2 point, direction;
 };
 
-/// Where the brightness rises on the way from dark to light, as a share of the way: the centroid of its slope. Exact
+/// Where the brightness rises on the way from dark to light, as a fraction of the way: the centroid of its slope. Exact
 /// for a straight edge in pixels that integrate over their area. Empty when it does not rise.
 std::optional<double> rise(const GreyImage& image, const glm::dvec2& from, const glm::dvec2& to) {
   const int steps = std::max(4, static_cast<int>(glm::length(to - from) / kProfileStep_px));
@@ -34,8 +34,8 @@ std::optional<double> rise(const GreyImage& image, const glm::dvec2& from, const
   const double contrast = before - dark;
   if (!(contrast > kLeastContrast))
     return std::nullopt;
-  const double share = moment / contrast;
-  return share > 0 && share < 1 ? std::optional(share) : std::nullopt;
+  const double fraction = moment / contrast;
+  return fraction > 0 && fraction < 1 ? std::optional(fraction) : std::nullopt;
 }
 
 Line fit(const std::vector<glm::dvec2>& points) {
@@ -59,13 +59,13 @@ double distance(const Line& line, const glm::dvec2& p) {
 /// The side between two corners; `outward` is the unit normal away from the square.
 std::optional<Line> fit_side(const GreyImage& image, const glm::dvec2& a, const glm::dvec2& b,
                              const glm::dvec2& outward) {
-  const double length = glm::length(b - a), reach = std::clamp(0.6 * length / kCellsPerSide, 1.5, 5.0);
+  const double length = glm::length(b - a), extent = std::clamp(0.6 * length / kCellsPerSide, 1.5, 5.0);
   const int samples = std::clamp(static_cast<int>(length), 12, 96);
   std::vector<glm::dvec2> points;
   for (int i = 0; i < samples; ++i) {
-    const glm::dvec2 middle = a + (b - a) * (kCornerShare + (1 - 2 * kCornerShare) * (i + 0.5) / samples);
-    if (const auto share = rise(image, middle - reach * outward, middle + reach * outward))
-      points.push_back(middle + (2 * *share - 1) * reach * outward);
+    const glm::dvec2 middle = a + (b - a) * (kCornerFraction + (1 - 2 * kCornerFraction) * (i + 0.5) / samples);
+    if (const auto fraction = rise(image, middle - extent * outward, middle + extent * outward))
+      points.push_back(middle + (2 * *fraction - 1) * extent * outward);
   }
   if (points.size() < static_cast<std::size_t>(samples) / 2)
     return std::nullopt;

@@ -95,7 +95,7 @@ Result<InteriorInput> read_interior(const RunConfig& config) {
   if (config.world_from_camera)
     input.world_from_camera = *config.world_from_camera;
   if (!config.world_from_camera && !config.marker)
-    return Error{ErrorCode::not_found, "the camera's place is unknown", "[pose]", "give [pose] or [marker]"};
+    return Error{ErrorCode::not_found, "the camera's pose is unknown", "[pose]", "give [pose] or [marker]"};
   if (!config.world_from_camera || config.interior.scale_from_marker)
     if (const auto used = use_marker(config, *config.marker, input); !used)
       return used.error();
@@ -133,16 +133,16 @@ Result<PhotoScale> scale_from_marker(const RunConfig& config, const InteriorInpu
   if (!rays)
     return rays.error();
   const glm::dvec3 normal(config.marker->world_from_board[2]);
-  const glm::dvec3 place = glm::dvec3(config.marker->world_from_board[3]) + kOffPaper_m * normal;
+  const glm::dvec3 point = glm::dvec3(config.marker->world_from_board[3]) + kOffPaper_m * normal;
   const LightField field = combine(*volume, region_radiance(sky, volume->partition));
-  const std::optional<Sh9Rgb> around = sampler->sample(field, place);
+  const std::optional<Sh9Rgb> around = sampler->sample(field, point);
   if (!around)
     return Error{ErrorCode::geometry_invalid, "the marker lies outside the room or inside furniture",
                  "[marker] world_from_board",
-                 "measure the place of the marker's centre in the room's frame, in metres"};
+                 "measure the position of the marker's centre in the room's frame, in metres"};
   const Sky outside(sky);
   const DirectSky direct(volume->room, volume->apertures, *rays, outside);
-  const Rgb irradiance_here = irradiance(*around, glm::vec3(normal)) + direct.irradiance(place, normal);
+  const Rgb irradiance_here = irradiance(*around, glm::vec3(normal)) + direct.irradiance(point, normal);
   return scale_from_marker(*input.marker_white, irradiance_here, config.marker->white_reflectance,
                            config.interior.colour_matrix);
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the interior camera contributes to a frame: its picture, lens, place, and how its values compare with radiance.
+// What the interior camera contributes to a frame: its picture, lens, pose, and how its values compare with radiance.
 
 #include <optional>
 #include <string>
@@ -20,7 +20,7 @@ struct InteriorInput {
   Photograph photo;
   LensModel lens; ///< for the picture's size
   glm::dmat4 world_from_camera{1.0};
-  std::optional<MarkerPose> pose;  ///< when the place comes from a marker
+  std::optional<MarkerPose> pose;  ///< when the pose comes from a marker
   std::optional<Rgb> marker_white; ///< linear RGB of the paper around it, for scale = "marker"
   std::vector<std::string> notes;  ///< one line per thing a user should know
 };

@@ -60,7 +60,7 @@ std::optional<cv::Ptr<cv::aruco::Dictionary>> dictionary_named(const std::string
   return std::nullopt;
 }
 
-/// The sum of the code values: a camera's curve is smooth enough not to shift the steepest place of an edge.
+/// The sum of the code values: a camera's curve is smooth enough not to shift the steepest point of an edge.
 detail::GreyImage grey_image(const Rgb8Image& picture) {
   detail::GreyImage image{picture.width, picture.height, std::vector<float>(picture.bytes.size() / 3)};
   for (std::size_t i = 0; i < image.value.size(); ++i)

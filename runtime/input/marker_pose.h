@@ -42,7 +42,7 @@ struct SeenMarker {
   std::array<glm::dvec2, 4> corner_px{};
 };
 
-/// The board positions, metres, that belong to SeenMarker::corner_px. The one place where OpenCV's order and frame
+/// The board positions, metres, that belong to SeenMarker::corner_px. The only function where OpenCV's order and frame
 /// (y down, clockwise from the top left) meet ours (y up).
 std::array<glm::dvec2, 4> board_corners(const PlacedMarker& marker);
 

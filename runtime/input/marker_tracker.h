@@ -14,7 +14,7 @@ public:
   explicit MarkerTracker(BoardLayout board) : board_(std::move(board)) {}
 
   /// As find_markers() for the markers of the board. The whole picture is searched for the first frame, while a marker
-  /// of the board is not in view, and when one left the surroundings of its last place.
+  /// of the board is not in view, and when one left the surroundings of its last position.
   Result<std::vector<SeenMarker>> find(const Rgb8Image& picture);
   const BoardLayout& board() const { return board_; }
 

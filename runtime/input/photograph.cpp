@@ -76,7 +76,7 @@ Result<CameraResponse> CameraResponse::parse(const std::string& text, const std:
     ++code;
   }
   if (code != 256)
-    return response_error(std::to_string(code) + " code values in place of 256", name);
+    return response_error(std::to_string(code) + " code values instead of 256", name);
   for (std::size_t c = 0; c < 3; ++c) {
     if (!(value[c][255] > value[c][0] && value[c][255] < 1e30))
       return response_error("the response does not rise", name);

@@ -30,7 +30,7 @@ public:
 
   float decode(std::uint8_t code, int channel) const { return exposure_[static_cast<std::size_t>(channel)][code]; }
   Rgb decode(const std::uint8_t* rgb) const { return {decode(rgb[0], 0), decode(rgb[1], 1), decode(rgb[2], 2)}; }
-  /// Code whose place on the curve is nearest: the curve between two codes is taken as straight, the border halfway.
+  /// Code whose point on the curve is nearest: the curve between two codes is taken as straight, the border halfway.
   std::uint8_t encode(float linear, int channel) const;
 
 private:

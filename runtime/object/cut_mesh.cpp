@@ -7,9 +7,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
@@ -18,12 +17,12 @@ namespace {
 
 constexpr float kEnd = 0.02f;   // of an edge: no cuts so close to its ends
 constexpr float kSlit = 0.001f; // of an edge, to each side: so that the light of a cut is found on its own side
-constexpr float kSame = 1e-3f;  // of an edge: vertices closer are one place
+constexpr float kSame = 1e-3f;  // of an edge: vertices closer are one point
 constexpr int kMostHits = 16;   // along an edge
 
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// Vertices in the order of their places, so that edges on both sides of a seam are cut alike.
+/// Vertices in the order of their positions, so that edges on both sides of a seam are cut alike.
 struct Edge {
   std::uint32_t from = 0, to = 0;
   bool operator==(const Edge&) const = default;
@@ -42,7 +41,7 @@ public:
 
   std::size_t cut() {
     std::vector<float> at(edges_.size(), -1.0f);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, edges_.size(), 256), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::size_t>(0, edges_.size(), 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i)
         at[i] = crossing(edges_[i]).value_or(-1.0f);
     });
@@ -56,10 +55,10 @@ public:
         add_vertex(edges_[i], at[i] - kSlit);
         add_vertex(edges_[i], at[i] + kSlit);
       }
-    std::vector<Triangle> pieces;
+    std::vector<Triangle> parts;
     for (const Triangle& t : mesh_.triangles)
-      add_pieces(t, pieces);
-    mesh_.triangles = std::move(pieces);
+      add_parts(t, parts);
+    mesh_.triangles = std::move(parts);
     return cuts;
   }
 
@@ -115,7 +114,7 @@ private:
     return e.from == a ? Ends{ends_[i], ends_[i] + 1} : Ends{ends_[i] + 1, ends_[i]};
   }
 
-  void add_pieces(const Triangle& t, std::vector<Triangle>& pieces) const {
+  void add_parts(const Triangle& t, std::vector<Triangle>& parts) const {
     std::array<std::optional<Ends>, 3> cut; // of the edges from each corner to the next
     std::size_t cuts = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -123,13 +122,13 @@ private:
       cuts += cut[k].has_value();
     }
     if (cuts == 0) {
-      pieces.push_back(t);
+      parts.push_back(t);
       return;
     }
     if (cuts == 3) {
       for (std::size_t k = 0; k < 3; ++k)
-        pieces.push_back({t[k], (*cut[k])[0], (*cut[(k + 2) % 3])[1]});
-      pieces.push_back({(*cut[0])[1], (*cut[1])[1], (*cut[2])[1]});
+        parts.push_back({t[k], (*cut[k])[0], (*cut[(k + 2) % 3])[1]});
+      parts.push_back({(*cut[0])[1], (*cut[1])[1], (*cut[2])[1]});
       return;
     }
     std::size_t k = 0; // turned so that edge k is cut and, of two, the one before it as well
@@ -138,11 +137,11 @@ private:
     const std::uint32_t a = t[k], b = t[(k + 1) % 3], c = t[(k + 2) % 3];
     const Ends& ab = *cut[k];
     if (cuts == 1) {
-      pieces.insert(pieces.end(), {{a, ab[0], c}, {ab[1], b, c}});
+      parts.insert(parts.end(), {{a, ab[0], c}, {ab[1], b, c}});
       return;
     }
     const Ends& ca = *cut[(k + 2) % 3];
-    pieces.insert(pieces.end(), {{a, ab[0], ca[1]}, {ab[1], b, c}, {ab[1], c, ca[0]}});
+    parts.insert(parts.end(), {{a, ab[0], ca[1]}, {ab[1], b, c}, {ab[1], c, ca[0]}});
   }
 
   ObjectMesh& mesh_;

@@ -23,14 +23,14 @@ PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
     const glm::dmat3 linear(part.world_from_object);
     c.scale = std::cbrt(std::fabs(glm::determinant(linear)));
     c.own_from_world = glm::transpose(linear / c.scale);
-    c.place = glm::dvec3(part.world_from_object[3]);
+    c.position = glm::dvec3(part.world_from_object[3]);
     for (const glm::vec3& p : part.positions)
       c.box.include(glm::dvec3(p));
     double radius = 0.0;
     for (const glm::vec3& p : part.positions)
       radius = std::max(radius, glm::length(glm::dvec3(p) - c.box.centre()));
     if (!c.box.empty())
-      c.sphere = {c.place + linear * c.box.centre(), c.scale * radius};
+      c.sphere = {c.position + linear * c.box.centre(), c.scale * radius};
     casters_.push_back(c);
   }
 }
@@ -41,7 +41,7 @@ glm::dvec3 PlacedParts::to_world(std::size_t which, const glm::dvec3& own) const
 
 glm::dvec3 PlacedParts::to_own(std::size_t which, const glm::dvec3& world) const {
   const Caster& c = casters_[which];
-  return c.own_from_world * (world - c.place) / c.scale;
+  return c.own_from_world * (world - c.position) / c.scale;
 }
 
 PartHit PlacedParts::part_hit(const Caster& c, const glm::vec3& own_direction, const RayHit& found) const {
@@ -104,9 +104,9 @@ bool PlacedParts::hidden(const glm::dvec3& x, const glm::dvec3& w, double distan
   return false;
 }
 
-bool PlacedParts::covered(const glm::dvec3& x, const glm::dvec3& w) const { return covered(x, {&w, 1}) != 0; }
+bool PlacedParts::occluded(const glm::dvec3& x, const glm::dvec3& w) const { return occluded(x, {&w, 1}) != 0; }
 
-std::uint32_t PlacedParts::covered(const glm::dvec3& x, std::span<const glm::dvec3> directions) const {
+std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions) const {
   std::uint32_t all = 0;
   for (std::size_t part = 0; part < casters_.size(); ++part) {
     const Caster& c = casters_[part];

@@ -55,15 +55,15 @@ public:
   /// The front of a part other than `ignored` lies in the direction, nearer than that: x is not inside it.
   bool hidden(const glm::dvec3& x, const glm::dvec3& direction, double distance_m, std::size_t ignored) const;
   /// Some part lies in the direction.
-  bool covered(const glm::dvec3& x, const glm::dvec3& direction) const;
+  bool occluded(const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same of up to sixteen directions: bit k is direction k.
-  std::uint32_t covered(const glm::dvec3& x, std::span<const glm::dvec3> directions) const;
+  std::uint32_t occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions) const;
 
 private:
   struct Caster {
     PlacedPart part;
     glm::dmat3 own_from_world{1.0}; ///< rotation only
-    glm::dvec3 place{0.0};
+    glm::dvec3 position{0.0};
     double scale = 1.0;
     Bounds box;
     BoundingSphere sphere;

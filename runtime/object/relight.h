@@ -48,7 +48,7 @@ struct TwoSided {
 };
 /// All that leaves each vertex but for the sun's light: `indirect`, and what it reflects of the windows' light.
 /// `windows`: that light at the objects' middle, unshadowed. The irradiance is summed over them, because nine
-/// coefficients put light on the side that faces away; the share that the object itself blocks is that of the
+/// coefficients put light on the side that faces away; the fraction that the object itself blocks is that of the
 /// coefficients.
 std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
                                       std::span<const glm::vec3> normals,
@@ -56,8 +56,8 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
 
 /// Nine coefficients can ring: where an irradiance came out negative it was drawn as none.
 struct Ringing {
-  std::size_t vertices = 0; ///< at which some channel was
-  double added_share = 0.0; ///< light so added / indirect light of all vertices
+  std::size_t vertices = 0;    ///< at which some channel was
+  double added_fraction = 0.0; ///< light so added / indirect light of all vertices
 };
 
 /// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the

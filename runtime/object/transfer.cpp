@@ -9,10 +9,9 @@
 #include <numeric>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/orthonormal.h"
+#include "scene/core/parallel.h"
 #include "scene/room/ray_scene.h"
 #include "sh/sh9.h"
 
@@ -83,19 +82,19 @@ struct Occluder {
   RayScene scene;
   IncidentFaces incident;
 
-  enum class Sight { clear, front, back };
+  enum class Hit { none, front, back };
   /// What a ray from a vertex meets. A direction above the smooth normal's tangent plane may dip below a coarse mesh's
   /// own facets and leave through its far side: that hit, on the back of a face, is no occluder.
-  Sight look(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w,
-             RayHit& hit) const {
+  Hit look(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w,
+           RayHit& hit) const {
     if (!scene.closest(origin, w, scene.surface_offset(), std::numeric_limits<float>::infinity(), hit))
-      return Sight::clear;
+      return Hit::none;
     const auto& t = mesh->triangles[hit.triangle];
     const glm::vec3 a = mesh->positions[t[0]];
     const glm::vec3 face = glm::cross(mesh->positions[t[1]] - a, mesh->positions[t[2]] - a);
     if (glm::dot(face, w) < 0.0f)
-      return Sight::front;
-    return incident.dips_below(vertex, normal, w) ? Sight::clear : Sight::back;
+      return Hit::front;
+    return incident.dips_below(vertex, normal, w) ? Hit::none : Hit::back;
   }
 };
 
@@ -108,7 +107,7 @@ struct Blocker {
 struct Side {
   TransferVector transfer;
   std::vector<Blocker> blockers;
-  double back_share; ///< of the rays, that meet the back of a face
+  double back_fraction; ///< of the rays, that meet the back of a face
 };
 
 Side side_transfer(const Occluder& occluder, std::uint32_t vertex, const glm::dvec3& normal,
@@ -125,16 +124,16 @@ Side side_transfer(const Occluder& occluder, std::uint32_t vertex, const glm::dv
   for (const glm::dvec3& d : directions) {
     RayHit hit;
     const glm::dvec3 w = d.x * basis.u + d.y * basis.v + d.z * normal;
-    const Occluder::Sight sight = occluder.look(vertex, origin, glm::vec3(normal), glm::vec3(w), hit);
-    if (sight == Occluder::Sight::clear)
+    const Occluder::Hit seen = occluder.look(vertex, origin, glm::vec3(normal), glm::vec3(w), hit);
+    if (seen == Occluder::Hit::none)
       continue;
-    backs += sight == Occluder::Sight::back;
-    side.blockers.push_back({hit, sight == Occluder::Sight::back});
+    backs += seen == Occluder::Hit::back;
+    side.blockers.push_back({hit, seen == Occluder::Hit::back});
     const std::array<double, 9> y = sh::evaluate9(w);
     for (int i = 0; i < 9; ++i)
       sum[i] -= weight * y[i];
   }
-  side.back_share = static_cast<double>(backs) / static_cast<double>(directions.size());
+  side.back_fraction = static_cast<double>(backs) / static_cast<double>(directions.size());
   for (int i = 0; i < 9; ++i)
     side.transfer[i] = static_cast<float>(sum[i]);
   return side;
@@ -189,7 +188,7 @@ void fill_buried(const ObjectMesh& mesh, const std::vector<bool>& buried, Transf
         (transfer[v].*side)[i] = sum[v][i] / static_cast<float>(neighbours[v]);
 }
 
-constexpr double kBuriedShare = 0.5;
+constexpr double kBuriedFraction = 0.5;
 
 } // namespace
 
@@ -206,7 +205,7 @@ Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, con
   std::vector<std::vector<Blocker>> blockers(vertices);
   std::vector<std::uint8_t> is_buried(vertices, 0);
   const auto for_each_vertex = [&](const auto& work) {
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, vertices, 64), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::uint32_t>(0, vertices, 64), [&](const auto& range) {
       for (std::uint32_t v = range.begin(); v != range.end(); ++v)
         work(v);
     });
@@ -216,7 +215,7 @@ Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, con
     Side front = side_transfer(occluder, v, n, directions);
     transfer[v].front = front.transfer;
     blockers[v] = std::move(front.blockers);
-    is_buried[v] = front.back_share > kBuriedShare;
+    is_buried[v] = front.back_fraction > kBuriedFraction;
     if (!closed)
       transfer[v].back = side_transfer(occluder, v, -n, directions).transfer;
   });

@@ -81,7 +81,7 @@ Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t>
     std::memcpy(transfer.data(), bytes.data() + sizeof(header), vertices * sizeof(VertexTransfer));
   for (const VertexTransfer& t : transfer) {
     if (!(t.again >= 0.0f && t.again <= 1.0f))
-      return malformed(path, "a share is out of range");
+      return malformed(path, "a fraction is out of range");
     for (const TransferVector* side : {&t.front, &t.back, &t.bounce})
       for (const float c : *side)
         if (!(std::fabs(c) <= kLargestCoefficient))

@@ -6,15 +6,14 @@
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/relight.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
-Result<void> VirtualObjects::place(std::size_t k, const ObjectConfig& placement) {
+Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& placement) {
   const glm::dmat4 world_from_object = object_transform(placement);
   const glm::dmat3 linear(world_from_object);
   const double scale = std::cbrt(std::fabs(glm::determinant(linear)));
@@ -24,7 +23,7 @@ Result<void> VirtualObjects::place(std::size_t k, const ObjectConfig& placement)
   Part& part = parts[k];
   part.world_from_object = world_from_object;
   const glm::mat3 rotation(linear / scale);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part.mesh.positions.size(), 1024), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, part.mesh.positions.size(), 1024), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const std::size_t at = part.first_vertex + i;
       surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
@@ -76,7 +75,7 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   if (!rays)
     return rays.error();
   all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first});
-  return all.place(all.parts.size() - 1, placement);
+  return all.set_placement(all.parts.size() - 1, placement);
 }
 
 } // namespace

@@ -30,7 +30,7 @@ struct VirtualObjects {
   std::size_t transfers_cached = 0, transfers_computed = 0;
 
   /// Places part k anew. Error value_invalid: there is no such part, or the scale is not positive and finite.
-  Result<void> place(std::size_t k, const ObjectConfig& placement);
+  Result<void> set_placement(std::size_t k, const ObjectConfig& placement);
   /// Of part k in the world; radius 0 when there is none.
   BoundingSphere bounds(std::size_t k) const;
 };

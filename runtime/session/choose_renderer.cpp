@@ -20,7 +20,7 @@ Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const 
                                                          std::span<const Aperture> apertures,
                                                          std::vector<std::string>& notes,
                                                          const RenderSettings& settings) {
-  if (backend == Backend::rays || backend == Backend::rays_unshared)
+  if (backend == Backend::rays || backend == Backend::rays_reference)
     return make_rays(room, apertures, backend == Backend::rays);
   const bool may_fall_back = backend == Backend::automatic;
   auto context = create_gl_context(backend == Backend::osmesa   ? GlBackend::osmesa

@@ -16,10 +16,10 @@ enum class Backend {
   osmesa, ///< OpenGL by the library that needs no driver: slow, for comparison
   window, ///< OpenGL of a desktop's display server
   rays,
-  rays_unshared, ///< every pixel traces every light: the slow twin of rays
+  rays_reference, ///< every pixel traces every light: the slow twin of rays
 };
 
-/// `notes`: what was chosen against expectation; `settings`: of the picture by OpenGL. Error: the one asked for does
+/// `notes`: what was chosen against expectation; `settings`: of the picture by OpenGL. Error: the chosen one does
 /// not start.
 Result<std::unique_ptr<PictureRenderer>> choose_renderer(Backend backend, const Room& room,
                                                          std::span<const Aperture> apertures,

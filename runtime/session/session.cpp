@@ -7,7 +7,7 @@
 
 #include "runtime/composite/camera_match.h"
 #include "runtime/composite/change_picture.h"
-#include "runtime/indirect/room_change.h"
+#include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/vertex_light.h"
 #include "runtime/object/relight.h"
@@ -44,7 +44,7 @@ struct Session::State {
   std::optional<RayScene> room_rays;
   std::unique_ptr<PictureRenderer> renderer;
   std::optional<RoomLight> room_light;
-  std::optional<RoomChangeField> room_change; ///< empty: not drawn
+  std::optional<IndirectShadow> indirect_shadow; ///< empty: not drawn
   ChangePicture change_picture;
   std::optional<SkyResampler> resampler;
   std::shared_ptr<const SkyGeometry> region_geometry; ///< what region_sums was made for
@@ -68,7 +68,7 @@ struct Session::State {
   RenderedFrame drawn;
   Frame frame;
   bool has_samples = false, has_probes = false, has_object_light = false, has_drawn = false, has_picture = false,
-       has_view = false, has_room_light = false, has_room_change_sky = false;
+       has_view = false, has_room_light = false, has_indirect_shadow_sky = false;
   ShownParts shown;
 
   Result<void> load(const RunConfig& from, int width, int height, const Progress& progress);
@@ -77,15 +77,15 @@ struct Session::State {
   Result<void> move_objects();
   void find_probes();
   void measure_sky(const SkyImage& sky, StageClock& clock);
-  void look_at_sky(const SkyImage& sky, std::uint64_t sky_number);
+  void look_at_sky(const SkyImage& sky, std::uint64_t sky_id);
   void sample();
   Result<std::vector<VertexLight>> vertex_light(FrameReport& report);
   Result<void> draw(StageClock& clock);
-  void see_own_shadow();
+  void add_indirect_feedback();
   void see_each_other();
   void tell_what_leaves_objects();
   void change_room();
-  void compose_picture(const RgbImage& photo, std::uint64_t photo_number);
+  void compose_picture(const RgbImage& photo, std::uint64_t photo_id);
   void report_frame();
 };
 
@@ -113,12 +113,12 @@ Result<void> Session::State::start_renderer() {
 Result<void> Session::State::move_objects() {
   sphere = objects.surface.bounds();
   has_samples = has_probes = has_object_light = has_drawn = false;
-  if (room_change) {
+  if (indirect_shadow) {
     std::vector<PlacedPart> parts;
     for (const VirtualObjects::Part& part : objects.parts)
       parts.push_back(
           {&part.rays, part.mesh.triangles, part.mesh.positions, part.first_vertex, part.world_from_object});
-    room_change->set_objects(std::move(parts));
+    indirect_shadow->set_objects(std::move(parts));
   }
   return renderer->set_objects(objects.surface);
 }
@@ -152,8 +152,8 @@ Result<void> Session::State::load(const RunConfig& from, int width, int height, 
     return rays.error();
   room_rays.emplace(std::move(*rays));
   room_light.emplace(volume.room, *room_rays, *sampler);
-  if (config.room_change)
-    room_change.emplace(volume.room, *room_rays, volume.apertures, *room_light);
+  if (config.indirect_shadow)
+    indirect_shadow.emplace(volume.room, *room_rays, volume.apertures, *room_light);
   auto read_lens_file = read_lens(config.interior.lens);
   if (!read_lens_file)
     return read_lens_file.error();
@@ -191,12 +191,12 @@ void Session::State::measure_sky(const SkyImage& sky, StageClock& clock) {
   clock.end("regions");
   light_field->update(regions);
   clock.end("combine");
-  has_samples = has_room_light = has_room_change_sky = has_object_light = has_drawn = has_picture = false;
+  has_samples = has_room_light = has_indirect_shadow_sky = has_object_light = has_drawn = has_picture = false;
 }
 
-void Session::State::look_at_sky(const SkyImage& sky, std::uint64_t sky_number) {
+void Session::State::look_at_sky(const SkyImage& sky, std::uint64_t sky_id) {
   StageClock clock(sky_report);
-  const bool same = sky_memory.same_as(sky.image(), sky_number, sky.geometry().get());
+  const bool same = sky_memory.same_as(sky.image(), sky_id, sky.geometry().get());
   clock.end("compare");
   if (same)
     return;
@@ -220,25 +220,25 @@ Result<std::vector<VertexLight>> Session::State::vertex_light(FrameReport& repor
   const Sh9Rgb direct = direct_coefficients(pyramid, cells, lights.sun, volume.apertures, sphere.centre);
   indirect = relight_vertices(light_field->field(), vertex_probes, objects.transfer, direct, surface.reflectance,
                               &report.ringing);
-  see_own_shadow();
+  add_indirect_feedback();
   see_each_other();
   return light_vertices(surface, objects.has_back, *in_view, indirect, pyramid, cells, report.vertices_lit);
 }
 
 /// The objects stand in a room on which they cast shadows: what they see of it changes their indirect light.
-void Session::State::see_own_shadow() {
-  if (!room_change)
+void Session::State::add_indirect_feedback() {
+  if (!indirect_shadow)
     return;
-  room_change->set_sky(pyramid, sun, std::exchange(has_room_change_sky, true));
-  add_arriving_change(*room_change, objects, indirect);
+  indirect_shadow->set_sky(pyramid, sun, std::exchange(has_indirect_shadow_sky, true));
+  add_arriving_change(*indirect_shadow, objects, indirect);
 }
 
 void Session::State::see_each_other() {
-  if (!room_change || !room_change->objects_see_each_other())
+  if (!indirect_shadow || !indirect_shadow->objects_see_each_other())
     return;
   tell_what_leaves_objects();
-  room_change->exchange();
-  add_exchanged_change(*room_change, objects, indirect);
+  indirect_shadow->exchange();
+  add_exchanged_change(*indirect_shadow, objects, indirect);
 }
 
 Result<void> Session::State::draw(StageClock& clock) {
@@ -257,30 +257,30 @@ Result<void> Session::State::draw(StageClock& clock) {
   frame.report.shadow_rays = renderer->shadow_rays();
   has_drawn = has_object_light = true;
   change_room();
-  if (room_change)
-    clock.end("room_change");
+  if (indirect_shadow)
+    clock.end("indirect_shadow");
   return {};
 }
 
 void Session::State::tell_what_leaves_objects() {
   const ObjectSurface& surface = objects.surface;
   const std::vector<DirectionalLight> windows = window_lights(pyramid, cells, sphere.centre);
-  room_change->set_light(vertex_radiance(indirect, windows, surface.normals, objects.transfer, surface.reflectance),
-                         surface.positions, surface.normals, surface.reflectance);
+  indirect_shadow->set_light(vertex_radiance(indirect, windows, surface.normals, objects.transfer, surface.reflectance),
+                             surface.positions, surface.normals, surface.reflectance);
 }
 
 /// What the objects do to the room's indirect light, in the camera's view.
 void Session::State::change_room() {
-  if (!room_change)
+  if (!indirect_shadow)
     return;
   tell_what_leaves_objects();
   if (!has_view)
     change_picture.set_view(camera, *room_rays, renderer.get(), drawn.origin);
   has_view = true;
-  change_picture.update(*room_change, &drawn);
+  change_picture.update(*indirect_shadow, &drawn);
 }
 
-void Session::State::compose_picture(const RgbImage& photo, std::uint64_t photo_number) {
+void Session::State::compose_picture(const RgbImage& photo, std::uint64_t photo_id) {
   ComposeSettings settings{{config.interior.scale, config.interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = shown.differential;
   const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) -> std::optional<RoomPoint> {
@@ -288,9 +288,9 @@ void Session::State::compose_picture(const RgbImage& photo, std::uint64_t photo_
       return room_light->at(camera.eye(), direction);
     return room_light->at_surface(seen->triangle, drawn.origin + glm::dvec3(seen->position), direction);
   };
-  compose(photo, drawn, camera, look_up, settings, frame.composite, room_change ? &change_picture : nullptr);
+  compose(photo, drawn, camera, look_up, settings, frame.composite, indirect_shadow ? &change_picture : nullptr);
   match_blur(photo, config.interior.blur_px, settings.threshold, frame.composite);
-  match_noise(photo, config.interior.noise, photo_number, frame.composite);
+  match_noise(photo, config.interior.noise, photo_id, frame.composite);
 }
 
 void Session::State::report_frame() {
@@ -300,7 +300,7 @@ void Session::State::report_frame() {
   report.object_pixels = frame.composite.object_pixels;
   report.shadow_pixels = frame.composite.shadow_pixels;
   report.vertices = objects.surface.positions.size();
-  report.room_change_left_out = room_change ? static_cast<double>(change_picture.left_out()) : 0.0;
+  report.indirect_shadow_left_out = indirect_shadow ? static_cast<double>(change_picture.left_out()) : 0.0;
   report.skipped = skipped;
   report.warnings = frame_warnings({vertices_outside, vertex_probes.size(), report.object_pixels, lights.size(),
                                     glm::length(camera.eye() - sphere.centre) < sphere.radius + kNearPlane_m,
@@ -328,8 +328,8 @@ Session::~Session() = default;
 
 Result<void> Session::set_pose(const glm::dmat4& world_from_camera) { return state_->set_camera(world_from_camera); }
 
-Result<void> Session::place_object(std::size_t k, const ObjectConfig& placement) {
-  if (const auto placed = state_->objects.place(k, placement); !placed)
+Result<void> Session::set_placement(std::size_t k, const ObjectConfig& placement) {
+  if (const auto placed = state_->objects.set_placement(k, placement); !placed)
     return placed;
   return state_->move_objects();
 }
@@ -357,19 +357,19 @@ Rgb Session::room_radiance(const glm::dvec2& pixel) const {
                : Rgb(0.0f);
 }
 
-void Session::measure_sky(const SkyImage& sky, std::uint64_t sky_number) { state_->look_at_sky(sky, sky_number); }
+void Session::measure_sky(const SkyImage& sky, std::uint64_t sky_id) { state_->look_at_sky(sky, sky_id); }
 
 Result<const Frame*> Session::render(const FrameInput& input) {
   State& s = *state_;
   if (input.photo.width != s.camera.photo_width_px || input.photo.height != s.camera.photo_height_px)
     return Error{ErrorCode::value_invalid, "the picture changed its size", "interior image",
                  "restart with the new size"};
-  s.look_at_sky(input.sky, input.sky_number);
+  s.look_at_sky(input.sky, input.sky_id);
   s.frame.report = std::exchange(s.sky_report, {});
   Reused& reused = s.frame.report.reused;
   StageClock clock(s.frame.report);
   reused.sky = !std::exchange(s.sky_is_new, false);
-  const bool same_photo = s.photo_memory.same_as(input.photo, input.photo_number, nullptr);
+  const bool same_photo = s.photo_memory.same_as(input.photo, input.photo_id, nullptr);
   clock.end("compare");
   reused.samples = s.has_samples;
   if (!s.has_samples) {
@@ -390,7 +390,7 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   }
   reused.picture = s.has_picture && same_photo;
   if (!reused.picture) {
-    s.compose_picture(input.photo, input.photo_number);
+    s.compose_picture(input.photo, input.photo_id);
     s.has_picture = true;
     clock.end("composite");
   }

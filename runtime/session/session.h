@@ -37,8 +37,8 @@ struct FrameReport {
   std::size_t object_pixels = 0, shadow_pixels = 0;
   std::size_t vertices_lit = 0, vertices = 0;
   std::uint64_t shadow_rays = 0;
-  Ringing ringing;                   ///< of the indirect light on the objects, in a frame that lit them anew
-  double room_change_left_out = 0.0; ///< largest relative change of the room that was too small to be drawn
+  Ringing ringing;                       ///< of the indirect light on the objects, in a frame that lit them anew
+  double indirect_shadow_left_out = 0.0; ///< largest relative change of the room that was too small to be drawn
   std::vector<std::string> skipped;
   std::vector<std::string> warnings; ///< where the user must act, each with what to do
 };
@@ -53,7 +53,7 @@ struct Frame {
 struct FrameInput {
   const SkyImage& sky;
   const RgbImage& photo; ///< linear
-  std::uint64_t sky_number = 0, photo_number = 0;
+  std::uint64_t sky_id = 0, photo_id = 0;
 };
 
 /// Parts of the light that are drawn (figure 1 of the paper): to look at them one by one.
@@ -78,13 +78,13 @@ public:
   /// Camera x right, y down, z forward. Error: no rigid motion.
   Result<void> set_pose(const glm::dmat4& world_from_camera);
   /// Moves, turns or scales object k of the configuration.
-  Result<void> place_object(std::size_t k, const ObjectConfig& placement);
+  Result<void> set_placement(std::size_t k, const ObjectConfig& placement);
   void set_light_samples(int samples);
   void show(const ShownParts& parts);
 
   /// What follows from the sky alone; render() does it where this was not called. Beside it the caller may look for the
   /// markers of the camera's picture, which say where the camera stands.
-  void measure_sky(const SkyImage& sky, std::uint64_t sky_number = 0);
+  void measure_sky(const SkyImage& sky, std::uint64_t sky_id = 0);
 
   /// The frame is the session's own and holds until the next call. Error: the picture has another size than announced;
   /// graphics failed.
@@ -97,7 +97,7 @@ public:
   const RenderCamera& camera() const;
   BoundingSphere object_bounds(std::size_t k) const; ///< world; radius 0 when there is no object k
   /// What the model of the room shows in a pixel of the last frame's light, scaled as a photograph: where there is no
-  /// photograph from the camera's place. Sun and windows are left out.
+  /// photograph from the camera's position. Sun and windows are left out.
   Rgb room_radiance(const glm::dvec2& pixel) const;
   const std::vector<std::string>& notes() const;
   std::string renderer_description() const;

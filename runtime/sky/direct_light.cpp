@@ -14,7 +14,7 @@ namespace daylit {
 
 namespace {
 
-constexpr double kCellShare = 0.125; // of the distance to the object
+constexpr double kCellFraction = 0.125; // of the distance to the object
 constexpr int kMinDivisions = 6, kMaxDivisions = 24;
 constexpr int kCellBudget = 1000; // in all; what the shaders hold
 
@@ -100,8 +100,8 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
           std::max(glm::length(patch.side_a + 0.5 * patch.twist), glm::length(patch.side_b + 0.5 * patch.twist));
       const double distance = std::max(glm::length(middle - sphere.centre) - 0.5 * size - sphere.radius, 0.05);
       const int divisions =
-          static_cast<int>(std::clamp(std::ceil(size / (kCellShare * distance)), std::min(double{kMinDivisions}, most),
-                                      std::min(double{kMaxDivisions}, most)));
+          static_cast<int>(std::clamp(std::ceil(size / (kCellFraction * distance)),
+                                      std::min(double{kMinDivisions}, most), std::min(double{kMaxDivisions}, most)));
       append_cells(patch, a, divisions, cells);
     }
   const std::vector<Aperture> list(apertures.begin(), apertures.end());

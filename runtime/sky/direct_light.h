@@ -6,7 +6,7 @@
 // At a point x with normal n the direct sky irradiance is estimated as E_open(x, n) * sum_j e_j V_j / sum_j e_j, with
 // e_j = irradiance_j max(0, n.w_j) T_j(x), T_j = transmittance of the aperture that the ray x + t w_j crosses (0: none)
 // and V_j the visibility past real and virtual geometry. E_open is integrated over the aperture cells, so the M samples
-// only decide which share of it is blocked: an unblocked point is free of sampling error (a ratio estimator of
+// only decide which fraction of it is blocked: an unblocked point is free of sampling error (a ratio estimator of
 // equation 7 in Grosch et al. 2007, which has sum_j e_j V_j alone).
 
 #include <span>
@@ -44,7 +44,7 @@ struct ApertureCell {
   double area_m2 = 0.0;
   int level = 0;           ///< of the sky pyramid, whose texels are about as large as the cell seen from the object
   Rgb transmittance{1.0f}; ///< of all apertures that a ray from the object through this cell crosses, divided by
-                           ///< their number: panes in series share the light instead of counting it twice
+                           ///< their number: panes in series divide the light instead of counting it twice
   float refractive_index = 0.0f; ///< clear glass: its slab comes on top, at the angle of each ray; 0 behind a second
                                  ///< pane, where transmittance holds it as seen from the object
   bool operator==(const ApertureCell&) const = default;

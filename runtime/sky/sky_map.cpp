@@ -8,16 +8,16 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
 namespace {
 constexpr double kPi = std::numbers::pi;
-// A texel that image pixels cover by less than this share of its solid angle lies at the border of the field or in
+// A texel that image pixels cover by less than this fraction of its solid angle lies at the border of the field or in
 // an image coarser than the map: the nearest pixel describes it better than the few that fell into it.
-constexpr double kCoveredShare = 0.5;
+constexpr double kCoveredFraction = 0.5;
 } // namespace
 
 glm::dvec3 SkyMap::direction(double column, double row) const {
@@ -57,14 +57,14 @@ void halve(const SkyMap& fine, SkyMap& coarse) {
   coarse.width = fine.width / 2;
   coarse.height = fine.height / 2;
   coarse.radiance.resize(static_cast<std::size_t>(coarse.width) * coarse.height);
-  tbb::parallel_for(tbb::blocked_range<int>(0, coarse.height, 16), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(tbb::blocked_range<int>(0, coarse.height, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y != rows.end(); ++y) {
       const double upper = fine.solid_angle_sr(2 * y), lower = fine.solid_angle_sr(2 * y + 1);
-      const float share = static_cast<float>(0.5 * upper / (upper + lower));
+      const float fraction = static_cast<float>(0.5 * upper / (upper + lower));
       for (int x = 0; x < coarse.width; ++x)
         coarse.radiance[static_cast<std::size_t>(y) * coarse.width + x] =
-            share * (fine.at(2 * x, 2 * y) + fine.at(2 * x + 1, 2 * y)) +
-            (0.5f - share) * (fine.at(2 * x, 2 * y + 1) + fine.at(2 * x + 1, 2 * y + 1));
+            fraction * (fine.at(2 * x, 2 * y) + fine.at(2 * x + 1, 2 * y)) +
+            (0.5f - fraction) * (fine.at(2 * x, 2 * y + 1) + fine.at(2 * x + 1, 2 * y + 1));
     }
   });
 }
@@ -98,7 +98,7 @@ SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
 
   r.pixel_direction_.resize(pixels);
   std::vector<std::uint32_t> texel_of_pixel(pixels, kFill);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, pixels), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const auto w = sky.direction({static_cast<double>(i % r.image_width_), static_cast<double>(i / r.image_width_)});
       if (!w || sky.solid_angle_sr()[i] <= 0.0f)
@@ -120,7 +120,7 @@ SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
     }
   r.first_pixel_.assign(texels + 1, 0);
   for (std::size_t t = 0; t < texels; ++t) {
-    if (covered[t] < kCoveredShare * map.solid_angle_sr(static_cast<int>(t / map.width)))
+    if (covered[t] < kCoveredFraction * map.solid_angle_sr(static_cast<int>(t / map.width)))
       count[t] = 0; // described by its nearest pixel or the fill: one entry
     r.first_pixel_[t + 1] = r.first_pixel_[t] + std::max(count[t], 1u);
   }
@@ -140,21 +140,21 @@ SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
     const int y = std::clamp(static_cast<int>(std::lround(p->y)), 0, r.image_height_ - 1);
     r.covering_[r.first_pixel_[t]].pixel = static_cast<std::uint32_t>(y * r.image_width_ + x);
   }
-  r.share_texels(sky.solid_angle_sr());
+  r.set_fractions(sky.solid_angle_sr());
   return r;
 }
 
 /// In proportion to the pixels' solid angles.
-void SkyResampler::share_texels(const std::vector<float>& solid_angle_sr) {
+void SkyResampler::set_fractions(const std::vector<float>& solid_angle_sr) {
   for (std::size_t t = 0; t + 1 < first_pixel_.size(); ++t) {
     const std::span<Covering> covering(&covering_[first_pixel_[t]], first_pixel_[t + 1] - first_pixel_[t]);
     float whole = 0.0f;
     for (Covering& c : covering)
       if (c.pixel != kFill)
-        whole += c.share = std::max(solid_angle_sr[c.pixel], 1e-12f);
+        whole += c.fraction = std::max(solid_angle_sr[c.pixel], 1e-12f);
     for (Covering& c : covering)
       if (c.pixel != kFill)
-        c.share /= whole;
+        c.fraction /= whole;
   }
 }
 
@@ -165,7 +165,7 @@ bool SkyResampler::fits(const SkyImage& sky) const {
 /// `radiance`: of a pixel.
 template <class Radiance>
 void SkyResampler::average(const Radiance& radiance, const SkyImage& sky, SkyMap& map) const {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, map.radiance.size(), 4096), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, map.radiance.size(), 4096), [&](const auto& range) {
     for (std::size_t t = range.begin(); t != range.end(); ++t) {
       Rgb sum(0.0f);
       for (std::uint32_t k = first_pixel_[t]; k != first_pixel_[t + 1]; ++k) {
@@ -173,7 +173,7 @@ void SkyResampler::average(const Radiance& radiance, const SkyImage& sky, SkyMap
         if (c.pixel == kFill)
           sum = 2 * t < map.radiance.size() ? sky.sky_fill_radiance() : sky.fill_radiance();
         else
-          sum += c.share * radiance(c.pixel);
+          sum += c.fraction * radiance(c.pixel);
       }
       map.radiance[t] = sum;
     }
@@ -186,11 +186,11 @@ void SkyResampler::resample(const SkyImage& sky, const DetectedSun* sun, SkyMap&
   map.radiance.resize(first_pixel_.size() - 1);
   if (!sun)
     return average([&](std::uint32_t pixel) { return sky.image().texels[pixel]; }, sky, map);
-  const float sun_reach = static_cast<float>(std::cos(sun->cluster_radius));
+  const float sun_cosine = static_cast<float>(std::cos(sun->cluster_radius));
   const glm::vec3 towards_sun(sun->direction);
   average(
       [&](std::uint32_t pixel) {
-        return glm::dot(pixel_direction_[pixel], towards_sun) >= sun_reach ? sun->surround : sky.image().texels[pixel];
+        return glm::dot(pixel_direction_[pixel], towards_sun) >= sun_cosine ? sun->surround : sky.image().texels[pixel];
       },
       sky, map);
 }

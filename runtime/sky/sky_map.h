@@ -57,9 +57,9 @@ private:
   static constexpr std::uint32_t kFill = 0xFFFFFFFFu;
   struct Covering {
     std::uint32_t pixel = kFill;
-    float share = 1.0f; ///< of the texel; those of a texel add up to one
+    float fraction = 1.0f; ///< of the texel; those of a texel add up to one
   };
-  void share_texels(const std::vector<float>& solid_angle_sr);
+  void set_fractions(const std::vector<float>& solid_angle_sr);
   template <class Radiance>
   void average(const Radiance& radiance, const SkyImage& sky, SkyMap& map) const;
   int image_width_ = 0, image_height_ = 0, map_height_ = 0;

@@ -11,13 +11,13 @@ namespace daylit {
 namespace {
 
 constexpr std::size_t kNoisePixels = 4096;
-constexpr double kMostNoise = 0.02;     // above it clouds move: no sensor is that bad on a bright sky
-constexpr double kMedianShare = 0.9539; // median of |a - b| by the deviation of a and b: 0.6745 sqrt 2
+constexpr double kMostNoise = 0.02;         // above it clouds move: no sensor is that bad on a bright sky
+constexpr double kMedianDeviation = 0.9539; // median of |a - b| by the deviation of a and b: 0.6745 sqrt 2
 constexpr int kMostFrames = 64;
-constexpr double kGate = 4.0; // standard deviations
+constexpr double kThreshold = 4.0; // standard deviations
 // Mean of the deviations with weight 1/4 for the newest: its own deviation is sqrt(w / (2 - w)) of one's.
-constexpr double kDriftWeight = 0.25, kDriftGate = kGate * 0.378;
-constexpr float kMovedShare = 0.1f; // of the sun's radius
+constexpr double kDriftWeight = 0.25, kDriftThreshold = kThreshold * 0.378;
+constexpr float kMovedFraction = 0.1f; // of the sun's radius
 
 } // namespace
 
@@ -41,18 +41,18 @@ void SteadySun::measure_noise(const SkyImage& sky) {
     return;
   const auto middle = relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2);
   std::nth_element(relative.begin(), middle, relative.end());
-  pixel_noise_ = std::min(*middle / kMedianShare, kMostNoise);
+  pixel_noise_ = std::min(*middle / kMedianDeviation, kMostNoise);
 }
 
 bool SteadySun::is_new(const DetectedSun& sun) {
   if (!mean_ || pixel_noise_ <= 0.0 ||
-      glm::length(sun.direction - mean_->direction) > static_cast<double>(kMovedShare) * kSunAngularRadius)
+      glm::length(sun.direction - mean_->direction) > static_cast<double>(kMovedFraction) * kSunAngularRadius)
     return true;
   const double expected = static_cast<double>(luminance(mean_->normal_irradiance));
-  const double sigma = expected * pixel_noise_ * sun.noise_share * std::sqrt(1.0 + 1.0 / count_);
+  const double sigma = expected * pixel_noise_ * sun.noise_fraction * std::sqrt(1.0 + 1.0 / count_);
   const double deviation = (static_cast<double>(luminance(sun.normal_irradiance)) - expected) / sigma;
   drift_ += kDriftWeight * (deviation - drift_);
-  return !(std::fabs(deviation) <= kGate && std::fabs(drift_) <= kDriftGate);
+  return !(std::fabs(deviation) <= kThreshold && std::fabs(drift_) <= kDriftThreshold);
 }
 
 std::optional<DetectedSun> SteadySun::update(const SkyImage& sky, const std::optional<DetectedSun>& sun) {
@@ -69,11 +69,11 @@ std::optional<DetectedSun> SteadySun::update(const SkyImage& sky, const std::opt
     return sun;
   }
   count_ = std::min(count_ + 1, kMostFrames);
-  const double share = 1.0 / count_;
+  const double fraction = 1.0 / count_;
   DetectedSun steady = *sun; // its cluster is this frame's: those pixels are replaced
   steady.normal_irradiance =
-      mean_->normal_irradiance + static_cast<float>(share) * (sun->normal_irradiance - mean_->normal_irradiance);
-  steady.direction = glm::normalize(mean_->direction + share * (sun->direction - mean_->direction));
+      mean_->normal_irradiance + static_cast<float>(fraction) * (sun->normal_irradiance - mean_->normal_irradiance);
+  steady.direction = glm::normalize(mean_->direction + fraction * (sun->direction - mean_->direction));
   mean_ = steady;
   return steady;
 }

@@ -18,7 +18,7 @@ namespace daylit {
 
 class SteadySun {
 public:
-  /// `sun`: what find_sun() measured in this frame. Returns it with the mean energy and place.
+  /// `sun`: what find_sun() measured in this frame. Returns it with the mean energy and direction.
   std::optional<DetectedSun> update(const SkyImage& sky, const std::optional<DetectedSun>& sun);
 
 private:

@@ -6,11 +6,10 @@
 #include <numbers>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
 #include "runtime/base/orthonormal.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -52,7 +51,7 @@ std::vector<std::size_t> pixels_around(const std::vector<glm::vec3>& directions,
   const float least = static_cast<float>(std::cos(angle));
   const glm::vec3 towards(axis);
   std::vector<std::vector<std::size_t>> parts((directions.size() + kChunk - 1) / kChunk);
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+  parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
     for (std::size_t i = part * kChunk; i < std::min((part + 1) * kChunk, directions.size()); ++i)
       if (glm::dot(directions[i], towards) >= least)
         parts[part].push_back(i);
@@ -123,7 +122,7 @@ std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::
   sun.cluster_radius = radius;
   sun.surround = cluster.surround;
   sun.normal_irradiance = glm::max(Rgb(cluster.excess), Rgb(0.0f));
-  sun.noise_share = cluster.energy > 0.0 ? std::sqrt(cluster.square) / cluster.energy : 1.0;
+  sun.noise_fraction = cluster.energy > 0.0 ? std::sqrt(cluster.square) / cluster.energy : 1.0;
   return sun;
 }
 

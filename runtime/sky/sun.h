@@ -23,7 +23,7 @@ struct DetectedSun {
   /// cluster and adding this light keeps the energy of the image exactly.
   Rgb normal_irradiance{0.0f};
   /// Relative deviation of the energy for one of 1 in every pixel: 1 / sqrt(pixels), were they equally bright.
-  double noise_share = 1.0;
+  double noise_fraction = 1.0;
 };
 
 /// `pixel_directions`: unit direction per pixel, zero outside the field (SkyResampler keeps them).

@@ -27,8 +27,8 @@ void append_tangent_normals(const glm::dvec3& edge, const glm::dvec3& into_apert
   }
 }
 
-/// Share of a unit disc on the positive side of a line at signed distance s from its centre.
-double disc_share(double s) {
+/// Fraction of a unit disc on the positive side of a line at signed distance s from its centre.
+double disc_fraction(double s) {
   if (s <= -1.0)
     return 0.0;
   if (s >= 1.0)
@@ -70,8 +70,8 @@ bool WindowCone::allows(const glm::dvec3& w, double slack) const {
   });
 }
 
-double WindowCone::visible_share(const glm::dvec3& w) const {
-  double share = 0.0;
+double WindowCone::visible_fraction(const glm::dvec3& w) const {
+  double fraction = 0.0;
   for (const Window& window : windows_) {
     if (glm::dot(window.inward, w) >= 0.0)
       continue;
@@ -81,11 +81,11 @@ double WindowCone::visible_share(const glm::dvec3& w) const {
       const glm::dvec3 n = glm::cross(e.direction, w);
       const double length = glm::length(n);
       if (length > 0.0 && radius_ > 0.0)
-        product *= disc_share(glm::dot(n, e.to_centre) / (length * radius_));
+        product *= disc_fraction(glm::dot(n, e.to_centre) / (length * radius_));
     }
-    share += product;
+    fraction += product;
   }
-  return std::min(share, 1.0);
+  return std::min(fraction, 1.0);
 }
 
 } // namespace daylit

@@ -21,9 +21,9 @@ public:
 
   /// True unless no direction within `slack` radians of the unit direction w reaches the sphere through an aperture.
   bool allows(const glm::dvec3& w, double slack = 0.0) const;
-  /// Share of the sphere's silhouette disc that sees out of an aperture in direction w, 0..1: each edge cuts the disc
-  /// along a straight line, the shares of the edges are multiplied. A weight for sampling, not a visibility.
-  double visible_share(const glm::dvec3& w) const;
+  /// Fraction of the sphere's silhouette disc that sees out of an aperture in direction w, 0..1: each edge cuts the
+  /// disc along a straight line, the fractions of the edges are multiplied. A weight for sampling, not a visibility.
+  double visible_fraction(const glm::dvec3& w) const;
   /// No aperture faces the sphere.
   bool empty() const { return windows_.empty(); }
 

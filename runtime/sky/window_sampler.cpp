@@ -6,7 +6,8 @@
 #include <utility>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -54,7 +55,7 @@ void WindowSampler::append_band(const WindowCone& cone, int y0, int y1, std::vec
       if (!(radiance > 0.0) || !cone.allows(w, texel_radius))
         continue;
       // The floor keeps every allowed texel samplable although its centre may be seen by no point of the sphere.
-      row.weight += radiance * std::sqrt(std::max(cone.visible_share(w), 0.01)) * texel_sr;
+      row.weight += radiance * std::sqrt(std::max(cone.visible_fraction(w), 0.01)) * texel_sr;
       texels.push_back({x, row.weight});
     }
     row.last = texels.size();
@@ -71,7 +72,7 @@ WindowSampler::WindowSampler(const SkyMap& map, const WindowCone& cone) : map_(&
     std::vector<Texel> texels;
   };
   std::vector<Band> bands(static_cast<std::size_t>((map.height + kTile - 1) / kTile));
-  tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, bands.size(), [&](std::size_t b) {
     const int y0 = static_cast<int>(b) * kTile;
     append_band(cone, y0, std::min(y0 + kTile, map.height), bands[b].rows, bands[b].texels);
   });

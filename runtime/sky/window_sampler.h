@@ -19,9 +19,9 @@ struct WindowSample {
   Rgb radiance{0.0f};        ///< of the texel it falls in
 };
 
-/// Density proportional to texel luminance x sqrt(visible share of the sphere), piecewise constant per texel in solid
-/// angle, zero outside the window cone. The square root minimises the summed variance over the points of the sphere,
-/// each of which sees only the share. No texel of zero luminance is ever returned.
+/// Density proportional to texel luminance x sqrt(visible fraction of the sphere), piecewise constant per texel in
+/// solid angle, zero outside the window cone. The square root minimises the summed variance over the points of the
+/// sphere, each of which sees only the fraction. No texel of zero luminance is ever returned.
 class WindowSampler {
 public:
   WindowSampler(const SkyMap& map, const WindowCone& cone);

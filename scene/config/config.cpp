@@ -140,7 +140,7 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
   TomlSection root(*file, &file->root, "");
   const RunConfig config = read_sections(root, *file);
   if (!root.has("marker") && !root.has("pose"))
-    file->report(1, "neither [marker] nor [pose]: the camera's place is not known");
+    file->report(1, "neither [marker] nor [pose]: the camera's pose is not known");
   if (config.interior.scale_from_marker && !config.marker)
     file->report(1, "[interior] scale = \"marker\" needs a [marker] section");
   if (config.objects.empty() && !root.has("object"))
@@ -175,7 +175,7 @@ std::string to_toml(const RunConfig& c) {
   out += fmt::format("\n[room]\nmodel = {}\nvolume = {}\n", detail::quoted(c.room_model.string()),
                      detail::quoted(c.volume.string()));
   out += detail::objects_toml(c.objects);
-  out += fmt::format("\n[light]\nsamples = {}\nroom_change = {}\n", c.light_samples, c.room_change);
+  out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.light_samples, c.indirect_shadow);
   return out + detail::output_toml(c.output);
 }
 

@@ -12,7 +12,7 @@
 //   [pose]     world_from_camera, or position and look_at
 //   [room]     model, volume
 //   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
-//   [light]    samples, room_change = true | false
+//   [light]    samples, indirect_shadow = true | false
 //   [output]   png, exr, size = [width, height]
 // SCENE.toml has no images, lenses or volume; it adds
 //   [sky]      the sky in words: scene/sky_description.h
@@ -45,7 +45,7 @@ struct SkyConfig {             // [sky]
   GroundFill ground;          ///< ground = { albedo = 0.2 }
 };
 
-/// Noise of one photograph pixel of linear value v (EMVA 1288, with the gain's own share): its deviation is the root
+/// Noise of one photograph pixel of linear value v (EMVA 1288, with the gain's own part): its deviation is the root
 /// of floor^2 + photon v + (relative v)^2.
 struct CameraNoise {
   double floor = 0.0;    ///< deviation of black
@@ -95,8 +95,8 @@ struct RunConfig {
   std::optional<glm::dmat4> world_from_camera; ///< [pose] (else [marker] is there): camera x right, y down, z forward
   std::filesystem::path room_model, volume;    ///< [room]
   std::vector<ObjectConfig> objects;
-  int light_samples = 64;  ///< [light] samples
-  bool room_change = true; ///< [light] room_change: the objects' effect on the room's indirect light is drawn
+  int light_samples = 64;      ///< [light] samples
+  bool indirect_shadow = true; ///< [light] indirect_shadow: the objects' effect on the room's indirect light is drawn
   OutputConfig output;
 };
 

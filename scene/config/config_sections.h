@@ -9,7 +9,7 @@
 
 namespace daylit::detail {
 
-// The sections that CONFIG.toml and SCENE.toml share. Each reads what is there and reports what is wrong.
+// The sections that CONFIG.toml and SCENE.toml have in common. Each reads what is there and reports what is wrong.
 void read_pose(TomlSection root, std::optional<glm::dmat4>& world_from_camera);
 void read_marker(TomlSection root, std::optional<MarkerConfig>& marker);
 void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects);

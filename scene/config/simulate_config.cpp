@@ -67,11 +67,11 @@ void read_path(TomlSection path, SimulateConfig& config) {
   path.finish();
 }
 
-/// Place of time t between keys: index of the key before, and the share of the next.
+/// Position of time t between keys: index of the key before, and the fraction of the next.
 std::pair<std::size_t, double> between_keys(std::size_t keys, double t) {
-  const double place = std::clamp(t, 0.0, 1.0) * static_cast<double>(keys - 1);
-  const std::size_t before = std::min(static_cast<std::size_t>(place), keys > 1 ? keys - 2 : 0);
-  return {before, place - static_cast<double>(before)};
+  const double position = std::clamp(t, 0.0, 1.0) * static_cast<double>(keys - 1);
+  const std::size_t before = std::min(static_cast<std::size_t>(position), keys > 1 ? keys - 2 : 0);
+  return {before, position - static_cast<double>(before)};
 }
 
 } // namespace
@@ -79,15 +79,15 @@ std::pair<std::size_t, double> between_keys(std::size_t keys, double t) {
 SimulateConfig at_time(const SimulateConfig& config, double t) {
   SimulateConfig moment = config;
   if (const auto& keys = config.camera_path; !keys.empty()) {
-    const auto [k, share] = between_keys(keys.size(), t);
+    const auto [k, fraction] = between_keys(keys.size(), t);
     const CameraKey& next = keys[std::min(k + 1, keys.size() - 1)];
-    moment.run.world_from_camera = look_at((1.0 - share) * keys[k].position + share * next.position,
-                                           (1.0 - share) * keys[k].target + share * next.target);
+    moment.run.world_from_camera = look_at((1.0 - fraction) * keys[k].position + fraction * next.position,
+                                           (1.0 - fraction) * keys[k].target + fraction * next.target);
   }
   if (const auto& keys = config.sun_path; !keys.empty() && config.sky_model.sun) {
-    const auto [k, share] = between_keys(keys.size(), t);
+    const auto [k, fraction] = between_keys(keys.size(), t);
     const glm::dvec3 next = keys[std::min(k + 1, keys.size() - 1)];
-    moment.sky_model.sun->direction = glm::normalize((1.0 - share) * keys[k] + share * next);
+    moment.sky_model.sun->direction = glm::normalize((1.0 - fraction) * keys[k] + fraction * next);
   }
   return moment;
 }
@@ -160,7 +160,7 @@ std::string to_toml(const SimulateConfig& c) {
   out += path_toml(c) + detail::marker_toml(c.run.marker) + detail::pose_toml(c.run.world_from_camera);
   out += fmt::format("\n[room]\nmodel = {}\n", detail::quoted(c.run.room_model.string()));
   out += detail::objects_toml(c.run.objects);
-  out += fmt::format("\n[light]\nsamples = {}\nroom_change = {}\n", c.run.light_samples, c.run.room_change);
+  out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.run.light_samples, c.run.indirect_shadow);
   return out + detail::output_toml(c.run.output);
 }
 

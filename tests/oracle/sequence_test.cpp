@@ -45,7 +45,7 @@ TEST(Sequence, in_the_sun_object_and_shadow_pixels_are_within_eight_percent) {
 
 TEST(Sequence, in_the_shade_the_effect_on_the_room_takes_most_of_the_shadow_error) {
   const nlohmann::json with = sequence("shade", " --spp 512"),
-                       without = sequence("shade", " --spp 512 --no-room-change");
+                       without = sequence("shade", " --spp 512 --no-indirect-shadow");
   EXPECT_LE(rms(with, "shadow"), 0.08);
   EXPECT_LE(rms(with, "shadow"), 0.5 * rms(without, "shadow"));
 }

@@ -300,7 +300,7 @@ TEST(Relight, ringing_is_drawn_as_no_light_and_its_share_is_reported) {
     EXPECT_NEAR(radiance[i].front.r, 0.5 / kPi * std::max(irradiance(-1.0 + 2.0 * i / (kVertices - 1)), 0.0), 1e-6);
   EXPECT_GT(count, 100u);
   EXPECT_NEAR(static_cast<double>(ringing.vertices), static_cast<double>(count), 2.0);
-  EXPECT_NEAR(ringing.added_share, negative / positive, 1e-5);
+  EXPECT_NEAR(ringing.added_fraction, negative / positive, 1e-5);
 }
 
 } // namespace

@@ -136,7 +136,7 @@ TEST_F(RealInput, the_lit_side_of_the_teapot_brightens_the_table_as_path_tracing
 }
 
 TEST_F(RealInput, without_the_effect_on_the_room_only_object_and_shadow_change) {
-  const auto [before, after] = pictures("[light]\nroom_change = false\n");
+  const auto [before, after] = pictures("[light]\nindirect_shadow = false\n");
   EXPECT_GT(changed_pixels(before, after, 0, 0, 640, 480), 5000u);
   EXPECT_EQ(changed_pixels(before, after, 0, 0, 640, 150), 0u);
   EXPECT_EQ(changed_pixels(before, after, 0, 0, 300, 480), 0u);

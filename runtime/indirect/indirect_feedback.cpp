@@ -1,4 +1,4 @@
-#include "runtime/indirect/own_shadow.h"
+#include "runtime/indirect/indirect_feedback.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "runtime/sky/window_sampler.h"
+#include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -20,16 +20,15 @@ constexpr double kInset = 0.1;    // of the box: its eight points lie inside
 constexpr double kFarRadii = 4.0; // shadows further away are not looked for
 } // namespace
 
-void OwnShadow::set_objects(const PlacedParts& parts) {
+void IndirectFeedback::set_objects(const PlacedParts& parts) {
   parts_ = &parts;
   surrounds_.assign(parts.size(), {});
-  tbb::parallel_for(std::size_t{0}, 8 * parts.size(), [&](std::size_t k) {
-    surrounds_[k / 8].seen[k % 8] = look_around(k / 8, static_cast<int>(k % 8));
-  });
+  parallel_for(std::size_t{0}, 8 * parts.size(),
+               [&](std::size_t k) { surrounds_[k / 8].seen[k % 8] = look_around(k / 8, static_cast<int>(k % 8)); });
 }
 
 /// The room is looked at as if the object did not stand there: what it hides is in its transfer vectors.
-std::vector<OwnShadow::SeenPoint> OwnShadow::look_around(std::size_t part, int corner) const {
+std::vector<IndirectFeedback::SeenPoint> IndirectFeedback::look_around(std::size_t part, int corner) const {
   std::vector<SeenPoint> seen;
   const Bounds& box = parts_->box(part);
   if (box.empty())
@@ -49,18 +48,19 @@ std::vector<OwnShadow::SeenPoint> OwnShadow::look_around(std::size_t part, int c
     const glm::dvec3 position = eye + static_cast<double>(hit.distance) * w, air = position + kAirGap_m * n;
     if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius &&
         !parts_->hidden(eye, w, static_cast<double>(hit.distance), part)) // by another: see OtherObjects
-      seen.push_back({hit.triangle, position, w, sight_.lost_share(air, n, *parts_)});
+      seen.push_back({hit.triangle, position, w, windows_.blocked_fraction(air, n, *parts_)});
   }
   return seen;
 }
 
-Sh9Rgb OwnShadow::change_of(const std::vector<SeenPoint>& seen) const {
+Sh9Rgb IndirectFeedback::change_of(const std::vector<SeenPoint>& seen) const {
   constexpr float kWeight = 4.0f / kDirections; // 4 pi sr between the directions, over pi
   Sh9Rgb sum{};
   for (const SeenPoint& p : seen) {
     const RoomPoint point = light_.at_surface(p.triangle, p.position, p.direction);
     const glm::dvec3 n = planes_[planes_.facing_of(p.triangle, p.direction)].normal;
-    const Rgb lost = p.lost_share * point.open_sky_irradiance + sight_.lost_sun(p.position + kAirGap_m * n, n, *parts_);
+    const Rgb lost =
+        p.blocked_fraction * point.open_sky_irradiance + windows_.lost_sun(p.position + kAirGap_m * n, n, *parts_);
     const std::array<float, 9> y = sh::evaluate9(glm::vec3(p.direction));
     for (int i = 0; i < 9; ++i)
       sum[i] -= kWeight * y[i] * point.reflectance * lost;
@@ -68,12 +68,12 @@ Sh9Rgb OwnShadow::change_of(const std::vector<SeenPoint>& seen) const {
   return sum;
 }
 
-void OwnShadow::set_frame() {
-  tbb::parallel_for(std::size_t{0}, 8 * surrounds_.size(),
-                    [&](std::size_t k) { surrounds_[k / 8].change[k % 8] = change_of(surrounds_[k / 8].seen[k % 8]); });
+void IndirectFeedback::set_frame() {
+  parallel_for(std::size_t{0}, 8 * surrounds_.size(),
+               [&](std::size_t k) { surrounds_[k / 8].change[k % 8] = change_of(surrounds_[k / 8].seen[k % 8]); });
 }
 
-Sh9Rgb OwnShadow::change(std::size_t part, const glm::dvec3& x) const {
+Sh9Rgb IndirectFeedback::change(std::size_t part, const glm::dvec3& x) const {
   const Bounds& box = parts_->box(part);
   const glm::dvec3 size = glm::max(box.size(), glm::dvec3(1e-9));
   const glm::dvec3 t =

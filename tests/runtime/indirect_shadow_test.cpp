@@ -4,7 +4,7 @@
 
 #include "runtime/composite/change_picture.h"
 #include "runtime/composite/compose.h"
-#include "runtime/indirect/room_change.h"
+#include "runtime/indirect/indirect_shadow.h"
 #include "runtime/trace/traced_renderer.h"
 #include "scene/lens/lens.h"
 #include "test_session.h"
@@ -25,7 +25,7 @@ struct Surrounded {
   std::vector<ApertureCell> cells;
   ObjectMesh mesh;
   RayScene mesh_rays;
-  RoomChangeField change;
+  IndirectShadow change;
 
   static constexpr double kRadiance = 2.0;
   static RayScene rays_of(const ObjectMesh& mesh) {
@@ -61,24 +61,24 @@ struct Surrounded {
     EXPECT_TRUE(rays.closest(rays.to_local(x + glm::dvec3(0, 0, 0.5)), glm::vec3(0, 0, -1), 0.0f, 1.0f, hit));
     return hit.triangle;
   }
-  RoomChange at(const glm::dvec3& x) const { return change.at(floor_at(x), x, {0, 0, -1}); }
+  IndirectChange at(const glm::dvec3& x) const { return change.at(floor_at(x), x, {0, 0, -1}); }
 };
 
-TEST(RoomChange, a_sphere_takes_and_gives_by_its_form_factor) {
+TEST(IndirectShadow, a_sphere_takes_and_gives_by_its_form_factor) {
   // From a point below a sphere of radius r at height h: F = (r / h)^2 (Howell B-4). Behind it are walls of reflectance
   // 0.6 under the irradiance pi L, so that Delta E = pi F (L_object - 0.6 L).
   Surrounded s(0.2f);
   for (const float radiance : {0.0f, 3.0f}) {
     s.place({2.0, 2.5, 1.0}, radiance);
     const double f = 0.2 * 0.2, expected = kPi * f * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
-    const RoomChange exact = s.change.evaluate(s.floor_at({2.0, 2.5, 0.0}), {2.0, 2.5, 0.0}, {0, 0, -1}, 4096);
+    const IndirectChange exact = s.change.evaluate(s.floor_at({2.0, 2.5, 0.0}), {2.0, 2.5, 0.0}, {0, 0, -1}, 4096);
     EXPECT_NEAR(exact.irradiance.g, expected, 0.01 * std::fabs(expected)) << "4096 rays; the sphere has facets";
     EXPECT_NEAR(s.at({2.0, 2.5, 0.0}).irradiance.g, expected, 0.03 * std::fabs(expected));
     EXPECT_NEAR(exact.before.g, kPi * Surrounded::kRadiance, 1e-3);
   }
 }
 
-TEST(RoomChange, kept_values_agree_with_many_rays_at_each_point) {
+TEST(IndirectShadow, kept_values_agree_with_many_rays_at_each_point) {
   Surrounded s(0.15f);
   s.place({2.0, 2.5, 0.16}, 0.0f);
   double square = 0, largest = 0;
@@ -96,7 +96,7 @@ TEST(RoomChange, kept_values_agree_with_many_rays_at_each_point) {
   EXPECT_LT(std::sqrt(square / count), 0.02 * largest);
 }
 
-TEST(RoomChange, falls_off_without_a_step_where_cells_grow) {
+TEST(IndirectShadow, falls_off_without_a_step_where_cells_grow) {
   Surrounded s(0.15f);
   s.place({2.0, 2.5, 0.16}, 0.0f);
   // Distances where one width of cells hands over to the next lie between 1.1 and 4.5 radii. Over 2 mm the change of a
@@ -112,7 +112,7 @@ TEST(RoomChange, falls_off_without_a_step_where_cells_grow) {
   EXPECT_LT(steepest, 1.6);
 }
 
-TEST(RoomChange, a_sunlit_sphere_brightens_the_floor_beside_it) {
+TEST(IndirectShadow, a_sunlit_sphere_brightens_the_floor_beside_it) {
   Surrounded s(0.2f, test::box_window());
   DetectedSun sun;
   sun.direction = glm::normalize(glm::dvec3(0.0, 1.0, 0.55));
@@ -124,7 +124,7 @@ TEST(RoomChange, a_sunlit_sphere_brightens_the_floor_beside_it) {
   EXPECT_LT(dark, 0.4f * lit);
 }
 
-TEST(RoomChange, an_object_loses_the_light_of_the_floor_that_it_shades) {
+TEST(IndirectShadow, an_object_loses_the_light_of_the_floor_that_it_shades) {
   Surrounded s(0.2f, test::box_window(), 1.0f);
   s.place({2.0, 3.3, 0.21}, 0.0f);
   const Sh9Rgb below = s.change.arriving_change(0, {2.0, 3.3, 0.05});
@@ -133,7 +133,7 @@ TEST(RoomChange, an_object_loses_the_light_of_the_floor_that_it_shades) {
   EXPECT_NEAR(irradiance(s.change.arriving_change(0, {2.0, 3.3, 1.6}), {0, 0, -1}).g, 0.0f, 1e-6f);
 }
 
-TEST(RoomChange, objects_beside_each_other_exchange_light_by_their_form_factor) {
+TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_factor) {
   // At a point of one sphere, d from the middle of another of radius r, whose normal is theta off that direction: the
   // other covers F = (r / d)^2 cos theta where all of it is above the horizon (Howell B-4), and hides walls of
   // reflectance 0.6 under the irradiance pi L.
@@ -177,21 +177,21 @@ TEST(RoomChange, objects_beside_each_other_exchange_light_by_their_form_factor) 
   EXPECT_FALSE(s.change.objects_see_each_other());
 }
 
-TEST(RoomChange, far_away_nothing_is_looked_at) {
+TEST(IndirectShadow, far_away_nothing_is_looked_at) {
   Surrounded s(0.02f);
   s.place({2.0, 2.5, 1.0}, 5.0f);
-  EXPECT_FALSE(s.change.reaches({0.2, 0.2, 0.0}));
-  EXPECT_TRUE(s.change.reaches({2.0, 2.5, 0.8}));
+  EXPECT_FALSE(s.change.affects({0.2, 0.2, 0.0}));
+  EXPECT_TRUE(s.change.affects({2.0, 2.5, 0.8}));
 }
 
 TEST(ChangePicture, what_is_left_out_is_bounded_and_the_rest_grows_smoothly) {
   float left_out = 0.0f, last = 0.0f;
   for (int k = 0; k <= 2000; ++k) {
     const float change = 1e-5f * static_cast<float>(k);
-    const float drawn = change * ChangePicture::drawn_share(Rgb(0.5f * change, change, 0.0f), Rgb(1.0f));
+    const float drawn = change * ChangePicture::drawn_fraction(Rgb(0.5f * change, change, 0.0f), Rgb(1.0f));
     EXPECT_GE(drawn, last) << "a larger change is drawn larger";
     EXPECT_LT(drawn - last, 2.5e-5f) << "no step";
-    EXPECT_FLOAT_EQ(drawn, change * ChangePicture::drawn_share(Rgb(-change, 0.0f, 0.0f), Rgb(1.0f)));
+    EXPECT_FLOAT_EQ(drawn, change * ChangePicture::drawn_fraction(Rgb(-change, 0.0f, 0.0f), Rgb(1.0f)));
     left_out = std::max(left_out, change - drawn);
     last = drawn;
     if (change <= 0.5f * ChangePicture::kThreshold) {
@@ -202,8 +202,8 @@ TEST(ChangePicture, what_is_left_out_is_bounded_and_the_rest_grows_smoothly) {
     }
   }
   EXPECT_LT(left_out, ChangePicture::kThreshold * 2.0f / 3.0f);
-  EXPECT_EQ(ChangePicture::drawn_share(Rgb(1e-9f), Rgb(0.0f)), 1.0f) << "where there was no light, any is a change";
-  EXPECT_EQ(ChangePicture::drawn_share(Rgb(0.0f), Rgb(0.0f)), 0.0f);
+  EXPECT_EQ(ChangePicture::drawn_fraction(Rgb(1e-9f), Rgb(0.0f)), 1.0f) << "where there was no light, any is a change";
+  EXPECT_EQ(ChangePicture::drawn_fraction(Rgb(0.0f), Rgb(0.0f)), 0.0f);
 }
 
 TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_it) {
@@ -222,7 +222,7 @@ TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_i
     for (int x = 0; x < 320; ++x) {
       const glm::dvec3 w = camera->direction({x, y});
       const glm::dvec3 p = camera->eye() - camera->eye().z / w.z * w;
-      const RoomChange here = s.at(p);
+      const IndirectChange here = s.at(p);
       const float relative = here.irradiance.g / here.before.g;
       const auto drawn = picture.at(x, y);
       if (relative > 0.02f && relative < 0.1f) { // beyond, it turns within a block of pixels

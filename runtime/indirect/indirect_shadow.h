@@ -11,7 +11,7 @@
 // out.
 //
 // Rays are traced at the corners of square cells on the room's planes, finer near an object, when a point nearby is
-// asked for first; they hold until an object moves. What they carry is renewed with the light.
+// looked up first; they hold until an object moves. What they carry is renewed with the light.
 
 #include <memory>
 #include <optional>
@@ -25,19 +25,19 @@
 namespace daylit {
 
 /// At a point of the room.
-struct RoomChange {
+struct IndirectChange {
   Rgb irradiance{0.0f}; ///< Delta E
   Rgb before{0.0f};     ///< irradiance without the objects, sun excepted
 };
 
 /// Keeps references to everything given to the constructor. at() is thread-safe.
-class RoomChangeField {
+class IndirectShadow {
 public:
-  RoomChangeField(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
-                  const RoomLight& room_light);
-  RoomChangeField(RoomChangeField&&) noexcept;
-  RoomChangeField& operator=(RoomChangeField&&) noexcept;
-  ~RoomChangeField();
+  IndirectShadow(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
+                 const RoomLight& room_light);
+  IndirectShadow(IndirectShadow&&) noexcept;
+  IndirectShadow& operator=(IndirectShadow&&) noexcept;
+  ~IndirectShadow();
 
   /// The parts must live until the next call.
   void set_objects(std::vector<PlacedPart> parts);
@@ -59,12 +59,12 @@ public:
   Sh9Rgb exchanged_change(std::size_t part, const glm::dvec3& x) const;
 
   /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
-  bool reaches(const glm::dvec3& x) const;
+  bool affects(const glm::dvec3& x) const;
   /// So close to an object that its effect may be narrower than a few of its cells further away.
   bool near(const glm::dvec3& x) const;
-  RoomChange at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  IndirectChange at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same without cells and with `rays` rays per object: the slow twin.
-  RoomChange evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, int rays) const;
+  IndirectChange evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, int rays) const;
   /// Irradiance from the sun at x, past the room without the objects.
   Rgb sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Which side of which plane: equal for points that interpolation may join.

@@ -1,6 +1,6 @@
 #pragma once
 
-// What of the windows and of the sun a point of the room sees, past the room and, where asked, past virtual objects.
+// What of the windows and of the sun a point of the room sees, past the room and, where given, past virtual objects.
 
 #include <optional>
 #include <span>
@@ -12,27 +12,27 @@
 
 namespace daylit {
 
-/// Points on surfaces are asked for this far in front of them, metres.
+/// Points on surfaces are looked from this far in front of them, metres.
 constexpr double kAirGap_m = 1e-3;
 
 /// Keeps a reference to the room's rays.
-class WindowSight {
+class WindowVisibility {
 public:
-  WindowSight(const RayScene& room_rays, std::span<const Aperture> apertures)
+  WindowVisibility(const RayScene& room_rays, std::span<const Aperture> apertures)
       : rays_(room_rays), apertures_(apertures.begin(), apertures.end()) {}
 
   void set_sun(const std::optional<DetectedSun>& sun);
   bool has_sun() const { return !sun_.empty(); }
   const std::vector<Aperture>& apertures() const { return apertures_; }
 
-  bool sees(const glm::dvec3& a, const glm::dvec3& b) const {
+  bool visible(const glm::dvec3& a, const glm::dvec3& b) const {
     return !rays_.occluded(rays_.to_local(a), glm::vec3(b - a), 0.0f, 1.0f);
   }
-  /// Share of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
+  /// Fraction of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
   /// faces x.
-  float window_share(const glm::dvec3& x, const glm::dvec3& n) const;
-  /// What `parts` take of that share.
-  float lost_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
+  float visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const;
+  /// What `parts` take of that fraction.
+  float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
   /// Irradiance by the whole sun, as one of its samples sees it.
   Rgb sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const;
   Rgb sun(const glm::dvec3& x, const glm::dvec3& n) const; ///< the mean over all samples
@@ -42,7 +42,7 @@ public:
 
 private:
   template <class Counts>
-  double share_of_windows(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
+  double weighted_fraction(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
   std::uint32_t past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const;
   const RayScene& rays_;
   std::vector<Aperture> apertures_;

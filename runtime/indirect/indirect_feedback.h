@@ -8,29 +8,30 @@
 
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/room_planes.h"
-#include "runtime/indirect/window_sight.h"
+#include "runtime/indirect/window_visibility.h"
 
 namespace daylit {
 
 /// Keeps references to everything given.
-class OwnShadow {
+class IndirectFeedback {
 public:
-  OwnShadow(const RayScene& room_rays, const RoomPlanes& planes, const RoomLight& light, const WindowSight& sight)
-      : rays_(room_rays), planes_(planes), light_(light), sight_(sight) {}
+  IndirectFeedback(const RayScene& room_rays, const RoomPlanes& planes, const RoomLight& light,
+                   const WindowVisibility& windows)
+      : rays_(room_rays), planes_(planes), light_(light), windows_(windows) {}
 
   /// Looks around: `parts` must live until the next call.
   void set_objects(const PlacedParts& parts);
-  /// After the frame of light and sight.
+  /// After the frame of light and windows.
   void set_frame();
   /// Change of the radiance that arrives at a point of a part: trilinear between the eight points.
   Sh9Rgb change(std::size_t part, const glm::dvec3& x) const;
 
 private:
-  /// A point of the room that an object sees, and the share of the windows' light that the objects keep from it.
+  /// A point of the room that an object sees, and the fraction of the windows' light that the objects keep from it.
   struct SeenPoint {
     std::uint32_t triangle = 0;
     glm::dvec3 position{0.0}, direction{0.0};
-    float lost_share = 0.0f;
+    float blocked_fraction = 0.0f;
   };
   struct Surround {
     std::array<std::vector<SeenPoint>, 8> seen;
@@ -39,7 +40,7 @@ private:
   const RayScene& rays_;
   const RoomPlanes& planes_;
   const RoomLight& light_;
-  const WindowSight& sight_;
+  const WindowVisibility& windows_;
   const PlacedParts* parts_ = nullptr;
   std::vector<Surround> surrounds_;
 

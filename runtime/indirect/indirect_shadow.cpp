@@ -1,4 +1,4 @@
-#include "runtime/indirect/room_change.h"
+#include "runtime/indirect/indirect_shadow.h"
 
 #include <algorithm>
 #include <array>
@@ -11,16 +11,15 @@
 
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
-#include <tbb/blocked_range.h>
 #include <tbb/concurrent_unordered_map.h>
-#include <tbb/parallel_for.h>
 
-#include "runtime/indirect/covered_directions.h"
+#include "runtime/indirect/indirect_feedback.h"
+#include "runtime/indirect/occluded_directions.h"
 #include "runtime/indirect/other_objects.h"
-#include "runtime/indirect/own_shadow.h"
 #include "runtime/indirect/room_patches.h"
 #include "runtime/indirect/room_planes.h"
-#include "runtime/indirect/window_sight.h"
+#include "runtime/indirect/window_visibility.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -39,9 +38,9 @@ constexpr std::array<Level, 5> kLevels{{{1.0 / 8.0, 1.1, 1.3, kRays},
                                         {1.0, 10.0, 13.0, kFarRays},
                                         {2.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
-constexpr double kLeastShare = 0.002; // of the cosine-weighted hemisphere
-constexpr double kSkin = 0.01;        // of an object's radius: its own facets cast no shadow closer than this
-constexpr float kLeastWeight = 0.02f; // of the corners in sight
+constexpr double kLeastFraction = 0.002; // of the cosine-weighted hemisphere
+constexpr double kSkin = 0.01;           // of an object's radius: its own facets cast no shadow closer than this
+constexpr float kLeastWeight = 0.02f;    // of the corners in view
 
 /// Weights of the directions in which one patch of the room is behind the objects.
 struct Hidden {
@@ -51,16 +50,16 @@ struct Hidden {
 
 /// What does not depend on the light.
 struct Receiver {
-  std::vector<Covered> covered; ///< until an object moves
-  std::vector<Hidden> hidden;   ///< the same
-  float sky_share = -1.0f;      ///< of the windows' light that reaches it past the room; negative: not yet known
+  std::vector<OccludedDirection> covered; ///< until an object moves
+  std::vector<Hidden> hidden;             ///< the same
+  float sky_visibility = -1.0f; ///< of the windows' light that reaches it past the room; negative: not yet known
 };
 
 struct Node {
   Receiver receiver;
-  RoomChange light;
-  std::atomic<std::uint64_t> light_number{0}; ///< that `light` belongs to
-  std::uint64_t placing_number = 0;           ///< that `receiver` belongs to
+  IndirectChange light;
+  std::atomic<std::uint64_t> light_version{0}; ///< that `light` belongs to
+  std::uint64_t placement_version = 0;         ///< that `receiver` belongs to
   std::mutex renewing;
 };
 
@@ -78,48 +77,48 @@ struct Lattice {
 
 } // namespace
 
-struct RoomChangeField::State {
+struct IndirectShadow::State {
   const RayScene& rays;
   const RoomLight& room_light;
   RoomPlanes planes;
-  WindowSight sight;
+  WindowVisibility windows;
   RoomPatches patches;
-  OwnShadow own_shadow;
+  IndirectFeedback indirect_feedback;
   OtherObjects other_objects;
   PlacedParts parts;
   std::vector<TwoSided> radiance;
-  std::uint64_t light_number = 0, placing_number = 1;
+  std::uint64_t light_version = 0, placement_version = 1;
   DirectionPattern near_pattern{kRays}, far_pattern{kFarRays};
   std::array<Lattice, kLevels.size()> lattices;
 
   State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& light)
-      : rays(room_rays), room_light(light), planes(room), sight(room_rays, apertures),
-        patches(room, room_rays, planes, light), own_shadow(room_rays, planes, light, sight),
-        other_objects(room_rays, patches, sight) {
+      : rays(room_rays), room_light(light), planes(room), windows(room_rays, apertures),
+        patches(room, room_rays, planes, light), indirect_feedback(room_rays, planes, light, windows),
+        other_objects(room_rays, patches, windows) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
       lattices[k].pattern = kLevels[k].rays == kRays ? &near_pattern : &far_pattern;
   }
 
   void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
-  RoomChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                 const glm::dvec3& direction) const;
+  IndirectChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+                     const glm::dvec3& direction) const;
   Node* node(const Lattice& lattice, const LatticeKey& key) const;
   const Cell& cell(const Lattice& lattice, const LatticeKey& key) const;
-  const RoomChange& current(const Lattice& lattice, Node& node, const glm::dvec3& x, std::uint32_t triangle,
-                            const glm::dvec3& n) const;
+  const IndirectChange& current(const Lattice& lattice, Node& node, const glm::dvec3& x, std::uint32_t triangle,
+                                const glm::dvec3& n) const;
   double radii_away(const glm::dvec3& x) const;
-  std::optional<RoomChange> between_nodes(const Lattice& lattice, std::uint32_t triangle, std::uint32_t facing,
-                                          const glm::dvec3& x) const;
+  std::optional<IndirectChange> between_nodes(const Lattice& lattice, std::uint32_t triangle, std::uint32_t facing,
+                                              const glm::dvec3& x) const;
 };
 
 /// What of the receiver still holds is kept.
-void RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
-                                   Receiver& receiver) const {
+void IndirectShadow::State::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
+                                  Receiver& receiver) const {
   receiver.covered.clear();
-  find_covered(rays, patches, parts, x, n, pattern, receiver.covered);
+  find_occluded(rays, patches, parts, x, n, pattern, receiver.covered);
   receiver.hidden.clear();
-  for (const Covered& c : receiver.covered)
+  for (const OccludedDirection& c : receiver.covered)
     if (c.behind) {
       auto same = std::find_if(receiver.hidden.begin(), receiver.hidden.end(),
                                [&](const Hidden& h) { return h.patch == c.behind; });
@@ -127,33 +126,33 @@ void RoomChangeField::State::trace(const glm::dvec3& x, const glm::dvec3& n, con
         same = receiver.hidden.insert(same, {c.behind, 0.0f});
       same->weight += c.weight;
     }
-  if (receiver.sky_share < 0.0f)
-    receiver.sky_share = sight.window_share(x, n);
+  if (receiver.sky_visibility < 0.0f)
+    receiver.sky_visibility = windows.visible_fraction(x, n);
 }
 
-RoomChange RoomChangeField::State::lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                                       const glm::dvec3& direction) const {
-  RoomChange change;
+IndirectChange IndirectShadow::State::lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+                                          const glm::dvec3& direction) const {
+  IndirectChange change;
   for (std::size_t k = 0; k < receiver.covered.size(); ++k) {
-    const Covered& c = receiver.covered[k];
+    const OccludedDirection& c = receiver.covered[k];
     const Rgb object = object_radiance(c, radiance);
-    change.irradiance += c.weight * (object - sunlight_behind(c, k, sight));
+    change.irradiance += c.weight * (object - sunlight_behind(c, k, windows));
   }
   for (const Hidden& h : receiver.hidden)
     change.irradiance -= h.weight * h.patch->reflectance * patches.irradiance(*h.patch) * std::numbers::inv_pi_v<float>;
   const RoomPoint point = room_light.at_surface(triangle, x, direction);
-  change.before = point.indirect_irradiance + receiver.sky_share * point.open_sky_irradiance;
+  change.before = point.indirect_irradiance + receiver.sky_visibility * point.open_sky_irradiance;
   return change;
 }
 
-Node* RoomChangeField::State::node(const Lattice& lattice, const LatticeKey& key) const {
+Node* IndirectShadow::State::node(const Lattice& lattice, const LatticeKey& key) const {
   auto found = lattice.nodes.find(key);
   if (found == lattice.nodes.end())
     found = lattice.nodes.emplace(key, std::make_unique<Node>()).first;
   return found->second.get();
 }
 
-const Cell& RoomChangeField::State::cell(const Lattice& lattice, const LatticeKey& key) const {
+const Cell& IndirectShadow::State::cell(const Lattice& lattice, const LatticeKey& key) const {
   auto found = lattice.cells.find(key);
   if (found != lattice.cells.end())
     return *found->second;
@@ -167,26 +166,26 @@ const Cell& RoomChangeField::State::cell(const Lattice& lattice, const LatticeKe
   made->open = true;
   constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
   for (const auto& way : kWays)
-    made->open = made->open && sight.sees(air[way[0]], air[way[1]]);
+    made->open = made->open && windows.visible(air[way[0]], air[way[1]]);
   return *lattice.cells.emplace(key, std::move(made)).first->second;
 }
 
-const RoomChange& RoomChangeField::State::current(const Lattice& lattice, Node& node, const glm::dvec3& x,
-                                                  std::uint32_t triangle, const glm::dvec3& n) const {
-  if (node.light_number.load(std::memory_order_acquire) != light_number) {
+const IndirectChange& IndirectShadow::State::current(const Lattice& lattice, Node& node, const glm::dvec3& x,
+                                                     std::uint32_t triangle, const glm::dvec3& n) const {
+  if (node.light_version.load(std::memory_order_acquire) != light_version) {
     const std::lock_guard lock(node.renewing);
-    if (node.light_number.load(std::memory_order_relaxed) != light_number) {
-      if (std::exchange(node.placing_number, placing_number) != placing_number)
+    if (node.light_version.load(std::memory_order_relaxed) != light_version) {
+      if (std::exchange(node.placement_version, placement_version) != placement_version)
         trace(x + kAirGap_m * n, n, *lattice.pattern, node.receiver);
       node.light = lit(node.receiver, triangle, x, -n);
-      node.light_number.store(light_number, std::memory_order_release);
+      node.light_version.store(light_version, std::memory_order_release);
     }
   }
   return node.light;
 }
 
 /// From the middle of the nearest object, in its radii.
-double RoomChangeField::State::radii_away(const glm::dvec3& x) const {
+double IndirectShadow::State::radii_away(const glm::dvec3& x) const {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < parts.size(); ++k)
     nearest = std::min(nearest, glm::length(x - parts.sphere(k).centre) / std::max(parts.sphere(k).radius, 1e-9));
@@ -194,8 +193,8 @@ double RoomChangeField::State::radii_away(const glm::dvec3& x) const {
 }
 
 /// Empty where no corner of the cell sees x.
-std::optional<RoomChange> RoomChangeField::State::between_nodes(const Lattice& lattice, std::uint32_t triangle,
-                                                                std::uint32_t facing, const glm::dvec3& x) const {
+std::optional<IndirectChange> IndirectShadow::State::between_nodes(const Lattice& lattice, std::uint32_t triangle,
+                                                                   std::uint32_t facing, const glm::dvec3& x) const {
   const RoomFacing& f = planes[facing];
   const glm::dvec2 p(glm::dot(f.u, x) / lattice.cell_m, glm::dot(f.v, x) / lattice.cell_m);
   const glm::dvec2 lower = glm::floor(p);
@@ -203,50 +202,50 @@ std::optional<RoomChange> RoomChangeField::State::between_nodes(const Lattice& l
   const Cell& square = cell(lattice, key);
   const glm::vec2 t(p - lower);
   const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
-  RoomChange sum;
+  IndirectChange sum;
   float whole = 0.0f;
   for (int k = 0; k < 4; ++k) {
     const glm::dvec3 corner = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m);
-    // A cell that furniture cuts, or that reaches out of the room: corners in sight stand for the others.
-    if (!square.open && !sight.sees(x + kAirGap_m * f.normal, corner + kAirGap_m * f.normal))
+    // A cell that furniture cuts, or that reaches out of the room: corners in view stand for the others.
+    if (!square.open && !windows.visible(x + kAirGap_m * f.normal, corner + kAirGap_m * f.normal))
       continue;
-    const RoomChange& c = current(lattice, *square.corner[k], corner, triangle, f.normal);
+    const IndirectChange& c = current(lattice, *square.corner[k], corner, triangle, f.normal);
     sum.irradiance += weight[k] * c.irradiance;
     sum.before += weight[k] * c.before;
     whole += weight[k];
   }
   if (whole < kLeastWeight)
     return std::nullopt;
-  return RoomChange{sum.irradiance / whole, sum.before / whole};
+  return IndirectChange{sum.irradiance / whole, sum.before / whole};
 }
 
 /// The sun's light on one side of an object's surface, reflected.
-Rgb RoomChangeField::State::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const {
-  const Rgb irradiance = sight.sun_sample(0, x + kAirGap_m * n, n);
+Rgb IndirectShadow::State::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const {
+  const Rgb irradiance = windows.sun_sample(0, x + kAirGap_m * n, n);
   if (irradiance == Rgb(0.0f))
     return irradiance;
   double skin = kAirGap_m;
   for (std::size_t k = 0; k < parts.size(); ++k)
     skin = std::max(skin, kSkin * parts.sphere(k).radius);
-  if (parts.covered(x + skin * n, sight.sun_direction()))
+  if (parts.occluded(x + skin * n, windows.sun_direction()))
     return Rgb(0.0f);
   return reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
-RoomChangeField::RoomChangeField(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
-                                 const RoomLight& room_light)
+IndirectShadow::IndirectShadow(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
+                               const RoomLight& room_light)
     : state_(std::make_unique<State>(room, room_rays, apertures, room_light)) {}
-RoomChangeField::RoomChangeField(RoomChangeField&&) noexcept = default;
-RoomChangeField& RoomChangeField::operator=(RoomChangeField&&) noexcept = default;
-RoomChangeField::~RoomChangeField() = default;
+IndirectShadow::IndirectShadow(IndirectShadow&&) noexcept = default;
+IndirectShadow& IndirectShadow::operator=(IndirectShadow&&) noexcept = default;
+IndirectShadow::~IndirectShadow() = default;
 
-void RoomChangeField::set_objects(std::vector<PlacedPart> parts) {
+void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
   State& s = *state_;
   s.parts = PlacedParts(std::move(parts));
-  s.own_shadow.set_objects(s.parts);
+  s.indirect_feedback.set_objects(s.parts);
   s.other_objects.set_objects(s.parts);
-  ++s.placing_number;
-  ++s.light_number;
+  ++s.placement_version;
+  ++s.light_version;
   double smallest = s.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < s.parts.size(); ++k)
     smallest = std::min(smallest, std::max(s.parts.sphere(k).radius, 1e-3));
@@ -260,53 +259,53 @@ void RoomChangeField::set_objects(std::vector<PlacedPart> parts) {
   }
 }
 
-void RoomChangeField::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky) {
+void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky) {
   State& s = *state_;
   if (!same_sky) {
-    s.sight.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
-    s.patches.set_frame(pyramid, s.sight.apertures());
+    s.windows.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
+    s.patches.set_frame(pyramid, s.windows.apertures());
   }
-  s.own_shadow.set_frame();
+  s.indirect_feedback.set_frame();
 }
 
-Sh9Rgb RoomChangeField::arriving_change(std::size_t part, const glm::dvec3& x) const {
-  return state_->own_shadow.change(part, x);
+Sh9Rgb IndirectShadow::arriving_change(std::size_t part, const glm::dvec3& x) const {
+  return state_->indirect_feedback.change(part, x);
 }
 
-void RoomChangeField::set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
-                                std::span<const glm::vec3> normals, std::span<const Rgb> reflectance) {
+void IndirectShadow::set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
+                               std::span<const glm::vec3> normals, std::span<const Rgb> reflectance) {
   State& s = *state_;
   s.radiance = std::move(radiance);
-  if (s.sight.has_sun())
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
+  if (s.windows.has_sun())
+    parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const glm::dvec3 n(normals[i]);
         s.radiance[i].front += s.reflected_sun(positions[i], n, reflectance[i]);
         s.radiance[i].back += s.reflected_sun(positions[i], -n, reflectance[i]);
       }
     });
-  ++s.light_number;
+  ++s.light_version;
 }
 
-bool RoomChangeField::objects_see_each_other() const { return state_->other_objects.any(); }
-void RoomChangeField::exchange() { state_->other_objects.set_light(state_->radiance); }
-Sh9Rgb RoomChangeField::exchanged_change(std::size_t part, const glm::dvec3& x) const {
+bool IndirectShadow::objects_see_each_other() const { return state_->other_objects.any(); }
+void IndirectShadow::exchange() { state_->other_objects.set_light(state_->radiance); }
+Sh9Rgb IndirectShadow::exchanged_change(std::size_t part, const glm::dvec3& x) const {
   return state_->other_objects.change(part, x);
 }
 
-bool RoomChangeField::reaches(const glm::dvec3& x) const {
+bool IndirectShadow::affects(const glm::dvec3& x) const {
   const PlacedParts& parts = state_->parts;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const glm::dvec3 d = parts.sphere(k).centre - x;
-    if (parts.sphere(k).radius * parts.sphere(k).radius > kLeastShare * glm::dot(d, d))
+    if (parts.sphere(k).radius * parts.sphere(k).radius > kLeastFraction * glm::dot(d, d))
       return true;
   }
   return false;
 }
 
-bool RoomChangeField::near(const glm::dvec3& x) const { return state_->radii_away(x) < kLevels[0].blend_to; }
+bool IndirectShadow::near(const glm::dvec3& x) const { return state_->radii_away(x) < kLevels[0].blend_to; }
 
-RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
+IndirectChange IndirectShadow::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;
   const std::uint32_t facing = s.planes.facing_of(triangle, direction);
   const double away = s.radii_away(x);
@@ -317,7 +316,7 @@ RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, cons
   const double t =
       level + 1 < kLevels.size() ? std::max(0.0, (away - l.blend_from) / (l.blend_to - l.blend_from)) : 0.0;
   const auto next = static_cast<float>(t * t * (3.0 - 2.0 * t));
-  RoomChange change;
+  IndirectChange change;
   for (const auto& [k, weight] : {std::pair(level, 1.0f - next), std::pair(level + 1, next)}) {
     if (weight == 0.0f)
       continue;
@@ -330,8 +329,8 @@ RoomChange RoomChangeField::at(std::uint32_t triangle, const glm::dvec3& x, cons
   return change;
 }
 
-RoomChange RoomChangeField::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
-                                     int count) const {
+IndirectChange IndirectShadow::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
+                                        int count) const {
   const State& s = *state_;
   const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
   Receiver receiver;
@@ -339,12 +338,12 @@ RoomChange RoomChangeField::evaluate(std::uint32_t triangle, const glm::dvec3& x
   return s.lit(receiver, triangle, x, direction);
 }
 
-Rgb RoomChangeField::sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
+Rgb IndirectShadow::sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const glm::dvec3 n = state_->planes[state_->planes.facing_of(triangle, direction)].normal;
-  return state_->sight.sun(x + kAirGap_m * n, n);
+  return state_->windows.sun(x + kAirGap_m * n, n);
 }
 
-std::uint32_t RoomChangeField::facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {
+std::uint32_t IndirectShadow::facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {
   return state_->planes.facing_of(triangle, direction);
 }
 

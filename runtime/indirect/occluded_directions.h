@@ -10,7 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "runtime/indirect/room_patches.h"
-#include "runtime/indirect/window_sight.h"
+#include "runtime/indirect/window_visibility.h"
 #include "runtime/object/placed_parts.h"
 #include "runtime/object/relight.h"
 #include "scene/room/ray_scene.h"
@@ -18,7 +18,7 @@
 namespace daylit {
 
 /// One of them.
-struct Covered {
+struct OccludedDirection {
   PartHit object;
   float weight = 0.0f;         ///< cos dw, sr
   RoomPatch* behind = nullptr; ///< null: the sky
@@ -40,19 +40,19 @@ private:
 
 /// Looks in the directions of the pattern, spread over the cone of each part's bounding sphere, as a point x with
 /// normal n sees it. Appends those that the part covers before the room and before other parts.
-void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
-                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered);
+void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
+                   const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered);
 
 /// An object, and another whose own triangles hide nothing.
 struct SeenFrom {
   std::size_t part = 0, ignored = 0;
 };
 /// The same of the directions in which one part lies, on all sides of x; the weights are solid angles, sr.
-void find_covered_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
-                     const glm::dvec3& x, const DirectionPattern& pattern, std::vector<Covered>& covered);
+void find_occluded_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                      const glm::dvec3& x, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered);
 
 /// Radiance of the object there.
-inline Rgb object_radiance(const Covered& covered, std::span<const TwoSided> radiance) {
+inline Rgb object_radiance(const OccludedDirection& covered, std::span<const TwoSided> radiance) {
   const PartHit& hit = covered.object;
   const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
   Rgb sum(0.0f);
@@ -64,11 +64,11 @@ inline Rgb object_radiance(const Covered& covered, std::span<const TwoSided> rad
 }
 
 /// The sun's part of the room's radiance that the object hides; sample `number` of the sun stands for all.
-inline Rgb sunlight_behind(const Covered& covered, std::size_t number, const WindowSight& sight) {
-  if (!covered.behind || !sight.has_sun())
+inline Rgb sunlight_behind(const OccludedDirection& covered, std::size_t number, const WindowVisibility& windows) {
+  if (!covered.behind || !windows.has_sun())
     return Rgb(0.0f);
   const glm::dvec3& n = covered.behind->normal;
-  return covered.behind->reflectance * sight.sun_sample(number, covered.position + kAirGap_m * n, n) *
+  return covered.behind->reflectance * windows.sun_sample(number, covered.position + kAirGap_m * n, n) *
          std::numbers::inv_pi_v<float>;
 }
 

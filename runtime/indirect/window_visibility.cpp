@@ -1,4 +1,4 @@
-#include "runtime/indirect/window_sight.h"
+#include "runtime/indirect/window_visibility.h"
 
 #include <algorithm>
 #include <array>
@@ -17,17 +17,17 @@ constexpr int kWindowPoints = 4; ///< per side: those of a window fill a packet 
 constexpr int kSunSamples = 8;
 } // namespace
 
-void WindowSight::set_sun(const std::optional<DetectedSun>& detected) {
+void WindowVisibility::set_sun(const std::optional<DetectedSun>& detected) {
   sun_.clear();
   sun_normal_irradiance_ = detected ? detected->normal_irradiance : Rgb(0.0f);
   for (int k = 0; detected && k < kSunSamples; ++k)
     sun_.push_back(sun_disc_direction(detected->direction, k, kSunSamples));
 }
 
-/// Share of the windows' points, given by their offsets from x, that count; `none` where no window faces x. `counts`:
-/// bits of up to kWindowPoints squared offsets.
+/// Fraction of the windows' points, given by their offsets from x, that count; `none` where no window faces x.
+/// `counts`: bits of up to kWindowPoints squared offsets.
 template <class Counts>
-double WindowSight::share_of_windows(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const {
+double WindowVisibility::weighted_fraction(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const {
   double seen = 0.0, all = 0.0;
   std::array<glm::dvec3, kWindowPoints * kWindowPoints> offset;
   std::array<double, kWindowPoints * kWindowPoints> weight{};
@@ -56,27 +56,27 @@ double WindowSight::share_of_windows(const glm::dvec3& x, const glm::dvec3& n, d
 }
 
 /// Offsets that no surface of the room blocks.
-std::uint32_t WindowSight::past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const {
+std::uint32_t WindowVisibility::past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const {
   const RayPacket16 packet = ray_fan(
       rays_.to_local(x), offsets.size(), [&](std::size_t k) { return glm::vec3(offsets[k]); }, 0.9999f);
   return ~rays_.occluded16(packet, static_cast<int>(offsets.size()));
 }
 
-float WindowSight::window_share(const glm::dvec3& x, const glm::dvec3& n) const {
+float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const {
   return static_cast<float>(
-      share_of_windows(x, n, 1.0, [&](std::span<const glm::dvec3> offsets) { return past_room(x, offsets); }));
+      weighted_fraction(x, n, 1.0, [&](std::span<const glm::dvec3> offsets) { return past_room(x, offsets); }));
 }
 
-float WindowSight::lost_share(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
-  return static_cast<float>(share_of_windows(x, n, 0.0, [&](std::span<const glm::dvec3> offsets) {
+float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
+  return static_cast<float>(weighted_fraction(x, n, 0.0, [&](std::span<const glm::dvec3> offsets) {
     std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
     std::transform(offsets.begin(), offsets.end(), direction.begin(), [](const auto& d) { return glm::normalize(d); });
-    const std::uint32_t covered = parts.covered(x, {direction.data(), offsets.size()});
+    const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()});
     return covered ? covered & past_room(x, offsets) : 0u;
   }));
 }
 
-Rgb WindowSight::sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const {
+Rgb WindowVisibility::sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const {
   if (sun_.empty())
     return Rgb(0.0f);
   const glm::dvec3 direction = sun_[number % sun_.size()];
@@ -91,16 +91,16 @@ Rgb WindowSight::sun_sample(std::size_t number, const glm::dvec3& x, const glm::
   return static_cast<float>(cosine) * pane * sun_normal_irradiance_;
 }
 
-Rgb WindowSight::sun(const glm::dvec3& x, const glm::dvec3& n) const {
+Rgb WindowVisibility::sun(const glm::dvec3& x, const glm::dvec3& n) const {
   Rgb sum(0.0f);
   for (std::size_t k = 0; k < sun_.size(); ++k)
     sum += sun_sample(k, x, n);
   return sun_.empty() ? sum : sum / static_cast<float>(sun_.size());
 }
 
-Rgb WindowSight::lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
+Rgb WindowVisibility::lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
   const Rgb arrives = sun_sample(sun_.size() / 2, x, n);
-  return arrives != Rgb(0.0f) && parts.covered(x, sun_direction()) ? arrives : Rgb(0.0f);
+  return arrives != Rgb(0.0f) && parts.occluded(x, sun_direction()) ? arrives : Rgb(0.0f);
 }
 
 } // namespace daylit

@@ -1,4 +1,4 @@
-#include "runtime/indirect/covered_directions.h"
+#include "runtime/indirect/occluded_directions.h"
 
 #include <algorithm>
 #include <array>
@@ -58,17 +58,18 @@ struct Cone {
 /// Directions with what they meet first, gathered until they fill a packet of room rays.
 struct Candidates {
   std::array<glm::dvec3, kPacket> direction;
-  std::array<Covered, kPacket> covered;
+  std::array<OccludedDirection, kPacket> covered;
   std::size_t count = 0;
 
-  void flush(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x, std::vector<Covered>& out) {
+  void flush(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x,
+             std::vector<OccludedDirection>& out) {
     if (count == 0)
       return;
     RayHits16 hits;
     const RayPacket16 rays = ray_fan(room.to_local(x), count, [&](std::size_t k) { return glm::vec3(direction[k]); });
     const std::uint32_t ends = room.closest16(rays, static_cast<int>(count), hits);
     for (std::size_t k = 0; k < count; ++k) {
-      Covered& c = covered[k];
+      OccludedDirection& c = covered[k];
       if (ends >> k & 1u) {
         const double distance = static_cast<double>(hits.distance[k]);
         if (distance < c.object.distance)
@@ -98,7 +99,7 @@ namespace {
 template <class Weight>
 void look_at_part(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
                   const glm::dvec3& x, const Cone& cone, const DirectionPattern& pattern, const Weight& weight,
-                  std::vector<Covered>& covered) {
+                  std::vector<OccludedDirection>& covered) {
   const std::span<const DirectionPattern::Point> points = pattern.points();
   Candidates candidates;
   std::array<glm::dvec3, kPacket> directions;
@@ -109,8 +110,8 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
     for (; k < points.size() && count < kPacket; ++k)
       if (const glm::dvec3 w = cone.direction(points[k]); (weights[count] = weight(w)) > 0.0f)
         directions[count++] = w;
-    const std::span<const glm::dvec3> asked(directions.data(), count);
-    const std::uint32_t met = count > 0 ? parts.cast_first(seen.part, x, asked, hits, seen.ignored) : 0u;
+    const std::span<const glm::dvec3> towards(directions.data(), count);
+    const std::uint32_t met = count > 0 ? parts.cast_first(seen.part, x, towards, hits, seen.ignored) : 0u;
     for (std::size_t i = 0; i < count; ++i) {
       if (!(met >> i & 1u))
         continue;
@@ -125,8 +126,8 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
 
 } // namespace
 
-void find_covered(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
-                  const glm::dvec3& n, const DirectionPattern& pattern, std::vector<Covered>& covered) {
+void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
+                   const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const BoundingSphere& sphere = parts.sphere(part);
     if (sphere.radius <= 0.0 || glm::dot(n, sphere.centre - x) < -sphere.radius)
@@ -140,8 +141,8 @@ void find_covered(const RayScene& room, const RoomPatches& patches, const Placed
   }
 }
 
-void find_covered_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
-                     const glm::dvec3& x, const DirectionPattern& pattern, std::vector<Covered>& covered) {
+void find_occluded_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
+                      const glm::dvec3& x, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
   const Cone cone(parts.sphere(seen.part), x);
   look_at_part(
       room, patches, parts, seen, x, cone, pattern,
