@@ -9,7 +9,7 @@
 #include "precompute/detail/transport_problem.h"
 #include "precompute/probe_fit.h"
 #include "precompute/probes.h"
-#include "radiosity/gather.h"
+#include "radiosity/coefficients.h"
 
 namespace daylit::precompute {
 
@@ -112,7 +112,7 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
   s.clock.finish("solve");
   const auto told_apart = [&](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
     for (const std::uint32_t point : s.fit.needed(some))
-      s.hits.mark_told_apart(s.points.place[point], of_patches);
+      s.hits.mark_distinguished(s.points.place[point], of_patches);
   };
   const auto gather = [&](std::span<const std::uint32_t> some, std::span<const std::uint32_t> piece_end, float* out) {
     const auto one = [&](std::uint32_t point, float* nine_rows) {

@@ -40,7 +40,8 @@ void fold_to_triangle(float* __restrict u, float* __restrict v) {
 /// factors that all rays of a pair share.
 void connect(const PairLanes& lanes, const float (*u)[16], float gap, RayPacket16& __restrict packet,
              float* __restrict weight) {
-  const auto &from = lanes.from, &to = lanes.to, &normal_from = lanes.normal_from, &normal_to = lanes.normal_to;
+  const auto &from = lanes.from, &to = lanes.to;
+  const auto &normal_from = lanes.normal_from, &normal_to = lanes.normal_to;
   for (int k = 0; k < 16; ++k) {
     const float x = from[0][k] + u[0][k] * from[3][k] + u[1][k] * from[6][k];
     const float y = from[1][k] + u[0][k] * from[4][k] + u[1][k] * from[7][k];

@@ -86,10 +86,10 @@ void PairVisibility::shoot(std::size_t lanes) {
   const std::uint32_t blocked = scene_.occluded16(packet, static_cast<int>(lanes));
   for (std::size_t k = 0; k < lanes; ++k) {
     Tally& t = tally_[slot_[k]];
-    const float share = weight[k] * lanes_.scale[k];
-    t.total += share;
+    const float kernel = weight[k] * lanes_.scale[k];
+    t.total += kernel;
     const std::uint32_t hit = blocked >> k & 1u;
-    t.seen += hit != 0 ? 0.0f : share;
+    t.seen += hit != 0 ? 0.0f : kernel;
     t.blocked += hit;
   }
 }
@@ -142,7 +142,7 @@ std::uint64_t PairVisibility::resolve(std::vector<PairQuery>& queries, const std
   }
   flush(queries.back());
   for (std::size_t q = 0; q < queries.size(); ++q)
-    queries[q].share = tally_[q].total > 0.0f ? tally_[q].seen / tally_[q].total : 0.0f;
+    queries[q].visibility = tally_[q].total > 0.0f ? tally_[q].seen / tally_[q].total : 0.0f;
   return rays;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Visible shares of many pairs of patches, by rays.
+// Visibility of many pairs of patches, by rays.
 
 #include <array>
 #include <cstdint>
@@ -29,13 +29,13 @@ struct FacingParts {
   FacingParts(const SmallPolygon& a, const SmallPolygon& b, const glm::dvec3& shift);
 };
 
-/// A pair whose visible share is wanted.
+/// A pair whose visibility is wanted.
 struct PairQuery {
   std::uint32_t i, j;      ///< tree positions
   std::uint64_t seed;      ///< of its sample points
   float form_factor;       ///< the larger of F_ij and F_ji, unoccluded
   bool near;               ///< the kernel varies over the pair
-  float share = 0;         ///< result: kernel-weighted share of the unblocked rays, 0..1
+  float visibility = 0;    ///< result: kernel-weighted fraction of the unblocked rays, 0..1
   std::int32_t parts = -1; ///< which of the FacingParts the rays run between; none: the whole triangles
 };
 
@@ -46,7 +46,7 @@ public:
   PairVisibility(const PairArrays& arrays, const RayScene& scene, double rays)
       : arrays_(arrays), scene_(scene), rays_(rays) {}
 
-  /// Sets the share of every query (at least one); returns the number of rays.
+  /// Sets the visibility of every query (at least one); returns the number of rays.
   std::uint64_t resolve(std::vector<PairQuery>& queries, const std::vector<FacingParts>& parts);
 
 private:

@@ -94,7 +94,7 @@ TEST(LightLeaves, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_ray
   plain.weights(0, by_rays.data());
   grouped.weights(0, shared.data());
   std::vector<std::uint8_t> told_apart(cut.problem.patches.patches.size(), 0);
-  grouped.mark_told_apart(0, told_apart);
+  grouped.mark_distinguished(0, told_apart);
   EXPECT_GT(std::accumulate(told_apart.begin(), told_apart.end(), 0), 10);
   EXPECT_LT(std::accumulate(told_apart.begin(), told_apart.end(), 0), static_cast<int>(told_apart.size()) / 2);
   std::vector<double> of_patch(told_apart.size(), 0.0);
