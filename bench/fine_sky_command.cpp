@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <numbers>
 
@@ -27,12 +26,6 @@ struct Arguments {
   double altitude_deg = 25, error = 0.03;
   int exact_facets = 8000, exact_rays = 16384;
 };
-
-double process_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
 
 struct SunCells {
   SkyPartition partition;
@@ -212,12 +205,6 @@ void add_steps(const Track& track, nlohmann::json& row) {
   };
   row["step"] = rounded(track.step);
   row["true_step"] = rounded(track.true_step);
-}
-
-double wall_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
 }
 
 void add_times(const Pair& pair, nlohmann::json& row) {

@@ -5,16 +5,9 @@
 #include <limits>
 #include <vector>
 
-#include <time.h>
+#include "scene/core/seconds.h"
 
 namespace daylit::bench {
-
-/// CPU time of this thread in seconds: other load on the machine does not count.
-inline double thread_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return double(t.tv_sec) + 1e-9 * double(t.tv_nsec);
-}
 
 /// Seconds of one call.
 template <class Body>

@@ -1,7 +1,6 @@
 #include "radiosity/first_bounce.h"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <numbers>
 
@@ -10,6 +9,7 @@
 #include "radiosity/detail/aperture_light.h"
 #include "radiosity/detail/sampling.h"
 #include "scene/core/parallel_stage.h"
+#include "scene/core/seconds.h"
 #include "scene/room/glass.h"
 
 namespace daylit::radiosity {
@@ -101,7 +101,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
                                                       FirstBounceReport* report) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = wall_seconds();
   DirectLight task(set, mesh, scene, apertures, partition);
   std::vector<FirstBounceRow> rows(set.patches.size());
   const Result<void> done = parallel_stage("first bounce", set.patches.size(), 64, progress, [&](std::size_t i) {
@@ -118,7 +118,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const
                .clear_pairs = task.clear,
                .sampled_pairs = task.sampled,
                .open_sky_patches = task.open_sky,
-               .seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+               .seconds = wall_seconds() - start};
   return rows;
 }
 

@@ -1,11 +1,10 @@
 #include "radiosity/form_factors.h"
 
-#include <chrono>
-
 #include <glm/geometric.hpp>
 
 #include "radiosity/detail/exchange_tasks.h"
 #include "radiosity/detail/obstacles.h"
+#include "scene/core/seconds.h"
 
 namespace daylit::radiosity {
 
@@ -60,7 +59,7 @@ void fill_report(const ExchangeProblem& problem, const ExchangeMatrix& m, Exchan
 Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& mesh, const Room& room,
                                       const RayScene& rays, const ExchangeOptions& options, const Progress& progress,
                                       ExchangeReport* report) {
-  const auto start = std::chrono::steady_clock::now();
+  const double start = wall_seconds();
   const ClusterTree tree = patch_tree(set, mesh);
   const BlockVisibility visibility(convex_obstacles(room, mesh.origin));
   const ExchangePlan plan = plan_exchange(tree, visibility, {.black = black_positions(set, tree, options)});
@@ -82,7 +81,7 @@ Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& me
   if (report) {
     fill_report(problem, m, *report);
     report->black_pairs = plan.black_pairs;
-    report->seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report->seconds = wall_seconds() - start;
   }
   return m;
 }

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <optional>
 
@@ -13,6 +11,7 @@
 #include "radiosity/detail/cholesky.h"
 #include "radiosity/detail/solve_panel.h"
 #include "scene/core/parallel_stage.h"
+#include "scene/core/seconds.h"
 
 namespace daylit::radiosity {
 
@@ -34,21 +33,12 @@ struct Scales {
 };
 
 /// Wall and processor time of a solution.
-class Stopwatch {
-public:
+struct Stopwatch {
+  double wall = wall_seconds(), cpu = process_seconds();
   void stop(SolveReport& report) const {
-    report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-    report.cpu_seconds = process_seconds() - cpu_start_;
+    report.seconds = wall_seconds() - wall;
+    report.cpu_seconds = process_seconds() - cpu;
   }
-
-private:
-  static double process_seconds() {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  }
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  double cpu_start_ = process_seconds();
 };
 
 /// Right sides and solutions of (I - S G S) z = r, [tree position][column], a panel of columns at a time.

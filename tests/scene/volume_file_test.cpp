@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/core/atomic_file.h"
-#include "scene/core/xxh64.h"
+#include "scene/core/checksum.h"
 #include "tests/scene/volume_versions.h"
 
 namespace daylit {
@@ -68,7 +68,7 @@ void replace_text(std::vector<std::uint8_t>& file, const std::string& from, cons
 }
 
 std::uint64_t xxh64(const std::string& text) {
-  detail::Xxh64 hash;
+  Checksum hash;
   for (const char c : text) // byte by byte: the hardest way to feed a hash of 32-byte stripes
     hash.add(std::as_bytes(std::span(&c, 1)));
   return hash.digest();
@@ -79,7 +79,7 @@ TEST(VolumeFile, checksum_is_xxh64) {
   EXPECT_EQ(xxh64("abc"), 0x44bc2cf5ad770999u);
   const std::string text = "Nobody inspects the spammish repetition";
   EXPECT_EQ(xxh64(text), 0xfbcea83c8a378bf1u);
-  detail::Xxh64 at_once;
+  Checksum at_once;
   at_once.add(std::as_bytes(std::span(text)));
   EXPECT_EQ(at_once.digest(), xxh64(text));
 }
