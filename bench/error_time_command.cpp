@@ -61,7 +61,7 @@ Result<double> file_bytes(const precompute::PlannedBake& bake) {
 
 /// One thread, the whole volume, all radiances changed each time.
 double combine_ms(const BasisVolume& volume, ShOrder order) {
-  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::fixed16, order);
+  VolumeCombiner combiner = VolumeCombiner::make(volume, order);
   const auto regions = static_cast<std::size_t>(volume.partition.size());
   const std::array<std::vector<Rgb>, 2> sky{std::vector<Rgb>(regions, Rgb(1.0f)), std::vector<Rgb>(regions, Rgb(0.5f))};
   bool odd = false;

@@ -231,7 +231,7 @@ bool GatherHits::tells_apart(const glm::dvec3& point, const Group& g) const {
   return g.member_m2 * std::abs(glm::dot(way, g.normal)) > own_sr * distance2 * std::sqrt(distance2);
 }
 
-void GatherHits::mark_told_apart(std::size_t point, std::span<std::uint8_t> groups) const {
+void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {
   for (const Group& g : groups_)
     if (tells_apart(points_[point], g))
       groups[g.group] = 1;

@@ -47,7 +47,7 @@ public:
   /// The nine rows of a point: coefficient lm = sum over patches of weights[lm][patch] * radiosity. Cleared first.
   void weights(std::size_t point, float* nine_rows, Bands bands = Bands::low) const;
   /// Marks the groups (GatherOptions::group) whose members count by themselves at the point.
-  void mark_told_apart(std::size_t point, std::span<std::uint8_t> groups) const;
+  void mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const;
   /// weights() of pieces: patches up to piece_end[0], from there up to piece_end[1], and so on, summed. A group is
   /// one piece, or each of its patches is.
   void weights(std::size_t point, std::span<const std::uint32_t> piece_end, float* nine_rows,

@@ -1,7 +1,7 @@
 #pragma once
 
-// A small volume of every kind that a file can hold. A new format version enters the tests of damaged files as one line
-// of volume_versions().
+// A small volume of every kind that a file can hold. A new kind enters the tests of damaged files as one line of
+// volume_kinds().
 
 #include <algorithm>
 #include <cstring>
@@ -14,9 +14,8 @@
 
 namespace daylit::test {
 
-struct VolumeVersion {
+struct VolumeKind {
   const char* name;
-  int format_version;
   BasisVolume volume;
   BasisPrecision precision = BasisPrecision::float32;
 };
@@ -36,31 +35,29 @@ inline BasisVolume with_clear_glass(BasisVolume volume) {
   return volume;
 }
 
-/// No two numbers alike beside each other, zeros where rows are filled up.
+/// No two numbers alike beside each other.
+template <class T>
+void fill(std::vector<T>& list, std::size_t count) {
+  for (std::size_t k = 0; k < count; ++k)
+    list.push_back(static_cast<T>((static_cast<int>(k % 101) - 50) * (sizeof(T) == 2 ? 600 : 2)));
+}
 inline void fill_factors(CompactFactors& f) {
-  const std::vector<BrickPlace> at = brick_places(f);
-  f.source_factor.assign(at.back().source_byte, 0);
-  f.probe_factor.assign(at.back().probe_byte, 0);
-  int next = 0;
-  const auto number = [&next] { return static_cast<std::int8_t>(next++ % 101 - 50); };
-  for (std::size_t b = 0; b < f.brick.size(); ++b)
-    for (std::size_t plane = 0; plane < f.brick[b].planes(); ++plane) {
-      for (std::size_t i = 0; i < f.brick[b].pieces; ++i)
-        f.source_factor[at[b].source_byte + f.brick[b].source_at(plane, i)] = number();
-      for (std::size_t k = 0; k < 27 * std::size_t{f.brick[b].probes}; ++k)
-        f.probe_factor[at[b].probe_byte + f.brick[b].probe_at(plane, k % 3, k / 3)] = number();
-    }
+  const ClusterOffsets end = cluster_offsets(f).back();
+  fill(f.strong.source_factor, end.strong.source_factor);
+  fill(f.strong.probe_factor, end.strong.probe_factor);
+  fill(f.weak.source_factor, end.weak.source_factor);
+  fill(f.weak.probe_factor, end.weak.probe_factor);
 }
 
-/// Two bricks of different rank over the nodes of a small partition; light rows for `colours` = 1 (clear panes) or 3.
+/// Two clusters of different rank over the nodes of a small partition; light rows for `colours` = 1 (clear panes) or 3.
 inline BasisVolume compact_volume(int colours) {
   BasisVolume volume = plain_volume();
   volume.partition = *SkyPartition::fine(16);
   volume.stored_region.clear();
   volume.basis.clear();
   auto basis = std::make_shared<CompactBasis>();
-  basis->sources = 4;
   FirstLight& light = basis->light;
+  light.colours = static_cast<std::uint32_t>(colours);
   light.first_block = {0};
   for (int c = 0; c < colours; ++c) {
     light.scale.insert(light.scale.end(), {1.0f, 0.5f, 2.0f, 0.25f});
@@ -71,12 +68,13 @@ inline BasisVolume compact_volume(int colours) {
       for (std::size_t k = 0; k < FirstLight::kBlock; ++k)
         light.weight.push_back(k < lit ? 0x3900 : 0);
   }
-  basis->group = {{1, 3}};
-  basis->group_weight = {0.0f, 0.75f, 0.5f, 0.0f};
+  basis->aggregate = {{1, 3}};
+  basis->aggregate_weight = {0.0f, 0.75f, 0.5f, 0.0f};
   CompactFactors& nine = basis->nine;
-  nine.brick = {{7, 3, 1, 2}, {5, 4, 2, 0}};
-  nine.piece = {0, 4, 3, 0, 1, 2, 3};
-  nine.scale = {1e-8f, 1e-3f, 2e-3f, 5e-9f, 2.5e-9f};
+  nine.cluster = {{7, 3, 1, 2}, {5, 4, 2, 0}};
+  nine.source = {0, 4, 3, 0, 1, 2, 3};
+  nine.strong.scale = {1e-9f, 5e-10f, 2.5e-10f};
+  nine.weak.scale = {1e-3f, 2e-3f};
   for (std::uint32_t p = 0; p < 12; ++p)
     nine.probe.push_back(11 - p);
   fill_factors(nine);
@@ -93,10 +91,11 @@ inline BasisVolume with_band4(BasisVolume volume) {
   }
   auto basis = std::make_shared<CompactBasis>(*volume.compact);
   CompactFactors& band4 = basis->band4;
-  band4.brick = {{2, 2, 0, 1}, {3, 4, 1, 1}};
-  band4.piece = {4, 0, 3, 2, 1, 0};
+  band4.cluster = {{2, 2, 0, 1}, {3, 4, 1, 1}};
+  band4.source = {4, 0, 3, 2, 1, 0};
   band4.probe = {3, 1, 10, 0, 7};
-  band4.scale = {3e-4f, 2e-9f, 5e-4f};
+  band4.strong.scale = {2e-10f};
+  band4.weak.scale = {3e-4f, 5e-4f};
   fill_factors(band4);
   volume.compact = std::move(basis);
   return volume;
@@ -111,23 +110,23 @@ inline BasisVolume rectangle_volume() {
   return volume;
 }
 
-inline std::vector<VolumeVersion> volume_versions() {
-  std::vector<VolumeVersion> list;
-  list.push_back({"constant panes", 1, plain_volume()});
-  list.push_back({"constant panes, half floats", 1, plain_volume(), BasisPrecision::float16});
-  list.push_back({"clear glass", 2, with_clear_glass(plain_volume())});
-  list.push_back({"clear glass, half floats", 2, with_clear_glass(plain_volume()), BasisPrecision::float16});
-  list.push_back({"compact", 8, compact_volume(1)});
-  list.push_back({"compact, tinted", 8, compact_volume(3)});
-  list.push_back({"compact, clear glass", 8, with_clear_glass(compact_volume(1))});
-  list.push_back({"compact, l = 4", 8, with_band4(compact_volume(1))});
-  list.push_back({"l = 4", 1, with_band4(plain_volume())});
-  list.push_back({"l = 4, half floats", 1, with_band4(plain_volume()), BasisPrecision::float16});
-  list.push_back({"rectangles", 5, rectangle_volume()});
-  list.push_back({"rectangles, half floats", 5, rectangle_volume(), BasisPrecision::float16});
-  list.push_back({"graded", 9, graded(plain_volume()), BasisPrecision::float16});
-  list.push_back({"graded, compact", 9, graded(with_band4(compact_volume(1)))});
-  list.push_back({"graded, rectangles", 9, graded(rectangle_volume())});
+inline std::vector<VolumeKind> volume_kinds() {
+  std::vector<VolumeKind> list;
+  list.push_back({"constant panes", plain_volume()});
+  list.push_back({"constant panes, half floats", plain_volume(), BasisPrecision::float16});
+  list.push_back({"clear glass", with_clear_glass(plain_volume())});
+  list.push_back({"clear glass, half floats", with_clear_glass(plain_volume()), BasisPrecision::float16});
+  list.push_back({"compact", compact_volume(1)});
+  list.push_back({"compact, tinted", compact_volume(3)});
+  list.push_back({"compact, clear glass", with_clear_glass(compact_volume(1))});
+  list.push_back({"compact, l = 4", with_band4(compact_volume(1))});
+  list.push_back({"l = 4", with_band4(plain_volume())});
+  list.push_back({"l = 4, half floats", with_band4(plain_volume()), BasisPrecision::float16});
+  list.push_back({"rectangles", rectangle_volume()});
+  list.push_back({"rectangles, half floats", rectangle_volume(), BasisPrecision::float16});
+  list.push_back({"graded", graded(plain_volume()), BasisPrecision::float16});
+  list.push_back({"graded, compact", graded(with_band4(compact_volume(1)))});
+  list.push_back({"graded, rectangles", graded(rectangle_volume())});
   return list;
 }
 
