@@ -23,10 +23,11 @@ using detail::ProbeCluster;
 
 constexpr double kSketchAtThree = 140; ///< columns of the range finder at an error of 3 %, ~ error^-0.8
 constexpr double kRangeAtThree = 180;  ///< the same of what counts at all in the rows of a cluster
-constexpr float kBelowHorizon = 0.2f;  ///< no sun is there: light from there is smooth, and may err more under a small one
-constexpr double kFloor = 0.05;        ///< of the brightest node: what dimmer nodes are measured against
-constexpr double kRounding = 0.5;      ///< of the error: what rounding may add
-constexpr double kTail2 = 0.2;         ///< of the allowed squared error: a longer tail, and the sketch is widened
+constexpr float kBelowHorizon =
+    0.2f;                         ///< no sun is there: light from there is smooth, and may err more under a small one
+constexpr double kFloor = 0.05;   ///< of the brightest node: what dimmer nodes are measured against
+constexpr double kRounding = 0.5; ///< of the error: what rounding may add
+constexpr double kTail2 = 0.2;    ///< of the allowed squared error: a longer tail, and the sketch is widened
 
 /// What an error under a sun at each node counts.
 std::vector<float> horizon_weights(const detail::SunColumns& columns, const SkyPartition& partition) {
@@ -171,8 +172,8 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   const std::vector<float> horizon = horizon_weights(columns, partition);
   const std::size_t range = sketch_width(kRangeAtThree, options.error);
   const detail::SurfaceTransport surfaces(light);
-  const std::vector<float> radiosity = of_random_colour(
-      surfaces, columns.random_suns(node_weights(norms2_on_sources(columns), horizon), range), range);
+  const std::vector<float> radiosity =
+      of_random_colour(surfaces, columns.random_suns(node_weights(norms2_on_sources(columns), horizon), range), range);
   stages.run([&](ProbeCluster& c) { c.reduce(light, surfaces, gather, radiosity, options.error); });
 
   const std::vector<float> weight = node_weights(

@@ -1,10 +1,10 @@
 #pragma once
 
-// The transport from thousands of sky directions, kept small (scene/volume/compact_basis.h): the light on the surfaces as
-// a sparse matrix, and from the surfaces, per cluster of neighbouring probes, the best product of two factors (truncated
-// singular value decomposition), all clusters cut off at one common threshold so that the error asked for costs the
-// fewest numbers. Best is meant for suns: the error is that of the field under a small sun, in the mean over the
-// directions of the sky.
+// The transport from thousands of sky directions, kept small (scene/volume/compact_basis.h): the light on the surfaces
+// as a sparse matrix, and from the surfaces, per cluster of neighbouring probes, the best product of two factors
+// (truncated singular value decomposition), all clusters cut off at one common threshold so that the error asked for
+// costs the fewest numbers. Best is meant for suns: the error is that of the field under a small sun, in the mean over
+// the directions of the sky.
 
 #include <cstdint>
 #include <functional>
@@ -36,8 +36,8 @@ struct CompactReport {
   std::size_t clusters = 0;           ///< of sources, for which further bounces are solved
   std::size_t probe_clusters = 0, bytes = 0;
   std::size_t band4_probe_clusters = 0, band4_components = 0, band4_bytes = 0; ///< what was kept of l = 4
-  double mean_rank = 0;       ///< of the nine: components per probe cluster
-  double strong_fraction = 0; ///< of them, that have 16 bits a number
+  double mean_rank = 0;                    ///< of the nine: components per probe cluster
+  double strong_fraction = 0;              ///< of them, that have 16 bits a number
   double rms_error = 0, largest_error = 0; ///< relative, measured on the stored factors (random projections)
   double seconds = 0;
 };

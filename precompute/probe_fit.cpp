@@ -14,7 +14,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr std::size_t kChunk = 256;  ///< numbers of all points at a time
+constexpr std::size_t kChunk = 256; ///< numbers of all points at a time
 constexpr std::int64_t kNone = -1;
 
 /// Disjoint sets, each named by its smallest member.
@@ -41,8 +41,9 @@ class ProbeLinks {
 public:
   ProbeLinks(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
              const std::function<bool(std::size_t, std::size_t)>& sees)
-      : count_{grid.count.x, grid.count.y, grid.count.z},
-        stride_{1, grid.count.x, std::int64_t{grid.count.x} * grid.count.y}, point_of_(grid.size(), kNone) {
+      : count_{grid.count.x, grid.count.y, grid.count.z}, stride_{1, grid.count.x,
+                                                                  std::int64_t{grid.count.x} * grid.count.y},
+        point_of_(grid.size(), kNone) {
     for (std::size_t p = 0; p < probe_of_point.size(); ++p)
       point_of_[probe_of_point[p]] = static_cast<std::int64_t>(p);
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -32,7 +32,8 @@ struct Interpolation {
   }
 };
 
-Result<std::vector<Interpolation>> interpolations_of(const LightFieldSampler& sampler, std::span<const ProbePoint> points) {
+Result<std::vector<Interpolation>> interpolations_of(const LightFieldSampler& sampler,
+                                                     std::span<const ProbePoint> points) {
   std::vector<Interpolation> interpolations(points.size());
   parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
     interpolations[i].count = sampler.weights(points[i].position, interpolations[i].probe, interpolations[i].weight);

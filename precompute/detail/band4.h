@@ -1,7 +1,7 @@
 #pragma once
 
-// The coefficients of l = 4 in a cluster of probes, as a second, small pair of factors beside that of the nine: the same
-// parts, suns and steps, with rows weighted by what an error in them does to irradiance.
+// The coefficients of l = 4 in a cluster of probes, as a second, small pair of factors beside that of the nine: the
+// same parts, suns and steps, with rows weighted by what an error in them does to irradiance.
 
 #include <span>
 #include <vector>

@@ -59,9 +59,8 @@ void choose_storage(std::vector<ProbeCluster>& clusters, const Measure& measure,
     c.factors.store_as({next, end});
     next = end;
   }
-  parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t b) {
-    clusters[b].band4.choose_storage(per_byte, suns(clusters[b]), kRoundingSuns);
-  });
+  parallel_for(std::size_t{0}, clusters.size(),
+               [&](std::size_t b) { clusters[b].band4.choose_storage(per_byte, suns(clusters[b]), kRoundingSuns); });
 }
 
 namespace {

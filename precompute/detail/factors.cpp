@@ -92,8 +92,8 @@ std::vector<float> multiply_transposed(std::span<const float> a, std::span<const
   return c;
 }
 
-/// With a^T a = V diag(s^2) V^T the columns of a V / s are orthonormal; the squares that a direction takes along when it is
-/// dropped are s^2.
+/// With a^T a = V diag(s^2) V^T the columns of a V / s are orthonormal; the squares that a direction takes along when
+/// it is dropped are s^2.
 Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns, double left) {
   const std::vector<float> t = transposed(a, rows, columns);
   std::vector<double> values;
@@ -114,8 +114,8 @@ Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size
   return basis;
 }
 
-/// transport = q C with orthonormal q. With C M C^T = U diag(power) U^T in the metric M the rows of U^T C are the source
-/// factors and those of U^T q^T the row factors: the singular value decomposition of the block in that metric.
+/// transport = q C with orthonormal q. With C M C^T = U diag(power) U^T in the metric M the rows of U^T C are the
+/// source factors and those of U^T q^T the row factors: the singular value decomposition of the block in that metric.
 Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
                   std::span<const float> metric) {
   Factors f;

@@ -32,8 +32,8 @@ std::array<Facet, 2> halves(const Facet& p) {
 }
 
 constexpr double kGrazing = 0.25;
-constexpr double kInside = 0.9;     // of the way from a middle to a corner: where one looks from and to
-constexpr double kHidden = 0.1;     // of what faces an aperture: what it counts if it sees none of the points looked for
+constexpr double kInside = 0.9; // of the way from a middle to a corner: where one looks from and to
+constexpr double kHidden = 0.1; // of what faces an aperture: what it counts if it sees none of the points looked for
 constexpr float kWholeWay = 0.999f; // of a ray to an aperture
 
 /// The middle of an outline and a point near each corner.
@@ -193,8 +193,8 @@ radiosity::FirstBounce LightElements::of_parents(const radiosity::FirstBounce& l
 }
 
 radiosity::Radiosity LightElements::radiosity_of(const radiosity::Radiosity& parents,
-                                               const radiosity::FirstBounce& parent_light,
-                                               const radiosity::FirstBounce& light) const {
+                                                 const radiosity::FirstBounce& parent_light,
+                                                 const radiosity::FirstBounce& light) const {
   const std::size_t columns = light.columns();
   radiosity::Radiosity out{.patches = parent.size(),
                            .columns = parents.columns,

@@ -29,7 +29,7 @@ struct LightElements {
   /// visible aperture; none that get no light from above the horizon, where suns are. `room`: its reflecting surfaces.
   /// A function of the input alone.
   static Result<LightElements> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
-                                  const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count);
+                                    const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count);
 
   /// Area means over each parent's elements.
   std::vector<float> opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const;

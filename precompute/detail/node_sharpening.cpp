@@ -28,8 +28,8 @@ void add_from_band(const SkyBand& band, double azimuth, double weight, Stencil& 
 }
 
 /// D'_i = D_i - kBlur (D_{i-1} - 2 D_i + D_{i+1}) along the band, and the second difference across three bands, at
-/// unequal distances u (up) and d (down): 2 (D_u / (u (u + d)) - D_0 / (u d) + D_d / (d (u + d))), times kBlur h^2, h: the
-/// height of the band.
+/// unequal distances u (up) and d (down): 2 (D_u / (u (u + d)) - D_0 / (u d) + D_d / (d (u + d))), times kBlur h^2, h:
+/// the height of the band.
 Stencil stencil_of(const SkyPartition& partition, std::size_t b, int cell) {
   const std::vector<SkyBand>& bands = partition.bands();
   const SkyBand& band = bands[b];

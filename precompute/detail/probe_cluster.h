@@ -27,8 +27,8 @@ struct Measure {
   std::vector<float> suns(std::size_t count) const;
 };
 
-/// Ids of points, and what the stages leave behind. Gather rows [number][part] are basis times coordinates: neighbouring
-/// probes see the same room.
+/// Ids of points, and what the stages leave behind. Gather rows [number][part] are basis times coordinates:
+/// neighbouring probes see the same room.
 struct ProbeCluster {
   std::uint64_t id = 0;
   std::vector<std::uint32_t> point;

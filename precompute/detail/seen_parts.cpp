@@ -16,8 +16,8 @@ void find_lit(const SurfaceLight& light, SeenParts& seen) {
     for (; s < light.source.size() && light.source[s] < p.end; ++s)
       seen.fraction[s] = p.is_element() ? 1.0f : light.element_fraction[light.source[s]];
     if (s > first)
-      seen.lit.push_back(
-          {k, light.cluster[first], light.cluster_fraction[first] / seen.fraction[first], first, s, light.reflectance[first]});
+      seen.lit.push_back({k, light.cluster[first], light.cluster_fraction[first] / seen.fraction[first], first, s,
+                          light.reflectance[first]});
   }
 }
 

@@ -33,8 +33,7 @@ Rounded round(std::span<const float> numbers, float most_integer, bool carries_e
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     if (numbers[k] == 0.0f)
       continue;
-    const float wanted = numbers[k] * per_step + owed,
-                kept = std::clamp(nearest(wanted), -most_integer, most_integer);
+    const float wanted = numbers[k] * per_step + owed, kept = std::clamp(nearest(wanted), -most_integer, most_integer);
     if (carries_error)
       owed = std::clamp(wanted - kept, -1.0f, 1.0f);
     r.integer[k] = static_cast<std::int16_t>(kept);

@@ -37,8 +37,7 @@ void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, Fi
       out.block.push_back(static_cast<std::uint16_t>(region / kBlock));
       out.weight.insert(out.weight.end(), kBlock, std::uint16_t{0});
     }
-    out.weight[out.weight.size() - kBlock + region % kBlock] =
-        imath_float_to_half(row.irradiance[k][colour] / most);
+    out.weight[out.weight.size() - kBlock + region % kBlock] = imath_float_to_half(row.irradiance[k][colour] / most);
   }
   out.scale.push_back(most / unit);
   out.first_block.push_back(static_cast<std::uint32_t>(out.block.size()));

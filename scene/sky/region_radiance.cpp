@@ -10,9 +10,9 @@ namespace daylit {
 
 namespace {
 
-constexpr int kRegionProbes = 8;    ///< per side, to see whether a region reaches out of the field
-constexpr double kRounding = 0.02;  ///< of a hat: pixels are whole, hats are not
-constexpr std::size_t kGrain = 16;  ///< regions; fewer are not worth another thread
+constexpr int kRegionProbes = 8;   ///< per side, to see whether a region reaches out of the field
+constexpr double kRounding = 0.02; ///< of a hat: pixels are whole, hats are not
+constexpr std::size_t kGrain = 16; ///< regions; fewer are not worth another thread
 
 /// Whether some of the region lies outside the picture's field.
 bool reaches_out(const SkyGeometry& geometry, const SkyPartition& partition, int region) {
@@ -32,13 +32,13 @@ double gap_sr(const SkyGeometry& geometry, const SkyPartition& partition, int re
     const double hat_sr = partition.hat_sr(region), missing = hat_sr - covered_sr;
     return missing < kRounding * hat_sr ? 0.0 : missing;
   }
-  return reaches_out(geometry, partition, region)
-             ? std::max(0.0, partition.solid_angle_sr(region) - covered_sr)
-             : 0.0;
+  return reaches_out(geometry, partition, region) ? std::max(0.0, partition.solid_angle_sr(region) - covered_sr) : 0.0;
 }
 
 } // namespace
 
+/// covered_i = sum of the pixels' weights: the divisor is made of the same numbers as the sums, so that a constant sky
+/// keeps its value.
 void RegionSums::measure_coverage(const SkyPartition& partition) {
   const auto regions = static_cast<std::size_t>(partition.size());
   covered_.assign(regions, 0.0);
@@ -88,6 +88,9 @@ std::size_t RegionSums::bytes() const {
   return bytes;
 }
 
+/// mean_i = (sum over pixels of weight_i L + gap_i * fill) / (covered_i + gap_i), by solid angle; of nodes over the
+/// solid angle of the region: the integral of L times hat. The gap takes the fill of the half-space in which the
+/// region's centre lies.
 std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
   const Rgb above = sky.sky_fill_radiance(), below = sky.fill_radiance();
   std::vector<Rgb> mean(divisor_.size());

@@ -113,8 +113,8 @@ private:
 };
 
 /// Which pixels make up which region, worked out once for a geometry and a partition; the runtime reduces every frame
-/// of a sky camera with the same one. A sparse matrix from pixels to regions, row by row: the steradians that each pixel
-/// gives to a region.
+/// of a sky camera with the same one. A sparse matrix from pixels to regions, row by row: the steradians that each
+/// pixel gives to a region.
 class RegionSums {
 public:
   /// `needed`: one per region, 0 for regions that nobody asks for: they come out black, and pixels that only they
@@ -122,7 +122,8 @@ public:
   static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
                          std::span<const std::uint8_t> needed = {});
   /// Mean radiance per region; of nodes: the integral of radiance times hat function over the region's solid angle.
-  /// `sky` must have the geometry given to make(), or one of equal size and projection. Independent of the thread count.
+  /// `sky` must have the geometry given to make(), or one of equal size and projection. Independent of the thread
+  /// count.
   std::vector<Rgb> reduce(const SkyImage& sky) const;
   /// Part of each needed region's solid angle that the camera sees; the rest takes the fill.
   double covered_fraction(int region) const;

@@ -44,7 +44,9 @@ struct LaneSums {
   }
 };
 
-/// sum[c] = sum of weight times texel over all runs. `picture`: all texels, one after another.
+/// sum[c] = sum of weight times texel over all runs, steradian times radiance. Floats err by 2^-24 of the sum per
+/// addition, at most kMostFloats / kChains and a run of them in a chain; the rest is added in double. `picture`: all
+/// texels, one after another.
 std::array<double, 3> sum_texels(std::span<const RegionTexels::Run> runs, const float* weight,
                                  std::span<const Rgb> picture) {
   std::array<double, 3> total{};

@@ -22,6 +22,8 @@ std::vector<Rgb> radiance_of_rows(std::span<const std::int32_t> region, std::spa
   return radiance;
 }
 
+/// One row per region that is lit; a thread sums a run of tiles over all rows, so that no two write the same number and
+/// the order of a sum is that of the rows.
 std::size_t add_basis_rows(std::span<const float> basis, std::span<const Rgb> radiance,
                            std::span<std::array<Rgb, 9>> field) {
   static_assert(sizeof(std::array<Rgb, 9>) == 27 * sizeof(float));

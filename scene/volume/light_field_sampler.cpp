@@ -74,10 +74,11 @@ bool LightFieldSampler::State::sees(const glm::dvec3& p, std::uint32_t probe) co
   return crossed == 0;
 }
 
-// Trilinear weights of the valid, visible corners: the product over the axes of f or 1 - f, f: how far into the cell. Corners without weight count only when no other is visible: the
-// point then stands on the border of the grid and the light comes from further in.
-int LightFieldSampler::State::corner_weights(const GridPosition& at, const glm::dvec3& p, bool open, std::uint32_t* probe,
-                                             float* weight) const {
+// Trilinear weights of the valid, visible corners: the product over the axes of f or 1 - f, f: how far into the cell.
+// Corners without weight count only when no other is visible: the point then stands on the border of the grid and the
+// light comes from further in.
+int LightFieldSampler::State::corner_weights(const GridPosition& at, const glm::dvec3& p, bool open,
+                                             std::uint32_t* probe, float* weight) const {
   std::array<std::uint32_t, 8> idle{};
   int used = 0, idle_count = 0;
   for (int k = 0; k < 8; ++k) {
@@ -262,6 +263,7 @@ int LightFieldSampler::weights(const glm::dvec3& p, std::span<std::uint32_t, 8> 
   return used;
 }
 
+/// Nothing where no probe is visible: outside, or inside furniture.
 std::optional<Sh9Rgb> LightFieldSampler::sample(const LightField& field, const glm::dvec3& p) const {
   std::array<std::uint32_t, 8> probe;
   std::array<float, 8> weight;

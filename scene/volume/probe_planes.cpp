@@ -15,6 +15,7 @@ constexpr double kGridTolerance = 1e-3; // of the spacing: how far a probe may b
 
 Error error(const char* what) { return {ErrorCode::file_malformed, what, "probe grid", "bake the volume again"}; }
 
+/// As many planes as probes, increasing; their mean distance is the spacing that the file states.
 Result<void> check_planes(const std::vector<double>& planes, int count, double spacing) {
   if (planes.size() != static_cast<std::size_t>(count))
     return error("there are not as many coordinates along an axis as probes");
@@ -59,6 +60,7 @@ GridPosition ProbePlanes::locate(const glm::dvec3& p) const {
   return at;
 }
 
+/// Probe (x, y, z) is number x + count.x (y + count.y z) and stands where plane x, y and z meet, within kGridTolerance.
 Result<void> check_grid(const ProbeSet& probes) {
   const glm::ivec3 n = probes.count;
   const auto total = static_cast<double>(n.x) * n.y * n.z;
@@ -81,7 +83,8 @@ Result<void> check_grid(const ProbeSet& probes) {
         const glm::dvec3 expected(planes.along(0)[static_cast<std::size_t>(x)],
                                   planes.along(1)[static_cast<std::size_t>(y)],
                                   planes.along(2)[static_cast<std::size_t>(z)]);
-        if (probes.size() > 1 && !(glm::distance(expected, glm::dvec3(probes.positions[i])) <= kGridTolerance * largest))
+        if (probes.size() > 1 &&
+            !(glm::distance(expected, glm::dvec3(probes.positions[i])) <= kGridTolerance * largest))
           return error("a probe is not where the grid says");
       }
   return {};

@@ -285,8 +285,8 @@ glm::dvec3 ReinhartPatches::sample(int patch, double s, double t) const {
   return {across * std::sin(azimuth), across * std::cos(azimuth), z};
 }
 
-/// Mean over a region, or over a node's hat h, of a sky that is 1 in the patch: integral of h over the patch / solid angle.
-/// Patch, regions and hats are products of a function of altitude and one of azimuth, and so is the integral.
+/// Mean over a region, or over a node's hat h, of a sky that is 1 in the patch: integral of h over the patch / solid
+/// angle. Patch, regions and hats are products of a function of altitude and one of azimuth, and so is the integral.
 std::vector<RegionWeight> ReinhartPatches::region_radiances(int patch, const SkyPartition& partition) const {
   const Row ground{-1.0, 0.0, 0.0, 1, 0};
   const Row& row = patch == 0 ? ground : row_of(patch);

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <ranges>
 
+#include "scene/volume/basis_rows.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 #include "sh/window.h"
-#include "scene/volume/basis_rows.h"
 
 namespace daylit {
 

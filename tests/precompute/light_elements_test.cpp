@@ -28,7 +28,7 @@ Cut cut_room(const Room& room, std::size_t count) {
   StageClock clock(report);
   Cut cut{*set_up(room, options, report, clock), {}};
   cut.elements = *LightElements::make(cut.problem.mesh, cut.problem.patches, cut.problem.apertures.list,
-                                  cut.problem.room_scene, count);
+                                      cut.problem.room_scene, count);
   return cut;
 }
 
@@ -102,8 +102,9 @@ TEST(LightElements, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_r
     of_patch[cut.elements.parent[i]] += static_cast<double>(by_rays[i]);
   for (std::size_t i = 0; i < elements; ++i) {
     const std::uint32_t parent = cut.elements.parent[i];
-    const double expected = distinguished[parent] != 0 ? static_cast<double>(by_rays[i])
-                                                    : static_cast<double>(cut.elements.fraction[i]) * of_patch[parent];
+    const double expected = distinguished[parent] != 0
+                                ? static_cast<double>(by_rays[i])
+                                : static_cast<double>(cut.elements.fraction[i]) * of_patch[parent];
     EXPECT_NEAR(static_cast<double>(shared[i]), expected, 1e-6);
   }
   // Weights of parts are sums of those of their elements.
