@@ -10,7 +10,7 @@ namespace daylit::detail {
 
 namespace {
 
-// Twice a triangle's area below this share of its longest side squared counts as zero.
+// Twice a triangle's area below this fraction of its longest side squared counts as zero.
 constexpr double kFlat = 1e-12;
 
 double cross2(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }

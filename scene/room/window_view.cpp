@@ -115,7 +115,7 @@ void WindowView::cut_by_triangles(Cone cone, std::vector<std::uint32_t> triangle
 }
 
 /// Light counts where it first enters, seen from the point: behind another aperture it is that one's; in front of
-/// another one it is cut along its rim, so that the panes on the way are the same for a whole piece.
+/// another one it is cut along its rim, so that the panes on the way are the same for a whole part.
 void WindowView::cut_by_apertures(std::size_t aperture, Work& work) const {
   const auto distance = [&](std::size_t k, const glm::dvec3& d) {
     return glm::dot(apertures_[k].corners[0] - eye_, apertures_[k].inward) / glm::dot(d, apertures_[k].inward);
@@ -134,7 +134,7 @@ void WindowView::cut_by_apertures(std::size_t aperture, Work& work) const {
         continue;
       const glm::dvec3 d = detail::centroid(both);
       const double own = distance(aperture, d), other = distance(k, d);
-      // Two apertures in one place: the first of the list counts.
+      // Two apertures at one position: the first of the list counts.
       if (own < other || (own == other && aperture < k))
         work.next.push_back(std::move(both));
     }

@@ -104,16 +104,16 @@ std::vector<Rgb> region_radiance(const Sky& sky, const SkyPartition& partition) 
   std::vector<Rgb> mean = region_radiance(sky_raster(*sky.described(), kRasterHeight), partition);
   if (!sky.sun())
     return mean;
-  std::vector<double> share(mean.size(), 0.0);
+  std::vector<double> fraction(mean.size(), 0.0);
   for (const glm::dvec3& d : disc_points(*sky.sun(), kSunPoints))
     if (partition.interpolated())
       for (const RegionWeight& w : partition.interpolation(d))
-        share[static_cast<std::size_t>(w.region)] += w.weight / kSunPoints;
+        fraction[static_cast<std::size_t>(w.region)] += w.weight / kSunPoints;
     else
-      share[static_cast<std::size_t>(partition.region_of(d))] += 1.0 / kSunPoints;
+      fraction[static_cast<std::size_t>(partition.region_of(d))] += 1.0 / kSunPoints;
   for (std::size_t i = 0; i < mean.size(); ++i)
-    if (share[i] > 0.0)
-      mean[i] += sky.sun()->radiance() * static_cast<float>(share[i] * sky.sun()->solid_angle_sr() /
+    if (fraction[i] > 0.0)
+      mean[i] += sky.sun()->radiance() * static_cast<float>(fraction[i] * sky.sun()->solid_angle_sr() /
                                                             partition.solid_angle_sr(static_cast<int>(i)));
   return mean;
 }

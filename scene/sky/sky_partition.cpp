@@ -144,7 +144,7 @@ Result<SkyPartition> SkyPartition::from_bands(std::vector<SkyBand> bands, std::s
     return Error{ErrorCode::value_invalid, what, "sky partition " + name, "the bands must cover the sphere once"};
   };
   if (bands.empty() || bands.front().sin_low != -1 || bands.back().sin_high != 1)
-    return bad("the bands do not reach from nadir to zenith");
+    return bad("the bands do not cover nadir to zenith");
   bool horizon = false;
   int next = 0;
   for (std::size_t i = 0; i < bands.size(); ++i) {
@@ -198,7 +198,7 @@ Result<SkyPartition> SkyPartition::from_rectangles(std::vector<SkyBand> bands, s
   for (std::size_t r = 0; r < rectangles.size(); ++r) {
     const SkyRectangle& e = rectangles[r];
     if (e.band < 0 || e.cell < 0 || e.bands < 1 || e.cells < 1 || e.band > rows - e.bands || e.cell > around - e.cells)
-      return bad("rectangle " + std::to_string(r) + " reaches out of the cells");
+      return bad("rectangle " + std::to_string(r) + " lies outside the cells");
     const SkyBand &lowest = out.bands_[static_cast<std::size_t>(e.band)],
                   &highest = out.bands_[static_cast<std::size_t>(e.band + e.bands - 1)];
     if (lowest.sin_low < 0 && highest.sin_high > 0)
