@@ -71,10 +71,12 @@ Result<SkyDescription> open_tape(const SkyArguments& a) {
 
 Sky::Sky(SkyImage image) : image_(std::make_shared<const SkyImage>(std::move(image))) {}
 
+/// A sun of a description is kept apart from the sky: its disc is smaller than a texel.
 Sky::Sky(const SkyModel& model) : described_(AnalyticSky(model)), sun_(lit_sun(*described_)) {}
 
 Rgb Sky::radiance(const glm::dvec3& d) const { return described_ ? described_->sky_radiance(d) : image_->radiance(d); }
 
+/// Texel means of the sky without its sun; the sun is added to the regions exactly.
 SkyImage sky_raster(const AnalyticSky& sky, int height) {
   RgbImage image(2 * height, height);
   parallel_for(0, height, [&](int y) {
@@ -84,6 +86,7 @@ SkyImage sky_raster(const AnalyticSky& sky, int height) {
   return *SkyImage::make(std::move(image), EquirectProjection{}); // finite, not negative
 }
 
+/// Even over the disc: equal areas in radius, the golden angle pi (3 - sqrt 5) around (Vogel 1979).
 std::vector<glm::dvec3> disc_points(const SunDisc& sun, int count) {
   const glm::dvec3 other_axis = std::abs(sun.direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
   const glm::dvec3 t = glm::normalize(glm::cross(other_axis, sun.direction)), b = glm::cross(sun.direction, t);
@@ -104,6 +107,7 @@ std::vector<Rgb> region_radiance(const Sky& sky, const SkyPartition& partition) 
   std::vector<Rgb> mean = region_radiance(sky_raster(*sky.described(), kRasterHeight), partition);
   if (!sky.sun())
     return mean;
+  // A sun adds its radiance times the fraction of its solid angle in the region, over the solid angle of the region.
   std::vector<double> fraction(mean.size(), 0.0);
   for (const glm::dvec3& d : disc_points(*sky.sun(), kSunPoints))
     if (partition.interpolated())
@@ -118,6 +122,7 @@ std::vector<Rgb> region_radiance(const Sky& sky, const SkyPartition& partition) 
   return mean;
 }
 
+/// By extension: .toml a sky in words, .epw and .wea a weather tape, else a picture of the sky.
 Result<OpenedSky> open_sky(const SkyArguments& a) {
   const std::string kind = a.file.extension().string();
   const bool tape = kind == ".epw" || kind == ".wea";
