@@ -9,7 +9,7 @@
 #include "precompute/detail/transport_problem.h"
 #include "precompute/probe_fit.h"
 #include "precompute/probes.h"
-#include "radiosity/gather.h"
+#include "radiosity/coefficients.h"
 
 namespace daylit::precompute {
 

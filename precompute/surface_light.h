@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "precompute/detail/light_elements.h"
+#include "radiosity/energy.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/solve.h"
 #include "scene/core/program.h"
