@@ -88,7 +88,7 @@ struct IndirectShadow::State {
   OtherObjects other_objects;
   PlacedParts parts;
   std::vector<TwoSided> radiance;
-  std::uint64_t light_version = 0, placement_version = 1;
+  std::uint64_t sky_version = 0, light_version = 0, placement_version = 1;
   DirectionPattern near_pattern{kRays}, far_pattern{kFarRays};
   std::array<Lattice, kLevels.size()> lattices;
 
@@ -260,29 +260,29 @@ void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
   }
 }
 
-void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky) {
+void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun,
+                             std::uint64_t sky_version) {
   State& s = *state_;
-  if (!same_sky) {
+  if (std::exchange(s.sky_version, sky_version) != sky_version || sky_version == 0) {
     s.windows.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
     s.patches.set_frame(pyramid, s.windows.apertures());
   }
   s.indirect_feedback.set_frame();
 }
 
-Sh9Rgb IndirectShadow::arriving_change(std::size_t part, const glm::dvec3& x) const {
+Sh9Rgb IndirectShadow::feedback(std::size_t part, const glm::dvec3& x) const {
   return state_->indirect_feedback.change(part, x);
 }
 
-void IndirectShadow::set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
-                               std::span<const glm::vec3> normals, std::span<const Rgb> reflectance) {
+void IndirectShadow::set_light(std::vector<TwoSided> radiance, const ObjectSurface& surface) {
   State& s = *state_;
   s.radiance = std::move(radiance);
   if (s.windows.has_sun())
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, s.radiance.size(), 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const glm::dvec3 n(normals[i]);
-        s.radiance[i].front += s.reflected_sun(positions[i], n, reflectance[i]);
-        s.radiance[i].back += s.reflected_sun(positions[i], -n, reflectance[i]);
+        const glm::dvec3 n(surface.normals[i]);
+        s.radiance[i].front += s.reflected_sun(surface.positions[i], n, surface.reflectance[i]);
+        s.radiance[i].back += s.reflected_sun(surface.positions[i], -n, surface.reflectance[i]);
       }
     });
   ++s.light_version;
@@ -290,7 +290,7 @@ void IndirectShadow::set_light(std::vector<TwoSided> radiance, std::span<const g
 
 bool IndirectShadow::objects_see_each_other() const { return state_->other_objects.any(); }
 void IndirectShadow::exchange() { state_->other_objects.set_light(state_->radiance); }
-Sh9Rgb IndirectShadow::exchanged_change(std::size_t part, const glm::dvec3& x) const {
+Sh9Rgb IndirectShadow::exchanged(std::size_t part, const glm::dvec3& x) const {
   return state_->other_objects.change(part, x);
 }
 

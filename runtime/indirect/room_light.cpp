@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -59,7 +60,7 @@ struct RoomLight::State {
   std::span<const SkyMap> pyramid;
   std::vector<ApertureCell> apertures;
   Rgb sun_normal_irradiance{0.0f};
-  std::uint64_t frame = 0;
+  std::uint64_t frame = 0, sky_version = 0;
   RoomPlanes planes;
   mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Block>, LatticeHash> blocks;
 
@@ -148,10 +149,11 @@ RoomLight& RoomLight::operator=(RoomLight&&) noexcept = default;
 RoomLight::~RoomLight() = default;
 
 void RoomLight::set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                          const LightSet& lights, bool same_sky) {
+                          const LightSet& lights, std::uint64_t sky_version) {
   State& s = *state_;
   s.field = &field;
   s.pyramid = pyramid;
+  const bool same_sky = std::exchange(s.sky_version, sky_version) == sky_version && sky_version != 0;
   if (!same_sky || !std::ranges::equal(s.apertures, cells)) {
     s.apertures.assign(cells.begin(), cells.end());
     ++s.frame;

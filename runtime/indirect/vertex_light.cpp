@@ -27,14 +27,14 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
 
 } // namespace
 
-void add_arriving_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
-      objects, [&](std::size_t part, const glm::dvec3& x) { return field.arriving_change(part, x); }, radiance);
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.feedback(part, x); }, radiance);
 }
 
-void add_exchanged_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
-      objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged_change(part, x); }, radiance);
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged(part, x); }, radiance);
 }
 
 std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
