@@ -10,13 +10,13 @@
 #include <CLI/CLI.hpp>
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
-#include <tbb/parallel_for.h>
 
 #include "bench/command.h"
 #include "bench/direct_reference.h"
 #include "bench/frame_scene.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/trace/traced_renderer.h"
+#include "scene/core/parallel.h"
 #include "scene/volume/volume_file.h"
 
 namespace daylit::bench {
@@ -125,7 +125,7 @@ double mean(const std::vector<double>& v) {
 template <class F>
 std::vector<double> of_pixels(const std::vector<SeenPixel>& pixels, F irradiance) {
   std::vector<double> radiance(pixels.size(), 0.0);
-  tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
     const auto& points = pixels[i].points;
     for (std::size_t k = 0; k < points.size(); ++k)
       radiance[i] += static_cast<double>(points[k].reflectance.g *

@@ -10,7 +10,6 @@
 #include <cblas.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
-#include <tbb/parallel_for.h>
 
 #include "bench/bench_rooms.h"
 #include "bench/command.h"

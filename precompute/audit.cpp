@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
@@ -191,7 +192,7 @@ AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact
                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
                          std::span<const std::size_t> probes) const {
   AuditReport report{points_, std::vector<SkyError>(skies_.size()), {}};
-  tbb::parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
+  parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
     report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes);
   });
   for (std::size_t s = 0; s < skies_.size(); ++s)

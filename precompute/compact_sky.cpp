@@ -8,7 +8,6 @@
 
 #include <cblas.h>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "precompute/detail/band4.h"
 #include "precompute/detail/factors.h"
@@ -16,6 +15,7 @@
 #include "precompute/detail/random_signs.h"
 #include "precompute/detail/sun_metric.h"
 #include "precompute/detail/surface_transport.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
@@ -188,9 +188,8 @@ void choose_storage(std::vector<Brick>& bricks, const Measure& measure, double a
   const double own = kStorageShare * allowed;
   allowed -= drop_weakest(bricks, kCertain * allowed);
   std::vector<std::vector<double>> byte_error2(bricks.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    byte_error2[b] = bricks[b].factors.byte_error2(suns(bricks[b]), kRoundingSuns);
-  });
+  parallel_for(std::size_t{0}, bricks.size(),
+               [&](std::size_t b) { byte_error2[b] = bricks[b].factors.byte_error2(suns(bricks[b]), kRoundingSuns); });
   std::vector<detail::Component> list;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     const detail::Factors& f = bricks[b].factors;
@@ -206,8 +205,8 @@ void choose_storage(std::vector<Brick>& bricks, const Measure& measure, double a
     b.factors.store_as({next, end});
     next = end;
   }
-  tbb::parallel_for(std::size_t{0}, bricks.size(),
-                    [&](std::size_t b) { bricks[b].band4.choose_storage(per_byte, suns(bricks[b]), kRoundingSuns); });
+  parallel_for(std::size_t{0}, bricks.size(),
+               [&](std::size_t b) { bricks[b].band4.choose_storage(per_byte, suns(bricks[b]), kRoundingSuns); });
 }
 
 /// The sources that bricks see as one, and what each piece of a brick is.
@@ -293,7 +292,7 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   report.word_share = words / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     missed[b] = bricks[b].factors.remainder(detail::Factors::Taken::as_stored,
                                             detail::random_signs(signs_of(b), 3 * bricks[b].numbers() * kProjections),
                                             bricks[b].projected, kProjections);
@@ -347,7 +346,7 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
   const auto for_each_brick = [&](const auto& body) {
-    tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+    parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
       if (!stop)
         body(b);
       if (!progress("fine sky", static_cast<double>(++done) / static_cast<double>(2 * bricks.size())))

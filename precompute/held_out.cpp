@@ -9,7 +9,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
@@ -155,7 +156,7 @@ radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::spa
     out.region.push_back(static_cast<std::int32_t>(s));
   const std::size_t channels = static_cast<std::size_t>(light.channels), count = skies.size();
   out.irradiance.resize(light.patches * channels * count);
-  tbb::parallel_for(std::size_t{0}, light.patches, [&](std::size_t e) {
+  parallel_for(std::size_t{0}, light.patches, [&](std::size_t e) {
     for (std::size_t c = 0; c < channels; ++c)
       for (std::size_t s = 0; s < count; ++s) {
         const float* row = light.row(e, static_cast<int>(c));

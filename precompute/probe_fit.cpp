@@ -6,8 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/volume/probe_planes.h"
 
 namespace daylit::precompute {
@@ -68,7 +67,7 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
   };
   for (std::size_t axis = 0; axis < 3; ++axis) {
     linked[axis].assign(grid.size(), 0);
-    tbb::parallel_for(std::size_t{0}, probe_of_point.size(), [&](std::size_t p) {
+    parallel_for(std::size_t{0}, probe_of_point.size(), [&](std::size_t p) {
       const std::size_t probe = probe_of_point[p], next = probe + stride[axis];
       linked[axis][probe] =
           place(probe, axis) + 1 < grid.count[static_cast<int>(axis)] && point_of[next] != kNone && sees(probe, next);
@@ -107,7 +106,7 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
 
 void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) const {
   const std::size_t chunks = (numbers_per_point + kChunk - 1) / kChunk;
-  tbb::parallel_for(std::size_t{0}, rows_.empty() ? 0 : chunks, [&](std::size_t c) {
+  parallel_for(std::size_t{0}, rows_.empty() ? 0 : chunks, [&](std::size_t c) {
     const std::size_t first = c * kChunk, count = std::min(kChunk, numbers_per_point - first);
     std::vector<float> before(points_ * count);
     for (std::size_t p = 0; p < points_; ++p)

@@ -10,10 +10,10 @@
 
 #include <CLI/CLI.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "precompute/probe_matrix.h"
 #include "precompute/probe_text.h"
+#include "scene/core/parallel.h"
 #include "scene/core/program.h"
 #include "scene/sky/direct_sky.h"
 #include "scene/sky/sky.h"
@@ -85,7 +85,7 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
   std::string line;
   const auto flush = [&] {
     answers.assign(points.size(), {});
-    tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
       if (a.layout)
         answers[i] = layout_text(probe.sampler.sample(probe.field, points[i].position), *a.layout, a.json);
       else if (a.band4)

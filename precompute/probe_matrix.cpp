@@ -3,8 +3,8 @@
 #include <array>
 
 #include <fmt/format.h>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/room/window_view.h"
 
 namespace daylit::precompute {
@@ -33,7 +33,7 @@ struct Place {
 
 Result<std::vector<Place>> places_of(const LightFieldSampler& sampler, std::span<const ProbePoint> points) {
   std::vector<Place> places(points.size());
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
     places[i].count = sampler.weights(points[i].position, places[i].probe, places[i].weight);
   });
   for (std::size_t i = 0; i < places.size(); ++i)
@@ -45,7 +45,7 @@ Result<std::vector<Place>> places_of(const LightFieldSampler& sampler, std::span
 
 void add_direct(const BasisVolume& volume, const RayScene& scene, std::span<const ProbePoint> points,
                 const ReinhartPatches& patches, RadianceMatrix& matrix) {
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
     const WindowView view(volume.room, volume.apertures, scene, points[i].position, points[i].normal);
     for (const SkyCell& cell : view.cells(kCell_sr))
       matrix.at(static_cast<int>(i), patches.patch_of(cell.direction)) += Rgb(cell.weight);
@@ -78,7 +78,7 @@ Result<RadianceMatrix> daylight_matrix(const BasisVolume& volume, const LightFie
     const LightField field = combine(volume, radiance, content.coefficients ? ShOrder::second : ShOrder::fourth);
     for (const RegionWeight& w : lit)
       radiance[static_cast<std::size_t>(w.region)] = Rgb(0.0f);
-    tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+    parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
       const ShRadiance sh = (*places)[i].sample(field);
       for (std::size_t k = 0; k < per_point; ++k)
         matrix.at(static_cast<int>(i * per_point + k), patch) =

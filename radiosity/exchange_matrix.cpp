@@ -3,7 +3,8 @@
 #include <algorithm>
 
 #include <cblas.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit::radiosity {
 
@@ -73,7 +74,7 @@ void ExchangeMatrix::scale(std::span<const double> diagonal) {
   std::vector<float> s(size());
   for (std::size_t k = 0; k < size(); ++k)
     s[k] = static_cast<float>(diagonal[order_[k]]);
-  tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t k) {
+  parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t k) {
     ExchangeBlock& b = blocks_[k];
     float* v = b.values.data();
     if (b.rank > 0)

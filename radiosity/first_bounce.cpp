@@ -9,11 +9,11 @@
 #include <optional>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/aperture_beam.h"
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
+#include "scene/core/parallel.h"
 #include "scene/room/glass.h"
 
 namespace daylit::radiosity {
@@ -324,7 +324,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const
   std::vector<FirstBounceRow> rows(set.patches.size());
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, set.patches.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, set.patches.size(), [&](std::size_t i) {
     if (stop)
       return;
     Received received{std::vector<glm::dvec3>(partition.size(), glm::dvec3(0.0)), 0.0};

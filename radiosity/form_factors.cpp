@@ -8,7 +8,6 @@
 #include <optional>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/exchange_plan.h"
 #include "radiosity/detail/low_rank.h"
@@ -18,6 +17,7 @@
 #include "radiosity/detail/pair_visibility.h"
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::radiosity {
 
@@ -326,7 +326,7 @@ bool fill_blocks(Problem& problem, const ExchangePlan& plan, std::vector<Exchang
       continue;
     }
     const auto before = problem.counters.values();
-    tbb::parallel_for(first, last, [&](std::size_t t) {
+    parallel_for(first, last, [&](std::size_t t) {
       if (stop)
         return;
       const Task& task = tasks[t];

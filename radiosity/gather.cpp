@@ -10,9 +10,9 @@
 
 #include <cblas.h>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/sampling.h"
+#include "scene/core/parallel.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 
@@ -195,7 +195,7 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSe
   hits.patch_.resize(kept * hits.rays_);
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, kept, [&](std::size_t p) {
+  parallel_for(std::size_t{0}, kept, [&](std::size_t p) {
     if (stop)
       return;
     hits.trace(p, std::span(hits.patch_).subspan(p * hits.rays_, hits.rays_));
@@ -302,7 +302,7 @@ Result<std::vector<float>> gather_coefficients(const GatherHits& hits, std::span
   const std::size_t chunks = (points.size() + kChunk - 1) / kChunk;
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
+  parallel_for(std::size_t{0}, chunks, [&](std::size_t c) {
     if (stop || columns == 0)
       return;
     const std::size_t first = c * kChunk, count = std::min(kChunk, points.size() - first);

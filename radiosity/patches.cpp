@@ -8,11 +8,11 @@
 #include <utility>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/near_facets.h"
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::radiosity {
 
@@ -109,7 +109,7 @@ public:
       while (!frontier_.empty()) {
         const std::vector<Side> from = std::exchange(frontier_, {});
         std::vector<std::array<std::optional<Side>, kSideRays>> found(from.size());
-        tbb::parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
+        parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
           for (std::uint32_t k = 0; k < kSideRays; ++k)
             found[i][k] = new_side(end_on(from[i], centroid(mesh_.facets[from[i].facet])), away(from[i], k),
                                    ray_seed(from[i], k));
@@ -180,7 +180,7 @@ private:
   /// sends nothing into the room.
   void second_look() {
     std::vector<std::array<char, 2>> lit(mesh_.facets.size(), {0, 0});
-    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.facets.size()), [&](std::uint32_t i) {
+    parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.facets.size()), [&](std::uint32_t i) {
       for (int side = 0; side < 2; ++side)
         lit[i][side] = !reached_[i][side] && (sees_light({i, side}) || sees_neighbour({i, side}));
     });

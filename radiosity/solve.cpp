@@ -1,6 +1,7 @@
 #include "radiosity/solve.h"
 
 #include "radiosity/detail/cholesky.h"
+#include "scene/core/parallel.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +14,6 @@
 #include <span>
 
 #include <cblas.h>
-#include <tbb/parallel_for.h>
 
 namespace daylit::radiosity {
 
@@ -180,7 +180,7 @@ Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>&
   std::vector<int> iterations(panels, 0);
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, panels, [&](std::size_t p) {
+  parallel_for(std::size_t{0}, panels, [&](std::size_t p) {
     if (stop)
       return;
     const std::size_t first = p * kPanel, width = std::min(kPanel, columns - first);

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::radiosity {
 
@@ -82,7 +82,7 @@ Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> poin
   std::vector<float> result(points.size() * radiosity.columns, 0.0f);
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
+  parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
     if (stop)
       return;
     receive(points[p], p, set, facets, radiosity, options.partial_rays, result.data() + p * radiosity.columns);

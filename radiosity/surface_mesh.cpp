@@ -7,10 +7,10 @@
 #include <vector>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "radiosity/detail/plane_groups.h"
 #include "radiosity/detail/plane_mesher.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::radiosity {
 
@@ -39,8 +39,8 @@ void append_facets(const std::vector<Triangle2>& triangles, const PlaneGroup& g,
 std::vector<Facet> mesh_groups(const std::vector<PlaneGroup>& groups,
                                const std::vector<std::vector<Segment2>>& outlines, double edge_m, std::size_t limit) {
   std::vector<std::vector<Triangle2>> triangles(groups.size());
-  tbb::parallel_for(std::size_t{0}, groups.size(),
-                    [&](std::size_t i) { triangles[i] = mesh_plane(groups[i], outlines[i], edge_m, limit); });
+  parallel_for(std::size_t{0}, groups.size(),
+               [&](std::size_t i) { triangles[i] = mesh_plane(groups[i], outlines[i], edge_m, limit); });
   std::vector<Facet> facets;
   for (std::size_t i = 0; i < groups.size(); ++i)
     append_facets(triangles[i], groups[i], static_cast<std::uint32_t>(i), facets);
@@ -108,8 +108,8 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   const glm::dvec3 size = room.bounds().size();
   const double tolerance_m = kSnapTolerance * std::max({size.x, size.y, size.z});
   std::vector<std::vector<Segment2>> outlines(groups.size());
-  tbb::parallel_for(std::size_t{0}, groups.size(),
-                    [&](std::size_t i) { outlines[i] = find_outline(groups[i], tolerance_m); });
+  parallel_for(std::size_t{0}, groups.size(),
+               [&](std::size_t i) { outlines[i] = find_outline(groups[i], tolerance_m); });
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
   // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %. What the

@@ -9,8 +9,8 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 #include "simulate/path_tracer.h"
@@ -65,7 +65,7 @@ Result<void> for_each_batch(std::size_t receivers, const IrradianceSettings& set
   const int per_batch = (settings.samples + kBatches - 1) / kBatches;
   std::atomic<std::size_t> done{0};
   std::atomic<bool> stop{false};
-  tbb::parallel_for(std::size_t{0}, jobs, [&](std::size_t job) {
+  parallel_for(std::size_t{0}, jobs, [&](std::size_t job) {
     if (stop.load(std::memory_order_relaxed))
       return;
     const auto receiver = static_cast<std::uint32_t>(job / kBatches),

@@ -9,8 +9,8 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "simulate/path_tracer.h"
 
 namespace daylit {
@@ -132,7 +132,7 @@ Result<std::vector<PixelEstimate>> render_pixels(const TraceScene& scene, const 
   std::vector<PixelEstimate> estimates(pixels.size());
   std::atomic<bool> stop{false};
   std::atomic<std::size_t> done{0};
-  tbb::parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, pixels.size(), [&](std::size_t i) {
     if (stop.load(std::memory_order_relaxed))
       return;
     const auto [x, y] = std::pair(pixels[i].x, pixels[i].y);
@@ -165,7 +165,7 @@ Result<InteriorPictures> render_interior(const TraceScene& scene, const LensMode
   std::atomic<bool> stop{false};
   const auto render = [&](const char* stage, int samples, const std::vector<std::uint8_t>& where, std::uint8_t wanted) {
     std::atomic<int> rows{0};
-    tbb::parallel_for(0, height, [&](int y) {
+    parallel_for(0, height, [&](int y) {
       for (int x = 0; x < width && !stop.load(std::memory_order_relaxed); ++x) {
         const std::size_t i = static_cast<std::size_t>(y) * width + x;
         if (where[i] == wanted)

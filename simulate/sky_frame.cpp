@@ -5,8 +5,8 @@
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/sky/sky.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/picture.h"
@@ -58,7 +58,7 @@ Result<RgbImage> render_sky_frame(const AnalyticSky& sky, const LensModel& lens)
   if (!geometry)
     return geometry.error();
   RgbImage image(lens.width_px, lens.height_px);
-  tbb::parallel_for(0, image.height, [&](int y) {
+  parallel_for(0, image.height, [&](int y) {
     for (int x = 0; x < image.width; ++x)
       image.at(x, y) = pixel_mean(sky, lens, x, y);
   });

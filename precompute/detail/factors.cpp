@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include <cblas.h>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/core/tile_kernels.h"
 
 // LAPACK, part of OpenBLAS: eigenvalues and eigenvectors of a symmetric matrix.
@@ -260,7 +260,7 @@ void store_factors(std::span<const Factors* const> bricks, CompactFactors& out) 
   out.scale.assign(at.back().component, 0.0f);
   out.source_factor.assign(at.back().source_byte, 0);
   out.probe_factor.assign(at.back().probe_byte, 0);
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     for (std::size_t k = 0; k < bricks[b]->rank(); ++k)
       store_component(*bricks[b], k, out.brick[b], at[b], out);
   });

@@ -5,7 +5,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute::detail {
 
@@ -92,7 +93,7 @@ std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::
     bool operator<(const Piece& o) const { return size != o.size ? size < o.size : facet > o.facet; }
   };
   std::vector<double> share(mesh.facets.size(), 0.0);
-  tbb::parallel_for(std::size_t{0}, share.size(), [&](std::size_t p) {
+  parallel_for(std::size_t{0}, share.size(), [&](std::size_t p) {
     for (const std::int32_t side : patches.of_facet[p])
       if (side >= 0)
         share[p] = std::max(share[p], reach.share(patches.patches[static_cast<std::size_t>(side)]));
@@ -193,7 +194,7 @@ radiosity::Radiosity LightLeaves::radiosity_of(const radiosity::Radiosity& paren
                            .columns = parents.columns,
                            .b = std::vector<float>(parent.size() * parents.columns),
                            .copy_of = parents.copy_of};
-  tbb::parallel_for(std::size_t{0}, parent.size(), [&](std::size_t i) {
+  parallel_for(std::size_t{0}, parent.size(), [&](std::size_t i) {
     for (int c = 0; c < 3; ++c) {
       const float reflectance = patches.patches[i].reflectance[c];
       const float* further =

@@ -6,7 +6,8 @@
 #include <numbers>
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute::detail {
 
@@ -105,7 +106,7 @@ void sharpen(const std::vector<std::vector<Term>>& terms, Sums& sums, radiosity:
 void sharpen_nodes(const SkyPartition& partition, std::vector<radiosity::FirstBounceRow>& rows) {
   const std::vector<std::vector<Term>> terms = terms_of(partition);
   tbb::enumerable_thread_specific<Sums> sums([&] { return Sums(terms.size()); });
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) { sharpen(terms, sums.local(), rows[i]); });
+  parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) { sharpen(terms, sums.local(), rows[i]); });
 }
 
 } // namespace daylit::precompute::detail

@@ -4,9 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include <tbb/parallel_for.h>
-
 #include "precompute/detail/random_signs.h"
+#include "scene/core/parallel.h"
 #include "scene/core/tile_kernels.h"
 
 namespace daylit::precompute::detail {
@@ -80,7 +79,7 @@ void SunColumns::add_norms2(std::span<const float> rows, std::vector<double>& no
   for (std::size_t r = 0; r < count; ++r)
     for (std::size_t s = 0; s < sources; ++s)
       by_source[s * count + r] = rows[r * sources + s];
-  tbb::parallel_for(std::size_t{0}, size(), [&](std::size_t j) {
+  parallel_for(std::size_t{0}, size(), [&](std::size_t j) {
     std::vector<float> sum(count, 0.0f);
     for (std::size_t k = begin[j]; k < begin[j + 1]; ++k)
       for (std::size_t r = 0; r < count; ++r)
@@ -93,7 +92,7 @@ void SunColumns::add_norms2(std::span<const float> rows, std::vector<double>& no
 std::vector<float> SunColumns::random_suns(std::span<const float> weight, std::size_t count) const {
   constexpr std::size_t kBlock = 16;
   std::vector<float> sun(sources * count, 0.0f);
-  tbb::parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t block) {
+  parallel_for(std::size_t{0}, (count + kBlock - 1) / kBlock, [&](std::size_t block) {
     const std::size_t first = block * kBlock, width = std::min(kBlock, count - first);
     std::array<float, kBlock> sign{};
     for (std::size_t j = 0; j < size(); ++j) {
@@ -129,7 +128,7 @@ SunMetric::SunMetric(const SunColumns& columns, std::span<const float> weight) :
   for (std::size_t j = 0; j < columns.size(); ++j)
     for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
       lit[columns.source[k]].emplace_back(static_cast<std::uint32_t>(j), columns.value[k] * weight[j] * weight[j]);
-  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t s) {
+  parallel_for(std::size_t{0}, n, [&](std::size_t s) {
     float* row = correlation.data() + s * n;
     for (const auto& [j, value] : lit[s])
       for (std::size_t k = columns.begin[j]; k < columns.begin[j + 1]; ++k)
@@ -142,7 +141,7 @@ void SunMetric::normalise() {
   const std::size_t n = sigma.size();
   for (std::size_t s = 0; s < n; ++s) // any unit does for a source that no sun lights, or too faintly to be squared
     sigma[s] = correlation[s * n + s] > 0.0f ? std::sqrt(correlation[s * n + s]) : 1.0f;
-  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t s) {
+  parallel_for(std::size_t{0}, n, [&](std::size_t s) {
     for (std::size_t t = 0; t < n; ++t)
       correlation[s * n + t] = correlation[s * n + t] / sigma[s] / sigma[t];
   });

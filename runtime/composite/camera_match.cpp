@@ -6,7 +6,8 @@
 #include <numbers>
 
 #include <opencv2/imgproc.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 #include "runtime/composite/threshold.h"
 
@@ -40,7 +41,7 @@ struct Layers {
 
 Layers layers_in(const PixelBox& box, const RgbImage& photo, const Composite& c) {
   Layers layers{cv::Mat(box.height(), box.width(), CV_32FC3), cv::Mat(box.height(), box.width(), CV_32FC1)};
-  tbb::parallel_for(box.y0, box.y1, [&](int y) {
+  parallel_for(box.y0, box.y1, [&](int y) {
     for (int x = box.x0; x < box.x1; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
       const float coverage = c.coverage[i];
@@ -83,7 +84,7 @@ void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composi
   cv::GaussianBlur(layers.drawn, layers.drawn, kernel, sigma_px, sigma_px, cv::BORDER_REPLICATE);
   cv::GaussianBlur(layers.coverage, layers.coverage, kernel, sigma_px, sigma_px, cv::BORDER_REPLICATE);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
-  tbb::parallel_for(box.y0, box.y1, [&](int y) {
+  parallel_for(box.y0, box.y1, [&](int y) {
     std::size_t objects = 0, shadows = 0;
     for (int x = box.x0; x < box.x1; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
@@ -108,7 +109,7 @@ void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composi
 void match_noise(const RgbImage& photo, const CameraNoise& noise, std::uint64_t seed, Composite& c) {
   if (!noise.any())
     return;
-  tbb::parallel_for(0, photo.height, [&](int y) {
+  parallel_for(0, photo.height, [&](int y) {
     for (int x = 0; x < photo.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
       if (!c.touched[i])

@@ -1,10 +1,11 @@
 #include "runtime/composite/change_picture.h"
-#include "scene/core/parallel.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include <glm/common.hpp>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 

@@ -1,8 +1,9 @@
 #include "runtime/composite/view_corners.h"
-#include "scene/core/parallel.h"
 
 #include <algorithm>
 #include <limits>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 

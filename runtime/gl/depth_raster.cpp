@@ -7,9 +7,9 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/lane_vector.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -153,7 +153,7 @@ void DepthRaster::draw(std::span<const MapAxes> axes, std::span<std::uint16_t> m
   };
   tbb::enumerable_thread_specific<Memory> memory;
   const std::size_t groups = (axes.size() + kLanes - 1) / kLanes;
-  tbb::parallel_for(std::size_t{0}, groups, [&](std::size_t group) {
+  parallel_for(std::size_t{0}, groups, [&](std::size_t group) {
     Memory& m = memory.local();
     m.projected.resize(vertices.size());
     const std::size_t first = group * kLanes, used = std::min<std::size_t>(kLanes, axes.size() - first);

@@ -3,10 +3,10 @@
 #include <algorithm>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/orthonormal.h"
 #include "runtime/object/bounds.h"
+#include "scene/core/parallel.h"
 #include "scene/room/glass.h"
 
 namespace daylit {
@@ -135,7 +135,7 @@ void LightBatches::write_group(std::span<const DirectionalLight> lights, const D
                                std::vector<glm::vec4>& data) const {
   const std::size_t vectors = static_cast<std::size_t>(batch_bytes_) / sizeof(glm::vec4);
   std::vector<std::uint8_t> by_room(lights.size());
-  tbb::parallel_for(std::size_t{0}, lights.size(), [&](std::size_t j) { by_room[j] = room.meets(group.maps[j]); });
+  parallel_for(std::size_t{0}, lights.size(), [&](std::size_t j) { by_room[j] = room.meets(group.maps[j]); });
   group.first_batch = static_cast<int>(data.size() / vectors);
   group.batches = 0;
   group.room_maps.clear();

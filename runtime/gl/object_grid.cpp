@@ -4,8 +4,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -99,7 +99,7 @@ const LightPoints& ObjectGrid::ask_pixels(const ObjectPoints& points, const Ligh
   shares.lost.resize(count);
   shares.past_room.resize(count);
   asks_.assign(count, 0);
-  tbb::parallel_for(tbb::blocked_range<int>(0, points.box.height(), 16), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(tbb::blocked_range<int>(0, points.box.height(), 16), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y != rows.end(); ++y)
       for (int x = 0; x < points.box.width(); ++x) {
         const auto i = static_cast<std::size_t>(y * points.box.width() + x);

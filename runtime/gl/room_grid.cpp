@@ -4,8 +4,8 @@
 #include <bit>
 
 #include <glm/common.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -42,7 +42,7 @@ bool loses_any(const RoomLoss& loss) {
 
 template <class Do>
 void each_row(int rows, const Do& task) {
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 4), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(0, rows, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       task(row);
   });

@@ -4,10 +4,9 @@
 #include <cmath>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/lane_vector.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -126,7 +125,7 @@ void TriangleRaster::draw(const Mesh& mesh) {
   const glm::dvec3 eye = camera_.eye() - mesh.origin;
   in_camera_.resize(mesh.positions.size());
   corners_.resize(mesh.positions.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, in_camera_.size(), 1024), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, in_camera_.size(), 1024), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       in_camera_[i] = (glm::dvec3(mesh.positions[i]) - eye) * axes; // transpose of a rotation
       if (in_camera_[i].z >= kNearPlane_m)
@@ -145,7 +144,7 @@ void TriangleRaster::draw(const Mesh& mesh) {
     else
       cut({in_camera_[v[0]], in_camera_[v[1]], in_camera_[v[2]]}, number);
   }
-  tbb::parallel_for(0, static_cast<int>(bands_.size()), [&](int band) { draw_band(band); });
+  parallel_for(0, static_cast<int>(bands_.size()), [&](int band) { draw_band(band); });
 }
 
 void TriangleRaster::draw_band(int band) {
@@ -172,7 +171,7 @@ void TriangleRaster::draw_band(int band) {
 
 void TriangleRaster::find_shown(float apart) {
   shown_.resize(samples_.size() / kSamples);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, shown_.size(), 8192), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, shown_.size(), 8192), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const float *sample = &samples_[i * kSamples], *near = &nearness_[i * kSamples];
       float number = 0.0f, nearest = near[0], farthest = near[0];

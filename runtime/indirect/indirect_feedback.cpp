@@ -7,9 +7,9 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "runtime/sky/window_sampler.h"
+#include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -23,9 +23,8 @@ constexpr double kFarRadii = 4.0; // shadows further away are not looked for
 void IndirectFeedback::set_objects(const PlacedParts& parts) {
   parts_ = &parts;
   surrounds_.assign(parts.size(), {});
-  tbb::parallel_for(std::size_t{0}, 8 * parts.size(), [&](std::size_t k) {
-    surrounds_[k / 8].seen[k % 8] = look_around(k / 8, static_cast<int>(k % 8));
-  });
+  parallel_for(std::size_t{0}, 8 * parts.size(),
+               [&](std::size_t k) { surrounds_[k / 8].seen[k % 8] = look_around(k / 8, static_cast<int>(k % 8)); });
 }
 
 /// The room is looked at as if the object did not stand there: what it hides is in its transfer vectors.
@@ -70,8 +69,8 @@ Sh9Rgb IndirectFeedback::change_of(const std::vector<SeenPoint>& seen) const {
 }
 
 void IndirectFeedback::set_frame() {
-  tbb::parallel_for(std::size_t{0}, 8 * surrounds_.size(),
-                    [&](std::size_t k) { surrounds_[k / 8].change[k % 8] = change_of(surrounds_[k / 8].seen[k % 8]); });
+  parallel_for(std::size_t{0}, 8 * surrounds_.size(),
+               [&](std::size_t k) { surrounds_[k / 8].change[k % 8] = change_of(surrounds_[k / 8].seen[k % 8]); });
 }
 
 Sh9Rgb IndirectFeedback::change(std::size_t part, const glm::dvec3& x) const {

@@ -11,9 +11,7 @@
 
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
-#include <tbb/blocked_range.h>
 #include <tbb/concurrent_unordered_map.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/indirect/indirect_feedback.h"
 #include "runtime/indirect/occluded_directions.h"
@@ -21,6 +19,7 @@
 #include "runtime/indirect/room_patches.h"
 #include "runtime/indirect/room_planes.h"
 #include "runtime/indirect/window_visibility.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -278,7 +277,7 @@ void IndirectShadow::set_light(std::vector<TwoSided> radiance, const ObjectSurfa
   State& s = *state_;
   s.radiance = std::move(radiance);
   if (s.windows.has_sun())
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, s.radiance.size(), 64), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::size_t>(0, s.radiance.size(), 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const glm::dvec3 n(surface.normals[i]);
         s.radiance[i].front += s.reflected_sun(surface.positions[i], n, surface.reflectance[i]);

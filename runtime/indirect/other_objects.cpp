@@ -7,8 +7,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -109,7 +109,7 @@ Sh9Rgb OtherObjects::change_at(const LatticePoint& point, const glm::dvec3& x,
 void OtherObjects::set_light(std::span<const TwoSided> radiance) {
   const bool trace = !std::exchange(traced_, true);
   constexpr std::size_t kPoints = kSide * kSide * kSide;
-  tbb::parallel_for(std::size_t{0}, kPoints * lattices_.size(), [&](std::size_t k) {
+  parallel_for(std::size_t{0}, kPoints * lattices_.size(), [&](std::size_t k) {
     Lattice& lattice = lattices_[k / kPoints];
     LatticePoint& point = lattice.points[k % kPoints];
     if (!point.used)

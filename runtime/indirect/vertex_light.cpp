@@ -1,7 +1,6 @@
 #include "runtime/indirect/vertex_light.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -13,7 +12,7 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
   const ObjectSurface& surface = objects.surface;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const Sh9Rgb arriving = change(k, surface.positions[i]);
         const Rgb& rho = surface.reflectance[i];

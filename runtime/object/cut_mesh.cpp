@@ -7,9 +7,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
@@ -42,7 +41,7 @@ public:
 
   std::size_t cut() {
     std::vector<float> at(edges_.size(), -1.0f);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, edges_.size(), 256), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::size_t>(0, edges_.size(), 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i)
         at[i] = crossing(edges_[i]).value_or(-1.0f);
     });

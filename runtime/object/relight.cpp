@@ -6,11 +6,10 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/lane_vector.h"
 #include "runtime/base/sh_rotation.h"
+#include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -21,7 +20,7 @@ constexpr float kMostAgain = 0.99f; // a white surface around itself keeps a lit
 
 void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r, std::span<VertexTransfer> turned) {
   const Rotation9 rotation(r);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const VertexTransfer& t = transfer[i];
       turned[i] = {rotation(t.front), t.back == TransferVector{} ? t.back : rotation(t.back), rotation(t.bounce),
@@ -81,7 +80,7 @@ Rgb add_reflected(const Rgb& radiance, const Sh9Rgb& change, const TransferVecto
 
 std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, std::span<const glm::dvec3> positions) {
   std::vector<VertexProbes> probes(positions.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i)
       probes[i].count = sampler.weights(positions[i], probes[i].probe, probes[i].weight);
   });
@@ -123,7 +122,7 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
                                        std::span<const Rgb> reflectance, Ringing* ringing) {
   std::vector<TwoSided> radiance(probes.size());
   std::vector<RingingSum> chunks((probes.size() + kChunk - 1) / kChunk);
-  tbb::parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
+  parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
     for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, probes.size()); ++i) {
       Sh9Rgb light{};
       for (int k = 0; k < probes[i].count; ++k)
@@ -207,7 +206,7 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
   }
   const std::vector<LightLanes> lanes = in_lanes(windows);
   std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const Rgb rho_over_pi = reflectance[i] * std::numbers::inv_pi_v<float>;
       radiance[i].front += rho_over_pi * shadowed_irradiance(lanes, coefficients, normals[i], world_transfer[i].front);

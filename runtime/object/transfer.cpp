@@ -9,10 +9,9 @@
 #include <numeric>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/base/orthonormal.h"
+#include "scene/core/parallel.h"
 #include "scene/room/ray_scene.h"
 #include "sh/sh9.h"
 
@@ -206,7 +205,7 @@ Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, con
   std::vector<std::vector<Blocker>> blockers(vertices);
   std::vector<std::uint8_t> is_buried(vertices, 0);
   const auto for_each_vertex = [&](const auto& work) {
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, vertices, 64), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::uint32_t>(0, vertices, 64), [&](const auto& range) {
       for (std::uint32_t v = range.begin(); v != range.end(); ++v)
         work(v);
     });

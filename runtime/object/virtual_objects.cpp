@@ -6,11 +6,10 @@
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/relight.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -24,7 +23,7 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
   Part& part = parts[k];
   part.world_from_object = world_from_object;
   const glm::mat3 rotation(linear / scale);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, part.mesh.positions.size(), 1024), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, part.mesh.positions.size(), 1024), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const std::size_t at = part.first_vertex + i;
       surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));

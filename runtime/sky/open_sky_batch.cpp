@@ -12,10 +12,9 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/sky/direct_light.h"
+#include "scene/core/parallel.h"
 
 #define DAYLIT_LANE_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 
@@ -181,7 +180,7 @@ Lattice make_lattice(std::span<const ApertureCell> cells, const glm::dvec3& orig
 void look_up(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& origin,
              Lattice& lattice) {
   const int corners = lattice.corner_count();
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, cells.size(), 8), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, cells.size(), 8), [&](const auto& range) {
     Receivers r;
     CellView view;
     for (int first = 0; first < corners; first += kPoints) {
@@ -296,7 +295,7 @@ void gather_in_boxes(std::span<const SkyMap> pyramid, std::span<const ApertureCe
   std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (std::size_t i = 0; i < x.size(); ++i)
     order[next[box_of[i]]++] = static_cast<std::uint32_t>(i);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, boxes), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, boxes), [&](const auto& range) {
     for (std::size_t b = range.begin(); b != range.end(); ++b)
       if (first[b] < first[b + 1])
         gather_box(constants, lattice, static_cast<int>(b), origin, {&order[first[b]], first[b + 1] - first[b]}, x, n,
@@ -329,7 +328,7 @@ std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<
     gather_in_boxes(pyramid, cells, origin, lattice, x, n, irradiance);
     return irradiance;
   }
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (x.size() + kPoints - 1) / kPoints, 4), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, (x.size() + kPoints - 1) / kPoints, 4), [&](const auto& range) {
     for (std::size_t b = range.begin(); b != range.end(); ++b)
       block(b * kPoints);
   });

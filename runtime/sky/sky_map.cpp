@@ -8,8 +8,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -57,7 +57,7 @@ void halve(const SkyMap& fine, SkyMap& coarse) {
   coarse.width = fine.width / 2;
   coarse.height = fine.height / 2;
   coarse.radiance.resize(static_cast<std::size_t>(coarse.width) * coarse.height);
-  tbb::parallel_for(tbb::blocked_range<int>(0, coarse.height, 16), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(tbb::blocked_range<int>(0, coarse.height, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y != rows.end(); ++y) {
       const double upper = fine.solid_angle_sr(2 * y), lower = fine.solid_angle_sr(2 * y + 1);
       const float fraction = static_cast<float>(0.5 * upper / (upper + lower));
@@ -98,7 +98,7 @@ SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
 
   r.pixel_direction_.resize(pixels);
   std::vector<std::uint32_t> texel_of_pixel(pixels, kFill);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, pixels), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const auto w = sky.direction({static_cast<double>(i % r.image_width_), static_cast<double>(i / r.image_width_)});
       if (!w || sky.solid_angle_sr()[i] <= 0.0f)
@@ -165,7 +165,7 @@ bool SkyResampler::fits(const SkyImage& sky) const {
 /// `radiance`: of a pixel.
 template <class Radiance>
 void SkyResampler::average(const Radiance& radiance, const SkyImage& sky, SkyMap& map) const {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, map.radiance.size(), 4096), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, map.radiance.size(), 4096), [&](const auto& range) {
     for (std::size_t t = range.begin(); t != range.end(); ++t) {
       Rgb sum(0.0f);
       for (std::uint32_t k = first_pixel_[t]; k != first_pixel_[t + 1]; ++k) {

@@ -6,11 +6,10 @@
 #include <numbers>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
 #include "runtime/base/orthonormal.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -52,7 +51,7 @@ std::vector<std::size_t> pixels_around(const std::vector<glm::vec3>& directions,
   const float least = static_cast<float>(std::cos(angle));
   const glm::vec3 towards(axis);
   std::vector<std::vector<std::size_t>> parts((directions.size() + kChunk - 1) / kChunk);
-  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
+  parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
     for (std::size_t i = part * kChunk; i < std::min((part + 1) * kChunk, directions.size()); ++i)
       if (glm::dot(directions[i], towards) >= least)
         parts[part].push_back(i);

@@ -6,7 +6,8 @@
 #include <utility>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -71,7 +72,7 @@ WindowSampler::WindowSampler(const SkyMap& map, const WindowCone& cone) : map_(&
     std::vector<Texel> texels;
   };
   std::vector<Band> bands(static_cast<std::size_t>((map.height + kTile - 1) / kTile));
-  tbb::parallel_for(std::size_t{0}, bands.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, bands.size(), [&](std::size_t b) {
     const int y0 = static_cast<int>(b) * kTile;
     append_band(cone, y0, std::min(y0 + kTile, map.height), bands[b].rows, bands[b].texels);
   });

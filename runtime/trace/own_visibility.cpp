@@ -7,9 +7,9 @@
 #include <utility>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
 #include "runtime/sky/window_sampler.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -75,7 +75,7 @@ OwnVisibility OwnVisibility::find(const PacketScene& scene, std::span<const glm:
   const std::size_t row = (starts.size() + kBits - 1) / kBits;
   made.blocked_.assign(kDirections, Row(row, 0));
   made.faced_ = made.blocked_;
-  tbb::parallel_for(std::size_t{0}, row, [&](std::size_t word) {
+  parallel_for(std::size_t{0}, row, [&](std::size_t word) {
     RayBlock rays;
     std::fill(rays.tnear, rays.tnear + kLanes, 0.0f);
     for (std::size_t v = word * kBits; v < std::min((word + 1) * kBits, starts.size()); ++v) {
@@ -110,7 +110,7 @@ void OwnVisibility::set_lights(std::span<const glm::vec3> lights) {
   std::vector<std::array<std::size_t, kNearest>> around;
   for (const glm::vec3& w : lights)
     around.push_back(nearest(directions_, w));
-  tbb::parallel_for(std::size_t{0}, row, [&](std::size_t v) {
+  parallel_for(std::size_t{0}, row, [&](std::size_t v) {
     std::array<std::uint64_t, kBits> clear, blocked; // one light in each, first
     for (std::size_t word = 0; word < words_; ++word) {
       clear.fill(0);

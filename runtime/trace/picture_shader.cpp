@@ -6,10 +6,9 @@
 #include <utility>
 
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/trace/block_shader.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -19,7 +18,7 @@ PixelBox PictureShader::affected_box(const TracedScene& scene, const VisibleSurf
   const int columns = view.block_columns(), rows = view.block_rows();
   receives_.assign(static_cast<std::size_t>(columns) * rows, 0);
   std::vector<PixelBox> row_box(static_cast<std::size_t>(rows));
-  tbb::parallel_for(tbb::blocked_range<int>(0, rows, 8), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(0, rows, 8), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       for (int column = 0; column < columns; ++column) {
         const BlockBound& b = view.block(column, row);
@@ -51,7 +50,7 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
     return 0;
   std::atomic<std::uint64_t> rays{grid_.trace(scene, view, receives_, frame.box)};
   const int first = frame.box.y0 / kBlockSide, last = (frame.box.y1 + kBlockSide - 1) / kBlockSide;
-  tbb::parallel_for(tbb::blocked_range<int>(first, last), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(first, last), [&](const tbb::blocked_range<int>& range) {
     BlockShader shader(grid_, receives_, scene, view, frame);
     for (int row = range.begin(); row != range.end(); ++row) {
       for (int column = frame.box.x0 / kBlockSide; column * kBlockSide < frame.box.x1; ++column)

@@ -7,10 +7,9 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/trace/object_point.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -104,7 +103,7 @@ void ShareGrid::clear_points() {
   const PixelBox all =
       PixelBox{blocks_.x0 - 1, blocks_.y0 - 1, blocks_.x1 + 1, blocks_.y1 + 1}.clipped(columns_, rows_);
   points_.resize(2 * static_cast<std::size_t>(columns_) * rows_);
-  tbb::parallel_for(tbb::blocked_range<int>(all.y0, all.y1, 4), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(all.y0, all.y1, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       std::fill_n(&points_[index(Layer::object, all.x0, row)], 2 * all.width(), GridPoint{});
   });
@@ -255,13 +254,13 @@ std::uint64_t ShareGrid::trace(const TracedScene& scene, const VisibleSurfaces& 
   sun_bits_.assign(points_.size() * sun_groups_, {});
   mark_outlines(view);
   std::atomic<std::uint64_t> rays{0};
-  tbb::parallel_for(tbb::blocked_range<int>(blocks_.y0, blocks_.y1, 4), [&](const tbb::blocked_range<int>& range) {
+  parallel_for(tbb::blocked_range<int>(blocks_.y0, blocks_.y1, 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       rays += find_row(scene, view, receives, row);
   });
   const int across = (blocks_.width() + kTile - 1) / kTile, down = (blocks_.height() + kTile - 1) / kTile;
   for (const bool coarse : {true, false})
-    tbb::parallel_for(0, across * down, [&](int tile) {
+    parallel_for(0, across * down, [&](int tile) {
       const int x0 = blocks_.x0 + tile % across * kTile, y0 = blocks_.y0 + tile / across * kTile;
       rays += trace_tile(scene, PixelBox{x0, y0, x0 + kTile, y0 + kTile}.common(blocks_), coarse);
     });

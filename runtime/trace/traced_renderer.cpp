@@ -6,14 +6,13 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 
 #include "runtime/object/bounds.h"
 #include "runtime/trace/object_point.h"
 #include "runtime/trace/picture_shader.h"
 #include "runtime/trace/rigid_motion.h"
 #include "runtime/trace/visible_surfaces.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -195,7 +194,7 @@ Result<std::vector<std::uint8_t>> TracedRenderer::vertices_in_view() {
         std::atomic_ref(used[v]).store(1, std::memory_order_relaxed);
   };
   const PixelBox& box = s.view.object_box();
-  tbb::parallel_for(tbb::blocked_range<int>(box.y0, box.y1, 16), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(tbb::blocked_range<int>(box.y0, box.y1, 16), [&](const tbb::blocked_range<int>& rows) {
     for (int y = rows.begin(); y != rows.end(); ++y)
       for (int x = box.x0; x < box.x1; ++x)
         if (s.view.is_edge(x, y))

@@ -7,8 +7,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
+
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -144,8 +144,8 @@ void VisibleSurfaces::trace_room(const PacketScene& room, const RoomMesh& mesh) 
   crossed_ = blocks_with_outlines(mesh, camera_, origin_, kBlockSide);
   corners_.resize(static_cast<std::size_t>(block_columns() + 1) * (block_rows() + 1));
   plain_.assign(blocks_.size(), 0);
-  tbb::parallel_for(0, block_rows() + 1, [&](int row) { trace_corners(room, row); });
-  tbb::parallel_for(tbb::blocked_range<int>(0, block_rows(), 4), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(0, block_rows() + 1, [&](int row) { trace_corners(room, row); });
+  parallel_for(tbb::blocked_range<int>(0, block_rows(), 4), [&](const tbb::blocked_range<int>& rows) {
     for (int row = rows.begin(); row != rows.end(); ++row)
       for (int column = 0; column < block_columns(); ++column) {
         const bool plain = fill_plain_block(mesh, column, row);
@@ -198,7 +198,7 @@ bool VisibleSurfaces::neighbours_differ(int x, int y, float apart_m) const {
 
 void VisibleSurfaces::find_edges(float apart_m) {
   std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(object_box_.height()));
-  tbb::parallel_for(tbb::blocked_range<int>(object_box_.y0, object_box_.y1, 8), [&](const auto& range) {
+  parallel_for(tbb::blocked_range<int>(object_box_.y0, object_box_.y1, 8), [&](const auto& range) {
     for (int y = range.begin(); y != range.end(); ++y)
       for (int x = object_box_.x0; x < object_box_.x1; ++x)
         if (neighbours_differ(x, y, apart_m))
@@ -271,7 +271,7 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
 }
 
 void VisibleSurfaces::clear_objects() {
-  tbb::parallel_for(tbb::blocked_range<int>(object_box_.y0, object_box_.y1, 32), [&](const auto& rows) {
+  parallel_for(tbb::blocked_range<int>(object_box_.y0, object_box_.y1, 32), [&](const auto& rows) {
     for (int y = rows.begin(); y != rows.end(); ++y) {
       const auto first = static_cast<std::ptrdiff_t>(pixel_index(object_box_.x0, y));
       std::fill_n(object_.begin() + first, object_box_.width(), ObjectHit{});
@@ -290,19 +290,18 @@ void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScen
   if (object_box_.empty())
     return;
   const int first_row = object_box_.y0 / kBlockSide, last_row = (object_box_.y1 + kBlockSide - 1) / kBlockSide;
-  tbb::parallel_for(tbb::blocked_range<int>(first_row, last_row), [&](const tbb::blocked_range<int>& rows) {
+  parallel_for(tbb::blocked_range<int>(first_row, last_row), [&](const tbb::blocked_range<int>& rows) {
     for (int row = rows.begin(); row != rows.end(); ++row)
       for (int x = object_box_.x0 - object_box_.x0 % kBlockSide; x < object_box_.x1; x += kBlockSide)
         trace_object_block(objects, x, row * kBlockSide);
   });
   find_edges(apart_m);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (edges_.size() + kEdgesPerBlock - 1) / kEdgesPerBlock, 32),
-                    [&](const auto& range) {
-                      for (std::size_t b = range.begin(); b != range.end(); ++b)
-                        sample_edges(objects, room, mesh, b * kEdgesPerBlock,
-                                     std::min<std::size_t>(kEdgesPerBlock, edges_.size() - b * kEdgesPerBlock),
-                                     apart_m);
-                    });
+  parallel_for(tbb::blocked_range<std::size_t>(0, (edges_.size() + kEdgesPerBlock - 1) / kEdgesPerBlock, 32),
+               [&](const auto& range) {
+                 for (std::size_t b = range.begin(); b != range.end(); ++b)
+                   sample_edges(objects, room, mesh, b * kEdgesPerBlock,
+                                std::min<std::size_t>(kEdgesPerBlock, edges_.size() - b * kEdgesPerBlock), apart_m);
+               });
 }
 
 RoomHit VisibleSurfaces::uncovered_room(int x, int y, glm::vec3& position) const {

@@ -1,10 +1,9 @@
 #include "runtime/window/viewer.h"
 
-#include <tbb/parallel_for.h>
-
 #include "runtime/window/frame_graph.h"
 #include "runtime/window/view_control.h"
 #include "runtime/window/view_window.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -29,7 +28,7 @@ public:
     seen_from_ = pose;
     ++number_;
     if (pose != pose_)
-      tbb::parallel_for(0, model_.height, [&](int y) {
+      parallel_for(0, model_.height, [&](int y) {
         for (int x = 0; x < model_.width; ++x)
           model_.at(x, y) = session.room_radiance({x, y});
       });

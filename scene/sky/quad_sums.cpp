@@ -6,8 +6,7 @@
 #include <map>
 #include <numbers>
 
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/core/tile_kernels.h"
 #include "scene/core/wide_vectors.h"
 #include "scene/sky/slots.h"
@@ -146,7 +145,7 @@ QuadSums QuadSums::make(const SkyGeometry& geometry, const SkyPartition& nodes, 
   const std::size_t count = (static_cast<std::size_t>(geometry.height()) + kStripRows - 1) / kStripRows;
   const double most_sr = double(*std::ranges::max_element(geometry.solid_angle_sr()));
   std::vector<Strip> strips(count);
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
+  parallel_for(std::size_t{0}, count, [&](std::size_t k) {
     strips[k] = make_strip(geometry, nodes, largest_sr, most_sr, needed, k * kStripRows);
   });
   QuadSums sums;
@@ -242,7 +241,7 @@ void QuadSums::add_by(AddQuads kernel, const float* texels, std::span<std::array
   if (quads_.empty())
     return;
   std::vector<Lanes> of_slot(first_slot_.back(), Lanes{});
-  tbb::parallel_for(std::size_t{0}, part_.size() - 1, [&](std::size_t p) {
+  parallel_for(std::size_t{0}, part_.size() - 1, [&](std::size_t p) {
     kernel(std::span(quads_).subspan(part_[p].quad, part_[p + 1].quad - part_[p].quad),
            segments_.data() + part_[p].segment, texels, of_slot.data());
   });

@@ -3,8 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/sky/quad_sums.h"
 #include "scene/sky/sky_partition.h"
 
@@ -148,12 +147,12 @@ std::vector<RegionSums::Share> RegionSums::lens_shares(const SkyGeometry& geomet
   std::vector<std::vector<Share>> rows(static_cast<std::size_t>(geometry.height()));
   const std::size_t stride = width + 1;
   std::vector<std::int32_t> corner(stride * (rows.size() + 1));
-  tbb::parallel_for(std::size_t{0}, rows.size() + 1, [&](std::size_t y) {
+  parallel_for(std::size_t{0}, rows.size() + 1, [&](std::size_t y) {
     const PixelSplitter splitter(geometry, partition);
     for (std::size_t x = 0; x < stride; ++x)
       corner[y * stride + x] = splitter.region_at(double(x) - 0.5, double(y) - 0.5);
   });
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
+  parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
     PixelSplitter splitter(geometry, partition);
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t texel = y * width + x;
@@ -181,7 +180,7 @@ std::vector<RegionSums::Share> RegionSums::node_shares(const SkyGeometry& geomet
   const double large_sr = large_pixel_sr(partition);
   const auto width = static_cast<std::size_t>(geometry.width());
   std::vector<std::vector<Share>> rows(static_cast<std::size_t>(geometry.height()));
-  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
+  parallel_for(std::size_t{0}, rows.size(), [&](std::size_t y) {
     for (std::size_t x = 0; x < width; ++x) {
       const std::size_t texel = y * width + x, first = rows[y].size();
       if (double(geometry.solid_angle_sr()[texel]) <= large_sr)
@@ -227,7 +226,7 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
   gap_.assign(regions, 0.0);
   centre_.resize(regions);
   measure_sums(covered_);
-  tbb::parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
+  parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
     centre_[region] = partition.centre(static_cast<int>(region));
     if (geometry_->covers_sphere() || partition.interpolated())
       return;

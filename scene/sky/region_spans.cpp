@@ -5,8 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/core/tile_kernels.h"
 #include "scene/core/wide_vectors.h"
 #include "scene/sky/quad_sums.h"
@@ -102,7 +101,7 @@ void RegionSums::make_spans(const std::vector<Share>& shares, std::size_t region
     of_strip[s.first / strip_texels].push_back(s);
   std::vector<Strip> strips(count);
   const std::span<const float> solid_angle(geometry_->solid_angle_sr());
-  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
+  parallel_for(std::size_t{0}, count, [&](std::size_t k) {
     const std::size_t first = k * strip_texels;
     strips[k] =
         make_strip(of_strip[k], solid_angle.subspan(first, std::min(strip_texels, texels() - first)), first, regions);
@@ -202,7 +201,7 @@ void RegionSums::add_spans(const std::vector<Rgb>& picture, std::span<std::array
   // Baseline, AVX2, and two with AVX-512.
   const auto add = detail::usable_tile_kernels().size() >= 3 ? add_groups_avx512 : add_groups;
   std::vector<double> sums(std::size_t{4} * first_slot_.back(), 0.0);
-  tbb::parallel_for(std::size_t{0}, part_.size() - 1, [&](std::size_t p) {
+  parallel_for(std::size_t{0}, part_.size() - 1, [&](std::size_t p) {
     add(std::span(groups_).subspan(part_[p].group, part_[p + 1].group - part_[p].group), spans_.data() + part_[p].span,
         texels, sums.data());
   });

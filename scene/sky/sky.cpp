@@ -4,8 +4,8 @@
 #include <numbers>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/sky/sky_description.h"
 
 namespace daylit {
@@ -77,7 +77,7 @@ Rgb Sky::radiance(const glm::dvec3& d) const { return described_ ? described_->s
 
 SkyImage sky_raster(const AnalyticSky& sky, int height) {
   RgbImage image(2 * height, height);
-  tbb::parallel_for(0, height, [&](int y) {
+  parallel_for(0, height, [&](int y) {
     for (int x = 0; x < 2 * height; ++x)
       image.at(x, y) = texel_mean(sky, x, y, height);
   });

@@ -4,8 +4,8 @@
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <tbb/parallel_for.h>
 
+#include "scene/core/parallel.h"
 #include "scene/sky/sky_image.h"
 
 namespace daylit {
@@ -119,7 +119,7 @@ void SkyGeometry::measure_lens() {
   covers_sphere_ = std::holds_alternative<AngularProjection>(projection_);
   if (!covers_sphere_)
     projected_solid_angle_.resize(texels);
-  tbb::parallel_for(0, height_, [&](int y) {
+  parallel_for(0, height_, [&](int y) {
     for (int x = 0; x < width_; ++x) {
       const std::size_t i =
           static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);

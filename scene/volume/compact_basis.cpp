@@ -4,8 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/volume/brick_sums.h"
 #include "scene/volume/plane_kernels.h"
 
@@ -62,7 +61,7 @@ void combine_brick(const CompactFactors& factors, const BrickPlace& at, const Co
 void combine_bricks(const CompactFactors& factors, const detail::RoundedColours& light,
                     const std::vector<std::uint8_t>& bricks, std::span<std::array<Rgb, 9>> result) {
   const std::vector<BrickPlace> at = brick_places(factors);
-  tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
     if (bricks[b] != 0)
       combine_brick(factors, at[b], factors.brick[b], light, result);
   });

@@ -4,9 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/core/tile_kernels.h"
 
 namespace daylit {
@@ -35,7 +33,7 @@ std::vector<float> in_blocks(std::span<const Rgb> radiance) {
       for (std::size_t k = 0; k < count; ++k)
         blocks[(3 * block + c) * kBlock + k] = from[3 * (block * kBlock + k) + c];
   };
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, whole, kBlockGrain), [&](const auto& part) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, whole, kBlockGrain), [&](const auto& part) {
     for (std::size_t block = part.begin(); block < part.end(); ++block)
       copy(block, kBlock);
   });
@@ -54,7 +52,7 @@ std::vector<Rgb> received(const FirstLight& light, std::size_t pieces, std::span
   const bool tinted = light.rows() > pieces;
   std::vector<Rgb> irradiance(pieces, Rgb(0.0f));
   const detail::TileKernels& kernels = detail::tile_kernels();
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces, kGrain), [&](const auto& part) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, pieces, kGrain), [&](const auto& part) {
     for (std::size_t piece = part.begin(); piece < part.end(); ++piece)
       for (int colour = 0; colour < (tinted ? 3 : 1); ++colour) {
         const std::size_t row = static_cast<std::size_t>(colour) * pieces + piece, first = light.first_block[row];

@@ -4,9 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "scene/volume/brick_sums.h"
 #include "scene/volume/local_sky.h"
 #include "scene/volume/plane_kernels.h"
@@ -71,7 +69,7 @@ DAYLIT_ANY_WIDTH void multiply_rows(const float* a, const float* b, std::size_t 
 std::vector<float> multiply(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
                             std::size_t columns) {
   std::vector<float> c(rows * columns, 0.0f);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows, kGrain), [&](const auto& part) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, rows, kGrain), [&](const auto& part) {
     multiply_rows(a.data() + part.begin() * inner, b.data(), part.size(), inner, columns,
                   c.data() + part.begin() * columns);
   });
@@ -176,7 +174,7 @@ std::vector<std::vector<float>> onto_regions(const LocalSkyData& sky, const Loca
   std::vector<std::vector<float>> by_region;
   for (const LocalSkyData::Table& table : sky.table) {
     std::vector<float>& rows = by_region.emplace_back(sky.rows * lanes);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sky.rows, kGrain), [&](const auto& part) {
+    parallel_for(tbb::blocked_range<std::size_t>(0, sky.rows, kGrain), [&](const auto& part) {
       for (std::size_t r = part.begin(); r < part.end(); ++r)
         add_region(std::span(table.weight).subspan(table.first[r], table.first[r + 1] - table.first[r]),
                    by_source.data(), lanes / kLanes, rows.data() + r * lanes);

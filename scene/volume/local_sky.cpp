@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <tbb/parallel_for.h>
+#include "scene/core/parallel.h"
 
 namespace daylit::detail {
 
@@ -123,7 +123,7 @@ std::vector<float> all_seen(const CompactBasis& basis, const std::vector<float>&
   const CompactFactors& nine = basis.nine;
   const std::vector<BrickPlace> at = brick_places(nine);
   std::vector<float> seen(nine.scale.size() * kSketch, 0.0f);
-  tbb::parallel_for(std::size_t{0}, nine.brick.size(), [&](std::size_t b) {
+  parallel_for(std::size_t{0}, nine.brick.size(), [&](std::size_t b) {
     add_seen(nine, nine.brick[b], at[b], light, seen.data() + at[b].component * kSketch);
   });
   return seen;

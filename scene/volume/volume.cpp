@@ -6,9 +6,7 @@
 #include <numbers>
 #include <ranges>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
+#include "scene/core/parallel.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 #include "sh/window.h"
@@ -99,7 +97,7 @@ void combine_rows(const BasisVolume& volume, const std::vector<float>& basis, st
   if (lit.rows.empty() || floats == 0)
     return;
   float* result = &probes[0][0].x;
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, (floats + kTile - 1) / kTile), [&](const auto& tiles) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, (floats + kTile - 1) / kTile), [&](const auto& tiles) {
     for (std::size_t t = tiles.begin(); t < tiles.end(); ++t)
       combine_tile(lit, t * kTile, std::min(kTile, floats - t * kTile), result + t * kTile);
   });

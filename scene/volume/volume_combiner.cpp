@@ -8,10 +8,9 @@
 #include <cstring>
 #include <numeric>
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
 #include <unistd.h>
 
+#include "scene/core/parallel.h"
 #include "scene/core/tile_kernels.h"
 
 namespace daylit {
@@ -67,7 +66,7 @@ VolumeCombiner VolumeCombiner::of_rows(const BasisVolume& volume, const std::vec
 void VolumeCombiner::keep_floats(const BasisVolume& volume, const std::vector<float>& basis) {
   const std::size_t rows = region_.size(), numbers = probes_ * 9;
   floats_.resize(3 * tiles_ * float_stride() * kTileNumbers);
-  tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
+  parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
     const float* row = basis.data() + r * volume.row_floats();
     for (std::size_t k = 0; k < 3 * numbers; ++k) {
       const std::size_t n = k / 3, tile = (k % 3) * tiles_ + n / kTileNumbers;
@@ -100,7 +99,7 @@ void VolumeCombiner::keep_fixed(const BasisVolume& volume, const std::vector<flo
     });
   for (float& scale : row_scale_) // a row of numbers below the normal range is black
     scale = std::isnormal(scale / detail::kFixedMost) ? scale / detail::kFixedMost : 0.0f;
-  tbb::parallel_for(std::size_t{0}, 3 * tiles_, [&](std::size_t tile) {
+  parallel_for(std::size_t{0}, 3 * tiles_, [&](std::size_t tile) {
     each_row(tile, [&](std::size_t, float scale, const float* row, std::size_t count) {
       if (scale > 0)
         tile_scale_[tile] = std::max(tile_scale_[tile], largest(row, count) / (scale * detail::kFixedMost));
@@ -181,7 +180,7 @@ void VolumeCombiner::add_all(const Weights& w, bool anew) {
                     tile_bytes = std::max<std::size_t>(3 * w.rows_read * kTileNumbers * number_bytes, 1);
   const tbb::blocked_range<std::size_t> all(0, tiles_, std::max<std::size_t>(kGrain_bytes / tile_bytes, 1));
   float* const field = &field_.probe[0][0].x;
-  tbb::parallel_for(all, [&](const auto& tiles) {
+  parallel_for(all, [&](const auto& tiles) {
     for (std::size_t t = tiles.begin(); t < tiles.end(); ++t) {
       prefetch_tile(w, t + 1);
       std::array<float, 3 * kTileNumbers> sum{};

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <tbb/parallel_for.h>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/parallel.h"
 #include "scene/core/tile_kernels.h"
 #include "scene/format/safetensors.h"
 #include "scene/volume/volume_file.h"
@@ -85,7 +85,7 @@ FlatVolume flatten(const BasisVolume& volume) {
 FlatVolume::HalfRows halved(const BasisVolume& volume, const std::vector<float>& basis) {
   const std::size_t rows = volume.stored_region.size(), floats = volume.row_floats();
   FlatVolume::HalfRows half{std::vector<std::uint16_t>(rows * floats), std::vector<float>(rows)};
-  tbb::parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
+  parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
     const float* row = basis.data() + r * floats;
     float most = 0;
     for (std::size_t k = 0; k < floats; ++k)

@@ -1,0 +1,22 @@
+// What the sanitizers report about libraries that are not instrumented; linked into every program and test of the
+// sanitizer presets, so that it holds for programs that tests start, too.
+
+extern "C" const char* __tsan_default_options();
+extern "C" const char* __tsan_default_suppressions();
+extern "C" const char* __lsan_default_suppressions();
+
+extern "C" const char* __tsan_default_options() { return "halt_on_error=1"; }
+
+extern "C" const char* __tsan_default_suppressions() {
+  return "race:libOSMesa.so\n"
+         "called_from_lib:libOSMesa.so\n"
+         "called_from_lib:libtbb.so\n"
+         "called_from_lib:libembree3.so\n"
+         "called_from_lib:libopencv_core.so\n"
+         "called_from_lib:libopenblas.so\n";
+}
+
+extern "C" const char* __lsan_default_suppressions() {
+  return "leak:libOSMesa.so\n"
+         "leak:libtbb.so\n";
+}
