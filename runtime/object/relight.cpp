@@ -7,8 +7,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "runtime/base/lane_vector.h"
 #include "runtime/base/sh_rotation.h"
+#include "runtime/object/received_light.h"
 #include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
@@ -146,50 +146,16 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
 
 namespace {
 
-constexpr int kLanes = 16;
-struct alignas(64) LightLanes {
-  float x[kLanes] = {}, y[kLanes] = {}, z[kLanes] = {}, irradiance[3][kLanes] = {};
-};
-
-std::vector<LightLanes> in_lanes(std::span<const DirectionalLight> lights) {
-  std::vector<LightLanes> lanes((lights.size() + kLanes - 1) / kLanes);
-  for (std::size_t j = 0; j < lights.size(); ++j) {
-    LightLanes& l = lanes[j / kLanes];
-    const std::size_t k = j % kLanes;
-    l.x[k] = static_cast<float>(lights[j].direction.x);
-    l.y[k] = static_cast<float>(lights[j].direction.y);
-    l.z[k] = static_cast<float>(lights[j].direction.z);
-    for (int c = 0; c < 3; ++c)
-      l.irradiance[c][k] = lights[j].irradiance[c];
-  }
-  return lanes;
-}
-
-DAYLIT_LANE_CLONES void add_received(const LightLanes* lanes, std::size_t count, float nx, float ny, float nz,
-                                     float (*sum)[kLanes]) {
-  for (const LightLanes* l = lanes; l != lanes + count; ++l)
-    DAYLIT_EACH_LANE {
-      const float cosine = nx * l->x[k] + ny * l->y[k] + nz * l->z[k], lit = cosine > 0.0f ? cosine : 0.0f;
-      sum[0][k] += lit * l->irradiance[0][k];
-      sum[1][k] += lit * l->irradiance[1][k];
-      sum[2][k] += lit * l->irradiance[2][k];
-    }
-}
-
-/// Irradiance of one side: exact without shadow, times the fraction that the object leaves in nine coefficients.
-Rgb shadowed_irradiance(const std::vector<LightLanes>& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
+/// Irradiance of one side: E(n) of the lights, exact without shadow, times the fraction sum_lm L_lm C_lm / E that the
+/// object leaves of it in nine coefficients, per channel.
+Rgb shadowed_irradiance(const ReceivedLight& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
                         const TransferVector& transfer) {
-  Rgb open(0.0f), shadowed(0.0f), unshadowed(0.0f);
-  alignas(64) float sum[3][kLanes] = {};
-  add_received(windows.data(), windows.size(), n.x, n.y, n.z, sum);
+  const Rgb shadowed = dot9(coefficients, transfer), whole = irradiance(coefficients, n);
+  Rgb unshadowed(1.0f);
   for (int c = 0; c < 3; ++c)
-    open[c] = std::accumulate(sum[c], sum[c] + kLanes, 0.0f);
-  for (int i = 0; i < 9; ++i)
-    shadowed += coefficients[i] * transfer[i];
-  const Rgb whole = irradiance(coefficients, n);
-  for (int c = 0; c < 3; ++c)
-    unshadowed[c] = whole[c] > 0.0f ? std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f) : 1.0f;
-  return open * unshadowed;
+    if (whole[c] > 0.0f)
+      unshadowed[c] = std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f);
+  return windows.irradiance(n) * unshadowed;
 }
 
 } // namespace
@@ -204,14 +170,16 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
     for (int i = 0; i < 9; ++i)
       coefficients[i] += y[i] * l.irradiance;
   }
-  const std::vector<LightLanes> lanes = in_lanes(windows);
+  const ReceivedLight received(windows);
   std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
   parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const Rgb rho_over_pi = reflectance[i] * std::numbers::inv_pi_v<float>;
-      radiance[i].front += rho_over_pi * shadowed_irradiance(lanes, coefficients, normals[i], world_transfer[i].front);
+      radiance[i].front +=
+          rho_over_pi * shadowed_irradiance(received, coefficients, normals[i], world_transfer[i].front);
       if (world_transfer[i].back != TransferVector{})
-        radiance[i].back += rho_over_pi * shadowed_irradiance(lanes, coefficients, -normals[i], world_transfer[i].back);
+        radiance[i].back +=
+            rho_over_pi * shadowed_irradiance(received, coefficients, -normals[i], world_transfer[i].back);
     }
   });
   return radiance;
