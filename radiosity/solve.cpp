@@ -9,11 +9,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <optional>
 #include <span>
 
 #include <cblas.h>
+
+#include "scene/core/seconds.h"
 
 namespace daylit::radiosity {
 
@@ -212,12 +213,6 @@ Result<void> in_panels(const ExchangeMatrix& exchange, const std::vector<float>&
   for (const float r : report.residual)
     report.worst_residual = std::max(report.worst_residual, static_cast<double>(r));
   return {};
-}
-
-double process_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {

@@ -86,14 +86,6 @@ Error bad_line(const std::string& name, unsigned line, std::string what) {
           "take the file from its publisher again"};
 }
 
-bool is_day(const LocalTime& t) {
-  LocalTime first = t, last = t;
-  first.day = last.day = 1;
-  last.month = t.month % 12 + 1;
-  const int length = t.month == 12 ? 31 : day_of_year(last) - day_of_year(first);
-  return t.day <= length;
-}
-
 /// .epw, field numbers of the data dictionary from 0.
 enum EpwField : std::size_t { kYear, kMonth, kDay, kHour, kMinute, kDewPoint = 7, kDirect = 14, kDiffuse = 15 };
 
