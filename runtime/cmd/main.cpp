@@ -171,7 +171,7 @@ int main(int argc, char** argv) {
     return app.exit(e) == 0 ? daylit::kExitDone : daylit::kExitUsage;
   }
   if (options.replay) {
-    std::fprintf(stderr, "daylit-run: --replay: there is no live camera yet, so that nothing is recorded; leave it out, "
+    std::fprintf(stderr, "daylit-run: --replay: there is no live camera yet, nothing is recorded; leave it out, "
                          "the files of the configuration are drawn\n");
     return daylit::kExitUsage;
   }

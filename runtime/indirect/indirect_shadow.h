@@ -18,18 +18,10 @@
 #include <span>
 #include <vector>
 
-#include "runtime/indirect/room_light.h"
+#include "runtime/indirect/receiver.h"
 #include "runtime/object/object_surface.h"
-#include "runtime/object/placed_parts.h"
-#include "runtime/object/relight.h"
 
 namespace daylit {
-
-/// At a point of the room.
-struct IndirectChange {
-  Rgb irradiance{0.0f}; ///< Delta E
-  Rgb before{0.0f};     ///< irradiance without the objects, sun excepted
-};
 
 /// Keeps references to everything given to the constructor. at() is thread-safe.
 class IndirectShadow {

@@ -32,6 +32,7 @@ namespace daylit {
 
 HWY_EXPORT(add_received);
 
+/// Structure of arrays: one component of sixteen lights in a vector.
 ReceivedLight::ReceivedLight(std::span<const DirectionalLight> lights)
     : lights_((lights.size() + kLanes - 1) / kLanes) {
   for (std::size_t j = 0; j < lights.size(); ++j) {
@@ -45,6 +46,7 @@ ReceivedLight::ReceivedLight(std::span<const DirectionalLight> lights)
   }
 }
 
+/// The sixteen sums of the lanes are added in order: the same bits with every instruction set but for fused steps.
 Rgb ReceivedLight::irradiance(const glm::vec3& n) const {
   alignas(64) float sum[3][kLanes] = {};
   HWY_DYNAMIC_DISPATCH(add_received)(lights_.data(), lights_.size(), n.x, n.y, n.z, sum);

@@ -18,6 +18,7 @@ namespace {
 constexpr float kMostAgain = 0.99f; // a white surface around itself keeps a little less than all
 }
 
+/// C'_l = D_l(R) C_l, band by band (Ivanic & Ruedenberg 1996 for any l; base/sh_rotation.h for l <= 2).
 void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r, std::span<VertexTransfer> turned) {
   const Rotation9 rotation(r);
   parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
@@ -31,6 +32,7 @@ void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& 
 
 namespace {
 
+/// sum_lm L_lm C_lm, the integral of two functions in an orthonormal basis.
 Rgb dot9(const Sh9Rgb& light, const TransferVector& transfer) {
   Rgb sum(0.0f);
   for (int i = 0; i < 9; ++i)
@@ -70,10 +72,12 @@ constexpr std::size_t kChunk = 256; ///< vertices
 
 } // namespace
 
+/// Equation 5 of Grosch et al. 2007.
 Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, const Rgb& reflectance) {
   return reflected_sum(dot9(light, transfer), reflectance);
 }
 
+/// L + rho / pi sum_lm dL_lm C_lm.
 Rgb add_reflected(const Rgb& radiance, const Sh9Rgb& change, const TransferVector& transfer, const Rgb& reflectance) {
   return glm::max(radiance + reflectance * dot9(change, transfer) * std::numbers::inv_pi_v<float>, Rgb(0.0f));
 }
@@ -87,6 +91,7 @@ std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, s
   return probes;
 }
 
+/// Breadth-first over the mesh from all lit vertices at once.
 std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> triangles,
                                  std::vector<VertexProbes>& probes) {
   const auto without = static_cast<std::size_t>(
@@ -117,6 +122,9 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
   return without;
 }
 
+/// Front: rho / pi sum L_lm C_lm, and what the object's own surface sends: with a = `again`, light of the k-th
+/// reflection, k >= 2, is rho^k a^(k-2) / pi sum L_lm B_lm, B the bounce vector (Sloan et al. 2002, section 5);
+/// together rho^2 / (1 - a rho). The probes' light is interpolated, L_lm(x) = sum_k w_k L_lm,k.
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
                                        std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
                                        std::span<const Rgb> reflectance, Ringing* ringing) {
@@ -160,6 +168,7 @@ Rgb shadowed_irradiance(const ReceivedLight& windows, const Sh9Rgb& coefficients
 
 } // namespace
 
+/// L_lm of the windows' lights = sum_j E_j Y_lm(w_j).
 std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
                                       std::span<const glm::vec3> normals,
                                       std::span<const VertexTransfer> world_transfer,

@@ -55,6 +55,7 @@ HWY_INLINE float cell_weight(const CellConstants& c, const Pane& pane, const Rec
   return facing * receiving * c.area * inverse * inverse * pane.transmittance(facing);
 }
 
+/// u = 1/2 - azimuth / 2 pi, v = theta / pi of the direction to the cell, in texels (SkyMap::position()).
 void view_cell(const CellConstants& c, const Receivers& r, CellView& view) {
   const Pane pane(c.index);
 #pragma omp simd
@@ -67,6 +68,8 @@ void view_cell(const CellConstants& c, const Receivers& r, CellView& view) {
   }
 }
 
+/// E += weight x sum_m factor_m (1, x, y, xy, z, xz, yz, xyz)_m. The direction to the cell's middle stands for all of
+/// it.
 void add_cell(const CellConstants& c, const BoxRadiance& radiance, const BoxPoints& p, float (&sum)[3][kLanes]) {
   const Receivers& r = p.receivers;
   const Pane pane(c.index);
@@ -88,6 +91,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace daylit::open_sky {
 
+/// Each call goes to the widest version that the processor runs.
 HWY_EXPORT(view_cell);
 HWY_EXPORT(add_cell);
 

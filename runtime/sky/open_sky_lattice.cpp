@@ -19,6 +19,7 @@ constexpr double kPointsPerCorner = 4.0;   // with fewer, looking up each point 
 
 } // namespace
 
+/// SkyMap::interpolate() in single precision.
 Rgb interpolate(const SkyMap& map, float u, float v) {
   const float fu = std::floor(u), fv = std::floor(v), s = u - fu, t = v - fv;
   int x0 = static_cast<int>(fu), x1 = x0 + 1;
@@ -30,6 +31,7 @@ Rgb interpolate(const SkyMap& map, float u, float v) {
          t * ((1.0f - s) * map.at(x0, y1) + s * map.at(x1, y1));
 }
 
+/// Spacing: half a cell's side, and a quarter of the distance to the nearest cell; whatever is less.
 std::optional<Lattice> Lattice::around(std::span<const glm::vec3> points, std::span<const SkyMap> pyramid,
                                        std::span<const ApertureCell> cells, const glm::dvec3& origin) {
   glm::vec3 low = points[0], high = low;
@@ -72,6 +74,7 @@ glm::vec3 Lattice::in_box(int box, const glm::vec3& point) const {
   return (point - (low_ + spacing_ * glm::vec3(box_index(box)))) / spacing_;
 }
 
+/// tau L of every cell, as the corners see it.
 void Lattice::look_up(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& origin) {
   const int corners = corner_count();
   radiance_.resize(cells.size() * static_cast<std::size_t>(corners));
@@ -93,6 +96,8 @@ void Lattice::look_up(std::span<const SkyMap> pyramid, std::span<const ApertureC
   });
 }
 
+/// Trilinear interpolation as a polynomial: f = sum over m of a_m x^(m&1) y^(m>>1&1) z^(m>>2), whose a_m are the mixed
+/// differences of the corner values.
 void Lattice::box_radiance(int box, std::vector<BoxRadiance>& radiance) const {
   const glm::ivec3 low = box_index(box), side = boxes_ + 1;
   const std::size_t corners = static_cast<std::size_t>(corner_count());
