@@ -37,7 +37,7 @@ constexpr double kTailShare2 = 0.2;  ///< of the allowed squared error: a longer
 struct Brick {
   std::vector<std::uint32_t> point;
   detail::Basis basis; ///< [number][rank]
-  detail::SeenPieces seen;
+  detail::SeenParts seen;
   std::vector<float> coordinates; ///< [rank][piece]
   std::vector<float> projected;   ///< [projection][lit piece]: random signs times the transport
   detail::SunMetric own;          ///< units of the lit pieces, of which the factors know
@@ -68,9 +68,9 @@ std::uint64_t signs_of(std::size_t brick) { return brick + 16; }
 void reduce(const SurfaceLight& light, const detail::SurfaceTransport& surfaces, const GatherRows& gather,
             const std::vector<float>& radiosity, double error, std::size_t number, Brick& b) {
   const std::size_t n = b.numbers(), columns = radiosity.size() / light.elements;
-  std::vector<std::uint8_t> told_apart(light.patches, 0);
-  gather.told_apart(b.point, told_apart);
-  b.seen = detail::SeenPieces::of(light, told_apart);
+  std::vector<std::uint8_t> distinguished(light.patches, 0);
+  gather.distinguished(b.point, distinguished);
+  b.seen = detail::SeenParts::of(light, distinguished);
   const std::size_t pieces = b.seen.piece.size();
   std::vector<float> rows(n * pieces);
   gather.rows(b.point, b.seen.end, rows.data());
@@ -229,8 +229,8 @@ public:
         basis.aggregate.push_back({s, end[s]});
       }
   }
-  void add_pieces(const detail::SeenPieces& seen, std::vector<std::uint32_t>& piece) const {
-    for (const detail::SeenPieces::Lit& lit : seen.lit)
+  void add_pieces(const detail::SeenParts& seen, std::vector<std::uint32_t>& piece) const {
+    for (const detail::SeenParts::Lit& lit : seen.lit)
       piece.push_back(lit.end - lit.first > 1 ? sources_ + group_of_[lit.first] : lit.first);
   }
 
@@ -269,7 +269,7 @@ std::vector<Brick> make_bricks(const ProbeSet& probes, std::span<const std::size
   for (const std::size_t p : probe_of_point)
     position.push_back(probes.positions[p]);
   std::vector<Brick> bricks;
-  for (std::vector<std::uint32_t>& points : detail::neighbours(position, options.part, options.brick_probes))
+  for (std::vector<std::uint32_t>& points : detail::neighbours(position, options.part, options.cluster_probes))
     bricks.emplace_back().point = std::move(points);
   return bricks;
 }
@@ -279,15 +279,15 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   CompactReport report{.nodes = columns.size(),
                        .sources = light.source.size(),
                        .clusters = light.clusters,
-                       .bricks = basis.nine.cluster.size(),
+                       .probe_clusters = basis.nine.cluster.size(),
                        .bytes = basis.bytes(),
-                       .band4_bricks = basis.band4.cluster.size(),
+                       .band4_probe_clusters = basis.band4.cluster.size(),
                        .band4_components = basis.band4.strong.scale.size() + basis.band4.weak.scale.size(),
                        .band4_bytes = basis.band4.bytes()};
   const auto strong = static_cast<double>(basis.nine.strong.scale.size()),
              components = strong + static_cast<double>(basis.nine.weak.scale.size());
   report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.nine.cluster.size(), 1));
-  report.word_share = strong / std::max(components, 1.0);
+  report.strong_fraction = strong / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
   parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {

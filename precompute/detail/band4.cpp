@@ -36,7 +36,7 @@ void Band4::reduce(const std::vector<float>& rows, std::size_t numbers, const st
   coordinates = multiply_transposed(basis.q, rows, numbers, basis.rank, pieces);
 }
 
-void Band4::factorise(const SurfaceTransport& surfaces, const SeenPieces& seen, const SunMetric& metric,
+void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
                       const std::vector<float>& suns, std::size_t width) {
   const std::size_t rank = basis.rank, pieces = seen.lit.size(), numbers = rank > 0 ? basis.q.size() / rank : 0;
   if (rank == 0)

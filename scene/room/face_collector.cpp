@@ -99,7 +99,7 @@ private:
   std::vector<std::uint32_t> distinct_corners(const ObjFace& face) const {
     std::vector<std::uint32_t> outline;
     for (std::uint32_t k = 0; k < face.corner_count; ++k) {
-      const std::uint32_t v = obj_.corners[face.first_corner + k];
+      const std::uint32_t v = obj_.corners[face.first_corner + k].vertex;
       if (outline.empty() || same_place_[outline.back()] != same_place_[v])
         outline.push_back(v);
     }

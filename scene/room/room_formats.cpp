@@ -89,7 +89,7 @@ Result<Material> make_material(const std::string& name, const MaterialFile& file
     return range_error("reflectance", *mtl.reflectance, name);
   if (!mtl.reflectance)
     report.notes.push_back(fmt::format("material \"{}\" has no Kd: reflectance 0.5 assumed", name));
-  if (mtl.has_texture)
+  if (!mtl.texture.empty())
     report.notes.push_back(fmt::format("material \"{}\": the texture is not read, Kd counts", name));
   if (mtl.emits)
     report.notes.push_back(

@@ -166,7 +166,7 @@ private:
       faces_.faces.push_back(
           {static_cast<std::uint32_t>(faces_.corners.size()), 3, static_cast<std::uint32_t>(material), face});
       for (int c = 0; c < 3; ++c)
-        faces_.corners.push_back(first + t.corners[k + static_cast<std::size_t>(c)]);
+        faces_.corners.push_back({.vertex = first + t.corners[k + static_cast<std::size_t>(c)]});
     }
     return {};
   }

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
 #include <glm/geometric.hpp>
+
+#include "scene/core/text_lines.h"
 
 namespace daylit {
 
@@ -72,12 +73,6 @@ std::vector<UpperBand> equal_area_hemisphere(int n) {
   return from_zenith;
 }
 
-std::optional<int> parse_int(std::string_view text) {
-  int value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return code == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
-}
-
 Error partition_error(const std::string& what, const std::string& where) {
   return {ErrorCode::usage, what, where, "use uniform:N (N even), tregenza, reinhart:K or fine:N"};
 }
@@ -133,7 +128,8 @@ Result<SkyPartition> SkyPartition::parse(const std::string& text) {
     return tregenza();
   const std::size_t colon = text.find(':');
   const std::string kind = text.substr(0, colon);
-  const auto number = colon == std::string::npos ? std::nullopt : parse_int(std::string_view(text).substr(colon + 1));
+  const auto number =
+      colon == std::string::npos ? std::nullopt : parse_number<int>(std::string_view(text).substr(colon + 1));
   if (number && kind == "uniform")
     return uniform(*number);
   if (number && kind == "reinhart")

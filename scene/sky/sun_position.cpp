@@ -93,13 +93,14 @@ bool is_day(const LocalTime& t) { return modified_julian_date(t.year, t.month, t
 
 int day_of_year(const LocalTime& t) {
   return static_cast<int>(modified_julian_date(t.year, t.month, t.day).value_or(0.0) -
-                          modified_julian_date(t.year, 1, 1).value_or(0.0)) + 1;
+                          modified_julian_date(t.year, 1, 1).value_or(0.0)) +
+         1;
 }
 
 SunPosition sun_position(const Place& place, const LocalTime& time) {
   // UTC stands for UT1, which it follows within a second: the earth turns by 0.004 degrees in a second.
-  const double utc = modified_julian_date(time.year, time.month, time.day).value_or(0.0) +
-                     (time.hour - place.time_zone_h) / 24.0;
+  const double utc =
+      modified_julian_date(time.year, time.month, time.day).value_or(0.0) + (time.hour - place.time_zone_h) / 24.0;
   eraASTROM a{};
   double origins = 0.0;
   eraApco13(ERFA_DJM0, utc, 0.0, place.longitude_deg * kRadians, place.latitude_deg * kRadians, 0.0, 0.0, 0.0, 0.0, 0.0,

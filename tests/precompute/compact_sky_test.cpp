@@ -66,7 +66,7 @@ TEST(CompactSky, band_four_changes_nothing_of_the_nine_and_is_as_exact_as_irradi
   EXPECT_EQ(faint.bytes, plain.bytes);
   ASSERT_TRUE(check_compact(both, c.partition.size(), c.probes.size()));
   EXPECT_EQ(report.bytes, plain.bytes + report.band4_bytes);
-  EXPECT_LT(double(report.band4_components), 0.5 * plain.mean_rank * double(plain.bricks));
+  EXPECT_LT(double(report.band4_components), 0.5 * plain.mean_rank * double(plain.probe_clusters));
   double error = 0, power = 0;
   for (const double azimuth : {0.5, 1.1, 1.57, 2.0, 2.3}) {
     const glm::dvec3 d(std::cos(azimuth) * 0.9, std::sin(azimuth) * 0.9, std::sqrt(1 - 0.81));

@@ -18,7 +18,7 @@
 
 namespace daylit::precompute::detail {
 
-struct LightLeaves {
+struct LightElements {
   radiosity::SurfaceMesh mesh;
   RayScene rays; ///< hits report facets of `mesh`
   radiosity::PatchSet patches;
@@ -28,7 +28,7 @@ struct LightLeaves {
   /// Cuts facets in two along their longest edge until there are `count`, first those that are large and face an
   /// aperture in sight; none that get no light from above the horizon, where suns are. `room`: its reflecting surfaces.
   /// A function of the input alone.
-  static Result<LightLeaves> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
+  static Result<LightElements> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                                   const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count);
 
   /// Means over each parent's leaves.

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "bench/room_parts.h"
-#include "precompute/detail/light_leaves.h"
+#include "precompute/detail/light_elements.h"
 #include "precompute/detail/transport_problem.h"
 #include "radiosity/gather.h"
 #include "scene/room/room_formats.h"
@@ -17,7 +17,7 @@ const Progress kQuiet = [](const std::string&, double) { return true; };
 
 struct Cut {
   Problem problem;
-  LightLeaves leaves;
+  LightElements leaves;
 };
 
 Cut cut_room(const Room& room, std::size_t count) {
@@ -27,7 +27,7 @@ Cut cut_room(const Room& room, std::size_t count) {
   BakeReport report;
   StageClock clock(report);
   Cut cut{*set_up(room, options, report, clock), {}};
-  cut.leaves = *LightLeaves::make(cut.problem.mesh, cut.problem.patches, cut.problem.apertures.list,
+  cut.leaves = *LightElements::make(cut.problem.mesh, cut.problem.patches, cut.problem.apertures.list,
                                   cut.problem.room_scene, count);
   return cut;
 }
@@ -38,7 +38,7 @@ Cut cut_room(std::size_t count) {
   return cut_room(room->room, count);
 }
 
-TEST(LightLeaves, cover_their_patches_once) {
+TEST(LightElements, cover_their_patches_once) {
   const Cut cut = cut_room(1200);
   const auto& patches = cut.problem.patches.patches;
   EXPECT_NEAR(static_cast<double>(cut.leaves.mesh.facets.size()), 1200, 4);
@@ -56,7 +56,7 @@ TEST(LightLeaves, cover_their_patches_once) {
   }
 }
 
-TEST(LightLeaves, are_smaller_where_an_aperture_is_in_sight) {
+TEST(LightElements, are_smaller_where_an_aperture_is_in_sight) {
   Room room = bench::room_with_window_hole(0.5f);
   bench::add_quad(room, {0, 2.5, 0}, {3.8, 2.5, 0}, {3.8, 2.5, 2.8}, {0, 2.5, 2.8}); // a wall, a passage in the east
   const Cut cut = cut_room(room, 1600);
@@ -74,14 +74,14 @@ TEST(LightLeaves, are_smaller_where_an_aperture_is_in_sight) {
   EXPECT_LT(area_m2[1] / count[1], 0.5 * area_m2[0] / count[0]);
 }
 
-TEST(LightLeaves, are_the_patches_where_none_are_asked_for) {
+TEST(LightElements, are_the_patches_where_none_are_asked_for) {
   const Cut cut = cut_room(0);
   ASSERT_EQ(cut.leaves.patches.patches.size(), cut.problem.patches.patches.size());
   for (std::size_t e = 0; e < cut.leaves.parent.size(); ++e)
     EXPECT_EQ(cut.leaves.patches.patches[e].corner, cut.problem.patches.patches[e].corner);
 }
 
-TEST(LightLeaves, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_rays) {
+TEST(LightElements, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_rays) {
   const Cut cut = cut_room(1200);
   const std::vector<glm::dvec3> points{{0.3, 0.2, -1.2}};
   const auto hits = [&](std::span<const std::uint32_t> group) {
@@ -93,16 +93,16 @@ TEST(LightLeaves, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_ray
   std::vector<float> by_rays(9 * leaves), shared(9 * leaves);
   plain.weights(0, by_rays.data());
   grouped.weights(0, shared.data());
-  std::vector<std::uint8_t> told_apart(cut.problem.patches.patches.size(), 0);
-  grouped.mark_told_apart(0, told_apart);
-  EXPECT_GT(std::accumulate(told_apart.begin(), told_apart.end(), 0), 10);
-  EXPECT_LT(std::accumulate(told_apart.begin(), told_apart.end(), 0), static_cast<int>(told_apart.size()) / 2);
-  std::vector<double> of_patch(told_apart.size(), 0.0);
+  std::vector<std::uint8_t> distinguished(cut.problem.patches.patches.size(), 0);
+  grouped.mark_distinguished(0, distinguished);
+  EXPECT_GT(std::accumulate(distinguished.begin(), distinguished.end(), 0), 10);
+  EXPECT_LT(std::accumulate(distinguished.begin(), distinguished.end(), 0), static_cast<int>(distinguished.size()) / 2);
+  std::vector<double> of_patch(distinguished.size(), 0.0);
   for (std::size_t i = 0; i < leaves; ++i)
     of_patch[cut.leaves.parent[i]] += static_cast<double>(by_rays[i]);
   for (std::size_t i = 0; i < leaves; ++i) {
     const std::uint32_t parent = cut.leaves.parent[i];
-    const double expected = told_apart[parent] != 0 ? static_cast<double>(by_rays[i])
+    const double expected = distinguished[parent] != 0 ? static_cast<double>(by_rays[i])
                                                     : static_cast<double>(cut.leaves.share[i]) * of_patch[parent];
     EXPECT_NEAR(static_cast<double>(shared[i]), expected, 1e-6);
   }

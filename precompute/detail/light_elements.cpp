@@ -1,4 +1,4 @@
-#include "precompute/detail/light_leaves.h"
+#include "precompute/detail/light_elements.h"
 
 #include <algorithm>
 #include <queue>
@@ -125,10 +125,10 @@ void append(const Facet& p, int cuts, std::vector<Facet>& out) {
 
 } // namespace
 
-Result<LightLeaves> LightLeaves::make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
+Result<LightElements> LightElements::make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                                       const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count) {
   const std::vector<int> cuts = find_cuts(mesh, patches, SunReach(mesh, apertures, room), count);
-  LightLeaves leaves;
+  LightElements leaves;
   leaves.mesh.origin = mesh.origin;
   leaves.mesh.planes = mesh.planes;
   leaves.mesh.edge_m = mesh.edge_m;
@@ -162,14 +162,14 @@ Result<LightLeaves> LightLeaves::make(const radiosity::SurfaceMesh& mesh, const 
   return leaves;
 }
 
-std::vector<float> LightLeaves::opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const {
+std::vector<float> LightElements::opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const {
   std::vector<float> opening(parent.empty() ? 0 : parent.back() + 1, 0.0f);
   for (std::size_t i = 0; i < parent.size(); ++i)
     opening[parent[i]] += share[i] * rows[i].opening;
   return opening;
 }
 
-radiosity::FirstBounce LightLeaves::of_parents(const radiosity::FirstBounce& light) const {
+radiosity::FirstBounce LightElements::of_parents(const radiosity::FirstBounce& light) const {
   radiosity::FirstBounce mean{.patches = parent.empty() ? 0 : parent.back() + std::size_t{1},
                               .channels = light.channels,
                               .region = light.region,
@@ -186,7 +186,7 @@ radiosity::FirstBounce LightLeaves::of_parents(const radiosity::FirstBounce& lig
   return mean;
 }
 
-radiosity::Radiosity LightLeaves::radiosity_of(const radiosity::Radiosity& parents,
+radiosity::Radiosity LightElements::radiosity_of(const radiosity::Radiosity& parents,
                                                const radiosity::FirstBounce& parent_light,
                                                const radiosity::FirstBounce& light) const {
   const std::size_t columns = light.columns();

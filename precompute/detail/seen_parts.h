@@ -12,7 +12,7 @@
 
 namespace daylit::precompute::detail {
 
-struct SeenPieces {
+struct SeenParts {
   /// Leaves [first, end) of one patch.
   struct Piece {
     std::uint32_t patch, first, end;
@@ -29,8 +29,8 @@ struct SeenPieces {
   std::vector<Lit> lit;
   std::vector<float> share; ///< of each source in its piece's area
 
-  /// `told_apart`: of each patch.
-  static SeenPieces of(const SurfaceLight& light, std::span<const std::uint8_t> told_apart);
+  /// `distinguished`: of each patch.
+  static SeenParts of(const SurfaceLight& light, std::span<const std::uint8_t> distinguished);
 
   /// Means over the pieces: from values [leaf][columns].
   std::vector<float> means(const SurfaceLight& light, std::span<const float> of_leaves, std::size_t columns) const;

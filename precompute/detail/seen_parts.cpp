@@ -1,4 +1,4 @@
-#include "precompute/detail/seen_pieces.h"
+#include "precompute/detail/seen_parts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@ namespace daylit::precompute::detail {
 
 namespace {
 
-void find_lit(const SurfaceLight& light, SeenPieces& seen) {
+void find_lit(const SurfaceLight& light, SeenParts& seen) {
   seen.share.resize(light.source.size());
   std::uint32_t s = 0;
   for (std::uint32_t k = 0; k < seen.piece.size(); ++k) {
-    const SeenPieces::Piece& p = seen.piece[k];
+    const SeenParts::Piece& p = seen.piece[k];
     const std::uint32_t first = s;
     for (; s < light.source.size() && light.source[s] < p.end; ++s)
       seen.share[s] = p.end - p.first == 1 ? 1.0f : light.element_fraction[light.source[s]];
@@ -23,11 +23,11 @@ void find_lit(const SurfaceLight& light, SeenPieces& seen) {
 
 } // namespace
 
-SeenPieces SeenPieces::of(const SurfaceLight& light, std::span<const std::uint8_t> told_apart) {
-  SeenPieces seen;
+SeenParts SeenParts::of(const SurfaceLight& light, std::span<const std::uint8_t> distinguished) {
+  SeenParts seen;
   for (std::uint32_t first = 0, end = 0; first < light.elements; first = end) {
     const std::uint32_t patch = light.parent[first];
-    while (end < light.elements && light.parent[end] == patch && (end == first || told_apart[patch] == 0))
+    while (end < light.elements && light.parent[end] == patch && (end == first || distinguished[patch] == 0))
       ++end;
     seen.piece.push_back({patch, first, end});
     seen.end.push_back(end);
@@ -36,7 +36,7 @@ SeenPieces SeenPieces::of(const SurfaceLight& light, std::span<const std::uint8_
   return seen;
 }
 
-std::vector<float> SeenPieces::means(const SurfaceLight& light, std::span<const float> of_leaves,
+std::vector<float> SeenParts::means(const SurfaceLight& light, std::span<const float> of_leaves,
                                      std::size_t columns) const {
   std::vector<float> mean(piece.size() * columns, 0.0f);
   for (std::size_t k = 0; k < piece.size(); ++k)
@@ -48,7 +48,7 @@ std::vector<float> SeenPieces::means(const SurfaceLight& light, std::span<const 
   return mean;
 }
 
-SunMetric SeenPieces::metric(const SunMetric& of_sources) const {
+SunMetric SeenParts::metric(const SunMetric& of_sources) const {
   const std::size_t sources = of_sources.sigma.size(), n = lit.size();
   std::vector<float> unit(sources), sum(sources);
   for (std::size_t s = 0; s < sources; ++s)
@@ -83,7 +83,7 @@ SunMetric SeenPieces::metric(const SunMetric& of_sources) const {
   return own;
 }
 
-std::vector<float> SeenPieces::suns(const SunMetric& own, const SunMetric& of_sources, std::span<const float> suns,
+std::vector<float> SeenParts::suns(const SunMetric& own, const SunMetric& of_sources, std::span<const float> suns,
                                     std::size_t columns) const {
   std::vector<float> out(lit.size() * columns, 0.0f);
   for (std::size_t a = 0; a < lit.size(); ++a)
@@ -93,7 +93,7 @@ std::vector<float> SeenPieces::suns(const SunMetric& own, const SunMetric& of_so
   return out;
 }
 
-std::vector<float> SeenPieces::expand(std::span<const float> rows) const {
+std::vector<float> SeenParts::expand(std::span<const float> rows) const {
   const std::size_t count = lit.empty() ? 0 : rows.size() / lit.size();
   std::vector<float> out(count * share.size(), 0.0f);
   for (std::size_t r = 0; r < count; ++r)
