@@ -50,7 +50,8 @@ class SkyPartition {
 public:
   /// N equal-solid-angle regions (N even, 2..100000), as square as bands allow.
   static Result<SkyPartition> uniform(int regions);
-  /// Tregenza's 145 patches (scene/radiance_matrix.h) above the horizon and their mirror image below: 290 regions.
+  /// Tregenza's 145 patches (scene/volume/radiance_matrix.h) above the horizon and their mirror image below: 290
+  /// regions.
   static SkyPartition tregenza();
   /// Reinhart MF:K (K = 1 is Tregenza; 2 is 577 + 577) with the zenith cap undivided. 1 <= K <= 12.
   static Result<SkyPartition> reinhart(int k);
@@ -117,7 +118,7 @@ private:
 /// pixel gives to a region.
 class RegionSums {
 public:
-  /// `needed`: one per region, 0 for regions that nobody asks for: they come out black, and pixels that only they
+  /// `needed`: one per region, 0 for regions that are not wanted: they come out black, and pixels that only they
   /// have are not read. Empty: all are needed.
   static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
                          std::span<const std::uint8_t> needed = {});
