@@ -14,7 +14,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr std::size_t kChunk = 256; ///< numbers of all points at a time
+constexpr std::size_t kChunk = 256; ///< values of all points at a time
 constexpr std::int64_t kNone = -1;
 
 /// Disjoint sets, each named by its smallest member.
@@ -129,15 +129,15 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
 }
 
 /// f_p -= to_a (f_a - f_m) + to_b (f_b - f_m) for each axis, with the values before the fit.
-void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) const {
-  const std::size_t chunks = (numbers_per_point + kChunk - 1) / kChunk;
+void ProbeFit::apply(std::span<float> values, std::size_t values_per_point) const {
+  const std::size_t chunks = (values_per_point + kChunk - 1) / kChunk;
   parallel_for(std::size_t{0}, rows_.empty() ? 0 : chunks, [&](std::size_t c) {
-    const std::size_t first = c * kChunk, count = std::min(kChunk, numbers_per_point - first);
+    const std::size_t first = c * kChunk, count = std::min(kChunk, values_per_point - first);
     std::vector<float> before(points_ * count);
     for (std::size_t p = 0; p < points_; ++p)
-      std::copy_n(values.data() + p * numbers_per_point + first, count, before.data() + p * count);
+      std::copy_n(values.data() + p * values_per_point + first, count, before.data() + p * count);
     for (const Row& row : rows_) {
-      float* out = values.data() + row.point * numbers_per_point + first;
+      float* out = values.data() + row.point * values_per_point + first;
       const float *a = before.data() + row.a * count, *m = before.data() + row.middle * count,
                   *b = before.data() + row.b * count;
       for (std::size_t k = 0; k < count; ++k)
@@ -157,23 +157,23 @@ std::vector<std::uint32_t> ProbeFit::needed(std::span<const std::uint32_t> point
   return needed;
 }
 
-void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t values_per_point,
                      const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
   const std::vector<std::uint32_t> needed = this->needed(points);
-  const auto values = std::make_unique_for_overwrite<float[]>(needed.size() * numbers_per_point);
+  const auto values = std::make_unique_for_overwrite<float[]>(needed.size() * values_per_point);
   for (std::size_t i = 0; i < needed.size(); ++i)
-    value(needed[i], values.get() + i * numbers_per_point);
+    value(needed[i], values.get() + i * values_per_point);
   std::vector<daylit::detail::WeightedRow<float>> terms;
   const auto add = [&](std::uint32_t p, float weight) {
     const float* of_p = values.get() + static_cast<std::size_t>(std::ranges::lower_bound(needed, p) - needed.begin()) *
-                                           numbers_per_point;
-    if (const auto known = std::ranges::find(terms, of_p, &daylit::detail::WeightedRow<float>::number);
+                                           values_per_point;
+    if (const auto known = std::ranges::find(terms, of_p, &daylit::detail::WeightedRow<float>::value);
         known != terms.end())
       known->weight += Rgb(weight);
     else
       terms.push_back({of_p, Rgb(weight)});
   };
-  std::fill_n(result, points.size() * numbers_per_point, 0.0f);
+  std::fill_n(result, points.size() * values_per_point, 0.0f);
   for (std::size_t i = 0; i < points.size(); ++i) {
     terms.clear();
     add(points[i], 1.0f);
@@ -182,7 +182,7 @@ void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_
       add(row.middle, row.to_a + row.to_b);
       add(row.b, -row.to_b);
     }
-    daylit::detail::add_rows(terms, numbers_per_point, result + i * numbers_per_point);
+    daylit::detail::add_rows(terms, values_per_point, result + i * values_per_point);
   }
 }
 

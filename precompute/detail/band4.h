@@ -13,13 +13,13 @@
 namespace daylit::precompute::detail {
 
 struct Band4 {
-  Basis basis;                    ///< [number][rank]
+  Basis basis;                    ///< [coefficient][rank]
   std::vector<float> coordinates; ///< [rank][part]
   Factors factors;
 
-  /// `rows`: gather rows [number][part]; `radiosity`: of the parts under random suns, [part][columns]; `left`: what
-  /// the nine may lose of what they see under all these suns, squared.
-  void reduce(const std::vector<float>& rows, std::size_t numbers, const std::vector<float>& radiosity,
+  /// `rows`: gather rows [coefficient][part]; `radiosity`: of the parts under random suns, [part][columns]; `left`:
+  /// what the nine may lose of what they see under all these suns, squared.
+  void reduce(const std::vector<float>& rows, std::size_t coefficients, const std::vector<float>& radiosity,
               std::size_t columns, double left);
   /// `suns`: [lit part][width].
   void factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,

@@ -182,14 +182,14 @@ std::vector<double> Factors::weak_error2(std::span<const float> suns, std::size_
   return error;
 }
 
-void Factors::expand_rows(const std::vector<float>& basis, std::size_t numbers) {
+void Factors::expand_rows(const std::vector<float>& basis, std::size_t coefficients) {
   const std::size_t inner = rows / 3;
-  std::vector<float> wide(rank() * 3 * numbers);
+  std::vector<float> wide(rank() * 3 * coefficients);
   // [component, colour][inner] times the transpose: components and colours are one index.
   if (rank() > 0)
-    wide = multiply_by_transposed(row_factor, basis, rank() * 3, inner, numbers);
+    wide = multiply_by_transposed(row_factor, basis, rank() * 3, inner, coefficients);
   row_factor = std::move(wide);
-  rows = 3 * numbers;
+  rows = 3 * coefficients;
 }
 
 void Factors::store_as(const std::vector<Stored>& choice) {
@@ -236,9 +236,9 @@ void append_component(const Factors& f, std::size_t k, Components<T>& out) {
   out.scale.push_back(source.step * row.step);
   for (const std::int16_t x : source.integer)
     out.source_factor.push_back(static_cast<T>(x));
-  for (std::size_t number = 0; number < f.rows / 3; ++number) // from [channel][number] to [number][channel]
+  for (std::size_t i = 0; i < f.rows / 3; ++i) // from [channel][coefficient] to [coefficient][channel]
     for (std::size_t c = 0; c < 3; ++c)
-      out.probe_factor.push_back(static_cast<T>(row.integer[c * (f.rows / 3) + number]));
+      out.probe_factor.push_back(static_cast<T>(row.integer[c * (f.rows / 3) + i]));
 }
 
 } // namespace

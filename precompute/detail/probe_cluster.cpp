@@ -29,13 +29,13 @@ std::vector<float> Measure::suns(std::size_t count) const {
   return sun;
 }
 
-/// [channel][number][projection]
-std::vector<float> ProbeCluster::signs() const { return random_signs(id + 16, 3 * numbers() * kProjections); }
+/// [channel][coefficient][projection]
+std::vector<float> ProbeCluster::signs() const { return random_signs(id + 16, 3 * coefficients() * kProjections); }
 
 /// projected = sum over channels of signs^T transport: the expected square of its product with any light is the squared
 /// norm of the cluster's field, times the number of projections (Hutchinson's estimate of a trace).
 void ProbeCluster::project(const SurfaceTransport& surfaces, const std::vector<float>& rows) {
-  const std::size_t n = numbers(), parts = seen.part.size();
+  const std::size_t n = coefficients(), parts = seen.part.size();
   const std::vector<float> sign = signs();
   projected.assign(kProjections * seen.lit.size(), 0.0f);
   for (std::size_t c = 0; c < 3; ++c)
@@ -47,7 +47,7 @@ void ProbeCluster::project(const SurfaceTransport& surfaces, const std::vector<f
 
 void ProbeCluster::reduce(const SurfaceLight& light, const SurfaceTransport& surfaces, const GatherRows& gather,
                           const std::vector<float>& radiosity, double error) {
-  const std::size_t n = numbers(), columns = radiosity.size() / light.elements;
+  const std::size_t n = coefficients(), columns = radiosity.size() / light.elements;
   std::vector<std::uint8_t> distinguished(light.patches, 0);
   gather.distinguished(point, distinguished);
   seen = SeenParts::of(light, distinguished);
@@ -87,7 +87,7 @@ void ProbeCluster::factorise(const SurfaceTransport& surfaces, const Measure& me
     if (factors.rank() < width || factors.power.back() * static_cast<double>(width) <= limit)
       break;
   }
-  factors.expand_rows(basis.q, numbers());
+  factors.expand_rows(basis.q, coefficients());
   const std::vector<float> missed = factors.remainder(Factors::Taken::exactly, signs(), projected, kProjections);
   unseen = metric_trace(missed, metric.correlation, kProjections, parts) / kProjections;
   basis = {};

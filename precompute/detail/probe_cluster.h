@@ -27,13 +27,13 @@ struct Measure {
   std::vector<float> suns(std::size_t count) const;
 };
 
-/// Ids of points, and what the stages leave behind. Gather rows [number][part] are basis times coordinates:
+/// Ids of points, and what the stages leave behind. Gather rows [coefficient][part] are basis times coordinates:
 /// neighbouring probes see the same room.
 struct ProbeCluster {
   std::uint64_t id = 0;
   std::vector<std::uint32_t> point;
   SeenParts seen;
-  Basis basis;                    ///< [number][rank]
+  Basis basis;                    ///< [coefficient][rank]
   std::vector<float> coordinates; ///< [rank][part]
   std::vector<float> projected;   ///< [projection][lit part]: random signs times the transport
   SunMetric own;                  ///< units of the lit parts, of which the factors know
@@ -41,7 +41,7 @@ struct ProbeCluster {
   double unseen = 0; ///< squared error of what the sketches missed
   Band4 band4;
 
-  std::size_t numbers() const { return point.size() * 9; } ///< of one channel
+  std::size_t coefficients() const { return point.size() * 9; } ///< of one channel
 
   /// Norms under random signs, and the few combinations of the gather rows that differ under suns. `radiosity`: of the
   /// room under random suns of random colour, [element][columns]. `error`: relative, asked of the basis.

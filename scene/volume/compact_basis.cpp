@@ -34,12 +34,12 @@ void add_components(const Components<T>& components, const ClusterOffsets::Part&
                     const Cluster& cluster, const float* light, float* sum) {
   std::vector<Rgb> amplitude(rank);
   detail::multiply_rows(components.source_factor.data() + at.source_factor, cluster.sources, light, amplitude);
-  const std::size_t numbers = kPerProbe * cluster.probes;
+  const std::size_t count = kPerProbe * cluster.probes;
   std::vector<detail::WeightedRow<T>> rows(rank);
   for (std::size_t k = 0; k < rank; ++k)
-    rows[k] = {components.probe_factor.data() + at.probe_factor + k * numbers,
+    rows[k] = {components.probe_factor.data() + at.probe_factor + k * count,
                components.scale[at.component + k] * amplitude[k]};
-  detail::add_rows(rows, numbers, sum);
+  detail::add_rows(rows, count, sum);
 }
 
 /// field[probe] of one cluster: its strong and its weak components, in units of radiance.

@@ -42,15 +42,15 @@ void add_some_rows(const WeightedRow<T>* rows, std::size_t first, std::size_t en
     for (std::size_t v = 0; v < 3 * kLanes; v += kLanes) {
       Vector s = load(sum + k + v);
       for (std::size_t r = 0; r < kRows; ++r)
-        s = hn::MulAdd(load(weight[r] + v), load(rows[r].number + k + v), s);
+        s = hn::MulAdd(load(weight[r] + v), load(rows[r].value + k + v), s);
       hn::StoreU(s, Floats(), sum + k + v);
     }
   for (; k < end; ++k)
     for (std::size_t r = 0; r < kRows; ++r)
-      sum[k] += weight[r][(k - first) % 3] * static_cast<float>(rows[r].number[k]);
+      sum[k] += weight[r][(k - first) % 3] * static_cast<float>(rows[r].value[k]);
 }
 
-/// sum[k] += sum_r weight_r[k % 3] number_r[k], tile by tile: each row is read once, the sums once per four rows.
+/// sum[k] += sum_r weight_r[k % 3] value_r[k], tile by tile: each row is read once, the sums once per four rows.
 template <class T>
 void add_all_rows(std::span<const WeightedRow<T>> rows, std::size_t count, float* sum) {
   for (std::size_t first = 0; first < count; first += kTile) {
