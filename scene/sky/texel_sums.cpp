@@ -61,7 +61,7 @@ std::array<double, 3> sum_texels(std::span<const RegionTexels::Run> runs, const 
       for (std::size_t c = 0; c < kChains; ++c)
         sums.add(c, weight[k + c], texel + 3 * (k + c));
     for (; k < count; ++k)
-      sums.add(k % kChains, weight[k], texel + 3 * k);
+      sums.add(0, weight[k], texel + 3 * k);
     if (reaches_end) // nothing can be read behind the last texel
       for (std::size_t c = 0; c < 3; ++c)
         total[c] += static_cast<double>(weight[count] * texel[3 * count + c]);
