@@ -1,13 +1,10 @@
 // daylit-bench frame: table 1 of Grosch, Eble, Mueller 2007 again, every time beside its error.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
-
-#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -28,19 +25,9 @@ constexpr int kPhotos = 12;
 struct Arguments {
   std::string folder = "out/bench-frame";
   std::vector<std::string> objects{"teapot", "blob"}, skies{"overcast", "sun"}, renderers{"rays", "gl"};
-  std::vector<int> samples{16, 64, 256}, map_texels{RenderSettings{}.sky_map_texels};
+  std::vector<int> samples{16, 64, 256}, map_texels{RenderSettings{}.map_texels};
   int frames = 20, flicker_frames = 100, reference_samples = 4096;
 };
-
-double process_seconds() {
-  rusage u{};
-  getrusage(RUSAGE_SELF, &u);
-  return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
-}
-double wall_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Medians over frames.
 struct Timing {
@@ -154,15 +141,13 @@ Result<Composite> still_picture(const FrameScene& scene, Session& session, int s
   return (*frame)->composite;
 }
 
-/// `map_texels`: of the sky's shadow maps by OpenGL; those of the sun have twice as many. "exact": every pixel traces
-/// every light.
+/// `map_texels`: of a shadow map by OpenGL. "exact": every pixel traces every light.
 Result<Session> open(const FrameScene& scene, const std::string& renderer, int map_texels) {
   const Backend backend = renderer == "gl"      ? Backend::opengl
                           : renderer == "exact" ? Backend::rays_reference
                                                 : Backend::rays;
   return Session::open(scene.config, kFrameWidth, kFrameHeight,
-                       [](const std::string&, double) { return !interrupted(); }, backend,
-                       {.sky_map_texels = map_texels, .sun_map_texels = 2 * map_texels});
+                       [](const std::string&, double) { return !interrupted(); }, backend, {.map_texels = map_texels});
 }
 
 void print(const nlohmann::json& row) {
@@ -171,7 +156,7 @@ void print(const nlohmann::json& row) {
   for (const Motion m : {Motion::everything, Motion::object, Motion::nothing})
     std::printf(" %8.2f/%7.2f", row[name_of(m)]["wall_ms"].get<double>(), row[name_of(m)]["cpu_ms"].get<double>());
   std::printf(" %8.2f %9.3f %6.1f\n", 100 * row["error"].get<double>(), 100 * row["flicker"].get<double>(),
-              100 * row["object_share"].get<double>());
+              100 * row["object_fraction"].get<double>());
 }
 
 Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer, int map_texels,
@@ -195,7 +180,7 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     if (!noise)
       return noise.error();
     row["flicker"] = noise->object;
-    row["object_share"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
+    row["object_fraction"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
     row["shadow_share"] = static_cast<double>(picture->shadow_pixels) / (kFrameWidth * kFrameHeight);
     for (const Motion m : {Motion::everything, Motion::object, Motion::nothing}) {
       if (interrupted())
@@ -257,7 +242,7 @@ Command add_frame(CLI::App& program) {
   parser->add_option("--skies", a->skies, "overcast, sun, shade")->delimiter(',')->capture_default_str();
   parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
   parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();
-  parser->add_option("--map-texels", a->map_texels, "side of the sky's shadow maps by OpenGL; the sun's: twice that")
+  parser->add_option("--map-texels", a->map_texels, "side of a shadow map by OpenGL")
       ->delimiter(',')
       ->check(CLI::Range(8, 2048))
       ->expected(1, 16)

@@ -13,11 +13,9 @@
 #define DAYLIT_GL_FUNCTIONS(X)                                                                                         \
   X(ATTACHSHADER, AttachShader)                                                                                        \
   X(BINDBUFFERBASE, BindBufferBase)                                                                                    \
-  X(BINDBUFFERRANGE, BindBufferRange)                                                                                  \
   X(BINDFRAMEBUFFER, BindFramebuffer)                                                                                  \
   X(BINDTEXTUREUNIT, BindTextureUnit)                                                                                  \
   X(BINDVERTEXARRAY, BindVertexArray)                                                                                  \
-  X(BLENDFUNCSEPARATE, BlendFuncSeparate)                                                                              \
   X(BLITNAMEDFRAMEBUFFER, BlitNamedFramebuffer)                                                                        \
   X(CHECKNAMEDFRAMEBUFFERSTATUS, CheckNamedFramebufferStatus)                                                          \
   X(CLEARNAMEDFRAMEBUFFERFV, ClearNamedFramebufferfv)                                                                  \
@@ -52,7 +50,6 @@
   X(GETSHADERIV, GetShaderiv)                                                                                          \
   X(GETSTRING, GetString)                                                                                              \
   X(GETTEXTUREIMAGE, GetTextureImage)                                                                                  \
-  X(GETTEXTURESUBIMAGE, GetTextureSubImage)                                                                            \
   X(GETUNIFORMLOCATION, GetUniformLocation)                                                                            \
   X(LINKPROGRAM, LinkProgram)                                                                                          \
   X(NAMEDBUFFERDATA, NamedBufferData)                                                                                  \
@@ -62,18 +59,13 @@
   X(NAMEDFRAMEBUFFERTEXTURE, NamedFramebufferTexture)                                                                  \
   X(NAMEDFRAMEBUFFERTEXTURELAYER, NamedFramebufferTextureLayer)                                                        \
   X(PROGRAMUNIFORM1F, ProgramUniform1f)                                                                                \
-  X(PROGRAMUNIFORM1I, ProgramUniform1i)                                                                                \
-  X(PROGRAMUNIFORM2FV, ProgramUniform2fv)                                                                              \
   X(PROGRAMUNIFORM3FV, ProgramUniform3fv)                                                                              \
-  X(SCISSOR, Scissor)                                                                                                  \
   X(SHADERSOURCE, ShaderSource)                                                                                        \
-  X(TEXTUREBUFFER, TextureBuffer)                                                                                      \
   X(TEXTUREPARAMETERI, TextureParameteri)                                                                              \
   X(TEXTURESTORAGE2D, TextureStorage2D)                                                                                \
   X(TEXTURESTORAGE2DMULTISAMPLE, TextureStorage2DMultisample)                                                          \
   X(TEXTURESTORAGE3D, TextureStorage3D)                                                                                \
   X(TEXTURESUBIMAGE2D, TextureSubImage2D)                                                                              \
-  X(TEXTURESUBIMAGE3D, TextureSubImage3D)                                                                              \
   X(USEPROGRAM, UseProgram)                                                                                            \
   X(VERTEXARRAYATTRIBBINDING, VertexArrayAttribBinding)                                                                \
   X(VERTEXARRAYATTRIBFORMAT, VertexArrayAttribFormat)                                                                  \

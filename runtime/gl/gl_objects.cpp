@@ -14,34 +14,32 @@ GlFramebuffer make_framebuffer(const Gl& gl) {
   return {gl, name};
 }
 
-GlBuffer make_buffer(const Gl& gl, std::span<const std::byte> bytes, GLenum usage) {
+GlBuffer make_buffer(const Gl& gl, std::span<const std::byte> bytes) {
   GLuint name = 0;
   gl->CreateBuffers(1, &name);
-  const bool empty = bytes.empty();
-  gl->NamedBufferData(name, empty ? 16 : static_cast<GLsizeiptr>(bytes.size()), empty ? nullptr : bytes.data(), usage);
-  return {gl, name};
+  GlBuffer buffer(gl, name);
+  refill_buffer(gl, buffer, bytes);
+  return buffer;
 }
 
 void refill_buffer(const Gl& gl, const GlBuffer& buffer, std::span<const std::byte> bytes) {
+  constexpr GLsizeiptr kSpare = 64; // so that an empty one can be bound, and its first element looked up
   const bool empty = bytes.empty();
-  gl->NamedBufferData(buffer.name(), empty ? 16 : static_cast<GLsizeiptr>(bytes.size()), empty ? nullptr : bytes.data(),
-                      GL_DYNAMIC_DRAW);
+  gl->NamedBufferData(buffer.name(), empty ? kSpare : static_cast<GLsizeiptr>(bytes.size()),
+                      empty ? nullptr : bytes.data(), GL_DYNAMIC_DRAW);
 }
 
-GlVertexArray make_vertex_array(const Gl& gl, const std::vector<VertexStream>& streams, GLuint indices) {
-  GLuint name = 0;
+GlVertexArray make_vertex_array(const Gl& gl, const GlBuffer& buffer, const std::vector<int>& components,
+                                GLuint indices) {
+  GLuint name = 0, location = 0, offset = 0;
   gl->CreateVertexArrays(1, &name);
-  GLuint location = 0, binding = 0;
-  for (const VertexStream& stream : streams) {
-    GLuint offset = 0;
-    for (const int components : stream.components) {
-      gl->EnableVertexArrayAttrib(name, location);
-      gl->VertexArrayAttribFormat(name, location, components, GL_FLOAT, GL_FALSE, offset);
-      gl->VertexArrayAttribBinding(name, location++, binding);
-      offset += static_cast<GLuint>(components) * static_cast<GLuint>(sizeof(float));
-    }
-    gl->VertexArrayVertexBuffer(name, binding++, stream.buffer, 0, static_cast<GLsizei>(offset));
+  for (const int count : components) {
+    gl->EnableVertexArrayAttrib(name, location);
+    gl->VertexArrayAttribFormat(name, location, count, GL_FLOAT, GL_FALSE, offset);
+    gl->VertexArrayAttribBinding(name, location++, 0);
+    offset += static_cast<GLuint>(count) * static_cast<GLuint>(sizeof(float));
   }
+  gl->VertexArrayVertexBuffer(name, 0, buffer.name(), 0, static_cast<GLsizei>(offset));
   if (indices)
     gl->VertexArrayElementBuffer(name, indices);
   return {gl, name};
@@ -98,18 +96,6 @@ Result<GlProgram> make_program(const Gl& gl, const std::string& name, const std:
     return shader_error(name, "linking", log);
   }
   return program;
-}
-
-Result<GlTexture> make_buffer_texture(const Gl& gl, const GlBuffer& buffer, GLenum format, std::size_t texels,
-                                      const std::string& what) {
-  GLint limit = 0;
-  gl->GetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-  if (texels > static_cast<std::size_t>(limit))
-    return Error{ErrorCode::limit_exceeded, what + " take " + std::to_string(texels) + " texels of graphics memory",
-                 "renderer", "the driver's limit is " + std::to_string(limit) + ": simplify the mesh"};
-  GlTexture texture = make_texture(gl, GL_TEXTURE_BUFFER);
-  gl->TextureBuffer(texture.name(), format, buffer.name());
-  return texture;
 }
 
 Result<void> check_framebuffer(const Gl& gl, const GlFramebuffer& framebuffer, const std::string& where) {

@@ -3,7 +3,6 @@
 // Owning handles of OpenGL objects. Each keeps the functions of its context alive and must die while that context is
 // current; the renderer that owns them sees to both.
 
-#include <array>
 #include <memory>
 #include <span>
 #include <string>
@@ -60,26 +59,18 @@ using GlProgram = GlHandle<GlKind::program>;
 GlTexture make_texture(const Gl& gl, GLenum target);
 GlFramebuffer make_framebuffer(const Gl& gl);
 /// A new buffer with these bytes; a few spare bytes when empty, so that it can always be bound.
-GlBuffer make_buffer(const Gl& gl, std::span<const std::byte> bytes, GLenum usage = GL_DYNAMIC_DRAW);
+GlBuffer make_buffer(const Gl& gl, std::span<const std::byte> bytes);
 void refill_buffer(const Gl& gl, const GlBuffer& buffer, std::span<const std::byte> bytes);
 
-/// Interleaved float attributes at locations 0, 1, ... with the given component counts, each from its own buffer when
-/// `buffers` has several.
-struct VertexStream {
-  GLuint buffer = 0;
-  std::vector<int> components;
-};
-/// Attribute locations are numbered through the streams. `indices` 0: drawn without.
-GlVertexArray make_vertex_array(const Gl& gl, const std::vector<VertexStream>& streams, GLuint indices);
+/// Float attributes at locations 0, 1, ... with the given component counts, interleaved in one buffer. `indices` 0: drawn
+/// without.
+GlVertexArray make_vertex_array(const Gl& gl, const GlBuffer& buffer, const std::vector<int>& components,
+                                GLuint indices = 0);
 
 /// Compiles and links one vertex and one fragment shader, each the concatenation of its parts after "#version 450
 /// core". Error device with the compiler's log.
 Result<GlProgram> make_program(const Gl& gl, const std::string& name, const std::vector<const char*>& vertex_parts,
                                const std::vector<const char*>& fragment_parts);
-/// `buffer` read by shaders as a list of texels; `format` such as GL_RGB32F. Error limit_exceeded: too many for the
-/// driver.
-Result<GlTexture> make_buffer_texture(const Gl& gl, const GlBuffer& buffer, GLenum format, std::size_t texels,
-                                      const std::string& what);
 Result<void> check_framebuffer(const Gl& gl, const GlFramebuffer& framebuffer, const std::string& where);
 
 } // namespace daylit

@@ -1,7 +1,7 @@
 #pragma once
 
-// The picture by OpenGL: shadow maps of every light, the triangle that every sample shows, and the light of every
-// pixel.
+// The picture by OpenGL 4.5: one shadow map per light, the triangle that every sample shows, and one lighting pass in
+// which every pixel evaluates all lights. The picture is read back once, at the end.
 
 #include <memory>
 
@@ -11,15 +11,8 @@
 namespace daylit {
 
 struct RenderSettings {
-  int sky_map_texels = 128; ///< shadow map side for sky samples
-  int sun_map_texels = 256; ///< for samples of the sun, which carries most of the light in few samples
-  int coverage_samples = 4; ///< per pixel, for object edges
-  /// Where the objects are not small in the picture, one pixel of the room in sixteen asks the lights, and those
-  /// between only where these do not agree (room_grid.h); false: every pixel asks all.
-  bool share_lights = true;
-  /// Who draws many small triangles, in shadow maps and of the objects in the picture: the processor where OpenGL is
-  /// software, unless said.
-  enum class Raster { automatic, opengl, processor } raster = Raster::automatic;
+  int map_texels = 256;     ///< side of a shadow map
+  int coverage_samples = 4; ///< per pixel, for object edges; as many as the driver can
 };
 
 class Renderer final : public PictureRenderer {
@@ -32,12 +25,11 @@ public:
 
   Result<void> set_camera(const RenderCamera& camera) override;
   Result<void> set_objects(const ObjectSurface& objects) override;
+  /// Error limit_exceeded: more than the driver's layers of a texture.
   Result<void> set_lights(const LightSet& lights) override;
-  Result<std::vector<std::uint8_t>> vertices_in_view() override; ///< all where OpenGL draws the objects
+  Result<std::vector<std::uint8_t>> vertices_in_view() override; ///< all
   Result<void> set_vertex_light(std::span<const VertexLight> light) override;
   Result<void> draw(RenderedFrame& frame) override;
-  Result<RenderedFrame> draw();
-
   bool room_point(int x, int y, RoomSurface& point) const override;
 
   std::uint64_t shadow_rays() const override { return 0; }

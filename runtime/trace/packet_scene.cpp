@@ -5,7 +5,7 @@
 
 #include <embree3/rtcore.h>
 
-#include "runtime/base/lane_vector.h"
+#include "runtime/shading/lane_kernels.h"
 
 namespace daylit {
 
@@ -40,31 +40,18 @@ struct PacketScene::Handle {
 namespace {
 
 /// 0xFFFFFFFF where the lane is asked for.
-struct alignas(64) LaneMask {
+struct alignas(64) ValidLanes {
   int valid[kLanes];
-  explicit LaneMask(std::uint32_t lanes) {
+  explicit ValidLanes(LaneMask lanes) {
     for (int k = 0; k < kLanes; ++k)
       valid[k] = -static_cast<int>(lanes >> k & 1u);
   }
 };
 
-/// Similarity::operator(), lane by lane.
-DAYLIT_LANE_CLONES
-void transform(const glm::mat3& axes, const glm::vec3& origin, const float* x, const float* y, const float* z,
-               float* to_x, float* to_y, float* to_z) {
-  const float m00 = axes[0][0], m01 = axes[0][1], m02 = axes[0][2], m10 = axes[1][0], m11 = axes[1][1],
-              m12 = axes[1][2], m20 = axes[2][0], m21 = axes[2][1], m22 = axes[2][2];
-  const float ox = origin.x, oy = origin.y, oz = origin.z;
-  DAYLIT_EACH_LANE {
-    to_x[k] = ox + m00 * x[k] + m10 * y[k] + m20 * z[k];
-    to_y[k] = oy + m01 * x[k] + m11 * y[k] + m21 * z[k];
-    to_z[k] = oz + m02 * x[k] + m12 * y[k] + m22 * z[k];
-  }
-}
-
 void fill(RTCRay16& to, const RayBlock& from, const Similarity& to_given) {
-  transform(to_given.axes, to_given.origin, from.org_x, from.org_y, from.org_z, to.org_x, to.org_y, to.org_z);
-  transform(to_given.axes, glm::vec3(0.0f), from.dir_x, from.dir_y, from.dir_z, to.dir_x, to.dir_y, to.dir_z);
+  const glm::mat3& axes = to_given.axes;
+  lanes::transform(axes, to_given.origin, {from.org_x, from.org_y, from.org_z}, to.org_x, to.org_y, to.org_z);
+  lanes::transform(axes, glm::vec3(0.0f), {from.dir_x, from.dir_y, from.dir_z}, to.dir_x, to.dir_y, to.dir_z);
   static_assert(sizeof(from.tnear) == sizeof(to.tnear));
   std::memcpy(to.tnear, from.tnear, sizeof(to.tnear));
   std::memcpy(to.tfar, from.tfar, sizeof(to.tfar));
@@ -76,10 +63,10 @@ void fill(RTCRay16& to, const RayBlock& from, const Similarity& to_given) {
 
 constexpr int kFewLanes = 4; // a packet costs more than these one by one
 
-std::uint32_t occluded_one_by_one(RTCScene scene, std::uint32_t lanes, const RTCRay16& rays) {
+LaneMask occluded_one_by_one(RTCScene scene, LaneMask lanes, const RTCRay16& rays) {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  std::uint32_t blocked = 0;
+  LaneMask blocked = 0;
   for (std::uint32_t left = lanes; left; left &= left - 1) {
     const int k = std::countr_zero(left);
     RTCRay r{rays.org_x[k],
@@ -154,28 +141,28 @@ Result<void> PacketScene::move(std::span<const glm::vec3> vertices) {
   return h.commit();
 }
 
-std::uint32_t PacketScene::occluded(std::uint32_t lanes, const RayBlock& rays) const {
+LaneMask PacketScene::occluded(LaneMask lanes, const RayBlock& rays) const {
   if (empty_ || lanes == 0)
     return 0;
   alignas(64) RTCRay16 r;
   fill(r, rays, to_given_);
   if (std::popcount(lanes) <= kFewLanes)
     return occluded_one_by_one(handle_->scene, lanes, r);
-  const LaneMask mask(lanes);
+  const ValidLanes mask(lanes);
   RTCIntersectContext context = coherent_context();
   rtcOccluded16(mask.valid, handle_->scene, &context, &r);
-  std::uint32_t blocked = 0;
+  LaneMask blocked = 0;
   for (int k = 0; k < kLanes; ++k)
     blocked |= static_cast<std::uint32_t>(r.tfar[k] < 0.0f) << k;
   return blocked & lanes;
 }
 
-void PacketScene::closest(std::uint32_t lanes, const RayBlock& rays, HitBlock& hits) const {
+void PacketScene::closest(LaneMask lanes, const RayBlock& rays, HitBlock& hits) const {
   for (std::uint32_t& t : hits.triangle)
     t = kNoTriangle;
   if (empty_ || lanes == 0)
     return;
-  const LaneMask mask(lanes);
+  const ValidLanes mask(lanes);
   alignas(64) RTCRayHit16 r;
   fill(r.ray, rays, to_given_);
   std::memset(r.hit.geomID, 0xFF, sizeof(r.hit.geomID));

@@ -1,7 +1,6 @@
 #pragma once
 
-// Rays in blocks of sixteen against a triangle mesh that may move: what the picture on machines without a graphics
-// processor is made of.
+// Rays in packets of sixteen against a triangle mesh that may move, by Embree.
 
 #include <array>
 #include <cstdint>
@@ -10,12 +9,12 @@
 
 #include <glm/vec3.hpp>
 
+#include "runtime/base/lanes.h"
 #include "runtime/trace/rigid_motion.h"
 #include "scene/core/result.h"
 
 namespace daylit {
 
-constexpr int kLanes = 16;
 constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFu;
 
 /// Sixteen rays, structure of arrays. Directions need not be unit: distances are in their lengths.
@@ -40,16 +39,16 @@ public:
   static Result<PacketScene> build(std::span<const glm::vec3> vertices,
                                    std::span<const std::array<std::uint32_t, 3>> triangles,
                                    Edges edges = Edges::watertight);
-  /// New places of the same vertices: the hierarchy is refitted, not rebuilt. Not thread-safe.
+  /// New positions of the same vertices: the hierarchy is refitted, not rebuilt. Not thread-safe.
   Result<void> move(std::span<const glm::vec3> vertices);
-  /// The mesh stands elsewhere as a whole: nothing is refitted, rays are turned instead. `to_given`: to where its
-  /// vertices were given last.
-  void place(const Similarity& to_given) { to_given_ = to_given; }
+  /// The mesh moved as a whole: nothing is refitted, rays are transformed instead. `to_given`: to where its vertices
+  /// were given last.
+  void set_transform(const Similarity& to_given) { to_given_ = to_given; }
 
   /// Bits of `lanes` whose ray is blocked on [tnear, tfar].
-  std::uint32_t occluded(std::uint32_t lanes, const RayBlock& rays) const;
+  LaneMask occluded(LaneMask lanes, const RayBlock& rays) const;
   /// Nearest hits of `lanes`; the other lanes are kNoTriangle.
-  void closest(std::uint32_t lanes, const RayBlock& rays, HitBlock& hits) const;
+  void closest(LaneMask lanes, const RayBlock& rays, HitBlock& hits) const;
   bool empty() const { return empty_; }
 
 private:

@@ -36,6 +36,23 @@ PixelBox PictureShader::affected_box(const TracedScene& scene, const VisibleSurf
   return box.clipped(view.width_px(), view.height_px());
 }
 
+/// What the grid is laid over.
+SampledPicture PictureShader::sampled_picture(const TracedScene& scene, const VisibleSurfaces& view,
+                                              const PixelBox& box) {
+  outline_.clear();
+  for (std::size_t k = 0; k < view.edge_pixels(); ++k)
+    outline_.push_back(view.edge_pixel(k));
+  const ShadowCasters casters = scene.casters();
+  return {view.block_columns(),
+          view.block_rows(),
+          box,
+          casters.radius,
+          view.radius_px(casters.centre, casters.radius),
+          scene.sky.size(),
+          scene.sun.size(),
+          outline_};
+}
+
 std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfaces& view, RenderedFrame& frame) {
   frame.width_px = view.width_px();
   frame.height_px = view.height_px();
@@ -48,10 +65,15 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
   frame.shows.assign(receives_.size(), 0);
   if (pixels == 0)
     return 0;
-  std::atomic<std::uint64_t> rays{grid_.trace(scene, view, receives_, frame.box)};
+  const RayVisibility visibility(scene, view, receives_);
+  std::atomic<std::uint64_t> rays{0};
+  if (scene.settings.use_grid)
+    rays += grid_.evaluate(visibility, sampled_picture(scene, view, frame.box));
+  else
+    grid_.clear();
   const int first = frame.box.y0 / kBlockSide, last = (frame.box.y1 + kBlockSide - 1) / kBlockSide;
   parallel_for(tbb::blocked_range<int>(first, last), [&](const tbb::blocked_range<int>& range) {
-    BlockShader shader(grid_, receives_, scene, view, frame);
+    BlockShader shader(grid_, visibility, receives_, scene, view, frame);
     for (int row = range.begin(); row != range.end(); ++row) {
       for (int column = frame.box.x0 / kBlockSide; column * kBlockSide < frame.box.x1; ++column)
         shader.shade(column, row);

@@ -1,11 +1,12 @@
 #pragma once
 
-// Light on what the pixels show: visibility shared between neighbours first, then block by block.
+// Light on what the pixels show: the sampling grid first, then block by block.
 
 #include <cstdint>
 #include <vector>
 
-#include "runtime/trace/share_grid.h"
+#include "runtime/shading/sampling_grid.h"
+#include "runtime/trace/ray_visibility.h"
 
 namespace daylit {
 
@@ -17,9 +18,11 @@ public:
 
 private:
   PixelBox affected_box(const TracedScene& scene, const VisibleSurfaces& view);
+  SampledPicture sampled_picture(const TracedScene& scene, const VisibleSurfaces& view, const PixelBox& box);
 
   std::vector<std::uint8_t> receives_; ///< per block of the picture: some light may lose its way to it
-  ShareGrid grid_;
+  std::vector<glm::ivec2> outline_;    ///< of the objects, pixels
+  SamplingGrid grid_;
 };
 
 } // namespace daylit

@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/object/bounds.h"
-#include "runtime/trace/object_point.h"
+#include "runtime/trace/surface_points.h"
 #include "runtime/trace/picture_shader.h"
 #include "runtime/trace/rigid_motion.h"
 #include "runtime/trace/visible_surfaces.h"
@@ -38,8 +38,8 @@ std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
   return list;
 }
 
-// Parts of an object further apart in depth than this share of its radius are shaded separately where they meet.
-constexpr float kApartShare = 0.04f;
+// Parts of an object further apart in depth than this fraction of its radius are shaded separately where they meet.
+constexpr float kApart = 0.04f;
 
 } // namespace
 
@@ -57,27 +57,27 @@ struct TracedRenderer::State {
   std::uint64_t shadow_rays = 0;
 
   void find_surfaces();
-  void find_own_visibility();
-  void tell_lights();
+  void find_self_visibility();
+  void set_self_visibility_lights();
 };
 
-/// Once per mesh. Every pixel asks for itself where nothing is shared.
-void TracedRenderer::State::find_own_visibility() {
+/// Once per mesh.
+void TracedRenderer::State::find_self_visibility() {
   motion = RigidMotion(scene.positions);
   std::vector<glm::vec3> starts;
   for (std::size_t v = 0; v < scene.positions.size(); ++v)
     starts.push_back(scene.positions[v] + start_offset(scene) * scene.normals[v]);
-  scene.own_visibility =
-      scene.settings.share_visibility ? OwnVisibility::find(scene.objects, starts, scene.normals) : OwnVisibility();
+  scene.self_visibility =
+      scene.settings.use_grid ? SelfVisibility::find(scene.objects, starts, scene.normals) : SelfVisibility();
 }
 
-void TracedRenderer::State::tell_lights() {
-  if (scene.own_visibility.empty())
+void TracedRenderer::State::set_self_visibility_lights() {
+  if (scene.self_visibility.empty())
     return;
   std::vector<glm::vec3> directions;
-  for (std::size_t j = 0; j < scene.sky.lights.size(); ++j)
-    directions.push_back(scene.sky.lights.direction(j) * motion.rotation()); // back to where they were found
-  scene.own_visibility.set_lights(directions);
+  for (std::size_t j = 0; j < scene.sky.size(); ++j)
+    directions.push_back(scene.sky.portal.direction(j) * motion.rotation()); // back to where they were found
+  scene.self_visibility.set_lights(directions);
 }
 
 void TracedRenderer::State::find_surfaces() {
@@ -86,7 +86,7 @@ void TracedRenderer::State::find_surfaces() {
   if (!objects_are_traced)
     view.trace_objects(scene.objects, room, mesh,
                        scene.triangles.empty() ? PixelBox{} : projected_box(camera, scene.origin, scene.positions),
-                       kApartShare * static_cast<float>(scene.sphere.radius));
+                       kApart * static_cast<float>(scene.sphere.radius));
   room_is_traced = objects_are_traced = true;
 }
 
@@ -102,7 +102,7 @@ Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Ap
   const std::vector<std::uint32_t> occluding = occluding_triangles(room, apertures);
   const RoomMesh occluders = room_mesh(room, scene.origin, occluding);
   state->occluder_count = occluding.size();
-  scene.occluder_reach = OccluderReach(occluders.vertices, occluders.triangles);
+  scene.room_shadow_bounds = ShadowBounds(occluders.vertices, occluders.triangles);
   scene.room_triangle = whole.source;
   for (const std::uint32_t i : whole.source) {
     const glm::dvec3 n = area_normal(room, room.triangles[i]);
@@ -153,10 +153,10 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   s.objects_are_traced = false;
   if (same_mesh && !scene.triangles.empty()) {
     if (s.motion.set(scene.positions)) {
-      scene.objects.place(s.motion.to_first());
+      scene.objects.set_transform(s.motion.to_first());
       return {};
     }
-    scene.own_visibility = {}; // it is not looked for again: objects that move against each other will go on
+    scene.self_visibility = {}; // it is not looked for again: objects that move against each other will go on
     s.motion = RigidMotion(scene.positions);
     return scene.objects.move(scene.positions);
   }
@@ -167,15 +167,17 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   if (!built)
     return built.error();
   scene.objects = std::move(*built);
-  s.find_own_visibility();
+  s.find_self_visibility();
   return {};
 }
 
 Result<void> TracedRenderer::set_lights(const LightSet& lights) {
   State& s = *state_;
   TracedScene& scene = s.scene;
-  scene.sky = {LightGates(lights.sky, s.apertures, scene.origin), bounding_cone(lights.sky)};
-  scene.sun = {LightGates(lights.sun, s.apertures, scene.origin), bounding_cone(lights.sun)};
+  for (auto [group, list] : {std::pair{&scene.sky, &lights.sky}, {&scene.sun, &lights.sun}}) {
+    group->portal = PortalLights(*list, s.apertures, scene.origin);
+    group->cone = bounding_cone(*list);
+  }
   scene.sun_normal_irradiance = Rgb(0.0f);
   for (const DirectionalLight& l : lights.sun)
     scene.sun_normal_irradiance += l.irradiance;
@@ -222,10 +224,10 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
   if (!s.has_camera)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   s.find_surfaces();
-  s.tell_lights();
+  s.set_self_visibility_lights();
   const ShadowCasters casters = s.scene.casters();
-  for (LightGroup* group : {&s.scene.sky, &s.scene.sun}) // rays start a little outside the surface
-    group->lights.find_room_shadows(s.scene.occluder_reach, casters.centre, 1.01f * casters.radius);
+  for (TracedLights* group : {&s.scene.sky, &s.scene.sun}) // rays start a little outside the surface
+    group->find_room_shadows(s.scene.room_shadow_bounds, casters.centre, 1.01f * casters.radius);
   s.shadow_rays = s.shader.shade(s.scene, s.view, frame);
   return {};
 }

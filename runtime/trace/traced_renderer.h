@@ -10,9 +10,9 @@
 namespace daylit {
 
 struct TraceSettings {
-  /// Visibility of a block of pixels from its corners where they agree (trace/shadow_sums.h); otherwise every pixel
-  /// traces every light. A shadow narrower than four pixels may be missed.
-  bool share_visibility = true;
+  /// Visibility from the adaptive sampling grid (shading/sampling_grid.h); otherwise every pixel traces every light. A
+  /// shadow narrower than four pixels may be missed.
+  bool use_grid = true;
 };
 
 class TracedRenderer final : public PictureRenderer {

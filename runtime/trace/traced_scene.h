@@ -7,25 +7,19 @@
 #include <vector>
 
 #include "runtime/picture/picture_renderer.h"
-#include "runtime/trace/occluder_reach.h"
-#include "runtime/trace/own_visibility.h"
-#include "runtime/trace/shadow_sums.h"
+#include "runtime/trace/light_visibility.h"
+#include "runtime/trace/self_visibility.h"
 #include "runtime/trace/traced_renderer.h"
 
 namespace daylit {
 
-struct LightGroup {
-  LightGates lights;
-  LightCone cone;
-};
-
-/// Everything that light meets, coordinates relative to `origin`.
+/// Coordinates are metres relative to `origin`.
 struct TracedScene {
   TraceSettings settings;
   glm::dvec3 origin{0.0};
   PacketScene objects, occluders;
-  OwnVisibility own_visibility; ///< of all objects, while they stand to each other as they did at first; else empty
-  OccluderReach occluder_reach;
+  SelfVisibility self_visibility; ///< of all objects, while they stand to each other as they did at first; else empty
+  ShadowBounds room_shadow_bounds;
   std::vector<glm::vec3> room_normals;      ///< unit, per triangle of the room's ray scene
   std::vector<std::uint32_t> room_triangle; ///< the same in Room::triangles
   std::vector<glm::vec3> positions, normals;
@@ -34,14 +28,9 @@ struct TracedScene {
   std::vector<VertexLight> light;  ///< per vertex
   BoundingSphere sphere;           ///< around the objects, world
   glm::vec3 low{0.0f}, high{0.0f}; ///< box around their vertices
-  LightGroup sky, sun;
+  TracedLights sky, sun;
   Rgb sun_normal_irradiance{0.0f};
 
-  /// To the hints of a lane that shows the front of a facet.
-  void tell_own_visibility(std::uint32_t triangle, int lane, LightHints& hints) const {
-    for (std::size_t word = 0; word < own_visibility.words(); ++word)
-      hints.know(lane, word, own_visibility.at(triangles[triangle], word));
-  }
   ShadowCasters casters() const {
     return {&objects, &occluders, glm::vec3(sphere.centre - origin), static_cast<float>(sphere.radius), low, high};
   }

@@ -4,7 +4,6 @@
 
 #include "direct_reference.h"
 #include "runtime/composite/compose.h"
-#include "runtime/gl/depth_raster.h"
 #include "test_scene.h"
 
 namespace daylit {
@@ -50,7 +49,10 @@ struct Scene {
       return r.error();
     if (const auto r = renderer->set_vertex_light(light); !r)
       return r.error();
-    return renderer->draw();
+    RenderedFrame frame;
+    if (const auto r = renderer->draw(frame); !r)
+      return r.error();
+    return frame;
   }
 };
 
@@ -202,133 +204,6 @@ TEST(Renderer, object_edges_are_covered_in_part) {
       }
     }
   EXPECT_GT(partly, 50u);
-}
-
-/// RMS difference of the share of the sky that the room loses, over pixels that lose any in either picture; and of the
-/// objects' radiance, by its mean.
-struct Difference {
-  double lost = 0, object = 0;
-  int shadow_pixels = 0;
-};
-Difference difference(const RenderedFrame& a, const RenderedFrame& b) {
-  Difference d;
-  double mean = 0;
-  int object_pixels = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
-      const std::size_t i = a.index(x, y);
-      const auto lost = [&](const RenderedFrame& f) {
-        return f.shown(x, y) && f.lost_sky[i].w > 0.0f ? static_cast<double>(f.lost_sky[i].y / f.lost_sky[i].w) : 0.0;
-      };
-      const double apart = static_cast<double>(a.object[i].y) - static_cast<double>(b.object[i].y);
-      d.lost += (lost(a) - lost(b)) * (lost(a) - lost(b));
-      d.shadow_pixels += lost(a) > 0.0 || lost(b) > 0.0;
-      d.object += apart * apart;
-      mean += static_cast<double>(a.object[i].y);
-      object_pixels += a.object[i].w > 0.0f;
-    }
-  d.lost = std::sqrt(d.lost / std::max(d.shadow_pixels, 1));
-  d.object = std::sqrt(d.object / std::max(object_pixels, 1)) / (mean / std::max(object_pixels, 1));
-  return d;
-}
-
-TEST(Renderer, sharing_lights_comes_nearer_to_many_lights_than_asking_all_at_every_pixel) {
-  // Between two corners the lost share climbs in steps of about 1 / 64, one per light: interpolation smooths them.
-  Scene scene;
-  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.2, 0.0}, kWidth, kHeight, 0.2); // near: else nothing is shared
-  scene.object = test::place(test::torus(0.15f, 0.07f, 80, 40), {2.0, 3.4, 0.23}, 1.2);
-  const auto shared = scene.render();
-  scene.settings.share_lights = false;
-  const auto alone = scene.render();
-  scene.samples = 512;
-  const auto many = scene.render();
-  ASSERT_TRUE(shared && alone && many);
-  const Difference d = difference(*alone, *shared);
-  EXPECT_GT(d.shadow_pixels, 3000);
-  EXPECT_GT(d.lost, 0.0) << "nothing was shared";
-  const Difference from_shared = difference(*many, *shared), from_alone = difference(*many, *alone);
-  EXPECT_LT(from_shared.lost, from_alone.lost);
-  EXPECT_GT(d.object, 0.0) << "nothing was shared";
-  EXPECT_LT(from_shared.object, from_alone.object);
-}
-
-TEST(Renderer, sharing_loses_no_edge_of_a_shadow_beside_furniture) {
-  Scene scene;
-  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.2, 0.0}, kWidth, kHeight, 0.2);
-  scene.object = test::place(test::torus(0.15f, 0.07f, 80, 40), {2.0, 3.4, 0.23}, 1.2);
-  test::add_block(scene.room, {1.4, 4.0, 0.0}, {2.1, 4.3, 0.5}, 0);
-  test::add_block(scene.room, {1.75, 2.95, 0.0}, {2.15, 3.15, 0.06}, 0); // in the shadow
-  scene.sun = sun_through_the_window();
-  const auto shared = scene.render();
-  scene.settings.share_lights = false;
-  const auto alone = scene.render();
-  ASSERT_TRUE(shared && alone);
-  int shadow = 0, lit = 0, object = 0, wrong_sun = 0, wrong_sky = 0, wrong_object = 0;
-  for (int y = 0; y < kHeight; ++y)
-    for (int x = 0; x < kWidth; ++x) {
-      const std::size_t i = alone->index(x, y);
-      const auto lost = [&](const RenderedFrame& f) {
-        return f.shown(x, y) ? glm::vec2(f.room[i].z, f.lost_sky[i].y) : glm::vec2(0.0f);
-      };
-      const glm::vec2 exact = lost(*alone), apart = glm::abs(lost(*shared) - exact);
-      shadow += exact.x > 0.0f;
-      lit += exact.x == 0.0f;
-      wrong_sun += apart.x > 0.02f; // room_grid.cpp: what corners that agree may differ by
-      wrong_sky += apart.y > 0.1f;  // steps of single lights
-      object += alone->object[i].w > 0.0f;
-      wrong_object += std::fabs(shared->object[i].y - alone->object[i].y) > 0.02f * alone->object[i].y;
-    }
-  EXPECT_GT(shadow, 300);
-  EXPECT_GT(lit, 300);
-  EXPECT_EQ(wrong_sun, 0);
-  EXPECT_LE(wrong_sky, 3);
-  EXPECT_GT(object, 5000);
-  EXPECT_LE(wrong_object, object / 100);
-}
-
-TEST(Renderer, triangles_by_processor_and_by_open_gl_give_the_same_picture) {
-  Scene scene;
-  test::add_block(scene.room, {1.4, 4.0, 0.0}, {2.6, 4.3, 0.5}, 0); // casts shadows too
-  scene.sun = sun_through_the_window();
-  scene.settings.raster = RenderSettings::Raster::processor;
-  const auto processor = scene.render();
-  scene.settings.raster = RenderSettings::Raster::opengl;
-  const auto opengl = scene.render();
-  ASSERT_TRUE(processor && opengl);
-  const Difference d = difference(*opengl, *processor);
-  EXPECT_GT(d.shadow_pixels, 300);
-  EXPECT_LT(d.lost, 0.002); // OpenGL rounds corners to parts of a texel, and then a texel at an edge may differ
-  EXPECT_LT(d.object, 0.005);
-}
-
-TEST(DepthRaster, maps_do_not_depend_on_their_neighbours_and_show_only_meshes_that_meet_them) {
-  constexpr std::size_t kMaps = 21; // not a whole number of lanes
-  constexpr int kTexels = 32;
-  const std::vector<glm::vec3> vertices{{0.1f, 0.2f, 0.0f}, {0.5f, 0.1f, 0.4f}, {0.2f, 0.6f, -0.3f}};
-  const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 1, 2}};
-  const DepthRaster raster{vertices, triangles, 0.2f, 1.0f, kTexels};
-  std::vector<MapAxes> axes;
-  for (std::size_t k = 0; k < kMaps; ++k) {
-    const float a = 0.3f * static_cast<float>(k);
-    const glm::vec3 toward = glm::normalize(glm::vec3(std::cos(a), std::sin(a), 0.4f));
-    const glm::vec3 right = glm::normalize(glm::cross(glm::vec3(0.0f, 0.0f, 1.0f), toward));
-    axes.push_back({right, glm::cross(toward, right), toward});
-  }
-  constexpr std::size_t kSize = kTexels * kTexels;
-  std::vector<std::uint16_t> together(kMaps * kSize), alone(kSize);
-  raster.draw(axes, together);
-  std::size_t shown = 0, missed = 0;
-  for (std::size_t k = 0; k < kMaps; ++k) {
-    raster.draw({&axes[k], 1}, alone);
-    EXPECT_TRUE(std::equal(alone.begin(), alone.end(), together.begin() + static_cast<std::ptrdiff_t>(k * kSize)));
-    const bool shows =
-        std::any_of(alone.begin(), alone.end(), [](std::uint16_t depth) { return depth < DepthRaster::kNothing; });
-    EXPECT_TRUE(raster.meets(axes[k]) || !shows) << k;
-    shown += shows;
-    missed += !raster.meets(axes[k]);
-  }
-  EXPECT_GT(shown, 0u);
-  EXPECT_GT(missed, 0u);
 }
 
 TEST(RoomOccluders, a_convex_empty_room_has_none) {

@@ -8,7 +8,7 @@
 #include "runtime/composite/compose.h"
 #include "runtime/gl/renderer.h"
 #include "runtime/indirect/room_light.h"
-#include "runtime/trace/object_point.h"
+#include "runtime/trace/surface_points.h"
 #include "runtime/trace/traced_renderer.h"
 #include "test_scene.h"
 
@@ -44,8 +44,8 @@ struct Scene {
         return step.error();
     return frame;
   }
-  Result<RenderedFrame> trace(bool share = true) {
-    auto renderer = TracedRenderer::make(room, windows, {share});
+  Result<RenderedFrame> trace(bool use_grid = true) {
+    auto renderer = TracedRenderer::make(room, windows, {use_grid});
     return renderer ? render(*renderer) : renderer.error();
   }
 };
@@ -146,7 +146,7 @@ TEST(TracedRenderer, agrees_with_open_gl) {
 /// corners further apart than 0.35, k = 22, are not interpolated. Shadows that all corners miss come on top.
 constexpr double kStepsOfInterpolation = 0.0302; // sqrt(0.35 / 64 / 6)
 
-TEST(TracedRenderer, sharing_visibility_changes_little_whatever_the_size_of_the_picture) {
+TEST(TracedRenderer, the_grid_changes_little_whatever_the_size_of_the_picture) {
   for (const int width : {96, 176, 384}) {
     Scene scene;
     scene.sun = sun_through_the_window();
@@ -189,7 +189,7 @@ TEST(TracedRenderer, blocks_of_one_plane_lose_what_their_pixels_lose_one_by_one)
   EXPECT_GT(shadowed, 10000);
 }
 
-TEST(TracedRenderer, sharing_loses_no_shadow_where_two_parts_touch) {
+TEST(TracedRenderer, the_grid_loses_no_shadow_where_two_parts_touch) {
   Scene scene;
   scene.object = test::place(test::ring_with_wire(), {2.0, 3.4, 0.23}, 1.2);
   scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, 384, 384, 0.6);
@@ -383,7 +383,7 @@ TEST(RoomLight, a_new_sky_renews_what_was_kept) {
   EXPECT_GT(before, 0.0f);
 }
 
-TEST(ObjectPoint, a_facet_that_just_faces_away_is_still_the_front) {
+TEST(ObjectSurface, a_facet_that_just_faces_away_is_still_the_front) {
   TracedScene scene;
   scene.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   scene.normals.assign(3, {0, 0, 1});
@@ -394,7 +394,7 @@ TEST(ObjectPoint, a_facet_that_just_faces_away_is_still_the_front) {
   hit.u = hit.v = 0.3f;
   const auto back_from = [&](float cosine) {
     const glm::vec3 eye(0.3f + 10.0f * std::sqrt(1.0f - cosine * cosine), 0.3f, 10.0f * cosine);
-    return object_point(scene, eye, hit).back;
+    return object_surface(scene, eye, hit).facet == kNoTriangle;
   };
   for (const float cosine : {1.0f, 0.1f, 0.0f, -0.05f})
     EXPECT_FALSE(back_from(cosine)) << cosine;

@@ -1,10 +1,8 @@
-// Parallel projection along one light onto the bounding sphere's disc; depth 0 nearest to the light.
+// Parallel projection along a light: the disc of the objects' sphere fills the map, the near plane is at the light.
 layout(location = 0) in vec3 position;
-uniform vec3 right, up, toward;
-uniform vec3 sphere_centre;
-uniform float sphere_radius, depth_extent;
+uniform vec3 toward_light;
+uniform float half_depth; // metres
 void main() {
-  vec3 q = position - sphere_centre;
-  gl_Position = vec4(dot(right, q) / sphere_radius, dot(up, q) / sphere_radius, 0.5 - 0.5 * dot(toward, q) / depth_extent,
-                     1.0);
+  vec3 p = (position - frame.sphere.xyz) * light_axes(toward_light);
+  gl_Position = vec4(p.xy / frame.sphere.w, 0.5 - 0.5 / half_depth * p.z, 1.0);
 }

@@ -1,0 +1,54 @@
+#pragma once
+
+// The passes of a picture: shadow maps, ids of triangles, light.
+
+#include "runtime/base/render_camera.h"
+#include "runtime/gl/render_targets.h"
+#include "runtime/gl/scene_buffers.h"
+#include "runtime/object/bounds.h"
+
+namespace daylit {
+
+/// The lights of a frame, those of the sky first.
+struct FrameLights {
+  PortalLights lights;
+  std::size_t sky_count = 0;
+  LightCone sky_cone, sun_cone;
+  Rgb sun_normal_irradiance{0.0f};
+};
+
+/// Through pixel (x, y) goes corner + x right + y down, from the eye; metres relative to an origin.
+struct PixelRays {
+  glm::vec3 eye{0.0f}, corner{0.0f}, right{0.0f}, down{0.0f};
+  PixelRays() = default;
+  PixelRays(const RenderCamera& camera, const glm::dvec3& origin);
+  glm::vec3 ray(int x, int y) const { return corner + static_cast<float>(x) * right + static_cast<float>(y) * down; }
+};
+
+class FramePasses {
+public:
+  /// `samples`: of the objects' ids per pixel. `room_occludes`: some of the room can stand between objects and sky.
+  static Result<FramePasses> make(const Gl& gl, int map_texels, int samples, bool room_occludes);
+
+  /// Uniforms for all that follow. `sphere`: around the objects, relative to the origin; `room_half_depth`: of the
+  /// room's shadow maps, metres.
+  void set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
+                 float room_half_depth, const FrameLights& lights);
+  Result<void> draw_shadow_maps(const RoomBuffers& room, const ObjectBuffers& objects, const FrameLights& lights);
+  void draw_room_ids(const RoomBuffers& room, const RenderTargets& targets) const;
+  void draw_object_ids(const RoomBuffers& room, const ObjectBuffers& objects, const RenderTargets& targets) const;
+  void light_picture(const RoomBuffers& room, const ObjectBuffers& objects, const LightBuffers& lights,
+                     const RenderTargets& targets) const;
+
+private:
+  Gl gl_;
+  GlProgram shadow_, ids_, picture_;
+  GlVertexArray nothing_; ///< for the pass over the whole picture
+  GlBuffer frame_;
+  ShadowMaps object_maps_, room_maps_;
+  int map_texels_ = 0;
+  bool room_occludes_ = false;
+  float object_half_depth_ = 1.0f, room_half_depth_ = 1.0f;
+};
+
+} // namespace daylit

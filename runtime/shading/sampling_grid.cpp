@@ -1,0 +1,326 @@
+#include "runtime/shading/sampling_grid.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "scene/core/parallel.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr float kLeastRadius_px = 32.0f, kLeastCoarseRadius_px = 72.0f; // of the objects in the picture
+constexpr float kSmooth = 0.04f; // coarse points that differ by less are valid for the fine ones between
+constexpr float kSteep = 0.35f;  // corners that differ by more are not for what is between: contact shadows
+constexpr float kLeastWeight = 0.2f, kWholeWeight = 0.999f; // of the valid corners of a block together
+constexpr float kNearby = 0.2f;                             // of the objects' radius, on them
+constexpr float kSamePlane_m = 1e-3f;                       // on the room
+constexpr float kSameSideCosine = 0.8f;
+
+/// Smallest and largest fractions of several points, per channel.
+struct FractionRange {
+  Rgb low{1.0f}, high{0.0f};
+  void include(const Rgb& f) {
+    low = glm::min(low, f);
+    high = glm::max(high, f);
+  }
+  float width() const {
+    const Rgb d = high - low;
+    return std::max({d.r, d.g, d.b});
+  }
+};
+
+} // namespace
+
+/// It lies close by, on the room in the same plane.
+bool SamplingGrid::is_near(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal) const {
+  const glm::vec3 d = position - g.surface.position;
+  const float near = kNearby * radius_;
+  return layer == Layer::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m : glm::dot(d, d) < near * near;
+}
+
+/// It lies on the same smooth piece of surface.
+bool SamplingGrid::is_valid_for(const GridPoint& g, Layer layer, const glm::vec3& position,
+                                const glm::vec3& normal) const {
+  return g.surface.exists && glm::dot(g.surface.normal, normal) >= kSameSideCosine &&
+         is_near(g, layer, position, normal);
+}
+
+/// Collects grid points of one layer until they fill the lanes, then evaluates them.
+class SamplingGrid::Collector {
+public:
+  Collector(const Visibility& visibility, Layer layer, std::size_t lights)
+      : visibility_(visibility), layer_(layer), lights_(lights) {
+    set_.hints.reset(lights);
+  }
+  /// `words`: where to write what is found; `neighbours`: points that may save rays.
+  void add(GridPoint& g, KnownLights* words, std::span<const KnownLights* const> neighbours) {
+    const int lane = set_.add(g.surface);
+    set_.hints.believe_agreeing(lane, neighbours);
+    visibility_.believe_facet(g.surface.facet, lane, set_.hints);
+    words_[lane] = words;
+    target_[lane] = &g;
+    g.evaluated = true;
+    if (set_.count == kLanes)
+      flush();
+  }
+  void flush() {
+    const int count = std::exchange(set_.count, 0);
+    if (count == 0)
+      return;
+    set_.points.close(count);
+    set_.starts.close(count);
+    rays_ += visibility_.see_sky(layer_, set_);
+    set_.hints.reset(lights_);
+    write_known_lights(set_.blocked, {words_, static_cast<std::size_t>(count)});
+    for (int k = 0; k < count; ++k)
+      target_[k]->sky = set_.sky[k];
+  }
+  std::uint64_t rays() const { return rays_; }
+
+private:
+  const Visibility& visibility_;
+  Layer layer_;
+  std::size_t lights_;
+  PointSet set_;
+  GridPoint* target_[kLanes];
+  KnownLights* words_[kLanes];
+  std::uint64_t rays_ = 0;
+};
+
+/// The corners of blocks that show an outline, and the coarse points around these.
+void SamplingGrid::mark_outlines(std::span<const glm::ivec2> pixels) {
+  at_outline_.assign(static_cast<std::size_t>(columns_) * rows_, 0);
+  for (const glm::ivec2& pixel : pixels) {
+    const glm::ivec2 block = pixel / kBlockSide;
+    for (int v = -1; v <= 2; ++v)
+      for (int u = -1; u <= 2; ++u) {
+        const int column = block.x + u, row = block.y + v;
+        const bool corner = u >= 0 && u <= 1 && v >= 0 && v <= 1;
+        if (blocks_.contains(column, row) && (corner || is_coarse(column, row)))
+          at_outline_[static_cast<std::size_t>(row) * columns_ + column] = 1;
+      }
+  }
+}
+
+void SamplingGrid::start(const SampledPicture& picture) {
+  columns_ = picture.columns;
+  rows_ = picture.rows;
+  stride_ = picture.radius_px < kLeastCoarseRadius_px ? 1 : 2;
+  radius_ = picture.radius;
+  sky_lights_ = picture.sky_lights;
+  sun_lights_ = picture.sun_lights;
+  // One block more on the far sides: its first pixel is a corner of the last blocks.
+  const PixelBox& box = picture.box;
+  blocks_ = {box.x0 / kBlockSide, box.y0 / kBlockSide, std::min((box.x1 - 1) / kBlockSide + 2, columns_),
+             std::min((box.y1 - 1) / kBlockSide + 2, rows_)};
+  points_.resize(2 * static_cast<std::size_t>(columns_) * rows_);
+  const PixelBox around =
+      PixelBox{blocks_.x0 - 1, blocks_.y0 - 1, blocks_.x1 + 1, blocks_.y1 + 1}.clipped(columns_, rows_);
+  parallel_for(tbb::blocked_range<int>(around.y0, around.y1, 4), [&](const tbb::blocked_range<int>& range) {
+    for (int row = range.begin(); row != range.end(); ++row)
+      std::fill_n(&points_[index(Layer::object, around.x0, row)], 2 * around.width(), GridPoint{});
+  });
+  sky_words_.resize(points_.size() * words_for(sky_lights_));
+  sun_words_.resize(points_.size() * words_for(sun_lights_));
+  sun_room_words_.resize(sun_words_.size());
+  mark_outlines(picture.outline);
+}
+
+/// What the pixels of the grid show, and which of the sun's lights reach them. The room behind an object counts beside
+/// its outline: a block there has corners on all sides.
+std::uint64_t SamplingGrid::find_row(const Visibility& visibility, int row) {
+  std::uint64_t rays = 0;
+  for (int column = blocks_.x0; column < blocks_.x1; ++column)
+    for (const Layer layer : {Layer::object, Layer::room}) {
+      const std::size_t i = index(layer, column, row);
+      const bool outline = at_outline_[static_cast<std::size_t>(row) * columns_ + column] != 0;
+      GridPoint& g = points_[i];
+      g = {visibility.surface(layer, column * kBlockSide, row * kBlockSide, outline), false, {}};
+      if (sun_lights_ > 0 && g.surface.receives)
+        rays += visibility.see_sun(layer, g.surface, words_of(sun_words_, i, sun_lights_),
+                                   words_of(sun_room_words_, i, sun_lights_));
+    }
+  return rays;
+}
+
+/// Whether an outline or another part of an object shows beside the point: the shadow where two parts touch is narrower
+/// than the grid of coarse points.
+bool SamplingGrid::is_beside_another_part(int column, int row) const {
+  if (at_outline_[static_cast<std::size_t>(row) * columns_ + column])
+    return true;
+  const PixelSurface& g = at(Layer::object, column, row).surface;
+  for (int v = std::max(row - 1, blocks_.y0); v <= std::min(row + 1, blocks_.y1 - 1); ++v)
+    for (int u = std::max(column - 1, blocks_.x0); u <= std::min(column + 1, blocks_.x1 - 1); ++u)
+      if (const GridPoint& o = at(Layer::object, u, v);
+          o.surface.exists && !is_valid_for(o, Layer::object, g.position, g.normal))
+        return true;
+  return false;
+}
+
+/// The mean of the coarse points around a fine one, where these are valid for it and agree. `neighbours`: those that
+/// were evaluated and are valid for it.
+bool SamplingGrid::interpolate_fine(Layer layer, int column, int row, std::vector<const KnownLights*>& neighbours) {
+  GridPoint& g = points_[index(layer, column, row)];
+  const int dx = (column - blocks_.x0) % 2, dy = (row - blocks_.y0) % 2;
+  SkyFractions mean{Rgb(0.0f), Rgb(0.0f)};
+  FractionRange range;
+  bool all = true;
+  neighbours.clear();
+  if (layer == Layer::object && is_beside_another_part(column, row))
+    return false;
+  for (int k = 0; k < 4; ++k) {
+    const int u = column + (k & 1 ? dx : -dx), v = row + (k & 2 ? dy : -dy);
+    if (u >= blocks_.x1 || v >= blocks_.y1 ||
+        !is_valid_for(at(layer, u, v), layer, g.surface.position, g.surface.normal)) {
+      all = false;
+      continue;
+    }
+    const GridPoint& coarse = at(layer, u, v);
+    if (coarse.evaluated)
+      neighbours.push_back(sky_words_.data() + index(layer, u, v) * words_for(sky_lights_));
+    mean.past_room += 0.25f * coarse.sky.past_room;
+    mean.past_both += 0.25f * coarse.sky.past_both;
+    range.include(coarse.sky.past_room);
+    range.include(coarse.sky.past_both);
+  }
+  if (!all && layer == Layer::room)
+    neighbours.clear(); // beside an object: what is hidden may be the shadow where both touch
+  if (!all || range.width() > kSmooth)
+    return false;
+  g.sky = mean;
+  return true;
+}
+
+/// The coarse points of a tile of blocks, or the others.
+std::uint64_t SamplingGrid::evaluate_tile(const Visibility& visibility, const PixelBox& tile, bool coarse) {
+  std::uint64_t rays = 0;
+  std::vector<const KnownLights*> neighbours;
+  for (const Layer layer : {Layer::object, Layer::room}) {
+    Collector collector(visibility, layer, sky_lights_);
+    for (int row = tile.y0; row < tile.y1; ++row)
+      for (int column = tile.x0; column < tile.x1; ++column) {
+        const std::size_t i = index(layer, column, row);
+        if (points_[i].surface.receives && is_coarse(column, row) == coarse &&
+            (coarse || !interpolate_fine(layer, column, row, neighbours)))
+          collector.add(points_[i], sky_words_.data() + i * words_for(sky_lights_), neighbours);
+      }
+    collector.flush();
+    rays += collector.rays();
+  }
+  return rays;
+}
+
+std::uint64_t SamplingGrid::evaluate(const Visibility& visibility, const SampledPicture& picture) {
+  constexpr int kTile = 8; // blocks: its coarse points fill the lanes
+  if (picture.radius_px < kLeastRadius_px) {
+    clear();
+    return 0;
+  }
+  start(picture);
+  std::atomic<std::uint64_t> rays{0};
+  parallel_for(tbb::blocked_range<int>(blocks_.y0, blocks_.y1, 4), [&](const tbb::blocked_range<int>& range) {
+    for (int row = range.begin(); row != range.end(); ++row)
+      rays += find_row(visibility, row);
+  });
+  const int across = (blocks_.width() + kTile - 1) / kTile, down = (blocks_.height() + kTile - 1) / kTile;
+  for (const bool coarse : {true, false})
+    parallel_for(0, across * down, [&](int tile) {
+      const int x0 = blocks_.x0 + tile % across * kTile, y0 = blocks_.y0 + tile / across * kTile;
+      rays += evaluate_tile(visibility, PixelBox{x0, y0, x0 + kTile, y0 + kTile}.common(blocks_), coarse);
+    });
+  return rays;
+}
+
+SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, const glm::vec3& position,
+                                                     const glm::vec3& normal) const {
+  Interpolated result;
+  if (empty())
+    return result;
+  const int column = x / kBlockSide, row = y / kBlockSide;
+  const float s = static_cast<float>(x % kBlockSide) / kBlockSide, t = static_cast<float>(y % kBlockSide) / kBlockSide;
+  const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
+  SkyFractions mixed{Rgb(0.0f), Rgb(0.0f)};
+  FractionRange range;
+  float sum = 0.0f;
+  bool by_another_part = false; // here surfaces may touch
+  for (int k = 0; k < 4; ++k) {
+    const int u = column + (k & 1), v = row + (k >> 1);
+    if (u >= columns_ || v >= rows_)
+      continue;
+    const GridPoint& g = at(layer, u, v);
+    if (!is_valid_for(g, layer, position, normal)) {
+      by_another_part = by_another_part || g.surface.exists;
+      continue;
+    }
+    if (weight[k] <= 0.0f)
+      continue;
+    mixed.past_room += weight[k] * g.sky.past_room;
+    mixed.past_both += weight[k] * g.sky.past_both;
+    sum += weight[k];
+    range.include(g.sky.past_both);
+  }
+  // The room beside an object: what its hidden corners would say is the shadow where both touch. So does a part of an
+  // object beside another.
+  result.is_between = sum > kWholeWeight;
+  const float wanted = layer == Layer::room || by_another_part ? kWholeWeight : kLeastWeight;
+  if (sum < wanted || range.width() > kSteep)
+    return result;
+  result.sky = {mixed.past_room / sum, mixed.past_both / sum};
+  result.is_known = true;
+  return result;
+}
+
+void SamplingGrid::add_hints(Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal, int lane,
+                             LightHints& hints) const {
+  if (empty())
+    return;
+  std::array<const KnownLights*, 16> neighbours;
+  std::size_t count = 0;
+  const int column = x / kBlockSide, row = y / kBlockSide;
+  for (int v = std::max(row - 1, 0); v <= std::min(row + 2, rows_ - 1); ++v)
+    for (int u = std::max(column - 1, 0); u <= std::min(column + 2, columns_ - 1); ++u) {
+      const GridPoint& g = at(layer, u, v);
+      if (g.evaluated && glm::dot(g.surface.normal, normal) > 0.0f && is_near(g, layer, position, normal))
+        neighbours[count++] = sky_words_.data() + index(layer, u, v) * words_for(sky_lights_);
+    }
+  hints.believe_agreeing(lane, std::span(neighbours).first(count));
+}
+
+SamplingGrid::Corners SamplingGrid::plain_corners(int column, int row) const {
+  if (empty() || column + 1 >= columns_ || row + 1 >= rows_)
+    return {};
+  Corners corners{};
+  FractionRange range;
+  for (int k = 0; k < 4; ++k) {
+    const GridPoint& g = at(Layer::room, column + k % 2, row + k / 2);
+    if (!g.surface.exists)
+      return {};
+    corners[static_cast<std::size_t>(k)] = &g;
+    range.include(g.sky.past_both);
+  }
+  return range.width() > kSteep ? Corners{} : corners;
+}
+
+SamplingGrid::SunCorners SamplingGrid::sun_corners(Layer layer, int column, int row) const {
+  if (sun_lights_ == 0 || empty() || column + 1 >= columns_ || row + 1 >= rows_)
+    return {};
+  const PixelSurface& first = at(layer, column, row).surface;
+  SunCorners corners;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t i = index(layer, column + static_cast<int>(k % 2), row + static_cast<int>(k / 2));
+    if (!points_[i].surface.receives || !is_valid_for(points_[i], layer, first.position, first.normal))
+      return {};
+    corners.objects[k] = &sun_words_[i * words_for(sun_lights_)];
+    corners.room[k] = &sun_room_words_[i * words_for(sun_lights_)];
+  }
+  corners.count = 4;
+  return corners;
+}
+
+} // namespace daylit

@@ -1,0 +1,196 @@
+#include "runtime/trace/light_visibility.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <glm/geometric.hpp>
+
+namespace daylit {
+
+namespace {
+
+std::uint64_t count(LaneMask lanes) { return static_cast<std::uint64_t>(std::popcount(lanes)); }
+
+float nearest_hit(Layer layer) { return layer == Layer::object ? 0.0f : kOwnSurface_m; }
+
+void aim(RayBlock& rays, const PointBlock& from, float tnear) {
+  std::copy(from.x, from.x + kLanes, rays.org_x);
+  std::copy(from.y, from.y + kLanes, rays.org_y);
+  std::copy(from.z, from.z + kLanes, rays.org_z);
+  std::fill(rays.tnear, rays.tnear + kLanes, tnear);
+  std::fill(rays.tfar, rays.tfar + kLanes, std::numeric_limits<float>::infinity());
+}
+
+void aim(RayBlock& rays, const glm::vec3& from, float tnear) {
+  PointBlock same;
+  for (int k = 0; k < kLanes; ++k)
+    same.set(k, from, glm::vec3(0.0f));
+  aim(rays, same, tnear);
+}
+
+void turn(RayBlock& rays, const glm::vec3& w) {
+  std::fill(rays.dir_x, rays.dir_x + kLanes, w.x);
+  std::fill(rays.dir_y, rays.dir_y + kLanes, w.y);
+  std::fill(rays.dir_z, rays.dir_z + kLanes, w.z);
+}
+
+/// Whether a ray along w from a sphere around the points may meet the casters' sphere.
+bool block_is_near(const PointBlock& p, const glm::vec3& w, const ShadowCasters& casters) {
+  const glm::vec3 d = casters.centre - p.centre;
+  const float both = casters.radius + p.radius, along = glm::dot(d, w);
+  return along > -both && glm::dot(d, d) - along * along < both * both;
+}
+
+/// The lights that a block of points loses, one after the other.
+class BlockedSearch {
+public:
+  BlockedSearch(const PortalLights& lights, const ShadowCasters& casters, Layer layer, const PointBlock& points,
+                const PointBlock& starts)
+      : lights_(lights), casters_(casters), points_(points), layer_(layer) {
+    aim(block_, starts, nearest_hit(layer));
+  }
+  /// Lanes that face the light. `clear`: of these, points of the room whose rays miss the objects' box.
+  LaneMask facing(std::size_t light, LaneMask& clear) const {
+    const glm::vec3& w = lights_.direction(light);
+    const LaneMask all = lanes::facing(points_, w);
+    clear = 0;
+    if (layer_ == Layer::room)
+      clear = block_is_near(points_, w, casters_)
+                  ? all & ~lanes::facing_through_box(points_, w, casters_.low, casters_.high)
+                  : all;
+    return all;
+  }
+  /// Of the lanes, those that receive the light with nothing in the way: much cheaper than a ray.
+  LaneMask received(std::size_t light, LaneMask lanes) {
+    return lanes ? lanes & lights_.received(light, points_, e_) : 0u;
+  }
+  LaneMask trace(std::size_t light, LaneMask lanes, std::uint64_t& rays) {
+    if (lanes == 0)
+      return 0;
+    turn(block_, lights_.direction(light));
+    rays += count(lanes);
+    return casters_.objects->occluded(lanes, block_);
+  }
+
+private:
+  const PortalLights& lights_;
+  const ShadowCasters& casters_;
+  const PointBlock& points_;
+  Layer layer_;
+  RayBlock block_;
+  LaneRgb e_;
+};
+
+} // namespace
+
+void TracedLights::find_room_shadows(const ShadowBounds& room, const glm::vec3& centre, float radius) {
+  room_may_block.resize(size());
+  room_may_block_any = false;
+  for (std::size_t j = 0; j < size(); ++j) {
+    room_may_block[j] = room.may_block(portal.direction(j), centre, radius);
+    room_may_block_any = room_may_block_any || room_may_block[j];
+  }
+}
+
+/// Two cones around the point of directions: that of the lights, and that of the objects' sphere, whose half angle has
+/// the sine r / d. They are apart where the angle between the axes exceeds the sum of the half angles.
+bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const glm::vec3& centre, float radius) {
+  if (cone.empty() || casters.radius <= 0.0f)
+    return false;
+  const glm::vec3 d = casters.centre - centre;
+  const float distance = glm::length(d), both = casters.radius + radius;
+  if (distance <= both)
+    return true;
+  // cos(half angle + angle of the sphere); wider than a half-space together where the sine is negative.
+  const float sine = both / distance, cosine = std::sqrt(1.0f - sine * sine);
+  const bool all_around = cone.sine * cosine + cone.cosine * sine <= 1e-5f;
+  return all_around || glm::dot(cone.axis, d) >= distance * (cone.cosine * cosine - cone.sine * sine);
+}
+
+std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters, Layer layer, const PixelSurface& at,
+                        std::span<KnownLights> objects, std::span<KnownLights> room) {
+  std::ranges::fill(objects, KnownLights{});
+  std::ranges::fill(room, KnownLights{});
+  const bool past_room = layer == Layer::object && lights.room_may_block_any;
+  RayBlock block;
+  aim(block, at.start, nearest_hit(layer));
+  std::uint64_t rays = 0;
+  const auto directions = lights.portal.direction_blocks();
+  for (std::size_t g = 0; g < directions.size(); ++g) {
+    const std::size_t first = g * kLanes, used = std::min<std::size_t>(kLanes, lights.size() - first);
+    const lanes::FacedLights f =
+        lanes::faced_lights(directions[g], at.normal, casters.centre - at.start, casters.radius);
+    const LaneMask facing = f.facing & ((1u << used) - 1u), near = facing & f.through_sphere;
+    std::copy(directions[g].x, directions[g].x + kLanes, block.dir_x);
+    std::copy(directions[g].y, directions[g].y + kLanes, block.dir_y);
+    std::copy(directions[g].z, directions[g].z + kLanes, block.dir_z);
+    const LaneMask blocked = casters.objects->occluded(near, block), left = facing & ~blocked;
+    const LaneMask by_room = past_room ? casters.occluders->occluded(left, block) : 0u;
+    rays += count(near) + (past_room ? count(left) : 0u);
+    const std::size_t word = first / kLightsPerWord, shift = first % kLightsPerWord;
+    objects[word].clear |= std::uint64_t{left} << shift;
+    objects[word].blocked |= std::uint64_t{blocked} << shift;
+    room[word].clear |= std::uint64_t{left & ~by_room} << shift;
+    room[word].blocked |= std::uint64_t{by_room} << shift;
+  }
+  return rays;
+}
+
+std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCasters& casters, Layer layer,
+                                  const PointBlock& points, const PointBlock& starts,
+                                  std::span<const LaneVerdict> hints, BlockedLights& blocked) {
+  blocked.entries.clear();
+  blocked.verdicts.resize(lights.size());
+  blocked.lanes = 0;
+  BlockedSearch search(lights.portal, casters, layer, points, starts);
+  std::uint64_t rays = 0;
+  for (std::size_t j = 0; j < lights.size(); ++j) {
+    LaneVerdict& verdict = blocked.verdicts[j] = hints.empty() ? LaneVerdict{} : hints[j];
+    if ((points.lanes & ~verdict.clear) == 0)
+      continue;
+    LaneMask clear = 0;
+    const LaneMask lanes = search.facing(j, clear) & ~clear & ~verdict.clear;
+    const LaneMask lit = search.received(j, lanes);
+    const LaneMask lost = (lit & verdict.blocked) | search.trace(j, lit & ~verdict.blocked, rays);
+    verdict = {verdict.clear | clear | (lit & ~lost), lost};
+    if (lost)
+      blocked.entries.push_back({static_cast<std::uint32_t>(j), lost});
+    blocked.lanes |= lost;
+  }
+  return rays;
+}
+
+std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocked, const ShadowCasters& casters,
+                         Layer layer, const PointBlock& points, const PointBlock& starts, RoomShadow room_shadow,
+                         std::span<const LaneVerdict> room_hints, lanes::LightSums& sums) {
+  const bool on_objects = layer == Layer::object;
+  const bool room_blocks = on_objects ? lights.room_may_block_any : !casters.occluders->empty();
+  RayBlock block;
+  if (room_blocks)
+    aim(block, starts, nearest_hit(layer));
+  LaneRgb e;
+  std::uint64_t rays = 0;
+  auto next = blocked.entries.begin();
+  for (std::size_t j = 0; j < lights.size(); ++j) {
+    const bool listed = next != blocked.entries.end() && next->light == j;
+    const LaneMask behind = listed ? (next++)->lanes : 0u;
+    const LaneMask lit = lights.portal.received(j, points, e);
+    if (lit == 0)
+      continue;
+    const bool looked_for = room_blocks && (!on_objects || lights.room_may_block[j]);
+    const LaneMask wanted = looked_for ? lit & (room_shadow == RoomShadow::where_blocked ? behind : ~0u) : 0u;
+    const LaneVerdict known = room_hints.empty() ? LaneVerdict{} : room_hints[j];
+    LaneMask by_room = wanted & known.blocked;
+    if (const LaneMask asked = wanted & ~known.clear & ~known.blocked; asked) {
+      turn(block, lights.portal.direction(j));
+      by_room |= casters.occluders->occluded(asked, block);
+      rays += count(asked);
+    }
+    lanes::add_light(sums, lights.portal.irradiance(j), e, by_room, by_room | behind);
+  }
+  return rays;
+}
+
+} // namespace daylit

@@ -1,0 +1,67 @@
+#pragma once
+
+// Which lights the objects take from sixteen points, and what is left, by rays: the exact twin of
+// gl/shaders/light_sums.glsl.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "runtime/object/bounds.h"
+#include "runtime/shading/lane_kernels.h"
+#include "runtime/shading/visibility.h"
+#include "runtime/trace/packet_scene.h"
+#include "runtime/trace/shadow_bounds.h"
+
+namespace daylit {
+
+// Surfaces nearer than this to a point of the room are taken to be its own, metres.
+constexpr float kOwnSurface_m = 2e-4f;
+
+struct ShadowCasters {
+  const PacketScene* objects = nullptr;
+  const PacketScene* occluders = nullptr; ///< the parts of the room that can stand between a point and the sky
+  glm::vec3 centre{0.0f};                 ///< sphere around the objects, relative to the scenes' origin
+  float radius = 0.0f;
+  glm::vec3 low{0.0f}, high{0.0f}; ///< box around the objects
+};
+
+/// The lights of the sky, or of the sun.
+struct TracedLights {
+  PortalLights portal;
+  LightCone cone;
+  /// Per light: the room can stand between the objects and it.
+  std::vector<std::uint8_t> room_may_block;
+  bool room_may_block_any = false;
+
+  std::size_t size() const { return portal.size(); }
+  /// Of objects within the sphere.
+  void find_room_shadows(const ShadowBounds& room, const glm::vec3& centre, float radius);
+};
+
+/// False when no light of the cone can reach a point of the sphere (centre, radius) through the casters' sphere.
+bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const glm::vec3& centre, float radius);
+
+/// Visibility::see_sun(): traces the lights that the point faces past the objects, for a point of an object also past
+/// the room. Surfaces of the room nearer than kOwnSurface_m to a point of it are its own. Returns the number of rays.
+std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters, Layer layer, const PixelSurface& at,
+                        std::span<KnownLights> objects, std::span<KnownLights> room);
+
+/// Replaces `blocked`: the lights that objects take from the points. `starts`: where the rays of the points begin;
+/// `hints`: what needs no rays, may be empty. Returns the number of rays.
+std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCasters& casters, Layer layer,
+                                  const PointBlock& points, const PointBlock& starts,
+                                  std::span<const LaneVerdict> hints, BlockedLights& blocked);
+
+/// Along which rays the room is looked for.
+enum class RoomShadow {
+  where_blocked, ///< only those that the objects block: enough for what the objects take from the room
+  everywhere,    ///< past_room is exact
+};
+/// Adds all lights. Light that the room keeps from a point is lost to nobody. `room_hints`: of the room, may be empty.
+/// Returns the number of rays.
+std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocked, const ShadowCasters& casters,
+                         Layer layer, const PointBlock& points, const PointBlock& starts, RoomShadow room_shadow,
+                         std::span<const LaneVerdict> room_hints, lanes::LightSums& sums);
+
+} // namespace daylit

@@ -1,0 +1,57 @@
+#include "runtime/trace/ray_visibility.h"
+
+#include <glm/geometric.hpp>
+
+#include "runtime/trace/surface_points.h"
+
+namespace daylit {
+
+PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outline) const {
+  const ObjectHit& hit = view_.object(x, y);
+  if (layer == Layer::object)
+    return view_.is_edge(x, y) || hit.samples == 0 ? PixelSurface{} : object_surface(scene_, view_.eye(), hit);
+  const RoomHit room = view_.room(x, y);
+  if (room.triangle == kNoTriangle || (hit.samples > 0 && !beside_outline))
+    return {};
+  const std::size_t block =
+      static_cast<std::size_t>(y / kBlockSide) * view_.block_columns() + static_cast<std::size_t>(x / kBlockSide);
+  return room_surface(scene_, view_.eye(), room.triangle,
+                      view_.eye() + room.depth * view_.direction(static_cast<float>(x), static_cast<float>(y)),
+                      receives_[block] != 0);
+}
+
+void RayVisibility::believe_facet(std::uint32_t facet, int lane, LightHints& hints) const {
+  if (facet == kNoTriangle)
+    return;
+  for (std::size_t word = 0; word < scene_.self_visibility.words(); ++word)
+    hints.believe(lane, word, scene_.self_visibility.at(scene_.triangles[facet], word));
+}
+
+/// Fraction = sum over lights of e V / sum of e (runtime/sky/direct_light.h); 1 where no light arrives. Where no light
+/// is blocked nothing is lost, and the sums are not needed.
+std::uint64_t RayVisibility::see_sky(Layer layer, PointSet& set) const {
+  const PointBlock& starts = layer == Layer::object ? set.starts : set.points;
+  std::uint64_t rays =
+      find_blocked_lights(scene_.sky, casters_, layer, set.points, starts, set.hints.verdicts(), set.blocked);
+  for (SkyFractions& s : set.sky)
+    s = {};
+  if (set.blocked.lanes == 0 && (layer == Layer::room || !scene_.sky.room_may_block_any))
+    return rays;
+  lanes::LightSums sums;
+  rays += sum_lights(scene_.sky, set.blocked, casters_, layer, set.points, starts,
+                     layer == Layer::object ? RoomShadow::everywhere : RoomShadow::where_blocked, {}, sums);
+  for (int k = 0; k < kLanes; ++k)
+    for (int c = 0; c < 3; ++c)
+      if (const float whole = sums.unblocked.channel[c][k]; whole > 0.0f) {
+        set.sky[k].past_room[c] = sums.past_room.channel[c][k] / whole;
+        set.sky[k].past_both[c] = sums.past_both.channel[c][k] / whole;
+      }
+  return rays;
+}
+
+std::uint64_t RayVisibility::see_sun(Layer layer, const PixelSurface& at, std::span<KnownLights> objects,
+                                     std::span<KnownLights> room) const {
+  return see_point(scene_.sun, casters_, layer, at, objects, room);
+}
+
+} // namespace daylit

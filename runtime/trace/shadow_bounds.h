@@ -1,0 +1,33 @@
+#pragma once
+
+// Which parts of the room can stand before an object at all: most lights need no rays to be told that none does.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+namespace daylit {
+
+class ShadowBounds {
+public:
+  ShadowBounds() = default;
+  ShadowBounds(std::span<const glm::vec3> vertices, std::span<const std::array<std::uint32_t, 3>> triangles);
+
+  /// False when no ray that starts in the sphere and runs along the unit direction w meets a triangle. Conservative.
+  bool may_block(const glm::vec3& w, const glm::vec3& centre, float radius) const;
+
+private:
+  using Corners = std::array<glm::vec3, 3>;
+  struct Run { ///< neighbours in the file, which are mostly neighbours in the room
+    glm::vec3 centre{0.0f};
+    float radius = 0.0f;
+    std::size_t first = 0, last = 0;
+  };
+  std::vector<Corners> triangles_;
+  std::vector<Run> runs_;
+};
+
+} // namespace daylit

@@ -1,0 +1,62 @@
+#include "runtime/trace/surface_points.h"
+
+#include <algorithm>
+
+#include <glm/geometric.hpp>
+
+namespace daylit {
+
+namespace {
+
+constexpr float kGrazing = 0.1f; // cosine
+
+/// The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes. There a ray can
+/// also slip between a facet and its neighbour that just faces away: a grazing back is the front.
+/// dot(facet, to_eye) = cosine times both lengths.
+bool is_back(const glm::vec3& facet, const glm::vec3& to_eye) {
+  const float towards_eye = glm::dot(facet, to_eye);
+  return towards_eye < 0.0f &&
+         towards_eye * towards_eye > kGrazing * kGrazing * glm::dot(facet, facet) * glm::dot(to_eye, to_eye);
+}
+
+} // namespace
+
+float start_offset(const TracedScene& scene) {
+  return std::max(2e-5f, 3e-4f * static_cast<float>(scene.sphere.radius));
+}
+
+/// A facet of a smooth surface shadows its own neighbours near the terminator. Rays start on the surface that the
+/// normals describe: the mean of the point's projections onto the vertices' tangent planes, where these lie outside
+/// (Hanika 2021, "Hacking the Shadow Terminator").
+PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit) {
+  const auto& t = scene.triangles[hit.triangle];
+  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
+  const glm::vec3 p[3] = {scene.positions[t[0]], scene.positions[t[1]], scene.positions[t[2]]};
+  PixelSurface s;
+  s.exists = s.receives = true;
+  for (int k = 0; k < 3; ++k) {
+    s.position += b[k] * p[k];
+    s.normal += b[k] * scene.normals[t[k]];
+  }
+  const glm::vec3 facet = glm::cross(p[1] - p[0], p[2] - p[0]);
+  const float length = glm::length(s.normal);
+  s.normal = length > 0.0f ? s.normal / length : facet / std::max(glm::length(facet), 1e-30f);
+  const bool back = is_back(facet, eye - s.position);
+  const float side = back ? -1.0f : 1.0f;
+  s.normal *= side;
+  s.facet = back ? kNoTriangle : hit.triangle;
+  s.start = s.position + start_offset(scene) * s.normal;
+  for (int k = 0; k < 3; ++k) {
+    const glm::vec3 n = side * scene.normals[t[k]];
+    s.start -= b[k] * std::min(0.0f, glm::dot(s.position - p[k], n)) * n;
+  }
+  return s;
+}
+
+PixelSurface room_surface(const TracedScene& scene, const glm::vec3& eye, std::uint32_t triangle,
+                          const glm::vec3& position, bool receives) {
+  const glm::vec3& n = scene.room_normals[triangle];
+  return {true, receives, position, glm::dot(n, eye - position) < 0.0f ? -n : n, position, kNoTriangle};
+}
+
+} // namespace daylit
