@@ -93,14 +93,15 @@ TEST(RegionRadiance, equirect_agrees_with_brute_force_sampling) {
   const SkyImage sky = make_sky(noise(30, 15), EquirectProjection{0.4});
   for (const SkyPartition& partition : {SkyPartition::tregenza(), test::rectangles()}) {
     const std::vector<Rgb> mean = region_radiance(sky, partition);
-    constexpr int kSide = 200;
+    constexpr int kSide = 400;
     for (int r = 0; r < partition.size(); r += partition.size() < 13 ? 1 : 13) {
       double sum = 0;
       for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j)
           sum += double(sky.radiance(partition.sample(r, (i + 0.5) / kSide, (j + 0.5) / kSide)).g);
-      EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 1e-2)
-          << r; // noise of the sampling at pixel edges
+      EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 3.5e-3)
+          << r; // what the samples miss at the edges of pixels: measured 2.6e-3, and twice that with half as many a
+                // side
     }
   }
 }
@@ -248,6 +249,8 @@ TEST(RegionRadiance, a_sun_alone_is_shared_by_its_four_nodes) {
       for (const RegionWeight& w : nodes.interpolation(*to_sun))
         expected[static_cast<std::size_t>(w.region)] += w.weight;
       for (std::size_t n = 0; n < mean.size(); ++n) {
+        if (sums.covered_fraction(static_cast<int>(n)) < 1.0)
+          continue; // the fill is part of these
         const double flux = double(mean[n].g) * nodes.solid_angle_sr(static_cast<int>(n));
         ASSERT_NEAR(flux / (1e9 * double(geometry->solid_angle_sr()[texel])), expected[n], 1e-6)
             << count << " nodes, texel " << texel;
