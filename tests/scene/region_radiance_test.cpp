@@ -93,14 +93,15 @@ TEST(RegionRadiance, equirect_agrees_with_brute_force_sampling) {
   const SkyImage sky = make_sky(noise(30, 15), EquirectProjection{0.4});
   for (const SkyPartition& partition : {SkyPartition::tregenza(), test::rectangles()}) {
     const std::vector<Rgb> mean = region_radiance(sky, partition);
-    constexpr int kSide = 200;
+    constexpr int kSide = 400;
     for (int r = 0; r < partition.size(); r += partition.size() < 13 ? 1 : 13) {
       double sum = 0;
       for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j)
           sum += double(sky.radiance(partition.sample(r, (i + 0.5) / kSide, (j + 0.5) / kSide)).g);
-      EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 1e-2)
-          << r; // noise of the sampling at pixel edges
+      EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 3.5e-3)
+          << r; // what the samples miss at the edges of pixels: measured 2.6e-3, and twice that with half as many a
+                // side
     }
   }
 }
