@@ -38,11 +38,6 @@ double SkyMap::solid_angle_sr(int row) const {
   return 2.0 * kPi / width * (std::cos(kPi * row / height) - std::cos(kPi * (row + 1) / height));
 }
 
-Rgb SkyMap::lookup(const glm::dvec3& d) const {
-  const glm::dvec2 p = position(d);
-  return at(std::min(static_cast<int>(p.x), width - 1), std::min(static_cast<int>(p.y), height - 1));
-}
-
 /// Bilinear in (azimuth, theta); around the seam, and clamped at the poles.
 Rgb SkyMap::interpolate(const glm::dvec3& d) const {
   const glm::dvec2 p = position(d) - 0.5;

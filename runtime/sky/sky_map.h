@@ -29,7 +29,6 @@ struct SkyMap {
   glm::dvec2 position(const glm::dvec3& unit_direction) const;
   double solid_angle_sr(int row) const;
   const Rgb& at(int column, int row) const { return radiance[static_cast<std::size_t>(row) * width + column]; }
-  Rgb lookup(const glm::dvec3& unit_direction) const;      ///< the texel it falls in
   Rgb interpolate(const glm::dvec3& unit_direction) const; ///< bilinear between texel centres
 };
 

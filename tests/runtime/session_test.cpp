@@ -73,24 +73,24 @@ TEST(Session, a_change_renews_what_follows_from_it_and_nothing_else) {
   EXPECT_EQ(reused(**session->render({*sky, studio.photo, 8, 8})), (Stages{true, true, true, false, false, false}));
 }
 
-/// A session that has drawn under other skies, placements, cameras and parts of the light, back at the start.
+/// Drawn by a session that was opened, and has drawn, with other placements, cameras, skies and parts of the light.
 Frame frame_after_changes(Studio& studio, bool another_sky) {
+  const SkyMap last_sky = studio.sky;
+  const RunConfig last = studio.config;
+  studio.config.objects[1].position.y -= 0.1;
+  studio.config.world_from_camera = daylit::look_at({2.8, 4.7, 1.2}, {2.1, 3.4, 0.2});
   auto session = *studio.open(Backend::rays);
-  const SkyMap first_sky = studio.sky;
-  const RunConfig first = studio.config;
-  for (int step = 0; step < 5; ++step) { // each followed by a frame, whose values must not stay
+  for (int step = 0; step < 4; ++step) { // each followed by a frame, whose values must not stay
     if (step == 1 && another_sky)
       for (Rgb& c : studio.sky.radiance)
         c *= Rgb(3.0f, 2.0f, 0.5f);
     if (step == 2)
-      studio.config.objects[1].position.y -= 0.1;
-    if (step == 3)
-      studio.config.world_from_camera = daylit::look_at({2.8, 4.7, 1.2}, {2.1, 3.4, 0.2});
-    if (step == 4) {
-      studio.config = first;
-      studio.sky = first_sky;
+      studio.config.objects[1].position.x += 0.1;
+    if (step == 3) {
+      studio.config = last;
+      studio.sky = last_sky;
     }
-    session.show({step != 3, true, true});
+    session.show({step != 2, true, true});
     EXPECT_TRUE(session.set_placement(1, studio.config.objects[1]));
     EXPECT_TRUE(session.set_pose(*studio.config.world_from_camera));
     EXPECT_TRUE(studio.render(session));
