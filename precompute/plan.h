@@ -1,13 +1,13 @@
 #pragma once
 
-// From an error to settings. A pilot measures the room, the laws carry what it found to other settings, and the plan is
-// the cheapest choice whose predicted error stays below what was asked, with a reserve.
+// From an error to settings. A calibration bake measures the room, the cost model carry what it found to other
+// settings, and the plan is the cheapest choice whose predicted error stays below what was asked, with a reserve.
 
 #include <optional>
 #include <string>
 
 #include "precompute/bake.h"
-#include "precompute/pilot.h"
+#include "precompute/calibration_bake.h"
 #include "scene/volume/volume_file.h"
 
 namespace daylit::precompute {
@@ -17,7 +17,7 @@ struct Prediction {
   double mesh = 0, grid = 0, sky = 0; ///< parts under smooth skies
   double total = 0;                   ///< root of the sum of their squares
   double sun = 0;                     ///< all parts under a small sun, 0: none comes in
-  double seconds = 0;                 ///< whole run, pilot included
+  double seconds = 0;                 ///< whole run, calibration bakes included
   double bytes = 0;                   ///< file
 };
 
@@ -47,18 +47,19 @@ struct Plan {
 
 /// Pure function of its arguments; a smaller target never gives fewer facets, probes, rays or nodes.
 /// Error value_invalid: the target is not a positive number or out of reach; names the smallest that can be planned.
-Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request);
+Result<Plan> make_plan(const CalibrationBake& calibration, const PlanRequest& request);
 
-/// The pilot as it would have been had it known what a bake by `plan` measured.
-Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report);
+/// The calibration bake as it would have been had it known what a bake by `plan` measured.
+CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report);
 
-/// Measured error of a finished bake: the audit's, and the mesh's from the pilot's coefficients beside its own.
+/// Measured error of a finished bake: the audit's, and the mesh's from the calibration bake's coefficients beside its
+/// own.
 struct Measured {
   double mesh = 0, volume = 0, total = 0, irradiance = 0, sun = 0;
   std::string worst_sky;
   std::size_t points = 0;
 };
-Measured measured_error(const Pilot& pilot, const BakeReport& report);
+Measured measured_error(const CalibrationBake& calibration, const BakeReport& report);
 
 /// Lines for a person: before and after.
 std::string to_text(const Plan& plan);

@@ -2,14 +2,15 @@
 
 // How error, time and size follow from the settings of a bake. One table: measured on S1, S3 and the rooms of
 // daylit-bench, `daylit-bench error-vs-time` sets prediction and measurement side by side. What depends on the room is
-// measured in the room (pilot.h); what is here is only how it changes from the pilot's settings to those of the plan.
+// measured in the room (calibration_bake.h); what is here is only how it changes from the calibration bake's settings
+// to those of the plan.
 
 #include <algorithm>
 #include <cmath>
 
 namespace daylit::precompute {
 
-struct PlanLaws {
+struct CostModel {
   // Errors are nrms of the coefficients at points off the grid, worst of the smooth skies (audit.h).
   double mesh_exponent = 1.2;    ///< mesh error ~ facets^-mesh_exponent
   double mesh_of_halving = 0.85; ///< mesh error at P facets / difference between P/2 and P
@@ -29,36 +30,36 @@ struct PlanLaws {
   double gather_noise_exponent = 0.9; ///< ... ~ rays^-this
   double half_float = 0.0003;         ///< error of half floats
 
-  // Seconds on the two threads of the machine of the measurement; the pilot tells how fast another one is.
+  // Seconds on the two threads of the machine of the measurement; the calibration bake tells how fast another one is.
   double start_s = 0.05;
-  double gather_start_s = 0.05;     ///< of gathering in the pilot, whatever it asks for
+  double gather_start_s = 0.05;     ///< of gathering in the calibration, whatever it asks for
   double exchange_exponent = 1.3;   ///< form factors ~ facets^this ...
   double visibility_exponent = 0.2; ///< ... and visibility rays^this
   double ray_s = 3.5e-8;            ///< per gather ray
   double product_s = 5e-12;         ///< per multiplication of the dense products
   double solve_s = 4.5e-11;         ///< the same of the solver
-  double audit_elements = 0.85;     ///< audit / that of the pilot, per element and facet of the pilot
+  double audit_elements = 0.85;     ///< audit / that of the calibration, per element and facet of the calibration bake
 
   // A fine sky: probe clusters, each with factors for all sources.
-  double lit_elements = 0.88;   ///< sources / elements asked for
-  double rank = 80;             ///< components of a full cluster at an error of 3 % ...
-  double rank_exponent = 0.35;  ///< ... ~ error^-this
-  double rank_of_probes = 0.6;  ///< ... ~ probes in the cluster^this
-  double stored_bytes = 1.03;   ///< per number of a factor: most are bytes
-  double aggregated_fraction = 0.5;     ///< aggregated sources of a cluster / sources
-  double row_padding = 1.02;    ///< numbers in whole 16 / numbers of the probes
-  double light_bytes = 0.116;   ///< per source and node: what a source sees of the sky
-  double compress_s = 0.068;    ///< per cluster of `compress_probes` probes and few sources at an error of 3 % ...
-  double compress_probes = 128; ///< probes of that cluster
+  double lit_elements = 0.88;       ///< sources / elements asked for
+  double rank = 80;                 ///< components of a full cluster at an error of 3 % ...
+  double rank_exponent = 0.35;      ///< ... ~ error^-this
+  double rank_of_probes = 0.6;      ///< ... ~ probes in the cluster^this
+  double stored_bytes = 1.03;       ///< per number of a factor: most are bytes
+  double aggregated_fraction = 0.5; ///< aggregated sources of a cluster / sources
+  double row_padding = 1.02;        ///< numbers in whole 16 / numbers of the probes
+  double light_bytes = 0.116;       ///< per source and node: what a source sees of the sky
+  double compress_s = 0.068;        ///< per cluster of `compress_probes` probes and few sources at an error of 3 % ...
+  double compress_probes = 128;     ///< probes of that cluster
   double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...
   double compress_exponent = 0.6;        ///< ... ~ error^-this ...
   double compress_square = 4200;         ///< ... ~ 1 + (sources / this)^2
 };
 
-inline constexpr PlanLaws kPlanLaws{};
+inline constexpr CostModel kCostModel{};
 
 inline double ray_noise(double rays_per_probe) {
-  return kPlanLaws.gather_noise * std::pow(1024 / rays_per_probe, kPlanLaws.gather_noise_exponent);
+  return kCostModel.gather_noise * std::pow(1024 / rays_per_probe, kCostModel.gather_noise_exponent);
 }
 /// A grid error that was measured with noise in it; at least half of it is taken for real.
 inline double without_noise(double error, double rays_per_probe) {
