@@ -1,6 +1,7 @@
 #pragma once
 
-// Two quick coarse bakes that say how hard a room is: what its mesh, its grid and its share of sky cost in error.
+// Two quick coarse bakes that say how hard a room is: what its mesh, its grid and its part of the
+// sky cost in error.
 
 #include "precompute/bake.h"
 
@@ -31,7 +32,7 @@ struct CalibrationBake {
   double seconds = 0;            ///< of both
 };
 
-/// `points`: where the volume is asked for; empty: anywhere in the room's air. Errors of the bake.
+/// `points`: where the volume is wanted; empty: anywhere in the room's air. Errors of the bake.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
                                              const Progress& progress);
 

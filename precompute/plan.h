@@ -1,7 +1,7 @@
 #pragma once
 
-// From an error to settings. A calibration bake measures the room, the cost model carry what it found to other
-// settings, and the plan is the cheapest choice whose predicted error stays below what was asked, with a reserve.
+// From an error to settings. Calibration bakes measure the room, the cost model carries what they found to other
+// settings, and the plan is the cheapest choice whose predicted error stays below the target, with a reserve.
 
 #include <optional>
 #include <string>
@@ -21,7 +21,7 @@ struct Prediction {
   double bytes = 0;                   ///< file
 };
 
-/// What the user has fixed; all else is the plan's.
+/// What the user has fixed; the plan decides all else.
 struct PlanRequest {
   double max_error = 0.02;        ///< of the coefficients under smooth skies; a small sun may err twice as much
   double facet_edge_m = 0;        ///< > 0: fixed
@@ -49,20 +49,7 @@ struct Plan {
 /// Error value_invalid: the target is not a positive number or out of reach; names the smallest that can be planned.
 Result<Plan> make_plan(const CalibrationBake& calibration, const PlanRequest& request);
 
-/// The calibration bake as it would have been had it known what a bake by `plan` measured.
-CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report);
-
-/// Measured error of a finished bake: the audit's, and the mesh's from the calibration bake's coefficients beside its
-/// own.
-struct Measured {
-  double mesh = 0, volume = 0, total = 0, irradiance = 0, sun = 0;
-  std::string worst_sky;
-  std::size_t points = 0;
-};
-Measured measured_error(const CalibrationBake& calibration, const BakeReport& report);
-
-/// Lines for a person: before and after.
+/// Lines for a person, before the bake.
 std::string to_text(const Plan& plan);
-std::string to_text(const Plan& plan, const Measured& measured);
 
 } // namespace daylit::precompute

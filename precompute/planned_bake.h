@@ -5,7 +5,7 @@
 
 #include <functional>
 
-#include "precompute/plan.h"
+#include "precompute/measured_error.h"
 
 namespace daylit::precompute {
 

@@ -16,8 +16,8 @@ void find_lit(const SurfaceLight& light, SeenParts& seen) {
     for (; s < light.source.size() && light.source[s] < p.end; ++s)
       seen.share[s] = p.end - p.first == 1 ? 1.0f : light.element_fraction[light.source[s]];
     if (s > first)
-      seen.lit.push_back(
-          {k, light.cluster[first], light.share[first] / seen.share[first], first, s, light.reflectance[first]});
+      seen.lit.push_back({k, light.cluster[first], light.cluster_fraction[first] / seen.share[first], first, s,
+                          light.reflectance[first]});
   }
 }
 
@@ -37,7 +37,7 @@ SeenParts SeenParts::of(const SurfaceLight& light, std::span<const std::uint8_t>
 }
 
 std::vector<float> SeenParts::means(const SurfaceLight& light, std::span<const float> of_leaves,
-                                     std::size_t columns) const {
+                                    std::size_t columns) const {
   std::vector<float> mean(piece.size() * columns, 0.0f);
   for (std::size_t k = 0; k < piece.size(); ++k)
     for (std::size_t i = piece[k].first; i < piece[k].end; ++i) {
@@ -84,7 +84,7 @@ SunMetric SeenParts::metric(const SunMetric& of_sources) const {
 }
 
 std::vector<float> SeenParts::suns(const SunMetric& own, const SunMetric& of_sources, std::span<const float> suns,
-                                    std::size_t columns) const {
+                                   std::size_t columns) const {
   std::vector<float> out(lit.size() * columns, 0.0f);
   for (std::size_t a = 0; a < lit.size(); ++a)
     for (std::size_t s = lit[a].first; s < lit[a].end; ++s)

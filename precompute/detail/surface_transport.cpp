@@ -15,12 +15,13 @@ SurfaceTransport::SurfaceTransport(const SurfaceLight& light) : light_(light) {
   }
 }
 
+/// B_e = rho_e H_e + sum_k bounced[patch of e][k] Hbar_k, Hbar_k the mean irradiance of cluster k.
 std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float> irradiance,
                                                std::size_t columns) const {
   std::vector<float> mean(light_.clusters * columns, 0.0f);
   for (std::size_t s = 0; s < sources(); ++s)
     for (std::size_t k = 0; k < columns; ++k)
-      mean[light_.cluster[s] * columns + k] += light_.share[s] * irradiance[s * columns + k];
+      mean[light_.cluster[s] * columns + k] += light_.cluster_fraction[s] * irradiance[s * columns + k];
   const std::vector<float> further =
       multiply(bounced_[static_cast<std::size_t>(colour)], mean, light_.patches, light_.clusters, columns);
   std::vector<float> b(elements() * columns);
@@ -32,6 +33,7 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
   return b;
 }
 
+/// w . B = h . H: h_s = rho_s w_s + (A_s / A_k) sum_patches w bounced[patch][k] for a source s of cluster k.
 void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                                    std::span<float> result) const {
   const std::size_t pieces = seen.piece.size(), lit = seen.lit.size();
