@@ -147,8 +147,7 @@ Result<Session> open(const FrameScene& scene, const std::string& renderer, int m
                           : renderer == "exact" ? Backend::rays_reference
                                                 : Backend::rays;
   return Session::open(scene.config, kFrameWidth, kFrameHeight,
-                       [](const std::string&, double) { return !interrupted(); }, backend,
-                       {.map_texels = map_texels});
+                       [](const std::string&, double) { return !interrupted(); }, backend, {.map_texels = map_texels});
 }
 
 void print(const nlohmann::json& row) {
@@ -157,7 +156,7 @@ void print(const nlohmann::json& row) {
   for (const Motion m : {Motion::everything, Motion::object, Motion::nothing})
     std::printf(" %8.2f/%7.2f", row[name_of(m)]["wall_ms"].get<double>(), row[name_of(m)]["cpu_ms"].get<double>());
   std::printf(" %8.2f %9.3f %6.1f\n", 100 * row["error"].get<double>(), 100 * row["flicker"].get<double>(),
-              100 * row["object_share"].get<double>());
+              100 * row["object_fraction"].get<double>());
 }
 
 Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer, int map_texels,
@@ -181,7 +180,7 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     if (!noise)
       return noise.error();
     row["flicker"] = noise->object;
-    row["object_share"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
+    row["object_fraction"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
     row["shadow_share"] = static_cast<double>(picture->shadow_pixels) / (kFrameWidth * kFrameHeight);
     for (const Motion m : {Motion::everything, Motion::object, Motion::nothing}) {
       if (interrupted())

@@ -32,6 +32,7 @@ Error malformed(const std::filesystem::path& path, const std::string& what) {
 
 } // namespace
 
+/// Over all that the vectors follow from.
 std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings) {
   Checksum hash;
   hash.add(mesh.positions);
@@ -41,6 +42,7 @@ std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& setting
   return hash.hex();
 }
 
+/// Sizes are checked before anything is allocated, numbers before they are used.
 Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t> bytes,
                                                    const std::filesystem::path& path, const std::string& key,
                                                    std::size_t vertices) {
@@ -93,6 +95,7 @@ Result<void> write_transfer(const std::filesystem::path& path, const std::string
   return write_file_atomically(path, parts);
 }
 
+/// A file that is damaged or belongs to another object is computed again and written over.
 Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesystem::path& folder,
                                        const std::string& model_stem, const TransferSettings& settings) {
   const std::string key = transfer_key(mesh, settings);

@@ -29,7 +29,7 @@ bool in_unit_range(const Rgb& c) {
 
 Error range_error(const std::string& quantity, const Rgb& c, const std::string& material) {
   return {ErrorCode::value_invalid, fmt::format("{} {:g} {:g} {:g} is outside 0..1", quantity, c.r, c.g, c.b),
-          "material \"" + material + "\"", "set it to the share of light, 0 to 1, in the MTL file"};
+          "material \"" + material + "\"", "set it to the fraction of light, 0 to 1, in the MTL file"};
 }
 
 Result<MaterialFile> read_libraries(const detail::ObjText& obj, const ReadLibrary& read_library, RoomReport& report) {

@@ -2,9 +2,9 @@
 
 // Room models on disk. Wavefront OBJ + MTL: `Kd` is the linear Lambertian reflectance, `Tf r g b` of a window
 // material its transmittance (1 when absent; `d` and `Tr` are not used, exporters disagree on their meaning). A window
-// material with `illum 7` is clear glass: the angle-dependent slab of index `Ni` (1.52 when absent, scene/glass.h),
-// times Tf. Everything else about appearance is ignored. Read strictly: a line that is not understood is an
-// error with its number, never skipped.
+// material with `illum 7` is clear glass: the angle-dependent slab of index `Ni` (1.52 when absent,
+// scene/room/glass.h), times Tf. Everything else about appearance is ignored. Read strictly: a line that is not
+// understood is an error with its number, never skipped.
 
 #include <cstdint>
 #include <filesystem>

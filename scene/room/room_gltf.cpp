@@ -86,7 +86,7 @@ private:
       if (!(colour[c] >= 0.0f && colour[c] <= 1.0f))
         return Error{ErrorCode::value_invalid,
                      fmt::format("base colour {:g} {:g} {:g} is outside 0..1", colour.r, colour.g, colour.b), "",
-                     "set it to the share of light, 0 to 1"};
+                     "set it to the fraction of light, 0 to 1"};
     if (!m.is_window) {
       m.reflectance = colour;
       if (std::ranges::any_of(given.emissiveFactor, [](double e) { return e > 0.0; }))

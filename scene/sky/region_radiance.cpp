@@ -10,9 +10,9 @@ namespace daylit {
 
 namespace {
 
-constexpr int kRegionProbes = 8;    ///< per side, to see whether a region reaches out of the field
-constexpr double kRounding = 0.02;  ///< of a hat: pixels are whole, hats are not
-constexpr std::size_t kGrain = 16;  ///< regions; fewer are not worth another thread
+constexpr int kRegionProbes = 8;   ///< per side, to see whether a region reaches out of the field
+constexpr double kRounding = 0.02; ///< of a hat: pixels are whole, hats are not
+constexpr std::size_t kGrain = 16; ///< regions; fewer are not worth another thread
 
 /// Whether some of the region lies outside the picture's field.
 bool reaches_out(const SkyGeometry& geometry, const SkyPartition& partition, int region) {
@@ -32,9 +32,7 @@ double gap_sr(const SkyGeometry& geometry, const SkyPartition& partition, int re
     const double hat_sr = partition.hat_sr(region), missing = hat_sr - covered_sr;
     return missing < kRounding * hat_sr ? 0.0 : missing;
   }
-  return reaches_out(geometry, partition, region)
-             ? std::max(0.0, partition.solid_angle_sr(region) - covered_sr)
-             : 0.0;
+  return reaches_out(geometry, partition, region) ? std::max(0.0, partition.solid_angle_sr(region) - covered_sr) : 0.0;
 }
 
 } // namespace
@@ -105,7 +103,7 @@ std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
   return mean;
 }
 
-double RegionSums::covered_share(int region) const {
+double RegionSums::covered_fraction(int region) const {
   const auto r = static_cast<std::size_t>(region);
   const double total = covered_[r] + gap_[r];
   return total > 0 ? covered_[r] / total : 1.0;

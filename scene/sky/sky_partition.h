@@ -37,7 +37,7 @@ struct SkyRectangle {
   int band = 0, cell = 0, bands = 1, cells = 1;
 };
 
-/// A region and its share in the radiance of a direction.
+/// A region and its weight in the radiance of a direction.
 struct RegionWeight {
   int region = 0;
   double weight = 0;
@@ -50,7 +50,8 @@ class SkyPartition {
 public:
   /// N equal-solid-angle regions (N even, 2..100000), as square as bands allow.
   static Result<SkyPartition> uniform(int regions);
-  /// Tregenza's 145 patches (scene/radiance_matrix.h) above the horizon and their mirror image below: 290 regions.
+  /// Tregenza's 145 patches (scene/volume/radiance_matrix.h) above the horizon and their mirror image below: 290
+  /// regions.
   static SkyPartition tregenza();
   /// Reinhart MF:K (K = 1 is Tregenza; 2 is 577 + 577) with the zenith cap undivided. 1 <= K <= 12.
   static Result<SkyPartition> reinhart(int k);
@@ -78,7 +79,7 @@ public:
   }
   /// One per region; empty where every cell of the bands is a region by itself.
   const std::vector<SkyRectangle>& rectangles() const { return rectangles_; }
-  /// Its cells, upwards and around: both 1 without rectangles. sample() at shares of these stays within a cell.
+  /// Its cells, upwards and around: both 1 without rectangles. sample() at fractions of these stays within a cell.
   SkyRectangle extent(int region) const;
   /// The same regions as nodes, or as constants.
   SkyPartition with_interpolation(bool on) const;
@@ -93,8 +94,8 @@ public:
   /// below, then in the band above.
   struct Quad {
     std::array<std::uint32_t, 4> node{};
-    double up = 0;                           ///< share of the band above
-    double right_below = 0, right_above = 0; ///< shares of the right nodes within their band
+    double up = 0;                           ///< weight of the band above
+    double right_below = 0, right_above = 0; ///< weights of the right nodes within their band
   };
   Quad quad(const glm::dvec3& unit_direction) const;
   /// Values of the hat functions at a direction: weights >= 0 that sum to 1, some possibly of the same region.
@@ -121,19 +122,20 @@ private:
 };
 
 /// Which pixels make up which region, worked out once for a geometry and a partition; the runtime reduces every frame
-/// of a sky camera with the same one. A sparse matrix from pixels to regions, row by row: the steradians that each pixel
-/// gives to a region.
+/// of a sky camera with the same one. A sparse matrix from pixels to regions, row by row: the steradians that each
+/// pixel gives to a region.
 class RegionSums {
 public:
-  /// `needed`: one per region, 0 for regions that nobody asks for: they come out black, and pixels that only they
+  /// `needed`: one per region, 0 for regions that are not wanted: they come out black, and pixels that only they
   /// have are not read. Empty: all are needed.
   static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
                          std::span<const std::uint8_t> needed = {});
   /// Mean radiance per region; of nodes: the integral of radiance times hat function over the region's solid angle.
-  /// `sky` must have the geometry given to make(), or one of equal size and projection. Independent of the thread count.
+  /// `sky` must have the geometry given to make(), or one of equal size and projection. Independent of the thread
+  /// count.
   std::vector<Rgb> reduce(const SkyImage& sky) const;
   /// Part of each needed region's solid angle that the camera sees; the rest takes the fill.
-  double covered_share(int region) const;
+  double covered_fraction(int region) const;
   /// Size of the tables that reduce() reads, bytes.
   std::size_t bytes() const;
 

@@ -47,6 +47,7 @@ int read_fields(std::string_view text, std::string_view separators, std::span<do
 
 } // namespace
 
+/// Hours as a decimal: h + m/60 + s/3600. A time without a year gets kTypicalYear, or 2000 where it is February 29.
 Result<LocalTime> parse_local_time(const std::string& text) {
   const auto error = [&](const char* what) {
     return Error{ErrorCode::value_invalid, what, "time \"" + text + "\"",
@@ -91,12 +92,16 @@ std::string time_text(const LocalTime& t) {
 
 bool is_day(const LocalTime& t) { return modified_julian_date(t.year, t.month, t.day).has_value(); }
 
+/// Difference of the Julian dates of the day and of January 1, from 1.
 int day_of_year(const LocalTime& t) {
   return static_cast<int>(modified_julian_date(t.year, t.month, t.day).value_or(0.0) -
                           modified_julian_date(t.year, 1, 1).value_or(0.0)) +
          1;
 }
 
+/// From time and place to the horizon, in the steps of the IAU (McCarthy & Petit, IERS Conventions 2003, ch. 5):
+/// direction from the observer in the barycentric frame, annual and diurnal aberration, bias-precession-nutation to the
+/// celestial intermediate frame, earth rotation, horizon. No refraction: the pressure given is 0.
 SunPosition sun_position(const Place& place, const LocalTime& time) {
   // UTC stands for UT1, which it follows within a second: the earth turns by 0.004 degrees in a second.
   const double utc =
@@ -118,6 +123,7 @@ SunPosition sun_position(const Place& place, const LocalTime& time) {
   SunPosition sun;
   sun.altitude = 0.5 * std::numbers::pi - zenith;
   sun.azimuth = azimuth;
+  // From the observer to the centre of the earth along the line of sight, to first order in radius over distance.
   sun.distance = a.em + kEarthRadius_au * std::sin(sun.altitude);
   sun.direction = {std::cos(sun.altitude) * std::sin(sun.azimuth), std::cos(sun.altitude) * std::cos(sun.azimuth),
                    std::sin(sun.altitude)};

@@ -41,7 +41,7 @@ struct SunPosition {
   glm::dvec3 direction{}; ///< unit; x east, y north, z up
 };
 
-/// By ERFA, the library of the IAU SOFA routines: place of the observer and of the earth (eraApco13, within a few
+/// By ERFA, the library of the IAU SOFA routines: positions of the observer and of the earth (eraApco13, within a few
 /// milliarcseconds), aberration (eraAb), precession and nutation IAU 2006/2000A, horizon (eraAtioq). UTC is taken for
 /// UT1: within 0.004 degrees for 1972..today; before and after, where UTC and its leap seconds are not known, within
 /// 0.01 degrees for 1900..2100. Refraction, up to 0.5 degrees at the horizon, is left out as in all sky models here.

@@ -55,6 +55,8 @@ Error bad_line(const std::string& name, int line, std::string what) {
 /// .epw, field numbers of the data dictionary from 0.
 enum EpwField : std::size_t { kYear, kMonth, kDay, kHour, kMinute, kDewPoint = 7, kDirect = 14, kDiffuse = 15 };
 
+/// Hour 1 is the interval from 0 to 1 h: its middle is hour - 1/2, or with n rows per hour the end less half an
+/// interval (EnergyPlus, Auxiliary Programs, EPW data dictionary).
 std::optional<std::string> epw_row(const std::array<std::string_view, 16>& f, int per_hour, WeatherRow& row) {
   const auto year = integer_in(f[kYear], 1900, 2100), month = integer_in(f[kMonth], 1, 12),
              day = integer_in(f[kDay], 1, 31), hour = integer_in(f[kHour], 1, 24),
@@ -101,6 +103,7 @@ std::optional<std::string> wea_header(TextLines& lines, WeatherFile& weather) {
       return fmt::format("expected: {} NUMBER, {} to {}", entry.key, entry.low, entry.high);
     entry.value = *value;
   }
+  // West positive, and the time zone as degrees of longitude of its meridian.
   weather.place = {entries[0].value, -entries[1].value, -entries[2].value / 15.0};
   weather.elevation_m = entries[3].value;
   if (entries[4].value != std::floor(entries[4].value))
@@ -109,6 +112,7 @@ std::optional<std::string> wea_header(TextLines& lines, WeatherFile& weather) {
   return std::nullopt;
 }
 
+/// month day hour direct diffuse; the hour is the middle of the interval.
 std::optional<std::string> wea_row(std::string_view line, WeatherRow& row) {
   const auto f = fields<6>(line, ' ');
   const auto month = integer_in(f[0], 1, 12), day = integer_in(f[1], 1, 31);
@@ -128,6 +132,7 @@ std::optional<std::string> wea_row(std::string_view line, WeatherRow& row) {
 }
 
 /// Rows of a .wea do not say how long they last: the shortest step within a day.
+/// Intervals of an .epw end at the written hour; .wea hours are middles (Radiance, epw2wea).
 double shortest_step(const std::vector<WeatherRow>& rows) {
   double step = 1.0;
   for (std::size_t k = 1; k < rows.size(); ++k)
@@ -212,6 +217,7 @@ Result<WeatherFile> read_weather(const std::filesystem::path& path) {
   return path.extension() == ".wea" ? parse_wea(text, path.string()) : parse_epw(text, path.string());
 }
 
+/// The first row with |time - middle| <= half an interval, the end excluded.
 Result<WeatherRow> weather_at(const WeatherFile& weather, const LocalTime& time) {
   const double half = 0.5 * weather.step_h;
   for (const WeatherRow& row : weather.rows) {

@@ -126,7 +126,7 @@ TEST(RegionRadiance, fisheye_agrees_with_equirect_of_the_same_sky) {
   const std::vector<Rgb> from_fisheye = sums.reduce(fisheye);
   for (std::size_t r = 0; r < expected.size(); ++r) {
     EXPECT_NEAR(from_angular[r].g, expected[r].g, 1e-3f) << r;
-    if (sums.covered_share(static_cast<int>(r)) == 1.0) {
+    if (sums.covered_fraction(static_cast<int>(r)) == 1.0) {
       EXPECT_NEAR(from_fisheye[r].g, expected[r].g, 1e-3f) << r;
     }
   }
@@ -182,7 +182,7 @@ TEST(RegionRadiance, a_sun_of_1_5_pixels_keeps_its_energy_at_every_sub_pixel_pos
       const double fill = double(sky.sky_fill_radiance().r);
       double energy = 0;
       for (int r = 0; r < partition.size(); ++r) {
-        const double seen = sums.covered_share(r), l = double(mean[static_cast<std::size_t>(r)].r);
+        const double seen = sums.covered_fraction(r), l = double(mean[static_cast<std::size_t>(r)].r);
         const double fill_here = partition.centre(r).z > 0 ? fill : 0.0;
         energy += partition.solid_angle_sr(r) * (l - (1 - seen) * fill_here);
       }
@@ -213,7 +213,7 @@ TEST(RegionRadiance, spans_of_pixels_give_the_sums_of_single_pixels) {
   double most = 0, error = 0;
   int whole = 0;
   for (int r = 0; r < nodes.size(); ++r) {
-    if (of_sky.covered_share(r) < 1)
+    if (of_sky.covered_fraction(r) < 1)
       continue; // the fill is part of these
     const auto at = static_cast<std::size_t>(r);
     const double expected = sums[at].g / nodes.solid_angle_sr(r), difference = double(mean[at].g) - expected;
