@@ -93,7 +93,7 @@ TEST(RowClosure, a_row_off_by_more_than_noise_stays_as_it_is) {
   EXPECT_EQ(closure.left, 1u);
   EXPECT_NEAR(closure.worst, 0.05, 1e-3);
   EXPECT_NEAR(p.exchange.row_sums()[11] / before[11], 1.0, 1e-3);
-  const std::vector<float> g = testing::dense(p.exchange);
+  const std::vector<float> g = dense(p.exchange);
   const std::size_t n = opening.size();
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < i; ++j)

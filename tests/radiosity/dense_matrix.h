@@ -4,7 +4,7 @@
 
 #include "radiosity/exchange_matrix.h"
 
-namespace daylit::radiosity::testing {
+namespace daylit::radiosity {
 
 /// The whole matrix, [patch][patch], row-major.
 inline std::vector<float> dense(const ExchangeMatrix& exchange) {
@@ -17,4 +17,4 @@ inline std::vector<float> dense(const ExchangeMatrix& exchange) {
   return result;
 }
 
-} // namespace daylit::radiosity::testing
+} // namespace daylit::radiosity
