@@ -137,7 +137,7 @@ radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::
     for (const Rgb& x : light.light[s].irradiance)
       sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
     const std::uint32_t element = light.source[s];
-    first.row(light.parent[element], 0)[light.clusters] += elements.share[element] * static_cast<float>(sky);
+    first.row(light.parent[element], 0)[light.clusters] += elements.fraction[element] * static_cast<float>(sky);
   }
   return first;
 }
@@ -182,7 +182,7 @@ Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail:
   light.patches = set.patches.size();
   light.elements = rows.size();
   light.parent = elements.parent;
-  light.element_fraction = elements.share;
+  light.element_fraction = elements.fraction;
   std::vector<float> opening = elements.opening_of_parents(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].region.empty())
