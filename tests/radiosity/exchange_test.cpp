@@ -130,15 +130,15 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
       for (const Cluster& b : tree.clusters()) {
         if (!a.leaf() || !b.leaf() || &a >= &b)
           continue;
-        const Sight sight = visibility.sight(tree, a, b);
+        const Visibility seen = visibility.between_clusters(tree, a, b);
         ++all;
-        clear += sight == Sight::clear;
-        hidden += sight == Sight::hidden;
-        for (std::uint32_t i = a.first; i < a.last && sight != Sight::mixed; ++i)
+        clear += sight == Visibility::clear;
+        hidden += sight == Visibility::hidden;
+        for (std::uint32_t i = a.first; i < a.last && sight != Visibility::mixed; ++i)
           for (std::uint32_t j = b.first; j < b.last; j += 3) {
             const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
             if (face(p, q)) {
-              ASSERT_EQ(f.blocked(p, q, random), sight == Sight::hidden) << i << ' ' << j;
+              ASSERT_EQ(f.blocked(p, q, random), sight == Visibility::hidden) << i << ' ' << j;
             }
           }
       }
@@ -176,7 +176,7 @@ TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
       const bool all_front = visibility.in_front(tree, a, b), all_behind = visibility.behind(tree, a, b);
       front += all_front;
       behind += all_behind;
-      curved_clear += b.leaf() && visibility.sight(tree, a, b) == Sight::clear;
+      curved_clear += b.leaf() && visibility.between_clusters(tree, a, b) == Visibility::clear;
       for (std::uint32_t i = a.first; i < a.last; i += 5)
         for (std::uint32_t j = b.first; j < b.last; j += 7) {
           const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
@@ -260,12 +260,12 @@ TEST(PairKernel, nine_points_follow_the_contour_integral_where_they_are_trusted)
         continue;
       ++far;
       const double error = static_cast<double>(exchange[j]) / exact - 1.0;
-      ASSERT_LT(std::abs(error), 3e-3) << i << ' ' << j;
+      ASSERT_LT(std::abs(error), 2e-3) << i << ' ' << j;
       squares += error * error;
     }
   }
   EXPECT_GT(far, n);
-  EXPECT_LT(std::sqrt(squares / static_cast<double>(far)), 1.5e-4);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(far)), 1.4e-4); // measured 1.1e-4, the largest error 1.6e-3
 }
 
 TEST(LowRank, cross_approximation_is_within_its_tolerance_of_the_kernel) {
