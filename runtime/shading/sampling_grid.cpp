@@ -62,7 +62,6 @@ public:
   void add(GridPoint& g, KnownLights* words, std::span<const KnownLights* const> neighbours) {
     const int lane = set_.add(g.surface);
     set_.hints.believe_agreeing(lane, neighbours);
-    visibility_.believe_facet(g.surface.facet, lane, set_.hints);
     words_[lane] = words;
     target_[lane] = &g;
     g.evaluated = true;
@@ -169,7 +168,7 @@ bool SamplingGrid::interpolate_fine(Layer layer, int column, int row, std::vecto
   GridPoint& g = points_[index(layer, column, row)];
   const int dx = (column - blocks_.x0) % 2, dy = (row - blocks_.y0) % 2;
   SkyFractions mean{Rgb(0.0f), Rgb(0.0f)};
-  FractionRange range;
+  FractionRange range; // of both fractions together: where the objects take anything, points are evaluated
   bool all = true;
   neighbours.clear();
   if (layer == Layer::object && is_beside_another_part(column, row))
