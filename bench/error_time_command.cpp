@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -32,12 +31,6 @@ struct Arguments {
   int points = 33, samples = 16384;
   bool append = false;
 };
-
-double clock_seconds(clockid_t clock) {
-  timespec t{};
-  clock_gettime(clock, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct NamedRoom {
   std::string name;
@@ -68,7 +61,7 @@ Result<double> file_bytes(const precompute::PlannedBake& bake) {
 
 /// One thread, the whole volume, all radiances changed each time.
 double combine_ms(const BasisVolume& volume, ShOrder order) {
-  VolumeCombiner combiner = VolumeCombiner::make(volume, VolumeCombiner::Storage::fixed16, order);
+  VolumeCombiner combiner = VolumeCombiner::make(volume, order);
   const auto regions = static_cast<std::size_t>(volume.partition.size());
   const std::array<std::vector<Rgb>, 2> sky{std::vector<Rgb>(regions, Rgb(1.0f)), std::vector<Rgb>(regions, Rgb(0.5f))};
   bool odd = false;
@@ -136,14 +129,14 @@ Result<nlohmann::json> measure(const Case& c, const Arguments& a, double target_
   request.must_reach = a.regions.empty();
   if (a.density != "auto")
     request.graded = a.density == "graded";
-  const double wall = clock_seconds(CLOCK_MONOTONIC), cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  const double wall = wall_seconds(), cpu = process_seconds();
   const auto baked = precompute::bake_to_error(c.room.file, request, nullptr, progress, [](const std::string&) {});
   if (!baked)
     return baked.error();
   nlohmann::json row = {{"room", c.room.name},
                         {"target", request.max_error},
-                        {"wall_seconds", clock_seconds(CLOCK_MONOTONIC) - wall},
-                        {"cpu_seconds", clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu}};
+                        {"wall_seconds", wall_seconds() - wall},
+                        {"cpu_seconds", process_seconds() - cpu}};
   const auto bytes = file_bytes(*baked);
   if (!bytes)
     return bytes.error();

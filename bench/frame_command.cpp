@@ -1,13 +1,10 @@
 // daylit-bench frame: table 1 of Grosch, Eble, Mueller 2007 again, every time beside its error.
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <map>
 #include <memory>
-
-#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
@@ -31,16 +28,6 @@ struct Arguments {
   std::vector<int> samples{16, 64, 256}, map_texels{RenderSettings{}.map_texels};
   int frames = 20, flicker_frames = 100, reference_samples = 4096;
 };
-
-double process_seconds() {
-  rusage u{};
-  getrusage(RUSAGE_SELF, &u);
-  return static_cast<double>(u.ru_utime.tv_sec + u.ru_stime.tv_sec) +
-         1e-6 * static_cast<double>(u.ru_utime.tv_usec + u.ru_stime.tv_usec);
-}
-double wall_seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Medians over frames.
 struct Timing {
@@ -160,8 +147,7 @@ Result<Session> open(const FrameScene& scene, const std::string& renderer, int m
                           : renderer == "exact" ? Backend::rays_reference
                                                 : Backend::rays;
   return Session::open(scene.config, kFrameWidth, kFrameHeight,
-                       [](const std::string&, double) { return !interrupted(); }, backend,
-                       {.map_texels = map_texels});
+                       [](const std::string&, double) { return !interrupted(); }, backend, {.map_texels = map_texels});
 }
 
 void print(const nlohmann::json& row) {
@@ -170,7 +156,7 @@ void print(const nlohmann::json& row) {
   for (const Motion m : {Motion::everything, Motion::object, Motion::nothing})
     std::printf(" %8.2f/%7.2f", row[name_of(m)]["wall_ms"].get<double>(), row[name_of(m)]["cpu_ms"].get<double>());
   std::printf(" %8.2f %9.3f %6.1f\n", 100 * row["error"].get<double>(), 100 * row["flicker"].get<double>(),
-              100 * row["object_share"].get<double>());
+              100 * row["object_fraction"].get<double>());
 }
 
 Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer, int map_texels,
@@ -194,7 +180,7 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     if (!noise)
       return noise.error();
     row["flicker"] = noise->object;
-    row["object_share"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
+    row["object_fraction"] = static_cast<double>(picture->object_pixels) / (kFrameWidth * kFrameHeight);
     row["shadow_share"] = static_cast<double>(picture->shadow_pixels) / (kFrameWidth * kFrameHeight);
     for (const Motion m : {Motion::everything, Motion::object, Motion::nothing}) {
       if (interrupted())

@@ -148,7 +148,7 @@ nlohmann::json measure_nine() {
           {"ms", 1e3 * t[0]},
           {"written_gb_s", bytes / t[0] * 1e-9},
           {"store_bandwidth_gb_s", bytes / std::min(t[1], t[2]) * 1e-9},
-          {"share_of_store_bandwidth", std::min(t[1], t[2]) / t[0]}};
+          {"fraction_of_store_bandwidth", std::min(t[1], t[2]) / t[0]}};
 }
 
 nlohmann::json measure_rotation() {

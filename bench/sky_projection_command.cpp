@@ -11,7 +11,6 @@
 
 #include "bench/command.h"
 #include "bench/timing.h"
-#include "scene/core/tile_kernels.h"
 #include "scene/sky/sky_partition.h"
 #include "scene/volume/volume_file.h"
 
@@ -50,7 +49,7 @@ nlohmann::json measure(const SkyImage& sky, const SkyPartition& partition, std::
   const RegionSums sums = RegionSums::make(sky.geometry(), partition, needed);
   const std::span<const std::byte> picture = std::as_bytes(std::span(sky.image().texels));
   volatile float sink = 0;
-  const auto sweep = [&] { sink = sink + detail::tile_kernels().sum_bytes(picture.data(), picture.size()); };
+  const auto sweep = [&] { read_plainly(picture); };
   const auto reduce = [&] { sink = sink + sums.reduce(sky).front().r; };
   const auto warm_sweep = alternate(kRepetitions, sweep), warm = alternate(kRepetitions, reduce);
   std::vector<double> cold_sweeps, colds;

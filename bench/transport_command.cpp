@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +12,7 @@
 #include "bench/bench_rooms.h"
 #include "bench/command.h"
 #include "precompute/room_frame.h"
+#include "scene/core/seconds.h"
 #include "simulate/irradiance.h"
 
 namespace daylit::bench {
@@ -23,12 +23,6 @@ struct Arguments {
   std::vector<int> rays = {16384, 131072};
   int reference_samples = 16384;
 };
-
-double process_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct Reference {
   std::vector<Receiver> receivers;

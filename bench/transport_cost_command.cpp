@@ -2,7 +2,6 @@
 // dense matrix product, and one more sky region. The error of each solution (energy, closure, residual) stands beside.
 
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <string>
 
@@ -14,6 +13,7 @@
 #include "bench/bench_rooms.h"
 #include "bench/command.h"
 #include "precompute/room_frame.h"
+#include "scene/core/seconds.h"
 
 namespace daylit::bench {
 namespace {
@@ -22,12 +22,6 @@ struct Arguments {
   std::vector<int> facets = {2000, 8000};
   int regions = 64, more_regions = 1024;
 };
-
-double process_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 /// Processor time of [P x P] [P x columns] in single precision, one thread: the yardstick of the solver.
 double product_seconds(std::size_t p, std::size_t columns) {

@@ -9,7 +9,7 @@
 #include "precompute/detail/transport_problem.h"
 #include "precompute/held_out.h"
 #include "precompute/room_frame.h"
-#include "radiosity/gather.h"
+#include "radiosity/coefficients.h"
 
 namespace daylit::precompute {
 

@@ -4,18 +4,18 @@
 #include <numeric>
 #include <span>
 
-#include "precompute/detail/light_leaves.h"
+#include "precompute/detail/light_elements.h"
 #include "precompute/detail/node_sharpening.h"
 #include "precompute/detail/transport_problem.h"
 #include "precompute/probe_fit.h"
 #include "precompute/probes.h"
-#include "radiosity/gather.h"
+#include "radiosity/coefficients.h"
 
 namespace daylit::precompute {
 
 namespace {
 
-using detail::LightLeaves;
+using detail::LightElements;
 using detail::ProbePoints;
 using detail::Problem;
 using detail::StageClock;
@@ -49,7 +49,7 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
 /// What all ways to the volume share. Points are the valid probes; `fit` turns light there into probe values.
 struct Stage {
   const Problem& problem;
-  const LightLeaves& elements; ///< constant regions: the patches themselves
+  const LightElements& elements; ///< constant regions: the patches themselves
   const radiosity::WholeFaces& faces;
   const radiosity::ExchangeMatrix& exchange;
   const ProbePoints& points;
@@ -110,9 +110,9 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
   report.solve = surfaces.solve;
   report.energy = surfaces.energy;
   s.clock.finish("solve");
-  const auto told_apart = [&](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
+  const auto distinguished = [&](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
     for (const std::uint32_t point : s.fit.needed(some))
-      s.hits.mark_told_apart(s.points.place[point], of_patches);
+      s.hits.mark_distinguished(s.points.place[point], of_patches);
   };
   const auto gather = [&](std::span<const std::uint32_t> some, std::span<const std::uint32_t> piece_end, float* out) {
     const auto one = [&](std::uint32_t point, float* nine_rows) {
@@ -120,7 +120,7 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
     };
     s.fit.apply(some, 9 * piece_end.size(), one, out);
   };
-  GatherRows rows_of_points{told_apart, gather};
+  GatherRows rows_of_points{distinguished, gather};
   if (s.options.sh_order == ShOrder::fourth)
     rows_of_points.band4_rows = [&](std::span<const std::uint32_t> some, std::span<const std::uint32_t> piece_end,
                                     float* out) {
@@ -174,7 +174,7 @@ Result<AuditReport> audit(const Stage& s, const Room& room, const BasisVolume& v
   Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out);
   if (!audit)
     return audit.error();
-  const LightLeaves& elements = s.elements;
+  const LightElements& elements = s.elements;
   const auto light = radiosity::first_bounce(elements.patches, elements.mesh, elements.rays, s.problem.apertures.list,
                                              held_out_partition(), s.progress);
   if (!light)
@@ -256,7 +256,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
 
   // One patch of a fine sky sees some of thousands of nodes: rows, not a table.
   const bool fine = partition.interpolated();
-  const auto elements = LightLeaves::make(problem->mesh, patches, problem->apertures.list, problem->room_scene,
+  const auto elements = LightElements::make(problem->mesh, patches, problem->apertures.list, problem->room_scene,
                                           fine ? options.elements : std::size_t{0});
   if (!elements)
     return elements.error();

@@ -12,6 +12,7 @@
 #include "precompute/compact_sky.h"
 #include "precompute/probe_density.h"
 #include "precompute/surface_light.h"
+#include "radiosity/energy.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/solve.h"

@@ -37,7 +37,7 @@ constexpr double kTailShare2 = 0.2;  ///< of the allowed squared error: a longer
 struct Brick {
   std::vector<std::uint32_t> point;
   detail::Basis basis; ///< [number][rank]
-  detail::SeenPieces seen;
+  detail::SeenParts seen;
   std::vector<float> coordinates; ///< [rank][piece]
   std::vector<float> projected;   ///< [projection][lit piece]: random signs times the transport
   detail::SunMetric own;          ///< units of the lit pieces, of which the factors know
@@ -68,9 +68,9 @@ std::uint64_t signs_of(std::size_t brick) { return brick + 16; }
 void reduce(const SurfaceLight& light, const detail::SurfaceTransport& surfaces, const GatherRows& gather,
             const std::vector<float>& radiosity, double error, std::size_t number, Brick& b) {
   const std::size_t n = b.numbers(), columns = radiosity.size() / light.elements;
-  std::vector<std::uint8_t> told_apart(light.patches, 0);
-  gather.told_apart(b.point, told_apart);
-  b.seen = detail::SeenPieces::of(light, told_apart);
+  std::vector<std::uint8_t> distinguished(light.patches, 0);
+  gather.distinguished(b.point, distinguished);
+  b.seen = detail::SeenParts::of(light, distinguished);
   const std::size_t pieces = b.seen.piece.size();
   std::vector<float> rows(n * pieces);
   gather.rows(b.point, b.seen.end, rows.data());
@@ -187,15 +187,15 @@ void choose_storage(std::vector<Brick>& bricks, const Measure& measure, double a
   const auto suns = [&](const Brick& b) { return b.seen.suns(b.own, measure.metric, on_sources, kRoundingSuns); };
   const double own = kStorageShare * allowed;
   allowed -= drop_weakest(bricks, kCertain * allowed);
-  std::vector<std::vector<double>> byte_error2(bricks.size());
+  std::vector<std::vector<double>> weak_error2(bricks.size());
   parallel_for(std::size_t{0}, bricks.size(),
-               [&](std::size_t b) { byte_error2[b] = bricks[b].factors.byte_error2(suns(bricks[b]), kRoundingSuns); });
+               [&](std::size_t b) { weak_error2[b] = bricks[b].factors.weak_error2(suns(bricks[b]), kRoundingSuns); });
   std::vector<detail::Component> list;
   for (std::size_t b = 0; b < bricks.size(); ++b) {
     const detail::Factors& f = bricks[b].factors;
     allowed -= bricks[b].unseen;
     for (std::size_t k = 0; k < f.rank(); ++k)
-      list.push_back({f.power[k], byte_error2[b][k], f.sources + f.rows});
+      list.push_back({f.power[k], weak_error2[b][k], f.sources + f.rows});
   }
   double per_byte = 0;
   const std::vector<detail::Stored> choice = detail::cheapest(list, std::max(allowed, own), &per_byte);
@@ -215,22 +215,22 @@ public:
   Groups(const std::vector<Brick>& bricks, const std::vector<float>& sigma, CompactBasis& basis)
       : group_of_(sigma.size(), 0), sources_(static_cast<std::uint32_t>(sigma.size())) {
     std::vector<std::uint32_t> end(sigma.size(), 0); // of the group that begins with a source
-    basis.group_weight.assign(sigma.size(), 0.0f);
+    basis.aggregate_weight.assign(sigma.size(), 0.0f);
     for (const Brick& b : bricks)
       for (std::size_t a = 0; a < b.seen.lit.size(); ++a)
         if (const auto& lit = b.seen.lit[a]; lit.end - lit.first > 1) {
           end[lit.first] = lit.end;
           for (std::uint32_t s = lit.first; s < lit.end; ++s)
-            basis.group_weight[s] = b.seen.share[s] * sigma[s] / b.own.sigma[a];
+            basis.aggregate_weight[s] = b.seen.share[s] * sigma[s] / b.own.sigma[a];
         }
     for (std::uint32_t s = 0; s < end.size(); ++s)
       if (end[s] != 0) {
-        group_of_[s] = static_cast<std::uint32_t>(basis.group.size());
-        basis.group.push_back({s, end[s]});
+        group_of_[s] = static_cast<std::uint32_t>(basis.aggregate.size());
+        basis.aggregate.push_back({s, end[s]});
       }
   }
-  void add_pieces(const detail::SeenPieces& seen, std::vector<std::uint32_t>& piece) const {
-    for (const detail::SeenPieces::Lit& lit : seen.lit)
+  void add_pieces(const detail::SeenParts& seen, std::vector<std::uint32_t>& piece) const {
+    for (const detail::SeenParts::Lit& lit : seen.lit)
       piece.push_back(lit.end - lit.first > 1 ? sources_ + group_of_[lit.first] : lit.first);
   }
 
@@ -242,15 +242,14 @@ private:
 CompactBasis assemble(const std::vector<Brick>& bricks, const SurfaceLight& light, const std::vector<float>& sigma,
                       std::span<const std::size_t> probe_of_point) {
   CompactBasis basis;
-  basis.sources = static_cast<std::uint32_t>(light.source.size());
   basis.light = detail::store_first_light(light, sigma);
   const Groups groups(bricks, sigma, basis);
   std::vector<const detail::Factors*> nine, band4;
   const auto add = [&](const Brick& b, const detail::Factors& factors, std::vector<const detail::Factors*>& list,
                        CompactFactors& out) {
     list.push_back(&factors);
-    out.brick.push_back({.probes = static_cast<std::uint32_t>(b.point.size())});
-    groups.add_pieces(b.seen, out.piece);
+    out.cluster.push_back({.probes = static_cast<std::uint32_t>(b.point.size())});
+    groups.add_pieces(b.seen, out.source);
     for (const std::uint32_t p : b.point)
       out.probe.push_back(static_cast<std::uint32_t>(probe_of_point[p]));
   };
@@ -270,7 +269,7 @@ std::vector<Brick> make_bricks(const ProbeSet& probes, std::span<const std::size
   for (const std::size_t p : probe_of_point)
     position.push_back(probes.positions[p]);
   std::vector<Brick> bricks;
-  for (std::vector<std::uint32_t>& points : detail::neighbours(position, options.part, options.brick_probes))
+  for (std::vector<std::uint32_t>& points : detail::neighbours(position, options.part, options.cluster_probes))
     bricks.emplace_back().point = std::move(points);
   return bricks;
 }
@@ -280,16 +279,15 @@ CompactReport report_of(const CompactBasis& basis, const std::vector<Brick>& bri
   CompactReport report{.nodes = columns.size(),
                        .sources = light.source.size(),
                        .clusters = light.clusters,
-                       .bricks = basis.nine.brick.size(),
+                       .probe_clusters = basis.nine.cluster.size(),
                        .bytes = basis.bytes(),
-                       .band4_bricks = basis.band4.brick.size(),
-                       .band4_components = basis.band4.scale.size(),
+                       .band4_probe_clusters = basis.band4.cluster.size(),
+                       .band4_components = basis.band4.strong.scale.size() + basis.band4.weak.scale.size(),
                        .band4_bytes = basis.band4.bytes()};
-  const auto components = static_cast<double>(basis.nine.scale.size());
-  const auto add_words = [](double sum, const CompactFactors::Brick& b) { return sum + double(b.word_rank); };
-  const double words = std::accumulate(basis.nine.brick.begin(), basis.nine.brick.end(), 0.0, add_words);
-  report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.nine.brick.size(), 1));
-  report.word_share = words / std::max(components, 1.0);
+  const auto strong = static_cast<double>(basis.nine.strong.scale.size()),
+             components = strong + static_cast<double>(basis.nine.weak.scale.size());
+  report.mean_rank = components / static_cast<double>(std::max<std::size_t>(basis.nine.cluster.size(), 1));
+  report.strong_fraction = strong / std::max(components, 1.0);
   std::vector<double> error2(columns.size(), 0.0);
   std::vector<std::vector<float>> missed(bricks.size());
   parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {

@@ -24,16 +24,16 @@ struct CompactOptions {
   /// less than 1/20 of the brightest are measured against that. Below the horizon, where no sun is, an
   /// error counts a quarter.
   double error = 0.03;
-  std::size_t brick_probes = 180; ///< at most; fewer cost more source factors, more cost more rank
+  std::size_t cluster_probes = 180; ///< at most; fewer cost more source factors, more cost more rank
   /// Of each point: no brick holds points of two parts, because the error of a brick is shared by its points and light
   /// must not come through a wall. Empty: all in one.
   std::span<const std::uint32_t> part = {};
 };
 
 struct CompactReport {
-  std::size_t nodes = 0, sources = 0, clusters = 0, bricks = 0, bytes = 0; ///< nodes: that light any source
-  std::size_t band4_bricks = 0, band4_components = 0, band4_bytes = 0;     ///< what was kept of l = 4
-  double mean_rank = 0, word_share = 0;    ///< of the nine: components per brick; share of them kept as words
+  std::size_t nodes = 0, sources = 0, clusters = 0, probe_clusters = 0, bytes = 0; ///< nodes: that light any source
+  std::size_t band4_probe_clusters = 0, band4_components = 0, band4_bytes = 0;     ///< what was kept of l = 4
+  double mean_rank = 0, strong_fraction = 0;    ///< of the nine: components per brick; share of them kept as words
   double rms_error = 0, largest_error = 0; ///< relative, measured on the stored factors (random projections)
   double seconds = 0;
 };
@@ -41,7 +41,7 @@ struct CompactReport {
 /// What some points see.
 struct GatherRows {
   /// Marks the patches whose leaves one of the points tells apart.
-  std::function<void(std::span<const std::uint32_t> points, std::span<std::uint8_t> patches)> told_apart;
+  std::function<void(std::span<const std::uint32_t> points, std::span<std::uint8_t> patches)> distinguished;
   /// Nine rows [lm][piece] for each point: coefficient = sum over pieces of row * radiosity. Pieces are runs of leaves,
   /// each given by its end.
   std::function<void(std::span<const std::uint32_t> points, std::span<const std::uint32_t> piece_end, float* rows)>

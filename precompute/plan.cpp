@@ -22,7 +22,7 @@ constexpr int kFewestFacets = 200, kMostFacets = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
-// Patches and elements per facet of the law: first light on finer pieces than the rest (detail/light_leaves.h).
+// Patches and elements per facet of the law: first light on finer pieces than the rest (detail/light_elements.h).
 constexpr double kPatchShare = 0.65, kElementShare = 1.6;
 constexpr double kCompactShare = 1.55;       ///< error of the factors under suns / target
 constexpr double kNodeShare = 0.3;           ///< of the target, before compression
@@ -95,13 +95,13 @@ struct Work {
   // Of a fine sky.
   double sources() const { return laws.lit_elements * elements; }
   /// Halves of the air until each is small enough.
-  double bricks() const {
-    return std::exp2(std::ceil(std::log2(std::max(probes / static_cast<double>(CompactOptions{}.brick_probes), 1.0))));
+  double probe_clusters() const {
+    return std::exp2(std::ceil(std::log2(std::max(probes / static_cast<double>(CompactOptions{}.cluster_probes), 1.0))));
   }
   double compress(double error) const {
     const double share = sources() / laws.compress_square;
-    return bricks() * (1 + share * share) *
-           std::pow(probes / bricks() / laws.compress_probes, laws.compress_probes_exponent) *
+    return probe_clusters() * (1 + share * share) *
+           std::pow(probes / probe_clusters() / laws.compress_probes, laws.compress_probes_exponent) *
            std::pow(0.03 / error, laws.compress_exponent);
   }
 };
@@ -130,11 +130,11 @@ double predicted_seconds(const Pilot& pilot, const Work& work, double visibility
 double predicted_bytes(const Work& work, const SkyKind& sky, double compact_error, BasisPrecision precision) {
   if (!sky.nodes)
     return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
-  const double probes = work.probes / work.bricks(), full = static_cast<double>(CompactOptions{}.brick_probes);
+  const double probes = work.probes / work.probe_clusters(), full = static_cast<double>(CompactOptions{}.cluster_probes);
   const double rank =
       laws.rank * std::pow(0.03 / compact_error, laws.rank_exponent) * std::pow(probes / full, laws.rank_of_probes);
-  return laws.stored_bytes * work.bricks() * rank *
-             (laws.piece_share * work.sources() + laws.row_padding * 27 * probes) +
+  return laws.stored_bytes * work.probe_clusters() * rank *
+             (laws.aggregated_fraction * work.sources() + laws.row_padding * 27 * probes) +
          laws.light_bytes * work.sources() * sky.regions;
 }
 

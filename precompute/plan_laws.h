@@ -39,17 +39,17 @@ struct PlanLaws {
   double solve_s = 4.5e-11;         ///< the same of the solver
   double audit_elements = 0.85;     ///< audit / that of the pilot, per element and facet of the pilot
 
-  // A fine sky: bricks of probes, each with factors for all sources.
+  // A fine sky: probe clusters, each with factors for all sources.
   double lit_elements = 0.88;   ///< sources / elements asked for
-  double rank = 80;             ///< components of a full brick at an error of 3 % ...
+  double rank = 80;             ///< components of a full cluster at an error of 3 % ...
   double rank_exponent = 0.35;  ///< ... ~ error^-this
-  double rank_of_probes = 0.6;  ///< ... ~ probes in the brick^this
+  double rank_of_probes = 0.6;  ///< ... ~ probes in the cluster^this
   double stored_bytes = 1.03;   ///< per number of a factor: most are bytes
-  double piece_share = 0.5;     ///< pieces that a brick tells apart / sources
+  double aggregated_fraction = 0.5;     ///< aggregated sources of a cluster / sources
   double row_padding = 1.02;    ///< numbers in whole 16 / numbers of the probes
   double light_bytes = 0.116;   ///< per source and node: what a source sees of the sky
-  double compress_s = 0.068;    ///< per brick of `compress_probes` probes and few sources at an error of 3 % ...
-  double compress_probes = 128; ///< probes of that brick
+  double compress_s = 0.068;    ///< per cluster of `compress_probes` probes and few sources at an error of 3 % ...
+  double compress_probes = 128; ///< probes of that cluster
   double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...
   double compress_exponent = 0.6;        ///< ... ~ error^-this ...
   double compress_square = 4200;         ///< ... ~ 1 + (sources / this)^2

@@ -8,13 +8,13 @@
 
 #include "scene/core/parallel.h"
 #include "scene/volume/probe_planes.h"
+#include "scene/volume/row_kernels.h"
 
 namespace daylit::precompute {
 
 namespace {
 
 constexpr std::size_t kChunk = 256;  ///< numbers of all points at a time
-constexpr std::size_t kBlock = 2048; ///< numbers of one point at a time: they stay in the first cache
 constexpr std::int64_t kNone = -1;
 
 /// Disjoint sets, each named by its smallest member.
@@ -132,44 +132,23 @@ std::vector<std::uint32_t> ProbeFit::needed(std::span<const std::uint32_t> point
   return needed;
 }
 
-namespace {
-
-/// One of the values that make up a fitted one.
-struct Term {
-  const float* values;
-  float share;
-};
-
-/// out = sum of the terms.
-__attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4"))) void
-add_up(std::span<const Term> terms, std::size_t count, float* __restrict out) {
-  for (std::size_t first = 0; first < count; first += kBlock) {
-    const std::size_t end = std::min(count, first + kBlock);
-    for (std::size_t k = first; k < end; ++k)
-      out[k] = terms[0].share * terms[0].values[k];
-    for (const Term& t : terms.subspan(1))
-      for (std::size_t k = first; k < end; ++k)
-        out[k] += t.share * t.values[k];
-  }
-}
-
-} // namespace
-
 void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
                      const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
   const std::vector<std::uint32_t> needed = this->needed(points);
   const auto values = std::make_unique_for_overwrite<float[]>(needed.size() * numbers_per_point);
   for (std::size_t i = 0; i < needed.size(); ++i)
     value(needed[i], values.get() + i * numbers_per_point);
-  std::vector<Term> terms;
-  const auto add = [&](std::uint32_t p, float share) {
+  std::vector<daylit::detail::WeightedRow<float>> terms;
+  const auto add = [&](std::uint32_t p, float weight) {
     const float* of_p = values.get() + static_cast<std::size_t>(std::ranges::lower_bound(needed, p) - needed.begin()) *
                                            numbers_per_point;
-    if (const auto known = std::ranges::find(terms, of_p, &Term::values); known != terms.end())
-      known->share += share;
+    if (const auto known = std::ranges::find(terms, of_p, &daylit::detail::WeightedRow<float>::number);
+        known != terms.end())
+      known->weight += Rgb(weight);
     else
-      terms.push_back({of_p, share});
+      terms.push_back({of_p, Rgb(weight)});
   };
+  std::fill_n(result, points.size() * numbers_per_point, 0.0f);
   for (std::size_t i = 0; i < points.size(); ++i) {
     terms.clear();
     add(points[i], 1.0f);
@@ -178,7 +157,7 @@ void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_
       add(row.middle, row.to_a + row.to_b);
       add(row.b, -row.to_b);
     }
-    add_up(terms, numbers_per_point, result + i * numbers_per_point);
+    daylit::detail::add_rows(terms, numbers_per_point, result + i * numbers_per_point);
   }
 }
 

@@ -143,14 +143,14 @@ bool is_outside(const std::string& answer, bool json) {
 
 std::string volume_info(const BasisVolume& volume) {
   nlohmann::ordered_json info;
-  info["format_version"] = volume_format_version(volume);
+  info["format_version"] = kVolumeFormatVersion;
   info["frame"] = "right-handed, z up, metres";
   info["sky"] = {
       {"partition", volume.partition.name()},
       {"regions", volume.partition.size()},
       {"stored", volume.compact ? static_cast<std::size_t>(volume.partition.size()) : volume.stored_region.size()}};
   if (volume.compact)
-    info["sky"]["sources"] = volume.compact->sources;
+    info["sky"]["sources"] = volume.compact->sources();
   info["probes"] = probes_info(volume.probes);
   info["sh_order"] = volume.has_band4() ? 4 : 2;
   info["basis_bytes"] =

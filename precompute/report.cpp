@@ -56,10 +56,10 @@ std::string to_json(const BakeReport& r, bool times) {
   if (r.compact.nodes > 0)
     j["fine_sky"] = {
         {"nodes", r.compact.nodes},   {"sources", r.compact.sources},     {"clusters", r.compact.clusters},
-        {"bricks", r.compact.bricks}, {"mean_rank", r.compact.mean_rank}, {"word_share", r.compact.word_share},
+        {"probe_clusters", r.compact.probe_clusters}, {"mean_rank", r.compact.mean_rank}, {"strong_fraction", r.compact.strong_fraction},
         {"bytes", r.compact.bytes},   {"rms_error", r.compact.rms_error}, {"largest_error", r.compact.largest_error}};
-  if (r.compact.band4_bricks > 0)
-    j["fine_sky"]["band4"] = {{"bricks", r.compact.band4_bricks},
+  if (r.compact.band4_probe_clusters > 0)
+    j["fine_sky"]["band4"] = {{"probe_clusters", r.compact.band4_probe_clusters},
                               {"components", r.compact.band4_components},
                               {"bytes", r.compact.band4_bytes}};
   for (const SkyError& s : r.audit.sky)
@@ -119,12 +119,12 @@ std::string to_text(const BakeReport& r) {
       r.energy.imbalance, r.closure.worst, r.closure.mean, r.closure.left);
   if (r.compact.nodes > 0)
     text += format(
-        "fine sky   %zu directions on %zu pieces of surface, %zu bricks of rank %.0f, %.1f MB; error %.2f %% rms, "
+        "fine sky   %zu directions on %zu elements, %zu probe clusters of rank %.0f, %.1f MB; error %.2f %% rms, "
         "%.2f %% at worst\n",
-        r.compact.nodes, r.compact.sources, r.compact.bricks, r.compact.mean_rank,
+        r.compact.nodes, r.compact.sources, r.compact.probe_clusters, r.compact.mean_rank,
         static_cast<double>(r.compact.bytes) / 1e6, 100 * r.compact.rms_error, 100 * r.compact.largest_error);
-  if (r.compact.band4_bricks > 0)
-    text += format("           l = 4 in %zu bricks, %zu components, %.1f MB of it\n", r.compact.band4_bricks,
+  if (r.compact.band4_probe_clusters > 0)
+    text += format("           l = 4 in %zu probe clusters, %zu components, %.1f MB of it\n", r.compact.band4_probe_clusters,
                    r.compact.band4_components, static_cast<double>(r.compact.band4_bytes) / 1e6);
   text += "seconds    ";
   for (const StageTime& s : r.stages)

@@ -118,7 +118,7 @@ void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& el
 }
 
 /// One column per cluster, and the whole sky as the last one, for the audit.
-radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightLeaves& elements,
+radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightElements& elements,
                                        const std::vector<std::int32_t>& cluster_of, std::vector<float> opening) {
   const std::size_t columns = light.clusters + 1;
   radiosity::FirstBounce first{.patches = light.patches,
@@ -171,7 +171,7 @@ void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::P
 
 } // namespace
 
-Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightLeaves& elements,
+Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
                                    const radiosity::SolveOptions& options, const Progress& progress,

@@ -8,7 +8,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "precompute/detail/light_leaves.h"
+#include "precompute/detail/light_elements.h"
+#include "radiosity/energy.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/solve.h"
 #include "scene/core/program.h"
@@ -35,7 +36,7 @@ struct SurfaceLightReport {
 };
 
 /// `rows`: of each element. At most `clusters` of them. Errors as solve_radiosity().
-Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightLeaves& elements,
+Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
                                    const radiosity::SolveOptions& options, const Progress& progress,

@@ -1,19 +1,15 @@
 #include "radiosity/first_bounce.h"
 
 #include <algorithm>
-#include <atomic>
-#include <chrono>
-#include <cmath>
 #include <limits>
 #include <numbers>
-#include <optional>
 
 #include <glm/geometric.hpp>
 
-#include "radiosity/detail/aperture_beam.h"
+#include "radiosity/detail/aperture_light.h"
 #include "radiosity/detail/sampling.h"
-#include "radiosity/polygon_kernel.h"
-#include "scene/core/parallel.h"
+#include "scene/core/parallel_stage.h"
+#include "scene/core/seconds.h"
 #include "scene/room/glass.h"
 
 namespace daylit::radiosity {
@@ -22,256 +18,42 @@ namespace {
 
 constexpr int kScoutRays = 64, kOpenSkyRays = 1024;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// Directions stand for the whole sphere, at least so many; fewer do for a patch that has a wide view of an opening.
-constexpr int kDirections = 16384, kWideDirections = 8192;
-constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of kWideDirections
-constexpr int kScoutingRays = 2;      // per direction: is a patch partly in the shade?
-constexpr int kPartialRays = 16;      // per direction, for one that is
-constexpr int kFewestDirections = 48; // an opening that a patch sees under fewer is sampled in its solid angle
-constexpr double kShade = 1e-9;       // relative: rounding of sums
-// Rays start this share of the way to the middle: closer to a wall than their first gap they would pass through it.
+// Rays start this part of the way to the middle: closer to a wall than their first gap they would pass through it.
 constexpr double kOffEdges = 1e-3;
-constexpr int kSamples = 1024; // of such an opening
 
-struct Task {
-  const PatchSet& set;
-  const SurfaceMesh& mesh;
-  const RayScene& scene;
-  const std::vector<Aperture>& apertures;
-  const SkyPartition& partition;
-  std::vector<AperturePiece> pieces;
-  SkySweep fine, wide;
-  OpenPaths paths;
-  std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
-  std::atomic<int> open_sky{0};
-
-  Task(const PatchSet& patches, const SurfaceMesh& facets, const RayScene& rays_of_facets,
-       const std::vector<Aperture>& openings, const SkyPartition& regions)
-      : set(patches), mesh(facets), scene(rays_of_facets), apertures(openings), partition(regions),
-        pieces(aperture_pieces(openings, facets.origin)), fine(regions, pieces, kDirections),
-        wide(regions, pieces, kWideDirections), paths(facets, openings, pieces) {}
-
-  bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
-    return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
-                           std::numeric_limits<float>::infinity());
-  }
-};
-
-/// What one patch receives through one piece or all of them, dense over regions.
-struct Received {
-  std::vector<glm::dvec3> region;
-  double opening = 0;
-};
-
-/// Light through one piece before it is scaled to the exact form factor; sr.
-struct Accumulator {
-  std::vector<std::pair<int, glm::dvec3>> seen; ///< runs of one region follow each other
-  double total = 0, visible = 0;
-  int directions = 0;
-};
-
-/// A ray that crosses several apertures one behind the other (double glazing) counts at the first.
-bool meets_first(const Task& task, const Aperture& aperture, const glm::dvec3& world, const glm::dvec3& d) {
-  const double distance = glm::dot(aperture.corners[0] - world, aperture.inward) / glm::dot(d, aperture.inward);
-  int nearer = 0;
-  (void)aperture_transmittance(task.apertures, world, d, distance * (1.0 - 1e-6), &nearer);
-  return nearer == 0;
-}
-
-/// The panes' share of the light that comes to `from` along d and is not blocked; nothing where another opening is met
-/// first, which then has the light.
-std::optional<glm::dvec3> pane_share(const Task& task, const Aperture& aperture, const glm::dvec3& from,
-                                     const glm::dvec3& d) {
-  if (task.apertures.size() == 1)
-    return glm::dvec3(pane_transmittance(aperture, glm::dot(d, aperture.inward)));
-  const glm::dvec3 world = from + task.mesh.origin;
-  if (!meets_first(task, aperture, world, d))
-    return std::nullopt;
-  return glm::dvec3(aperture_transmittance(task.apertures, world, d, kInfinity));
-}
-
-/// Up to 16 rays from a patch, tested together.
-class RayBatch {
-public:
-  RayBatch(Task& task, const Aperture& aperture, Accumulator& acc) : task_(task), aperture_(aperture), acc_(acc) {}
-  void add(const glm::dvec3& from, const glm::dvec3& d, int region, double weight) {
-    const glm::vec3 origin = task_.scene.to_local(from), way(d);
-    rays_.org_x[size_] = origin.x;
-    rays_.org_y[size_] = origin.y;
-    rays_.org_z[size_] = origin.z;
-    rays_.dir_x[size_] = way.x;
-    rays_.dir_y[size_] = way.y;
-    rays_.dir_z[size_] = way.z;
-    rays_.tnear[size_] = 2.0f * task_.scene.surface_offset();
-    rays_.tfar[size_] = std::numeric_limits<float>::infinity();
-    ray_[size_] = {from, d, region, weight};
-    if (++size_ == 16)
-      flush();
-  }
-  void flush() {
-    const std::uint32_t blocked = size_ > 0 ? task_.scene.occluded16(rays_, size_) : 0;
-    for (int k = 0; k < size_; ++k) {
-      if (blocked >> k & 1u)
-        continue;
-      if (const auto tau = pane_share(task_, aperture_, ray_[k].from, ray_[k].d)) {
-        acc_.visible += ray_[k].weight;
-        acc_.seen.emplace_back(ray_[k].region, ray_[k].weight * *tau);
-      }
-    }
-    task_.rays.fetch_add(static_cast<std::uint64_t>(size_), std::memory_order_relaxed);
-    size_ = 0;
-  }
-
-private:
-  struct Ray {
-    glm::dvec3 from, d;
-    int region;
-    double weight;
-  };
-  Task& task_;
-  const Aperture& aperture_;
-  Accumulator& acc_;
-  RayPacket16 rays_;
-  std::array<Ray, 16> ray_;
-  int size_ = 0;
-};
-
-/// Samples the fan of triangles that makes up the aperture, as seen from one point of the patch.
-void sample_aperture(Task& task, const Patch& e, const Aperture& aperture, const SmallPolygon& polygon,
-                     const glm::dvec3& from, int count, std::uint64_t seed, Accumulator& acc) {
-  RayBatch batch(task, aperture, acc);
-  std::array<glm::dvec3, 12> corner;
-  std::array<double, 12> solid_angle{};
-  double total_sr = 0;
-  for (int k = 0; k < polygon.size; ++k)
-    corner[k] = glm::normalize(polygon.corner[k] - from);
-  for (int k = 1; k + 1 < polygon.size; ++k)
-    total_sr += solid_angle[k] = spherical_triangle_sr(corner[0], corner[k], corner[k + 1]);
-  if (!(total_sr > 0.0))
-    return;
-  const glm::dvec2 shift = random_shift(seed);
-  for (int s = 0; s < count; ++s) {
-    glm::dvec2 u = r2_point(static_cast<std::uint32_t>(s), shift);
-    double pick = u.x * total_sr;
-    int k = 1;
-    while (k + 2 < polygon.size && pick > solid_angle[k])
-      pick -= solid_angle[k++];
-    u.x = solid_angle[k] > 0 ? std::min(pick / solid_angle[k], 1.0) : 0.0;
-    const glm::dvec3 d = on_spherical_triangle(corner[0], corner[k], corner[k + 1], u);
-    const double weight = total_sr * std::max(0.0, glm::dot(d, e.normal));
-    acc.total += weight;
-    if (weight > 0.0)
-      batch.add(from, d, task.partition.region_of(d), weight);
-  }
-  batch.flush();
-}
-
-/// One direction after another, the lit part of the patch by an exact clip. Unless the way is clear, `rays` rays from
-/// the lit part decide.
-Accumulator sweep_beam(Task& task, const Patch& e, const ApertureBeam& beam, const SkySweep& sweep, std::size_t index,
-                       bool clear, int rays, std::uint64_t seed) {
-  const Aperture& aperture = task.apertures[task.pieces[index].aperture];
-  const glm::dvec2 shift = random_shift(seed);
-  Accumulator acc;
-  RayBatch batch(task, aperture, acc);
-  std::uint32_t sample = 0;
-  const EnteringDirections& entering = sweep.entering[index];
-  const std::vector<float> cosine = entering.cosines(beam.axis());
-  for (std::size_t number = 0; number < cosine.size(); ++number) {
-    if (cosine[number] < beam.cos_spread())
-      continue;
-    const std::uint32_t k = entering.number[number];
-    const glm::dvec3& w = sweep.sky.w[k];
-    const ApertureBeam::LitPart part = beam.lit(w);
-    const double weight = sweep.sky.solid_angle_sr[k] * glm::dot(w, e.normal) * part.area_m2 / e.area_m2;
-    if (!(weight > 0.0))
-      continue;
-    ++acc.directions;
-    acc.total += weight;
-    if (clear) {
-      acc.visible += weight;
-      acc.seen.emplace_back(sweep.sky.region[k],
-                            weight * glm::dvec3(pane_transmittance(aperture, glm::dot(w, aperture.inward))));
-    }
-    for (int r = 0; r < (clear ? 0 : rays); ++r)
-      batch.add(beam.point(part, r2_point(sample++, shift)), w, sweep.sky.region[k], weight / rays);
-  }
-  batch.flush();
-  return acc;
-}
-
-/// A small opening, or a large patch's small view of one: directions uniform in its solid angle.
-Accumulator sample_small(Task& task, const Patch& e, const ApertureBeam& beam, std::size_t index, std::uint64_t seed) {
-  SmallPolygon polygon;
-  for (const glm::dvec3& c : beam.front())
-    polygon.corner[polygon.size++] = c;
-  constexpr int kDirectionsPerPoint = 16;
-  const glm::dvec2 shift = random_shift(seed ^ 0xA5A5A5A5ull);
-  Accumulator acc;
-  for (int p = 0; p < kSamples / kDirectionsPerPoint; ++p)
-    sample_aperture(task, e, task.apertures[task.pieces[index].aperture], polygon,
-                    on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(p), shift)), kDirectionsPerPoint,
-                    mix_bits(seed) + static_cast<std::uint64_t>(p), acc);
-  task.sampled.fetch_add(1, std::memory_order_relaxed);
-  return acc;
-}
-
-void receive_through(Task& task, std::size_t patch, std::size_t index, Received& out) {
-  const Patch& e = task.set.patches[patch];
-  const AperturePiece& piece = task.pieces[index];
+/// Rays [first, first + count) of density cos / pi from the patch that meet neither surface nor opening; with `add`,
+/// each brings pi / kOpenSkyRays sr. Returns how many there are.
+int add_escapes(DirectLight& task, const Patch& e, std::uint64_t seed, int first, int count, bool add, Received& out) {
   const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
-  const ApertureBeam beam(e, piece);
-  if (beam.empty() || glm::dot(middle - piece.corner[0], piece.inward) <= 0.0)
-    return;
-  // From inside, the aperture shows the face that looks along `inward`.
-  const double exact =
-      exchange_area_unoccluded(e.corner, e.normal, piece.corner, piece.inward) / e.area_m2 * std::numbers::pi;
-  const std::uint64_t seed = mix_bits(patch * 4099 + index);
-  const SkySweep& sweep = exact > kWide_sr ? task.wide : task.fine;
-  const bool clear = task.paths.clear(e, index, beam.front());
-  task.clear.fetch_add(clear ? 1 : 0, std::memory_order_relaxed);
-  Accumulator acc = sweep_beam(task, e, beam, sweep, index, clear, kScoutingRays, seed);
-  if (acc.directions < kFewestDirections)
-    acc = sample_small(task, e, beam, index, seed);
-  else if (acc.visible > kShade * acc.total && acc.visible < (1.0 - kShade) * acc.total)
-    acc = sweep_beam(task, e, beam, sweep, index, clear, kPartialRays, seed);
-  if (acc.total <= 0.0)
-    return;
-  for (const auto& [region, weight] : acc.seen)
-    out.region[region] += weight * (exact / acc.total);
-  out.opening += exact / std::numbers::pi * acc.visible / acc.total;
+  int found = 0;
+  for (int k = first; k < first + count; ++k) {
+    const auto i = static_cast<std::uint32_t>(k);
+    const glm::dvec3 from = glm::mix(on_triangle(e.corner, r2_point(i, random_shift(seed))), middle, kOffEdges);
+    const glm::dvec3 d = cosine_direction(e.normal, r2_point(i, random_shift(seed + 77)));
+    int crossed = 0;
+    if (!task.leaves(from, d))
+      continue;
+    (void)aperture_transmittance(task.apertures, from + task.mesh.origin, d, kInfinity, &crossed);
+    if (crossed > 0)
+      continue;
+    ++found;
+    if (add) {
+      out.region[task.partition.region_of(d)] += glm::dvec3(std::numbers::pi / kOpenSkyRays);
+      out.opening += 1.0 / kOpenSkyRays;
+    }
+  }
+  task.rays.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
+  return found;
 }
 
 /// Escapes through no listed aperture: outside surfaces, and gaps whose outline nobody knows.
-void receive_open_sky(Task& task, std::size_t index, std::uint64_t seed, Received& out) {
+void receive_open_sky(DirectLight& task, std::size_t index, Received& out) {
   const Patch& e = task.set.patches[index];
-  const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
-  const auto escapes = [&](int count, int first, bool add) {
-    int found = 0;
-    for (int k = first; k < first + count; ++k) {
-      const auto i = static_cast<std::uint32_t>(k);
-      const glm::dvec3 from = glm::mix(on_triangle(e.corner, r2_point(i, random_shift(seed))), middle, kOffEdges);
-      const glm::dvec3 d = cosine_direction(e.normal, r2_point(i, random_shift(seed + 77)));
-      int crossed = 0;
-      if (!task.leaves(from, d))
-        continue;
-      (void)aperture_transmittance(task.apertures, from + task.mesh.origin, d, kInfinity, &crossed);
-      if (crossed > 0)
-        continue;
-      ++found;
-      if (add) {
-        out.region[task.partition.region_of(d)] += glm::dvec3(std::numbers::pi / kOpenSkyRays);
-        out.opening += 1.0 / kOpenSkyRays;
-      }
-    }
-    task.rays.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
-    return found;
-  };
-  if (escapes(kScoutRays, 0, false) == 0)
+  const std::uint64_t seed = mix_bits(index + 0x5555555555ull);
+  if (add_escapes(task, e, seed, 0, kScoutRays, false, out) == 0)
     return;
   task.open_sky.fetch_add(1, std::memory_order_relaxed);
-  escapes(kOpenSkyRays, kScoutRays, true);
+  add_escapes(task, e, seed, kScoutRays, kOpenSkyRays, true, out);
 }
 
 FirstBounceRow squeeze(const Received& received) {
@@ -319,28 +101,24 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
                                                       FirstBounceReport* report) {
-  const auto start = std::chrono::steady_clock::now();
-  Task task(set, mesh, scene, apertures, partition);
+  const double start = wall_seconds();
+  DirectLight task(set, mesh, scene, apertures, partition);
   std::vector<FirstBounceRow> rows(set.patches.size());
-  std::atomic<std::size_t> done{0};
-  std::atomic<bool> stop{false};
-  parallel_for(std::size_t{0}, set.patches.size(), [&](std::size_t i) {
-    if (stop)
-      return;
+  const Result<void> done = parallel_stage("first bounce", set.patches.size(), 64, progress, [&](std::size_t i) {
     Received received{std::vector<glm::dvec3>(partition.size(), glm::dvec3(0.0)), 0.0};
-    for (std::size_t p = 0; p < task.pieces.size(); ++p)
+    for (std::size_t p = 0; p < task.parts.size(); ++p)
       receive_through(task, i, p, received);
-    receive_open_sky(task, i, mix_bits(i + 0x5555555555ull), received);
+    receive_open_sky(task, i, received);
     rows[i] = squeeze(received);
-    if (++done % 64 == 0 && !progress("first bounce", static_cast<double>(done) / static_cast<double>(rows.size())))
-      stop = true;
   });
-  if (stop)
-    return interrupted_error("first bounce");
+  if (!done)
+    return done.error();
   if (report)
-    *report = {task.rays,     task.clear,
-               task.sampled,  0,
-               task.open_sky, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+    *report = {.rays = task.rays,
+               .clear_pairs = task.clear,
+               .sampled_pairs = task.sampled,
+               .open_sky_patches = task.open_sky,
+               .seconds = wall_seconds() - start};
   return rows;
 }
 

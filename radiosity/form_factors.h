@@ -30,11 +30,11 @@ struct ExchangeOptions {
   double low_rank_tolerance = 1e-4; ///< of the Frobenius norm of each low-rank block
   std::size_t max_bytes = std::size_t{6} << 30;
   bool skip_black = false;    ///< leave out pairs that both reflect nothing: right when no surface emits
-  WorkStore* store = nullptr; ///< finished pieces are taken from it and kept in it
+  WorkStore* store = nullptr; ///< finished work is taken from it and kept in it
 };
 
 /// Exchange areas of all pairs. Unoccluded part: contour integral for pairs closer than a few diameters or cut by each
-/// other's plane, 3 x 3 Gauss points beyond (1.1e-4 rms, 3e-3 the worst pair). Visible share: low-discrepancy rays
+/// other's plane, 3 x 3 Gauss points beyond (1.1e-4 rms, 3e-3 the worst pair). Visibility: low-discrepancy rays
 /// between the two triangles weighted by the same kernel, as many as the pair's form factor asks for. Pairs with
 /// nothing between them need no ray, nor do those that one face hides from each other; clusters that are far apart with
 /// nothing between them need no entries: they are stored as low-rank products. `room`: the surfaces that the mesh was

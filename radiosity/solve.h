@@ -7,7 +7,6 @@
 
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
-#include "radiosity/row_closure.h"
 #include "radiosity/work_store.h"
 
 namespace daylit::radiosity {
@@ -35,9 +34,12 @@ struct SolveReport {
   double worst_residual = 0;   ///< largest relative residual of any column, recomputed from the solution
   std::vector<float> residual; ///< the same per solved column
   int factorised = 0;          ///< channels solved directly; 0 iterations there
-  int channels = 3;            ///< solved; the others are copies (bound 0)
+  int channels = 0;            ///< solved; the others are copies (bound 0)
   double seconds = 0;          ///< wall
   double cpu_seconds = 0;      ///< processor time of the process meanwhile, all threads
+
+  /// Another solution of the same problem: other channels or columns.
+  void add(const SolveReport& other);
 };
 
 /// B = rho (H + F B) for all regions and channels together, on the symmetric form z - D^-1/2 G D^-1/2 z =
@@ -49,7 +51,7 @@ Result<Radiosity> solve_radiosity(const PatchSet& set, const ExchangeMatrix& exc
                                   const SolveOptions& options, const Progress& progress, SolveReport* report = nullptr);
 
 /// Volume to light: for rows of receiver weights w (what a receiver takes from each patch's radiosity), the weights
-/// h with sum_i w_i B_i = sum_i h_i H_i for any first irradiance H. The matrix is symmetric, so it is the same solver;
+/// h with sum_i w_i B_i = sum_i h_i H_i for any direct irradiance H. The matrix is symmetric, so it is the same solver;
 /// cheaper where there are fewer receivers than sky regions (Hasan et al. 2006).
 /// `weights`: [row][patch]; result: [row][patch] for reflectances of `channel`. Errors as solve_radiosity().
 Result<std::vector<float>> solve_adjoint(const PatchSet& set, const ExchangeMatrix& exchange,
@@ -57,18 +59,7 @@ Result<std::vector<float>> solve_adjoint(const PatchSet& set, const ExchangeMatr
                                          const SolveOptions& options, const Progress& progress,
                                          SolveReport* report = nullptr);
 
-/// Which channel each channel is a copy of: same reflectances everywhere and same first light.
+/// Which channel each channel is a copy of: same reflectances everywhere and same direct light.
 std::array<int, 3> equal_channels(const PatchSet& set, const FirstBounce& light);
-
-/// Energy audit, all columns and channels together. `closed`: what close_rows() found before the solution.
-struct EnergyBalance {
-  double entering = 0;  ///< flux through the openings that meets a surface
-  double absorbed = 0;  ///< sum (1 - rho) A E
-  double leaving = 0;   ///< flux that goes back out through the openings
-  double imbalance = 0; ///< |entering - absorbed - leaving| / entering
-  double unclosed = 0;  ///< what the imbalance would be without close_rows(); 0 where that is not known
-};
-EnergyBalance audit_energy(const PatchSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,
-                           const Radiosity& radiosity, const RowClosure* closed = nullptr);
 
 } // namespace daylit::radiosity

@@ -46,8 +46,7 @@ std::uint32_t add_packet(const SurfacePoint& at, const Patch& e, const RayScene&
   return blocked;
 }
 
-double visible_share(const SurfacePoint& at, const Patch& e, const RayScene& scene, std::uint64_t seed,
-                     int partial_rays) {
+double visibility(const SurfacePoint& at, const Patch& e, const RayScene& scene, std::uint64_t seed, int partial_rays) {
   const glm::dvec2 shift = random_shift(seed);
   double seen = 0, total = 0;
   const std::uint32_t blocked = add_packet(at, e, scene, 0, shift, seen, total);
@@ -66,7 +65,7 @@ void receive(const SurfacePoint& at, std::uint64_t index, const PatchSet& set, c
       continue;
     double f = point_to_polygon(at.position, at.normal, e.corner);
     if (f > 0.0)
-      f *= visible_share(at, e, scene, mix_bits(index * 0x100000001ull + j), partial_rays);
+      f *= visibility(at, e, scene, mix_bits(index * 0x100000001ull + j), partial_rays);
     if (f > 0.0)
       for (std::size_t k = 0; k < radiosity.columns; ++k)
         sum[k] += f * static_cast<double>(radiosity.row(j)[k]);

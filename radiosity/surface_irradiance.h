@@ -22,7 +22,7 @@ struct SurfaceOptions {
   int partial_rays = 256; ///< rays to a patch of which some, but not all, of the first 16 are blocked
 };
 
-/// E = sum_j F_j V_j B_j: exact point-to-polygon form factors (Lambert), visible share by stratified rays weighted with
+/// E = sum_j F_j V_j B_j: exact point-to-polygon form factors (Lambert), visibility by stratified rays weighted with
 /// the kernel. No smoothing: a receiver closer to a patch's edge than the patches are long sees the steps between
 /// them. Light straight from the sky is DirectSky's (scene/direct_sky.h).
 /// Result: [point][column], columns as in Radiosity. Errors: interrupted.

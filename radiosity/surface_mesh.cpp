@@ -16,7 +16,7 @@ namespace daylit::radiosity {
 
 namespace {
 
-// End points closer than this share of the room are one point: above coordinate rounding, below any real feature.
+// End points closer than this part of the room are one point: above coordinate rounding, below any real feature.
 constexpr double kSnapTolerance = 1e-6;
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }

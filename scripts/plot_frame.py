@@ -80,7 +80,7 @@ def times(row, motion):
 def table_one(rows):
     head = ["renderer", "object", "sky", "covers, %", *(f"{m}, ms" for m in MOTIONS), "wanted: moving, object moving, ms", "error of the lights, %"]
     wanted = lambda row: ", ".join("" if b is None else f"{b:.1f}" for b in BARS_MS[row["renderer"], row["object"]]).rstrip(", ")
-    return table(head, [[row["renderer"], row["object"], row["sky"], f"{100 * row['object_share']:.1f}", *(times(row, m) for m in MOTIONS),
+    return table(head, [[row["renderer"], row["object"], row["sky"], f"{100 * row['object_fraction']:.1f}", *(times(row, m) for m in MOTIONS),
                          wanted(row), f"{100 * row['error']:.2f}"] for row in rows])
 
 

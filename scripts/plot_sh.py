@@ -87,7 +87,7 @@ def markdown(d):
                  [[r["degree"], f'{r["max_error_over_rms"]:.1e}', f'{r["ms"]:.3g}'] for r in d["rotation"]])
     n = d["nine"]
     out += (f'Nine coefficients of {n["directions"]} directions (float): {n["ms"]:.2f} ms, '
-            f'{100 * n["share_of_store_bandwidth"]:.0f} % of the store bandwidth of the same run.\n\n')
+            f'{100 * n["fraction_of_store_bandwidth"]:.0f} % of the store bandwidth of the same run.\n\n')
     if "lobe_maps" in d:
         maps, eight = d["lobe_maps"], d["eight_maps"]
         out += (f'Phong lobe maps of a 512 x 512 angular map ({maps["pixels"]} pixels), errors against direct summation in '

@@ -1,7 +1,8 @@
 #pragma once
 
-// Errors of this component. It is used alone by others, so it needs nothing but the standard library: a bad argument
-// comes back as a value that says what was wrong and where. Nothing here throws, prints or aborts.
+// A value or an error, for all modules, and the errors of this one. It is used alone by others, so it needs nothing but
+// the standard library: a bad argument comes back as a value that says what was wrong and where. Nothing here throws,
+// prints or aborts.
 
 #include <optional>
 #include <string>
@@ -26,12 +27,12 @@ struct Error {
   std::string message() const { return where + ": " + what; }
 };
 
-/// Either a value or an Error. `if (!r) return r.error();` passes an error on.
-template <class T>
+/// Either a value or an error E. `if (!r) return r.error();` passes an error on.
+template <class T, class E = Error>
 class [[nodiscard]] Expected {
 public:
   Expected(T value) : state_(std::in_place_index<0>, std::move(value)) {}
-  Expected(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
+  Expected(E error) : state_(std::in_place_index<1>, std::move(error)) {}
 
   explicit operator bool() const { return state_.index() == 0; }
   T& operator*() & { return std::get<0>(state_); }
@@ -39,23 +40,23 @@ public:
   T&& operator*() && { return std::get<0>(std::move(state_)); }
   T* operator->() { return &std::get<0>(state_); }
   const T* operator->() const { return &std::get<0>(state_); }
-  const Error& error() const { return std::get<1>(state_); }
+  const E& error() const { return std::get<1>(state_); }
 
 private:
-  std::variant<T, Error> state_;
+  std::variant<T, E> state_;
 };
 
-/// Success, or an Error.
-template <>
-class [[nodiscard]] Expected<void> {
+/// Success, or an error E.
+template <class E>
+class [[nodiscard]] Expected<void, E> {
 public:
   Expected() = default;
-  Expected(Error error) : error_(std::move(error)) {}
+  Expected(E error) : error_(std::move(error)) {}
   explicit operator bool() const { return !error_.has_value(); }
-  const Error& error() const { return *error_; }
+  const E& error() const { return *error_; }
 
 private:
-  std::optional<Error> error_;
+  std::optional<E> error_;
 };
 
 } // namespace daylit::sh

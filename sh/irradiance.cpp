@@ -26,15 +26,15 @@ Expected<Order3Remainder> order3_remainder(std::span<const double> coefficients,
   Order3Remainder r;
   double square = 0.0, kernel_energy = 2.0 * pi / 3.0; // integral of max(0, cos)^2 = sum of A_l^2 (2l + 1) / 4 pi
   for (int l = 0; l <= degree; ++l) {
-    const double a = (*bands)[std::size_t(l)], share = (2.0 * l + 1.0) / (4.0 * pi);
-    kernel_energy -= a * a * share;
+    const double a = (*bands)[std::size_t(l)], per_order = (2.0 * l + 1.0) / (4.0 * pi);
+    kernel_energy -= a * a * per_order;
     if (l < 3)
       continue;
     double band = 0.0;
     for (std::size_t i = std::size_t(l) * std::size_t(l); i < std::size_t(l + 1) * std::size_t(l + 1); ++i)
       band += coefficients[i] * coefficients[i];
     square += a * a * band;
-    r.max_bound += std::abs(a) * std::sqrt(share * band);
+    r.max_bound += std::abs(a) * std::sqrt(per_order * band);
   }
   const double next =
       std::max(std::abs((*bands)[std::size_t(degree) + 1]), std::abs((*bands)[std::size_t(degree) + 2]));

@@ -19,7 +19,7 @@ namespace daylit::sh {
 inline constexpr int kMaxRotationDegree = 4096;
 
 /// Coefficients of g(w) = f(R^T w): the function carried along by R. `rotation` must be a rotation (orthonormal,
-/// determinant +1) within 1e-6; it is orthonormalised in double. `channels` numbers per index, in place.
+/// determinant +1) within 1e-6; it is orthonormalised in double. `channels` values per index, in place.
 Expected<void> rotate(const glm::dmat3& rotation, int degree, int channels, std::span<double> coefficients);
 
 } // namespace daylit::sh

@@ -90,7 +90,7 @@ struct RingTransform::State {
 };
 
 /// Amplitudes Z_m of one row of rings -> bins G_k with f_j = Re sum_k G_k exp(2 pi i k j / W). Orders above W/2 fold
-/// back: samples cannot tell them apart.
+/// back: samples cannot distinguish them.
 void RingTransform::State::orders_to_bins(const double* row, int last) {
   const std::size_t lanes = std::size_t(engine.lanes()), vector = 2 * lanes;
   const int direct = std::min(last, fft.bins() - 1);

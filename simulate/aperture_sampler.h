@@ -43,7 +43,7 @@ public:
   /// A point on an opening, uniform in the cross-section of the beam that enters along -to_sun; openings are chosen by
   /// their cross-section. Empty when the beam enters nowhere.
   std::optional<glm::vec3> sample_beam(const glm::vec3& to_sun, const glm::vec2& u) const;
-  /// Density, per m^2 of beam cross-section, with which sample_beam() picks the beam that reaches a point of the room.
+  /// Density, per m^2 of beam cross-section, with which sample_beam() picks the beam that meets a point of the room.
   float beam_density(const glm::vec3& local_point, const glm::vec3& to_sun) const;
 
 private:

@@ -55,7 +55,7 @@ private:
   }
 };
 
-/// Runs body(receiver, batch, key, samples in the batch) for all pairs; every pair writes its own place.
+/// Runs body(receiver, batch, key, samples in the batch) for all pairs; every pair writes its own entry.
 template <class Body>
 Result<void> for_each_batch(std::size_t receivers, const IrradianceSettings& settings, const Progress& progress,
                             const Body& body) {
@@ -92,11 +92,11 @@ struct ReceiverGroup {
   std::size_t first = 0, count = 1;
 };
 
-std::vector<ReceiverGroup> group_receivers(std::span<const Receiver> receivers, bool share) {
+std::vector<ReceiverGroup> group_receivers(std::span<const Receiver> receivers, bool joined) {
   std::vector<ReceiverGroup> groups;
   for (std::size_t i = 0; i < receivers.size(); ++i) {
     ReceiverGroup* last = groups.empty() ? nullptr : &groups.back();
-    if (share && last && last->count < kLargestGroup && receivers[last->first].position == receivers[i].position)
+    if (joined && last && last->count < kLargestGroup && receivers[last->first].position == receivers[i].position)
       ++last->count;
     else
       groups.push_back({i, 1});
@@ -105,7 +105,7 @@ std::vector<ReceiverGroup> group_receivers(std::span<const Receiver> receivers, 
 }
 
 /// Every path of every receiver of the group counts for all of them: the density is the mean of their cosine lobes,
-/// sampled in equal shares (balance heuristic). A sun is found better from the receiver itself: there groups are
+/// sampled in equal parts (balance heuristic). A sun is found better from the receiver itself: there groups are
 /// single.
 void add_indirect(const TraceScene& scene, const PathTracer& tracer, std::span<const Receiver> group, std::uint32_t key,
                   int count, std::span<glm::dvec3> sum) {

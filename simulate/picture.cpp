@@ -21,7 +21,7 @@ constexpr int kPictureBatches = 8;
 constexpr std::uint32_t kPixelPair = 0; // paths of a camera ray start at depth 1
 
 // Both pictures share their noise there, so that a shadow, their ratio, needs fewer samples than the object.
-constexpr int kShadowShare = 4;
+constexpr int kShadowFraction = 4;
 // A pixel counts as changed when, averaged over its neighbourhood, the object changes it by more than this.
 constexpr float kVisibleChange = 0.01f;
 constexpr int kNeighbourhood = 4, kMaskMargin = 2; // pixels
@@ -178,14 +178,14 @@ Result<InteriorPictures> render_interior(const TraceScene& scene, const LensMode
   const int base = std::min(settings.samples, settings.base_samples);
   render("room", base, std::vector<std::uint8_t>(p.room.texels.size()), 0);
   const std::vector<std::uint8_t> influenced = influence(p);
-  if (const int shadow = settings.samples / kShadowShare; shadow > base && !stop.load())
+  if (const int shadow = settings.samples / kShadowFraction; shadow > base && !stop.load())
     render("shadow", shadow, influenced, 1);
   if (settings.samples > base && !stop.load())
     render("object", settings.samples, influenced, 2);
   if (stop.load())
     return interrupted_error("rendering");
   const auto quiet = std::count(influenced.begin(), influenced.end(), 0);
-  p.influenced_share = 1.0 - static_cast<double>(quiet) / static_cast<double>(influenced.size());
+  p.influenced_fraction = 1.0 - static_cast<double>(quiet) / static_cast<double>(influenced.size());
   return p;
 }
 

@@ -25,11 +25,11 @@ struct PictureSettings {
 
 /// All of one size, linear radiance. A pixel is the mean over its area (box filter).
 struct InteriorPictures {
-  RgbImage room;                 ///< without the object
-  RgbImage truth;                ///< the object really there; equal bit for bit where no path met it
-  RgbImage truth_standard_error; ///< of every pixel of `truth`
-  RgbImage coverage;             ///< share of the pixel that the object covers
-  double influenced_share = 0.0; ///< share of pixels that show the object or its effect
+  RgbImage room;                    ///< without the object
+  RgbImage truth;                   ///< the object really there; equal bit for bit where no path met it
+  RgbImage truth_standard_error;    ///< of every pixel of `truth`
+  RgbImage coverage;                ///< fraction of the pixel that the object covers
+  double influenced_fraction = 0.0; ///< fraction of pixels that show the object or its effect
 };
 
 /// Both pictures from the same random numbers: a path is traced twice only when some ray of it met the object.

@@ -145,20 +145,21 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
   error.whole = measure(in, Mask(mask.size(), 1));
   if (in.result_coverage)
     error.mask_iou = static_cast<double>(intersection) / static_cast<double>(together);
-  error.object_share = static_cast<double>(std::count(mask.begin(), mask.end(), 1)) / static_cast<double>(mask.size());
+  error.object_fraction =
+      static_cast<double>(std::count(mask.begin(), mask.end(), 1)) / static_cast<double>(mask.size());
   return error;
 }
 
 std::string to_text(const PictureError& e) {
   std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %\n";
   out += row("object", e.object) + row("shadow", e.shadow) + row("whole", e.whole);
-  out += fmt::format("the object covers {:.1f} % of the picture", 100.0 * e.object_share);
+  out += fmt::format("the object covers {:.1f} % of the picture", 100.0 * e.object_fraction);
   return out + (e.mask_iou ? fmt::format("; intersection over union of the masks {:.3f}\n", *e.mask_iou) : "\n");
 }
 
 std::string to_json(const PictureError& e) {
-  return fmt::format("{{\"object\":{},\"shadow\":{},\"whole\":{},\"object_share\":{:.6g},\"mask_iou\":{}}}",
-                     json(e.object), json(e.shadow), json(e.whole), e.object_share,
+  return fmt::format("{{\"object\":{},\"shadow\":{},\"whole\":{},\"object_fraction\":{:.6g},\"mask_iou\":{}}}",
+                     json(e.object), json(e.shadow), json(e.whole), e.object_fraction,
                      e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null");
 }
 

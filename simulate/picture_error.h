@@ -13,7 +13,7 @@ namespace daylit {
 struct PictureErrorInput {
   RgbImage result;                         ///< the composite under test, linear
   RgbImage truth, room;                    ///< the same view with and without the object
-  RgbImage coverage;                       ///< share of each pixel that the object covers in the truth
+  RgbImage coverage;                       ///< fraction of each pixel that the object covers in the truth
   std::optional<RgbImage> standard_error;  ///< of the truth
   std::optional<RgbImage> result_coverage; ///< the object in the result; without it the truth's mask stands for both
 };
@@ -32,7 +32,7 @@ struct PictureError {
   RegionError shadow; ///< outside the mask dilated by 2 pixels, where the object changes the truth by more than 2 %
   RegionError whole;
   std::optional<double> mask_iou; ///< intersection over union of the masks; only with result_coverage
-  double object_share = 0.0;      ///< of the picture
+  double object_fraction = 0.0;   ///< of the picture
 };
 
 constexpr int kMaskErosion = 2, kMaskDilation = 2;

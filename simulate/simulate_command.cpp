@@ -165,7 +165,7 @@ void report(const InteriorPictures& p, double seconds, bool json) {
     full += c.r >= 1.0f ? 3 : 0;
   const double n = static_cast<double>(p.coverage.texels.size()), m = std::max<double>(1.0, static_cast<double>(full));
   const double error = level > 0.0 ? 100.0 * std::sqrt(square / m) / (level / m) : 0.0;
-  const double cover_percent = 100.0 * cover / n, sampled_percent = 100.0 * p.influenced_share;
+  const double cover_percent = 100.0 * cover / n, sampled_percent = 100.0 * p.influenced_fraction;
   if (json)
     std::printf("{\"seconds\":%.2f,\"object_percent\":%.2f,\"influenced_percent\":%.2f,\"truth_se_percent\":%.3f}\n",
                 seconds, cover_percent, sampled_percent, error);

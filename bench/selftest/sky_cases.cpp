@@ -7,6 +7,7 @@
 
 #include "bench/selftest/reference.h"
 #include "bench/selftest/test_room.h"
+#include "radiosity/energy.h"
 #include "scene/room/glass.h"
 #include "scene/sky/direct_sky.h"
 #include "scene/sky/sky_partition.h"

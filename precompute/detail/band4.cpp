@@ -36,7 +36,7 @@ void Band4::reduce(const std::vector<float>& rows, std::size_t numbers, const st
   coordinates = multiply_transposed(basis.q, rows, numbers, basis.rank, pieces);
 }
 
-void Band4::factorise(const SurfaceTransport& surfaces, const SeenPieces& seen, const SunMetric& metric,
+void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
                       const std::vector<float>& suns, std::size_t width) {
   const std::size_t rank = basis.rank, pieces = seen.lit.size(), numbers = rank > 0 ? basis.q.size() / rank : 0;
   if (rank == 0)
@@ -58,10 +58,10 @@ void Band4::choose_storage(double per_byte, const std::vector<float>& suns, std:
   const auto numbers = static_cast<double>(factors.sources + factors.rows);
   factors.keep(
       static_cast<std::size_t>(std::ranges::count_if(factors.power, [&](double p) { return p > per_byte * numbers; })));
-  const std::vector<double> byte_error2 = factors.byte_error2(suns, columns);
+  const std::vector<double> weak_error2 = factors.weak_error2(suns, columns);
   std::vector<Component> list;
   for (std::size_t k = 0; k < factors.rank(); ++k)
-    list.push_back({factors.power[k], byte_error2[k], factors.sources + factors.rows});
+    list.push_back({factors.power[k], weak_error2[k], factors.sources + factors.rows});
   factors.store_as(cheapest_at(list, per_byte));
   for (float& x : factors.source_factor)
     x /= kWeight;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "precompute/detail/factors.h"
-#include "precompute/detail/seen_pieces.h"
+#include "precompute/detail/seen_parts.h"
 #include "precompute/detail/surface_transport.h"
 
 namespace daylit::precompute::detail {
@@ -22,7 +22,7 @@ struct Band4 {
   void reduce(const std::vector<float>& rows, std::size_t numbers, const std::vector<float>& radiosity,
               std::size_t columns, double left);
   /// `suns`: [lit piece][width].
-  void factorise(const SurfaceTransport& surfaces, const SeenPieces& seen, const SunMetric& metric,
+  void factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
                  const std::vector<float>& suns, std::size_t width);
   /// Keeps what is worth more than `per_byte` of squared error; takes the weight off.
   void choose_storage(double per_byte, const std::vector<float>& suns, std::size_t columns);

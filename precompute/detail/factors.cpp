@@ -7,7 +7,6 @@
 #include <cblas.h>
 
 #include "scene/core/parallel.h"
-#include "scene/core/tile_kernels.h"
 
 // LAPACK, part of OpenBLAS: eigenvalues and eigenvectors of a symmetric matrix.
 extern "C" void dsyevd_(const char* jobz, const char* uplo, const int* n, double* a, const int* lda, double* w,
@@ -16,8 +15,6 @@ extern "C" void dsyevd_(const char* jobz, const char* uplo, const int* n, double
 namespace daylit::precompute::detail {
 
 namespace {
-
-using daylit::detail::kTileNumbers;
 
 /// Ascending eigenvalues; row k of the returned matrix is eigenvector k.
 std::vector<double> eigenvectors(std::vector<double> a, std::size_t n, std::vector<double>& values) {
@@ -135,7 +132,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   }
   f.source_factor = multiply(turn, coordinates, n, n, sources);
   f.row_factor = multiply(turn, transposed(range.q, rows, n), n, n, rows);
-  f.stored.assign(n, Stored::words);
+  f.stored.assign(n, Stored::strong);
   return f;
 }
 
@@ -163,11 +160,11 @@ void Factors::keep(std::size_t rank) {
   row_factor.shrink_to_fit();
 }
 
-std::vector<double> Factors::byte_error2(std::span<const float> suns, std::size_t columns) const {
+std::vector<double> Factors::weak_error2(std::span<const float> suns, std::size_t columns) const {
   std::vector<float> off = source_factor;
   std::vector<double> error(rank());
   for (std::size_t k = 0; k < rank(); ++k) {
-    const std::vector<float> kept = Rounded::source_factor(row_of(source_factor, k, sources), Stored::bytes).values();
+    const std::vector<float> kept = Rounded::source_factor(row_of(source_factor, k, sources), Stored::weak).values();
     for (std::size_t s = 0; s < sources; ++s)
       off[k * sources + s] -= kept[s];
     error[k] = power[k] * row_rounding2(row_of(row_factor, k, rows));
@@ -190,20 +187,17 @@ void Factors::expand_rows(const std::vector<float>& basis, std::size_t numbers) 
 }
 
 void Factors::store_as(const std::vector<Stored>& choice) {
-  std::vector<std::size_t> order;
-  for (const Stored kind : {Stored::words, Stored::bytes})
-    for (std::size_t k = 0; k < rank(); ++k)
-      if (choice[k] == kind)
-        order.push_back(k);
-  Factors sorted{.rows = rows, .sources = sources, .power = {}, .source_factor = {}, .row_factor = {}, .stored = {}};
-  for (const std::size_t k : order) {
-    const std::span<const float> source = row_of(source_factor, k, sources), row = row_of(row_factor, k, rows);
-    sorted.stored.push_back(choice[k]);
-    sorted.power.push_back(power[k]);
-    sorted.source_factor.insert(sorted.source_factor.end(), source.begin(), source.end());
-    sorted.row_factor.insert(sorted.row_factor.end(), row.begin(), row.end());
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < rank(); ++k) {
+    if (choice[k] == Stored::nothing)
+      continue;
+    stored[kept] = choice[k];
+    power[kept] = power[k];
+    std::ranges::copy(row_of(source_factor, k, sources), source_factor.begin() + std::ptrdiff_t(kept * sources));
+    std::ranges::copy(row_of(row_factor, k, rows), row_factor.begin() + std::ptrdiff_t(kept * rows));
+    ++kept;
   }
-  *this = std::move(sorted);
+  keep(kept);
 }
 
 std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs, std::span<const float> projected,
@@ -227,43 +221,34 @@ std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs,
 
 namespace {
 
-/// Component k of a brick into the brick's planes.
-void store_component(const Factors& f, std::size_t k, const CompactFactors::Brick& brick, const BrickPlace& at,
-                     CompactFactors& out) {
-  const bool word = f.stored[k] == Stored::words;
-  const std::size_t plane = word ? k : brick.word_rank + k, low = brick.word_rank + k, numbers = f.rows / 3;
+/// Component k of a cluster to the end of those of its type: the steps of both factors become one scale.
+template <class T>
+void append_component(const Factors& f, std::size_t k, Components<T>& out) {
   const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, f.sources), f.stored[k]),
                 row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), f.stored[k]);
-  for (std::size_t i = 0; i < f.sources; ++i) {
-    out.source_factor[at.source_byte + brick.source_at(plane, i)] = source.byte[i];
-    if (word)
-      out.source_factor[at.source_byte + brick.source_at(low, i)] = source.low[i];
-  }
-  for (std::size_t i = 0; i < f.rows; ++i) {
-    out.probe_factor[at.probe_byte + brick.probe_at(plane, i / numbers, i % numbers)] = row.byte[i];
-    if (word)
-      out.probe_factor[at.probe_byte + brick.probe_at(low, i / numbers, i % numbers)] = row.low[i];
-  }
-  out.scale[at.component + k] = source.unit * row.unit;
+  out.scale.push_back(source.step * row.step);
+  for (const std::int16_t x : source.integer)
+    out.source_factor.push_back(static_cast<T>(x));
+  for (std::size_t number = 0; number < f.rows / 3; ++number) // from [channel][number] to [number][channel]
+    for (std::size_t c = 0; c < 3; ++c)
+      out.probe_factor.push_back(static_cast<T>(row.integer[c * (f.rows / 3) + number]));
 }
 
 } // namespace
 
-void store_factors(std::span<const Factors* const> bricks, CompactFactors& out) {
-  for (std::size_t b = 0; b < bricks.size(); ++b) {
-    CompactFactors::Brick& brick = out.brick[b];
-    brick.pieces = static_cast<std::uint32_t>(bricks[b]->sources);
-    brick.word_rank = static_cast<std::uint32_t>(std::ranges::count(bricks[b]->stored, Stored::words));
-    brick.byte_rank = static_cast<std::uint32_t>(bricks[b]->rank()) - brick.word_rank;
+void store_factors(std::span<const Factors* const> clusters, CompactFactors& out) {
+  for (std::size_t b = 0; b < clusters.size(); ++b) {
+    const Factors& f = *clusters[b];
+    out.cluster[b].sources = static_cast<std::uint32_t>(f.sources);
+    for (std::size_t k = 0; k < f.rank(); ++k)
+      if (f.stored[k] == Stored::strong) {
+        append_component(f, k, out.strong);
+        ++out.cluster[b].strong;
+      } else {
+        append_component(f, k, out.weak);
+        ++out.cluster[b].weak;
+      }
   }
-  const std::vector<BrickPlace> at = brick_places(out);
-  out.scale.assign(at.back().component, 0.0f);
-  out.source_factor.assign(at.back().source_byte, 0);
-  out.probe_factor.assign(at.back().probe_byte, 0);
-  parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t b) {
-    for (std::size_t k = 0; k < bricks[b]->rank(); ++k)
-      store_component(*bricks[b], k, out.brick[b], at[b], out);
-  });
 }
 
 } // namespace daylit::precompute::detail

@@ -1,6 +1,6 @@
 #pragma once
 
-// Dense products and the factors of one brick, row-major throughout.
+// Dense products and the factors of one probe cluster, row-major throughout.
 
 #include <cstdint>
 #include <span>
@@ -47,13 +47,13 @@ struct Factors {
 
   std::size_t rank() const { return power.size(); }
   void keep(std::size_t rank);
-  /// Squared error that each component takes from rounding both factors to bytes, under random suns [source][columns]:
+  /// Squared error that each component takes from rounding both factors to 8 bits, under random suns [source][columns]:
   /// the roundings of neighbouring sources are alike where a factor is smooth, and a sun lights many of them.
-  std::vector<double> byte_error2(std::span<const float> suns, std::size_t columns) const;
+  std::vector<double> weak_error2(std::span<const float> suns, std::size_t columns) const;
   /// Rows of another space: `basis` [numbers][inner] orthonormal, rows are [colour][inner] before and [colour][number]
   /// after.
   void expand_rows(const std::vector<float>& basis, std::size_t numbers);
-  /// Drops what is stored as nothing and sorts the rest: words, then bytes.
+  /// Drops what is stored as nothing.
   void store_as(const std::vector<Stored>& choice);
   /// What the factors leave of `projected` [projection][source], the transport times random signs [row][projection].
   enum class Taken { exactly, as_stored };
@@ -71,7 +71,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
 Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
                   const std::vector<float>& suns, std::size_t width);
 
-/// Rounds the factors of all bricks; `out` knows the probes of each.
-void store_factors(std::span<const Factors* const> bricks, CompactFactors& out);
+/// Rounds the factors of all clusters; `out` knows the probes of each.
+void store_factors(std::span<const Factors* const> clusters, CompactFactors& out);
 
 } // namespace daylit::precompute::detail

@@ -7,6 +7,8 @@ namespace daylit::precompute::detail {
 
 namespace {
 
+constexpr float kWeakMost = 127, kStrongMost = 32767;
+
 float largest(std::span<const float> numbers) {
   float most = 0;
   for (const float x : numbers)
@@ -14,79 +16,55 @@ float largest(std::span<const float> numbers) {
   return most;
 }
 
-constexpr float kByteMost = 127;
-
-double square(double x) { return x * x; }
-
 /// To the nearest integer, halfway to even; |x| below 2^22. Two additions instead of a call.
 float nearest(float x) {
   constexpr float kUlpIsOne = 12582912.0f;
   return (x + kUlpIsOne) - kUlpIsOne;
 }
 
-Rounded words(std::span<const float> numbers) {
-  constexpr float kWordMost = 256 * kByteMost + kByteMost;
+/// integer = nearest(number / step + what the rounding of those before left over, if it is carried on)
+Rounded round(std::span<const float> numbers, float most_integer, bool carries_error) {
   Rounded r;
   if (const float most = largest(numbers); most > 0)
-    r.unit = most / kWordMost;
-  for (const float x : numbers) {
-    const auto word = static_cast<std::int32_t>(std::clamp(nearest(x / r.unit), -kWordMost, kWordMost)),
-               high = (word + 128) >> 8;
-    r.byte.push_back(static_cast<std::int8_t>(high));
-    r.low.push_back(static_cast<std::int8_t>(word - 256 * high));
-  }
-  return r;
-}
-
-Rounded bytes(std::span<const float> numbers) {
-  Rounded r;
-  if (const float most = largest(numbers); most > 0)
-    r.unit = most / kByteMost;
-  r.byte.resize(numbers.size());
-  return r;
-}
-
-} // namespace
-
-Rounded Rounded::row_factor(std::span<const float> numbers, Stored stored) {
-  if (stored == Stored::words)
-    return words(numbers);
-  Rounded r = bytes(numbers);
-  const float per_unit = 1.0f / r.unit;
-  for (std::size_t k = 0; k < numbers.size(); ++k)
-    r.byte[k] = static_cast<std::int8_t>(std::clamp(nearest(numbers[k] * per_unit), -kByteMost, kByteMost));
-  return r;
-}
-
-Rounded Rounded::source_factor(std::span<const float> numbers, Stored stored) {
-  if (stored == Stored::words)
-    return words(numbers);
-  Rounded r = bytes(numbers);
-  const float per_unit = 1.0f / r.unit;
+    r.step = most / most_integer;
+  r.integer.resize(numbers.size());
+  const float per_step = 1.0f / r.step;
   float owed = 0;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     if (numbers[k] == 0.0f)
       continue;
-    const float wanted = numbers[k] * per_unit + owed, kept = std::clamp(nearest(wanted), -kByteMost, kByteMost);
-    owed = std::clamp(wanted - kept, -1.0f, 1.0f);
-    r.byte[k] = static_cast<std::int8_t>(kept);
+    const float wanted = numbers[k] * per_step + owed,
+                kept = std::clamp(nearest(wanted), -most_integer, most_integer);
+    if (carries_error)
+      owed = std::clamp(wanted - kept, -1.0f, 1.0f);
+    r.integer[k] = static_cast<std::int16_t>(kept);
   }
   return r;
+}
+
+float most_integer(Stored stored) { return stored == Stored::strong ? kStrongMost : kWeakMost; }
+
+} // namespace
+
+Rounded Rounded::row_factor(std::span<const float> numbers, Stored stored) {
+  return round(numbers, most_integer(stored), false);
+}
+
+Rounded Rounded::source_factor(std::span<const float> numbers, Stored stored) {
+  return round(numbers, most_integer(stored), stored == Stored::weak);
 }
 
 double row_rounding2(std::span<const float> numbers) {
   double sum = 0;
   for (const float x : numbers)
-    sum += square(static_cast<double>(x));
-  const double step = static_cast<double>(largest(numbers) / kByteMost);
+    sum += static_cast<double>(x) * static_cast<double>(x);
+  const double step = static_cast<double>(largest(numbers) / kWeakMost);
   return sum > 0 ? step * step / 12 * static_cast<double>(numbers.size()) / sum : 0.0;
 }
 
 std::vector<float> Rounded::values() const {
-  std::vector<float> out(byte.size());
-  for (std::size_t k = 0; k < byte.size(); ++k)
-    out[k] = unit * (low.empty() ? static_cast<float>(byte[k])
-                                 : 256.0f * static_cast<float>(byte[k]) + static_cast<float>(low[k]));
+  std::vector<float> out(integer.size());
+  std::ranges::transform(integer, out.begin(), [this](std::int16_t x) { return step * static_cast<float>(x); });
   return out;
 }
 
@@ -104,13 +82,13 @@ std::vector<Saving> savings_of(std::span<const Component> components) {
   std::vector<Saving> savings;
   for (std::size_t k = 0; k < components.size(); ++k) {
     const Component& c = components[k];
-    const auto byte = static_cast<double>(c.numbers); // all its numbers as bytes
-    const double to_bytes = std::min(c.byte_error2, c.power), to_nothing = c.power - to_bytes;
-    if (to_nothing > to_bytes) {
-      savings.push_back({to_bytes, to_bytes / byte, k, Stored::bytes});
-      savings.push_back({to_nothing, to_nothing / byte, k, Stored::nothing});
+    const auto bytes = static_cast<double>(c.numbers); // of all its numbers with 8 bits
+    const double to_weak = std::min(c.weak_error2, c.power), to_nothing = c.power - to_weak;
+    if (to_nothing > to_weak) {
+      savings.push_back({to_weak, to_weak / bytes, k, Stored::weak});
+      savings.push_back({to_nothing, to_nothing / bytes, k, Stored::nothing});
     } else {
-      savings.push_back({c.power, 0.5 * c.power / byte, k, Stored::nothing});
+      savings.push_back({c.power, 0.5 * c.power / bytes, k, Stored::nothing});
     }
   }
   std::ranges::stable_sort(savings, {}, &Saving::per_byte);
@@ -120,7 +98,7 @@ std::vector<Saving> savings_of(std::span<const Component> components) {
 } // namespace
 
 std::vector<Stored> cheapest(std::span<const Component> components, double allowed, double* per_byte) {
-  std::vector<Stored> choice(components.size(), Stored::words);
+  std::vector<Stored> choice(components.size(), Stored::strong);
   double sum = 0, most = 0;
   for (const Saving& s : savings_of(components)) {
     if ((sum += s.error2) > allowed)
@@ -134,7 +112,7 @@ std::vector<Stored> cheapest(std::span<const Component> components, double allow
 }
 
 std::vector<Stored> cheapest_at(std::span<const Component> components, double per_byte) {
-  std::vector<Stored> choice(components.size(), Stored::words);
+  std::vector<Stored> choice(components.size(), Stored::strong);
   for (const Saving& s : savings_of(components))
     if (s.per_byte <= per_byte)
       choice[s.component] = s.to;

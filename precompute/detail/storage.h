@@ -1,7 +1,7 @@
 #pragma once
 
-// How the numbers of factors are stored: as what each component is worth. A strong one is kept as words, most as
-// bytes, and what is weaker still is left out.
+// How the numbers of factors are stored, by what each component is worth: a strong one with 16 bits a number, most with
+// 8, and what is weaker still is left out.
 
 #include <cstdint>
 #include <span>
@@ -9,30 +9,30 @@
 
 namespace daylit::precompute::detail {
 
-/// Cheapest first.
-enum class Stored : std::uint8_t { nothing, bytes, words };
+/// The value is the number of bytes that a number takes.
+enum class Stored : std::uint8_t { nothing = 0, weak = 1, strong = 2 };
 
-/// A factor of one component as it is stored: unit * number.
+/// A factor of one component as it is stored: step * integer, the largest of which is 127 or 32767.
 struct Rounded {
-  float unit = 1;
-  std::vector<std::int8_t> byte; ///< of a word its high byte: number = 256 byte + low
-  std::vector<std::int8_t> low;  ///< of words
+  float step = 1;
+  std::vector<std::int16_t> integer;
 
-  /// Each to the nearest.
+  /// Each number to the nearest.
   static Rounded row_factor(std::span<const float> numbers, Stored stored);
-  /// The error of each is carried on to the next: a sun lights many neighbours, and takes the sum of their errors.
-  /// Nothing stays nothing: no light comes from the other side of a wall.
+  /// The error of each number is carried on to the next (error diffusion): a sun lights many neighbours, and takes the
+  /// sum of their errors. Zeros stay zeros: no light comes from the other side of a wall.
   static Rounded source_factor(std::span<const float> numbers, Stored stored);
 
   std::vector<float> values() const;
 };
 
-/// Mean square of what row_factor() does to bytes, relative to that of the numbers.
+/// Mean square of what rounding a row factor to 8 bits adds, relative to that of its numbers: step^2 / 12 for each
+/// (uniform in +- half a step).
 double row_rounding2(std::span<const float> numbers);
 
-/// One component of all bricks': its squared error when left out, and as bytes. Words err by nothing.
+/// One component of all clusters': its squared error when left out, and with 8 bits. 16 bits err by nothing.
 struct Component {
-  double power, byte_error2;
+  double power, weak_error2;
   std::size_t numbers; ///< of both factors
 };
 

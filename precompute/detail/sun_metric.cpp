@@ -4,9 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include <Imath/half.h>
+
 #include "precompute/detail/random_signs.h"
 #include "scene/core/parallel.h"
-#include "scene/core/tile_kernels.h"
 
 namespace daylit::precompute::detail {
 
@@ -36,7 +37,7 @@ void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, Fi
       out.weight.insert(out.weight.end(), kBlock, std::uint16_t{0});
     }
     out.weight[out.weight.size() - kBlock + region % kBlock] =
-        daylit::detail::to_half(row.irradiance[k][colour] / most);
+        imath_float_to_half(row.irradiance[k][colour] / most);
   }
   out.scale.push_back(most / unit);
   out.first_block.push_back(static_cast<std::uint32_t>(out.block.size()));
@@ -149,8 +150,9 @@ void SunMetric::normalise() {
 
 FirstLight store_first_light(const SurfaceLight& light, std::span<const float> unit) {
   FirstLight out;
+  out.colours = tinted(light) ? 3 : 1;
   out.first_block.push_back(0);
-  for (int colour = 0; colour < (tinted(light) ? 3 : 1); ++colour)
+  for (int colour = 0; colour < static_cast<int>(out.colours); ++colour)
     for (std::size_t s = 0; s < light.light.size(); ++s)
       append_row(light.light[s], colour, unit[s], out);
   return out;

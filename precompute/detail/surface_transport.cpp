@@ -32,7 +32,7 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
   return b;
 }
 
-void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenPieces& seen,
+void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                                    std::span<float> result) const {
   const std::size_t pieces = seen.piece.size(), lit = seen.lit.size();
   std::vector<float> of_patches(rows * light_.patches, 0.0f);
@@ -45,7 +45,7 @@ void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, s
     const float *own = weights.data() + r * pieces, *further = by_cluster.data() + r * light_.clusters;
     float* to = result.data() + r * lit;
     for (std::size_t a = 0; a < lit; ++a) {
-      const SeenPieces::Lit& l = seen.lit[a];
+      const SeenParts::Lit& l = seen.lit[a];
       to[a] += l.reflectance[colour] * own[l.piece] + l.cluster_share * further[l.cluster];
     }
   }

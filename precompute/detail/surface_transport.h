@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "precompute/detail/seen_pieces.h"
+#include "precompute/detail/seen_parts.h"
 #include "precompute/surface_light.h"
 
 namespace daylit::precompute::detail {
@@ -24,7 +24,7 @@ public:
   std::vector<float> radiosity(int colour, std::span<const float> irradiance, std::size_t columns) const;
   /// The adjoint, as a brick sees it: weights of radiosity [row][piece] of a colour become weights of irradiance, added
   /// to [row][lit piece].
-  void add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenPieces& seen,
+  void add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                    std::span<float> result) const;
 
 private:

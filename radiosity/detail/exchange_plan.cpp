@@ -10,7 +10,7 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr double kExpectedRank = 9;
-constexpr double kWorthSplitting = 0.95;     // a rectangle with more work than this share is kept as one dense block
+constexpr double kWorthSplitting = 0.95; // a rectangle of more than this part of the work is kept as one dense block
 constexpr std::uint32_t kParallelSize = 256; // of the larger cluster
 
 class Planner {

@@ -1,3 +1,9 @@
+// Compiled once for each set of vector instructions: the loops are plain, the compiler makes vectors of them.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "radiosity/detail/pair_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
 #include "radiosity/detail/pair_kernel.h"
 
 #include <algorithm>
@@ -6,8 +12,9 @@
 
 #include <glm/geometric.hpp>
 
+HWY_BEFORE_NAMESPACE();
 namespace daylit::radiosity {
-
+namespace HWY_NAMESPACE {
 namespace {
 
 constexpr float kFarRatio2 = 30.0f;      // squared distance over squared sum of radii from which 3 x 3 points do
@@ -33,10 +40,9 @@ Columns columns_from(const PairArrays& a, std::uint32_t first) {
   return c;
 }
 
-#define DAYLIT_VECTOR __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-
-/// state[j]: kNotFacing, kFar or kNear of the pair (one, column j).
-DAYLIT_VECTOR void classify(const Columns& one, const Columns& many, std::uint32_t count, std::int32_t* state) {
+/// state[j]: kNotFacing, kFar or kNear of the pair (one, column j). A patch faces another when a corner of either lies
+/// in front of the other's plane: h = (corner - centre) . normal > 0, metres.
+void classify(const Columns& one, const Columns& many, std::uint32_t count, std::int32_t* state) {
   const float cx = *one.centre[0], cy = *one.centre[1], cz = *one.centre[2];
   const float nx = *one.normal[0], ny = *one.normal[1], nz = *one.normal[2], radius = *one.radius;
   const float px[3] = {*one.corner[0], *one.corner[3], *one.corner[6]},
@@ -64,9 +70,11 @@ DAYLIT_VECTOR void classify(const Columns& one, const Columns& many, std::uint32
   }
 }
 
-/// exchange[j] by 3 x 3 points, 0 where the pair does not face.
-DAYLIT_VECTOR void nine_points(const Columns& one, const Columns& many, std::uint32_t count, const std::int32_t* state,
-                               float* exchange) {
+/// Exchange area in m^2 (Cohen & Wallace 1993, ch. 4), 0 where the pair does not face:
+///   G_ij = 1/pi int_Ai int_Aj cos_i cos_j / r^2 dA_j dA_i ~ A_i A_j / (9 pi) sum_pq (d.n_i)+ (-d.n_j)+ / |d|^4,
+/// d from point p of the one to point q of the other, three points on each (Strang & Fix 1973, degree 2).
+void nine_points(const Columns& one, const Columns& many, std::uint32_t count, const std::int32_t* state,
+                 float* exchange) {
   const float nx = *one.normal[0], ny = *one.normal[1], nz = *one.normal[2];
   const float scale = *one.area / (9.0f * std::numbers::pi_v<float>);
   const float *ox = many.normal[0], *oy = many.normal[1], *oz = many.normal[2], *area = many.area;
@@ -90,6 +98,22 @@ DAYLIT_VECTOR void nine_points(const Columns& one, const Columns& many, std::uin
 }
 
 } // namespace
+
+void PairRow(const PairArrays& a, std::uint32_t i, std::uint32_t first, std::uint32_t last, float* exchange_m2,
+             std::int32_t* state) {
+  const Columns one = columns_from(a, i), many = columns_from(a, first);
+  classify(one, many, last - first, state);
+  nine_points(one, many, last - first, state, exchange_m2);
+}
+
+} // namespace HWY_NAMESPACE
+} // namespace daylit::radiosity
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace daylit::radiosity {
+
+HWY_EXPORT(PairRow);
 
 PairArrays::PairArrays(const PatchSet& set, std::span<const std::uint32_t> order, const glm::dvec3& shift) {
   for (const std::uint32_t index : order) {
@@ -115,9 +139,8 @@ PairArrays::PairArrays(const PatchSet& set, std::span<const std::uint32_t> order
 
 void pair_row(const PairArrays& a, std::uint32_t i, std::uint32_t first, std::uint32_t last, float* exchange_m2,
               std::int32_t* state) {
-  const Columns one = columns_from(a, i), many = columns_from(a, first);
-  classify(one, many, last - first, state);
-  nine_points(one, many, last - first, state, exchange_m2);
+  HWY_DYNAMIC_DISPATCH(PairRow)(a, i, first, last, exchange_m2, state);
 }
 
 } // namespace daylit::radiosity
+#endif

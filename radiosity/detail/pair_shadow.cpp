@@ -6,57 +6,13 @@
 
 #include <glm/geometric.hpp>
 
+#include "radiosity/detail/pair_sides.h"
+
 namespace daylit::radiosity {
 
 namespace {
 
 constexpr std::size_t kMostEdges = 8; // of an obstacle
-
-#define DAYLIT_VECTOR __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-
-/// Corner heights of one patch and of the columns over a plane.
-struct Against {
-  float one[3];
-  const float *c0, *c1, *c2;
-};
-
-/// crosses[j]: 1 when all corners of the patch lie on one side of the plane and all of column j's on the other
-/// (the sign says which: +1 patch above), 2 when all six lie on one side, 0 when a triangle is cut.
-DAYLIT_VECTOR void sides(const Against& h, std::uint32_t count, float tolerance, std::int32_t* side) {
-  const float low = std::min(h.one[0], std::min(h.one[1], h.one[2])),
-              high = std::max(h.one[0], std::max(h.one[1], h.one[2]));
-  const std::int32_t above = low >= -tolerance, below = high <= tolerance;
-  for (std::uint32_t j = 0; j < count; ++j) {
-    const float l = std::min(h.c0[j], std::min(h.c1[j], h.c2[j])), u = std::max(h.c0[j], std::max(h.c1[j], h.c2[j]));
-    const std::int32_t column_above = l >= -tolerance, column_below = u <= tolerance;
-    const std::int32_t same = (above & column_above) | (below & column_below);
-    const std::int32_t crossing = (above & column_below) - (below & column_above);
-    side[j] = same ? 2 : crossing;
-  }
-}
-
-/// For one edge: outside[j] becomes 1 when every segment passes on its outer side, inside[j] 0 unless every segment
-/// passes on its inner side. The crossing point of a segment from height ha to hb is (ha b - hb a) / (ha - hb).
-DAYLIT_VECTOR void edge_sides(const Against& plane, const Against& edge, std::uint32_t count, float tolerance,
-                              const std::int32_t* side, std::int32_t* outside, std::int32_t* inside) {
-  for (std::uint32_t j = 0; j < count; ++j) {
-    const float sign = static_cast<float>(side[j]);
-    const float hb[3] = {plane.c0[j], plane.c1[j], plane.c2[j]}, sb[3] = {edge.c0[j], edge.c1[j], edge.c2[j]};
-    float most = -1e30f, least = 1e30f, plain = -1e30f;
-    for (int a = 0; a < 3; ++a) {
-      plain = std::max(plain, std::max(edge.one[a], sb[a]));
-      for (int b = 0; b < 3; ++b) {
-        const float w = sign * (plane.one[a] * sb[b] - hb[b] * edge.one[a]);
-        const float reach = tolerance * sign * (plane.one[a] - hb[b]);
-        most = std::max(most, w - reach);
-        least = std::min(least, w + reach);
-      }
-    }
-    const std::int32_t crosses = side[j] == 1 || side[j] == -1;
-    outside[j] |= (plain <= tolerance) | (crosses & (most <= 0.0f));
-    inside[j] &= crosses & (least >= 0.0f);
-  }
-}
 
 /// A convex polygon, or its part on one side of a plane: height over the plane and over every edge plane of its
 /// corners.
@@ -158,13 +114,13 @@ void PairShadows::row(std::uint32_t i, std::int32_t* shadow) {
 
 void PairShadows::one_obstacle(const Prepared& o, std::uint32_t i, std::int32_t* shadow) {
   const auto against = [&](const Plane& p, const Heights& h) {
-    Against a{{}, h.data(), h.data() + count_, h.data() + 2 * count_};
+    CornerHeights a{{}, h.data(), h.data() + count_, h.data() + 2 * count_};
     for (std::size_t c = 0; c < 3; ++c)
       a.one[c] = p.at(arrays_.corner[3 * c][i], arrays_.corner[3 * c + 1][i], arrays_.corner[3 * c + 2][i]);
     return a;
   };
-  const Against plane = against(o.plane, o.height);
-  sides(plane, count_, tolerance_, side_.data());
+  const CornerHeights plane = against(o.plane, o.height);
+  plane_sides(plane, count_, tolerance_, side_.data());
   for (std::uint32_t j = 0; j < count_; ++j) {
     outside_[j] = side_[j] == 2;
     inside_[j] = 1;

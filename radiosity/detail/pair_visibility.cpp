@@ -17,57 +17,6 @@ constexpr std::uint32_t kFewest = 4, kMost = 4096; // rays of a pair
 /// of the pairs that go on, and as often too bright as too dark.
 std::uint32_t scouts(std::uint32_t wanted) { return wanted < 64 ? wanted : std::max(32u, wanted / 4 / 16 * 16); }
 
-#define DAYLIT_VECTOR __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-
-/// Points of the R4 sequence (Roberts 2018), shifted: u[axis][lane] in [0, 1).
-DAYLIT_VECTOR void r4_points(const std::uint32_t* index, const float (*shift)[16], float (*__restrict u)[16]) {
-  // Powers of the inverse of the root of x^5 = x + 1, as fractions of 2^32: the wrap of unsigned arithmetic takes the
-  // fractional part.
-  constexpr std::uint32_t step[4] = {3679390609u, 3152041523u, 2700274806u, 2313257605u};
-  for (int a = 0; a < 4; ++a)
-    for (int k = 0; k < 16; ++k) {
-      const auto bits = static_cast<std::int32_t>(((index[k] + 1) * step[a]) >> 8);
-      const float x = shift[a][k] + static_cast<float>(bits) * 0x1p-24f;
-      u[a][k] = x >= 1.0f ? x - 1.0f : x;
-    }
-}
-
-/// Uniform on triangles (Heitz 2019), in place of u and v: the weights of the two edges.
-DAYLIT_VECTOR void fold_to_triangle(float* __restrict u, float* __restrict v) {
-  for (int k = 0; k < 16; ++k) {
-    const float smaller = 0.5f * std::min(u[k], v[k]), difference = u[k] - v[k];
-    u[k] = smaller + std::max(difference, 0.0f);
-    v[k] = smaller + std::max(-difference, 0.0f);
-  }
-}
-
-/// Rays between the points, and the kernel of each without its constant factors.
-DAYLIT_VECTOR void connect(const float (*from)[16], const float (*to)[16], const float (*normal_from)[16],
-                           const float (*normal_to)[16], const float (*u)[16], float gap,
-                           RayPacket16& __restrict packet, float* __restrict weight) {
-  for (int k = 0; k < 16; ++k) {
-    const float x = from[0][k] + u[0][k] * from[3][k] + u[1][k] * from[6][k];
-    const float y = from[1][k] + u[0][k] * from[4][k] + u[1][k] * from[7][k];
-    const float z = from[2][k] + u[0][k] * from[5][k] + u[1][k] * from[8][k];
-    const float dx = to[0][k] + u[2][k] * to[3][k] + u[3][k] * to[6][k] - x;
-    const float dy = to[1][k] + u[2][k] * to[4][k] + u[3][k] * to[7][k] - y;
-    const float dz = to[2][k] + u[2][k] * to[5][k] + u[3][k] * to[8][k] - z;
-    const float r2 = std::max(dx * dx + dy * dy + dz * dz, 1e-30f);
-    const float ca = std::max(0.0f, dx * normal_from[0][k] + dy * normal_from[1][k] + dz * normal_from[2][k]);
-    const float cb = std::max(0.0f, -(dx * normal_to[0][k] + dy * normal_to[1][k] + dz * normal_to[2][k]));
-    const float margin = std::min(0.25f, gap / std::sqrt(r2));
-    packet.org_x[k] = x;
-    packet.org_y[k] = y;
-    packet.org_z[k] = z;
-    packet.dir_x[k] = dx;
-    packet.dir_y[k] = dy;
-    packet.dir_z[k] = dz;
-    packet.tnear[k] = margin;
-    packet.tfar[k] = 1.0f - margin;
-    weight[k] = (ca / r2) * (cb / r2);
-  }
-}
-
 FacingParts::Part fan_of(const SmallPolygon& p, const glm::dvec3& shift) {
   FacingParts::Part part;
   for (std::size_t k = 1; k + 1 < static_cast<std::size_t>(p.size) && part.count < 2; ++k) {
@@ -82,14 +31,6 @@ FacingParts::Part fan_of(const SmallPolygon& p, const glm::dvec3& shift) {
 
 FacingParts::FacingParts(const SmallPolygon& a, const SmallPolygon& b, const glm::dvec3& shift)
     : from(fan_of(a, shift)), to(fan_of(b, shift)) {}
-
-void PairVisibility::sample(const Lanes& lanes, float gap, RayPacket16& packet, float* weight) {
-  alignas(64) float u[4][16];
-  r4_points(lanes.index, lanes.shift, u);
-  fold_to_triangle(u[0], u[1]);
-  fold_to_triangle(u[2], u[3]);
-  connect(lanes.from, lanes.to, lanes.normal_from, lanes.normal_to, u, gap, packet, weight);
-}
 
 /// Corner and edges of both triangles; of parts, the pair of triangles whose turn it is, and `index` in its sequence.
 void PairVisibility::set_triangles(std::size_t lane, const PairQuery& query, std::uint32_t& index) {
@@ -141,14 +82,14 @@ void PairVisibility::set_lane(std::size_t lane, const PairQuery& query, std::uin
 void PairVisibility::shoot(std::size_t lanes) {
   RayPacket16 packet;
   alignas(64) float weight[16];
-  sample(lanes_, 4.0f * scene_.surface_offset(), packet, weight);
+  pair_rays(lanes_, 4.0f * scene_.surface_offset(), packet, weight);
   const std::uint32_t blocked = scene_.occluded16(packet, static_cast<int>(lanes));
   for (std::size_t k = 0; k < lanes; ++k) {
     Tally& t = tally_[slot_[k]];
-    const float share = weight[k] * lanes_.scale[k];
-    t.total += share;
+    const float kernel = weight[k] * lanes_.scale[k];
+    t.total += kernel;
     const std::uint32_t hit = blocked >> k & 1u;
-    t.seen += hit != 0 ? 0.0f : share;
+    t.seen += hit != 0 ? 0.0f : kernel;
     t.blocked += hit;
   }
 }
@@ -201,7 +142,7 @@ std::uint64_t PairVisibility::resolve(std::vector<PairQuery>& queries, const std
   }
   flush(queries.back());
   for (std::size_t q = 0; q < queries.size(); ++q)
-    queries[q].share = tally_[q].total > 0.0f ? tally_[q].seen / tally_[q].total : 0.0f;
+    queries[q].visibility = tally_[q].total > 0.0f ? tally_[q].seen / tally_[q].total : 0.0f;
   return rays;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-// Visible shares of many pairs of patches, by rays.
+// Visibility of many pairs of patches, by rays.
 
 #include <array>
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/detail/pair_kernel.h"
+#include "radiosity/detail/pair_rays.h"
 #include "radiosity/polygon_kernel.h"
 #include "scene/room/ray_scene.h"
 
@@ -28,13 +29,13 @@ struct FacingParts {
   FacingParts(const SmallPolygon& a, const SmallPolygon& b, const glm::dvec3& shift);
 };
 
-/// A pair whose visible share is wanted.
+/// A pair whose visibility is wanted.
 struct PairQuery {
   std::uint32_t i, j;      ///< tree positions
   std::uint64_t seed;      ///< of its sample points
   float form_factor;       ///< the larger of F_ij and F_ji, unoccluded
   bool near;               ///< the kernel varies over the pair
-  float share = 0;         ///< result: kernel-weighted share of the unblocked rays, 0..1
+  float visibility = 0;    ///< result: kernel-weighted fraction of the unblocked rays, 0..1
   std::int32_t parts = -1; ///< which of the FacingParts the rays run between; none: the whole triangles
 };
 
@@ -45,7 +46,7 @@ public:
   PairVisibility(const PairArrays& arrays, const RayScene& scene, double rays)
       : arrays_(arrays), scene_(scene), rays_(rays) {}
 
-  /// Sets the share of every query (at least one); returns the number of rays.
+  /// Sets the visibility of every query (at least one); returns the number of rays.
   std::uint64_t resolve(std::vector<PairQuery>& queries, const std::vector<FacingParts>& parts);
 
 private:
@@ -53,26 +54,17 @@ private:
     float seen = 0, total = 0;
     std::uint32_t blocked = 0;
   };
-  /// What 16 lanes sample: a pair and a position in its sequence each.
-  struct alignas(64) Lanes {
-    float from[9][16], to[9][16]; ///< corner and two edges of both triangles
-    float normal_from[3][16], normal_to[3][16];
-    float shift[4][16];
-    float scale[16]; ///< of the kernel: areas of parts
-    std::uint32_t index[16];
-  };
   void set_triangles(std::size_t lane, const PairQuery& query, std::uint32_t& index);
   void set_lane(std::size_t lane, const PairQuery& query, std::uint32_t index);
   void add_rays(const PairQuery& query, std::size_t slot, std::uint32_t first, std::uint32_t last);
   void flush(const PairQuery& any);
   void shoot(std::size_t lanes);
-  static void sample(const Lanes& lanes, float gap, RayPacket16& packet, float* weight);
 
   const PairArrays& arrays_;
   const RayScene& scene_;
   double rays_;
   const std::vector<FacingParts>* parts_ = nullptr; ///< of the queries in hand
-  Lanes lanes_;
+  PairLanes lanes_;
   std::size_t slot_[16];
   std::size_t used_ = 0;
   std::vector<Tally> tally_;

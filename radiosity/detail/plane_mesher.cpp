@@ -27,7 +27,7 @@ using Vertex = Triangulation::Vertex_handle;
 constexpr double kShapeBound = 1.4142;
 // Share of the longest allowed edge below which no shape is improved and no new vertex comes near another.
 constexpr double kFineShare = 0.1;
-constexpr double kFlatShare = 1e-9; // height over longest side of a triangle that rounding made
+constexpr double kFlatTolerance = 1e-9; // height over longest side of a triangle that rounding made
 constexpr int kOutlinePasses = 4;
 
 Point to_point(const glm::dvec2& p) { return {p.x, p.y}; }
@@ -49,7 +49,7 @@ bool is_flat(const std::array<glm::dvec2, 3>& t) {
   double longest2 = 0;
   for (int k = 0; k < 3; ++k)
     longest2 = std::max(longest2, glm::dot(t[(k + 1) % 3] - t[k], t[(k + 1) % 3] - t[k]));
-  return std::abs(cross(t[1] - t[0], t[2] - t[0])) <= kFlatShare * longest2;
+  return std::abs(cross(t[1] - t[0], t[2] - t[0])) <= kFlatTolerance * longest2;
 }
 
 std::optional<glm::dvec2> circumcentre(const std::array<glm::dvec2, 3>& t) {

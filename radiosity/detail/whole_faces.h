@@ -4,7 +4,6 @@
 // tried against one face after another, sixteen at a time, and a table of each plane says which facet lies where a
 // face was met.
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -13,6 +12,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "radiosity/detail/face_rays.h"
+#include "radiosity/detail/facet_table.h"
 #include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/room/room.h"
@@ -31,14 +32,18 @@ struct RayGroups {
 
   static RayGroups of(std::span<const glm::vec3> directions);
   std::size_t rays() const { return direction[0].size(); }
+  /// Rays [first, first + count).
+  RayComponents part(std::size_t first, std::size_t count) const {
+    return {direction[0].data() + first, direction[1].data() + first, direction[2].data() + first, count};
+  }
 };
 
 class WholeFaces {
 public:
   static constexpr std::size_t kMostFaces = 512; ///< more are quicker found in a hierarchy of facets
-  static constexpr std::int32_t kUnknown = -2;
+  static constexpr std::int32_t kUnknown = FacetTable::kUnknown;
 
-  /// `facets`: of the same room, maybe cut further. Without faces when there are too many.
+  /// `mesh`: of the same room, maybe cut further. Without faces when there are too many.
   static WholeFaces make(const Room& room, const SurfaceMesh& mesh, const PatchSet& set);
 
   bool empty() const { return face_.empty(); }
@@ -53,47 +58,16 @@ private:
     std::array<glm::dvec3, 3> corner;
     std::uint32_t plane;
   };
-  /// A facet in its plane, in cells: inside where all of edge.x u + edge.y v + edge.z are >= 0.
-  struct Tile {
-    std::array<glm::vec3, 3> edge;
-    std::array<std::int32_t, 2> patch; ///< in front and at the back
-
-    bool holds(float u, float v) const {
-      const auto inside = [&](std::size_t k) { return edge[k].x * u + edge[k].y * v + edge[k].z; };
-      return std::min(std::min(inside(0), inside(1)), inside(2)) >= 0.0f;
-    }
-    bool touches_cell(int u, int v) const;
-  };
-  struct Plane {
-    glm::dvec3 normal{0.0}, axis_u{0.0}, axis_v{0.0};
-    double offset = 0;      ///< of its points along the normal, metres
-    glm::dvec2 corner{0.0}; ///< of its cells, metres in (u, v)
-    double cells_per_m = 0;
-    std::int32_t width = 0, height = 0;
-    std::int32_t first_cell = 0;
-
-    glm::dvec2 flat(const glm::dvec3& p) const; ///< in cells
-    void cover(const SurfaceMesh& mesh, std::span<const std::uint32_t> of_plane);
-    /// A tile of these corners, in all cells that it touches.
-    void list(const Tile& tile, const std::array<glm::dvec2, 3>& corners, std::uint32_t number,
-              std::vector<std::vector<std::uint32_t>>& of_cell) const;
-  };
-  struct Views;
   struct Nearest;
-  void add_cells(const SurfaceMesh& mesh, const PatchSet& set, std::span<const std::uint32_t> of_plane, Plane& plane);
-  Views views(const glm::dvec3& point, const glm::dvec2& turn) const;
-  void find_nearest(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn, const Views& views,
-                    Nearest& out) const;
-  bool on_facet(const Views& views) const;
-  std::int32_t patch_at(std::int32_t cell, float u, float v, std::size_t side) const;
+  /// Heights of a point over all planes, metres.
+  std::vector<double> heights(const glm::dvec3& point) const;
+  void find_nearest(const glm::dvec3& point, const RayGroups& rays, const glm::dvec2& turn,
+                    std::span<const double> height_m, Nearest& out) const;
+  bool on_facet(const PlaneViews& views, std::span<const double> height_m) const;
 
   std::vector<Face> face_;
-  std::vector<Plane> plane_;
-  std::vector<Tile> tile_; ///< the first holds every place and does not know
-  // Of the cells of all planes, after one that is nowhere.
-  std::vector<std::uint32_t> likely_;          ///< tile at its middle
-  std::vector<std::uint32_t> first_, in_cell_; ///< tiles that touch it, in_cell_[first_[cell]] and on
-  double least_height_m_ = 0;                  ///< of a point over a plane, to be told from one in it
+  FacetTable table_;
+  double least_height_m_ = 0; ///< of a point over a plane, to be told from one in it
 };
 
 } // namespace daylit::radiosity

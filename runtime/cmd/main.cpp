@@ -9,12 +9,12 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "runtime/cmd/outputs.h"
 #include "runtime/input/interior_input.h"
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
 #include "scene/config/config.h"
 #include "scene/core/program.h"
-#include "scene/image/image_formats.h"
 
 namespace daylit {
 namespace {
@@ -60,53 +60,6 @@ void print_report(const FrameReport& report, int frame) {
               report.sky_lights, report.sun_lights, report.object_pixels, report.shadow_pixels);
 }
 
-/// Exposure of the preview: the brightest hundredth of the photograph becomes white.
-float preview_exposure(const RgbImage& photo) {
-  std::vector<float> values;
-  values.reserve(photo.texels.size());
-  for (const Rgb& c : photo.texels)
-    values.push_back(std::max({c.r, c.g, c.b}));
-  if (values.empty())
-    return 1.0f;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
-  std::nth_element(values.begin(), at, values.end());
-  return *at > 0.0f ? 1.0f / *at : 1.0f;
-}
-
-/// The PNG holds the photograph's own bytes where nothing changed; of a linear picture it is a preview.
-Result<Rgb8Image> png_of(const Photograph& photo, const Composite& composite) {
-  if (photo.is_hdr())
-    return to_srgb8(composite.picture, preview_exposure(photo.linear));
-  return encode_photograph(photo, composite.picture, composite.touched);
-}
-
-/// What a window shows: everything encoded, for the picture behind the objects may not be the photograph.
-Result<Rgb8Image> view_of(const Photograph& photo, const Composite& composite) {
-  if (photo.is_hdr())
-    return png_of(photo, composite);
-  return encode_photograph(photo, composite.picture, std::vector<std::uint8_t>(composite.touched.size(), 1));
-}
-
-RgbImage object_mask(const Composite& composite) {
-  RgbImage mask(composite.picture.width, composite.picture.height);
-  for (std::size_t i = 0; i < mask.texels.size(); ++i)
-    mask.texels[i] = Rgb(composite.coverage[i]);
-  return mask;
-}
-
-Result<void> write_outputs(const RunConfig& config, const Photograph& photo, const Composite& composite) {
-  if (!config.output.exr.empty())
-    if (const auto r = write_exr(config.output.exr, composite.picture); !r)
-      return r;
-  if (!config.output.mask.empty())
-    if (const auto r = write_exr(config.output.mask, object_mask(composite)); !r)
-      return r;
-  if (config.output.png.empty())
-    return {};
-  const auto png = png_of(photo, composite);
-  return png ? write_png(config.output.png, *png) : Result<void>(png.error());
-}
-
 /// The configuration with what only the picture says: the camera's pose, and the scale of its values.
 Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, const SkyImage& sky) {
   RunConfig config = given;
@@ -139,13 +92,15 @@ Result<void> run(const Options& options) {
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
+  const RgbImage& photo = input->photo.linear;
+  if (const auto fits = check_output_size(given->output, photo.width, photo.height); !fits)
+    return fits;
   auto sky = read_sky_of(given->sky);
   if (!sky)
     return sky.error();
   const auto config = resolve(*given, *input, *sky);
   if (!config)
     return config.error();
-  const RgbImage& photo = input->photo.linear;
   ProgressLine progress(options.quiet || options.json);
   auto session = Session::open(*config, photo.width, photo.height, progress.callback(), options.backend);
   if (!session)
@@ -156,7 +111,7 @@ Result<void> run(const Options& options) {
       std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
   if (options.window)
     return run_viewer(
-        *session, *config, *sky, photo, [&](const Composite& composite) { return view_of(input->photo, composite); },
+        *session, *config, *sky, photo, [&](const RgbImage& picture) { return view_of(input->photo, picture); },
         options.frames > 1 ? options.frames : 0);
   for (int k = 0; k < options.frames; ++k) {
     if (interrupted())
@@ -178,7 +133,7 @@ Result<void> run(const Options& options) {
     else if (!options.quiet)
       print_report((*frame)->report, k);
     if (k + 1 == options.frames)
-      if (const auto written = write_outputs(*config, input->photo, (*frame)->composite); !written)
+      if (const auto written = write_outputs(config->output, input->photo, (*frame)->composite); !written)
         return written;
   }
   return {};
@@ -191,7 +146,7 @@ int main(int argc, char** argv) {
   daylit::Options options;
   CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside"};
   app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
-  app.add_flag("--replay", options.replay, "run the recorded inputs named in the file (the default without cameras)");
+  app.add_flag("--replay", options.replay, "refused: there is no live program yet, the files are always what is run");
   app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));
   const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
                                                         {"gl", daylit::Backend::opengl},
@@ -214,6 +169,11 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? daylit::kExitDone : daylit::kExitUsage;
+  }
+  if (options.replay) {
+    std::fprintf(stderr, "daylit-run: --replay: there is no live camera yet, nothing is recorded; leave it out, "
+                         "the files of the configuration are drawn\n");
+    return daylit::kExitUsage;
   }
   daylit::watch_for_interrupt();
   return daylit::run_program("daylit-run", options.json, [&] { return daylit::run(options); });

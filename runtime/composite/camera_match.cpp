@@ -9,12 +9,13 @@
 
 #include "scene/core/parallel.h"
 
+#include "runtime/composite/threshold.h"
+
 namespace daylit {
 
 namespace {
 
-constexpr float kLeastCoverage = 1.0f / 510.0f; // as in compose.cpp
-constexpr double kKernelRadius = 3.0;           // of the point spread, in standard deviations
+constexpr double kKernelRadius = 3.0; // of the point spread, in standard deviations
 
 PixelBox touched_box(const Composite& c) {
   const int width = c.picture.width;
@@ -50,11 +51,6 @@ Layers layers_in(const PixelBox& box, const RgbImage& photo, const Composite& c)
     }
   });
   return layers;
-}
-
-bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
-  const Rgb change = glm::abs(after - before), size = glm::max(glm::abs(before), glm::abs(after));
-  return change.r > threshold * size.r || change.g > threshold * size.g || change.b > threshold * size.b;
 }
 
 /// splitmix64 (Steele, Lea, Flood 2014).

@@ -4,162 +4,30 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstring>
-#include <numbers>
 #include <span>
 
 #include <glm/common.hpp>
-#include <glm/vector_relational.hpp>
 
-#include "runtime/base/lane_vector.h"
 #include "runtime/composite/change_picture.h"
+#include "runtime/composite/drawn_picture.h"
+#include "runtime/composite/room_loss.h"
+#include "runtime/composite/threshold.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr float kLeastCoverage = 1.0f / 510.0f;
-
-/// The three drawn values at a photograph pixel.
-struct DrawnPixel {
-  glm::vec4 object{0.0f}, lost_sky{0.0f}, room{0.0f};
-};
-
-struct DrawnPicture {
-  const RenderedFrame& frame;
-  const RenderCamera& camera;
-
-  DrawnPixel at(int x, int y) const {
-    if (!frame.shown(x, y))
-      return {};
-    const std::size_t i = frame.index(x, y);
-    return {frame.object[i], frame.lost_sky[i], frame.room[i]};
-  }
-
-  /// Every pixel of the photograph's box was drawn, by an undistorted camera.
-  bool shows_all(const PixelBox& photo) const {
-    const PixelBox box = photo.common(frame.box);
-    if (!camera.drawn_position.empty() || frame.surface.empty() || frame.shows.empty() || box.x0 != photo.x0 ||
-        box.y0 != photo.y0 || box.x1 != photo.x1 || box.y1 != photo.y1)
-      return false;
-    for (int y = box.y0; y < box.y1; y += RenderedFrame::kBlock)
-      for (int x = box.x0; x < box.x1; x += RenderedFrame::kBlock)
-        if (!frame.shows[frame.block_index(x, y)])
-          return false;
-    return true;
-  }
-
-  /// False when no photograph pixel of the box shows an object or a new shadow.
-  bool may_show(const PixelBox& photo) const {
-    if (!camera.drawn_position.empty())
-      return true;
-    const PixelBox box = photo.common(frame.box);
-    if (box.empty() || frame.shows.empty())
-      return !box.empty();
-    constexpr int kBlock = RenderedFrame::kBlock;
-    for (int y = box.y0 - box.y0 % kBlock; y < box.y1; y += kBlock)
-      for (int x = box.x0 - box.x0 % kBlock; x < box.x1; x += kBlock)
-        if (frame.shows[frame.block_index(x, y)])
-          return true;
-    return false;
-  }
-
-  const RoomSurface* surface(int x, int y) const {
-    if (!camera.drawn_position.empty() || frame.surface.empty())
-      return nullptr;
-    const RoomSurface& seen = frame.surface[frame.index(x, y)];
-    return seen.triangle == 0xFFFFFFFFu ? nullptr : &seen;
-  }
-
-  glm::vec2 position(int x, int y) const {
-    return camera.drawn_position.empty()
-               ? glm::vec2(x, y)
-               : camera.drawn_position[static_cast<std::size_t>(y) * camera.photo_width_px + x];
-  }
-
-  /// The drawn pixel itself, or the bilinear mean of four where the photograph is distorted.
-  DrawnPixel photo_pixel(int x, int y) const {
-    if (camera.drawn_position.empty())
-      return at(x, y);
-    const glm::vec2 p = position(x, y);
-    if (p.x < 0.0f || p.y < 0.0f)
-      return {};
-    const int x0 = std::min(static_cast<int>(p.x), frame.width_px - 1), x1 = std::min(x0 + 1, frame.width_px - 1);
-    const int y0 = std::min(static_cast<int>(p.y), frame.height_px - 1), y1 = std::min(y0 + 1, frame.height_px - 1);
-    const float s = p.x - static_cast<float>(x0), t = p.y - static_cast<float>(y0);
-    const DrawnPixel a = at(x0, y0), b = at(x1, y0), c = at(x0, y1), d = at(x1, y1);
-    const auto mix = [&](const glm::vec4& pa, const glm::vec4& pb, const glm::vec4& pc, const glm::vec4& pd) {
-      return (1.0f - t) * ((1.0f - s) * pa + s * pb) + t * ((1.0f - s) * pc + s * pd);
-    };
-    return {mix(a.object, b.object, c.object, d.object), mix(a.lost_sky, b.lost_sky, c.lost_sky, d.lost_sky),
-            mix(a.room, b.room, c.room, d.room)};
-  }
-};
-
-/// Irradiance of the room at a pixel: without the objects, and what they take (negative: give).
-struct RoomLoss {
-  Rgb before{0.0f}, lost{0.0f};
-};
-
-RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
-  const float whole = 1.0f / drawn.lost_sky.w;
-  const Rgb lost_sky = whole * Rgb(drawn.lost_sky);
-  const glm::vec3 received = whole * glm::vec3(drawn.room);
-  return {point.open_sky_irradiance * received.x + point.sun_normal_irradiance * received.y + point.indirect_irradiance,
-          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * received.z};
-}
-
-/// The light between two points of a plane.
-void mix(const RoomPoint& a, const RoomPoint& b, float t, RoomPoint& between) {
-  between.indirect_irradiance = a.indirect_irradiance + t * (b.indirect_irradiance - a.indirect_irradiance);
-  between.open_sky_irradiance = a.open_sky_irradiance + t * (b.open_sky_irradiance - a.open_sky_irradiance);
-}
-
-bool casts_shadow(const DrawnPixel& pixel) {
-  return pixel.lost_sky.w > 0.0f &&
-         std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
-}
-
-/// The photograph's pixel after that.
-Rgb changed(const Rgb& photo, const RoomLoss& loss, const Rgb& reflectance, const ComposeSettings& settings) {
-  if (settings.mode == ShadowMode::difference) {
-    const Rgb change = reflectance * loss.lost * std::numbers::inv_pi_v<float>;
-    return glm::max(photo - settings.photo.apply(change), Rgb(0.0f));
-  }
-  Rgb ratio(1.0f);
-  for (int c = 0; c < 3; ++c)
-    if (loss.before[c] > 0.0f)
-      ratio[c] = std::max(1.0f - loss.lost[c] / loss.before[c], 0.0f);
-  return photo * ratio;
-}
-
-bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
-  const glm::bvec3 differs =
-      glm::greaterThan(glm::abs(after - before), threshold * glm::max(glm::abs(before), glm::abs(after)));
-  return differs.x | differs.y | differs.z; // no branch: it would be guessed wrong at every faint edge
-}
-
 constexpr int kBlock = ChangePicture::kBlock;
 
-/// The colours of a row of a block, three numbers a pixel; as many as fill vectors, those beyond the pixels are equal.
-struct alignas(64) ColourRow {
-  static constexpr int kNumbers = 32;
-  static_assert(kNumbers >= 3 * kBlock);
-  float before[kNumbers] = {}, after[kNumbers] = {};
-};
-
-/// exceeds(), a bit for each number.
-DAYLIT_LANE_CLONES
-std::uint32_t exceeding(const ColourRow& row, float threshold) {
-  std::uint32_t bits = 0;
-#pragma omp simd reduction(| : bits)
-  for (int k = 0; k < ColourRow::kNumbers; ++k) {
-    const float before = std::fabs(row.before[k]), after = std::fabs(row.after[k]);
-    const float largest = before > after ? before : after;
-    bits |= std::fabs(row.after[k] - row.before[k]) > threshold * largest ? 1u << k : 0u;
+/// Some number of a row of pixels differs by more than the threshold, as exceeds() says.
+bool any_exceeds(const float* before, const float* after, std::size_t count, float threshold) {
+  int any = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const float b = std::fabs(before[k]), a = std::fabs(after[k]), largest = b > a ? b : a;
+    any |= std::fabs(after[k] - before[k]) > threshold * largest;
   }
-  return bits;
+  return any != 0;
 }
 
 /// All that a pixel of the photograph is made of.
@@ -303,14 +171,11 @@ private:
 
   /// The same of pixels side by side that show no object.
   void write_room(std::size_t first, std::span<const Rgb> after, Composite& result, Counts& counts) const {
-    ColourRow row;
-    std::memcpy(row.before, &photo_.texels[first], after.size_bytes());
-    std::memcpy(row.after, after.data(), after.size_bytes());
-    const std::uint32_t exceeds = exceeding(row, settings_.threshold);
-    if (exceeds == 0)
+    const Rgb* before = &photo_.texels[first];
+    if (!any_exceeds(&before->r, &after[0].r, 3 * after.size(), settings_.threshold))
       return;
     for (std::size_t k = 0; k < after.size(); ++k)
-      if (exceeds >> (3 * k) & 7u) {
+      if (exceeds(before[k], after[k], settings_.threshold)) {
         result.picture.texels[first + k] = after[k];
         result.touched[first + k] = 1;
         ++counts.shadow_pixels;
@@ -350,8 +215,6 @@ private:
 };
 
 } // namespace
-
-Rgb PhotoScale::apply(const Rgb& radiance) const { return Rgb(scale * (colour_matrix * glm::dvec3(radiance))); }
 
 void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
              const ComposeSettings& settings, Composite& result, const ChangePicture* change) {

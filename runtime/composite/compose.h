@@ -8,21 +8,13 @@
 #include <optional>
 #include <vector>
 
-#include <glm/mat3x3.hpp>
-
+#include "runtime/base/photo_scale.h"
 #include "runtime/base/render_camera.h"
 #include "runtime/indirect/room_point.h"
 #include "runtime/picture/picture_renderer.h"
 #include "scene/image/rgb_image.h"
 
 namespace daylit {
-
-/// photograph = scale * colour_matrix * radiance, before the camera's response.
-struct PhotoScale {
-  double scale = 1.0;
-  glm::dmat3 colour_matrix{1.0};
-  Rgb apply(const Rgb& radiance) const;
-};
 
 enum class ShadowMode {
   ratio,      ///< photo x L_with / L_without: right for textured surfaces, unknown reflectance, saturated pixels
@@ -48,7 +40,7 @@ struct Composite {
 /// null where the frame does not know it.
 using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& direction, const RoomSurface* seen)>;
 
-/// What the objects do to the indirect light of the room, where it is known (render/change_picture.h).
+/// What the objects do to the indirect light of the room, where it is known (change_picture.h).
 class ChangePicture;
 
 /// `photo`: linear, camera.photo_width_px x photo_height_px. `room` is called, from several threads, only for pixels

@@ -22,20 +22,20 @@ constexpr double kFarRadii = 4.0; // shadows further away are not looked for
 
 void IndirectFeedback::set_objects(const PlacedParts& parts) {
   parts_ = &parts;
-  surrounds_.assign(parts.size(), {});
-  parallel_for(std::size_t{0}, 8 * parts.size(),
-               [&](std::size_t k) { surrounds_[k / 8].seen[k % 8] = look_around(k / 8, static_cast<int>(k % 8)); });
+  surrounds_.clear();
+  for (std::size_t part = 0; part < parts.size(); ++part)
+    surrounds_.push_back({BoxLattice(parts.box(part), 2, kInset), {}, {}});
+  parallel_for(std::size_t{0}, 8 * parts.size(), [&](std::size_t k) {
+    Surround& s = surrounds_[k / 8];
+    if (!parts.box(k / 8).empty())
+      s.seen[k % 8] = look_around(k / 8, parts.to_world(k / 8, s.lattice.position(k % 8)));
+  });
 }
 
-/// The room is looked at as if the object did not stand there: what it hides is in its transfer vectors.
-std::vector<IndirectFeedback::SeenPoint> IndirectFeedback::look_around(std::size_t part, int corner) const {
+/// Evenly over the sphere of directions. The room is looked at as if the object did not stand there: what it hides is
+/// in its transfer vectors.
+std::vector<IndirectFeedback::SeenPoint> IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye) const {
   std::vector<SeenPoint> seen;
-  const Bounds& box = parts_->box(part);
-  if (box.empty())
-    return seen;
-  const glm::dvec3 t(corner & 1 ? 1 - kInset : kInset, corner & 2 ? 1 - kInset : kInset,
-                     corner & 4 ? 1 - kInset : kInset);
-  const glm::dvec3 eye = parts_->to_world(part, box.min + t * box.size());
   const BoundingSphere& sphere = parts_->sphere(part);
   for (int i = 0; i < kDirections; ++i) {
     const glm::dvec2 u = lattice_point(i, kDirections);
@@ -53,6 +53,7 @@ std::vector<IndirectFeedback::SeenPoint> IndirectFeedback::look_around(std::size
   return seen;
 }
 
+/// Delta L_lm = - sum over the directions of dw Y_lm(w) rho / pi (E_sky lost + E_sun lost) of the point seen there.
 Sh9Rgb IndirectFeedback::change_of(const std::vector<SeenPoint>& seen) const {
   constexpr float kWeight = 4.0f / kDirections; // 4 pi sr between the directions, over pi
   Sh9Rgb sum{};
@@ -68,22 +69,19 @@ Sh9Rgb IndirectFeedback::change_of(const std::vector<SeenPoint>& seen) const {
   return sum;
 }
 
+/// Nothing is traced but the sun's shadow rays: what the points see of the windows is kept.
 void IndirectFeedback::set_frame() {
   parallel_for(std::size_t{0}, 8 * surrounds_.size(),
                [&](std::size_t k) { surrounds_[k / 8].change[k % 8] = change_of(surrounds_[k / 8].seen[k % 8]); });
 }
 
+/// L_lm(x) = sum_k w_k L_lm,k of the eight points.
 Sh9Rgb IndirectFeedback::change(std::size_t part, const glm::dvec3& x) const {
-  const Bounds& box = parts_->box(part);
-  const glm::dvec3 size = glm::max(box.size(), glm::dvec3(1e-9));
-  const glm::dvec3 t =
-      glm::clamp(((parts_->to_own(part, x) - box.min) / size - kInset) / (1.0 - 2.0 * kInset), 0.0, 1.0);
+  const Surround& s = surrounds_[part];
   Sh9Rgb sum{};
-  for (int k = 0; k < 8; ++k) {
-    const double weight = (k & 1 ? t.x : 1 - t.x) * (k & 2 ? t.y : 1 - t.y) * (k & 4 ? t.z : 1 - t.z);
+  for (const BoxLattice::Corner& c : s.lattice.around(parts_->to_own(part, x)))
     for (int i = 0; i < 9; ++i)
-      sum[i] += static_cast<float>(weight) * surrounds_[part].change[k][i];
-  }
+      sum[i] += c.weight * s.change[c.point][i];
   return sum;
 }
 

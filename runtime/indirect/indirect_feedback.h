@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "runtime/indirect/box_lattice.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/room_planes.h"
 #include "runtime/indirect/window_visibility.h"
@@ -34,18 +35,19 @@ private:
     float blocked_fraction = 0.0f;
   };
   struct Surround {
+    BoxLattice lattice;
     std::array<std::vector<SeenPoint>, 8> seen;
     std::array<Sh9Rgb, 8> change{};
   };
+  std::vector<SeenPoint> look_around(std::size_t part, const glm::dvec3& eye) const;
+  Sh9Rgb change_of(const std::vector<SeenPoint>& seen) const;
+
   const RayScene& rays_;
   const RoomPlanes& planes_;
   const RoomLight& light_;
   const WindowVisibility& windows_;
   const PlacedParts* parts_ = nullptr;
   std::vector<Surround> surrounds_;
-
-  std::vector<SeenPoint> look_around(std::size_t part, int corner) const;
-  Sh9Rgb change_of(const std::vector<SeenPoint>& seen) const;
 };
 
 } // namespace daylit

@@ -6,19 +6,13 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
-#include <numbers>
 #include <utility>
 
 #include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 #include <tbb/concurrent_unordered_map.h>
 
 #include "runtime/indirect/indirect_feedback.h"
-#include "runtime/indirect/occluded_directions.h"
 #include "runtime/indirect/other_objects.h"
-#include "runtime/indirect/room_patches.h"
-#include "runtime/indirect/room_planes.h"
-#include "runtime/indirect/window_visibility.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
@@ -39,21 +33,7 @@ constexpr std::array<Level, 5> kLevels{{{1.0 / 8.0, 1.1, 1.3, kRays},
                                         {2.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
 constexpr double kLeastFraction = 0.002; // of the cosine-weighted hemisphere
-constexpr double kSkin = 0.01;           // of an object's radius: its own facets cast no shadow closer than this
 constexpr float kLeastWeight = 0.02f;    // of the corners in view
-
-/// Weights of the directions in which one patch of the room is behind the objects.
-struct Hidden {
-  RoomPatch* patch = nullptr;
-  float weight = 0.0f;
-};
-
-/// What does not depend on the light.
-struct Receiver {
-  std::vector<OccludedDirection> covered; ///< until an object moves
-  std::vector<Hidden> hidden;             ///< the same
-  float sky_visibility = -1.0f; ///< of the windows' light that reaches it past the room; negative: not yet known
-};
 
 struct Node {
   Receiver receiver;
@@ -77,74 +57,29 @@ struct Lattice {
 
 } // namespace
 
-struct IndirectShadow::State {
-  const RayScene& rays;
-  const RoomLight& room_light;
-  RoomPlanes planes;
-  WindowVisibility windows;
-  RoomPatches patches;
+struct IndirectShadow::State : LitRoom {
   IndirectFeedback indirect_feedback;
   OtherObjects other_objects;
-  PlacedParts parts;
-  std::vector<TwoSided> radiance;
-  std::uint64_t light_version = 0, placement_version = 1;
+  std::uint64_t sky_version = 0, light_version = 0, placement_version = 1;
   DirectionPattern near_pattern{kRays}, far_pattern{kFarRays};
   std::array<Lattice, kLevels.size()> lattices;
 
-  State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& light)
-      : rays(room_rays), room_light(light), planes(room), windows(room_rays, apertures),
-        patches(room, room_rays, planes, light), indirect_feedback(room_rays, planes, light, windows),
-        other_objects(room_rays, patches, windows) {
+  State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& room_light)
+      : LitRoom(room, room_rays, apertures, room_light), indirect_feedback(rays, planes, light, windows),
+        other_objects(rays, patches, windows) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
       lattices[k].pattern = kLevels[k].rays == kRays ? &near_pattern : &far_pattern;
   }
 
-  void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
-  Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
-  IndirectChange lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                     const glm::dvec3& direction) const;
   Node* node(const Lattice& lattice, const LatticeKey& key) const;
   const Cell& cell(const Lattice& lattice, const LatticeKey& key) const;
   const IndirectChange& current(const Lattice& lattice, Node& node, const glm::dvec3& x, std::uint32_t triangle,
                                 const glm::dvec3& n) const;
-  double radii_away(const glm::dvec3& x) const;
   std::optional<IndirectChange> between_nodes(const Lattice& lattice, std::uint32_t triangle, std::uint32_t facing,
                                               const glm::dvec3& x) const;
 };
 
-/// What of the receiver still holds is kept.
-void IndirectShadow::State::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
-                                  Receiver& receiver) const {
-  receiver.covered.clear();
-  find_occluded(rays, patches, parts, x, n, pattern, receiver.covered);
-  receiver.hidden.clear();
-  for (const OccludedDirection& c : receiver.covered)
-    if (c.behind) {
-      auto same = std::find_if(receiver.hidden.begin(), receiver.hidden.end(),
-                               [&](const Hidden& h) { return h.patch == c.behind; });
-      if (same == receiver.hidden.end())
-        same = receiver.hidden.insert(same, {c.behind, 0.0f});
-      same->weight += c.weight;
-    }
-  if (receiver.sky_visibility < 0.0f)
-    receiver.sky_visibility = windows.visible_fraction(x, n);
-}
-
-IndirectChange IndirectShadow::State::lit(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                                          const glm::dvec3& direction) const {
-  IndirectChange change;
-  for (std::size_t k = 0; k < receiver.covered.size(); ++k) {
-    const OccludedDirection& c = receiver.covered[k];
-    const Rgb object = object_radiance(c, radiance);
-    change.irradiance += c.weight * (object - sunlight_behind(c, k, windows));
-  }
-  for (const Hidden& h : receiver.hidden)
-    change.irradiance -= h.weight * h.patch->reflectance * patches.irradiance(*h.patch) * std::numbers::inv_pi_v<float>;
-  const RoomPoint point = room_light.at_surface(triangle, x, direction);
-  change.before = point.indirect_irradiance + receiver.sky_visibility * point.open_sky_irradiance;
-  return change;
-}
-
+/// Two threads may make it: one of the two is kept.
 Node* IndirectShadow::State::node(const Lattice& lattice, const LatticeKey& key) const {
   auto found = lattice.nodes.find(key);
   if (found == lattice.nodes.end())
@@ -152,24 +87,24 @@ Node* IndirectShadow::State::node(const Lattice& lattice, const LatticeKey& key)
   return found->second.get();
 }
 
+/// Made when first looked up.
 const Cell& IndirectShadow::State::cell(const Lattice& lattice, const LatticeKey& key) const {
-  auto found = lattice.cells.find(key);
+  const auto found = lattice.cells.find(key);
   if (found != lattice.cells.end())
     return *found->second;
   auto made = std::make_unique<Cell>();
   const RoomFacing& f = planes[key.facing];
-  glm::dvec3 air[4];
+  std::array<glm::dvec3, 4> air;
   for (int k = 0; k < 4; ++k) {
-    air[k] = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m) + kAirGap_m * f.normal;
-    made->corner[k] = node(lattice, {key.i + (k & 1), key.j + (k >> 1), key.facing});
+    const LatticeKey corner{key.i + (k & 1), key.j + (k >> 1), key.facing};
+    air[static_cast<std::size_t>(k)] = f.corner(corner.i, corner.j, lattice.cell_m) + kAirGap_m * f.normal;
+    made->corner[static_cast<std::size_t>(k)] = node(lattice, corner);
   }
-  made->open = true;
-  constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
-  for (const auto& way : kWays)
-    made->open = made->open && windows.visible(air[way[0]], air[way[1]]);
+  made->open = see_each_other(rays, air);
   return *lattice.cells.emplace(key, std::move(made)).first->second;
 }
 
+/// Renewed when the light is another; traced anew when an object moved. `n`: the normal at the node.
 const IndirectChange& IndirectShadow::State::current(const Lattice& lattice, Node& node, const glm::dvec3& x,
                                                      std::uint32_t triangle, const glm::dvec3& n) const {
   if (node.light_version.load(std::memory_order_acquire) != light_version) {
@@ -177,59 +112,34 @@ const IndirectChange& IndirectShadow::State::current(const Lattice& lattice, Nod
     if (node.light_version.load(std::memory_order_relaxed) != light_version) {
       if (std::exchange(node.placement_version, placement_version) != placement_version)
         trace(x + kAirGap_m * n, n, *lattice.pattern, node.receiver);
-      node.light = lit(node.receiver, triangle, x, -n);
+      node.light = change(node.receiver, triangle, x, -n);
       node.light_version.store(light_version, std::memory_order_release);
     }
   }
   return node.light;
 }
 
-/// From the middle of the nearest object, in its radii.
-double IndirectShadow::State::radii_away(const glm::dvec3& x) const {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    nearest = std::min(nearest, glm::length(x - parts.sphere(k).centre) / std::max(parts.sphere(k).radius, 1e-9));
-  return nearest;
-}
-
-/// Empty where no corner of the cell sees x.
+/// Bilinear between the corners of the cell; empty where none of them sees x.
 std::optional<IndirectChange> IndirectShadow::State::between_nodes(const Lattice& lattice, std::uint32_t triangle,
                                                                    std::uint32_t facing, const glm::dvec3& x) const {
   const RoomFacing& f = planes[facing];
-  const glm::dvec2 p(glm::dot(f.u, x) / lattice.cell_m, glm::dot(f.v, x) / lattice.cell_m);
-  const glm::dvec2 lower = glm::floor(p);
-  const LatticeKey key{static_cast<std::int64_t>(lower.x), static_cast<std::int64_t>(lower.y), facing};
-  const Cell& square = cell(lattice, key);
-  const glm::vec2 t(p - lower);
-  const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
+  const LatticeSquare square = f.square(x, lattice.cell_m);
+  const Cell& around = cell(lattice, {square.i, square.j, facing});
   IndirectChange sum;
   float whole = 0.0f;
   for (int k = 0; k < 4; ++k) {
-    const glm::dvec3 corner = f.corner(key.i + (k & 1), key.j + (k >> 1), lattice.cell_m);
-    // A cell that furniture cuts, or that reaches out of the room: corners in view stand for the others.
-    if (!square.open && !windows.visible(x + kAirGap_m * f.normal, corner + kAirGap_m * f.normal))
+    const glm::dvec3 corner = f.corner(square.i + (k & 1), square.j + (k >> 1), lattice.cell_m);
+    // A cell that furniture cuts, or that leaves the room: corners in view stand for the others.
+    if (!around.open && !windows.visible(x + kAirGap_m * f.normal, corner + kAirGap_m * f.normal))
       continue;
-    const IndirectChange& c = current(lattice, *square.corner[k], corner, triangle, f.normal);
-    sum.irradiance += weight[k] * c.irradiance;
-    sum.before += weight[k] * c.before;
-    whole += weight[k];
+    const IndirectChange& c = current(lattice, *around.corner[static_cast<std::size_t>(k)], corner, triangle, f.normal);
+    sum.irradiance += square.weight[k] * c.irradiance;
+    sum.before += square.weight[k] * c.before;
+    whole += square.weight[k];
   }
   if (whole < kLeastWeight)
     return std::nullopt;
   return IndirectChange{sum.irradiance / whole, sum.before / whole};
-}
-
-/// The sun's light on one side of an object's surface, reflected.
-Rgb IndirectShadow::State::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const {
-  const Rgb irradiance = windows.sun_sample(0, x + kAirGap_m * n, n);
-  if (irradiance == Rgb(0.0f))
-    return irradiance;
-  double skin = kAirGap_m;
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    skin = std::max(skin, kSkin * parts.sphere(k).radius);
-  if (parts.occluded(x + skin * n, windows.sun_direction()))
-    return Rgb(0.0f);
-  return reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
 IndirectShadow::IndirectShadow(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
@@ -239,6 +149,7 @@ IndirectShadow::IndirectShadow(IndirectShadow&&) noexcept = default;
 IndirectShadow& IndirectShadow::operator=(IndirectShadow&&) noexcept = default;
 IndirectShadow::~IndirectShadow() = default;
 
+/// The width of the cells follows the smallest object, whose shadow is the sharpest.
 void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
   State& s = *state_;
   s.parts = PlacedParts(std::move(parts));
@@ -259,29 +170,30 @@ void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
   }
 }
 
-void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky) {
+void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun,
+                             std::uint64_t sky_version) {
   State& s = *state_;
-  if (!same_sky) {
+  if (std::exchange(s.sky_version, sky_version) != sky_version || sky_version == 0) {
     s.windows.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
     s.patches.set_frame(pyramid, s.windows.apertures());
   }
   s.indirect_feedback.set_frame();
 }
 
-Sh9Rgb IndirectShadow::arriving_change(std::size_t part, const glm::dvec3& x) const {
+Sh9Rgb IndirectShadow::feedback(std::size_t part, const glm::dvec3& x) const {
   return state_->indirect_feedback.change(part, x);
 }
 
-void IndirectShadow::set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
-                               std::span<const glm::vec3> normals, std::span<const Rgb> reflectance) {
+/// L_out = radiance + rho / pi E_sun V, on both sides.
+void IndirectShadow::set_light(std::vector<TwoSided> radiance, const ObjectSurface& surface) {
   State& s = *state_;
   s.radiance = std::move(radiance);
   if (s.windows.has_sun())
-    parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), 64), [&](const auto& range) {
+    parallel_for(tbb::blocked_range<std::size_t>(0, s.radiance.size(), 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const glm::dvec3 n(normals[i]);
-        s.radiance[i].front += s.reflected_sun(positions[i], n, reflectance[i]);
-        s.radiance[i].back += s.reflected_sun(positions[i], -n, reflectance[i]);
+        const glm::dvec3 n(surface.normals[i]);
+        s.radiance[i].front += s.reflected_sun(surface.positions[i], n, surface.reflectance[i]);
+        s.radiance[i].back += s.reflected_sun(surface.positions[i], -n, surface.reflectance[i]);
       }
     });
   ++s.light_version;
@@ -289,10 +201,11 @@ void IndirectShadow::set_light(std::vector<TwoSided> radiance, std::span<const g
 
 bool IndirectShadow::objects_see_each_other() const { return state_->other_objects.any(); }
 void IndirectShadow::exchange() { state_->other_objects.set_light(state_->radiance); }
-Sh9Rgb IndirectShadow::exchanged_change(std::size_t part, const glm::dvec3& x) const {
+Sh9Rgb IndirectShadow::exchanged(std::size_t part, const glm::dvec3& x) const {
   return state_->other_objects.change(part, x);
 }
 
+/// r^2 / d^2, the form factor of a sphere that faces x (Howell B-4), above kLeastFraction for some object.
 bool IndirectShadow::affects(const glm::dvec3& x) const {
   const PlacedParts& parts = state_->parts;
   for (std::size_t k = 0; k < parts.size(); ++k) {
@@ -305,9 +218,10 @@ bool IndirectShadow::affects(const glm::dvec3& x) const {
 
 bool IndirectShadow::near(const glm::dvec3& x) const { return state_->radii_away(x) < kLevels[0].blend_to; }
 
+/// Between two levels the change is blended with 3 t^2 - 2 t^3, t = (d - from) / (to - from): no step where cells grow.
 IndirectChange IndirectShadow::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;
-  const std::uint32_t facing = s.planes.facing_of(triangle, direction);
+  const std::uint32_t facing = s.facing_of(triangle, direction);
   const double away = s.radii_away(x);
   std::size_t level = 0;
   while (level + 1 < kLevels.size() && away >= kLevels[level].blend_to)
@@ -329,22 +243,23 @@ IndirectChange IndirectShadow::at(std::uint32_t triangle, const glm::dvec3& x, c
   return change;
 }
 
+/// Every direction of the pattern, traced here.
 IndirectChange IndirectShadow::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
                                         int count) const {
   const State& s = *state_;
-  const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
+  const glm::dvec3 n = s.normal_of(triangle, direction);
   Receiver receiver;
   s.trace(x + kAirGap_m * n, n, count == kRays ? s.near_pattern : DirectionPattern(count), receiver);
-  return s.lit(receiver, triangle, x, direction);
+  return s.change(receiver, triangle, x, direction);
 }
 
 Rgb IndirectShadow::sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
-  const glm::dvec3 n = state_->planes[state_->planes.facing_of(triangle, direction)].normal;
+  const glm::dvec3 n = state_->normal_of(triangle, direction);
   return state_->windows.sun(x + kAirGap_m * n, n);
 }
 
 std::uint32_t IndirectShadow::facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {
-  return state_->planes.facing_of(triangle, direction);
+  return state_->facing_of(triangle, direction);
 }
 
 } // namespace daylit

@@ -7,7 +7,7 @@
 // (L_object - L_room behind it) cos dw. What is behind is looked up where the ray meets the room, not in the nine
 // coefficients: next to a sunlit floor these are wrong by a factor at the horizon, where objects stand. Sky behind the
 // object counts as zero: its loss is the direct shadow, drawn elsewhere. What is behind is the room without objects;
-// the objects themselves see the room with their own direct shadow on it (arriving_change); further bounces are left
+// the objects themselves see the room with their own direct shadow on it (feedback); further bounces are left
 // out.
 //
 // Rays are traced at the corners of square cells on the room's planes, finer near an object, when a point nearby is
@@ -18,17 +18,10 @@
 #include <span>
 #include <vector>
 
-#include "runtime/indirect/room_light.h"
-#include "runtime/object/placed_parts.h"
-#include "runtime/object/relight.h"
+#include "runtime/indirect/receiver.h"
+#include "runtime/object/object_surface.h"
 
 namespace daylit {
-
-/// At a point of the room.
-struct IndirectChange {
-  Rgb irradiance{0.0f}; ///< Delta E
-  Rgb before{0.0f};     ///< irradiance without the objects, sun excepted
-};
 
 /// Keeps references to everything given to the constructor. at() is thread-safe.
 class IndirectShadow {
@@ -41,22 +34,21 @@ public:
 
   /// The parts must live until the next call.
   void set_objects(std::vector<PlacedPart> parts);
-  /// The light of a frame; room_light must hold the same frame's, and `pyramid` lives until the next. `same_sky`: only
-  /// objects moved since the last call.
-  void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, bool same_sky = false);
-  /// Nine coefficients of the change of radiance that arrives at a point of a part because the objects keep direct
-  /// light from the room around them. From eight points of the part's box, trilinear.
-  Sh9Rgb arriving_change(std::size_t part, const glm::dvec3& x) const;
+  /// The light of a sky; room_light must hold the same sky's, and `pyramid` lives until the next. Equal versions mean
+  /// the same sky: then only objects moved since the last call. 0: another sky.
+  void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, std::uint64_t sky_version = 0);
+  /// Indirect feedback: nine coefficients of the change of radiance that arrives at a point of a part because the
+  /// objects keep direct light from the room around them.
+  Sh9Rgb feedback(std::size_t part, const glm::dvec3& x) const;
   /// `radiance`: that leaves each vertex of all objects, on both sides, but for the sun's, which is added here with
   /// shadows. Call after set_sky().
-  void set_light(std::vector<TwoSided> radiance, std::span<const glm::dvec3> positions,
-                 std::span<const glm::vec3> normals, std::span<const Rgb> reflectance);
+  void set_light(std::vector<TwoSided> radiance, const ObjectSurface& surface);
 
-  /// Light between the objects: whether there is any, and once set_light() has said what leaves them, what it changes
-  /// of the radiance that arrives at a point of a part.
+  /// Light between the objects: whether there is any, and after set_light(), what it changes of the radiance that
+  /// arrives at a point of a part.
   bool objects_see_each_other() const;
   void exchange();
-  Sh9Rgb exchanged_change(std::size_t part, const glm::dvec3& x) const;
+  Sh9Rgb exchanged(std::size_t part, const glm::dvec3& x) const;
 
   /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
   bool affects(const glm::dvec3& x) const;

@@ -35,6 +35,7 @@ struct Cone {
     }
   }
   /// On all sides of x.
+  /// sin of its half angle: r / d.
   Cone(const BoundingSphere& sphere, const glm::dvec3& x) : axis(0.0, 0.0, 1.0), basis(axis) {
     const glm::dvec3 to = sphere.centre - x;
     const double distance = glm::length(to), s = sphere.radius / std::max(distance, 1e-9);
@@ -43,6 +44,7 @@ struct Cone {
       axis = to / distance;
     basis = OrthonormalBasis(axis);
   }
+  /// Uniform in the cone: cos = 1 - u (1 - cos_max). In the whole hemisphere by its cosine: cos = sqrt(1 - u) (Malley).
   glm::dvec3 direction(const DirectionPattern::Point& p) const {
     const double up = whole ? std::sqrt(1.0 - p.height) : 1.0 - p.height * (1.0 - cos_max);
     const double side = std::sqrt(std::max(0.0, 1.0 - up * up));
@@ -61,6 +63,7 @@ struct Candidates {
   std::array<OccludedDirection, kPacket> covered;
   std::size_t count = 0;
 
+  /// Rays go on past the part to the room; a room surface before the part drops the direction.
   void flush(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x,
              std::vector<OccludedDirection>& out) {
     if (count == 0)
@@ -85,6 +88,7 @@ struct Candidates {
 
 } // namespace
 
+/// A low-discrepancy set, the same for every point: neighbours differ by the scene alone.
 DirectionPattern::DirectionPattern(int count) {
   for (int k = 0; k < count; ++k) {
     const glm::dvec2 u = lattice_point(k, count);
@@ -97,6 +101,8 @@ namespace {
 
 /// `weight`: of a direction, none where it is not positive.
 template <class Weight>
+/// Sixteen directions at a time against the part, and those that meet it, sixteen at a time, against the room: what is
+/// behind, or that the room stands before the part.
 void look_at_part(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
                   const glm::dvec3& x, const Cone& cone, const DirectionPattern& pattern, const Weight& weight,
                   std::vector<OccludedDirection>& covered) {
@@ -126,6 +132,7 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
 
 } // namespace
 
+/// Parts whose sphere lies below the horizon of n are left out.
 void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
                    const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
   for (std::size_t part = 0; part < parts.size(); ++part) {

@@ -8,10 +8,10 @@
 // with their transfer vectors, as the room's light is: nothing depends on the number of vertices but that. The light
 // that comes back once more is left out.
 
-#include <array>
 #include <span>
 #include <vector>
 
+#include "runtime/indirect/box_lattice.h"
 #include "runtime/indirect/occluded_directions.h"
 #include "runtime/indirect/window_visibility.h"
 #include "runtime/object/relight.h"
@@ -24,46 +24,37 @@ public:
   OtherObjects(const RayScene& room_rays, const RoomPatches& patches, const WindowVisibility& windows)
       : rays_(room_rays), patches_(patches), windows_(windows) {}
 
-  /// `parts` must live until the next call.
+  /// Traces rays where any(). `parts` must live until the next call.
   void set_objects(const PlacedParts& parts);
   /// Some object is large enough as seen from another. The rest has no effect where none is.
   bool any() const;
-  /// `radiance`: that leaves each vertex of all objects. After the frame of patches and windows. Rays are traced when
-  /// an object has moved.
+  /// `radiance`: that leaves each vertex of all objects. After the frame of patches and windows.
   void set_light(std::span<const TwoSided> radiance);
   /// Change of the radiance that arrives at a point of a part.
   Sh9Rgb change(std::size_t part, const glm::dvec3& x) const;
 
 private:
-  static constexpr int kSide = 8; ///< points of the lattice
   struct LatticePoint {
-    std::vector<OccludedDirection> covered;
     bool used = false; ///< some vertex lies beside it
     bool open = true;  ///< not inside another object
+    std::vector<OccludedDirection> occluded;
     Sh9Rgb change{};
   };
-  struct Lattice {
+  struct Surround {
+    BoxLattice lattice;
     std::vector<std::size_t> others; ///< near enough
-    std::array<LatticePoint, kSide * kSide * kSide> points;
+    std::vector<LatticePoint> points;
   };
+  template <class Work>
+  void for_each_used(const Work& work);
+  void look_around(std::size_t part, const glm::dvec3& x, LatticePoint& point) const;
+  Sh9Rgb change_at(const LatticePoint& point, const glm::dvec3& x, std::span<const TwoSided> radiance) const;
+
   const RayScene& rays_;
   const RoomPatches& patches_;
   const WindowVisibility& windows_;
   const PlacedParts* parts_ = nullptr;
-  std::vector<Lattice> lattices_;
-  bool traced_ = false;
-
-  /// Of a point in the part's own frame: the lowest of the eight points around it, and where between them it lies.
-  struct Cell {
-    glm::ivec3 lower{0};
-    glm::vec3 fraction{0.0f};
-  };
-  Cell cell_of(std::size_t part, const glm::dvec3& own) const;
-  static std::size_t corner(const Cell& cell, int k);
-  glm::dvec3 position(std::size_t part, std::size_t point) const;
-  void mark_used(std::size_t part);
-  void look_around(std::size_t part, std::size_t point);
-  Sh9Rgb change_at(const LatticePoint& point, const glm::dvec3& x, std::span<const TwoSided> radiance) const;
+  std::vector<Surround> surrounds_;
 };
 
 } // namespace daylit

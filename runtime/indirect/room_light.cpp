@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -18,9 +19,6 @@
 namespace daylit {
 
 namespace {
-
-// Probes answer for the air: light on a wall is looked up this far in front of it, metres.
-constexpr double kAir = 1e-3;
 
 struct CornerLight {
   Rgb indirect{0.0f}, open_sky{0.0f};
@@ -39,12 +37,12 @@ struct Block {
 
 constexpr int corner_of(int i, int j) { return j * (kSide + 1) + i; }
 
-struct CellPlace {
+/// The block that cell i of the lattice lies in, and which of its cells that is, along one axis.
+struct CellInBlock {
   std::int64_t block = 0;
   int cell = 0;
 };
-CellPlace place_of(double lower) {
-  const auto i = static_cast<std::int64_t>(lower);
+CellInBlock in_block(std::int64_t i) {
   const std::int64_t cell = ((i % kSide) + kSide) % kSide;
   return {(i - cell) / kSide, static_cast<int>(cell)};
 }
@@ -59,7 +57,7 @@ struct RoomLight::State {
   std::span<const SkyMap> pyramid;
   std::vector<ApertureCell> apertures;
   Rgb sun_normal_irradiance{0.0f};
-  std::uint64_t frame = 0;
+  std::uint64_t frame = 0, sky_version = 0;
   RoomPlanes planes;
   mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Block>, LatticeHash> blocks;
 
@@ -72,6 +70,8 @@ struct RoomLight::State {
   RoomPoint point(std::uint32_t triangle, const CornerLight& light) const;
 };
 
+/// E = sum_lm A_l L_lm Y_lm(n), L_lm = sum_k w_k L_lm,k of the probes around (Ramamoorthi & Hanrahan 2001). Ringing
+/// below zero is cut.
 Rgb RoomLight::State::indirect_at(const glm::dvec3& n, const VertexProbes& probes) const {
   if (probes.count == 0)
     return Rgb(0.0f);
@@ -87,29 +87,26 @@ glm::dvec3 RoomLight::State::corner(const LatticeKey& key, int index) const {
                                    kRoomLightCell_m);
 }
 
+/// A cell is open where all four corners have probes and see each other: then no edge of light crosses it unseen.
 std::unique_ptr<Block> RoomLight::State::make_block(const LatticeKey& key) const {
   auto block = std::make_unique<Block>();
   std::array<glm::dvec3, kCorners> air;
   for (int k = 0; k < kCorners; ++k) {
-    air[k] = corner(key, k) + kAir * planes[key.facing].normal;
+    air[k] = corner(key, k) + kAirGap_m * planes[key.facing].normal;
     block->probes[k].count = sampler.weights(air[k], block->probes[k].probe, block->probes[k].weight);
   }
-  constexpr int kWays[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}};
   for (int j = 0; j < kSide; ++j)
     for (int i = 0; i < kSide; ++i) {
-      const int around[4] = {corner_of(i, j), corner_of(i + 1, j), corner_of(i, j + 1), corner_of(i + 1, j + 1)};
-      bool open = true;
-      for (const int k : around)
-        open = open && block->probes[k].count > 0;
-      for (const auto& way : kWays) {
-        const glm::dvec3 from = air[around[way[0]]], to = air[around[way[1]]];
-        open = open && !rays.occluded(rays.to_local(from), glm::vec3(to - from), 0.0f, 1.0f);
-      }
+      const std::array<int, 4> around{corner_of(i, j), corner_of(i + 1, j), corner_of(i, j + 1),
+                                      corner_of(i + 1, j + 1)};
+      const bool lit = std::ranges::all_of(around, [&](int k) { return block->probes[k].count > 0; });
+      const bool open = lit && see_each_other(rays, {air[around[0]], air[around[1]], air[around[2]], air[around[3]]});
       block->open[j * kSide + i] = open;
     }
   return block;
 }
 
+/// The window integral takes all corners at once.
 void RoomLight::State::renew(const LatticeKey& key, Block& block) const {
   std::array<glm::dvec3, kCorners> x;
   std::array<glm::vec3, kCorners> n;
@@ -121,6 +118,7 @@ void RoomLight::State::renew(const LatticeKey& key, Block& block) const {
     block.light[k] = {indirect_at(planes[key.facing].normal, block.probes[k]), open_sky[k]};
 }
 
+/// Renewed by the first thread that needs it; the others wait.
 const Block& RoomLight::State::current_block(const LatticeKey& key) const {
   auto found = blocks.find(key);
   if (found == blocks.end())
@@ -147,11 +145,13 @@ RoomLight::RoomLight(RoomLight&&) noexcept = default;
 RoomLight& RoomLight::operator=(RoomLight&&) noexcept = default;
 RoomLight::~RoomLight() = default;
 
+/// The sun's lights carry their cosine and pane later, per pixel: here is their sum.
 void RoomLight::set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                          const LightSet& lights, bool same_sky) {
+                          const LightSet& lights, std::uint64_t sky_version) {
   State& s = *state_;
   s.field = &field;
   s.pyramid = pyramid;
+  const bool same_sky = std::exchange(s.sky_version, sky_version) == sky_version && sky_version != 0;
   if (!same_sky || !std::ranges::equal(s.apertures, cells)) {
     s.apertures.assign(cells.begin(), cells.end());
     ++s.frame;
@@ -169,23 +169,20 @@ std::optional<RoomPoint> RoomLight::at(const glm::dvec3& eye, const glm::dvec3& 
   return at_surface(hit.triangle, eye + static_cast<double>(hit.distance) * direction, direction);
 }
 
+/// Bilinear between the corners of an open cell.
 RoomPoint RoomLight::at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;
   const std::uint32_t facing = s.planes.facing_of(triangle, direction);
-  const RoomFacing& f = s.planes[facing];
-  const glm::dvec2 p(glm::dot(f.u, x) / kRoomLightCell_m, glm::dot(f.v, x) / kRoomLightCell_m);
-  const glm::dvec2 lower = glm::floor(p);
-  const CellPlace i = place_of(lower.x), j = place_of(lower.y);
+  const LatticeSquare square = s.planes[facing].square(x, kRoomLightCell_m);
+  const CellInBlock i = in_block(square.i), j = in_block(square.j);
   const Block& block = s.current_block({i.block, j.block, facing});
   if (!block.open[j.cell * kSide + i.cell])
     return evaluate(triangle, x, direction);
-  const glm::vec2 t(p - lower);
-  const float weight[4] = {(1 - t.x) * (1 - t.y), t.x * (1 - t.y), (1 - t.x) * t.y, t.x * t.y};
   CornerLight light;
   for (int k = 0; k < 4; ++k) {
     const CornerLight& corner = block.light[corner_of(i.cell + (k & 1), j.cell + (k >> 1))];
-    light.indirect += weight[k] * corner.indirect;
-    light.open_sky += weight[k] * corner.open_sky;
+    light.indirect += square.weight[k] * corner.indirect;
+    light.open_sky += square.weight[k] * corner.open_sky;
   }
   return s.point(triangle, light);
 }
@@ -194,7 +191,7 @@ RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const
   const State& s = *state_;
   const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
   VertexProbes probes;
-  probes.count = s.sampler.weights(x + kAir * n, probes.probe, probes.weight);
+  probes.count = s.sampler.weights(x + kAirGap_m * n, probes.probe, probes.weight);
   const glm::vec3 normal(n);
   return s.point(
       triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, {&x, 1}, {&normal, 1}).front()});

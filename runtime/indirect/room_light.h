@@ -31,10 +31,10 @@ public:
   RoomLight& operator=(RoomLight&&) noexcept;
   ~RoomLight();
 
-  /// The light of one frame; what is given must live until the next. `same_sky`: field and pyramid are as they were,
-  /// so that what is kept holds where the cells are, too; otherwise nothing of the frame before is used.
+  /// The light of one frame; what is given must live until the next. Equal versions mean that field and pyramid are as
+  /// they were, so that what is kept holds where the cells are, too. 0: another sky.
   void set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                 const LightSet& lights, bool same_sky = false);
+                 const LightSet& lights, std::uint64_t sky_version = 0);
 
   /// Light at the surface that a ray from the camera meets first; empty where it leaves the room.
   std::optional<RoomPoint> at(const glm::dvec3& eye, const glm::dvec3& direction) const;

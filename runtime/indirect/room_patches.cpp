@@ -13,6 +13,7 @@ constexpr double kPatch_m = 0.35;
 constexpr int kPatchPoints = 5; ///< per side: where a patch is looked for
 } // namespace
 
+/// Cells as the middle of the room sees them stand for all of it: what is behind objects is not looked at closely.
 void RoomPatches::set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures) {
   pyramid_ = pyramid;
   const glm::dvec3 middle = room_.bounds().empty() ? glm::dvec3(0.0) : room_.bounds().centre();
@@ -48,6 +49,7 @@ RoomPatch* RoomPatches::at(std::uint32_t triangle, const glm::dvec3& x, const gl
   return patches_.emplace(key, std::move(made)).first->second.get();
 }
 
+/// E = E_indirect + E_sky at the patch's point.
 Rgb RoomPatches::irradiance(RoomPatch& patch) const {
   if (patch.lit && patch.frame.load(std::memory_order_acquire) != frame_) {
     const std::lock_guard lock(patch.renewing);

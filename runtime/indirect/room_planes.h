@@ -2,14 +2,25 @@
 
 // The planes of a room and a square lattice on each side of each: where light that changes slowly over a wall is kept.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 #include <glm/vec3.hpp>
 
+#include "scene/room/ray_scene.h"
 #include "scene/room/room.h"
 
 namespace daylit {
+
+/// Light on surfaces is looked up, and rays start, this far in front of them, metres.
+constexpr double kAirGap_m = 1e-3;
+
+/// Cell of a square lattice, with the bilinear weights of its corners: (0, 0), (1, 0), (0, 1), (1, 1).
+struct LatticeSquare {
+  std::int64_t i = 0, j = 0;
+  float weight[4] = {1.0f, 0.0f, 0.0f, 0.0f};
+};
 
 /// A plane of the room seen from one side.
 struct RoomFacing {
@@ -18,7 +29,12 @@ struct RoomFacing {
   glm::dvec3 corner(std::int64_t i, std::int64_t j, double cell_m) const {
     return height * normal + cell_m * (static_cast<double>(i) * u + static_cast<double>(j) * v);
   }
+  /// That x, on the plane, lies in.
+  LatticeSquare square(const glm::dvec3& x, double cell_m) const;
 };
+
+/// No surface of the room stands between any two of the four points, world metres.
+bool see_each_other(const RayScene& room_rays, const std::array<glm::dvec3, 4>& points);
 
 class RoomPlanes {
 public:

@@ -26,16 +26,18 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
 
 } // namespace
 
-void add_arriving_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+/// L += rho / pi sum_lm dL_lm C_lm at each vertex.
+void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
-      objects, [&](std::size_t part, const glm::dvec3& x) { return field.arriving_change(part, x); }, radiance);
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.feedback(part, x); }, radiance);
 }
 
-void add_exchanged_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
-      objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged_change(part, x); }, radiance);
+      objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged(part, x); }, radiance);
 }
 
+/// All points that need the window integral are gathered first, and integrated together.
 std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
                                         std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,
                                         std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,

@@ -20,8 +20,8 @@ std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<
 
 /// Adds to the reflected indirect radiance of each vertex what the objects change of the light that the room sends
 /// them.
-void add_arriving_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
 /// The same of what they hide from each other and send to each other.
-void add_exchanged_change(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
 
 } // namespace daylit

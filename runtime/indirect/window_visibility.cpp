@@ -17,6 +17,7 @@ constexpr int kWindowPoints = 4; ///< per side: those of a window fill a packet 
 constexpr int kSunSamples = 8;
 } // namespace
 
+/// Directions that fill the disc evenly; each carries the whole sun's irradiance.
 void WindowVisibility::set_sun(const std::optional<DetectedSun>& detected) {
   sun_.clear();
   sun_normal_irradiance_ = detected ? detected->normal_irradiance : Rgb(0.0f);
@@ -62,11 +63,13 @@ std::uint32_t WindowVisibility::past_room(const glm::dvec3& x, std::span<const g
   return ~rays_.occluded16(packet, static_cast<int>(offsets.size()));
 }
 
+/// V = integral of V cos cos / r^2 over the windows / the same with V = 1.
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const {
   return static_cast<float>(
       weighted_fraction(x, n, 1.0, [&](std::span<const glm::dvec3> offsets) { return past_room(x, offsets); }));
 }
 
+/// The same of what the parts block and the room does not. Only directions towards a part are traced against the room.
 float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
   return static_cast<float>(weighted_fraction(x, n, 0.0, [&](std::span<const glm::dvec3> offsets) {
     std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
@@ -76,6 +79,7 @@ float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& 
   }));
 }
 
+/// E = cos tau E_normal V: tau of all panes on the way; none at all where the ray crosses no aperture.
 Rgb WindowVisibility::sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const {
   if (sun_.empty())
     return Rgb(0.0f);
@@ -98,6 +102,7 @@ Rgb WindowVisibility::sun(const glm::dvec3& x, const glm::dvec3& n) const {
   return sun_.empty() ? sum : sum / static_cast<float>(sun_.size());
 }
 
+/// By one sample for the whole disc: the edge of the sun's shadow is no sharper than the interpolation.
 Rgb WindowVisibility::lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
   const Rgb arrives = sun_sample(sun_.size() / 2, x, n);
   return arrives != Rgb(0.0f) && parts.occluded(x, sun_direction()) ? arrives : Rgb(0.0f);

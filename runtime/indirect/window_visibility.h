@@ -6,14 +6,12 @@
 #include <span>
 #include <vector>
 
+#include "runtime/indirect/room_planes.h"
 #include "runtime/object/placed_parts.h"
 #include "runtime/sky/direct_light.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
-
-/// Points on surfaces are looked from this far in front of them, metres.
-constexpr double kAirGap_m = 1e-3;
 
 /// Keeps a reference to the room's rays.
 class WindowVisibility {

@@ -8,7 +8,7 @@
 
 #include <glm/mat4x4.hpp>
 
-#include "runtime/composite/compose.h"
+#include "runtime/base/photo_scale.h"
 #include "runtime/input/marker_pose.h"
 #include "runtime/input/photograph.h"
 #include "scene/config/config.h"

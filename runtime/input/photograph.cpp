@@ -170,19 +170,23 @@ Result<Photograph> read_photograph(const std::filesystem::path& path, const std:
   return photo;
 }
 
+Rgb8Image encode_picture(const CameraResponse& response, const RgbImage& picture) {
+  Rgb8Image out{picture.width, picture.height, std::vector<std::uint8_t>(3 * picture.texels.size())};
+  for (std::size_t i = 0; i < picture.texels.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      out.bytes[3 * i + static_cast<std::size_t>(c)] = response.encode(picture.texels[i][c], c);
+  return out;
+}
+
 Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& changed,
                                     const std::vector<std::uint8_t>& touched) {
-  const std::size_t texels = photo.linear.texels.size();
-  if (changed.width != photo.linear.width || changed.height != photo.linear.height || touched.size() != texels)
+  if (changed.width != photo.linear.width || changed.height != photo.linear.height ||
+      touched.size() != photo.linear.texels.size())
     return Error{ErrorCode::value_invalid, "the changed picture has another size than the photograph", "", ""};
-  Rgb8Image out{changed.width, changed.height, photo.original.bytes};
-  out.bytes.resize(3 * texels);
-  for (std::size_t i = 0; i < texels; ++i) {
-    if (touched[i] == 0 && !photo.is_hdr())
-      continue;
-    for (int c = 0; c < 3; ++c)
-      out.bytes[3 * i + static_cast<std::size_t>(c)] = photo.response.encode(changed.texels[i][c], c);
-  }
+  Rgb8Image out = encode_picture(photo.response, changed);
+  for (std::size_t i = 0; i < touched.size() && !photo.is_hdr(); ++i)
+    if (touched[i] == 0)
+      std::copy_n(&photo.original.bytes[3 * i], 3, &out.bytes[3 * i]);
   return out;
 }
 

@@ -51,8 +51,10 @@ struct Photograph {
 /// EXR or Radiance .hdr (response must be "linear"), PNG or JPEG. NaN or infinite pixels of an EXR are an Error.
 Result<Photograph> read_photograph(const std::filesystem::path& path, const std::string& response);
 
+/// 8-bit code values of a linear picture.
+Rgb8Image encode_picture(const CameraResponse& response, const RgbImage& picture);
 /// The changed picture in the photograph's own 8-bit code values. Pixels with touched == 0 keep their bytes. For a
-/// photograph without bytes (EXR) all pixels go through the response.
+/// photograph without bytes (EXR) all pixels go through the response. Error value_invalid: other sizes.
 Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& changed,
                                     const std::vector<std::uint8_t>& touched);
 

@@ -12,6 +12,7 @@
 
 namespace daylit {
 
+/// Around the middle of the bounding box; at most sqrt 3 times as wide as the smallest sphere.
 BoundingSphere ObjectSurface::bounds() const {
   Bounds box;
   for (const auto& t : triangles)
@@ -31,6 +32,7 @@ BoundingSphere ObjectSurface::bounds() const {
   return sphere;
 }
 
+/// Axis: the mean direction; half angle: to the farthest light, widened by 1e-3 radians for single precision.
 LightCone bounding_cone(const std::vector<DirectionalLight>& lights) {
   glm::dvec3 sum(0.0);
   for (const DirectionalLight& l : lights)
@@ -46,6 +48,7 @@ LightCone bounding_cone(const std::vector<DirectionalLight>& lights) {
   return {glm::vec3(axis), static_cast<float>(std::cos(half_angle)), static_cast<float>(std::sin(half_angle))};
 }
 
+/// Pinhole: x = fx X / Z + cx, y = fy Y / Z + cy, with (X, Y, Z) = R^T (p - eye).
 PixelBox projected_box(const RenderCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions) {
   const PixelBox whole{0, 0, camera.width_px, camera.height_px};
   if (positions.empty())

@@ -39,6 +39,7 @@ public:
     edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
   }
 
+  /// Edges are tested one by one, in parallel; vertices and triangles are then added in the order of the edges.
   std::size_t cut() {
     std::vector<float> at(edges_.size(), -1.0f);
     parallel_for(tbb::blocked_range<std::size_t>(0, edges_.size(), 256), [&](const auto& range) {
@@ -67,12 +68,14 @@ private:
   /// Of one cut: the new vertex beside the edge's first and beside its second vertex.
   using Ends = std::array<std::uint32_t, 2>;
 
+  /// By position, then by number: the edges on both sides of a seam get the same direction.
   Edge ordered(std::uint32_t a, std::uint32_t b) const {
     const glm::vec3 &p = mesh_.positions[a], &q = mesh_.positions[b];
     const std::array<float, 3> first{p.x, p.y, p.z}, second{q.x, q.y, q.z};
     return first < second || (first == second && a < b) ? Edge{a, b} : Edge{b, a};
   }
 
+  /// The triangle meets an end of the edge: it is a neighbour, and no part that crosses it.
   bool touches(std::uint32_t triangle, const Edge& e) const {
     const glm::vec3 &a = mesh_.positions[e.from], &b = mesh_.positions[e.to];
     const float same = kSame * glm::distance(a, b);
@@ -99,6 +102,7 @@ private:
     return found;
   }
 
+  /// Position, normal and reflectance are linear along the edge.
   void add_vertex(const Edge& e, float t) {
     mesh_.positions.push_back(glm::mix(mesh_.positions[e.from], mesh_.positions[e.to], t));
     const glm::vec3 n = glm::mix(mesh_.normals[e.from], mesh_.normals[e.to], t);
@@ -106,6 +110,7 @@ private:
     mesh_.reflectance.push_back(glm::mix(mesh_.reflectance[e.from], mesh_.reflectance[e.to], t));
   }
 
+  /// Seen from corner a: its own side first.
   std::optional<Ends> ends(std::uint32_t a, std::uint32_t b) const {
     const Edge e = ordered(a, b);
     const auto i = static_cast<std::size_t>(std::lower_bound(edges_.begin(), edges_.end(), e) - edges_.begin());
@@ -114,6 +119,8 @@ private:
     return e.from == a ? Ends{ends_[i], ends_[i] + 1} : Ends{ends_[i] + 1, ends_[i]};
   }
 
+  /// One cut: two triangles. Two: the corner between them, and two triangles of the rest. Three: three corners and the
+  /// middle.
   void add_parts(const Triangle& t, std::vector<Triangle>& parts) const {
     std::array<std::optional<Ends>, 3> cut; // of the edges from each corner to the next
     std::size_t cuts = 0;

@@ -16,6 +16,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 } // namespace
 
+/// world_from_object = T R s: its linear part is s R, and s the cube root of its determinant.
 PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
   for (const PlacedPart& part : parts) {
     Caster c;
@@ -39,11 +40,14 @@ glm::dvec3 PlacedParts::to_world(std::size_t which, const glm::dvec3& own) const
   return glm::dvec3(casters_[which].part.world_from_object * glm::dvec4(own, 1.0));
 }
 
+/// R^T (x - t) / s.
 glm::dvec3 PlacedParts::to_own(std::size_t which, const glm::dvec3& world) const {
   const Caster& c = casters_[which];
   return c.own_from_world * (world - c.position) / c.scale;
 }
 
+/// Distances of the part's own frame are s times smaller than the world's. The back is met when the ray runs along the
+/// triangle's normal.
 PartHit PlacedParts::part_hit(const Caster& c, const glm::vec3& own_direction, const RayHit& found) const {
   const auto& t = c.part.triangles[found.triangle];
   const glm::vec3 a = c.part.positions[t[0]];
@@ -67,6 +71,7 @@ bool PlacedParts::cast(std::size_t which, const glm::dvec3& x, const glm::dvec3&
   return true;
 }
 
+/// The part's sixteen rays at once, then for those that meet it the other parts one by one.
 std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
                                       std::span<PartHit> hits, std::size_t ignored) const {
   const Caster& c = casters_[which];
@@ -90,6 +95,7 @@ std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, st
   return met;
 }
 
+/// The ray meets the bounding sphere: |to|^2 - (to.w)^2 <= r^2 ahead of x, or x lies in it.
 bool PlacedParts::may_cover(const Caster& c, const glm::dvec3& x, const glm::dvec3& w) {
   const glm::dvec3 to = c.sphere.centre - x;
   const double along = glm::dot(to, w), r2 = c.sphere.radius * c.sphere.radius, d2 = glm::dot(to, to);
@@ -106,6 +112,7 @@ bool PlacedParts::hidden(const glm::dvec3& x, const glm::dvec3& w, double distan
 
 bool PlacedParts::occluded(const glm::dvec3& x, const glm::dvec3& w) const { return occluded(x, {&w, 1}) != 0; }
 
+/// Only rays that may meet a part's sphere, and are not yet blocked, are traced against it.
 std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions) const {
   std::uint32_t all = 0;
   for (std::size_t part = 0; part < casters_.size(); ++part) {

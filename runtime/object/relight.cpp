@@ -7,8 +7,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "runtime/base/lane_vector.h"
 #include "runtime/base/sh_rotation.h"
+#include "runtime/object/received_light.h"
 #include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
@@ -18,6 +18,7 @@ namespace {
 constexpr float kMostAgain = 0.99f; // a white surface around itself keeps a little less than all
 }
 
+/// C'_l = D_l(R) C_l, band by band (Ivanic & Ruedenberg 1996 for any l; base/sh_rotation.h for l <= 2).
 void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r, std::span<VertexTransfer> turned) {
   const Rotation9 rotation(r);
   parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
@@ -31,6 +32,7 @@ void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& 
 
 namespace {
 
+/// sum_lm L_lm C_lm, the integral of two functions in an orthonormal basis.
 Rgb dot9(const Sh9Rgb& light, const TransferVector& transfer) {
   Rgb sum(0.0f);
   for (int i = 0; i < 9; ++i)
@@ -70,10 +72,12 @@ constexpr std::size_t kChunk = 256; ///< vertices
 
 } // namespace
 
+/// Equation 5 of Grosch et al. 2007.
 Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, const Rgb& reflectance) {
   return reflected_sum(dot9(light, transfer), reflectance);
 }
 
+/// L + rho / pi sum_lm dL_lm C_lm.
 Rgb add_reflected(const Rgb& radiance, const Sh9Rgb& change, const TransferVector& transfer, const Rgb& reflectance) {
   return glm::max(radiance + reflectance * dot9(change, transfer) * std::numbers::inv_pi_v<float>, Rgb(0.0f));
 }
@@ -87,6 +91,7 @@ std::vector<VertexProbes> find_vertex_probes(const LightFieldSampler& sampler, s
   return probes;
 }
 
+/// Breadth-first over the mesh from all lit vertices at once.
 std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> triangles,
                                  std::vector<VertexProbes>& probes) {
   const auto without = static_cast<std::size_t>(
@@ -117,6 +122,9 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
   return without;
 }
 
+/// Front: rho / pi sum L_lm C_lm, and what the object's own surface sends: with a = `again`, light of the k-th
+/// reflection, k >= 2, is rho^k a^(k-2) / pi sum L_lm B_lm, B the bounce vector (Sloan et al. 2002, section 5);
+/// together rho^2 / (1 - a rho). The probes' light is interpolated, L_lm(x) = sum_k w_k L_lm,k.
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
                                        std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
                                        std::span<const Rgb> reflectance, Ringing* ringing) {
@@ -146,54 +154,21 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
 
 namespace {
 
-constexpr int kLanes = 16;
-struct alignas(64) LightLanes {
-  float x[kLanes] = {}, y[kLanes] = {}, z[kLanes] = {}, irradiance[3][kLanes] = {};
-};
-
-std::vector<LightLanes> in_lanes(std::span<const DirectionalLight> lights) {
-  std::vector<LightLanes> lanes((lights.size() + kLanes - 1) / kLanes);
-  for (std::size_t j = 0; j < lights.size(); ++j) {
-    LightLanes& l = lanes[j / kLanes];
-    const std::size_t k = j % kLanes;
-    l.x[k] = static_cast<float>(lights[j].direction.x);
-    l.y[k] = static_cast<float>(lights[j].direction.y);
-    l.z[k] = static_cast<float>(lights[j].direction.z);
-    for (int c = 0; c < 3; ++c)
-      l.irradiance[c][k] = lights[j].irradiance[c];
-  }
-  return lanes;
-}
-
-DAYLIT_LANE_CLONES void add_received(const LightLanes* lanes, std::size_t count, float nx, float ny, float nz,
-                                     float (*sum)[kLanes]) {
-  for (const LightLanes* l = lanes; l != lanes + count; ++l)
-    DAYLIT_EACH_LANE {
-      const float cosine = nx * l->x[k] + ny * l->y[k] + nz * l->z[k], lit = cosine > 0.0f ? cosine : 0.0f;
-      sum[0][k] += lit * l->irradiance[0][k];
-      sum[1][k] += lit * l->irradiance[1][k];
-      sum[2][k] += lit * l->irradiance[2][k];
-    }
-}
-
-/// Irradiance of one side: exact without shadow, times the fraction that the object leaves in nine coefficients.
-Rgb shadowed_irradiance(const std::vector<LightLanes>& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
+/// Irradiance of one side: E(n) of the lights, exact without shadow, times the fraction sum_lm L_lm C_lm / E that the
+/// object leaves of it in nine coefficients, per channel.
+Rgb shadowed_irradiance(const ReceivedLight& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
                         const TransferVector& transfer) {
-  Rgb open(0.0f), shadowed(0.0f), unshadowed(0.0f);
-  alignas(64) float sum[3][kLanes] = {};
-  add_received(windows.data(), windows.size(), n.x, n.y, n.z, sum);
+  const Rgb shadowed = dot9(coefficients, transfer), whole = irradiance(coefficients, n);
+  Rgb unshadowed(1.0f);
   for (int c = 0; c < 3; ++c)
-    open[c] = std::accumulate(sum[c], sum[c] + kLanes, 0.0f);
-  for (int i = 0; i < 9; ++i)
-    shadowed += coefficients[i] * transfer[i];
-  const Rgb whole = irradiance(coefficients, n);
-  for (int c = 0; c < 3; ++c)
-    unshadowed[c] = whole[c] > 0.0f ? std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f) : 1.0f;
-  return open * unshadowed;
+    if (whole[c] > 0.0f)
+      unshadowed[c] = std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f);
+  return windows.irradiance(n) * unshadowed;
 }
 
 } // namespace
 
+/// L_lm of the windows' lights = sum_j E_j Y_lm(w_j).
 std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
                                       std::span<const glm::vec3> normals,
                                       std::span<const VertexTransfer> world_transfer,
@@ -204,14 +179,16 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
     for (int i = 0; i < 9; ++i)
       coefficients[i] += y[i] * l.irradiance;
   }
-  const std::vector<LightLanes> lanes = in_lanes(windows);
+  const ReceivedLight received(windows);
   std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
   parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const Rgb rho_over_pi = reflectance[i] * std::numbers::inv_pi_v<float>;
-      radiance[i].front += rho_over_pi * shadowed_irradiance(lanes, coefficients, normals[i], world_transfer[i].front);
+      radiance[i].front +=
+          rho_over_pi * shadowed_irradiance(received, coefficients, normals[i], world_transfer[i].front);
       if (world_transfer[i].back != TransferVector{})
-        radiance[i].back += rho_over_pi * shadowed_irradiance(lanes, coefficients, -normals[i], world_transfer[i].back);
+        radiance[i].back +=
+            rho_over_pi * shadowed_irradiance(received, coefficients, -normals[i], world_transfer[i].back);
     }
   });
   return radiance;

@@ -19,6 +19,7 @@ namespace daylit {
 
 namespace {
 
+/// The bits of i mirrored at the binary point (van der Corput 1935).
 double radical_inverse_2(std::uint32_t i) {
   i = (i << 16) | (i >> 16);
   i = ((i & 0x00FF00FFu) << 8) | ((i & 0xFF00FF00u) >> 8);
@@ -66,6 +67,7 @@ public:
   }
 
   /// The direction dips below a face that meets at this vertex.
+  /// Above the smooth normal's plane and below a facet's, or the other way round.
   bool dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const {
     const auto& faces = faces_[group_[vertex]];
     return std::any_of(faces.begin(), faces.end(),
@@ -85,6 +87,7 @@ struct Occluder {
   enum class Hit { none, front, back };
   /// What a ray from a vertex meets. A direction above the smooth normal's tangent plane may dip below a coarse mesh's
   /// own facets and leave through its far side: that hit, on the back of a face, is no occluder.
+  /// Surface offset: the ray leaves the facets that it starts on.
   Hit look(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w,
            RayHit& hit) const {
     if (!scene.closest(origin, w, scene.surface_offset(), std::numeric_limits<float>::infinity(), hit))
@@ -110,6 +113,8 @@ struct Side {
   double back_fraction; ///< of the rays, that meet the back of a face
 };
 
+/// C_lm = A_l Y_lm(n) - integral over the blocked directions of cos Y_lm. With pdf = cos / pi a blocked direction
+/// weighs pi / rays, whatever its angle.
 Side side_transfer(const Occluder& occluder, std::uint32_t vertex, const glm::dvec3& normal,
                    const std::vector<glm::dvec3>& directions) {
   const OrthonormalBasis basis(normal);
@@ -192,6 +197,9 @@ constexpr double kBuriedFraction = 0.5;
 
 } // namespace
 
+/// Three passes: direct transfer, then the mean transfer of what the blocked directions meet (one reflection), then the
+/// mean of that (two), of which only the ratio of L_00 is kept: the rest of the series is taken as constant in
+/// direction.
 Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings) {
   std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
   Result<RayScene> scene = RayScene::build(positions, mesh.triangles);

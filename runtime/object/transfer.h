@@ -43,7 +43,7 @@ struct TransferSettings {
 /// it stays as it is. Error: no ray scene.
 Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings = {});
 
-/// FNV-1a over positions, normals, triangles and settings, 16 hex digits: what a cached result belongs to.
+/// XXH64 of positions, normals, triangles and settings, 16 hex digits: what a cached result belongs to.
 std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings = {});
 
 /// The vectors that belong to `key`, from the bytes of a file; `path` only appears in errors. Error: file_malformed

@@ -1,17 +1,17 @@
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <span>
 
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/checksum.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr std::uint32_t kTransferVersion = 4;
+constexpr std::uint32_t kTransferVersion = 5;
 // |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
 constexpr float kLargestCoefficient = 3.1416f;
 
@@ -22,25 +22,9 @@ struct Header {
   std::uint32_t coefficients = 28; ///< nine each of front, back and bounce, and one
   std::uint64_t vertices = 0;
   char key[16] = {};
-  std::uint64_t checksum = 0; ///< FNV-1a of the floats
+  std::uint64_t checksum = 0; ///< XXH64 of the floats
 };
 static_assert(sizeof(Header) == 48);
-
-class Fnv1a {
-public:
-  void add(std::span<const std::byte> bytes) {
-    for (const std::byte b : bytes)
-      hash_ = (hash_ ^ static_cast<std::uint64_t>(b)) * 1099511628211ull;
-  }
-  template <class T>
-  void add(const std::vector<T>& values) {
-    add(std::as_bytes(std::span<const T>(values)));
-  }
-  std::uint64_t value() const { return hash_; }
-
-private:
-  std::uint64_t hash_ = 14695981039346656037ull;
-};
 
 Error malformed(const std::filesystem::path& path, const std::string& what) {
   return {ErrorCode::file_malformed, what, path.string(), "delete the file, it is computed again"};
@@ -48,17 +32,17 @@ Error malformed(const std::filesystem::path& path, const std::string& what) {
 
 } // namespace
 
+/// Over all that the vectors follow from.
 std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings) {
-  Fnv1a hash;
+  Checksum hash;
   hash.add(mesh.positions);
   hash.add(mesh.normals);
   hash.add(mesh.triangles);
   hash.add(std::as_bytes(std::span(&settings.rays_per_vertex, 1)));
-  char text[17];
-  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash.value()));
-  return text;
+  return hash.hex();
 }
 
+/// Sizes are checked before anything is allocated, numbers before they are used.
 Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t> bytes,
                                                    const std::filesystem::path& path, const std::string& key,
                                                    std::size_t vertices) {
@@ -72,9 +56,9 @@ Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t>
     return Error{ErrorCode::file_version, "transfer file of another version", path.string(), "delete the file"};
   if (header.coefficients != 28 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
     return malformed(path, "belongs to another object");
-  Fnv1a hash;
+  Checksum hash;
   hash.add(std::as_bytes(bytes.subspan(sizeof(header))));
-  if (hash.value() != header.checksum)
+  if (hash.digest() != header.checksum)
     return malformed(path, "wrong checksum");
   std::vector<VertexTransfer> transfer(vertices);
   if (vertices > 0)
@@ -103,14 +87,15 @@ Result<void> write_transfer(const std::filesystem::path& path, const std::string
   Header header;
   header.vertices = transfer.size();
   std::memcpy(header.key, key.data(), std::min(key.size(), sizeof(header.key)));
-  Fnv1a hash;
+  Checksum hash;
   hash.add(transfer);
-  header.checksum = hash.value();
+  header.checksum = hash.digest();
   const std::span<const std::byte> parts[] = {std::as_bytes(std::span(&header, 1)),
                                               std::as_bytes(std::span<const VertexTransfer>(transfer))};
   return write_file_atomically(path, parts);
 }
 
+/// A file that is damaged or belongs to another object is computed again and written over.
 Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesystem::path& folder,
                                        const std::string& model_stem, const TransferSettings& settings) {
   const std::string key = transfer_key(mesh, settings);

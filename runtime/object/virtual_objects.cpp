@@ -36,6 +36,7 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
   return {};
 }
 
+/// Around the bounding box, not the vertices: good enough for picking with the mouse.
 BoundingSphere VirtualObjects::bounds(std::size_t k) const {
   Bounds box;
   if (k >= parts.size())
@@ -58,6 +59,7 @@ void wind_by_normals(ObjectMesh& mesh) {
   }
 }
 
+/// A part keeps its mesh and rays in its own frame; the surface of all objects is in the world.
 Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTransfer> transfer,
                     const ObjectConfig& placement) {
   const std::size_t first = all.surface.positions.size(), count = first + mesh.positions.size();

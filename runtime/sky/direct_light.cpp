@@ -18,6 +18,7 @@ constexpr double kCellFraction = 0.125; // of the distance to the object
 constexpr int kMinDivisions = 6, kMaxDivisions = 24;
 constexpr int kCellBudget = 1000; // in all; what the shaders hold
 
+/// `count` directions over the disc, each with E / count; none when the disc misses the portal clip planes.
 std::vector<DirectionalLight> sample_sun(const DetectedSun& sun, const WindowCone& cone, int count) {
   std::vector<DirectionalLight> lights;
   if (!cone.allows(sun.direction, kSunAngularRadius))
@@ -32,6 +33,8 @@ struct Patch {
   glm::dvec3 twist;
 };
 
+/// Level whose texels have about the solid angle Omega: 1/2 log2(Omega / Omega_0), for a level's texels have four times
+/// the solid angle of those before.
 int pyramid_level(std::span<const SkyMap> pyramid, const glm::dvec3& w, double solid_angle_sr) {
   const int row = std::min(static_cast<int>(pyramid[0].position(w).y), pyramid[0].height - 1);
   const double ratio = std::max(solid_angle_sr, 1e-12) / pyramid[0].solid_angle_sr(row);
@@ -50,10 +53,12 @@ std::vector<Patch> quadrilaterals(const Aperture& a) {
   return patches;
 }
 
+/// Transmittance of the cell's pane and glass slab at this angle of incidence (scene/room/glass.h).
 Rgb through(const ApertureCell& cell, double cos_incidence) {
   return pane_transmittance(cell.transmittance, cell.refractive_index, cos_incidence);
 }
 
+/// The midpoints (s, t) of a regular division of the bilinear patch x(s, t); the area element is |dx/ds x dx/dt| ds dt.
 void append_cells(const Patch& patch, const Aperture& aperture, int divisions, std::vector<ApertureCell>& cells) {
   for (int i = 0; i < divisions; ++i)
     for (int j = 0; j < divisions; ++j) {
@@ -68,6 +73,8 @@ void append_cells(const Patch& patch, const Aperture& aperture, int divisions, s
 
 } // namespace
 
+/// Sky lights estimate equation 7 of Grosch et al. 2007: E_j = L(w_j) / (M p(w_j)), with w_j from a low-discrepancy
+/// set. The sun is sampled apart: one sample of the sky in its disc would carry all of its variance.
 LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun, std::span<const Aperture> apertures,
                        const BoundingSphere& sphere, int budget) {
   LightSet lights;
@@ -85,6 +92,8 @@ LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun,
   return lights;
 }
 
+/// Divisions of a patch: its side by kCellFraction times the distance to the sphere. The transmittance of several panes
+/// in series is that of all, divided among them by their number.
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
                                          std::span<const SkyMap> pyramid) {
   std::vector<ApertureCell> cells;
@@ -123,6 +132,8 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
   return cells;
 }
 
+/// E(x, n) = sum over the cells of L(w) tau cos_cell cos_receiver A / r^2: the form factor of a small facet (Cohen &
+/// Wallace 1993, ch. 4) times pi, by midpoints. Cosines and r are folded: facing receiving A / r^4.
 Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& x,
                         const glm::dvec3& n) {
   glm::dvec3 sum(0.0);
@@ -138,6 +149,7 @@ Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const Apertur
   return Rgb(sum);
 }
 
+/// E_cell on a plane that faces the cell = L(w) tau cos_cell A / r^2.
 std::vector<DirectionalLight> window_lights(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                                             const glm::dvec3& x) {
   std::vector<DirectionalLight> lights;
@@ -151,6 +163,7 @@ std::vector<DirectionalLight> window_lights(std::span<const SkyMap> pyramid, std
   return lights;
 }
 
+/// L_lm = sum_j E_j Y_lm(w_j) (equation 2 of Grosch et al. 2007 for a sum of distant lights).
 Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                            std::span<const DirectionalLight> sun, std::span<const Aperture> apertures,
                            const glm::dvec3& x) {

@@ -20,6 +20,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kCoveredFraction = 0.5;
 } // namespace
 
+/// The inverse of position(): theta = pi v, azimuth = 2 pi (1/2 - u).
 glm::dvec3 SkyMap::direction(double column, double row) const {
   const double theta = kPi * row / height, azimuth = 2.0 * kPi * (0.5 - column / width);
   return {std::sin(theta) * std::cos(azimuth), std::sin(theta) * std::sin(azimuth), std::cos(theta)};
@@ -32,6 +33,7 @@ glm::dvec2 SkyMap::position(const glm::dvec3& d) const {
   return {std::max(column, 0.0), std::acos(std::clamp(d.z, -1.0, 1.0)) / kPi * height};
 }
 
+/// Of a texel: 2 pi / width (cos theta_upper - cos theta_lower), exact.
 double SkyMap::solid_angle_sr(int row) const {
   return 2.0 * kPi / width * (std::cos(kPi * row / height) - std::cos(kPi * (row + 1) / height));
 }
@@ -41,6 +43,7 @@ Rgb SkyMap::lookup(const glm::dvec3& d) const {
   return at(std::min(static_cast<int>(p.x), width - 1), std::min(static_cast<int>(p.y), height - 1));
 }
 
+/// Bilinear in (azimuth, theta); around the seam, and clamped at the poles.
 Rgb SkyMap::interpolate(const glm::dvec3& d) const {
   const glm::dvec2 p = position(d) - 0.5;
   const double fx = std::floor(p.x), fy = std::floor(p.y);
@@ -53,6 +56,7 @@ Rgb SkyMap::interpolate(const glm::dvec3& d) const {
 
 namespace {
 
+/// Mean of four texels by solid angle: both of a row have the same, so that only rows are weighted.
 void halve(const SkyMap& fine, SkyMap& coarse) {
   coarse.width = fine.width / 2;
   coarse.height = fine.height / 2;
@@ -87,6 +91,8 @@ std::vector<SkyMap> sky_map_pyramid(SkyMap map) {
   return levels;
 }
 
+/// Each pixel belongs to the texel that its centre falls in. A texel that pixels cover to less than kCoveredFraction
+/// takes the pixel that its own centre falls in, or the fill.
 SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
   SkyResampler r;
   r.image_width_ = sky.image().width;
@@ -180,6 +186,8 @@ void SkyResampler::average(const Radiance& radiance, const SkyImage& sky, SkyMap
   });
 }
 
+/// L_texel = sum over its pixels of Omega_pixel L_pixel / sum of Omega_pixel. Pixels of the sun's cluster show its
+/// surround: its energy is a light of its own.
 void SkyResampler::resample(const SkyImage& sky, const DetectedSun* sun, SkyMap& map) const {
   map.width = 2 * map_height_;
   map.height = map_height_;

@@ -21,6 +21,8 @@ constexpr float kMovedFraction = 0.1f; // of the sun's radius
 
 } // namespace
 
+/// Relative deviation of a pixel, from the median of |a - b| / ((a + b) / 2) over pixels of two frames: robust against
+/// what really moved. For normal noise of deviation s the median of |a - b| is 0.6745 sqrt(2) s.
 void SteadySun::measure_noise(const SkyImage& sky) {
   const std::vector<Rgb>& texels = sky.image().texels;
   const std::size_t stride = std::max<std::size_t>(texels.size() / kNoisePixels, 1);
@@ -44,6 +46,9 @@ void SteadySun::measure_noise(const SkyImage& sky) {
   pixel_noise_ = std::min(*middle / kMedianDeviation, kMostNoise);
 }
 
+/// The deviation of this frame's energy from the mean of n frames is s sqrt(1 + 1 / n), with s = pixel noise x noise
+/// fraction of the cluster. New: beyond kThreshold of these, or when the mean of the deviations, with exponential
+/// weights, is beyond kThreshold of its own.
 bool SteadySun::is_new(const DetectedSun& sun) {
   if (!mean_ || pixel_noise_ <= 0.0 ||
       glm::length(sun.direction - mean_->direction) > static_cast<double>(kMovedFraction) * kSunAngularRadius)
@@ -55,6 +60,7 @@ bool SteadySun::is_new(const DetectedSun& sun) {
   return !(std::fabs(deviation) <= kThreshold && std::fabs(drift_) <= kDriftThreshold);
 }
 
+/// Running mean: m_n = m_(n-1) + (x_n - m_(n-1)) / n, of energy and direction.
 std::optional<DetectedSun> SteadySun::update(const SkyImage& sky, const std::optional<DetectedSun>& sun) {
   measure_noise(sky);
   if (!sun) {
@@ -78,6 +84,7 @@ std::optional<DetectedSun> SteadySun::update(const SkyImage& sky, const std::opt
   return steady;
 }
 
+/// Adds E / Omega to a region, or to the nodes around in proportion to their weights: sum of L Omega grows by E.
 void add_distant_light(const SkyPartition& partition, const glm::dvec3& direction, const Rgb& irradiance,
                        std::vector<Rgb>& regions) {
   if (!partition.interpolated()) {

@@ -97,6 +97,8 @@ Cluster measure_cluster(const SkyImage& sky, const std::vector<glm::vec3>& direc
 
 } // namespace
 
+/// Two passes: around the brightest pixel, then around the centroid of what is found there. E = sum of (L - surround)
+/// Omega; energy fluctuates by sqrt(sum e_i^2) / sum e_i of a pixel's relative noise.
 std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::vec3>& directions) {
   const std::vector<Rgb>& texels = sky.image().texels;
   const Peak peak = find_peak(texels, directions);
@@ -126,6 +128,8 @@ std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::
   return sun;
 }
 
+/// Vogel 1979, "A better way to construct the sunflower head": radius sqrt((k + 1/2) / n), angle k times the golden
+/// angle.
 glm::dvec3 sun_disc_direction(const glm::dvec3& centre, int k, int count) {
   constexpr double kGoldenAngle = std::numbers::pi * 0.76393202250021030359; // pi (3 - sqrt 5)
   const double radius = std::tan(kSunAngularRadius) * std::sqrt((k + 0.5) / count);

@@ -38,6 +38,7 @@ double disc_fraction(double s) {
 
 } // namespace
 
+/// Portal clip planes (Grosch et al. 2007, section 7.1): for each edge the planes that touch the sphere.
 WindowCone::WindowCone(std::span<const Aperture> apertures, const BoundingSphere& sphere) : radius_(sphere.radius) {
   for (const Aperture& a : apertures) {
     if (a.corners.size() < 3 || glm::dot(a.inward, sphere.centre - a.corners[0]) < -sphere.radius)
@@ -61,6 +62,7 @@ WindowCone::WindowCone(std::span<const Aperture> apertures, const BoundingSphere
   }
 }
 
+/// n.w >= 0 for all clip planes of one window, and w leaves the room; with `slack` both by -sin(slack).
 bool WindowCone::allows(const glm::dvec3& w, double slack) const {
   const double margin = std::sin(std::min(slack, 0.5 * std::numbers::pi));
   return std::any_of(windows_.begin(), windows_.end(), [&](const Window& window) {
@@ -70,6 +72,9 @@ bool WindowCone::allows(const glm::dvec3& w, double slack) const {
   });
 }
 
+/// Seen along w the sphere is a disc, and each edge of the aperture a line at signed distance
+/// s = n.(c - corner) / radius, n = edge x w / |edge x w|, from its middle. The product of the edges' fractions is
+/// exact for one edge, and for edges that cut the disc independently.
 double WindowCone::visible_fraction(const glm::dvec3& w) const {
   double fraction = 0.0;
   for (const Window& window : windows_) {

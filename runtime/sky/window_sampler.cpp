@@ -33,6 +33,8 @@ TileCone tile_cone(const SkyMap& map, int x0, int x1, int y0, int y1) {
 
 } // namespace
 
+/// Weight of a texel: luminance x sqrt(visible fraction) x solid angle. Tiles outside the clip planes are left out as a
+/// whole, by their bounding cone.
 void WindowSampler::append_band(const WindowCone& cone, int y0, int y1, std::vector<Row>& rows,
                                 std::vector<Texel>& texels) const {
   const double texel_radius = 0.75 * std::numbers::pi / map_->height; // half a diagonal at the equator, rounded up
@@ -88,10 +90,14 @@ WindowSampler::WindowSampler(const SkyMap& map, const WindowCone& cone) : map_(&
   }
 }
 
+/// Difference of the cumulative weights.
 double WindowSampler::texel_weight(const Row& row, const Texel& texel) const {
   return texel.cumulative - (&texel == &texels_[row.first] ? 0.0 : (&texel - 1)->cumulative);
 }
 
+/// Inversion of the marginal density of rows, then of the density within the row (pbrt, 4th ed.: PiecewiseConstant2D).
+/// Within a texel the direction is uniform in solid angle: cos theta is linear in the second number. pdf = weight /
+/// (total Omega_texel), per steradian.
 WindowSample WindowSampler::sample_window(const glm::dvec2& u) const {
   const double along_rows = std::clamp(u.y, 0.0, kOneBelow) * total_;
   auto row = std::upper_bound(rows_.begin(), rows_.end(), along_rows,
@@ -138,6 +144,7 @@ double WindowSampler::window_pdf(const glm::dvec3& w) const {
   return texel ? texel_weight(*row, *texel) / (total_ * map_->solid_angle_sr(y)) : 0.0;
 }
 
+/// The steps of sample_window() backwards.
 glm::dvec2 WindowSampler::invert_window(const glm::dvec3& w) const {
   const glm::dvec2 p = map_->position(w);
   const int y = std::min(static_cast<int>(p.y), map_->height - 1), x = std::min(static_cast<int>(p.x), map_->width - 1);
@@ -150,6 +157,7 @@ glm::dvec2 WindowSampler::invert_window(const glm::dvec3& w) const {
           (row->cumulative - row->weight + v * row->weight) / total_};
 }
 
+/// x_j = frac((j + 1/2) phi^-1), y_j = (j + 1/2) / n: a Kronecker sequence with the golden ratio (Niederreiter 1992).
 glm::dvec2 lattice_point(int j, int count) {
   const double x = (j + 0.5) * (std::numbers::phi - 1.0);
   return {x - std::floor(x), (j + 0.5) / count};

@@ -59,7 +59,7 @@ Result<void> follow(Session& session, const ViewControl& control, std::vector<Ob
 } // namespace
 
 Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImage& sky, const RgbImage& photo,
-                        const std::function<Result<Rgb8Image>(const Composite&)>& encode, int most_frames) {
+                        const std::function<Rgb8Image(const RgbImage&)>& encode, int most_frames) {
   auto window = ViewWindow::open(photo.width, photo.height, "daylit");
   if (!window)
     return window.error();
@@ -91,12 +91,10 @@ Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImag
     if (!frame)
       return frame.error();
     graph.add((*frame)->report.total_ms);
-    auto picture = encode((*frame)->composite);
-    if (!picture)
-      return picture.error();
+    Rgb8Image picture = encode((*frame)->composite.picture);
     if (control.shows_frame_times())
-      graph.draw(*picture);
-    const auto open = window->show(*picture);
+      graph.draw(picture);
+    const auto open = window->show(picture);
     if (!open)
       return open.error();
     if (!*open)

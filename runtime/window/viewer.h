@@ -8,9 +8,9 @@
 namespace daylit {
 
 /// Shows the augmented picture in a window and lets the user turn the camera, drag objects and switch parts of the
-/// light, until the window is closed or `most_frames` were drawn (0: no end). `encode`: picture and touched pixels to
-/// what is shown. Away from the photograph's pose the room's model stands for it. Error: of the window or the session.
+/// light, until the window is closed or `most_frames` were drawn (0: no end). `encode`: picture to what is
+/// shown. Away from the photograph's pose the room's model stands for it. Error: of the window or the session.
 Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImage& sky, const RgbImage& photo,
-                        const std::function<Result<Rgb8Image>(const Composite&)>& encode, int most_frames);
+                        const std::function<Rgb8Image(const RgbImage&)>& encode, int most_frames);
 
 } // namespace daylit

@@ -13,7 +13,8 @@
 //   [room]     model, volume
 //   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
 //   [light]    samples, indirect_shadow = true | false
-//   [output]   png, exr, size = [width, height]
+//   [output]   png, exr, mask; size = [width, height], pixels: what is written is resampled to it by area, in linear
+//              light; of the picture's own shape, at most four times as wide; left out: as [interior] image
 // SCENE.toml has no images, lenses or volume; it adds
 //   [sky]      the sky in words: scene/sky_description.h
 //   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
@@ -85,7 +86,7 @@ struct ObjectConfig { // [[object]]
 struct OutputConfig { // [output]
   std::filesystem::path png, exr;
   std::filesystem::path mask;      ///< EXR, 1 where the object is drawn
-  int width_px = 0, height_px = 0; ///< size = [w, h]; 0: the interior image's
+  int width_px = 0, height_px = 0; ///< size = [w, h], pixels of what is written; 0: the interior image's
 };
 
 struct RunConfig {

@@ -1,12 +1,11 @@
 #pragma once
 
 // Errors are values: what went wrong, where, and what the user does next. Libraries never exit, print or throw
-// across a public boundary; only a program's main turns an Error into text and an exit code (scene/program.h).
+// across a public boundary; only a program's main turns an Error into text and an exit code (scene/core/program.h).
 
-#include <optional>
 #include <string>
-#include <utility>
-#include <variant>
+
+#include "sh/error.h"
 
 namespace daylit {
 
@@ -37,36 +36,8 @@ struct Error {
   }
 };
 
-/// Either a value or an Error. `if (!r) return r.error();` passes an error on.
+/// Either a value or an Error; Result<void>: success or an Error. `if (!r) return r.error();` passes an error on.
 template <class T>
-class [[nodiscard]] Result {
-public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}
-  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}
-
-  explicit operator bool() const { return state_.index() == 0; }
-  T& operator*() & { return std::get<0>(state_); }
-  const T& operator*() const& { return std::get<0>(state_); }
-  T&& operator*() && { return std::get<0>(std::move(state_)); }
-  T* operator->() { return &std::get<0>(state_); }
-  const T* operator->() const { return &std::get<0>(state_); }
-  const Error& error() const { return std::get<1>(state_); }
-
-private:
-  std::variant<T, Error> state_;
-};
-
-/// Success, or an Error.
-template <>
-class [[nodiscard]] Result<void> {
-public:
-  Result() = default;
-  Result(Error error) : error_(std::move(error)) {}
-  explicit operator bool() const { return !error_.has_value(); }
-  const Error& error() const { return *error_; }
-
-private:
-  std::optional<Error> error_;
-};
+using Result = sh::Expected<T, Error>;
 
 } // namespace daylit

@@ -1,7 +1,8 @@
 #pragma once
 
-// The subset of Wavefront OBJ and MTL that a room needs, read strictly: every line is either understood, known to be
-// irrelevant, or an error with its number. A general reader would accept a damaged file without a word.
+// The subset of Wavefront OBJ and MTL that rooms and objects need, read strictly: every line is either understood,
+// known to be irrelevant, or an error with its number. A general reader would accept a damaged file without a word.
+// Source: Wavefront Advanced Visualizer manual, appendices B1 (OBJ) and B5 (MTL).
 
 #include <cstdint>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "scene/core/result.h"
@@ -22,15 +24,25 @@ struct ObjFace {
   int line = 0;               ///< in the file, from 1
 };
 
+struct ObjCorner {
+  std::uint32_t vertex = 0;               ///< index into vertices, checked
+  std::int64_t texture = -1, normal = -1; ///< indices, not checked; -1: none given
+};
+
 struct ObjText {
-  std::vector<glm::dvec3> vertices;        ///< finite, as written
-  std::vector<std::uint32_t> corners;      ///< indices into vertices, checked
+  // All numbers are finite, as written.
+  std::vector<glm::dvec3> vertices;
+  std::vector<glm::dvec2> textures; ///< vt: u, v from the bottom left
+  std::vector<glm::dvec3> normals;  ///< vn: of any length
+  std::vector<ObjCorner> corners;
   std::vector<ObjFace> faces;              ///< at least three corners each
   std::vector<std::string> material_names; ///< "" = faces before any usemtl
   std::vector<std::string> libraries;      ///< mtllib arguments, whole rest of the line
   bool ends_with_line_break = true;
 };
 
+/// `name` stands in errors. Errors: file_malformed (a line that is not understood, a vertex that does not exist),
+/// value_invalid (a coordinate beyond 1e9), limit_exceeded; all with the number of the line.
 Result<ObjText> parse_obj_text(std::string_view text, const std::string& name);
 
 struct MtlMaterial {
@@ -38,10 +50,12 @@ struct MtlMaterial {
   std::optional<Rgb> reflectance;         ///< Kd, as written
   std::optional<Rgb> transmittance;       ///< Tf, as written
   std::optional<double> refractive_index; ///< Ni, as written
+  std::string texture;                    ///< file of map_Kd, "" = none
   bool is_glass = false;                  ///< illum 7: refraction and Fresnel reflection
-  bool has_texture = false, has_dissolve = false, emits = false;
+  bool has_dissolve = false, emits = false;
 };
 
+/// Errors as above: a number that is none, a colour before the first newmtl.
 Result<std::vector<MtlMaterial>> parse_mtl_text(std::string_view text, const std::string& name);
 
 } // namespace daylit::detail

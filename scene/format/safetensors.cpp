@@ -11,7 +11,7 @@ namespace daylit::detail {
 
 namespace {
 
-// A compact volume with clear glass has 35 tensors, and up to as many of padding.
+// A compact volume has at most 50 tensors, and up to as many of padding.
 constexpr std::size_t kMostTensors = 128, kMostMetadata = 64, kMostDimensions = 8;
 constexpr std::uint64_t kAlignment = 64;
 const std::string kPaddingPrefix = "_padding_";
@@ -153,7 +153,7 @@ std::uint64_t dtype_bytes(const std::string& dtype) {
     return 8;
   if (dtype == "F32" || dtype == "I32" || dtype == "U32")
     return 4;
-  return dtype == "F16" || dtype == "U16" ? 2 : dtype == "U8" || dtype == "I8" ? 1 : 0;
+  return dtype == "F16" || dtype == "I16" || dtype == "U16" ? 2 : dtype == "U8" || dtype == "I8" ? 1 : 0;
 }
 
 Result<SafetensorsHeader> parse_safetensors(std::span<const std::uint8_t> file, const std::string& name) {

@@ -16,7 +16,7 @@
 namespace daylit::detail {
 
 struct TensorEntry {
-  std::string dtype; ///< F32, F16, F64, I32, U32, U16, I8, U8
+  std::string dtype; ///< F64, F32, F16, I32, I16, I8, U32, U16, U8
   std::vector<std::uint64_t> shape;
   std::uint64_t begin = 0, end = 0; ///< bytes, from the start of the data
   std::uint64_t count() const {     ///< checked on reading: no overflow

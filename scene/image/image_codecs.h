@@ -1,6 +1,6 @@
 #pragma once
 
-// One decoder per file format, behind scene/image_formats.h. Every function takes the whole file in memory.
+// One decoder per file format, behind scene/image/image_formats.h. Every function takes the whole file in memory.
 
 #include <cstdint>
 #include <map>

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+
+#include "scene/core/text_lines.h"
 
 // Radiance .hdr / .pic, after Ward, "Real Pixels" (Graphics Gems II) and the format notes of the Radiance manual.
 // A texel is mantissa bytes and a shared exponent: (m + 1/2) 2^(e - 136); writers truncate, hence the half.
@@ -61,32 +62,10 @@ private:
   std::size_t position_ = 0;
 };
 
-std::optional<double> parse_positive(std::string_view text) {
-  while (!text.empty() && (text.front() == ' ' || text.front() == '\t'))
-    text.remove_prefix(1);
-  if (!text.empty() && text.front() == '+')
-    text.remove_prefix(1);
-  double value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc() || !std::isfinite(value) || value <= 0)
-    return std::nullopt;
-  return value;
-}
-
-std::optional<glm::dvec3> parse_three(const std::string& text) {
-  glm::dvec3 out{0.0};
-  std::size_t position = 0;
-  for (int c = 0; c < 3; ++c) {
-    position = text.find_first_not_of(" \t", position);
-    if (position == std::string::npos)
-      return std::nullopt;
-    const auto value = parse_positive(std::string_view(text).substr(position));
-    if (!value)
-      return std::nullopt;
-    out[c] = *value;
-    position = std::min(text.find_first_of(" \t", position), text.size());
-  }
-  return out;
+/// Takes the first word as a positive number.
+std::optional<double> take_positive(std::string_view& text) {
+  const std::optional<double> value = parse_number(take_word(text));
+  return value && std::isfinite(*value) && *value > 0 ? value : std::nullopt;
 }
 
 /// One KEY=VALUE line. EXPOSURE and COLORCORR lines accumulate: the file's values are radiance times their product.
@@ -100,15 +79,19 @@ std::optional<Error> apply_variable(const std::string& line, PictureHeader& head
                  value.find("xyze") == std::string::npos ? "export the image again as RGBE"
                                                          : "convert it with: ra_xyze -r in.hdr out.hdr"};
   if (key == "EXPOSURE") {
-    const auto factor = parse_positive(value);
+    std::string_view number = value;
+    const auto factor = take_positive(number);
     if (!factor)
       return damaged_file(name, "EXPOSURE=" + value.substr(0, 40) + " is not a positive number");
     header.exposure *= *factor;
   } else if (key == "COLORCORR") {
-    const auto factors = parse_three(value);
-    if (!factors)
-      return damaged_file(name, "COLORCORR=" + value.substr(0, 40) + " is not three positive numbers");
-    header.colour_correction *= *factors;
+    std::string_view numbers = value;
+    for (int c = 0; c < 3; ++c) {
+      const auto factor = take_positive(numbers);
+      if (!factor)
+        return damaged_file(name, "COLORCORR=" + value.substr(0, 40) + " is not three positive numbers");
+      header.colour_correction[c] *= *factor;
+    }
   } else {
     header.attributes[key] = value;
   }

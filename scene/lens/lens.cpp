@@ -63,6 +63,7 @@ Distorted distort(const std::array<double, 8>& k, const glm::dvec2& p) {
   return d;
 }
 
+/// p with distort(p) = target: Newton steps with the analytic Jacobian, from the target itself; to 1e-15.
 std::optional<glm::dvec2> undistort(const std::array<double, 8>& k, const glm::dvec2& target) {
   glm::dvec2 p = target;
   for (int i = 0; i < 50; ++i) {
@@ -83,6 +84,7 @@ std::optional<glm::dvec2> undistort(const std::array<double, 8>& k, const glm::d
 
 } // namespace
 
+/// Equidistant: pixel = c + f theta_d(theta) (x, y)/hypot(x, y). Pinhole: pixel = c + f distort(x/z, y/z).
 std::optional<glm::dvec2> LensModel::project(const glm::dvec3& d) const {
   const double across = std::hypot(d.x, d.y), theta = std::atan2(across, d.z);
   if (!(theta <= max_theta * (1 + 1e-15)))
@@ -100,6 +102,7 @@ std::optional<glm::dvec2> LensModel::project(const glm::dvec3& d) const {
   return glm::dvec2(cx + fx * p.x, cy + fy * p.y);
 }
 
+/// Inverse of project(), by the inverse of theta_d or of the distortion.
 std::optional<glm::dvec3> LensModel::unproject(const glm::dvec2& pixel) const {
   const glm::dvec2 m{(pixel.x - cx) / fx, (pixel.y - cy) / fy};
   if (kind == LensKind::equidistant) {
@@ -125,6 +128,8 @@ bool LensModel::covers(const glm::dvec2& pixel) const {
   return x * x + y * y <= rim * rim;
 }
 
+/// dOmega / (du dv), sr per square pixel. Equidistant: sin(theta) / (theta_d theta_d' fx fy). Pinhole: cos^3(theta) /
+/// (det J fx fy), J the Jacobian of the distortion: cos^3 turns the plane z = 1 into steradians.
 double LensModel::solid_angle_density(const glm::dvec2& pixel) const {
   const glm::dvec2 m{(pixel.x - cx) / fx, (pixel.y - cy) / fy};
   if (kind == LensKind::equidistant) {
@@ -143,6 +148,7 @@ double LensModel::solid_angle_density(const glm::dvec2& pixel) const {
   return d->z * d->z * d->z / ((at.dxx * at.dyy - at.dxy * at.dxy) * fx * fy);
 }
 
+/// First of 4096 steps at which the derivative of the radial curve is not positive.
 double monotone_field(LensKind kind, const std::array<double, 8>& distortion, double limit) {
   constexpr int kSteps = 4096;
   for (int i = 1; i <= kSteps; ++i) {
@@ -162,6 +168,7 @@ double monotone_field(LensKind kind, const std::array<double, 8>& distortion, do
   return limit;
 }
 
+/// r = f theta with f = (shorter side / 2) / (field of view / 2), pixels per radian.
 LensModel ideal_fisheye(int width_px, int height_px, double field_of_view) {
   LensModel lens;
   lens.kind = LensKind::equidistant;
@@ -174,6 +181,7 @@ LensModel ideal_fisheye(int width_px, int height_px, double field_of_view) {
   return lens;
 }
 
+/// f = (width / 2) / tan(field of view / 2), pixels.
 LensModel ideal_pinhole(int width_px, int height_px, double horizontal_fov) {
   LensModel lens;
   lens.width_px = width_px;

@@ -52,7 +52,8 @@ private:
     for (int c = 0; c < 3 && c < static_cast<int>(given.baseColorFactor.size()); ++c) {
       colour[c] = static_cast<float>(given.baseColorFactor[static_cast<std::size_t>(c)]);
       if (!(colour[c] >= 0.0f && colour[c] <= 1.0f))
-        return Error{ErrorCode::value_invalid, "a base colour outside 0..1", where, "set it to the share of light"};
+        return Error{ErrorCode::value_invalid, "a base colour outside 0..1", where,
+                     "set it to the reflected fraction of light"};
     }
     const int texture = given.baseColorTexture.index;
     if (texture < 0 || given.baseColorTexture.texCoord != 0)

@@ -152,13 +152,13 @@ glm::vec3 smooth_normal(std::size_t triangle, std::uint32_t position, const Inci
 class VertexPool {
 public:
   explicit VertexPool(std::size_t positions) : first_(positions, kNone) {}
-  std::uint32_t add(std::uint32_t position, const glm::vec3& place, const glm::vec3& normal, const Rgb& reflectance,
+  std::uint32_t add(std::uint32_t position, const glm::vec3& point, const glm::vec3& normal, const Rgb& reflectance,
                     ObjectMesh& mesh) {
     for (std::uint32_t v = first_[position]; v != kNone; v = next_[v])
       if (mesh.normals[v] == normal && mesh.reflectance[v] == reflectance)
         return v;
     const std::uint32_t vertex = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.push_back(place);
+    mesh.positions.push_back(point);
     mesh.normals.push_back(normal);
     mesh.reflectance.push_back(reflectance);
     next_.push_back(first_[position]);

@@ -1,6 +1,6 @@
 #pragma once
 
-// What the OBJ and PLY readers hand over; scene/object_mesh.cpp makes shared vertices with normals of it.
+// What the OBJ, PLY and glTF readers give; scene/model/object_mesh.cpp makes shared vertices with normals of it.
 
 #include <array>
 #include <cstdint>
@@ -45,7 +45,7 @@ Result<std::int32_t> add_texture(TriangleSoup& soup, Result<Rgb8Image> texture, 
 
 /// Turns textures into corner colours. Reflectance lives at vertices, because light does: triangles are first divided,
 /// all into the same number (so that no crack opens), until their edges span about eight texels or the mesh has 60,000
-/// triangles; then each corner takes the mean of the texels that its share of the surface covers.
+/// triangles; then each corner takes the mean of the texels that its part of the surface covers.
 void resolve_textures(TriangleSoup& soup);
 
 /// Splits a polygon into triangles (a quadrilateral along its shorter diagonal, others as a fan around the corner that

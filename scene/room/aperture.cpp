@@ -19,8 +19,8 @@ namespace daylit {
 namespace {
 
 constexpr int kLines = 512, kFirstLines = 64; // test lines through a candidate; the first ones decide an early no
-constexpr double kHoleShare = 0.01;           // of the lines must join the outside and a surface
-constexpr double kExplainedShare = 0.5;       // more lines than this through a known aperture: not another one
+constexpr double kHoleFraction = 0.01;        // of the lines must join the outside and a surface
+constexpr double kExplainedFraction = 0.5;    // more lines than this through a known aperture: not another one
 constexpr double kTightEscape = 1e-3;         // more unexplained escape than this: look for rims of thick walls
 constexpr int kWalks = 1024, kWalkRays = 8;
 constexpr float kFar = std::numeric_limits<float>::infinity();
@@ -120,15 +120,15 @@ private:
     return count;
   }
 
-  LineCount test(const detail::Outline& piece) const {
-    const ConvexSampler sampler(piece.corners);
-    const auto frame = detail::PlaneFrame::make(piece.corners[0], piece.normal);
+  LineCount test(const detail::Outline& part) const {
+    const ConvexSampler sampler(part.corners);
+    const auto frame = detail::PlaneFrame::make(part.corners[0], part.normal);
     LineCount count;
     for (int i = 0; i < kLines; ++i) {
       if (i == kFirstLines && count.joins[0] + count.joins[1] == 0)
         break;
       const std::array<double, 4> x = quasi_random(i);
-      add_line(sampler.sample(x[0], x[1]), cosine_direction(frame, x[2], x[3]), piece.normal, count);
+      add_line(sampler.sample(x[0], x[1]), cosine_direction(frame, x[2], x[3]), part.normal, count);
     }
     return count;
   }
@@ -175,18 +175,18 @@ private:
     for (const detail::Pane& pane : detail::window_panes(room_)) {
       const LineCount count = test(pane.outline);
       const glm::dvec3 m = middle(pane.outline.corners);
-      const std::string place =
+      const std::string name =
           fmt::format("pane of \"{}\" at ({:.3g}, {:.3g}, {:.3g})", room_.materials[pane.material].name, m.x, m.y, m.z);
       if (count.shut > 0.99 * count.lines) {
-        found_.report.notes.push_back(place + " lies on a wall and lets nothing through: cut the wall open there");
+        found_.report.notes.push_back(name + " lies on a wall and lets nothing through: cut the wall open there");
         continue;
       }
       if (count.escapes[0] == count.lines && count.escapes[1] == count.lines) {
-        found_.report.notes.push_back(place + " has no room on either side and is left out");
+        found_.report.notes.push_back(name + " has no room on either side and is left out");
         continue;
       }
       if (count.joins[0] + count.joins[1] == 0)
-        found_.report.notes.push_back(place + " sees no sky: it is taken as glass between rooms");
+        found_.report.notes.push_back(name + " sees no sky: it is taken as glass between rooms");
       ++found_.report.window_polygons;
       found_.report.window_area_m2 += ConvexSampler(pane.outline.corners).area_m2();
       found_.list.push_back({pane.outline.corners, inward_of(pane.outline, count),
@@ -196,11 +196,11 @@ private:
     windows_only_ = found_.list;
   }
 
-  glm::dvec3 inward_of(const detail::Outline& piece, const LineCount& count) const {
+  glm::dvec3 inward_of(const detail::Outline& part, const LineCount& count) const {
     if (count.escapes[0] != count.escapes[1])
-      return count.escapes[0] < count.escapes[1] ? piece.normal : -piece.normal;
-    const glm::dvec3 to_middle = room_.bounds().centre() - middle(piece.corners);
-    return glm::dot(piece.normal, to_middle) >= 0.0 ? piece.normal : -piece.normal;
+      return count.escapes[0] < count.escapes[1] ? part.normal : -part.normal;
+    const glm::dvec3 to_middle = room_.bounds().centre() - middle(part.corners);
+    return glm::dot(part.normal, to_middle) >= 0.0 ? part.normal : -part.normal;
   }
 
   void add_holes(detail::BorderKind kind) {
@@ -209,26 +209,26 @@ private:
       found_.report.notes.push_back("too many open edges to look for holes everywhere: only some were followed");
     std::vector<std::vector<Aperture>> holes;
     for (const detail::Outline& outline : candidates.outlines)
-      if (std::vector<Aperture> hole = open_pieces(outline); !hole.empty())
+      if (std::vector<Aperture> hole = open_parts(outline); !hole.empty())
         holes.push_back(std::move(hole));
     keep_outermost(holes);
     for (const std::vector<Aperture>& hole : holes)
-      for (const Aperture& piece : hole) {
+      for (const Aperture& part : hole) {
         ++found_.report.hole_polygons;
-        found_.report.hole_area_m2 += ConvexSampler(piece.corners).area_m2();
-        found_.list.push_back(piece);
+        found_.report.hole_area_m2 += ConvexSampler(part.corners).area_m2();
+        found_.list.push_back(part);
       }
   }
 
-  /// The convex pieces of an outline when it is an opening that the list does not explain; else empty.
-  std::vector<Aperture> open_pieces(const detail::Outline& outline) const {
+  /// The convex parts of an outline when it is an opening that the list does not explain; else empty.
+  std::vector<Aperture> open_parts(const detail::Outline& outline) const {
     std::vector<LineCount> counts;
-    std::vector<Aperture> pieces;
-    for (const detail::Outline& piece : detail::convex_pieces(outline)) {
-      counts.push_back(test(piece));
-      pieces.push_back({piece.corners, inward_of(piece, counts.back()), Rgb(1.0f)});
+    std::vector<Aperture> parts;
+    for (const detail::Outline& part : detail::convex_parts(outline)) {
+      counts.push_back(test(part));
+      parts.push_back({part.corners, inward_of(part, counts.back()), Rgb(1.0f)});
     }
-    return is_opening(counts) ? pieces : std::vector<Aperture>{};
+    return is_opening(counts) ? parts : std::vector<Aperture>{};
   }
 
   /// A tunnel has a rim at either end and light passes both: the outer one counts, the light of its walls is inside.
@@ -240,8 +240,8 @@ private:
         if (k != i)
           found_.list.insert(found_.list.end(), holes[k].begin(), holes[k].end());
       std::vector<LineCount> counts;
-      for (const Aperture& piece : holes[i])
-        counts.push_back(test({piece.corners, piece.inward}));
+      for (const Aperture& part : holes[i])
+        counts.push_back(test({part.corners, part.inward}));
       if (is_opening(counts))
         ++i;
       else
@@ -258,7 +258,7 @@ private:
       joins += count.joins[out];
       known += count.explained[out] + count.glazed[out];
     }
-    return joins >= kHoleShare * lines && joins > 0.0 && known <= kExplainedShare * joins;
+    return joins >= kHoleFraction * lines && joins > 0.0 && known <= kExplainedFraction * joins;
   }
 
   /// Diffuse walks that start behind the apertures: every ray that leaves must have crossed one of them.

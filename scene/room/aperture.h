@@ -16,8 +16,8 @@ namespace daylit {
 struct ApertureReport {
   int window_polygons = 0, hole_polygons = 0;
   double window_area_m2 = 0, hole_area_m2 = 0;
-  /// Share of test rays from the air of the room that leave through no listed aperture: a hole whose outline could not
-  /// be found. 0 for a tight room.
+  /// Fraction of test rays from the air of the room that leave through no listed aperture: a hole whose outline could
+  /// not be found. 0 for a tight room.
   double unexplained_escape = 0;
   std::vector<std::string> notes;
 };

@@ -12,15 +12,18 @@ namespace {
 constexpr double kTouch = 1e-12; // sine of an angle: below it corners lie on a plane
 
 /// Van Oosterom & Strackee 1983, eq. 8; unit corners, signed.
+/// tan(Omega/2) = a.(b x c) / (1 + a.b + b.c + c.a), steradians.
 double triangle_sr(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
   const double volume = glm::dot(a, glm::cross(b, c));
   return 2.0 * std::atan2(volume, 1.0 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
 }
 
+/// Normal of the plane through the eye and edge k, pointing into the cone; its length is the sine of the edge.
 glm::dvec3 edge_plane(std::span<const glm::dvec3> cone, std::size_t k) {
   return glm::cross(cone[k], cone[(k + 1) % cone.size()]);
 }
 
+/// True when no corner is in front of the plane by more than rounding.
 bool is_outside(const Cone& cone, const glm::dvec3& plane) {
   const double rounding = kTouch * glm::length(plane);
   for (const glm::dvec3& d : cone)
@@ -31,6 +34,7 @@ bool is_outside(const Cone& cone, const glm::dvec3& plane) {
 
 } // namespace
 
+/// Directions to the corners, equal neighbours joined, turned counter-clockwise by the sign of the triple products.
 Cone cone_of(const std::vector<glm::dvec3>& corners, const glm::dvec3& eye) {
   Cone cone;
   for (const glm::dvec3& corner : corners) {
@@ -53,6 +57,8 @@ Cone cone_of(const std::vector<glm::dvec3>& corners, const glm::dvec3& eye) {
   return volume > 0.0 ? cone : Cone(cone.rbegin(), cone.rend());
 }
 
+/// A regular spherical polygon whose angular radius is scaled until its solid angle is that of the disc,
+/// 4 pi sin^2(r/2).
 Cone cone_of_disc(const glm::dvec3& axis, double angular_radius, int sides) {
   const glm::dvec3 other = std::abs(axis.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
   const glm::dvec3 t = glm::normalize(glm::cross(other, axis)), b = glm::cross(axis, t);
@@ -71,6 +77,7 @@ Cone cone_of_disc(const glm::dvec3& axis, double angular_radius, int sides) {
   return polygon(radius);
 }
 
+/// Sutherland & Hodgman 1974, one plane; a cut edge keeps its plane because the new corner is on the chord.
 Cone clipped(const Cone& cone, const glm::dvec3& plane) {
   Cone part;
   for (std::size_t k = 0; k < cone.size(); ++k) {
@@ -91,6 +98,7 @@ Cone intersection(const Cone& cone, const Cone& other) {
   return part;
 }
 
+/// Cuts along the planes of `other` in turn: what lies outside one of them is a part, what is inside all is returned.
 Cone subtract(const Cone& cone, const Cone& other, std::vector<Cone>& parts) {
   Cone inside = cone;
   for (std::size_t k = 0; k < other.size() && !inside.empty(); ++k) {
@@ -104,6 +112,7 @@ Cone subtract(const Cone& cone, const Cone& other, std::vector<Cone>& parts) {
   return inside;
 }
 
+/// Separating planes: two convex cones are apart when an edge plane of one has the other outside.
 bool may_overlap(const Cone& a, const Cone& b) {
   for (std::size_t k = 0; k < a.size(); ++k)
     if (is_outside(b, edge_plane(a, k)))
@@ -124,6 +133,7 @@ bool contains(const Cone& outer, const Cone& inner) {
   return true;
 }
 
+/// Fan of triangles around the first corner.
 double solid_angle_sr(std::span<const glm::dvec3> cone) {
   double sum = 0.0;
   for (std::size_t k = 1; k + 1 < cone.size(); ++k)
@@ -131,6 +141,7 @@ double solid_angle_sr(std::span<const glm::dvec3> cone) {
   return sum;
 }
 
+/// 1/2 sum over edges of (arc length) (unit normal of the edge plane): Lambert's formula (1760).
 glm::dvec3 vector_area(std::span<const glm::dvec3> cone) {
   glm::dvec3 sum(0.0);
   for (std::size_t k = 0; k < cone.size(); ++k) {

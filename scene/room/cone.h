@@ -1,6 +1,6 @@
 #pragma once
 
-// Convex sets of directions bounded by planes through one point: what a window, a triangle or a piece of one looks like
+// Convex sets of directions bounded by planes through one point: what a window, a triangle or a part of one looks like
 // from there.
 
 #include <span>

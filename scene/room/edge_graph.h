@@ -14,7 +14,7 @@
 
 namespace daylit::detail {
 
-constexpr double kWeldShare = 1e-6; // of the room's size: vertices closer than this are one
+constexpr double kWeldTolerance = 1e-6; // of the room's size: vertices closer than this are one
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>; ///< smaller index first
 inline Edge edge_of(std::uint32_t a, std::uint32_t b) { return a < b ? Edge{a, b} : Edge{b, a}; }
@@ -25,7 +25,7 @@ struct LessByCoordinates {
   }
 };
 
-/// Points numbered so that positions within the tolerance (m) share a number.
+/// Indices of points; positions within the tolerance (m) are one point.
 class PointIndex {
 public:
   explicit PointIndex(double tolerance) : tolerance_(tolerance) {}

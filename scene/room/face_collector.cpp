@@ -17,16 +17,16 @@ namespace daylit::detail {
 
 namespace {
 
-// A face lower than this share of its longest side, or than the rounding of its coordinates, has no area.
-constexpr double kFlatShare = 1e-9, kFlatUlps = 8.0 * 2.220446049250313e-16;
-constexpr double kWarpShare = 1e-3; // corners further than this from the face's plane are reported
+// A face lower than this fraction of its longest side, or than the rounding of its coordinates, has no area.
+constexpr double kFlatTolerance = 1e-9, kFlatUlps = 8.0 * 2.220446049250313e-16;
+constexpr double kWarpTolerance = 1e-3; // corners further than this from the face's plane are reported
 
 /// Height of the flattest box around the outline that still counts as a surface, metres.
 double flat_tolerance(std::span<const glm::dvec3> corners) {
   double largest = 0.0;
   for (const glm::dvec3& p : corners)
     largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  return kFlatShare * extent(corners) + kFlatUlps * largest;
+  return kFlatTolerance * extent(corners) + kFlatUlps * largest;
 }
 
 struct LessByCoordinates {
@@ -41,9 +41,9 @@ public:
   FaceCollector(const ObjText& obj, const std::string& name, Room& room, RoomReport& report)
       : obj_(obj), name_(name), room_(room), report_(report) {
     std::map<glm::dvec3, std::uint32_t, LessByCoordinates> first;
-    same_place_.reserve(room.vertices.size());
+    same_position_.reserve(room.vertices.size());
     for (const glm::dvec3& v : room.vertices)
-      same_place_.push_back(first.try_emplace(v, static_cast<std::uint32_t>(same_place_.size())).first->second);
+      same_position_.push_back(first.try_emplace(v, static_cast<std::uint32_t>(same_position_.size())).first->second);
   }
 
   Result<void> run() {
@@ -99,11 +99,11 @@ private:
   std::vector<std::uint32_t> distinct_corners(const ObjFace& face) const {
     std::vector<std::uint32_t> outline;
     for (std::uint32_t k = 0; k < face.corner_count; ++k) {
-      const std::uint32_t v = obj_.corners[face.first_corner + k];
-      if (outline.empty() || same_place_[outline.back()] != same_place_[v])
+      const std::uint32_t v = obj_.corners[face.first_corner + k].vertex;
+      if (outline.empty() || same_position_[outline.back()] != same_position_[v])
         outline.push_back(v);
     }
-    while (outline.size() > 1 && same_place_[outline.front()] == same_place_[outline.back()])
+    while (outline.size() > 1 && same_position_[outline.front()] == same_position_[outline.back()])
       outline.pop_back();
     return outline;
   }
@@ -113,10 +113,10 @@ private:
     return length > 0.0 && glm::length(newell_normal(corners)) / length > flat_tolerance(corners);
   }
 
-  /// The outline as places, starting at the smallest, in the direction of the smaller neighbour.
+  /// The outline as positions, starting at the smallest, in the direction of the smaller neighbour.
   std::vector<std::uint32_t> canonical(std::vector<std::uint32_t> outline) const {
     for (std::uint32_t& v : outline)
-      v = same_place_[v];
+      v = same_position_[v];
     std::rotate(outline.begin(), std::min_element(outline.begin(), outline.end()), outline.end());
     if (outline[1] > outline.back())
       std::reverse(outline.begin() + 1, outline.end());
@@ -128,14 +128,14 @@ private:
     double warp = 0.0;
     for (const glm::dvec3& p : corners)
       warp = std::max(warp, std::abs(frame.height(p)));
-    warped_ += warp > kWarpShare * extent(corners) ? 1 : 0;
+    warped_ += warp > kWarpTolerance * extent(corners) ? 1 : 0;
   }
 
   const ObjText& obj_;
   const std::string& name_;
   Room& room_;
   RoomReport& report_;
-  std::vector<std::uint32_t> same_place_; // smallest vertex at exactly the same coordinates
+  std::vector<std::uint32_t> same_position_; // smallest vertex at exactly the same coordinates
   std::set<std::vector<std::uint32_t>> seen_;
   std::size_t warped_ = 0;
 };

@@ -15,17 +15,17 @@ namespace daylit::detail {
 
 namespace {
 
-constexpr double kPlaneShare = 1e-4; // of the loop's size: how far from flat a hole may be
+constexpr double kPlaneTolerance = 1e-4; // of the loop's size: how far from flat a hole may be
 constexpr std::size_t kMostOpenEdges = 50000, kMostComponentEdges = 4096, kMostDegree = 16;
 constexpr double kCreaseCosine = 0.9999; // surfaces that bend less than 0.8 degrees are one
 constexpr double kStraightSine = 1e-3;   // two edges this close to one line do not define a plane
 
 /// Edges that bound a surface, or bend it, in exact coordinates; endpoints index room.vertices.
 std::vector<Edge> border_edges(const Room& room, BorderKind kind) {
-  std::map<glm::dvec3, std::uint32_t, LessByCoordinates> place;
+  std::map<glm::dvec3, std::uint32_t, LessByCoordinates> first;
   std::vector<std::uint32_t> same(room.vertices.size());
   for (std::uint32_t i = 0; i < same.size(); ++i)
-    same[i] = place.try_emplace(room.vertices[i], i).first->second;
+    same[i] = first.try_emplace(room.vertices[i], i).first->second;
   std::vector<std::pair<Edge, std::uint32_t>> uses;
   for (std::uint32_t t = 0; t < room.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k)
@@ -137,7 +137,7 @@ std::vector<Outline> planar_loops(const EdgeGraph& graph, const std::vector<Edge
     bounds.include(graph.points[b]);
   }
   const glm::dvec3 size = bounds.size();
-  const double tolerance = kPlaneShare * std::max({size.x, size.y, size.z});
+  const double tolerance = kPlaneTolerance * std::max({size.x, size.y, size.z});
   std::vector<Outline> loops;
   for (const PlaneFrame& plane : planes_of(graph, component, tolerance)) {
     std::vector<Edge> flat;
@@ -161,7 +161,7 @@ HoleOutlines hole_outlines(const Room& room, BorderKind kind) {
     return result;
   }
   const glm::dvec3 size = room.bounds().size();
-  const EdgeGraph graph = resolve(room, borders, kWeldShare * std::max({size.x, size.y, size.z}), kind);
+  const EdgeGraph graph = resolve(room, borders, kWeldTolerance * std::max({size.x, size.y, size.z}), kind);
   for (const std::vector<Edge>& component : components(graph)) {
     if (component.size() > kMostComponentEdges) {
       result.complete = false;

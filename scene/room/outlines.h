@@ -31,14 +31,14 @@ enum class BorderKind {
 /// A loop is only a candidate: it may be filled (the underside of a box on the floor, a table top); rays decide.
 HoleOutlines hole_outlines(const Room& room, BorderKind kind);
 
-/// Panes: coplanar neighbours of the same window material merged; convex pieces.
+/// Panes: coplanar neighbours of the same window material merged; convex parts.
 struct Pane {
   Outline outline;
   std::uint32_t material = 0;
 };
 std::vector<Pane> window_panes(const Room& room);
 
-/// Cuts an outline in convex pieces (itself when it is convex); straight corners removed.
-std::vector<Outline> convex_pieces(const Outline& outline);
+/// Cuts an outline in convex parts (itself when it is convex); straight corners removed.
+std::vector<Outline> convex_parts(const Outline& outline);
 
 } // namespace daylit::detail

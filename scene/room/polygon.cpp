@@ -10,9 +10,10 @@ namespace daylit::detail {
 
 namespace {
 
-// Twice a triangle's area below this share of its longest side squared counts as zero.
+// Twice a triangle's area below this fraction of its longest side squared counts as zero.
 constexpr double kFlat = 1e-12;
 
+/// z of the cross product.
 double cross2(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
 double twice_area(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c) { return cross2(b - a, c - a); }
@@ -97,6 +98,7 @@ private:
 
 } // namespace
 
+/// Sum of the cross products of a fan: twice the vector area, of any polygon, planar or not (Newell).
 glm::dvec3 newell_normal(std::span<const glm::dvec3> corners) {
   glm::dvec3 sum(0.0);
   for (std::size_t i = 1; i + 1 < corners.size(); ++i)
@@ -114,6 +116,7 @@ double extent(std::span<const glm::dvec3> corners) {
   return std::max({size.x, size.y, size.z});
 }
 
+/// Right-handed: u and v span the plane, n = u x v.
 PlaneFrame PlaneFrame::make(const glm::dvec3& origin, const glm::dvec3& n) {
   const glm::dvec3 helper = std::abs(n.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
   const glm::dvec3 u = glm::normalize(glm::cross(helper, n));
@@ -126,6 +129,7 @@ glm::dvec2 PlaneFrame::to_plane(const glm::dvec3& p) const {
 
 double PlaneFrame::height(const glm::dvec3& p) const { return glm::dot(p - origin, n); }
 
+/// Ear clipping (Meisters 1975), best-shaped ear first, in the plane of the mean normal.
 std::optional<TriangleList> triangulate(std::span<const glm::dvec3> corners) {
   if (corners.size() < 3)
     return std::nullopt;
@@ -155,6 +159,7 @@ std::vector<glm::dvec3> without_straight_corners(std::span<const glm::dvec3> cor
   return kept;
 }
 
+/// No turn to the right by more than 1e-9 (sine).
 bool is_convex(std::span<const glm::dvec3> corners, const glm::dvec3& unit_normal) {
   const std::size_t n = corners.size();
   for (std::size_t i = 0; i < n; ++i) {

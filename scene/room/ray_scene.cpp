@@ -46,6 +46,7 @@ struct RayScene::Handle {
   }
 };
 
+/// Vertices are stored relative to the centre of their bounds, in float: rounding is 2^-24 of the half extent.
 Result<RayScene> RayScene::build(std::span<const glm::dvec3> vertices,
                                  std::span<const std::array<std::uint32_t, 3>> triangles) {
   RayScene result;
@@ -103,6 +104,7 @@ Result<RayScene> RayScene::build(const Room& room) {
   return scene;
 }
 
+/// First hit at tnear <= t <= tfar; barycentric u, v as embree gives them.
 bool RayScene::closest(const glm::vec3& org, const glm::vec3& dir, float tnear, float tfar, RayHit& hit) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -124,6 +126,7 @@ bool RayScene::occluded(const glm::vec3& org, const glm::vec3& dir, float tnear,
   return r.tfar < 0.0f;
 }
 
+/// Bit k: ray k meets a triangle. Embree marks such a ray with tfar = -infinity.
 std::uint32_t RayScene::occluded16(const RayPacket16& rays, int count) const {
   alignas(64) int valid[16];
   alignas(64) RTCRay16 r;

@@ -19,8 +19,8 @@ struct Material {
   Rgb reflectance{0.5f};   ///< Lambertian, linear, each channel in 0..1
   Rgb transmittance{1.0f}; ///< of a window pane, any angle; 1 = open. Unused unless is_window
   bool is_window = false;  ///< name is "window" or starts with "window_" or "window."
-  /// 0: transmittance is all there is. 1 and above: clear glass, the Fresnel slab of this index (scene/glass.h) times
-  /// transmittance.
+  /// 0: transmittance is all there is. 1 and above: clear glass, the Fresnel slab of this index (scene/room/glass.h)
+  /// times transmittance.
   float refractive_index = 0.0f;
 };
 
@@ -61,11 +61,11 @@ glm::dvec3 area_normal(const Room& room, const RoomTriangle& triangle);
 double area_m2(const Room& room, const RoomTriangle& triangle);
 
 /// A convex planar opening through which daylight enters: a window pane, or a plain hole in a wall found by rays
-/// (scene/aperture.h). Corners in order around the outline.
+/// (scene/room/aperture.h). Corners in order around the outline.
 struct Aperture {
   std::vector<glm::dvec3> corners; ///< metres, at least three, coplanar, convex
   glm::dvec3 inward{0.0};          ///< unit normal pointing into the room
-  Rgb transmittance{1.0f};         ///< any angle; pane_transmittance (scene/glass.h) is the whole
+  Rgb transmittance{1.0f};         ///< any angle; pane_transmittance (scene/room/glass.h) is the whole
   float refractive_index = 0.0f;   ///< as in Material
 };
 

@@ -1,8 +1,6 @@
 #include "scene/room/room_formats.h"
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
 #include <map>
 #include <set>
 
@@ -11,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/checksum.h"
 #include "scene/format/obj_text.h"
 #include "scene/room/face_collector.h"
 #include "scene/room/glass.h"
@@ -30,7 +29,7 @@ bool in_unit_range(const Rgb& c) {
 
 Error range_error(const std::string& quantity, const Rgb& c, const std::string& material) {
   return {ErrorCode::value_invalid, fmt::format("{} {:g} {:g} {:g} is outside 0..1", quantity, c.r, c.g, c.b),
-          "material \"" + material + "\"", "set it to the share of light, 0 to 1, in the MTL file"};
+          "material \"" + material + "\"", "set it to the fraction of light, 0 to 1, in the MTL file"};
 }
 
 Result<MaterialFile> read_libraries(const detail::ObjText& obj, const ReadLibrary& read_library, RoomReport& report) {
@@ -90,7 +89,7 @@ Result<Material> make_material(const std::string& name, const MaterialFile& file
     return range_error("reflectance", *mtl.reflectance, name);
   if (!mtl.reflectance)
     report.notes.push_back(fmt::format("material \"{}\" has no Kd: reflectance 0.5 assumed", name));
-  if (mtl.has_texture)
+  if (!mtl.texture.empty())
     report.notes.push_back(fmt::format("material \"{}\": the texture is not read, Kd counts", name));
   if (mtl.emits)
     report.notes.push_back(
@@ -99,43 +98,15 @@ Result<Material> make_material(const std::string& name, const MaterialFile& file
   return material;
 }
 
-class Fnv1a {
-public:
-  void add_byte(std::uint8_t byte) { hash_ = (hash_ ^ byte) * 0x100000001b3ull; }
-  void add(std::uint64_t word) {
-    for (int k = 0; k < 8; ++k)
-      add_byte(static_cast<std::uint8_t>(word >> (8 * k)));
-  }
-  void add(const Rgb& c) {
-    for (int k = 0; k < 3; ++k)
-      add(std::uint64_t{std::bit_cast<std::uint32_t>(c[k])});
-  }
-  std::string hex() const { return fmt::format("{:016x}", hash_); }
-
-private:
-  std::uint64_t hash_ = 0xcbf29ce484222325ull;
-};
-
 } // namespace
 
 std::string content_hash(const Room& room) {
-  Fnv1a hash;
-  for (const glm::dvec3& v : room.vertices)
-    for (int k = 0; k < 3; ++k)
-      hash.add(std::bit_cast<std::uint64_t>(v[k]));
-  for (const RoomTriangle& t : room.triangles) {
-    for (const std::uint32_t v : t.vertex)
-      hash.add(v);
-    hash.add(t.material);
-  }
+  Checksum hash;
+  hash.add(room.vertices);
+  hash.add(room.triangles);
   for (const Material& m : room.materials) {
-    for (const char c : m.name)
-      hash.add_byte(static_cast<std::uint8_t>(c));
-    hash.add(m.reflectance);
-    hash.add(m.transmittance);
-    hash.add(m.is_window ? 1u : 0u);
-    if (m.refractive_index > 0.0f) // rooms without such panes keep their hash
-      hash.add(std::uint64_t{std::bit_cast<std::uint32_t>(m.refractive_index)});
+    hash.add(std::as_bytes(std::span(m.name)));
+    hash.add(std::vector<Rgb>{m.reflectance, m.transmittance, Rgb(m.is_window ? 1.0f : 0.0f), Rgb(m.refractive_index)});
   }
   return hash.hex();
 }

@@ -2,9 +2,9 @@
 
 // Room models on disk. Wavefront OBJ + MTL: `Kd` is the linear Lambertian reflectance, `Tf r g b` of a window
 // material its transmittance (1 when absent; `d` and `Tr` are not used, exporters disagree on their meaning). A window
-// material with `illum 7` is clear glass: the angle-dependent slab of index `Ni` (1.52 when absent, scene/glass.h),
-// times Tf. Everything else about appearance is ignored. Read strictly: a line that is not understood is an
-// error with its number, never skipped.
+// material with `illum 7` is clear glass: the angle-dependent slab of index `Ni` (1.52 when absent,
+// scene/room/glass.h), times Tf. Everything else about appearance is ignored. Read strictly: a line that is not
+// understood is an error with its number, never skipped.
 
 #include <cstdint>
 #include <filesystem>
@@ -34,7 +34,7 @@ struct RoomReport {
 struct RoomFile {
   Room room;
   RoomReport report;
-  std::string content_hash; ///< FNV-1a of geometry and materials, 16 hex digits
+  std::string content_hash; ///< of geometry and materials, 16 hex digits
 };
 
 /// Reads an OBJ (+ MTL) or glTF (.gltf, .glb) room. Coordinates are metres; `up` y turns (x, y, z) -> (x, -z, y) (OBJ;
@@ -55,7 +55,7 @@ Result<RoomFile> parse_obj_room(std::string_view text, const std::string& name, 
 Result<RoomFile> parse_gltf_room(std::span<const std::uint8_t> bytes, const std::string& name,
                                  const ReadFile& read_file);
 
-/// FNV-1a over vertices, triangles and materials: equal rooms have equal hashes whatever file they came from.
+/// XXH64 of vertices, triangles and materials: equal rooms have equal hashes whatever file they came from.
 std::string content_hash(const Room& room);
 
 /// Error geometry_invalid when faces without area or duplicates were dropped on reading: a bake only goes on without

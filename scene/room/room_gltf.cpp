@@ -86,7 +86,7 @@ private:
       if (!(colour[c] >= 0.0f && colour[c] <= 1.0f))
         return Error{ErrorCode::value_invalid,
                      fmt::format("base colour {:g} {:g} {:g} is outside 0..1", colour.r, colour.g, colour.b), "",
-                     "set it to the share of light, 0 to 1"};
+                     "set it to the fraction of light, 0 to 1"};
     if (!m.is_window) {
       m.reflectance = colour;
       if (std::ranges::any_of(given.emissiveFactor, [](double e) { return e > 0.0; }))
@@ -166,7 +166,7 @@ private:
       faces_.faces.push_back(
           {static_cast<std::uint32_t>(faces_.corners.size()), 3, static_cast<std::uint32_t>(material), face});
       for (int c = 0; c < 3; ++c)
-        faces_.corners.push_back(first + t.corners[k + static_cast<std::size_t>(c)]);
+        faces_.corners.push_back({.vertex = first + t.corners[k + static_cast<std::size_t>(c)]});
     }
     return {};
   }

@@ -14,7 +14,7 @@ namespace daylit::detail {
 
 namespace {
 
-constexpr std::size_t kMostMerged = 512; // joining is quadratic; more pieces stay as they are
+constexpr std::size_t kMostMerged = 512; // joining is quadratic; more parts stay as they are
 
 using Polygon = std::vector<std::uint32_t>;
 
@@ -64,7 +64,7 @@ std::vector<Outline> to_outlines(const std::vector<Polygon>& polygons, const std
     Outline outline{{}, normal};
     for (const std::uint32_t v : polygon)
       outline.corners.push_back(points[v]);
-    outline.corners = without_straight_corners(outline.corners, kWeldShare * extent(outline.corners));
+    outline.corners = without_straight_corners(outline.corners, kWeldTolerance * extent(outline.corners));
     outlines.push_back(std::move(outline));
   }
   return outlines;
@@ -124,7 +124,7 @@ std::vector<PaneGroup> pane_groups(const Room& room, PointIndex& index) {
 }
 
 /// The group as one convex outline when it is one, else as joined triangles.
-std::vector<Outline> pieces_of(const PaneGroup& group, const PointIndex& index) {
+std::vector<Outline> parts_of(const PaneGroup& group, const PointIndex& index) {
   std::map<Edge, int> uses;
   double area = 0.0;
   for (const Polygon& t : group.triangles) {
@@ -138,7 +138,7 @@ std::vector<Outline> pieces_of(const PaneGroup& group, const PointIndex& index) 
       border.push_back(edge);
   std::vector<Outline> loops = faces(index.points, border, group.plane);
   if (loops.size() == 1 && std::abs(glm::length(newell_normal(loops[0].corners)) - area) < 1e-6 * area)
-    return convex_pieces(loops[0]);
+    return convex_parts(loops[0]);
   std::vector<Polygon> polygons = group.triangles;
   join_convex(polygons, index.points, group.plane.n);
   return to_outlines(polygons, index.points, group.plane.n);
@@ -148,17 +148,17 @@ std::vector<Outline> pieces_of(const PaneGroup& group, const PointIndex& index) 
 
 std::vector<Pane> window_panes(const Room& room) {
   const glm::dvec3 size = room.bounds().size();
-  PointIndex index(kWeldShare * std::max({size.x, size.y, size.z}));
+  PointIndex index(kWeldTolerance * std::max({size.x, size.y, size.z}));
   std::vector<Pane> panes;
   for (const PaneGroup& group : pane_groups(room, index))
-    for (Outline& piece : pieces_of(group, index))
-      panes.push_back({std::move(piece), group.material});
+    for (Outline& part : parts_of(group, index))
+      panes.push_back({std::move(part), group.material});
   return panes;
 }
 
-std::vector<Outline> convex_pieces(const Outline& outline) {
+std::vector<Outline> convex_parts(const Outline& outline) {
   const std::vector<glm::dvec3> corners =
-      without_straight_corners(outline.corners, kWeldShare * extent(outline.corners));
+      without_straight_corners(outline.corners, kWeldTolerance * extent(outline.corners));
   if (is_convex(corners, outline.normal))
     return {{corners, outline.normal}};
   const std::optional<TriangleList> triangles = triangulate(corners);

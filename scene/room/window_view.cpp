@@ -67,6 +67,7 @@ WindowView::WindowView(const Room& room, const std::vector<Aperture>& apertures,
   see_triangles(room);
 }
 
+/// Triangles with a corner above the plane of the surface, and whose cone overlaps that of an aperture.
 void WindowView::see_triangles(const Room& room) {
   for (const RoomTriangle& t : room.triangles) {
     if (room.is_window(t))
@@ -84,6 +85,8 @@ void WindowView::see_triangles(const Room& room) {
   }
 }
 
+/// Visible part of a cone: what remains after the cones of the triangles are subtracted. Where many overlap, the cone
+/// is halved first; below 1e-7 sr one ray to its middle decides.
 void WindowView::cut_by_triangles(Cone cone, std::vector<std::uint32_t> triangles, Work& work) const {
   std::erase_if(triangles, [&](std::uint32_t t) { return !detail::may_overlap(cone, hiding_[t]); });
   for (const std::uint32_t t : triangles)
@@ -115,7 +118,7 @@ void WindowView::cut_by_triangles(Cone cone, std::vector<std::uint32_t> triangle
 }
 
 /// Light counts where it first enters, seen from the point: behind another aperture it is that one's; in front of
-/// another one it is cut along its rim, so that the panes on the way are the same for a whole piece.
+/// another one it is cut along its rim, so that the panes on the way are the same for a whole part.
 void WindowView::cut_by_apertures(std::size_t aperture, Work& work) const {
   const auto distance = [&](std::size_t k, const glm::dvec3& d) {
     return glm::dot(apertures_[k].corners[0] - eye_, apertures_[k].inward) / glm::dot(d, apertures_[k].inward);
@@ -134,7 +137,7 @@ void WindowView::cut_by_apertures(std::size_t aperture, Work& work) const {
         continue;
       const glm::dvec3 d = detail::centroid(both);
       const double own = distance(aperture, d), other = distance(k, d);
-      // Two apertures in one place: the first of the list counts.
+      // Two apertures at one position: the first of the list counts.
       if (own < other || (own == other && aperture < k))
         work.next.push_back(std::move(both));
     }
@@ -142,6 +145,7 @@ void WindowView::cut_by_apertures(std::size_t aperture, Work& work) const {
   }
 }
 
+/// The part of a cone above the plane of the surface that neither triangles nor nearer apertures hide.
 void WindowView::open_part(std::size_t aperture, Cone cone, Work& work) const {
   work.open.clear();
   cone = detail::clipped(cone, normal_);
@@ -154,6 +158,7 @@ void WindowView::open_part(std::size_t aperture, Cone cone, Work& work) const {
   cut_by_apertures(aperture, work);
 }
 
+/// weight = transmittance times the vector area of the cell dotted with the normal: cosine-weighted steradians, exact.
 void WindowView::add_cell(std::span<const glm::dvec3> cone, Work& work) const {
   const double cosine_sr = glm::dot(detail::vector_area(cone), normal_);
   if (!(cosine_sr > 0.0))
@@ -179,6 +184,7 @@ void WindowView::add_cells(const Cone& part, double largest_sr, Work& work) cons
   }
 }
 
+/// Each aperture above and below the horizon by itself: skies have an edge there.
 std::vector<SkyCell> WindowView::cells(double largest_sr) const {
   Work work;
   for (std::size_t k = 0; k < apertures_.size(); ++k)

@@ -1,7 +1,7 @@
 #pragma once
 
 // What a surface element sees through the windows and holes of a room: the set of directions along which daylight
-// reaches it without a reflection, cut out exactly.
+// arrives there without a reflection, cut out exactly.
 
 #include <span>
 #include <vector>
@@ -23,7 +23,7 @@ struct SkyCell {
 
 /// The cone of every aperture is cut at the surface's own plane and at the horizon, where skies end; what the triangles
 /// of the room hide is cut away, plane by plane; light counts at the aperture through which it enters first. Where more
-/// than a few triangles share a piece, it is halved; pieces too small to matter are decided by one ray.
+/// than a few triangles cut a part, it is halved; parts too small to matter are decided by one ray.
 /// Keeps references: the room, the apertures and the ray scene must outlive it. Made for one point; const calls are
 /// thread-safe.
 class WindowView {
@@ -33,7 +33,7 @@ public:
 
   /// Cells of at most `largest_sr` that cover what is visible.
   std::vector<SkyCell> cells(double largest_sr) const;
-  /// The visible part of a small convex cone of directions (a sun, a texel), one cell per piece. Corners are unit
+  /// The visible part of a small convex cone of directions (a sun, a texel), one cell per part. Corners are unit
   /// vectors, counter-clockwise as seen from the point.
   std::vector<SkyCell> cells_within(const std::vector<glm::dvec3>& cone) const;
 

@@ -40,6 +40,7 @@ DirectSky::DirectSky(const Room& room, const std::vector<Aperture>& apertures, c
     : room_(room), apertures_(apertures), scene_(scene), sky_(sky) {
   if (sky.image())
     find_bright_texels(*sky.image());
+  // The sun: E_n = L times the projected area of the cone that stands for its disc.
   if (const std::optional<SunDisc>& sun = sky.sun()) {
     BrightSpot spot{detail::cone_of_disc(sun->direction, sun->angular_radius, kSunSides), {}};
     const double facing = glm::dot(detail::vector_area(spot.cone), sun->direction);
@@ -48,6 +49,8 @@ DirectSky::DirectSky(const Room& room, const std::vector<Aperture>& apertures, c
   }
 }
 
+/// Texels above the cap of 20 times the mean luminance become cones of their own: L (1 - cap/luminance), so that the
+/// capped picture and the cones together have the energy of the picture; scaled by solid angle of texel over cone.
 void DirectSky::find_bright_texels(const SkyImage& image) {
   double sum = 0.0, area = 0.0;
   const std::vector<Rgb>& texels = image.image().texels;
@@ -80,6 +83,8 @@ void DirectSky::find_bright_texels(const SkyImage& image) {
   }
 }
 
+/// E = integral of L cos over what is visible = sum over cells of L at the cell's middle times its vector area dotted
+/// with the normal (Lambert 1760), plus the visible parts of the bright spots.
 Rgb DirectSky::irradiance(const glm::dvec3& point, const glm::dvec3& unit_normal) const {
   const WindowView view(room_, apertures_, scene_, point, unit_normal);
   glm::dvec3 sum(0.0);

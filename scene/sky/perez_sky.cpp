@@ -81,18 +81,22 @@ constexpr std::array<Efficacy, 8> kDirectEfficacy{{{57.20, -4.55, -2.98, 117.12}
                                                    {105.75, 0.77, -1.26, -34.44},
                                                    {101.18, 1.58, -1.10, -8.29}}};
 
+/// Radians, 0..pi/2: a sun below the horizon counts as on it.
 double zenith_angle(const PerezWeather& w) { return 0.5 * kPi - std::clamp(w.sun_altitude, 0.0, 0.5 * kPi); }
 
 /// Kasten 1966.
+/// m = 1 / (cos Z + 0.15 (93.885 - Z)^-1.253), Z in degrees.
 double relative_air_mass(double zenith) {
   return 1.0 / (std::cos(zenith) + 0.15 * std::pow(93.885 - zenith * 180.0 / kPi, -1.253));
 }
 
+/// Index of the clearness bin, 0 (overcast) to 7 (clear).
 std::size_t bin_of(double clearness) {
   return static_cast<std::size_t>(std::upper_bound(kBinStart.begin() + 1, kBinStart.end(), clearness) -
                                   kBinStart.begin() - 1);
 }
 
+/// Parameters of gradation and indicatrix from bin, zenith angle (rad) and brightness Delta ([1993] eq. 6 to 8).
 SkyDistribution shape_of(std::size_t bin, double zenith, double brightness) {
   const double delta = bin >= 1 && bin <= 4 ? std::max(brightness, 0.2) : brightness;
   const auto fit = [&](std::size_t k) {
@@ -108,6 +112,7 @@ SkyDistribution shape_of(std::size_t bin, double zenith, double brightness) {
   return sky;
 }
 
+/// The value, held within the range of the fits; what was held is noted.
 double limited(double value, double low, double high, const char* name, std::vector<std::string>& notes) {
   const double inside = std::clamp(value, low, high);
   if (inside < value - 1e-9 || inside > value + 1e-9)
@@ -122,6 +127,8 @@ Error weather_error(std::string what) {
 
 } // namespace
 
+/// Weather -> clearness and brightness -> shape by bin, and luminous efficacies lm/W of diffuse and direct light by
+/// bin: illuminance (lx) = efficacy times irradiance (W/m^2).
 Result<PerezSky> perez_sky(const PerezWeather& w) {
   const double direct = w.direct_normal_W_m2, diffuse = w.diffuse_horizontal_W_m2;
   if (!(direct >= 0.0 && direct <= kMostIrradiance_W_m2 && diffuse >= 0.0 && diffuse <= kMostIrradiance_W_m2))
@@ -131,6 +138,8 @@ Result<PerezSky> perez_sky(const PerezWeather& w) {
   if (!(std::abs(w.dew_point_C) <= 100.0))
     return weather_error(fmt::format("a dew point of {} C is none", w.dew_point_C));
   PerezSky sky;
+  // Clearness ((E_d + E_n)/E_d + 1.041 Z^3) / (1 + 1.041 Z^3), Z in radians ([1990] eq. 1); brightness E_d m / E_0 with
+  // the extraterrestrial E_0 = 1367 W/m^2 over the squared distance of the sun in au ([1990] eq. 2).
   const double zenith = zenith_angle(w), cubed = 1.041 * zenith * zenith * zenith;
   sky.clearness =
       limited(((diffuse + direct) / diffuse + cubed) / (1.0 + cubed), 1.0, kMostClear, "clearness", sky.notes);
@@ -154,6 +163,8 @@ Result<PerezSky> perez_sky(const PerezWeather& w) {
   return sky;
 }
 
+/// Solves illuminance = efficacy(weather) * irradiance for both irradiances, lx -> W/m^2: damped fixed-point iteration
+/// to 1e-9, from 100 and 120 lm/W.
 Result<PerezWeather> weather_from_illuminance(double direct_lx, double diffuse_lx, PerezWeather w) {
   w.direct_normal_W_m2 = direct_lx / 100.0;
   w.diffuse_horizontal_W_m2 = diffuse_lx / 120.0;

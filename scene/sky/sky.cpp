@@ -71,10 +71,12 @@ Result<SkyDescription> open_tape(const SkyArguments& a) {
 
 Sky::Sky(SkyImage image) : image_(std::make_shared<const SkyImage>(std::move(image))) {}
 
+/// A sun of a description is kept apart from the sky: its disc is smaller than a texel.
 Sky::Sky(const SkyModel& model) : described_(AnalyticSky(model)), sun_(lit_sun(*described_)) {}
 
 Rgb Sky::radiance(const glm::dvec3& d) const { return described_ ? described_->sky_radiance(d) : image_->radiance(d); }
 
+/// Texel means of the sky without its sun; the sun is added to the regions exactly.
 SkyImage sky_raster(const AnalyticSky& sky, int height) {
   RgbImage image(2 * height, height);
   parallel_for(0, height, [&](int y) {
@@ -84,6 +86,7 @@ SkyImage sky_raster(const AnalyticSky& sky, int height) {
   return *SkyImage::make(std::move(image), EquirectProjection{}); // finite, not negative
 }
 
+/// Even over the disc: equal areas in radius, the golden angle pi (3 - sqrt 5) around (Vogel 1979).
 std::vector<glm::dvec3> disc_points(const SunDisc& sun, int count) {
   const glm::dvec3 other_axis = std::abs(sun.direction.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
   const glm::dvec3 t = glm::normalize(glm::cross(other_axis, sun.direction)), b = glm::cross(sun.direction, t);
@@ -104,20 +107,22 @@ std::vector<Rgb> region_radiance(const Sky& sky, const SkyPartition& partition) 
   std::vector<Rgb> mean = region_radiance(sky_raster(*sky.described(), kRasterHeight), partition);
   if (!sky.sun())
     return mean;
-  std::vector<double> share(mean.size(), 0.0);
+  // A sun adds its radiance times the fraction of its solid angle in the region, over the solid angle of the region.
+  std::vector<double> fraction(mean.size(), 0.0);
   for (const glm::dvec3& d : disc_points(*sky.sun(), kSunPoints))
     if (partition.interpolated())
       for (const RegionWeight& w : partition.interpolation(d))
-        share[static_cast<std::size_t>(w.region)] += w.weight / kSunPoints;
+        fraction[static_cast<std::size_t>(w.region)] += w.weight / kSunPoints;
     else
-      share[static_cast<std::size_t>(partition.region_of(d))] += 1.0 / kSunPoints;
+      fraction[static_cast<std::size_t>(partition.region_of(d))] += 1.0 / kSunPoints;
   for (std::size_t i = 0; i < mean.size(); ++i)
-    if (share[i] > 0.0)
-      mean[i] += sky.sun()->radiance() * static_cast<float>(share[i] * sky.sun()->solid_angle_sr() /
+    if (fraction[i] > 0.0)
+      mean[i] += sky.sun()->radiance() * static_cast<float>(fraction[i] * sky.sun()->solid_angle_sr() /
                                                             partition.solid_angle_sr(static_cast<int>(i)));
   return mean;
 }
 
+/// By extension: .toml a sky in words, .epw and .wea a weather tape, else a picture of the sky.
 Result<OpenedSky> open_sky(const SkyArguments& a) {
   const std::string kind = a.file.extension().string();
   const bool tape = kind == ".epw" || kind == ".wea";

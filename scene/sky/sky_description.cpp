@@ -15,10 +15,13 @@ namespace {
 
 constexpr double kRadians = std::numbers::pi / 180.0;
 
+/// The colour scaled to a luminance; all in the unit of `value`.
 Rgb of_luminance(const Rgb& colour, double value) {
   return colour * static_cast<float>(value / static_cast<double>(luminance(colour)));
 }
 
+/// What the Perez model needs, in W/m^2: direct normal = direct horizontal / sin(altitude); illuminances are turned
+/// back by the efficacies of the model itself.
 Result<PerezWeather> weather_of(const WeatherFile& weather, const WeatherRow& row, const SunPosition& sun) {
   PerezWeather w;
   w.sun_altitude = sun.altitude;
@@ -36,11 +39,14 @@ Result<PerezWeather> weather_of(const WeatherFile& weather, const WeatherRow& ro
 
 } // namespace
 
+/// Perez luminances as radiance: cd/m^2 over 179 lm/W. A sun that touches the horizon gives no direct light; it still
+/// shapes the sky, from the horizon.
 SkyDescription perez_description(const PerezSky& perez, const SunPosition& sun, const SkyColours& colours,
                                  const SunDisc& disc_of) {
   SkyDescription sky;
   sky.model.kind = SkyModel::Kind::general;
   sky.model.distribution = perez.distribution;
+  // lx over 179 lm/W, the white efficacy of Radiance: radiance in its unit, W/(sr m^2).
   sky.model.diffuse_horizontal = of_luminance(colours.sky, perez.diffuse_horizontal_lx / kLumensPerWatt);
   SunDisc disc = disc_of;
   disc.direction = sun.direction;
@@ -59,6 +65,7 @@ SkyDescription perez_description(const PerezSky& perez, const SunPosition& sun, 
   return sky;
 }
 
+/// Sun from place and time, luminances from the Perez model; a row of two zeros is night and a black sky.
 Result<SkyDescription> weather_sky(const WeatherFile& weather, const WeatherRow& row, const SkyColours& colours) {
   const SunPosition sun = sun_position(weather.place, row.time);
   SkyDescription sky;
@@ -85,6 +92,7 @@ Result<SkyDescription> weather_sky(const WeatherFile& weather, const WeatherRow&
   return result;
 }
 
+/// Turns the sun about +z, counter-clockwise as seen from above; radians. The rest of the sky follows the sun.
 SkyModel rotated(SkyModel sky, double angle) {
   if (sky.sun && angle != 0.0) {
     const glm::dvec3 d = sky.sun->direction;

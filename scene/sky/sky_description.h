@@ -6,7 +6,7 @@
 //   model = "cie"      cie_type = 1..15          zenith_radiance or diffuse_horizontal; a sun where the type has one
 //   model = "perez"    direct_normal_solar, diffuse_horizontal_solar (broadband W/m2), dew_point (C); sun position
 //   model = "weather"  file = "x.epw" | "x.wea", time
-//   model = "general"  distribution = [a, b, c, d, e, base] (scene/sky_distribution.h)
+//   model = "general"  distribution = [a, b, c, d, e, base] (scene/sky/sky_distribution.h)
 //   sun = { azimuth (degrees counter-clockwise from +x), elevation, or direction; diameter (degrees),
 //           normal_irradiance }
 //   place = { latitude, longitude (east), time_zone (hours) }, time = "2021-06-21 12:30" (local standard time):

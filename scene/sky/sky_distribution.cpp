@@ -18,6 +18,7 @@ struct CieRow {
   double a, b, c, d, e;
 };
 
+/// ISO 15469:2004 (CIE S 011), table 1: gradation a, b and indicatrix c, d, e of types 1 to 15.
 constexpr std::array<CieRow, 15> kCieTable{{{4.0, -0.70, 0, -1.0, 0.00},
                                             {4.0, -0.70, 2, -1.5, 0.15},
                                             {1.1, -0.80, 0, -1.0, 0.00},
@@ -62,6 +63,7 @@ GaussRule gauss_legendre_64() {
 
 } // namespace
 
+/// phi(Z) = 1 + a exp(b / cos Z) (ISO 15469; Perez, Seals & Michalsky 1993, eq. 1).
 double SkyDistribution::gradation(double cos_zenith) const {
   if (a == 0.0)
     return 1.0;
@@ -70,6 +72,8 @@ double SkyDistribution::gradation(double cos_zenith) const {
   return std::max(0.0, 1.0 + a * std::exp(b / std::max(cos_zenith, least)));
 }
 
+/// f(chi) = base + c exp(d chi) + e cos^2 chi, chi the angle from the sun, radians (ISO 15469; Perez et al. 1993, eq.
+/// 1).
 double SkyDistribution::indicatrix(double cos_chi) const {
   if (!depends_on_sun())
     return base;
@@ -77,10 +81,13 @@ double SkyDistribution::indicatrix(double cos_chi) const {
   return std::max(0.0, base + c * std::exp(d * std::acos(cosine)) + e * cosine * cosine);
 }
 
+/// phi(Z) f(chi): radiance over a constant.
 double SkyDistribution::relative(const glm::dvec3& direction, const glm::dvec3& sun) const {
   return gradation(direction.z) * indicatrix(glm::dot(direction, sun));
 }
 
+/// Integral of phi(Z) f(chi) cos Z over the upper hemisphere, cos chi = sin Z sin Z_s cos(azimuth) + cos Z cos Z_s.
+/// Product rule of 64 x 64 Gauss-Legendre nodes on both sides of the sun's zenith angle.
 /// The integrand has a cone at the sun: the zenith range is split there, and azimuth = pi t^3 (from the sun,
 /// symmetric) flattens it.
 double SkyDistribution::horizontal_integral(double cos_sun_zenith) const {
@@ -103,6 +110,7 @@ double SkyDistribution::horizontal_integral(double cos_sun_zenith) const {
   return sum;
 }
 
+/// base = 1 - c exp(d pi / 2): f(pi/2) is then 1, as ISO 15469 has it.
 Result<SkyDistribution> cie_sky(int type) {
   if (type < 1 || type > 15)
     return Error{ErrorCode::value_invalid, fmt::format("{} is not a type of the CIE general sky", type), "cie_type",

@@ -15,12 +15,14 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr int kRimSplit = 16; ///< sub-pixels per side where the rim of the field crosses a pixel
 
+/// Rotation about +z, counter-clockwise as seen from above; angle in radians.
 glm::dmat3 turn_about_z(double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
   return glm::dmat3(c, s, 0, -s, c, 0, 0, 0, 1);
 }
 
 /// An angular map is the picture of an ideal equidistant lens of 360 degrees.
+/// r = side/2 * theta/pi with theta the angle from the axis (Debevec, light probe images).
 LensModel angular_lens(int side) {
   LensModel lens;
   lens.kind = LensKind::equidistant;
@@ -32,6 +34,7 @@ LensModel angular_lens(int side) {
 }
 
 /// Solid angle of a pixel inside the field: Gauss-Legendre, 2 x 2 points.
+/// dOmega = J du dv with J the solid-angle density of the lens, sr per pixel (LensModel::solid_angle_density).
 double whole_pixel(const LensModel& lens, int x, int y) {
   const double offset = 0.5 / std::sqrt(3.0);
   double sum = 0;
@@ -85,6 +88,8 @@ Result<std::shared_ptr<const SkyGeometry>> SkyGeometry::make(int width, int heig
   return std::shared_ptr<const SkyGeometry>(g);
 }
 
+/// Solid angle of each texel, steradians: the band between colatitudes a < b holds 2 pi (cos a - cos b), split evenly
+/// over `width` texels.
 void SkyGeometry::measure_equirect() {
   solid_angle_.resize(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_));
   for (int y = 0; y < height_; ++y) {
@@ -95,6 +100,8 @@ void SkyGeometry::measure_equirect() {
   }
 }
 
+/// Steradians of a pixel's part inside the field: the density of the lens, by Gauss-Legendre where the whole pixel is
+/// inside, by 16 x 16 midpoints where the rim crosses it (the density is 0 outside).
 double SkyGeometry::pixel_solid_angle(int x, int y) const {
   int inside = 0;
   for (int k = 0; k < 4; ++k)
@@ -113,6 +120,8 @@ double SkyGeometry::pixel_solid_angle(int x, int y) const {
   return sum / (kRimSplit * kRimSplit);
 }
 
+/// Solid angle of each pixel and, for a picture that does not cover the sphere, the same times the cosine of the zenith
+/// angle: the weight in the irradiance of the horizontal.
 void SkyGeometry::measure_lens() {
   const std::size_t texels = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   solid_angle_.resize(texels);
@@ -133,6 +142,8 @@ void SkyGeometry::measure_lens() {
   });
 }
 
+/// Equirectangular: u in [0, 1] from left to right is azimuth rotation + pi (1 - 2 u), v from top to bottom is the
+/// zenith angle pi v. Else the ray of the lens, turned into the world.
 std::optional<glm::dvec3> SkyGeometry::direction(const glm::dvec2& pixel) const {
   if (lens_) {
     const std::optional<glm::dvec3> d = lens_->unproject(pixel);
@@ -145,6 +156,7 @@ std::optional<glm::dvec3> SkyGeometry::direction(const glm::dvec2& pixel) const 
   return glm::dvec3(across * std::cos(azimuth), across * std::sin(azimuth), std::cos(kPi * v));
 }
 
+/// Inverse of direction(); pixel centres have whole coordinates.
 std::optional<glm::dvec2> SkyGeometry::pixel(const glm::dvec3& d) const {
   if (lens_) {
     const std::optional<glm::dvec2> p = lens_->project(glm::transpose(world_from_camera_) * d);

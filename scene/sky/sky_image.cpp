@@ -45,6 +45,7 @@ Error radiance_error(const BadTexels& bad, int width, const std::string& name) {
 }
 
 /// Cosine-weighted mean radiance of the measured part above the horizon.
+/// L = sum(L_i cos Z_i dOmega_i) / sum(cos Z_i dOmega_i), over pixels above the horizon.
 std::optional<Rgb> measured_mean(const RgbImage& image, const std::vector<float>& projected) {
   glm::dvec3 sum{0.0};
   double weight = 0;
@@ -65,6 +66,8 @@ Result<SkyImage> SkyImage::make(RgbImage radiance, SkyProjection projection, Gro
   return make(std::move(radiance), *geometry, ground, name);
 }
 
+/// Directions that the image does not cover: above the horizon its own cosine-weighted mean, below it the ground, a
+/// diffuse surface under that mean.
 Result<SkyImage> SkyImage::make(RgbImage radiance, std::shared_ptr<const SkyGeometry> geometry, GroundFill ground,
                                 const std::string& name) {
   if (radiance.width != geometry->width() || radiance.height != geometry->height())
@@ -87,10 +90,12 @@ Result<SkyImage> SkyImage::make(RgbImage radiance, std::shared_ptr<const SkyGeom
     return Error{ErrorCode::value_invalid, "the camera sees nothing above the horizon, so the ground cannot be filled",
                  name, "check world_from_camera in the lens file"};
   sky.sky_fill_ = *mean;
+  // A diffuse ground under a sky of this mean: L = albedo E / pi with E = pi times the cosine-weighted mean.
   sky.ground_radiance_ = ground.albedo * *mean;
   return sky;
 }
 
+/// Of the texel that holds the direction, without interpolation: what the regions integrate.
 Rgb SkyImage::radiance(const glm::dvec3& world_direction) const {
   const std::optional<std::size_t> texel = geometry_->texel(world_direction);
   if (!texel || geometry_->solid_angle_sr()[*texel] == 0)

@@ -14,11 +14,13 @@ constexpr double kPi = std::numbers::pi;
 
 } // namespace
 
+/// 2 pi (1 - cos r) = 4 pi sin^2(r/2), steradians; the second form keeps its digits for small r.
 double SunDisc::solid_angle_sr() const {
   const double half = std::sin(0.5 * angular_radius);
   return 4.0 * kPi * half * half;
 }
 
+/// L = E_n / (pi sin^2 r): a disc of even radiance around the normal has the projected solid angle pi sin^2 r.
 Rgb SunDisc::radiance() const {
   const double s = std::sin(angular_radius);
   return normal_irradiance * static_cast<float>(1.0 / (kPi * s * s));
@@ -35,6 +37,8 @@ Rgb SkyModel::sky_radiance(const glm::dvec3& d) const { return AnalyticSky(*this
 Rgb SkyModel::radiance(const glm::dvec3& d) const { return AnalyticSky(*this).radiance(d); }
 Rgb SkyModel::horizontal_irradiance() const { return AnalyticSky(*this).horizontal_irradiance(); }
 
+/// L(d) = scale * relative(d). The scale comes from the diffuse horizontal irradiance E_d = integral of L cos Z over
+/// the upper hemisphere, or from the zenith radiance. Ground: L = albedo (E_d + E_sun) / pi.
 AnalyticSky::AnalyticSky(const SkyModel& model) : model_(model) {
   if (model_.kind == SkyModel::Kind::clear)
     model_.distribution = *cie_sky(12);
@@ -50,6 +54,8 @@ AnalyticSky::AnalyticSky(const SkyModel& model) : model_(model) {
                                          : model_.ground_radiance;
 }
 
+/// Radiance over a constant. Overcast: CIE standard overcast sky, L/L_zenith = (1 + 2 sin altitude) / 3 (Moon & Spencer
+/// 1942). Clear: CIE type 12. Others: SkyDistribution.
 double AnalyticSky::relative_radiance(const glm::dvec3& d) const {
   switch (model_.kind) {
   case SkyModel::Kind::uniform:
@@ -68,6 +74,7 @@ double AnalyticSky::relative_integral() const {
   if (model_.kind == SkyModel::Kind::uniform)
     return kPi;
   if (model_.kind == SkyModel::Kind::overcast)
+    // 2 pi times the integral of (1 + 2 z) z / 3 over z = cos Z in 0..1
     return 7.0 * kPi / 9.0;
   return model_.distribution.horizontal_integral(model_.sun ? model_.sun->direction.z : 1.0);
 }
@@ -81,6 +88,7 @@ Rgb AnalyticSky::radiance(const glm::dvec3& d) const {
   return model_.sun && model_.sun->contains(d) ? sky + model_.sun->radiance() : sky;
 }
 
+/// E = E_d + E_n sin(altitude of the sun), radiance unit times steradian.
 Rgb AnalyticSky::horizontal_irradiance() const {
   if (!model_.sun)
     return diffuse_horizontal_;

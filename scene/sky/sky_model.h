@@ -24,7 +24,8 @@ struct SunDisc {
   bool contains(const glm::dvec3& unit_direction) const;
 };
 
-/// Parameters of a sky. The member functions prepare an AnalyticSky each time; whoever asks more than once keeps one.
+/// Parameters of a sky. The member functions prepare an AnalyticSky each time; a caller with more than one query keeps
+/// one.
 struct SkyModel {
   enum class Kind { uniform, overcast, clear, general } kind = Kind::overcast;
   SkyDistribution distribution; ///< kind general

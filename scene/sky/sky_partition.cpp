@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
 #include <glm/geometric.hpp>
+
+#include "scene/core/text_lines.h"
 
 namespace daylit {
 
@@ -72,19 +73,15 @@ std::vector<UpperBand> equal_area_hemisphere(int n) {
   return from_zenith;
 }
 
-std::optional<int> parse_int(std::string_view text) {
-  int value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return code == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
-}
-
 Error partition_error(const std::string& what, const std::string& where) {
   return {ErrorCode::usage, what, where, "use uniform:N (N even), tregenza, reinhart:K or fine:N"};
 }
 
+/// Azimuth of the first border of a band, radians from +x.
 double start_azimuth(const SkyBand& band) { return band.centred ? -kPi / band.cells : 0.0; }
 
 /// Integral over (from, to) of the altitude's hat that is 0 at `from` and 1 at `to`, times cos(altitude).
+/// By parts: integral of (x - from)/(to - from) cos x = sin(to) + (cos(to) - cos(from))/(to - from).
 double rising_hat(double from, double to) { return std::sin(to) + (std::cos(to) - std::cos(from)) / (to - from); }
 
 } // namespace
@@ -105,6 +102,8 @@ Result<SkyPartition> SkyPartition::reinhart(int k) {
   return from_bands(reinhart_bands(k), text);
 }
 
+/// Rows of equal height in altitude, the side of a square cell of 4 pi / nodes steradians; each row has the multiple of
+/// four cells that comes closest to square ones.
 Result<SkyPartition> SkyPartition::fine(int nodes) {
   const std::string text = "fine:" + std::to_string(nodes);
   if (nodes < 16 || nodes > kMaxRegions)
@@ -133,7 +132,8 @@ Result<SkyPartition> SkyPartition::parse(const std::string& text) {
     return tregenza();
   const std::size_t colon = text.find(':');
   const std::string kind = text.substr(0, colon);
-  const auto number = colon == std::string::npos ? std::nullopt : parse_int(std::string_view(text).substr(colon + 1));
+  const auto number =
+      colon == std::string::npos ? std::nullopt : parse_number<int>(std::string_view(text).substr(colon + 1));
   if (number && kind == "uniform")
     return uniform(*number);
   if (number && kind == "reinhart")
@@ -148,7 +148,7 @@ Result<SkyPartition> SkyPartition::from_bands(std::vector<SkyBand> bands, std::s
     return Error{ErrorCode::value_invalid, what, "sky partition " + name, "the bands must cover the sphere once"};
   };
   if (bands.empty() || bands.front().sin_low != -1 || bands.back().sin_high != 1)
-    return bad("the bands do not reach from nadir to zenith");
+    return bad("the bands do not cover nadir to zenith");
   bool horizon = false;
   int next = 0;
   for (std::size_t i = 0; i < bands.size(); ++i) {
@@ -171,6 +171,7 @@ Result<SkyPartition> SkyPartition::from_bands(std::vector<SkyBand> bands, std::s
   return out;
 }
 
+/// Last band that begins at or below; the bands are sorted.
 int SkyPartition::band_of(double sin_altitude) const {
   const auto above = std::upper_bound(bands_.begin(), bands_.end(), sin_altitude,
                                       [](double s, const SkyBand& band) { return s < band.sin_low; });
@@ -202,7 +203,7 @@ Result<SkyPartition> SkyPartition::from_rectangles(std::vector<SkyBand> bands, s
   for (std::size_t r = 0; r < rectangles.size(); ++r) {
     const SkyRectangle& e = rectangles[r];
     if (e.band < 0 || e.cell < 0 || e.bands < 1 || e.cells < 1 || e.band > rows - e.bands || e.cell > around - e.cells)
-      return bad("rectangle " + std::to_string(r) + " reaches out of the cells");
+      return bad("rectangle " + std::to_string(r) + " lies outside the cells");
     const SkyBand &lowest = out.bands_[static_cast<std::size_t>(e.band)],
                   &highest = out.bands_[static_cast<std::size_t>(e.band + e.bands - 1)];
     if (lowest.sin_low < 0 && highest.sin_high > 0)
@@ -227,6 +228,7 @@ SkyRectangle SkyPartition::extent(int region) const {
   return rectangles_.empty() ? SkyRectangle{} : rectangles_[static_cast<std::size_t>(region)];
 }
 
+/// Cells have equal widths 2 pi / cells in azimuth; a rectangle spans whole cells and bands.
 SkyPartition::Limits SkyPartition::limits(int region) const {
   if (rectangles_.empty()) {
     const SkyBand& band = band_of_region(region);
@@ -242,6 +244,7 @@ SkyPartition::Limits SkyPartition::limits(int region) const {
           r.cells == around};
 }
 
+/// Band by sin(altitude), cell by azimuth over cell width.
 int SkyPartition::region_of(const glm::dvec3& d) const {
   const SkyBand& band = bands_[static_cast<std::size_t>(band_of(d.z))];
   if (band.cells == 1)
@@ -252,6 +255,7 @@ int SkyPartition::region_of(const glm::dvec3& d) const {
   return region_of_cell(cell);
 }
 
+/// Omega = width (sin high - sin low), steradians: exact, by Archimedes.
 double SkyPartition::solid_angle_sr(int region) const {
   const Limits l = limits(region);
   return l.width * (l.sin_high - l.sin_low);
@@ -280,6 +284,8 @@ glm::dvec3 SkyPartition::sample(int region, double s, double t) const {
   return {across * std::cos(azimuth), across * std::sin(azimuth), z};
 }
 
+/// Bilinear finite element in (azimuth, altitude): up = (h - h_low)/(h_high - h_low), right = fraction of the cell
+/// width past the left node, in each of the two bands (Cohen & Wallace 1993, ch. 3).
 SkyPartition::Quad SkyPartition::quad(const glm::dvec3& d) const {
   const double altitude = std::asin(std::clamp(d.z, -1.0, 1.0)), azimuth = std::atan2(d.y, d.x);
   const auto above = std::upper_bound(node_altitude_.begin(), node_altitude_.end(), altitude);
@@ -299,6 +305,7 @@ SkyPartition::Quad SkyPartition::quad(const glm::dvec3& d) const {
   return result;
 }
 
+/// Products of the linear weights of quad(); they sum to 1.
 std::array<RegionWeight, 4> SkyPartition::interpolation(const glm::dvec3& d) const {
   const Quad q = quad(d);
   const auto node = [&](std::size_t k) { return static_cast<int>(q.node[k]); };
@@ -308,6 +315,8 @@ std::array<RegionWeight, 4> SkyPartition::interpolation(const glm::dvec3& d) con
            {node(3), q.up * q.right_above}}};
 }
 
+/// Integral of the hat function over the sphere, steradians: the azimuth gives one cell width, the altitude the sum of
+/// a rising and a falling side, each weighted with cos(altitude). The hats of all nodes sum to 4 pi.
 double SkyPartition::hat_sr(int region) const {
   const SkyBand& band = band_of_region(region);
   const auto b = static_cast<std::size_t>(&band - bands_.data());

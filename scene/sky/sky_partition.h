@@ -19,7 +19,7 @@
 namespace daylit {
 
 namespace detail {
-class QuadSums;
+struct RegionTexels;
 }
 
 /// sin(altitude) in [sin_low, sin_high), `cells` equal azimuth cells, the first one centred on azimuth 0 (+x) when
@@ -37,7 +37,7 @@ struct SkyRectangle {
   int band = 0, cell = 0, bands = 1, cells = 1;
 };
 
-/// A region and its share in the radiance of a direction.
+/// A region and its weight in the radiance of a direction.
 struct RegionWeight {
   int region = 0;
   double weight = 0;
@@ -50,7 +50,8 @@ class SkyPartition {
 public:
   /// N equal-solid-angle regions (N even, 2..100000), as square as bands allow.
   static Result<SkyPartition> uniform(int regions);
-  /// Tregenza's 145 patches (scene/radiance_matrix.h) above the horizon and their mirror image below: 290 regions.
+  /// Tregenza's 145 patches (scene/volume/radiance_matrix.h) above the horizon and their mirror image below: 290
+  /// regions.
   static SkyPartition tregenza();
   /// Reinhart MF:K (K = 1 is Tregenza; 2 is 577 + 577) with the zenith cap undivided. 1 <= K <= 12.
   static Result<SkyPartition> reinhart(int k);
@@ -78,7 +79,7 @@ public:
   }
   /// One per region; empty where every cell of the bands is a region by itself.
   const std::vector<SkyRectangle>& rectangles() const { return rectangles_; }
-  /// Its cells, upwards and around: both 1 without rectangles. sample() at shares of these stays within a cell.
+  /// Its cells, upwards and around: both 1 without rectangles. sample() at fractions of these stays within a cell.
   SkyRectangle extent(int region) const;
   /// The same regions as nodes, or as constants.
   SkyPartition with_interpolation(bool on) const;
@@ -93,8 +94,8 @@ public:
   /// below, then in the band above.
   struct Quad {
     std::array<std::uint32_t, 4> node{};
-    double up = 0;                           ///< share of the band above
-    double right_below = 0, right_above = 0; ///< shares of the right nodes within their band
+    double up = 0;                           ///< weight of the band above
+    double right_below = 0, right_above = 0; ///< weights of the right nodes within their band
   };
   Quad quad(const glm::dvec3& unit_direction) const;
   /// Values of the hat functions at a direction: weights >= 0 that sum to 1, some possibly of the same region.
@@ -121,74 +122,38 @@ private:
 };
 
 /// Which pixels make up which region, worked out once for a geometry and a partition; the runtime reduces every frame
-/// of a sky camera with the same one.
+/// of a sky camera with the same one. A sparse matrix from pixels to regions, row by row: the steradians that each
+/// pixel gives to a region.
 class RegionSums {
 public:
-  /// `needed`: one per region, 0 for regions that nobody asks for: they come out black, and pixels that only they
+  /// `needed`: one per region, 0 for regions that are not wanted: they come out black, and pixels that only they
   /// have are not read. Empty: all are needed.
   static RegionSums make(std::shared_ptr<const SkyGeometry> geometry, const SkyPartition& partition,
                          std::span<const std::uint8_t> needed = {});
   /// Mean radiance per region; of nodes: the integral of radiance times hat function over the region's solid angle.
-  /// `sky` must have the geometry given to make(), or one of equal size and projection.
+  /// `sky` must have the geometry given to make(), or one of equal size and projection. Independent of the thread
+  /// count.
   std::vector<Rgb> reduce(const SkyImage& sky) const;
-  /// Share of each needed region's solid angle that the camera sees; the rest takes the fill.
-  double covered_share(int region) const;
+  /// Part of each needed region's solid angle that the camera sees; the rest takes the fill.
+  double covered_fraction(int region) const;
   /// Size of the tables that reduce() reads, bytes.
   std::size_t bytes() const;
 
 private:
-  /// A texel's solid angle times a weight goes to a region.
-  struct Share {
-    std::uint32_t region, first, count; ///< texels
-    double weight;
-  };
-  static constexpr std::size_t kSpanTexels = 10;
-  /// Neighbouring texels (by index) with the share of each that one region takes: solid angles in steps.
-  struct Span {
-    std::uint32_t first = 0;
-    std::array<std::uint16_t, kSpanTexels> weight{};
-  };
-  /// The next spans belong to one sum of one region.
-  struct Group {
-    std::uint32_t slot, spans;
-    float step_sr; ///< of a weight
-  };
-  struct Part {
-    std::size_t group, span; ///< the first
-  };
   /// mean = sum * per_sr + fill, the fill by where the region's centre lies
   struct Divisor {
     double per_sr = 0;
     float fill_above = 0, fill_below = 0;
   };
-  struct Strip;
   std::shared_ptr<const SkyGeometry> geometry_;
-  std::shared_ptr<const detail::QuadSums> quads_; ///< of nodes: all pixels but large ones, which have spans
-  std::vector<Span> spans_;
-  std::vector<Group> groups_;
-  std::vector<Part> part_;                ///< bands of the picture that threads take, and the end
-  std::vector<std::uint32_t> first_slot_; ///< of each region's sums, and the end
-  std::vector<double> covered_, gap_;     ///< steradians
+  std::shared_ptr<const std::vector<detail::RegionTexels>> texels_; ///< of each region
+  std::vector<double> covered_, gap_;                               ///< steradians
   std::vector<Divisor> divisor_;
   std::vector<std::uint32_t> unseen_; ///< regions that met no texel and have no gap
   std::vector<glm::dvec3> centre_;
 
-  static std::vector<Share> equirect_shares(const SkyGeometry& geometry, const SkyPartition& partition);
-  static std::vector<Share> lens_shares(const SkyGeometry& geometry, const SkyPartition& partition);
-  static std::vector<Share> node_shares(const SkyGeometry& geometry, const SkyPartition& partition);
-  std::size_t texels() const { return geometry_->solid_angle_sr().size(); }
-  static Strip make_strip(std::span<const Share> shares, std::span<const float> solid_angle_sr, std::size_t first,
-                          std::size_t regions);
-  void add_strip(const Strip& strip, std::size_t width);
-  void make_spans(const std::vector<Share>& shares, std::size_t regions);
-  static void add_groups(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
-  static void add_groups_avx512(std::span<const Group> groups, const Span* span, const float* texels, double* sums);
-  void measure_sums(std::vector<double>& covered_sr) const;
-  void add_spans(const std::vector<Rgb>& image, std::span<std::array<double, 3>> region_sums) const;
   void measure_coverage(const SkyPartition& partition);
-  void measure_nodes(const SkyPartition& partition);
-  void set_divisors(const SkyPartition& partition);
-  void forget_all_but(std::span<const std::uint8_t> needed);
+  void set_divisors(const SkyPartition& partition, std::span<const std::uint8_t> needed);
 };
 
 /// Solid-angle mean radiance of every region, pixels split where a border crosses them; directions that the image

@@ -72,6 +72,7 @@ void SkyReader::read_place() {
     sky_.problem("place", "needs time = \"2021-06-21 12:30\"");
 }
 
+/// Azimuth from +x counter-clockwise, elevation from the horizon, degrees; or a direction of any length.
 /// True when the section says where the sun is.
 bool SkyReader::read_direction(TomlSection& section, SunDisc& disc) {
   double azimuth = 0.0, elevation = 45.0;
@@ -94,6 +95,7 @@ bool SkyReader::read_direction(TomlSection& section, SunDisc& disc) {
   return turned || high;
 }
 
+/// A disc of the given diameter (degrees); the irradiance on a surface that faces it is in radiance unit times sr.
 void SkyReader::read_sun(SkyModel& model, bool needs_irradiance) {
   TomlSection section = sky_.section("sun");
   if (!section && !placed_)
@@ -121,6 +123,7 @@ void SkyReader::read_sun(SkyModel& model, bool needs_irradiance) {
   model.sun = disc;
 }
 
+/// One of two scales: radiance of the zenith, or irradiance of the horizontal by the sky alone.
 void SkyReader::read_scale(SkyModel& model) {
   const bool zenith = sky_.read_rgb("zenith_radiance", model.zenith_radiance, {0.0, kMaxRadiance});
   Rgb diffuse(0.0f);
@@ -131,6 +134,7 @@ void SkyReader::read_scale(SkyModel& model) {
     sky_.problem("diffuse_horizontal", "given together with zenith_radiance; keep one");
 }
 
+/// Ground below the horizon: radiance, or albedo times irradiance of the horizontal over pi.
 void SkyReader::read_ground(SkyModel& model) {
   const bool albedo = sky_.read("ground_albedo", model.ground_albedo, {0.0, 1.0});
   if (sky_.read_rgb("ground_radiance", model.ground_radiance, {0.0, kMaxRadiance})) {
@@ -150,6 +154,7 @@ SkyColours SkyReader::read_colours() {
   return colours;
 }
 
+/// Parameters of gradation and indicatrix (SkyDistribution); base 1 for Perez.
 void SkyReader::read_distribution(SkyModel& model) {
   SkyDistribution& s = model.distribution;
   std::array<double, 6> value{};
@@ -186,6 +191,7 @@ void SkyReader::read_analytic(const std::string& kind, SkyModel& model) {
     sky_.problem("model", "this distribution is black");
 }
 
+/// W/m^2 on the plane facing the sun and on the horizontal, without the sun; dew point in degrees Celsius.
 void SkyReader::read_perez(SkyDescription& out) {
   PerezWeather weather;
   read_place();
@@ -213,6 +219,7 @@ void SkyReader::read_perez(SkyDescription& out) {
     out = perez_description(*perez, sun, colours, *with_sun.sun);
 }
 
+/// The row of the tape at that time, through the Perez model.
 void SkyReader::read_weather(SkyDescription& out) {
   std::filesystem::path path;
   const bool file = sky_.read("file", path);
@@ -253,6 +260,7 @@ void SkyReader::read(SkyDescription& out) {
 
 void read_sky_section(TomlSection sky, SkyDescription& description) { SkyReader(sky).read(description); }
 
+/// Reads back as the same model: angles in degrees, directions as vectors.
 std::string sky_toml(const SkyModel& sky) {
   static constexpr const char* kKind[] = {"uniform", "overcast", "clear", "general"};
   std::string out = fmt::format("[sky]\nmodel = \"{}\"\n", kKind[static_cast<int>(sky.kind)]);

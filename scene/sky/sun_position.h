@@ -31,18 +31,20 @@ struct LocalTime {
 /// year outside 1900..2100.
 Result<LocalTime> parse_local_time(const std::string& text);
 std::string time_text(const LocalTime& time); ///< "2021-06-21 12:30", seconds where there are some
+bool is_day(const LocalTime& time);           ///< whether the calendar has year, month and day
 int day_of_year(const LocalTime& time);       ///< 1..366
 
 struct SunPosition {
   double altitude = 0.0;  ///< radians, of the centre, seen from the ground, without refraction
   double azimuth = 0.0;   ///< radians clockwise from north, 0..2pi
-  double distance = 1.0;  ///< astronomical units
+  double distance = 1.0;  ///< astronomical units, from the centre of the earth
   glm::dvec3 direction{}; ///< unit; x east, y north, z up
 };
 
-/// Meeus, Astronomical Algorithms (2nd ed. 1998): apparent longitude of chapter 25 (lower accuracy), sidereal time of
-/// chapter 12, parallax of chapter 40. Within 0.01 degrees for 1900..2100; refraction, up to 0.5 degrees at the
-/// horizon, is left out as in all sky models here.
+/// By ERFA, the library of the IAU SOFA routines: positions of the observer and of the earth (eraApco13, within a few
+/// milliarcseconds), aberration (eraAb), precession and nutation IAU 2006/2000A, horizon (eraAtioq). UTC is taken for
+/// UT1: within 0.004 degrees for 1972..today; before and after, where UTC and its leap seconds are not known, within
+/// 0.01 degrees for 1900..2100. Refraction, up to 0.5 degrees at the horizon, is left out as in all sky models here.
 SunPosition sun_position(const Place& place, const LocalTime& time);
 
 } // namespace daylit

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <limits>
 #include <optional>
 
 #include <fmt/format.h>
+
+#include "scene/core/text_lines.h"
 
 namespace daylit {
 
@@ -18,44 +19,9 @@ constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
 constexpr double kMissing = 9999.0, kMissingDewPoint = 99.9; // EnergyPlus: Auxiliary Programs, EPW data dictionary
 constexpr double kMostValue = 200000.0;                      // W/m2 or lx; no daylight has more
 
-/// The lines of a text, without their ends, and their numbers.
-class Lines {
-public:
-  explicit Lines(std::string_view text) : rest_(text) {}
-  /// False at the end of the text.
-  bool next(std::string_view& line) {
-    if (rest_.empty())
-      return false;
-    const std::size_t end = rest_.find('\n');
-    line = rest_.substr(0, end);
-    rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
-    if (!line.empty() && line.back() == '\r')
-      line.remove_suffix(1);
-    ++number_;
-    return true;
-  }
-  unsigned number() const { return number_; }
-
-private:
-  std::string_view rest_;
-  unsigned number_ = 0;
-};
-
-std::string_view trimmed(std::string_view text) {
-  const std::size_t first = text.find_first_not_of(" \t");
-  return first == std::string_view::npos ? std::string_view{}
-                                         : text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 std::optional<double> number_in(std::string_view text, double low, double high) {
-  text = trimmed(text);
-  if (!text.empty() && text.front() == '+')
-    text.remove_prefix(1);
-  double value = 0.0;
-  const auto [stop, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (ec != std::errc{} || stop != text.data() + text.size() || !(value >= low && value <= high))
-    return std::nullopt;
-  return value;
+  const std::optional<double> value = parse_number(trimmed(text));
+  return value && *value >= low && *value <= high ? value : std::nullopt;
 }
 
 std::optional<int> integer_in(std::string_view text, int low, int high) {
@@ -81,22 +47,16 @@ std::array<std::string_view, N> fields(std::string_view line, char separator) {
   return out;
 }
 
-Error bad_line(const std::string& name, unsigned line, std::string what) {
+Error bad_line(const std::string& name, int line, std::string what) {
   return {ErrorCode::file_malformed, std::move(what), fmt::format("{}, line {}", name, line),
           "take the file from its publisher again"};
-}
-
-bool is_day(const LocalTime& t) {
-  LocalTime first = t, last = t;
-  first.day = last.day = 1;
-  last.month = t.month % 12 + 1;
-  const int length = t.month == 12 ? 31 : day_of_year(last) - day_of_year(first);
-  return t.day <= length;
 }
 
 /// .epw, field numbers of the data dictionary from 0.
 enum EpwField : std::size_t { kYear, kMonth, kDay, kHour, kMinute, kDewPoint = 7, kDirect = 14, kDiffuse = 15 };
 
+/// Hour 1 is the interval from 0 to 1 h: its middle is hour - 1/2, or with n rows per hour the end less half an
+/// interval (EnergyPlus, Auxiliary Programs, EPW data dictionary).
 std::optional<std::string> epw_row(const std::array<std::string_view, 16>& f, int per_hour, WeatherRow& row) {
   const auto year = integer_in(f[kYear], 1900, 2100), month = integer_in(f[kMonth], 1, 12),
              day = integer_in(f[kDay], 1, 31), hour = integer_in(f[kHour], 1, 24),
@@ -121,7 +81,7 @@ std::optional<std::string> epw_row(const std::array<std::string_view, 16>& f, in
 }
 
 /// The six header lines of a .wea.
-std::optional<std::string> wea_header(Lines& lines, WeatherFile& weather) {
+std::optional<std::string> wea_header(TextLines& lines, WeatherFile& weather) {
   struct Entry {
     std::string_view key;
     double low, high;
@@ -143,6 +103,7 @@ std::optional<std::string> wea_header(Lines& lines, WeatherFile& weather) {
       return fmt::format("expected: {} NUMBER, {} to {}", entry.key, entry.low, entry.high);
     entry.value = *value;
   }
+  // West positive, and the time zone as degrees of longitude of its meridian.
   weather.place = {entries[0].value, -entries[1].value, -entries[2].value / 15.0};
   weather.elevation_m = entries[3].value;
   if (entries[4].value != std::floor(entries[4].value))
@@ -151,6 +112,7 @@ std::optional<std::string> wea_header(Lines& lines, WeatherFile& weather) {
   return std::nullopt;
 }
 
+/// month day hour direct diffuse; the hour is the middle of the interval.
 std::optional<std::string> wea_row(std::string_view line, WeatherRow& row) {
   const auto f = fields<6>(line, ' ');
   const auto month = integer_in(f[0], 1, 12), day = integer_in(f[1], 1, 31);
@@ -170,6 +132,7 @@ std::optional<std::string> wea_row(std::string_view line, WeatherRow& row) {
 }
 
 /// Rows of a .wea do not say how long they last: the shortest step within a day.
+/// Intervals of an .epw end at the written hour; .wea hours are middles (Radiance, epw2wea).
 double shortest_step(const std::vector<WeatherRow>& rows) {
   double step = 1.0;
   for (std::size_t k = 1; k < rows.size(); ++k)
@@ -183,7 +146,7 @@ double shortest_step(const std::vector<WeatherRow>& rows) {
 Result<WeatherFile> parse_epw(const std::string& text, const std::string& name) {
   WeatherFile weather;
   weather.name = name;
-  Lines lines(text);
+  TextLines lines(text);
   std::string_view line;
   if (!lines.next(line) || !line.starts_with("LOCATION,"))
     return bad_line(name, 1, "an .epw file starts with: LOCATION,");
@@ -221,7 +184,7 @@ Result<WeatherFile> parse_epw(const std::string& text, const std::string& name) 
 Result<WeatherFile> parse_wea(const std::string& text, const std::string& name) {
   WeatherFile weather;
   weather.name = name;
-  Lines lines(text);
+  TextLines lines(text);
   if (const auto problem = wea_header(lines, weather))
     return bad_line(name, lines.number(), *problem);
   std::string_view line;
@@ -254,6 +217,7 @@ Result<WeatherFile> read_weather(const std::filesystem::path& path) {
   return path.extension() == ".wea" ? parse_wea(text, path.string()) : parse_epw(text, path.string());
 }
 
+/// The first row with |time - middle| <= half an interval, the end excluded.
 Result<WeatherRow> weather_at(const WeatherFile& weather, const LocalTime& time) {
   const double half = 0.5 * weather.step_h;
   for (const WeatherRow& row : weather.rows) {

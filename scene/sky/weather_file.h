@@ -24,7 +24,7 @@ struct WeatherRow {
   double direct = 0.0, diffuse = 0.0;
   double dew_point_C = 0.0; ///< NaN where the tape has none
   bool missing = false;     ///< direct or diffuse is not there (9999 in .epw)
-  unsigned line = 0;
+  int line = 0;
 };
 
 struct WeatherFile {

@@ -4,14 +4,16 @@
 #include <array>
 #include <cmath>
 
+#include <Imath/half.h>
+
 #include "scene/core/parallel.h"
-#include "scene/core/tile_kernels.h"
+#include "scene/volume/row_kernels.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr std::size_t kGrain = 64;       ///< rows; fewer are not worth another thread
+constexpr std::size_t kGrain = 64;       ///< sources; fewer are not worth another thread
 constexpr std::size_t kBlockGrain = 512; ///< blocks; the same
 constexpr std::size_t kBlock = FirstLight::kBlock;
 
@@ -23,7 +25,7 @@ bool rises_to(const std::vector<std::uint32_t>& offsets, std::size_t end) {
   return !offsets.empty() && offsets.front() == 0 && offsets.back() == end && std::ranges::is_sorted(offsets);
 }
 
-/// [block][colour][region of the block], 0 beyond the last region.
+/// [block][channel][node of the block], 0 beyond the last node.
 std::vector<float> in_blocks(std::span<const Rgb> radiance) {
   const std::size_t whole = radiance.size() / kBlock;
   std::vector<float> blocks(3 * kBlock * ((radiance.size() + kBlock - 1) / kBlock));
@@ -47,24 +49,30 @@ std::size_t FirstLight::bytes() const {
   return 4 * (scale.size() + first_block.size()) + 2 * (block.size() + weight.size());
 }
 
-std::vector<Rgb> received(const FirstLight& light, std::size_t pieces, std::span<const Rgb> region_radiance) {
-  const std::vector<float> radiance = in_blocks(region_radiance);
-  const bool tinted = light.rows() > pieces;
-  std::vector<Rgb> irradiance(pieces, Rgb(0.0f));
-  const detail::TileKernels& kernels = detail::tile_kernels();
-  parallel_for(tbb::blocked_range<std::size_t>(0, pieces, kGrain), [&](const auto& part) {
-    for (std::size_t piece = part.begin(); piece < part.end(); ++piece)
-      for (int colour = 0; colour < (tinted ? 3 : 1); ++colour) {
-        const std::size_t row = static_cast<std::size_t>(colour) * pieces + piece, first = light.first_block[row];
-        std::array<float, 3> sum;
-        kernels.dot_half_blocks(light.weight.data() + FirstLight::kBlock * first,
-                                std::span(light.block).subspan(first, light.first_block[row + 1] - first),
-                                radiance.data(), sum.data());
-        for (int c = tinted ? colour : 0; c < (tinted ? colour + 1 : 3); ++c)
-          irradiance[piece][c] = light.scale[row] * sum[static_cast<std::size_t>(c)];
-      }
+std::vector<Rgb> irradiance_of_sources(const FirstLight& light, std::span<const Rgb> node_radiance) {
+  const std::vector<float> radiance = in_blocks(node_radiance);
+  const auto of_row = [&](std::size_t row) {
+    const std::size_t first = light.first_block[row], count = light.first_block[row + 1] - first;
+    return light.scale[row] * detail::multiply_blocks(light.weight.data() + kBlock * first,
+                                                      std::span(light.block).subspan(first, count), radiance.data());
+  };
+  std::vector<Rgb> irradiance(light.sources());
+  parallel_for(tbb::blocked_range<std::size_t>(0, irradiance.size(), kGrain), [&](const auto& part) {
+    for (std::size_t s = part.begin(); s < part.end(); ++s) {
+      irradiance[s] = of_row(s);
+      for (int c = 1; light.colours == 3 && c < 3; ++c)
+        irradiance[s][c] = of_row(static_cast<std::size_t>(c) * irradiance.size() + s)[c];
+    }
   });
   return irradiance;
+}
+
+void for_each_weight(const FirstLight& light, std::size_t row,
+                     const std::function<void(std::size_t node, float weight)>& visit) {
+  for (std::size_t b = light.first_block[row]; b < light.first_block[row + 1]; ++b)
+    for (std::size_t k = 0; k < kBlock; ++k)
+      if (const std::uint16_t w = light.weight[kBlock * b + k]; (w & 0x7fffu) != 0)
+        visit(kBlock * light.block[b] + k, light.scale[row] * imath_half_to_float(w));
 }
 
 std::vector<std::uint8_t> lit_regions(const FirstLight& light, std::size_t regions) {
@@ -96,10 +104,11 @@ Result<void> check_row(const FirstLight& light, std::size_t row, std::size_t reg
 
 } // namespace
 
-Result<void> check_first_light(const FirstLight& light, std::size_t pieces, int regions) {
+Result<void> check_first_light(const FirstLight& light, int regions) {
   const std::size_t rows = light.rows();
-  if ((rows != pieces && rows != 3 * pieces) || light.first_block.size() != rows + 1 ||
-      !rises_to(light.first_block, light.block.size()) || light.weight.size() != kBlock * light.block.size())
+  if ((light.colours != 1 && light.colours != 3) || rows % light.colours != 0 ||
+      light.first_block.size() != rows + 1 || !rises_to(light.first_block, light.block.size()) ||
+      light.weight.size() != kBlock * light.block.size())
     return broken("the rows of the first light disagree");
   for (std::size_t row = 0; row < rows; ++row)
     if (const Result<void> good = check_row(light, row, static_cast<std::size_t>(regions)); !good)

@@ -59,7 +59,7 @@ struct BasisVolume {
   VolumeProvenance provenance;
 
   std::size_t row_floats() const { return probes.size() * 27; }
-  bool has_band4() const { return compact ? !compact->band4.brick.empty() : !band4.empty(); }
+  bool has_band4() const { return compact ? !compact->band4.cluster.empty() : !band4.empty(); }
 };
 
 /// One per region of the sky: 0 where its light reaches no probe.
@@ -75,9 +75,9 @@ struct LightField {
   std::vector<Band4Rgb> band4 = {}; ///< the same, or empty: not asked for, or not known
 };
 
-/// L_lm per probe for the given region radiances (size = partition.size()). Every stored row of a region that is not
-/// black is read once, in parallel over probes; the result does not depend on the thread count. Order 2 reads nothing
-/// of l = 4, and order 4 does not change the nine.
+/// L_lm(x) = sum_i L_i L_lm^(i)(x) at each probe x for the given region radiances L_i (size = partition.size(); Grosch et
+/// al. 2007, eq. 4). Rows of regions that are black are not read; the result does not depend on the thread count. Order 2
+/// reads nothing of l = 4, and order 4 does not change the nine.
 LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radiance, ShOrder order = ShOrder::second);
 
 /// Radiance around a point as far as irradiance sees it; `band4` is zero where it is not known.

@@ -13,15 +13,8 @@
 
 namespace daylit {
 
-/// Versions of the layout described in docs/volume-format.md. A reader refuses any other. Version 2 adds the refractive
-/// index of clear glass, version 5 unequal regions, version 8 the compact basis of a fine sky, version 9 graded grids
-/// (of any of these); a volume is written as the lowest that holds it. Versions 3, 4, 6 and 7 had other compact bases
-/// and are refused.
-constexpr int kVolumeFormatConstantPanes = 1, kVolumeFormatClearGlass = 2, kVolumeFormatRectangles = 5,
-              kVolumeFormatCompact = 8, kVolumeFormatGraded = 9;
-
-/// The version a volume is written as.
-int volume_format_version(const BasisVolume& volume);
+/// The version of the layout described in docs/volume-format.md. A reader refuses any other.
+constexpr int kVolumeFormatVersion = 1;
 
 /// How a basis per region is stored. Half floats have a scale per region: half the file, rounded by at most 2.5e-4 of
 /// the region's largest number.

@@ -3,202 +3,120 @@
 #include <map>
 #include <vector>
 
+#include <Imath/half.h>
 #include <nlohmann/json.hpp>
 
 #include "scene/core/atomic_file.h"
 #include "scene/core/parallel.h"
-#include "scene/core/tile_kernels.h"
 #include "scene/format/safetensors.h"
 #include "scene/volume/volume_file.h"
 #include "scene/volume/volume_identity.h"
+#include "scene/volume/volume_tensors.h"
 
 namespace daylit {
 
 namespace {
 
-/// Tensors of a volume as flat arrays; those that BasisVolume keeps otherwise are copied here while writing.
-struct FlatVolume {
-  std::vector<double> bands, apertures, inward;
-  std::vector<std::int32_t> rectangles;
-  std::vector<std::int32_t> band_cells, aperture_corners;
-  std::vector<std::uint32_t> triangles, triangle_material;
-  std::vector<float> reflectance, transmittance, refractive_index, aperture_transmittance, aperture_index;
-  /// Rows as half floats, each divided by its scale.
-  struct HalfRows {
-    std::vector<std::uint16_t> number;
-    std::vector<float> scale;
-  };
-  HalfRows basis, band4;
-  std::vector<std::uint32_t> sources, groups, bricks, band4_bricks;
-  std::vector<std::uint8_t> is_window;
-};
+using detail::FlatTensors;
+using detail::Presence;
+using Shape = std::vector<std::uint64_t>;
 
-template <class T, class Vec>
-void append3(std::vector<T>& list, const Vec& v) {
-  list.insert(list.end(), {v.x, v.y, v.z});
-}
-
-std::vector<std::uint32_t> flat_bricks(const CompactFactors& factors) {
-  std::vector<std::uint32_t> flat;
-  for (const CompactFactors::Brick& b : factors.brick)
-    flat.insert(flat.end(), {b.probes, b.pieces, b.word_rank, b.byte_rank});
-  return flat;
-}
-
-FlatVolume flatten(const BasisVolume& volume) {
-  FlatVolume flat;
-  for (const SkyBand& band : volume.partition.bands()) {
-    flat.bands.insert(flat.bands.end(), {band.sin_low, band.sin_high});
-    flat.band_cells.insert(flat.band_cells.end(), {band.cells, band.centred ? 1 : 0});
-  }
-  for (const SkyRectangle& r : volume.partition.rectangles())
-    flat.rectangles.insert(flat.rectangles.end(), {r.band, r.cell, r.bands, r.cells});
+void flatten_room(const BasisVolume& volume, FlatTensors& flat) {
+  const bool clear_glass =
+      std::ranges::any_of(volume.apertures, [](const Aperture& a) { return a.refractive_index > 0.0f; });
   for (const RoomTriangle& t : volume.room.triangles) {
-    flat.triangles.insert(flat.triangles.end(), t.vertex.begin(), t.vertex.end());
+    flat.triangle.push_back(t.vertex);
     flat.triangle_material.push_back(t.material);
   }
   for (const Material& m : volume.room.materials) {
-    append3(flat.reflectance, m.reflectance);
-    append3(flat.transmittance, m.transmittance);
+    flat.reflectance.push_back(m.reflectance);
+    flat.transmittance.push_back(m.transmittance);
     flat.is_window.push_back(m.is_window ? 1 : 0);
-    flat.refractive_index.push_back(m.refractive_index);
+    if (clear_glass)
+      flat.refractive_index.push_back(m.refractive_index);
   }
   for (const Aperture& a : volume.apertures) {
-    for (const glm::dvec3& corner : a.corners)
-      append3(flat.apertures, corner);
-    flat.aperture_corners.push_back(static_cast<std::int32_t>(a.corners.size()));
-    append3(flat.inward, a.inward);
-    append3(flat.aperture_transmittance, a.transmittance);
-    flat.aperture_index.push_back(a.refractive_index);
+    flat.corner.insert(flat.corner.end(), a.corners.begin(), a.corners.end());
+    flat.corner_count.push_back(static_cast<std::int32_t>(a.corners.size()));
+    flat.inward.push_back(a.inward);
+    flat.aperture_transmittance.push_back(a.transmittance);
+    if (clear_glass)
+      flat.aperture_index.push_back(a.refractive_index);
   }
-  if (volume.compact) {
-    flat.bricks = flat_bricks(volume.compact->nine);
-    flat.band4_bricks = flat_bricks(volume.compact->band4);
-    for (const CompactBasis::Group& g : volume.compact->group)
-      flat.groups.insert(flat.groups.end(), {g.first, g.end});
-    flat.sources = {volume.compact->sources};
+}
+
+FlatTensors flatten(const BasisVolume& volume) {
+  FlatTensors flat;
+  const ProbeSet& probes = volume.probes;
+  for (int k = 0; k < 3; ++k) {
+    flat.origin.push_back(probes.origin[k]);
+    flat.grid_count.push_back(probes.count[k]);
+    flat.grid_spacing.push_back(probes.spacing[k]);
   }
+  for (const SkyBand& band : volume.partition.bands()) {
+    flat.band.push_back({band.sin_low, band.sin_high});
+    flat.band_cells.push_back({band.cells, band.centred ? 1 : 0});
+  }
+  flat.rectangle = volume.partition.rectangles();
+  flatten_room(volume, flat);
   return flat;
 }
 
+/// Rows as they are written: half floats, each row divided by its scale, or the floats themselves with a scale of 1.
+struct StoredRows {
+  std::vector<std::uint16_t> half;
+  std::vector<float> scale;
+};
+
 /// Each row scaled so that its largest number is 1.
-FlatVolume::HalfRows halved(const BasisVolume& volume, const std::vector<float>& basis) {
+StoredRows stored_rows(const BasisVolume& volume, const std::vector<float>& basis, BasisPrecision precision) {
   const std::size_t rows = volume.stored_region.size(), floats = volume.row_floats();
-  FlatVolume::HalfRows half{std::vector<std::uint16_t>(rows * floats), std::vector<float>(rows)};
+  StoredRows stored{{}, std::vector<float>(rows, 1.0f)};
+  if (precision == BasisPrecision::float32)
+    return stored;
+  stored.half.resize(rows * floats);
   parallel_for(std::size_t{0}, rows, [&](std::size_t r) {
     const float* row = basis.data() + r * floats;
     float most = 0;
     for (std::size_t k = 0; k < floats; ++k)
       most = std::max(most, std::abs(row[k]));
-    half.scale[r] = most > 0 ? most : 1.0f;
+    stored.scale[r] = most > 0 ? most : 1.0f;
     for (std::size_t k = 0; k < floats; ++k)
-      half.number[r * floats + k] = detail::to_half(row[k] / half.scale[r]);
+      stored.half[r * floats + k] = imath_float_to_half(row[k] / stored.scale[r]);
   });
-  return half;
+  return stored;
 }
 
-template <class T>
-std::span<const std::byte> bytes_of(const std::vector<T>& list) {
-  return std::as_bytes(std::span(list));
-}
-std::span<const std::byte> bytes_of(const glm::dvec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
-std::span<const std::byte> bytes_of(const glm::ivec3& v) { return std::as_bytes(std::span(&v.x, 3)); }
-
-/// Panes of which a reader has to know the angle of incidence.
-bool has_clear_glass(const BasisVolume& volume) {
-  return std::ranges::any_of(volume.apertures, [](const Aperture& a) { return a.refractive_index > 0.0f; });
-}
-
-using Tensors = std::vector<detail::TensorToWrite>;
-
-void add_rows(const std::string& name, const BasisVolume& volume, const std::vector<float>& basis,
-              const FlatVolume::HalfRows& half, Tensors& list) {
-  const std::uint64_t rows = volume.stored_region.size();
-  const std::vector<std::uint64_t> shape{rows, volume.probes.size(), 9, 3};
-  if (half.scale.empty()) {
-    list.push_back({name, "F32", shape, bytes_of(basis)});
-    return;
+/// Takes the tensors of a volume in turn.
+class TensorList {
+public:
+  template <class T>
+  void operator()(const std::string& name, const char* type, const Shape& tail, const std::vector<T>& list,
+                  Presence presence) {
+    if (presence == Presence::optional && list.empty())
+      return;
+    std::uint64_t entry_bytes = detail::dtype_bytes(type);
+    for (const std::uint64_t d : tail)
+      entry_bytes *= d;
+    const std::span<const std::byte> bytes = std::as_bytes(std::span(list));
+    Shape shape{entry_bytes > 0 ? bytes.size() / entry_bytes : 0};
+    shape.insert(shape.end(), tail.begin(), tail.end());
+    tensors.push_back({name, type, std::move(shape), bytes});
   }
-  list.push_back({name, "F16", shape, bytes_of(half.number)});
-  list.push_back({name + ".scale", "F32", {rows}, bytes_of(half.scale)});
-}
 
-Tensors basis_tensors(const BasisVolume& volume, const FlatVolume& flat) {
-  Tensors list;
-  add_rows("basis", volume, volume.basis, flat.basis, list);
-  list.push_back({"region.stored", "I32", {volume.stored_region.size()}, bytes_of(volume.stored_region)});
-  if (volume.has_band4())
-    add_rows("basis.band4", volume, volume.band4, flat.band4, list);
-  return list;
-}
-
-/// `prefix`: of all names.
-void add_factors(const std::string& prefix, const CompactFactors& factors, const std::vector<std::uint32_t>& bricks,
-                 Tensors& list) {
-  const auto add = [&](const char* name, const char* type, const std::vector<std::uint64_t>& shape,
-                       const auto& numbers) {
-    list.push_back({prefix + name, type, shape, bytes_of(numbers)});
-  };
-  add("brick", "U32", {bricks.size() / 4, 4}, bricks);
-  add("probe", "U32", {factors.probe.size()}, factors.probe);
-  add("piece", "U32", {factors.piece.size()}, factors.piece);
-  add("scale", "F32", {factors.scale.size()}, factors.scale);
-  add("source_factor", "I8", {factors.source_factor.size()}, factors.source_factor);
-  add("probe_factor", "I8", {factors.probe_factor.size()}, factors.probe_factor);
-}
-
-Tensors compact_tensors(const CompactBasis& basis, const FlatVolume& flat) {
-  const std::uint64_t rows = basis.light.rows();
-  Tensors list = {
-      {"compact.sources", "U32", {1}, bytes_of(flat.sources)},
-      {"compact.light_scale", "F32", {rows}, bytes_of(basis.light.scale)},
-      {"compact.light_first_block", "U32", {rows + 1}, bytes_of(basis.light.first_block)},
-      {"compact.light_block", "U16", {basis.light.block.size()}, bytes_of(basis.light.block)},
-      {"compact.light_weight", "F16", {basis.light.block.size(), FirstLight::kBlock}, bytes_of(basis.light.weight)},
-      {"compact.group", "U32", {basis.group.size(), 2}, bytes_of(flat.groups)},
-      {"compact.group_weight", "F32", {basis.group_weight.size()}, bytes_of(basis.group_weight)},
-  };
-  add_factors("compact.", basis.nine, flat.bricks, list);
-  if (!basis.band4.brick.empty())
-    add_factors("compact.band4.", basis.band4, flat.band4_bricks, list);
-  return list;
-}
-
-Tensors room_tensors(const BasisVolume& volume, const FlatVolume& flat) {
-  const std::uint64_t probes = volume.probes.size(), apertures = volume.apertures.size(),
-                      triangles = volume.room.triangles.size(), materials = volume.room.materials.size();
-  Tensors list = {
-      {"probe.position", "F32", {probes, 3}, bytes_of(volume.probes.positions)},
-      {"probe.valid", "U8", {probes}, bytes_of(volume.probes.valid)},
-      {"probe.origin", "F64", {3}, bytes_of(volume.probes.origin)},
-      {"probe.grid_count", "I32", {3}, bytes_of(volume.probes.count)},
-      {"probe.grid_spacing", "F64", {3}, bytes_of(volume.probes.spacing)},
-      {"sky.band", "F64", {flat.band_cells.size() / 2, 2}, bytes_of(flat.bands)},
-      {"sky.band_cells", "I32", {flat.band_cells.size() / 2, 2}, bytes_of(flat.band_cells)},
-      {"room.vertex", "F64", {volume.room.vertices.size(), 3}, bytes_of(volume.room.vertices)},
-      {"room.triangle", "U32", {triangles, 3}, bytes_of(flat.triangles)},
-      {"room.triangle_material", "U32", {triangles}, bytes_of(flat.triangle_material)},
-      {"material.reflectance", "F32", {materials, 3}, bytes_of(flat.reflectance)},
-      {"material.transmittance", "F32", {materials, 3}, bytes_of(flat.transmittance)},
-      {"material.is_window", "U8", {materials}, bytes_of(flat.is_window)},
-      {"aperture.corner", "F64", {flat.apertures.size() / 3, 3}, bytes_of(flat.apertures)},
-      {"aperture.corner_count", "I32", {apertures}, bytes_of(flat.aperture_corners)},
-      {"aperture.inward", "F64", {apertures, 3}, bytes_of(flat.inward)},
-      {"aperture.transmittance", "F32", {apertures, 3}, bytes_of(flat.aperture_transmittance)},
-  };
-  if (volume.probes.is_grid && volume.probes.is_graded())
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::vector<double>& planes = volume.probes.planes[k];
-      list.push_back({detail::kProbePlanes[k], "F64", {planes.size()}, bytes_of(planes)});
-    }
-  if (!flat.rectangles.empty())
-    list.push_back({"sky.rectangle", "I32", {flat.rectangles.size() / 4, 4}, bytes_of(flat.rectangles)});
-  if (has_clear_glass(volume)) {
-    list.push_back({"material.refractive_index", "F32", {materials}, bytes_of(flat.refractive_index)});
-    list.push_back({"aperture.refractive_index", "F32", {apertures}, bytes_of(flat.aperture_index)});
+  /// The basis of constant regions.
+  void add_rows(const std::string& name, const BasisVolume& volume, const std::vector<float>& basis,
+                const StoredRows& stored, BasisPrecision precision) {
+    const Shape shape{volume.stored_region.size(), volume.probes.size(), 9, 3};
+    if (precision == BasisPrecision::float16)
+      tensors.push_back({name, "F16", shape, std::as_bytes(std::span(stored.half))});
+    else
+      tensors.push_back({name, "F32", shape, std::as_bytes(std::span(basis))});
+    (*this)(name + ".scale", "F32", {}, stored.scale, Presence::always);
   }
-  return list;
-}
+
+  std::vector<detail::TensorToWrite> tensors;
+};
 
 std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
   nlohmann::json names = nlohmann::json::array();
@@ -206,14 +124,12 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
     names.push_back(m.name);
   const VolumeProvenance& p = volume.provenance;
   return {{"format", detail::kVolumeFormat},
-          {"format_version", std::to_string(volume_format_version(volume))},
+          {"format_version", std::to_string(kVolumeFormatVersion)},
           {"checksum", detail::kNoChecksum},
           {"frame", "right-handed, z up; directions point to where the light comes from"},
           {"units", "metres; basis: steradian (indirect radiance coefficient per region radiance)"},
-          {"spherical_harmonics", volume.has_band4()
-                                      ? "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase; band4: "
-                                        "l = 4, index m+4"
-                                      : "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase"},
+          {"spherical_harmonics", "real, orthonormal, index l*l+l+m, l <= 2, no Condon-Shortley phase; band4: l = 4, "
+                                  "index m+4"},
           {"probe_layout", volume.probes.is_grid ? "grid" : "points"},
           {"partition", volume.partition.name()},
           {"material_names", names.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)},
@@ -224,6 +140,13 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
           {"report", p.report_json}};
 }
 
+/// Puts the checksum of the whole file into its header.
+void sign(detail::SafetensorsImage& image) {
+  const std::size_t digits = image.header.find(detail::kChecksumKey) + detail::kChecksumKey.size();
+  const std::string checksum = detail::volume_checksum(std::as_bytes(std::span(image.header)), digits, image.parts);
+  image.header.replace(digits, checksum.size(), checksum);
+}
+
 using Parts = std::span<const std::span<const std::byte>>;
 
 /// Hands the file, in parts that live as long as the call, to `take`.
@@ -231,35 +154,29 @@ template <class Take>
 Result<void> with_file_parts(const BasisVolume& volume, BasisPrecision precision, Take take) {
   if (Result<void> good = check_volume(volume); !good)
     return good;
-  FlatVolume flat = flatten(volume);
-  if (precision == BasisPrecision::float16 && !volume.compact) {
-    flat.basis = halved(volume, volume.basis);
-    if (volume.has_band4())
-      flat.band4 = halved(volume, volume.band4);
+  const FlatTensors flat = flatten(volume);
+  TensorList list;
+  StoredRows basis, band4;
+  if (volume.compact) {
+    detail::visit_compact_tensors(*volume.compact, volume.has_band4(), list);
+  } else {
+    basis = stored_rows(volume, volume.basis, precision);
+    list.add_rows("basis", volume, volume.basis, basis, precision);
+    list("region.stored", "I32", {}, volume.stored_region, Presence::always);
+    if (volume.has_band4()) {
+      band4 = stored_rows(volume, volume.band4, precision);
+      list.add_rows("basis.band4", volume, volume.band4, band4, precision);
+    }
   }
-  Tensors tensors = volume.compact ? compact_tensors(*volume.compact, flat) : basis_tensors(volume, flat);
-  const Tensors room = room_tensors(volume, flat);
-  tensors.insert(tensors.end(), room.begin(), room.end());
-  detail::SafetensorsImage image = detail::layout_safetensors(tensors, metadata_of(volume));
-  const std::size_t digits = image.header.find(detail::kChecksumKey) + detail::kChecksumKey.size();
-  const std::string checksum = detail::volume_checksum(std::as_bytes(std::span(image.header)), digits, image.parts);
-  image.header.replace(digits, checksum.size(), checksum);
+  detail::visit_common_tensors(volume, flat, list);
+  detail::SafetensorsImage image = detail::layout_safetensors(list.tensors, metadata_of(volume));
+  sign(image);
   std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(image.header))};
   parts.insert(parts.end(), image.parts.begin(), image.parts.end());
   return take(Parts(parts));
 }
 
 } // namespace
-
-int volume_format_version(const BasisVolume& volume) {
-  if (volume.probes.is_grid && volume.probes.is_graded())
-    return kVolumeFormatGraded;
-  if (!volume.partition.rectangles().empty())
-    return kVolumeFormatRectangles;
-  if (volume.compact)
-    return kVolumeFormatCompact;
-  return has_clear_glass(volume) ? kVolumeFormatClearGlass : kVolumeFormatConstantPanes;
-}
 
 Result<std::vector<std::uint8_t>> volume_bytes(const BasisVolume& volume, BasisPrecision precision) {
   std::vector<std::uint8_t> bytes;

@@ -71,7 +71,7 @@ struct DirectionArrays {
 };
 
 /// Directions of a batch: mu, sine, hemisphere, cos phi, sin phi, then the state that moves from order to order
-/// (sh/detail/difference_recurrence.h). Arrays are padded to kMaxBatchWidth.
+/// (sh/sh/detail/difference_recurrence.h). Arrays are padded to kMaxBatchWidth.
 inline constexpr std::size_t kMaxBatchWidth = 16;
 template <class T>
 struct BatchState {

@@ -1,9 +1,10 @@
-// Any bytes as an OBJ file, and as the MTL file it names: an error or a room whose indices are in range.
+// Any bytes as an OBJ file, and as the MTL file it names: an error, or a room or an object whose indices are in range.
 
 #include <cstdint>
 #include <cstdlib>
 #include <string_view>
 
+#include "scene/model/triangle_soup.h"
 #include "scene/room/room_formats.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -12,6 +13,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t cut = text.find('\0');
   const std::string_view library = cut == std::string_view::npos ? std::string_view() : text.substr(cut + 1);
   const auto read_library = [library](const std::string&) { return Result<std::string>(std::string(library)); };
+  if (const auto soup = detail::parse_obj_soup({data, size}, "/nowhere/fuzz.obj", Rgb(0.5f)))
+    for (const detail::SoupTriangle& t : soup->triangles)
+      for (const detail::SoupCorner& c : t.corner)
+        if (c.position >= soup->positions.size() || c.normal >= static_cast<int>(soup->normals.size()))
+          std::abort();
   const Result<RoomFile> file = parse_obj_room(text.substr(0, cut), "fuzz.obj", read_library);
   if (!file)
     return 0;

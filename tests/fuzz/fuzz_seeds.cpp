@@ -4,7 +4,7 @@
 
 #include "scene/core/atomic_file.h"
 #include "scene/volume/radiance_matrix.h"
-#include "tests/scene/volume_versions.h"
+#include "tests/scene/volume_kinds.h"
 
 namespace {
 
@@ -54,7 +54,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   const std::filesystem::path folder = argv[1];
-  for (const test::VolumeVersion& v : test::volume_versions())
+  for (const test::VolumeKind& v : test::volume_kinds())
     write(folder / "volume" / v.name, *volume_bytes(v.volume, v.precision));
   RadianceMatrix matrix{2, 3, {}};
   for (int k = 0; k < 6; ++k)

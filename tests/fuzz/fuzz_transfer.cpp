@@ -6,15 +6,14 @@
 #include <cstring>
 
 #include "runtime/object/transfer.h"
+#include "scene/core/checksum.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace daylit;
   constexpr std::size_t kHeader_bytes = 48;
   std::vector<std::uint8_t> file(data, data + size);
   if (size >= kHeader_bytes) {
-    std::uint64_t hash = 14695981039346656037ull;
-    for (std::size_t i = kHeader_bytes; i < size; ++i)
-      hash = (hash ^ file[i]) * 1099511628211ull;
+    const std::uint64_t hash = checksum64(std::as_bytes(std::span(file).subspan(kHeader_bytes)));
     std::memcpy(file.data() + 24, "0123456789abcdef", 16);
     std::memcpy(file.data() + 40, &hash, sizeof(hash));
   }

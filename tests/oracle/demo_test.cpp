@@ -49,8 +49,8 @@ void expect_object_within(const std::string& scene, double bar) {
   EXPECT_LE(e["object"]["relative_rms"].get<double>(), bar);
   EXPECT_LE(e["object"]["truth_standard_error"].get<double>(), 0.25 * bar);
   EXPECT_GE(e["mask_iou"].get<double>(), 0.97);
-  EXPECT_GE(e["object_share"].get<double>(), 0.05);
-  EXPECT_LE(e["object_share"].get<double>(), 0.15);
+  EXPECT_GE(e["object_fraction"].get<double>(), 0.05);
+  EXPECT_LE(e["object_fraction"].get<double>(), 0.15);
 }
 
 TEST(Demo, object_under_the_overcast_sky_is_within_six_percent) { expect_object_within("overcast", 0.06); }

@@ -115,10 +115,10 @@ inline std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
 }
 
 /// `band4`: not 0: rows of l = 4, as those of the nine in another order and times this.
-inline CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool told_apart = false,
+inline CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool distinguished = false,
                              float band4 = 0) {
   const auto mark = [&](std::span<const std::uint32_t>, std::span<std::uint8_t> patches) {
-    std::ranges::fill(patches, told_apart ? 1 : 0);
+    std::ranges::fill(patches, distinguished ? 1 : 0);
   };
   const auto rows = [&](std::span<const std::uint32_t> points, std::span<const std::uint32_t> end, float* out) {
     for (const std::uint32_t point : points)
@@ -137,7 +137,7 @@ inline CompactBasis compress(const Case& c, double error, CompactReport* report 
               out[-1] += band4 * c.weight(point, 8 - m, e);
     };
   auto basis = compact_sky(c.light, gather, c.probes, c.probe_of_point, c.partition,
-                           {.error = error, .brick_probes = 40}, kQuiet, report);
+                           {.error = error, .cluster_probes = 40}, kQuiet, report);
   EXPECT_TRUE(basis) << basis.error().message();
   return *basis;
 }

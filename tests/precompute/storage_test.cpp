@@ -12,7 +12,7 @@ namespace {
 
 double bytes_of(const Component& c, Stored s) { return static_cast<double>(s) * static_cast<double>(c.numbers); }
 double error2_of(const Component& c, Stored s) {
-  return s == Stored::nothing ? c.power : s == Stored::bytes ? c.byte_error2 : 0.0;
+  return s == Stored::nothing ? c.power : s == Stored::weak ? c.weak_error2 : 0.0;
 }
 
 TEST(Storage, choice_keeps_the_error_and_costs_at_most_one_step_more_than_the_best) {
@@ -47,13 +47,13 @@ TEST(Storage, sum_over_any_run_of_sources_is_off_by_less_than_two_halves_of_a_st
   for (int k = 0; k < 500; ++k)
     numbers.push_back(k % 50 == 7 ? 0.0f : 0.3f + 0.2f * std::sin(0.05f * static_cast<float>(k)));
   numbers[0] = 1.0f;
-  const Rounded r = Rounded::source_factor(numbers, Stored::bytes);
+  const Rounded r = Rounded::source_factor(numbers, Stored::weak);
   const std::vector<float> kept = r.values();
   for (std::size_t first = 0; first < numbers.size(); first += 13) {
     double off = 0;
     for (std::size_t k = first; k < numbers.size(); ++k) {
       off += static_cast<double>(kept[k]) - static_cast<double>(numbers[k]);
-      EXPECT_LE(std::abs(off), 1.001 * static_cast<double>(r.unit)) << first << " to " << k;
+      EXPECT_LE(std::abs(off), 1.001 * static_cast<double>(r.step)) << first << " to " << k;
     }
   }
   EXPECT_EQ(kept[7], 0.0f); // nothing stays nothing
@@ -63,7 +63,7 @@ TEST(Storage, rounding_of_rows_is_what_was_expected_of_it) {
   std::vector<float> numbers;
   for (int k = 0; k < 4000; ++k)
     numbers.push_back(std::sin(0.7f * static_cast<float>(k)) / (1.0f + 0.01f * static_cast<float>(k % 97)));
-  const std::vector<float> kept = Rounded::row_factor(numbers, Stored::bytes).values();
+  const std::vector<float> kept = Rounded::row_factor(numbers, Stored::weak).values();
   double error2 = 0, power2 = 0;
   for (std::size_t k = 0; k < numbers.size(); ++k) {
     error2 += std::pow(static_cast<double>(kept[k] - numbers[k]), 2.0);

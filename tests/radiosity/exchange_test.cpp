@@ -11,6 +11,7 @@
 #include "radiosity/detail/exchange_plan.h"
 #include "radiosity/detail/low_rank.h"
 #include "radiosity/detail/pair_shadow.h"
+#include "radiosity/energy.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/polygon_kernel.h"

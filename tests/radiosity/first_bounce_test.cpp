@@ -168,7 +168,7 @@ TEST(FirstBounce, an_opening_of_many_corners_is_the_same_in_pieces) {
   for (std::size_t side = 0; side < 4; ++side)
     for (int k = 0; k < 5; ++k)
       many[0].corners.push_back(glm::mix(four[0].corners[side], four[0].corners[(side + 1) % 4], k / 5.0));
-  ASSERT_GT(aperture_pieces(many, glm::dvec3(0.0)).size(), 1u);
+  ASSERT_GT(aperture_parts(many, glm::dvec3(0.0)).size(), 1u);
   const SkyPartition partition = *SkyPartition::uniform(64);
   const Lit a = light_up(room, 200, partition, four), b = light_up(room, 200, partition, many);
   ASSERT_EQ(a.light.region, b.light.region);

@@ -7,8 +7,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "radiosity/coefficients.h"
 #include "radiosity/detail/sampling.h"
-#include "radiosity/gather.h"
 #include "radiosity/solve.h"
 #include "scene/sky/sky_partition.h"
 #include "sh/band4.h"

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "radiosity/energy.h"
 #include "radiosity/polygon_kernel.h"
 #include "radiosity/solve.h"
 #include "scene/sky/sky_partition.h"

@@ -22,7 +22,7 @@ public:
       : room_(*RayScene::build(room)), object_(*RayScene::build(object.positions, object.triangles)),
         apertures_(std::move(apertures)) {}
 
-  /// The estimate of runtime/light/direct_light.h.
+  /// The estimate of runtime/sky/direct_light.h.
   DirectIrradiance estimate(const LightSet& lights, std::span<const SkyMap> map, std::span<const ApertureCell> cells,
                             const glm::dvec3& x, const glm::dvec3& n) const {
     const Sums sky = sum(lights.sky, x, n), sun = sum(lights.sun, x, n);

@@ -50,11 +50,8 @@ struct Surrounded {
     world[3] = glm::dvec4(at, 1.0);
     change.set_objects({{&mesh_rays, mesh.triangles, mesh.positions, 0, world}});
     change.set_sky(pyramid, sun);
-    std::vector<glm::dvec3> positions;
-    for (const glm::vec3& p : mesh.positions)
-      positions.push_back(glm::dvec3(p) + at);
-    change.set_light(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}), positions,
-                     mesh.normals, mesh.reflectance);
+    change.set_light(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}),
+                     test::place(mesh, at));
   }
   std::uint32_t floor_at(const glm::dvec3& x) const {
     RayHit hit;
@@ -127,10 +124,10 @@ TEST(IndirectShadow, a_sunlit_sphere_brightens_the_floor_beside_it) {
 TEST(IndirectShadow, an_object_loses_the_light_of_the_floor_that_it_shades) {
   Surrounded s(0.2f, test::box_window(), 1.0f);
   s.place({2.0, 3.3, 0.21}, 0.0f);
-  const Sh9Rgb below = s.change.arriving_change(0, {2.0, 3.3, 0.05});
+  const Sh9Rgb below = s.change.feedback(0, {2.0, 3.3, 0.05});
   EXPECT_LT(irradiance(below, {0, 0, -1}).g, 0.0f);
   s.place({2.0, 3.3, 1.6}, 0.0f); // high up its shadow is far away
-  EXPECT_NEAR(irradiance(s.change.arriving_change(0, {2.0, 3.3, 1.6}), {0, 0, -1}).g, 0.0f, 1e-6f);
+  EXPECT_NEAR(irradiance(s.change.feedback(0, {2.0, 3.3, 1.6}), {0, 0, -1}).g, 0.0f, 1e-6f);
 }
 
 TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_factor) {
@@ -140,24 +137,21 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
   Surrounded s(0.15f);
   const glm::dvec3 here(2.0, 2.5, 1.2), there(2.0, 2.05, 1.2);
   std::vector<PlacedPart> parts;
-  std::vector<glm::dvec3> positions;
-  std::vector<glm::vec3> normals;
-  std::vector<Rgb> reflectance;
+  ObjectSurface both;
   for (const glm::dvec3& at : {here, there}) {
     glm::dmat4 world(1.0);
     world[3] = glm::dvec4(at, 1.0);
-    parts.push_back({&s.mesh_rays, s.mesh.triangles, s.mesh.positions, positions.size(), world});
-    for (const glm::vec3& p : s.mesh.positions)
-      positions.push_back(glm::dvec3(p) + at);
-    normals.insert(normals.end(), s.mesh.normals.begin(), s.mesh.normals.end());
-    reflectance.insert(reflectance.end(), s.mesh.reflectance.begin(), s.mesh.reflectance.end());
+    parts.push_back({&s.mesh_rays, s.mesh.triangles, s.mesh.positions, both.positions.size(), world});
+    const ObjectSurface one = test::place(s.mesh, at);
+    both.positions.insert(both.positions.end(), one.positions.begin(), one.positions.end());
+    both.normals.insert(both.normals.end(), one.normals.begin(), one.normals.end());
+    both.reflectance.insert(both.reflectance.end(), one.reflectance.begin(), one.reflectance.end());
   }
   s.change.set_objects(parts);
   EXPECT_TRUE(s.change.objects_see_each_other());
   for (const float radiance : {0.0f, 4.0f}) {
     s.change.set_sky(s.pyramid, {});
-    s.change.set_light(std::vector<TwoSided>(positions.size(), {Rgb(radiance), Rgb(0.0f)}), positions, normals,
-                       reflectance);
+    s.change.set_light(std::vector<TwoSided>(both.positions.size(), {Rgb(radiance), Rgb(0.0f)}), both);
     s.change.exchange();
     const double contrast = kPi * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
     for (const double turn : {0.0, 0.3, 0.6}) {
@@ -165,11 +159,11 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
       const double d = glm::length(to), theta_cosine = glm::dot(n, to) / d;
       ASSERT_GT(std::asin(theta_cosine), std::asin(0.15 / d)) << "above the horizon";
       const double expected = contrast * 0.15 * 0.15 / (d * d) * theta_cosine;
-      const double found = static_cast<double>(irradiance(s.change.exchanged_change(0, x), n).g);
+      const double found = static_cast<double>(irradiance(s.change.exchanged(0, x), n).g);
       EXPECT_NEAR(found, expected, 0.12 * std::fabs(expected)) << turn << ": nine coefficients, eight points a side";
     }
-    const double behind = static_cast<double>(
-        irradiance(s.change.exchanged_change(0, here + glm::dvec3(0, 0.15, 0)), glm::vec3(0, 1, 0)).g);
+    const double behind =
+        static_cast<double>(irradiance(s.change.exchanged(0, here + glm::dvec3(0, 0.15, 0)), glm::vec3(0, 1, 0)).g);
     EXPECT_NEAR(behind, 0.0, 0.03 * std::fabs(contrast) * 0.25) << "on the far side nothing changes";
   }
   parts[1].world_from_object[3] = glm::dvec4(2.0, 2.5, 1.2 + 0.3 / 0.0447 + 0.2, 1.0); // a five-hundredth of the view
@@ -213,8 +207,8 @@ TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_i
       make_render_camera(ideal_pinhole(320, 320, 0.9), look_at({2.0, 2.4, 2.2}, {2.0, 2.5, 0.0}), 320, 320);
   ASSERT_TRUE(camera);
   ChangePicture picture;
-  picture.set_view(*camera, s.rays, nullptr, {});
-  picture.update(s.change);
+  const ViewCorners picture_view(*camera, s.rays, nullptr, {});
+  picture.update(picture_view, s.change, nullptr);
   EXPECT_GT(picture.left_out(), 0.5f * ChangePicture::kThreshold) << "the window of the share was met";
   EXPECT_LT(picture.left_out(), ChangePicture::kThreshold * 2.0f / 3.0f);
   int whole = 0, nothing = 0;
@@ -256,8 +250,8 @@ TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
                            renderer->draw(frame)})
     ASSERT_TRUE(step) << step.error().message();
   ChangePicture change;
-  change.set_view(camera, s.rays, nullptr, {});
-  change.update(s.change);
+  const ViewCorners change_view(camera, s.rays, nullptr, {});
+  change.update(change_view, s.change, nullptr);
   const RgbImage photo(kSide, kSide, Rgb(0.4f, 0.5f, 0.6f));
   const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) {
     return seen ? std::optional(
@@ -267,8 +261,7 @@ TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
   Composite blocks, pixels;
   compose(photo, frame, camera, look_up, {}, blocks, &change);
   ChangePicture beside;
-  beside.set_view(camera, s.rays, nullptr, {});
-  beside.update(s.change, &frame);
+  beside.update(change_view, s.change, &frame);
   Composite same;
   compose(photo, frame, camera, look_up, {}, same, &beside);
   int behind = 0; // pixels that look_up() at the corners was spared

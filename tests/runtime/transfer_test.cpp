@@ -7,6 +7,7 @@
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/checksum.h"
 #include "sh/sh9.h"
 #include "test_scene.h"
 
@@ -193,13 +194,12 @@ TEST(TransferFile, damage_is_refused_and_computed_again) {
   EXPECT_TRUE(cached_transfer(mesh, folder, "torus")->from_cache);
 }
 
-// Bytes 40..47 of the header hold the checksum of what follows it, FNV-1a.
+// Bytes 40..47 of the header hold the checksum of what follows it.
 void sign(std::vector<std::uint8_t>& file) {
-  std::uint64_t hash = 14695981039346656037ull;
-  for (std::size_t i = 48; i < file.size(); ++i)
-    hash = (hash ^ file[i]) * 1099511628211ull;
-  if (file.size() >= 48)
-    std::memcpy(file.data() + 40, &hash, sizeof(hash));
+  if (file.size() < 48)
+    return;
+  const std::uint64_t hash = checksum64(std::as_bytes(std::span(file).subspan(48)));
+  std::memcpy(file.data() + 40, &hash, sizeof(hash));
 }
 
 TEST(TransferFile, ten_thousand_damaged_files_are_refused_or_read_as_they_are) {

@@ -99,7 +99,7 @@ TEST(Aperture, grid_of_panes_becomes_one_polygon_per_material) {
   EXPECT_NEAR(found->report.window_area_m2, 2.0, 1e-12);
 }
 
-TEST(Aperture, concave_hole_is_cut_in_convex_pieces_of_equal_area) {
+TEST(Aperture, concave_hole_is_cut_in_convex_parts_of_equal_area) {
   // Wall y = 0 of the unit cube missing an L: only the square x > 1/2, z > 1/2 is there.
   RoomBuilder b;
   const auto grey = b.material("grey");

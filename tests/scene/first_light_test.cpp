@@ -2,10 +2,11 @@
 
 #include <random>
 
+#include <Imath/half.h>
 #include <gtest/gtest.h>
 
-#include "scene/core/tile_kernels.h"
 #include "scene/volume/first_light.h"
+#include "tests/scene/plain_compact.h"
 
 namespace daylit {
 namespace {
@@ -13,9 +14,10 @@ namespace {
 constexpr std::size_t kRegions = 203; // the last block is not whole
 
 /// Rows of 0 to 20 blocks; a third of the weights are 0.
-FirstLight random_light(std::size_t rows) {
+FirstLight random_light(std::size_t rows, std::uint32_t colours = 1) {
   std::mt19937 random(18);
   FirstLight light;
+  light.colours = colours;
   light.first_block = {0};
   for (std::size_t row = 0; row < rows; ++row) {
     for (std::uint16_t b = 0; 8u * b < kRegions; ++b) {
@@ -24,7 +26,7 @@ FirstLight random_light(std::size_t rows) {
       light.block.push_back(b);
       for (std::size_t k = 0; k < 8; ++k)
         light.weight.push_back(8u * b + k < kRegions && random() % 3 != 0
-                                   ? detail::to_half(static_cast<float>(random() % 1000) / 1000.0f)
+                                   ? imath_float_to_half(static_cast<float>(random() % 1000) / 1000.0f)
                                    : std::uint16_t{0});
     }
     light.scale.push_back(0.5f + static_cast<float>(row));
@@ -41,39 +43,18 @@ std::vector<Rgb> random_sky() {
   return sky;
 }
 
-TEST(FirstLight, pieces_receive_the_sum_of_weights_times_radiances) {
+TEST(FirstLight, sources_receive_the_sum_of_weights_times_radiances) {
   const std::vector<Rgb> sky = random_sky();
-  for (const std::size_t tables : {1u, 3u}) { // clear and tinted panes
-    const std::size_t pieces = 40;
-    const FirstLight light = random_light(tables * pieces);
-    ASSERT_TRUE(check_first_light(light, pieces, kRegions));
-    const std::vector<Rgb> fast = received(light, pieces, sky);
-    for (std::size_t piece = 0; piece < pieces; ++piece)
-      for (std::size_t c = 0; c < 3; ++c) {
-        double sum = 0;
-        for_each_weight(light, (tables == 3 ? c * pieces : 0) + piece,
-                        [&](std::size_t region, float weight) { sum += double(weight) * double(sky[region][int(c)]); });
-        ASSERT_NEAR(double(fast[piece][int(c)]), sum, 1e-6 * sum) << piece;
-      }
+  for (const std::uint32_t colours : {1u, 3u}) { // clear and tinted panes
+    const FirstLight light = random_light(40 * colours, colours);
+    ASSERT_TRUE(check_first_light(light, kRegions));
+    const std::vector<Rgb> fast = irradiance_of_sources(light, sky);
+    const std::vector<glm::dvec3> plain = test::plain_irradiance(light, sky);
+    ASSERT_EQ(fast.size(), 40u);
+    for (std::size_t s = 0; s < fast.size(); ++s)
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR(double(fast[s][c]), plain[s][c], 1e-6 * plain[s][c]) << s;
   }
-}
-
-TEST(FirstLight, blocks_are_summed_alike_in_every_version) {
-  const FirstLight light = random_light(20);
-  std::vector<float> radiance(3 * 8 * 26);
-  for (std::size_t k = 0; k < radiance.size(); ++k)
-    radiance[k] = static_cast<float>(k % 97);
-  for (const detail::TileKernels& kernels : detail::usable_tile_kernels())
-    for (const std::size_t blocks : {0u, 1u, 2u, 7u, 26u}) {
-      float sum[3];
-      double exact[3] = {};
-      kernels.dot_half_blocks(light.weight.data(), std::span(light.block).first(blocks), radiance.data(), sum);
-      for (std::size_t k = 0; k < 24 * blocks; ++k)
-        exact[k / 8 % 3] += double(detail::from_half(light.weight[k / 24 * 8 + k % 8])) *
-                            double(radiance[24u * light.block[k / 24] + k % 24]);
-      for (std::size_t c = 0; c < 3; ++c)
-        ASSERT_NEAR(double(sum[c]), exact[c], 1e-6 * exact[c]) << kernels.name << " " << blocks;
-    }
 }
 
 TEST(FirstLight, regions_with_a_weight_are_lit_and_no_others) {
@@ -84,7 +65,7 @@ TEST(FirstLight, regions_with_a_weight_are_lit_and_no_others) {
   light.weight.assign(24, 0);
   light.weight[3] = light.weight[10] = light.weight[19] = 0x3c00;
   light.weight[20] = 0x8000; // -0 lights nothing
-  ASSERT_TRUE(check_first_light(light, 2, kRegions));
+  ASSERT_TRUE(check_first_light(light, kRegions));
   const std::vector<std::uint8_t> lit = lit_regions(light, kRegions);
   for (std::size_t r = 0; r < kRegions; ++r)
     EXPECT_EQ(lit[r], r == 11 || r == 202 ? 1 : 0) << r;
@@ -94,7 +75,7 @@ TEST(FirstLight, what_is_damaged_is_refused) {
   const auto refused = [](const auto& damage) {
     FirstLight light = random_light(8);
     damage(light);
-    return !check_first_light(light, 8, kRegions);
+    return !check_first_light(light, kRegions);
   };
   EXPECT_FALSE(refused([](FirstLight&) {}));
   EXPECT_TRUE(refused([](FirstLight& l) { l.block[1] = l.block[0]; }));
@@ -104,6 +85,8 @@ TEST(FirstLight, what_is_damaged_is_refused) {
   EXPECT_TRUE(refused([](FirstLight& l) { l.first_block[2] = l.first_block[1] - 1; }));
   EXPECT_TRUE(refused([](FirstLight& l) { l.weight.pop_back(); }));
   EXPECT_TRUE(refused([](FirstLight& l) { l.scale.pop_back(); }));
+  EXPECT_TRUE(refused([](FirstLight& l) { l.colours = 3; })); // eight rows are not three to a source
+  EXPECT_TRUE(refused([](FirstLight& l) { l.colours = 0; }));
   EXPECT_TRUE(refused([](FirstLight& l) { l.scale[0] = std::numeric_limits<float>::infinity(); }));
 }
 

@@ -152,7 +152,7 @@ TEST_F(ObjectGltf, an_image_inside_the_file_is_the_same_as_one_beside_it) {
 }
 
 TEST_F(ObjectGltf, obj_with_a_texture_shows_the_same_picture) {
-  std::ofstream(folder_ / "a.mtl") << "newmtl paper\nKd 0.5 0.5 0.5\nmap_Kd quarters.png\n";
+  std::ofstream(folder_ / "a.mtl") << "newmtl paper\nKd 0.5 0.5 0.5\nmap_Kd -s 1 1 1 -clamp off quarters.png\n";
   std::ofstream(folder_ / "a.obj") << "mtllib a.mtl\nusemtl paper\nv 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nvt 0 0\nvt 1 0\n"
                                       "vt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
   const auto mesh = read_object_mesh(folder_ / "a.obj");
@@ -200,7 +200,9 @@ TEST_F(ObjectGltf, more_texels_than_an_object_may_have_are_refused) {
     library += std::string("newmtl ") + name + "\nKd 1 1 1\nmap_Kd " + name + ".png\n";
   }
   std::ofstream(folder_ / "a.mtl") << library;
-  std::ofstream(folder_ / "a.obj") << materials << "usemtl a\nf 1/1 2/2 3/3\n";
+  for (const char* name : {"a", "b", "c"})
+    materials += std::string("usemtl ") + name + "\nf 1/1 2/2 3/3\n";
+  std::ofstream(folder_ / "a.obj") << materials;
   const auto mesh = read_object_mesh(folder_ / "a.obj");
   ASSERT_FALSE(mesh);
   EXPECT_EQ(mesh.error().code, ErrorCode::limit_exceeded);

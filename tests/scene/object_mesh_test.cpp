@@ -150,6 +150,20 @@ TEST_F(ObjectMeshFile, bad_files_are_errors) {
   EXPECT_EQ(read_object_mesh(folder_ / "missing.obj").error().code, ErrorCode::file_missing);
 }
 
+TEST_F(ObjectMeshFile, a_damaged_obj_is_refused_with_the_line) {
+  const std::string start = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\n";
+  for (const char* line : {"f 1/2 2/1 3/1", "f 1/0 2/1 3/1", "f 1/-2 2/1 3/1", "f 1//1 2//2 3//1", "f 1 2 3x", "f 1 2",
+                           "vn 0 nan 0", "vt inf", "v 0 0", "solid cube"}) {
+    const auto mesh = read_object_mesh(write("bad.obj", start + line + "\nf 1/1/1 2/1/1 3/1/1\n"));
+    ASSERT_FALSE(mesh) << line;
+    EXPECT_NE(mesh.error().message().find("line 6"), std::string::npos) << mesh.error().message();
+  }
+  write("bad.mtl", "newmtl red\nKd 0.5 x 0.5\n");
+  const auto mesh = read_object_mesh(write("bad.obj", "mtllib bad.mtl\n" + start + "usemtl red\nf 1 2 3\n"));
+  ASSERT_FALSE(mesh);
+  EXPECT_NE(mesh.error().message().find("bad.mtl, line 2"), std::string::npos) << mesh.error().message();
+}
+
 TEST_F(ObjectMeshFile, damaged_files_never_crash) {
   std::mt19937 random(6);
   for (const std::string& good : {std::string(kCube), binary_ply(false), binary_ply(true)})

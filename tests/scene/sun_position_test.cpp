@@ -21,14 +21,13 @@ double angle_deg(const SunPosition& sun, double azimuth_deg, double altitude_deg
 TEST(SunPosition, agrees_with_the_worked_example_of_the_solar_position_algorithm) {
   const SunPosition sun =
       sun_position({39.742476, -105.1786, -7.0}, {.year = 2003, .month = 10, .day = 17, .hour = 12.0 + 30.5 / 60.0});
-  EXPECT_LT(angle_deg(sun, 194.34024, 39.872046), 0.001);
-  EXPECT_NEAR(sun.distance, 0.9965422, 1e-5);
+  EXPECT_LT(angle_deg(sun, 194.34024, 39.872046), 1e-4);    // measured 7e-5
+  EXPECT_NEAR(sun.distance, 0.9965422, 3e-7); // measured 2e-7
 }
 
-// Made with the IAU SOFA routines as in ERFA 2.0 (Earth by epv00, precession and nutation by pnm06a, sidereal time by
-// gst06a, aberration, parallax on the WGS 84 ellipsoid), time scale UTC. The random sample of 1,500 times and places
-// from which these are taken is met within 0.0037 degrees, 0.0013 rms.
-TEST(SunPosition, is_within_a_hundredth_of_a_degree_of_a_full_ephemeris) {
+// Made by another chain of the IAU SOFA routines (Earth by epv00, precession and nutation by pnm06a, sidereal time by
+// gst06a, aberration, parallax on the WGS 84 ellipsoid), time scale UTC. Measured 3e-5 to 7e-5 degrees.
+TEST(SunPosition, agrees_with_a_full_ephemeris) {
   struct Row {
     double latitude, longitude;
     int year, month, day;
@@ -42,23 +41,24 @@ TEST(SunPosition, is_within_a_hundredth_of_a_degree_of_a_full_ephemeris) {
                        Row{-19.011, -49.006, 1982, 11, 7, 785 / 60.0, 88.83650, 62.56299}}) {
     const SunPosition sun =
         sun_position({r.latitude, r.longitude, 0.0}, {.year = r.year, .month = r.month, .day = r.day, .hour = r.hour});
-    EXPECT_LT(angle_deg(sun, r.azimuth, r.altitude), 0.01) << r.year;
+    EXPECT_LT(angle_deg(sun, r.azimuth, r.altitude), 1e-4) << r.year;
   }
 }
 
 // Instants of the equinoxes and solstices, to the minute, as published by the US Naval Observatory ("Earth's seasons").
-// Seen from the north pole the altitude is the declination, less the parallax of 0.0024 degrees.
+// Seen from the north pole the altitude is the declination, less the parallax of 0.0024 degrees. At the equinoxes the
+// declination changes by 0.00014 degrees in the half minute of rounding; measured 0.0002, at the solstices 0.0005.
 TEST(SunPosition, declination_is_zero_at_the_equinoxes_and_turns_at_the_solstices) {
   const auto declination = [](int year, int month, int day, double hour) {
     return sun_position({90.0, 0.0, 0.0}, {.year = year, .month = month, .day = day, .hour = hour}).altitude *
                kDegrees +
            0.0024;
   };
-  EXPECT_NEAR(declination(2000, 3, 20, 7 + 35 / 60.0), 0.0, 0.002);
-  EXPECT_NEAR(declination(2010, 9, 23, 3 + 9 / 60.0), 0.0, 0.002);
-  EXPECT_NEAR(declination(2020, 3, 20, 3 + 50 / 60.0), 0.0, 0.002);
-  EXPECT_NEAR(declination(2020, 6, 20, 21 + 44 / 60.0), 23.4365, 0.003); // obliquity of the date
-  EXPECT_NEAR(declination(2020, 12, 21, 10 + 2 / 60.0), -23.4365, 0.003);
+  EXPECT_NEAR(declination(2000, 3, 20, 7 + 35 / 60.0), 0.0, 0.0003);
+  EXPECT_NEAR(declination(2010, 9, 23, 3 + 9 / 60.0), 0.0, 0.0003);
+  EXPECT_NEAR(declination(2020, 3, 20, 3 + 50 / 60.0), 0.0, 0.0003);
+  EXPECT_NEAR(declination(2020, 6, 20, 21 + 44 / 60.0), 23.4365, 0.0007); // obliquity of the date
+  EXPECT_NEAR(declination(2020, 12, 21, 10 + 2 / 60.0), -23.4365, 0.0007);
 }
 
 TEST(SunPosition, local_standard_time_and_longitude_turn_together) {

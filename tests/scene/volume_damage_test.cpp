@@ -1,4 +1,4 @@
-// Damaged volumes of every format version: refused, or read as they are, in little memory.
+// Damaged volumes of every kind: refused, or read as they are, in little memory.
 
 #include <algorithm>
 #include <cstring>
@@ -13,7 +13,7 @@
 #include "scene/core/atomic_file.h"
 #include "scene/volume/volume_file.h"
 #include "tests/scene/allocations.h"
-#include "tests/scene/volume_versions.h"
+#include "tests/scene/volume_kinds.h"
 
 namespace daylit {
 namespace {
@@ -58,15 +58,14 @@ void expect_refused_or_exact(const Bytes& file, const std::string& what, Tally& 
   EXPECT_EQ(file_of(*second), again) << what;
 }
 
-TEST(VolumeDamage, every_version_is_written_as_its_own_and_comes_back) {
-  for (const test::VolumeVersion& v : test::volume_versions()) {
-    EXPECT_EQ(volume_format_version(v.volume), v.format_version) << v.name;
+TEST(VolumeDamage, every_kind_comes_back_as_it_was_written) {
+  for (const test::VolumeKind& v : test::volume_kinds()) {
     const Bytes file = file_of(v.volume, v.precision);
     const Result<BasisVolume> read = parse_volume(file, v.name);
     ASSERT_TRUE(read) << read.error().message();
     EXPECT_EQ(file_of(*read, v.precision), file) << v.name;
     const std::filesystem::path path =
-        std::filesystem::path(testing::TempDir()) / ("version" + std::to_string(::getpid()) + ".volume");
+        std::filesystem::path(testing::TempDir()) / ("kind" + std::to_string(::getpid()) + ".volume");
     ASSERT_TRUE(write_volume(path, v.volume, v.precision));
     EXPECT_EQ(*read_whole_file(path), file) << v.name;
     test::reset_largest_allocation();
@@ -76,10 +75,10 @@ TEST(VolumeDamage, every_version_is_written_as_its_own_and_comes_back) {
   }
 }
 
-TEST(VolumeDamage, ten_thousand_damaged_files_of_every_version_are_refused) {
+TEST(VolumeDamage, ten_thousand_damaged_files_of_every_kind_are_refused) {
   std::mt19937 random(5);
   Tally tally;
-  for (const test::VolumeVersion& v : test::volume_versions()) {
+  for (const test::VolumeKind& v : test::volume_kinds()) {
     const Bytes file = file_of(v.volume, v.precision);
     for (int i = 0; i < 1200; ++i) {
       Bytes damaged = file;
@@ -103,7 +102,7 @@ TEST(VolumeDamage, ten_thousand_damaged_files_of_every_version_are_refused) {
 TEST(VolumeDamage, signed_content_is_refused_or_read_as_it_is) {
   std::mt19937 random(6);
   Tally tally;
-  for (const test::VolumeVersion& v : test::volume_versions()) {
+  for (const test::VolumeKind& v : test::volume_kinds()) {
     const Bytes file = file_of(v.volume, v.precision);
     const std::uint64_t length = test::header_length(file);
     for (int i = 0; i < 400; ++i) {
@@ -145,7 +144,7 @@ std::vector<Json> hostile_tensors(const Json& good) {
     list.push_back(good);
     list.back()[key] = std::move(value);
   };
-  for (const char* type : {"F64", "F32", "F16", "I32", "U32", "I8", "U8", "BF16", ""})
+  for (const char* type : {"F64", "F32", "F16", "I32", "U32", "I16", "U16", "I8", "U8", "BF16", ""})
     with("dtype", type);
   for (const Json& shape : {Json::array(), Json{0}, Json{huge}, Json{huge, huge}, Json{1ull << 32, 1ull << 32},
                             Json{1ull << 62, 4, 4}, Json{-1}, Json{1.5}, Json{"3"}, Json{Json{3}}, Json{end - begin}})
@@ -167,8 +166,8 @@ std::vector<Json> hostile_tensors(const Json& good) {
 
 TEST(VolumeDamage, hostile_headers_are_refused_or_read_as_they_are) {
   Tally tally;
-  std::set<std::string> attacked; // each tensor once, in the first version that has it
-  for (const test::VolumeVersion& v : test::volume_versions()) {
+  std::set<std::string> attacked; // each tensor once, in the first kind that has it
+  for (const test::VolumeKind& v : test::volume_kinds()) {
     const Bytes file = file_of(v.volume, v.precision);
     const Json header =
         Json::parse(file.begin() + 8, file.begin() + static_cast<std::ptrdiff_t>(8 + test::header_length(file)));

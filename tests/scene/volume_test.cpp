@@ -10,7 +10,7 @@
 #include <tbb/global_control.h>
 
 #include "tests/scene/test_volumes.h"
-#include "tests/scene/volume_versions.h"
+#include "tests/scene/volume_kinds.h"
 
 namespace daylit {
 namespace {
@@ -291,7 +291,7 @@ TEST(WithoutRinging, irradiance_is_nowhere_negative_and_calm_light_keeps_every_b
 
 TEST(Volume, radiance_of_regions_that_do_not_count_changes_no_bit) {
   std::ptrdiff_t left_out = 0;
-  for (const test::VolumeVersion& v : test::volume_versions()) {
+  for (const test::VolumeKind& v : test::volume_kinds()) {
     const std::vector<std::uint8_t> counts = regions_that_count(v.volume);
     ASSERT_EQ(counts.size(), static_cast<std::size_t>(v.volume.partition.size())) << v.name;
     left_out += std::ranges::count(counts, 0);

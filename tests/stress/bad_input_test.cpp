@@ -1,6 +1,7 @@
 // Runs the real programs with bad input. Every case must end with exit code 1, say on stderr what is wrong, where and
 // what to do, and leave no file behind, neither under the final nor under a temporary name.
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -248,6 +249,11 @@ std::vector<Case> run_cases() {
        "config.toml",
        [](auto& f) { edit(f / "lens.yaml", "image_width: 64", "image_width: 65"); },
        {"65"}},
+      {"output_size_of_another_shape",
+       program,
+       "config.toml",
+       [](auto& f) { edit(f / "config.toml", "[output]\n", "[output]\nsize = [640, 64]\n"); },
+       {"[output] size", "640 x 64", "stretch"}},
       {"no_marker_in_the_picture",
        program,
        "config.toml",
@@ -309,6 +315,16 @@ TEST_F(BadInput, run_configurations_are_refused_with_what_where_and_hint) {
     GTEST_SKIP() << "this build has no daylit-run";
   for (const Case& c : run_cases())
     check(root_, c);
+}
+
+TEST_F(BadInput, replay_is_refused_in_one_line_as_long_as_nothing_is_recorded) {
+  if (!has_program("daylit-run"))
+    GTEST_SKIP() << "this build has no daylit-run";
+  const Outcome outcome = run_in(root_ / "good", "daylit-run config.toml --replay");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+  EXPECT_NE(outcome.err.find("--replay"), std::string::npos) << outcome.err;
+  EXPECT_FALSE(fs::exists(root_ / "good/out.png"));
 }
 
 TEST_F(BadInput, faces_without_area_and_duplicates_are_refused_unless_the_user_drops_them) {

@@ -1,0 +1,210 @@
+#include "precompute/detail/light_elements.h"
+
+#include <algorithm>
+#include <queue>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "scene/core/parallel.h"
+
+namespace daylit::precompute::detail {
+
+namespace {
+
+using radiosity::Facet;
+
+std::array<Facet, 2> halves(const Facet& p) {
+  int longest = 0;
+  for (int k = 1; k < 3; ++k)
+    if (glm::distance(p.corner[k], p.corner[(k + 1) % 3]) >
+        glm::distance(p.corner[longest], p.corner[(longest + 1) % 3]))
+      longest = k;
+  const int next = (longest + 1) % 3;
+  // The same point from either side of the edge: neighbours that are cut both stay without a gap.
+  const glm::dvec3 middle = 0.5 * (p.corner[longest] + p.corner[next]);
+  std::array<Facet, 2> half{p, p};
+  half[0].corner[next] = middle;
+  half[1].corner[longest] = middle;
+  half[0].area_m2 = half[1].area_m2 = 0.5 * p.area_m2;
+  return half;
+}
+
+constexpr double kGrazing = 0.25;
+constexpr double kInside = 0.9;     // of the way from a middle to a corner: where one looks from and to
+constexpr double kHidden = 0.1;     // share of what faces an aperture but sees none of the points looked for in it
+constexpr float kWholeWay = 0.999f; // of a ray to an aperture
+
+/// The middle of an outline and a point near each corner.
+template <class Corners>
+std::vector<glm::dvec3> points_of(const Corners& corners, const glm::dvec3& origin) {
+  glm::dvec3 middle(0.0);
+  for (const glm::dvec3& c : corners)
+    middle += (c - origin) / static_cast<double>(corners.size());
+  std::vector<glm::dvec3> points{middle};
+  for (const glm::dvec3& c : corners)
+    points.push_back(glm::mix(middle, c - origin, kInside));
+  return points;
+}
+
+/// How bright a sun can be on a patch: 0 where no point of an aperture looked for is higher and before it, more
+/// where it faces one that it sees.
+class SunReach {
+public:
+  SunReach(const radiosity::SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const RayScene& room)
+      : room_(room), to_room_(mesh.origin - room.origin()) {
+    for (const Aperture& a : apertures)
+      for (const glm::dvec3& p : points_of(a.corners, mesh.origin))
+        target_.push_back(p);
+  }
+
+  double share(const radiosity::Patch& e) const {
+    double seen = 0, faced = 0;
+    for (const glm::dvec3& from : points_of(e.corner, glm::dvec3(0.0)))
+      for (const glm::dvec3& to : target_) {
+        const glm::dvec3 way = to - from;
+        const double cosine = glm::dot(e.normal, way) / std::max(glm::length(way), 1e-9);
+        if (way.z <= 0.0 || cosine <= 0.0)
+          continue;
+        faced = std::max(faced, kGrazing + cosine);
+        if (kGrazing + cosine > seen && !blocked(from, way))
+          seen = kGrazing + cosine;
+      }
+    return std::max(seen, kHidden * faced);
+  }
+
+private:
+  bool blocked(const glm::dvec3& from, const glm::dvec3& way) const {
+    const auto offset = static_cast<float>(4.0 * static_cast<double>(room_.surface_offset()) / glm::length(way));
+    return room_.occluded(glm::vec3(from + to_room_), glm::vec3(way), offset, kWholeWay);
+  }
+
+  const RayScene& room_;
+  glm::dvec3 to_room_;
+  std::vector<glm::dvec3> target_;
+};
+
+/// How often each facet is halved.
+std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
+                           const SunReach& reach, std::size_t count) {
+  struct Piece {
+    double size;
+    std::uint32_t facet;
+    bool operator<(const Piece& o) const { return size != o.size ? size < o.size : facet > o.facet; }
+  };
+  std::vector<double> share(mesh.facets.size(), 0.0);
+  parallel_for(std::size_t{0}, share.size(), [&](std::size_t p) {
+    for (const std::int32_t side : patches.of_facet[p])
+      if (side >= 0)
+        share[p] = std::max(share[p], reach.share(patches.patches[static_cast<std::size_t>(side)]));
+  });
+  std::priority_queue<Piece> queue;
+  for (std::uint32_t p = 0; p < mesh.facets.size(); ++p)
+    if (share[p] > 0)
+      queue.push({share[p] * mesh.facets[p].area_m2, p});
+  std::vector<int> cuts(mesh.facets.size(), 0);
+  // All pieces of a facet are cut together.
+  for (std::size_t have = mesh.facets.size(); have < count && !queue.empty();) {
+    const Piece next = queue.top();
+    queue.pop();
+    have += std::size_t{1} << cuts[next.facet];
+    ++cuts[next.facet];
+    queue.push({0.5 * next.size, next.facet});
+  }
+  return cuts;
+}
+
+void append(const Facet& p, int cuts, std::vector<Facet>& out) {
+  if (cuts == 0) {
+    out.push_back(p);
+    return;
+  }
+  for (const Facet& half : halves(p))
+    append(half, cuts - 1, out);
+}
+
+} // namespace
+
+Result<LightElements> LightElements::make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
+                                      const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count) {
+  const std::vector<int> cuts = find_cuts(mesh, patches, SunReach(mesh, apertures, room), count);
+  LightElements leaves;
+  leaves.mesh.origin = mesh.origin;
+  leaves.mesh.planes = mesh.planes;
+  leaves.mesh.edge_m = mesh.edge_m;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> order; // patch, number of its leaf
+  for (std::uint32_t p = 0; p < mesh.facets.size(); ++p) {
+    const std::size_t first = leaves.mesh.facets.size();
+    append(mesh.facets[p], cuts[p], leaves.mesh.facets);
+    leaves.patches.of_facet.resize(leaves.mesh.facets.size(), {-1, -1});
+    for (int side = 0; side < 2; ++side) {
+      const std::int32_t parent = patches.of_facet[p][side];
+      for (std::size_t i = first; parent >= 0 && i < leaves.mesh.facets.size(); ++i) {
+        const Facet& leaf = leaves.mesh.facets[i];
+        radiosity::Patch e = patches.patches[static_cast<std::size_t>(parent)];
+        e.area_m2 = leaf.area_m2;
+        e.facet = static_cast<std::uint32_t>(i);
+        e.corner = leaf.corner;
+        if (side == 1)
+          std::swap(e.corner[1], e.corner[2]);
+        leaves.patches.of_facet[i][side] = static_cast<std::int32_t>(leaves.patches.patches.size());
+        leaves.share.push_back(
+            static_cast<float>(e.area_m2 / patches.patches[static_cast<std::size_t>(parent)].area_m2));
+        leaves.patches.patches.push_back(e);
+        leaves.parent.push_back(static_cast<std::uint32_t>(parent));
+      }
+    }
+  }
+  auto rays = radiosity::facet_scene(leaves.mesh);
+  if (!rays)
+    return rays.error();
+  leaves.rays = std::move(*rays);
+  return leaves;
+}
+
+std::vector<float> LightElements::opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const {
+  std::vector<float> opening(parent.empty() ? 0 : parent.back() + 1, 0.0f);
+  for (std::size_t i = 0; i < parent.size(); ++i)
+    opening[parent[i]] += share[i] * rows[i].opening;
+  return opening;
+}
+
+radiosity::FirstBounce LightElements::of_parents(const radiosity::FirstBounce& light) const {
+  radiosity::FirstBounce mean{.patches = parent.empty() ? 0 : parent.back() + std::size_t{1},
+                              .channels = light.channels,
+                              .region = light.region,
+                              .irradiance = {},
+                              .opening = {}};
+  mean.irradiance.assign(mean.patches * static_cast<std::size_t>(light.channels) * light.columns(), 0.0f);
+  mean.opening.assign(mean.patches, 0.0f);
+  for (std::size_t i = 0; i < parent.size(); ++i) {
+    mean.opening[parent[i]] += share[i] * light.opening[i];
+    for (int c = 0; c < light.channels; ++c)
+      for (std::size_t k = 0; k < light.columns(); ++k)
+        mean.row(parent[i], c)[k] += share[i] * light.row(i, c)[k];
+  }
+  return mean;
+}
+
+radiosity::Radiosity LightElements::radiosity_of(const radiosity::Radiosity& parents,
+                                               const radiosity::FirstBounce& parent_light,
+                                               const radiosity::FirstBounce& light) const {
+  const std::size_t columns = light.columns();
+  radiosity::Radiosity out{.patches = parent.size(),
+                           .columns = parents.columns,
+                           .b = std::vector<float>(parent.size() * parents.columns),
+                           .copy_of = parents.copy_of};
+  parallel_for(std::size_t{0}, parent.size(), [&](std::size_t i) {
+    for (int c = 0; c < 3; ++c) {
+      const float reflectance = patches.patches[i].reflectance[c];
+      const float* further =
+          parents.row(parent[i]) + static_cast<std::size_t>(parents.copy_of[static_cast<std::size_t>(c)]) * columns;
+      float* to = out.b.data() + i * parents.columns + static_cast<std::size_t>(c) * columns;
+      for (std::size_t k = 0; k < columns; ++k)
+        to[k] = further[k] + reflectance * (light.row(i, c)[k] - parent_light.row(parent[i], c)[k]);
+    }
+  });
+  return out;
+}
+
+} // namespace daylit::precompute::detail

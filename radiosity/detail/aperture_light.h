@@ -1,0 +1,57 @@
+#pragma once
+
+// Direct light through openings on one patch.
+
+#include <atomic>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "radiosity/detail/open_paths.h"
+#include "radiosity/detail/sky_sweep.h"
+#include "radiosity/patches.h"
+#include "scene/room/ray_scene.h"
+
+namespace daylit::radiosity {
+
+/// What all patches share.
+struct DirectLight {
+  // Directions stand for the whole sphere, at least so many; fewer do for a patch that has a wide view of an opening.
+  static constexpr int kDirections = 16384, kWideDirections = 8192;
+
+  const PatchSet& set;
+  const SurfaceMesh& mesh;
+  const RayScene& scene;
+  const std::vector<Aperture>& apertures;
+  const SkyPartition& partition;
+  std::vector<AperturePart> parts;
+  SkySweep fine, wide; ///< for narrow and for wide views of an opening
+  OpenPaths paths;
+  // Counted: rays, pairs of patch and opening without and with samples, patches that see the open sky.
+  std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
+  std::atomic<int> open_sky{0};
+
+  DirectLight(const PatchSet& patches, const SurfaceMesh& facets, const RayScene& rays_of_facets,
+              const std::vector<Aperture>& openings, const SkyPartition& regions)
+      : set(patches), mesh(facets), scene(rays_of_facets), apertures(openings), partition(regions),
+        parts(aperture_parts(openings, facets.origin)), fine(regions, parts, kDirections),
+        wide(regions, parts, kWideDirections), paths(facets, openings, parts) {}
+
+  /// Nothing blocks the ray.
+  bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
+    return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
+                           std::numeric_limits<float>::infinity());
+  }
+};
+
+/// What one patch receives through one part of the openings or all of them, dense over regions.
+struct Received {
+  std::vector<glm::dvec3> region;
+  double opening = 0;
+};
+
+/// Adds what patch `patch` receives through part `index` of the openings, sr per unit radiance of each region:
+/// integral of visibility, pane transmittance and cosine, mean over the patch.
+void receive_through(DirectLight& task, std::size_t patch, std::size_t index, Received& out);
+
+} // namespace daylit::radiosity

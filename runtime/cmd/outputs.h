@@ -1,0 +1,23 @@
+#pragma once
+
+// What daylit-run shows and writes of a composite.
+
+#include "runtime/composite/compose.h"
+#include "runtime/input/photograph.h"
+#include "scene/config/config.h"
+#include "scene/core/result.h"
+
+namespace daylit {
+
+/// The picture in 8 bits, every pixel through the photograph's response; of a linear photograph a preview, exposed so
+/// that its brightest hundredth is white.
+Rgb8Image view_of(const Photograph& photo, const RgbImage& picture);
+
+/// Error value_invalid: `size` is more than four times as wide as the picture, or would stretch it by more than 1 %.
+Result<void> check_output_size(const OutputConfig& output, int picture_width_px, int picture_height_px);
+
+/// [output] png, exr and mask, those that are named, in [output] size: resampled by area in linear light. In the
+/// picture's own size the PNG holds the photograph's own bytes where nothing changed.
+Result<void> write_outputs(const OutputConfig& output, const Photograph& photo, const Composite& composite);
+
+} // namespace daylit

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+
+#include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
+
+#include "runtime/base/render_camera.h"
+#include "runtime/picture/picture_renderer.h"
+
+namespace daylit {
+
+/// What a renderer drew at a pixel of the photograph (RenderedFrame).
+struct DrawnPixel {
+  glm::vec4 object{0.0f}, lost_sky{0.0f}, room{0.0f};
+};
+
+/// A drawn frame in the photograph's pixels.
+struct DrawnPicture {
+  const RenderedFrame& frame;
+  const RenderCamera& camera;
+
+  DrawnPixel at(int x, int y) const {
+    if (!frame.shown(x, y))
+      return {};
+    const std::size_t i = frame.index(x, y);
+    return {frame.object[i], frame.lost_sky[i], frame.room[i]};
+  }
+
+  /// Every pixel of the photograph's box was drawn, by an undistorted camera.
+  bool shows_all(const PixelBox& photo) const {
+    const PixelBox box = photo.common(frame.box);
+    if (!camera.drawn_position.empty() || frame.surface.empty() || frame.shows.empty() || box.x0 != photo.x0 ||
+        box.y0 != photo.y0 || box.x1 != photo.x1 || box.y1 != photo.y1)
+      return false;
+    for (int y = box.y0; y < box.y1; y += RenderedFrame::kBlock)
+      for (int x = box.x0; x < box.x1; x += RenderedFrame::kBlock)
+        if (!frame.shows[frame.block_index(x, y)])
+          return false;
+    return true;
+  }
+
+  /// False when no photograph pixel of the box shows an object or a new shadow.
+  bool may_show(const PixelBox& photo) const {
+    if (!camera.drawn_position.empty())
+      return true;
+    const PixelBox box = photo.common(frame.box);
+    if (box.empty() || frame.shows.empty())
+      return !box.empty();
+    constexpr int kBlock = RenderedFrame::kBlock;
+    for (int y = box.y0 - box.y0 % kBlock; y < box.y1; y += kBlock)
+      for (int x = box.x0 - box.x0 % kBlock; x < box.x1; x += kBlock)
+        if (frame.shows[frame.block_index(x, y)])
+          return true;
+    return false;
+  }
+
+  const RoomSurface* surface(int x, int y) const {
+    if (!camera.drawn_position.empty() || frame.surface.empty())
+      return nullptr;
+    const RoomSurface& seen = frame.surface[frame.index(x, y)];
+    return seen.triangle == 0xFFFFFFFFu ? nullptr : &seen;
+  }
+
+  glm::vec2 position(int x, int y) const {
+    return camera.drawn_position.empty()
+               ? glm::vec2(x, y)
+               : camera.drawn_position[static_cast<std::size_t>(y) * camera.photo_width_px + x];
+  }
+
+  /// The drawn pixel itself, or the bilinear mean of four where the photograph is distorted.
+  DrawnPixel photo_pixel(int x, int y) const {
+    if (camera.drawn_position.empty())
+      return at(x, y);
+    const glm::vec2 p = position(x, y);
+    if (p.x < 0.0f || p.y < 0.0f)
+      return {};
+    const int x0 = std::min(static_cast<int>(p.x), frame.width_px - 1), x1 = std::min(x0 + 1, frame.width_px - 1);
+    const int y0 = std::min(static_cast<int>(p.y), frame.height_px - 1), y1 = std::min(y0 + 1, frame.height_px - 1);
+    const float s = p.x - static_cast<float>(x0), t = p.y - static_cast<float>(y0);
+    const DrawnPixel a = at(x0, y0), b = at(x1, y0), c = at(x0, y1), d = at(x1, y1);
+    const auto mix = [&](const glm::vec4& pa, const glm::vec4& pb, const glm::vec4& pc, const glm::vec4& pd) {
+      return (1.0f - t) * ((1.0f - s) * pa + s * pb) + t * ((1.0f - s) * pc + s * pd);
+    };
+    return {mix(a.object, b.object, c.object, d.object), mix(a.lost_sky, b.lost_sky, c.lost_sky, d.lost_sky),
+            mix(a.room, b.room, c.room, d.room)};
+  }
+};
+
+} // namespace daylit

@@ -1,0 +1,72 @@
+#include "runtime/session/light_stage.h"
+
+#include "runtime/indirect/vertex_light.h"
+#include "runtime/session/stage_clock.h"
+
+namespace daylit {
+
+namespace {
+
+std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
+  std::vector<PlacedPart> parts;
+  for (const VirtualObjects::Part& part : objects.parts)
+    parts.push_back({&part.rays, part.mesh.triangles, part.mesh.positions, part.first_vertex, part.world_from_object});
+  return parts;
+}
+
+} // namespace
+
+/// The objects stand in a room on which they cast shadows, and beside each other: both change the light that they see,
+/// and what leaves them changes the room.
+void LightStage::add_object_effects(const SkyStage& sky, const VirtualObjects& objects,
+                                    std::vector<TwoSided>& radiance) const {
+  IndirectShadow& shadow = *room_.indirect_shadow;
+  const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
+  const auto set_leaving = [&] {
+    const ObjectSurface& surface = objects.surface;
+    shadow.set_light(vertex_radiance(radiance, windows, surface.normals, objects.transfer, surface.reflectance),
+                     surface);
+  };
+  shadow.set_sky(sky->pyramid, sky->sun, sky.version());
+  add_feedback(shadow, objects, radiance);
+  if (shadow.objects_see_each_other()) {
+    set_leaving();
+    shadow.exchange();
+    add_exchange(shadow, objects, radiance);
+  }
+  set_leaving();
+}
+
+void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples,
+                        FrameReport& report) {
+  StageClock clock(report);
+  const std::vector<Aperture>& apertures = room_.volume.apertures;
+  direct_.update({sky.version(), objects.version(), static_cast<Version>(samples)}, [&](ObjectsDirectLight& direct) {
+    direct.sphere = objects->surface.bounds();
+    direct.lights = sample_lights(sky->pyramid[0], sky->sun, apertures, direct.sphere, samples);
+    direct.cells = aperture_cells(apertures, direct.sphere, sky->pyramid);
+    room_.light.set_frame(sky.field(), sky->pyramid, direct.cells, direct.lights, sky.version());
+    clock.end("samples");
+  });
+  probes_.update({objects.version()}, [&](ObjectsProbes& probes) {
+    probes.vertices = find_vertex_probes(room_.sampler, objects->surface.positions);
+    probes.outside = spread_vertex_probes(objects->surface.triangles, probes.vertices);
+    if (room_.indirect_shadow)
+      room_.indirect_shadow->set_objects(placed_parts(*objects));
+    clock.end("probes");
+  });
+  indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {
+    const Sh9Rgb arriving =
+        direct_coefficients(sky->pyramid, direct_->cells, direct_->lights.sun, apertures, direct_->sphere.centre);
+    indirect.radiance = relight_vertices(sky.field(), probes_->vertices, objects->transfer, arriving,
+                                         objects->surface.reflectance, &indirect.ringing);
+    if (room_.indirect_shadow)
+      add_object_effects(sky, *objects, indirect.radiance);
+    clock.end("object_light");
+  });
+  report.reused.samples = direct_.reused();
+  report.reused.probes = probes_.reused();
+  report.ringing = indirect_->ringing;
+}
+
+} // namespace daylit

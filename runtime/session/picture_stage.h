@@ -1,0 +1,54 @@
+#pragma once
+
+#include <memory>
+#include <variant>
+#include <vector>
+
+#include "runtime/composite/change_picture.h"
+#include "runtime/composite/compose.h"
+#include "runtime/session/choose_renderer.h"
+#include "runtime/session/light_stage.h"
+
+namespace daylit {
+
+/// What a picture is drawn of.
+struct PictureInputs {
+  const SkyStage& sky;
+  const LightStage& light;
+  const Versioned<VirtualObjects>& objects;
+  const Versioned<RenderCamera>& camera;
+  const Versioned<ShownParts>& shown;
+};
+
+/// From the light at the objects to their picture, and what they change in the picture of the room.
+class PictureStage {
+public:
+  /// `room` must outlive it.
+  explicit PictureStage(LoadedRoom& room) : room_(room) {}
+
+  /// In place of the renderer before, if any. Error: it does not start.
+  Result<void> start_renderer(Backend backend, const RenderSettings& settings, std::vector<std::string>& notes);
+  /// Gives camera and objects to the renderer, where it has others.
+  Result<void> give(const Versioned<RenderCamera>& camera, const Versioned<VirtualObjects>& objects);
+  /// Fills times, counts and what was reused. Error: of the renderer, which is spent.
+  Result<void> update(const PictureInputs& in, FrameReport& report);
+  Version version() const { return drawn_.version(); }
+
+  void compose_with(const RgbImage& photo, std::uint64_t noise_seed, const PictureInputs& in,
+                    const InteriorConfig& interior, Composite& result) const;
+  const PictureRenderer& renderer() const { return **renderer_; }
+
+private:
+  Result<void> light_objects(const PictureInputs& in, std::size_t& lit);
+  void change_room(const PictureInputs& in);
+
+  LoadedRoom& room_;
+  Versioned<std::unique_ptr<PictureRenderer>> renderer_;
+  Cached<std::monostate> given_camera_, given_objects_; ///< what the renderer has
+  Cached<std::size_t> lit_;                             ///< vertices with the light that the renderer has
+  Cached<RenderedFrame> drawn_;
+  Cached<ViewCorners> view_;
+  Cached<ChangePicture> change_; ///< of the room's indirect light
+};
+
+} // namespace daylit

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "runtime/session/cached.h"
+#include "runtime/session/picture_version.h"
+#include "runtime/session/session.h"
+#include "runtime/sky/sky_map.h"
+#include "runtime/sky/steady_sun.h"
+#include "scene/volume/volume_combiner.h"
+
+namespace daylit {
+
+/// What a picture of the sky says about its radiance.
+struct SkyLight {
+  std::vector<SkyMap> pyramid;    ///< without the sun
+  std::optional<DetectedSun> sun; ///< its energy steadied over frames
+};
+
+/// From a picture of the sky to its light outside and in the room.
+class SkyStage {
+public:
+  /// `volume` must outlive it.
+  explicit SkyStage(const BasisVolume& volume) : volume_(volume), combiner_(VolumeCombiner::make(volume)) {}
+
+  /// Adds its times to the report.
+  void update(const SkyImage& sky, std::uint64_t id, FrameReport& report);
+
+  const SkyLight& operator*() const { return *light_; }
+  const SkyLight* operator->() const { return &*light_; }
+  const LightField& field() const { return combiner_.field(); } ///< indirect light at the probes
+  Version version() const { return light_.version(); }
+
+private:
+  /// What depends on the camera of the sky only.
+  struct Tables {
+    std::shared_ptr<const SkyGeometry> geometry;
+    SkyResampler resampler;
+    RegionSums regions;
+  };
+  Tables make_tables(const SkyImage& sky) const;
+
+  const BasisVolume& volume_;
+  VolumeCombiner combiner_;
+  PictureVersion picture_;
+  SteadySun steady_sun_;
+  std::optional<Tables> tables_;
+  Cached<SkyLight> light_;
+};
+
+} // namespace daylit
