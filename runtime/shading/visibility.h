@@ -2,9 +2,11 @@
 
 // What the sampling grid needs from a renderer: the surfaces that pixels show, and which lights points see.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -30,6 +32,19 @@ struct PixelSurface {
 /// Fractions of the open sky's irradiance that a point receives past the room, and past room and objects.
 struct SkyFractions {
   Rgb past_room{1.0f}, past_both{1.0f};
+};
+
+/// Smallest and largest fractions of several points, per channel.
+struct FractionRange {
+  Rgb low{1.0f}, high{0.0f};
+  void include(const Rgb& f) {
+    low = glm::min(low, f);
+    high = glm::max(high, f);
+  }
+  float width() const {
+    const Rgb d = high - low;
+    return std::max({d.r, d.g, d.b});
+  }
 };
 
 /// Up to sixteen points of a layer, what is believed of the sky's lights at them, and what is then found.
