@@ -59,11 +59,9 @@ void print(const nlohmann::json& d) {
 }
 
 Result<void> choose_vectors(const std::string& name) {
-  int count = 0;
-  const sh::detail::Kernels* const* sets = sh::detail::all_kernels(&count);
-  for (int i = 0; i < count; ++i)
-    if (sets[i]->name == name)
-      sh::detail::select_kernels(*sets[i]);
+  for (const sh::detail::Kernels* set : sh::detail::all_kernels())
+    if (set->name == name)
+      sh::detail::select_kernels(*set);
   if (name.empty() || name == sh::instruction_set())
     return {};
   return Error{ErrorCode::usage, "this processor has no such vectors", "--vectors " + name,

@@ -14,7 +14,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr std::size_t kChunk = 256;  ///< numbers of all points at a time
+constexpr std::size_t kChunk = 256; ///< values of all points at a time
 constexpr std::int64_t kNone = -1;
 
 /// Disjoint sets, each named by its smallest member.
@@ -36,9 +36,66 @@ private:
   std::vector<std::uint32_t> parent_;
 };
 
-/// The correction of a point as shares of the steps from the middle one of three planes to the two others.
-/// `own`: which of the planes is the point's.
-std::array<float, 2> shares(std::span<const double, 3> plane, int own) {
+/// Which neighbouring probes of a grid are in the air and see each other.
+class ProbeLinks {
+public:
+  ProbeLinks(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
+             const std::function<bool(std::size_t, std::size_t)>& sees)
+      : count_{grid.count.x, grid.count.y, grid.count.z}, stride_{1, grid.count.x,
+                                                                  std::int64_t{grid.count.x} * grid.count.y},
+        point_of_(grid.size(), kNone) {
+    for (std::size_t p = 0; p < probe_of_point.size(); ++p)
+      point_of_[probe_of_point[p]] = static_cast<std::int64_t>(p);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      linked_[axis].assign(grid.size(), 0);
+      parallel_for(std::size_t{0}, probe_of_point.size(), [&](std::size_t p) {
+        const std::size_t probe = probe_of_point[p], next = step(probe, axis, 1);
+        linked_[axis][probe] =
+            index(probe, axis) + 1 < count_[axis] && point_of_[next] != kNone && sees(probe, next) ? 1 : 0;
+      });
+    }
+  }
+
+  /// Along an axis of the grid.
+  int index(std::size_t probe, std::size_t axis) const {
+    return static_cast<int>(static_cast<std::int64_t>(probe) / stride_[axis] % count_[axis]);
+  }
+  /// Between the probes `steps` and `steps` + 1 further along the axis.
+  bool linked(std::size_t probe, std::size_t axis, int steps) const {
+    const int here = index(probe, axis) + steps;
+    return here >= 0 && here + 1 < count_[axis] && linked_[axis][step(probe, axis, steps)] != 0;
+  }
+  std::uint32_t point(std::size_t probe, std::size_t axis, int steps) const {
+    return static_cast<std::uint32_t>(point_of_[step(probe, axis, steps)]);
+  }
+
+private:
+  std::size_t step(std::size_t probe, std::size_t axis, int steps) const {
+    return static_cast<std::size_t>(static_cast<std::int64_t>(probe) + stride_[axis] * steps);
+  }
+
+  std::array<int, 3> count_;
+  std::array<std::int64_t, 3> stride_;
+  std::vector<std::int64_t> point_of_;
+  std::array<std::vector<std::uint8_t>, 3> linked_; ///< [axis][probe]: to the next one
+};
+
+std::vector<std::uint32_t> connected_parts(const ProbeLinks& links, std::span<const std::size_t> probe_of_point) {
+  Parts parts(probe_of_point.size());
+  std::vector<std::uint32_t> part(probe_of_point.size());
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::uint32_t p = 0; p < part.size(); ++p)
+      if (links.linked(probe_of_point[p], axis, 0))
+        parts.join(p, links.point(probe_of_point[p], axis, 1));
+  for (std::uint32_t p = 0; p < part.size(); ++p)
+    part[p] = parts.of(p);
+  return part;
+}
+
+/// The correction of a point, (a^2 - a b + b^2) f'' / 12 between planes at distances a and b and h^2 f'' / 12 beside a
+/// wall, with f'' = 2 (f_a / a + f_b / b) / (a + b): as fractions of the steps f_a and f_b from the middle one of three
+/// planes to the two others. `own`: which of the planes is the point's.
+std::array<float, 2> step_fractions(std::span<const double, 3> plane, int own) {
   const double a = plane[1] - plane[0], b = plane[2] - plane[1];
   const double length2 = own == 0 ? a * a : own == 2 ? b * b : a * a - a * b + b * b;
   return {static_cast<float>(length2 / (6.0 * a * (a + b))), static_cast<float>(length2 / (6.0 * b * (a + b)))};
@@ -54,65 +111,33 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
   if (!grid.is_grid)
     return fit;
   const ProbePlanes planes(grid);
-  std::vector<std::int64_t> point_of(grid.size(), kNone);
-  for (std::size_t p = 0; p < probe_of_point.size(); ++p)
-    point_of[probe_of_point[p]] = static_cast<std::int64_t>(p);
-  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.count.x),
-                                          static_cast<std::size_t>(grid.count.x) *
-                                              static_cast<std::size_t>(grid.count.y)};
-  // linked[axis][probe]: the probe and the next one along the axis are in the air and see each other.
-  std::array<std::vector<std::uint8_t>, 3> linked;
-  const auto place = [&](std::size_t probe, std::size_t axis) {
-    return static_cast<int>(probe / stride[axis]) % grid.count[static_cast<int>(axis)];
-  };
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    linked[axis].assign(grid.size(), 0);
-    parallel_for(std::size_t{0}, probe_of_point.size(), [&](std::size_t p) {
-      const std::size_t probe = probe_of_point[p], next = probe + stride[axis];
-      linked[axis][probe] =
-          place(probe, axis) + 1 < grid.count[static_cast<int>(axis)] && point_of[next] != kNone && sees(probe, next);
-    });
-  }
-  Parts parts(fit.points_);
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (std::size_t p = 0; p < probe_of_point.size(); ++p)
-      if (const std::size_t probe = probe_of_point[p]; linked[axis][probe] != 0)
-        parts.join(static_cast<std::uint32_t>(p), static_cast<std::uint32_t>(point_of[probe + stride[axis]]));
+  const ProbeLinks links(grid, probe_of_point, sees);
+  fit.part_ = connected_parts(links, probe_of_point);
   for (std::uint32_t p = 0; p < fit.points_; ++p)
-    fit.part_[p] = parts.of(p);
-  for (std::size_t p = 0; p < probe_of_point.size(); ++p)
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::size_t probe = probe_of_point[p], s = stride[axis];
-      const int here = place(probe, axis), count = grid.count[static_cast<int>(axis)];
-      const auto link = [&](int steps) { // between the probes at here + steps and here + steps + 1
-        return here + steps >= 0 && here + steps + 1 < count &&
-               linked[axis][probe + static_cast<std::size_t>(static_cast<std::int64_t>(s) * steps)] != 0;
-      };
-      for (const int middle : {0, 1, -1})
-        if (link(middle - 1) && link(middle)) {
-          const auto at = [&](int steps) {
-            return static_cast<std::uint32_t>(
-                point_of[probe + static_cast<std::size_t>(static_cast<std::int64_t>(s) * steps)]);
-          };
-          const auto [to_a, to_b] =
-              shares(std::span<const double, 3>(planes.along(static_cast<int>(axis)).data() + here + middle - 1, 3),
-                     1 - middle);
-          fit.rows_.push_back({static_cast<std::uint32_t>(p), at(middle - 1), at(middle), at(middle + 1), to_a, to_b});
-          break;
-        }
-    }
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (const int middle : {0, 1, -1}) {
+        const std::size_t probe = probe_of_point[p];
+        if (!links.linked(probe, axis, middle - 1) || !links.linked(probe, axis, middle))
+          continue;
+        const double* first = planes.along(static_cast<int>(axis)).data() + links.index(probe, axis) + middle - 1;
+        const auto [to_a, to_b] = step_fractions(std::span<const double, 3>(first, 3), 1 - middle);
+        fit.rows_.push_back({p, links.point(probe, axis, middle - 1), links.point(probe, axis, middle),
+                             links.point(probe, axis, middle + 1), to_a, to_b});
+        break;
+      }
   return fit;
 }
 
-void ProbeFit::apply(std::span<float> values, std::size_t numbers_per_point) const {
-  const std::size_t chunks = (numbers_per_point + kChunk - 1) / kChunk;
+/// f_p -= to_a (f_a - f_m) + to_b (f_b - f_m) for each axis, with the values before the fit.
+void ProbeFit::apply(std::span<float> values, std::size_t values_per_point) const {
+  const std::size_t chunks = (values_per_point + kChunk - 1) / kChunk;
   parallel_for(std::size_t{0}, rows_.empty() ? 0 : chunks, [&](std::size_t c) {
-    const std::size_t first = c * kChunk, count = std::min(kChunk, numbers_per_point - first);
+    const std::size_t first = c * kChunk, count = std::min(kChunk, values_per_point - first);
     std::vector<float> before(points_ * count);
     for (std::size_t p = 0; p < points_; ++p)
-      std::copy_n(values.data() + p * numbers_per_point + first, count, before.data() + p * count);
+      std::copy_n(values.data() + p * values_per_point + first, count, before.data() + p * count);
     for (const Row& row : rows_) {
-      float* out = values.data() + row.point * numbers_per_point + first;
+      float* out = values.data() + row.point * values_per_point + first;
       const float *a = before.data() + row.a * count, *m = before.data() + row.middle * count,
                   *b = before.data() + row.b * count;
       for (std::size_t k = 0; k < count; ++k)
@@ -132,23 +157,23 @@ std::vector<std::uint32_t> ProbeFit::needed(std::span<const std::uint32_t> point
   return needed;
 }
 
-void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t values_per_point,
                      const std::function<void(std::uint32_t point, float* values)>& value, float* result) const {
   const std::vector<std::uint32_t> needed = this->needed(points);
-  const auto values = std::make_unique_for_overwrite<float[]>(needed.size() * numbers_per_point);
+  const auto values = std::make_unique_for_overwrite<float[]>(needed.size() * values_per_point);
   for (std::size_t i = 0; i < needed.size(); ++i)
-    value(needed[i], values.get() + i * numbers_per_point);
+    value(needed[i], values.get() + i * values_per_point);
   std::vector<daylit::detail::WeightedRow<float>> terms;
   const auto add = [&](std::uint32_t p, float weight) {
     const float* of_p = values.get() + static_cast<std::size_t>(std::ranges::lower_bound(needed, p) - needed.begin()) *
-                                           numbers_per_point;
-    if (const auto known = std::ranges::find(terms, of_p, &daylit::detail::WeightedRow<float>::number);
+                                           values_per_point;
+    if (const auto known = std::ranges::find(terms, of_p, &daylit::detail::WeightedRow<float>::value);
         known != terms.end())
       known->weight += Rgb(weight);
     else
       terms.push_back({of_p, Rgb(weight)});
   };
-  std::fill_n(result, points.size() * numbers_per_point, 0.0f);
+  std::fill_n(result, points.size() * values_per_point, 0.0f);
   for (std::size_t i = 0; i < points.size(); ++i) {
     terms.clear();
     add(points[i], 1.0f);
@@ -157,7 +182,7 @@ void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t numbers_
       add(row.middle, row.to_a + row.to_b);
       add(row.b, -row.to_b);
     }
-    daylit::detail::add_rows(terms, numbers_per_point, result + i * numbers_per_point);
+    daylit::detail::add_rows(terms, values_per_point, result + i * values_per_point);
   }
 }
 

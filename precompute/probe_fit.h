@@ -25,12 +25,12 @@ public:
   /// Which of the air's parts each point is in: steps between neighbouring probes that see each other connect them. One
   /// part without a grid.
   const std::vector<std::uint32_t>& part() const { return part_; }
-  /// `values`: [point][numbers_per_point], changed in place. Same bits for any thread count.
-  void apply(std::span<float> values, std::size_t numbers_per_point) const;
+  /// `values`: [point][values_per_point], changed in place. Same bits for any thread count.
+  void apply(std::span<float> values, std::size_t values_per_point) const;
   /// Points whose values the fit of some points takes, in increasing order.
   std::vector<std::uint32_t> needed(std::span<const std::uint32_t> points) const;
   /// The same for some points, whose neighbours' values are asked for: [i] belongs to points[i].
-  void apply(std::span<const std::uint32_t> points, std::size_t numbers_per_point,
+  void apply(std::span<const std::uint32_t> points, std::size_t values_per_point,
              const std::function<void(std::uint32_t point, float* values)>& value, float* result) const;
 
 private:

@@ -14,11 +14,12 @@ namespace {
 constexpr double kCell_sr = 2e-4; // as DirectSky
 constexpr std::size_t kMostValues = std::size_t{1} << 28;
 
-struct Place {
+struct Interpolation {
   std::array<std::uint32_t, 8> probe{};
   std::array<float, 8> weight{};
   int count = 0;
 
+  /// L_lm = sum_i weight_i L_lm(probe_i)
   ShRadiance sample(const LightField& field) const {
     ShRadiance sum;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
@@ -31,18 +32,20 @@ struct Place {
   }
 };
 
-Result<std::vector<Place>> places_of(const LightFieldSampler& sampler, std::span<const ProbePoint> points) {
-  std::vector<Place> places(points.size());
+Result<std::vector<Interpolation>> interpolations_of(const LightFieldSampler& sampler,
+                                                     std::span<const ProbePoint> points) {
+  std::vector<Interpolation> interpolations(points.size());
   parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-    places[i].count = sampler.weights(points[i].position, places[i].probe, places[i].weight);
+    interpolations[i].count = sampler.weights(points[i].position, interpolations[i].probe, interpolations[i].weight);
   });
-  for (std::size_t i = 0; i < places.size(); ++i)
-    if (places[i].count == 0)
+  for (std::size_t i = 0; i < interpolations.size(); ++i)
+    if (interpolations[i].count == 0)
       return Error{ErrorCode::not_found, "the point is outside the room or inside furniture",
-                   fmt::format("stdin, line {}", i + 1), "a matrix has no place for it; leave it out"};
-  return places;
+                   fmt::format("stdin, line {}", i + 1), "a matrix has no row for it; leave it out"};
+  return interpolations;
 }
 
+/// Irradiance per radiance of the cells of the sky that a point sees: transmittance * cosine * solid angle.
 void add_direct(const BasisVolume& volume, const RayScene& scene, std::span<const ProbePoint> points,
                 const ReinhartPatches& patches, RadianceMatrix& matrix) {
   parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
@@ -54,6 +57,7 @@ void add_direct(const BasisVolume& volume, const RayScene& scene, std::span<cons
 
 } // namespace
 
+/// Column by column: combine() of a sky that is 1 in one patch, then the interpolation of the points.
 Result<RadianceMatrix> daylight_matrix(const BasisVolume& volume, const LightFieldSampler& sampler,
                                        const RayScene& scene, std::span<const ProbePoint> points,
                                        const ReinhartPatches& patches, MatrixContent content,
@@ -63,9 +67,9 @@ Result<RadianceMatrix> daylight_matrix(const BasisVolume& volume, const LightFie
     return Error{ErrorCode::limit_exceeded,
                  fmt::format("{} points make no matrix of 1 to {} values", points.size(), kMostValues), "stdin",
                  "give fewer points or a coarser sky"};
-  const Result<std::vector<Place>> places = places_of(sampler, points);
-  if (!places)
-    return places.error();
+  const Result<std::vector<Interpolation>> interpolations = interpolations_of(sampler, points);
+  if (!interpolations)
+    return interpolations.error();
   RadianceMatrix matrix{static_cast<int>(points.size() * per_point), patches.size(), {}};
   matrix.value.assign(points.size() * per_point * columns, Rgb(0.0f));
   std::vector<Rgb> radiance(static_cast<std::size_t>(volume.partition.size()), Rgb(0.0f));
@@ -79,7 +83,7 @@ Result<RadianceMatrix> daylight_matrix(const BasisVolume& volume, const LightFie
     for (const RegionWeight& w : lit)
       radiance[static_cast<std::size_t>(w.region)] = Rgb(0.0f);
     parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
-      const ShRadiance sh = (*places)[i].sample(field);
+      const ShRadiance sh = (*interpolations)[i].sample(field);
       for (std::size_t k = 0; k < per_point; ++k)
         matrix.at(static_cast<int>(i * per_point + k), patch) =
             content.coefficients ? sh.nine[k] : irradiance(sh, glm::vec3(points[i].normal));

@@ -113,7 +113,7 @@ void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& el
   for (const std::uint32_t element : light.source) {
     const auto cluster = static_cast<std::uint32_t>(cluster_of[light.parent[element]]);
     light.cluster.push_back(cluster);
-    light.share.push_back(static_cast<float>(elements.patches[element].area_m2 / area[cluster]));
+    light.cluster_fraction.push_back(static_cast<float>(elements.patches[element].area_m2 / area[cluster]));
   }
 }
 
@@ -135,7 +135,7 @@ radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::
     for (const Rgb& x : light.light[s].irradiance)
       sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
     const std::uint32_t element = light.source[s];
-    first.row(light.parent[element], 0)[light.clusters] += elements.share[element] * static_cast<float>(sky);
+    first.row(light.parent[element], 0)[light.clusters] += elements.fraction[element] * static_cast<float>(sky);
   }
   return first;
 }
@@ -180,7 +180,7 @@ Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail:
   light.patches = set.patches.size();
   light.elements = rows.size();
   light.parent = elements.parent;
-  light.element_fraction = elements.share;
+  light.element_fraction = elements.fraction;
   std::vector<float> opening = elements.opening_of_parents(rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].region.empty())

@@ -23,7 +23,7 @@ struct SurfaceLight {
   std::vector<std::uint32_t> source;            ///< elements that the sky lights, increasing
   std::vector<radiosity::FirstBounceRow> light; ///< of each source
   std::vector<std::uint32_t> cluster;           ///< of each source
-  std::vector<float> share;                     ///< of each source: its area / that of its cluster
+  std::vector<float> cluster_fraction;          ///< of each source: its area / that of its cluster
   std::vector<Rgb> reflectance;                 ///< of each source
   /// [patch][channel * clusters + cluster]: radiosity after one or more further bounces for irradiance 1 on a
   /// cluster.

@@ -1,7 +1,7 @@
 #pragma once
 
-// The coefficients of l = 4 in a brick of probes, as a second, small pair of factors beside that of the nine: the same
-// pieces, suns and steps, with rows weighted by what an error in them does to irradiance.
+// The coefficients of l = 4 in a cluster of probes, as a second, small pair of factors beside that of the nine: the
+// same parts, suns and steps, with rows weighted by what an error in them does to irradiance.
 
 #include <span>
 #include <vector>
@@ -13,15 +13,15 @@
 namespace daylit::precompute::detail {
 
 struct Band4 {
-  Basis basis;                    ///< [number][rank]
-  std::vector<float> coordinates; ///< [rank][piece]
+  Basis basis;                    ///< [coefficient][rank]
+  std::vector<float> coordinates; ///< [rank][part]
   Factors factors;
 
-  /// `rows`: gather rows [number][piece]; `radiosity`: of the pieces under random suns, [piece][columns]; `left`: what
-  /// the nine may lose of what they see under all these suns, squared.
-  void reduce(const std::vector<float>& rows, std::size_t numbers, const std::vector<float>& radiosity,
+  /// `rows`: gather rows [coefficient][part]; `radiosity`: of the parts under random suns, [part][columns]; `left`:
+  /// what the nine may lose of what they see under all these suns, squared.
+  void reduce(const std::vector<float>& rows, std::size_t coefficients, const std::vector<float>& radiosity,
               std::size_t columns, double left);
-  /// `suns`: [lit piece][width].
+  /// `suns`: [lit part][width].
   void factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
                  const std::vector<float>& suns, std::size_t width);
   /// Keeps what is worth more than `per_byte` of squared error; takes the weight off.

@@ -92,6 +92,8 @@ std::vector<float> multiply_transposed(std::span<const float> a, std::span<const
   return c;
 }
 
+/// With a^T a = V diag(s^2) V^T the columns of a V / s are orthonormal; the squares that a direction takes along when
+/// it is dropped are s^2.
 Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size_t columns, double left) {
   const std::vector<float> t = transposed(a, rows, columns);
   std::vector<double> values;
@@ -112,6 +114,8 @@ Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size
   return basis;
 }
 
+/// transport = q C with orthonormal q. With C M C^T = U diag(power) U^T in the metric M the rows of U^T C are the
+/// source factors and those of U^T q^T the row factors: the singular value decomposition of the block in that metric.
 Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
                   std::span<const float> metric) {
   Factors f;
@@ -136,6 +140,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   return f;
 }
 
+/// Range of transport * suns, coordinates in it, and once more with the suns metric * coordinates^T (power iteration).
 Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
                   const std::vector<float>& suns, std::size_t width) {
   const std::size_t sources = suns.size() / width;
@@ -160,6 +165,7 @@ void Factors::keep(std::size_t rank) {
   row_factor.shrink_to_fit();
 }
 
+/// power * (relative error of the row factor)^2 + mean over the suns of (rounding error of the source factor * sun)^2.
 std::vector<double> Factors::weak_error2(std::span<const float> suns, std::size_t columns) const {
   std::vector<float> off = source_factor;
   std::vector<double> error(rank());
@@ -176,14 +182,14 @@ std::vector<double> Factors::weak_error2(std::span<const float> suns, std::size_
   return error;
 }
 
-void Factors::expand_rows(const std::vector<float>& basis, std::size_t numbers) {
+void Factors::expand_rows(const std::vector<float>& basis, std::size_t coefficients) {
   const std::size_t inner = rows / 3;
-  std::vector<float> wide(rank() * 3 * numbers);
+  std::vector<float> wide(rank() * 3 * coefficients);
   // [component, colour][inner] times the transpose: components and colours are one index.
   if (rank() > 0)
-    wide = multiply_by_transposed(row_factor, basis, rank() * 3, inner, numbers);
+    wide = multiply_by_transposed(row_factor, basis, rank() * 3, inner, coefficients);
   row_factor = std::move(wide);
-  rows = 3 * numbers;
+  rows = 3 * coefficients;
 }
 
 void Factors::store_as(const std::vector<Stored>& choice) {
@@ -200,6 +206,7 @@ void Factors::store_as(const std::vector<Stored>& choice) {
   keep(kept);
 }
 
+/// signs^T transport - (signs^T row_factor^T) source_factor
 std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs, std::span<const float> projected,
                                       std::size_t projections) const {
   std::vector<float> source = source_factor, row = row_factor;
@@ -229,26 +236,24 @@ void append_component(const Factors& f, std::size_t k, Components<T>& out) {
   out.scale.push_back(source.step * row.step);
   for (const std::int16_t x : source.integer)
     out.source_factor.push_back(static_cast<T>(x));
-  for (std::size_t number = 0; number < f.rows / 3; ++number) // from [channel][number] to [number][channel]
+  for (std::size_t i = 0; i < f.rows / 3; ++i) // from [channel][coefficient] to [coefficient][channel]
     for (std::size_t c = 0; c < 3; ++c)
-      out.probe_factor.push_back(static_cast<T>(row.integer[c * (f.rows / 3) + number]));
+      out.probe_factor.push_back(static_cast<T>(row.integer[c * (f.rows / 3) + i]));
 }
 
 } // namespace
 
-void store_factors(std::span<const Factors* const> clusters, CompactFactors& out) {
-  for (std::size_t b = 0; b < clusters.size(); ++b) {
-    const Factors& f = *clusters[b];
-    out.cluster[b].sources = static_cast<std::uint32_t>(f.sources);
-    for (std::size_t k = 0; k < f.rank(); ++k)
-      if (f.stored[k] == Stored::strong) {
-        append_component(f, k, out.strong);
-        ++out.cluster[b].strong;
-      } else {
-        append_component(f, k, out.weak);
-        ++out.cluster[b].weak;
-      }
-  }
+void append_factors(const Factors& f, CompactFactors& out) {
+  CompactFactors::Cluster& cluster = out.cluster.back();
+  cluster.sources = static_cast<std::uint32_t>(f.sources);
+  for (std::size_t k = 0; k < f.rank(); ++k)
+    if (f.stored[k] == Stored::strong) {
+      append_component(f, k, out.strong);
+      ++cluster.strong;
+    } else {
+      append_component(f, k, out.weak);
+      ++cluster.weak;
+    }
 }
 
 } // namespace daylit::precompute::detail

@@ -42,7 +42,7 @@ struct Factors {
   std::size_t rows = 0, sources = 0;
   std::vector<double> power;        ///< of each component: squared norm in the metric
   std::vector<float> source_factor; ///< [component][source]
-  std::vector<float> row_factor;    ///< [component][row], orthonormal; rows are [colour][number]
+  std::vector<float> row_factor;    ///< [component][row], orthonormal; rows are [channel][coefficient]
   std::vector<Stored> stored;       ///< of each component
 
   std::size_t rank() const { return power.size(); }
@@ -50,9 +50,9 @@ struct Factors {
   /// Squared error that each component takes from rounding both factors to 8 bits, under random suns [source][columns]:
   /// the roundings of neighbouring sources are alike where a factor is smooth, and a sun lights many of them.
   std::vector<double> weak_error2(std::span<const float> suns, std::size_t columns) const;
-  /// Rows of another space: `basis` [numbers][inner] orthonormal, rows are [colour][inner] before and [colour][number]
-  /// after.
-  void expand_rows(const std::vector<float>& basis, std::size_t numbers);
+  /// Rows of another space: `basis` [coefficients][inner] orthonormal, rows are [channel][inner] before and
+  /// [channel][coefficient] after.
+  void expand_rows(const std::vector<float>& basis, std::size_t coefficients);
   /// Drops what is stored as nothing.
   void store_as(const std::vector<Stored>& choice);
   /// What the factors leave of `projected` [projection][source], the transport times random signs [row][projection].
@@ -71,7 +71,7 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
 Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
                   const std::vector<float>& suns, std::size_t width);
 
-/// Rounds the factors of all clusters; `out` knows the probes of each.
-void store_factors(std::span<const Factors* const> clusters, CompactFactors& out);
+/// Rounds the factors of the last cluster of `out`, whose probes it knows already.
+void append_factors(const Factors& factors, CompactFactors& out);
 
 } // namespace daylit::precompute::detail

@@ -14,6 +14,7 @@ namespace {
 
 using radiosity::Facet;
 
+/// Cut through the middle of the longest edge (Rivara's bisection): angles stay bounded.
 std::array<Facet, 2> halves(const Facet& p) {
   int longest = 0;
   for (int k = 1; k < 3; ++k)
@@ -31,8 +32,8 @@ std::array<Facet, 2> halves(const Facet& p) {
 }
 
 constexpr double kGrazing = 0.25;
-constexpr double kInside = 0.9;     // of the way from a middle to a corner: where one looks from and to
-constexpr double kHidden = 0.1;     // share of what faces an aperture but sees none of the points looked for in it
+constexpr double kInside = 0.9; // of the way from a middle to a corner: where one looks from and to
+constexpr double kHidden = 0.1; // of what faces an aperture: what it counts if it sees none of the points looked for
 constexpr float kWholeWay = 0.999f; // of a ray to an aperture
 
 /// The middle of an outline and a point near each corner.
@@ -49,16 +50,16 @@ std::vector<glm::dvec3> points_of(const Corners& corners, const glm::dvec3& orig
 
 /// How bright a sun can be on a patch: 0 where no point of an aperture looked for is higher and before it, more
 /// where it faces one that it sees.
-class SunReach {
+class SunExposure {
 public:
-  SunReach(const radiosity::SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const RayScene& room)
+  SunExposure(const radiosity::SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const RayScene& room)
       : room_(room), to_room_(mesh.origin - room.origin()) {
     for (const Aperture& a : apertures)
       for (const glm::dvec3& p : points_of(a.corners, mesh.origin))
         target_.push_back(p);
   }
 
-  double share(const radiosity::Patch& e) const {
+  double of(const radiosity::Patch& e) const {
     double seen = 0, faced = 0;
     for (const glm::dvec3& from : points_of(e.corner, glm::dvec3(0.0)))
       for (const glm::dvec3& to : target_) {
@@ -84,28 +85,28 @@ private:
   std::vector<glm::dvec3> target_;
 };
 
-/// How often each facet is halved.
+/// How often each facet is halved: always the facet whose parts have the largest exposure * area.
 std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
-                           const SunReach& reach, std::size_t count) {
-  struct Piece {
+                           const SunExposure& exposure, std::size_t count) {
+  struct Part {
     double size;
     std::uint32_t facet;
-    bool operator<(const Piece& o) const { return size != o.size ? size < o.size : facet > o.facet; }
+    bool operator<(const Part& o) const { return size != o.size ? size < o.size : facet > o.facet; }
   };
-  std::vector<double> share(mesh.facets.size(), 0.0);
-  parallel_for(std::size_t{0}, share.size(), [&](std::size_t p) {
+  std::vector<double> exposed(mesh.facets.size(), 0.0);
+  parallel_for(std::size_t{0}, exposed.size(), [&](std::size_t p) {
     for (const std::int32_t side : patches.of_facet[p])
       if (side >= 0)
-        share[p] = std::max(share[p], reach.share(patches.patches[static_cast<std::size_t>(side)]));
+        exposed[p] = std::max(exposed[p], exposure.of(patches.patches[static_cast<std::size_t>(side)]));
   });
-  std::priority_queue<Piece> queue;
+  std::priority_queue<Part> queue;
   for (std::uint32_t p = 0; p < mesh.facets.size(); ++p)
-    if (share[p] > 0)
-      queue.push({share[p] * mesh.facets[p].area_m2, p});
+    if (exposed[p] > 0)
+      queue.push({exposed[p] * mesh.facets[p].area_m2, p});
   std::vector<int> cuts(mesh.facets.size(), 0);
-  // All pieces of a facet are cut together.
+  // All parts of a facet are cut together.
   for (std::size_t have = mesh.facets.size(); have < count && !queue.empty();) {
-    const Piece next = queue.top();
+    const Part next = queue.top();
     queue.pop();
     have += std::size_t{1} << cuts[next.facet];
     ++cuts[next.facet];
@@ -125,47 +126,52 @@ void append(const Facet& p, int cuts, std::vector<Facet>& out) {
 
 } // namespace
 
-Result<LightElements> LightElements::make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
-                                      const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count) {
-  const std::vector<int> cuts = find_cuts(mesh, patches, SunReach(mesh, apertures, room), count);
-  LightElements leaves;
-  leaves.mesh.origin = mesh.origin;
-  leaves.mesh.planes = mesh.planes;
-  leaves.mesh.edge_m = mesh.edge_m;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> order; // patch, number of its leaf
-  for (std::uint32_t p = 0; p < mesh.facets.size(); ++p) {
-    const std::size_t first = leaves.mesh.facets.size();
-    append(mesh.facets[p], cuts[p], leaves.mesh.facets);
-    leaves.patches.of_facet.resize(leaves.mesh.facets.size(), {-1, -1});
-    for (int side = 0; side < 2; ++side) {
-      const std::int32_t parent = patches.of_facet[p][side];
-      for (std::size_t i = first; parent >= 0 && i < leaves.mesh.facets.size(); ++i) {
-        const Facet& leaf = leaves.mesh.facets[i];
-        radiosity::Patch e = patches.patches[static_cast<std::size_t>(parent)];
-        e.area_m2 = leaf.area_m2;
-        e.facet = static_cast<std::uint32_t>(i);
-        e.corner = leaf.corner;
-        if (side == 1)
-          std::swap(e.corner[1], e.corner[2]);
-        leaves.patches.of_facet[i][side] = static_cast<std::int32_t>(leaves.patches.patches.size());
-        leaves.share.push_back(
-            static_cast<float>(e.area_m2 / patches.patches[static_cast<std::size_t>(parent)].area_m2));
-        leaves.patches.patches.push_back(e);
-        leaves.parent.push_back(static_cast<std::uint32_t>(parent));
-      }
-    }
+/// The parts [first, end) of a facet become elements of the patch on one of its sides.
+void LightElements::add_side(const radiosity::PatchSet& parents, std::size_t facet, int side, std::size_t first) {
+  const std::int32_t id = parents.of_facet[facet][side];
+  if (id < 0)
+    return;
+  const radiosity::Patch& whole = parents.patches[static_cast<std::size_t>(id)];
+  for (std::size_t i = first; i < mesh.facets.size(); ++i) {
+    radiosity::Patch e = whole;
+    e.area_m2 = mesh.facets[i].area_m2;
+    e.facet = static_cast<std::uint32_t>(i);
+    e.corner = mesh.facets[i].corner;
+    if (side == 1)
+      std::swap(e.corner[1], e.corner[2]);
+    patches.of_facet[i][side] = static_cast<std::int32_t>(patches.patches.size());
+    fraction.push_back(static_cast<float>(e.area_m2 / whole.area_m2));
+    patches.patches.push_back(e);
+    parent.push_back(static_cast<std::uint32_t>(id));
   }
-  auto rays = radiosity::facet_scene(leaves.mesh);
+}
+
+Result<LightElements> LightElements::make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
+                                          const std::vector<Aperture>& apertures, const RayScene& room,
+                                          std::size_t count) {
+  const std::vector<int> cuts = find_cuts(mesh, patches, SunExposure(mesh, apertures, room), count);
+  LightElements made;
+  made.mesh.origin = mesh.origin;
+  made.mesh.planes = mesh.planes;
+  made.mesh.edge_m = mesh.edge_m;
+  for (std::uint32_t p = 0; p < mesh.facets.size(); ++p) {
+    const std::size_t first = made.mesh.facets.size();
+    append(mesh.facets[p], cuts[p], made.mesh.facets);
+    made.patches.of_facet.resize(made.mesh.facets.size(), {-1, -1});
+    for (int side = 0; side < 2; ++side)
+      made.add_side(patches, p, side, first);
+  }
+  auto rays = radiosity::facet_scene(made.mesh);
   if (!rays)
     return rays.error();
-  leaves.rays = std::move(*rays);
-  return leaves;
+  made.rays = std::move(*rays);
+  return made;
 }
 
 std::vector<float> LightElements::opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const {
   std::vector<float> opening(parent.empty() ? 0 : parent.back() + 1, 0.0f);
   for (std::size_t i = 0; i < parent.size(); ++i)
-    opening[parent[i]] += share[i] * rows[i].opening;
+    opening[parent[i]] += fraction[i] * rows[i].opening;
   return opening;
 }
 
@@ -178,17 +184,17 @@ radiosity::FirstBounce LightElements::of_parents(const radiosity::FirstBounce& l
   mean.irradiance.assign(mean.patches * static_cast<std::size_t>(light.channels) * light.columns(), 0.0f);
   mean.opening.assign(mean.patches, 0.0f);
   for (std::size_t i = 0; i < parent.size(); ++i) {
-    mean.opening[parent[i]] += share[i] * light.opening[i];
+    mean.opening[parent[i]] += fraction[i] * light.opening[i];
     for (int c = 0; c < light.channels; ++c)
       for (std::size_t k = 0; k < light.columns(); ++k)
-        mean.row(parent[i], c)[k] += share[i] * light.row(i, c)[k];
+        mean.row(parent[i], c)[k] += fraction[i] * light.row(i, c)[k];
   }
   return mean;
 }
 
 radiosity::Radiosity LightElements::radiosity_of(const radiosity::Radiosity& parents,
-                                               const radiosity::FirstBounce& parent_light,
-                                               const radiosity::FirstBounce& light) const {
+                                                 const radiosity::FirstBounce& parent_light,
+                                                 const radiosity::FirstBounce& light) const {
   const std::size_t columns = light.columns();
   radiosity::Radiosity out{.patches = parent.size(),
                            .columns = parents.columns,

@@ -13,6 +13,7 @@ namespace daylit::precompute::detail {
 
 namespace {
 
+/// Linear interpolation adds f'' h^2 / 12 in the mean over a cell of width h: the mean of t (1 - t) / 2 over 0..1.
 constexpr double kBlur = 1.0 / 12;
 
 using Stencil = std::map<int, double>; ///< region -> weight
@@ -26,6 +27,9 @@ void add_from_band(const SkyBand& band, double azimuth, double weight, Stencil& 
   out[band.first_region + (left + 1) % n] += weight * (cell - first);
 }
 
+/// D'_i = D_i - kBlur (D_{i-1} - 2 D_i + D_{i+1}) along the band, and the second difference across three bands, at
+/// unequal distances u (up) and d (down): 2 (D_u / (u (u + d)) - D_0 / (u d) + D_d / (d (u + d))), times kBlur h^2, h:
+/// the height of the band.
 Stencil stencil_of(const SkyPartition& partition, std::size_t b, int cell) {
   const std::vector<SkyBand>& bands = partition.bands();
   const SkyBand& band = bands[b];
@@ -78,6 +82,7 @@ struct Sums {
   std::vector<Rgb> sum;
 };
 
+/// The row times the stencils, scattered node by node.
 void sharpen(const std::vector<std::vector<Term>>& terms, Sums& sums, radiosity::FirstBounceRow& row) {
   auto low = static_cast<std::int32_t>(terms.size()), high = std::int32_t{-1};
   for (std::size_t k = 0; k < row.region.size(); ++k)

@@ -1,7 +1,8 @@
 #pragma once
 
-// What a brick of probes tells apart on the surfaces: the leaves of a patch close by, and a patch as a whole from
-// afar. All that is done for the brick is done with these pieces, which are about half as many as the leaves.
+// What a cluster of probes distinguishes on the surfaces: the elements of a patch close by, and a patch as a whole from
+// afar (aggregation, as in hierarchical matrices: Hackbusch 2015). All that is done for the cluster is done with these
+// parts, which are about half as many as the elements.
 
 #include <cstdint>
 #include <span>
@@ -13,33 +14,36 @@
 namespace daylit::precompute::detail {
 
 struct SeenParts {
-  /// Leaves [first, end) of one patch.
-  struct Piece {
+  /// Elements [first, end) of one patch.
+  struct Part {
     std::uint32_t patch, first, end;
+    bool is_element() const { return end - first == 1; }
   };
-  std::vector<Piece> piece;
-  std::vector<std::uint32_t> end; ///< leaf after each piece
-  /// Of the pieces that the sky lights: number in `piece`, cluster, area / that of the cluster, sources [first, end).
+  std::vector<Part> part;
+  std::vector<std::uint32_t> end; ///< element after each part
+  /// Of the parts that the sky lights: index in `part`, source cluster, area / that of the source cluster, sources
+  /// [first, end).
   struct Lit {
-    std::uint32_t piece, cluster;
-    float cluster_share;
+    std::uint32_t part, cluster;
+    float cluster_fraction;
     std::uint32_t first, end;
     Rgb reflectance;
+    bool is_aggregated() const { return end - first > 1; }
   };
   std::vector<Lit> lit;
-  std::vector<float> share; ///< of each source in its piece's area
+  std::vector<float> fraction; ///< of each source in the area of its part
 
   /// `distinguished`: of each patch.
   static SeenParts of(const SurfaceLight& light, std::span<const std::uint8_t> distinguished);
 
-  /// Means over the pieces: from values [leaf][columns].
-  std::vector<float> means(const SurfaceLight& light, std::span<const float> of_leaves, std::size_t columns) const;
-  /// The metric of the irradiance on lit pieces, and that irradiance under suns [source][columns]; both in units of
-  /// each piece's own, which is `unit`.
+  /// Area means over the parts: from values [element][columns].
+  std::vector<float> means(const SurfaceLight& light, std::span<const float> of_elements, std::size_t columns) const;
+  /// The metric of the irradiance on lit parts, and that irradiance under suns [source][columns]; both in units of
+  /// each part's own, sigma.
   SunMetric metric(const SunMetric& of_sources) const;
   std::vector<float> suns(const SunMetric& own, const SunMetric& of_sources, std::span<const float> suns,
                           std::size_t columns) const;
-  /// Rows over lit pieces to rows over sources.
+  /// Rows over lit parts to rows over sources.
   std::vector<float> expand(std::span<const float> rows) const;
 };
 

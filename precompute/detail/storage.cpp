@@ -9,9 +9,9 @@ namespace {
 
 constexpr float kWeakMost = 127, kStrongMost = 32767;
 
-float largest(std::span<const float> numbers) {
+float largest(std::span<const float> values) {
   float most = 0;
-  for (const float x : numbers)
+  for (const float x : values)
     most = std::max(most, std::abs(x));
   return most;
 }
@@ -23,18 +23,17 @@ float nearest(float x) {
 }
 
 /// integer = nearest(number / step + what the rounding of those before left over, if it is carried on)
-Rounded round(std::span<const float> numbers, float most_integer, bool carries_error) {
+Rounded round(std::span<const float> values, float most_integer, bool carries_error) {
   Rounded r;
-  if (const float most = largest(numbers); most > 0)
+  if (const float most = largest(values); most > 0)
     r.step = most / most_integer;
-  r.integer.resize(numbers.size());
+  r.integer.resize(values.size());
   const float per_step = 1.0f / r.step;
   float owed = 0;
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
-    if (numbers[k] == 0.0f)
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (values[k] == 0.0f)
       continue;
-    const float wanted = numbers[k] * per_step + owed,
-                kept = std::clamp(nearest(wanted), -most_integer, most_integer);
+    const float wanted = values[k] * per_step + owed, kept = std::clamp(nearest(wanted), -most_integer, most_integer);
     if (carries_error)
       owed = std::clamp(wanted - kept, -1.0f, 1.0f);
     r.integer[k] = static_cast<std::int16_t>(kept);
@@ -46,20 +45,20 @@ float most_integer(Stored stored) { return stored == Stored::strong ? kStrongMos
 
 } // namespace
 
-Rounded Rounded::row_factor(std::span<const float> numbers, Stored stored) {
-  return round(numbers, most_integer(stored), false);
+Rounded Rounded::row_factor(std::span<const float> values, Stored stored) {
+  return round(values, most_integer(stored), false);
 }
 
-Rounded Rounded::source_factor(std::span<const float> numbers, Stored stored) {
-  return round(numbers, most_integer(stored), stored == Stored::weak);
+Rounded Rounded::source_factor(std::span<const float> values, Stored stored) {
+  return round(values, most_integer(stored), stored == Stored::weak);
 }
 
-double row_rounding2(std::span<const float> numbers) {
+double row_rounding2(std::span<const float> values) {
   double sum = 0;
-  for (const float x : numbers)
+  for (const float x : values)
     sum += static_cast<double>(x) * static_cast<double>(x);
-  const double step = static_cast<double>(largest(numbers) / kWeakMost);
-  return sum > 0 ? step * step / 12 * static_cast<double>(numbers.size()) / sum : 0.0;
+  const double step = static_cast<double>(largest(values) / kWeakMost);
+  return sum > 0 ? step * step / 12 * static_cast<double>(values.size()) / sum : 0.0;
 }
 
 std::vector<float> Rounded::values() const {
@@ -82,7 +81,7 @@ std::vector<Saving> savings_of(std::span<const Component> components) {
   std::vector<Saving> savings;
   for (std::size_t k = 0; k < components.size(); ++k) {
     const Component& c = components[k];
-    const auto bytes = static_cast<double>(c.numbers); // of all its numbers with 8 bits
+    const auto bytes = static_cast<double>(c.size); // of all its numbers with 8 bits
     const double to_weak = std::min(c.weak_error2, c.power), to_nothing = c.power - to_weak;
     if (to_nothing > to_weak) {
       savings.push_back({to_weak, to_weak / bytes, k, Stored::weak});

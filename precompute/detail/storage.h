@@ -18,22 +18,22 @@ struct Rounded {
   std::vector<std::int16_t> integer;
 
   /// Each number to the nearest.
-  static Rounded row_factor(std::span<const float> numbers, Stored stored);
+  static Rounded row_factor(std::span<const float> values, Stored stored);
   /// The error of each number is carried on to the next (error diffusion): a sun lights many neighbours, and takes the
   /// sum of their errors. Zeros stay zeros: no light comes from the other side of a wall.
-  static Rounded source_factor(std::span<const float> numbers, Stored stored);
+  static Rounded source_factor(std::span<const float> values, Stored stored);
 
   std::vector<float> values() const;
 };
 
 /// Mean square of what rounding a row factor to 8 bits adds, relative to that of its numbers: step^2 / 12 for each
 /// (uniform in +- half a step).
-double row_rounding2(std::span<const float> numbers);
+double row_rounding2(std::span<const float> values);
 
 /// One component of all clusters': its squared error when left out, and with 8 bits. 16 bits err by nothing.
 struct Component {
   double power, weak_error2;
-  std::size_t numbers; ///< of both factors
+  std::size_t size; ///< numbers of both factors
 };
 
 /// The least bytes whose errors add up to at most `allowed`: what saves most bytes for its error comes first (along the

@@ -25,6 +25,7 @@ bool tinted(const SurfaceLight& light) {
   return false;
 }
 
+/// Weights relative to the row's largest as half floats, in whole blocks; the scale is in units of `unit`.
 void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, FirstLight& out) {
   constexpr std::size_t kBlock = FirstLight::kBlock;
   float most = 0;
@@ -36,8 +37,7 @@ void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, Fi
       out.block.push_back(static_cast<std::uint16_t>(region / kBlock));
       out.weight.insert(out.weight.end(), kBlock, std::uint16_t{0});
     }
-    out.weight[out.weight.size() - kBlock + region % kBlock] =
-        imath_float_to_half(row.irradiance[k][colour] / most);
+    out.weight[out.weight.size() - kBlock + region % kBlock] = imath_float_to_half(row.irradiance[k][colour] / most);
   }
   out.scale.push_back(most / unit);
   out.first_block.push_back(static_cast<std::uint32_t>(out.block.size()));
@@ -74,6 +74,7 @@ SunColumns SunColumns::of(const SurfaceLight& light, int regions) {
   return c;
 }
 
+/// norm2[j] += sum over rows of (sum_s row_s H_sj)^2
 void SunColumns::add_norms2(std::span<const float> rows, std::vector<double>& norm2) const {
   const std::size_t count = sources > 0 ? rows.size() / sources : 0;
   std::vector<float> by_source(rows.size()); // [source][row]: one column reads whole lines
@@ -90,6 +91,7 @@ void SunColumns::add_norms2(std::span<const float> rows, std::vector<double>& no
   });
 }
 
+/// irradiance[s, i] = sum_j +-weight_j H_sj with independent signs: its covariance is the metric.
 std::vector<float> SunColumns::random_suns(std::span<const float> weight, std::size_t count) const {
   constexpr std::size_t kBlock = 16;
   std::vector<float> sun(sources * count, 0.0f);
@@ -110,6 +112,7 @@ std::vector<float> SunColumns::random_suns(std::span<const float> weight, std::s
 JoinedRows::JoinedRows(std::size_t blocks, std::size_t rows, std::size_t columns)
     : rows_(rows), columns_(columns), count_(rows * std::min(blocks, kJoinedBlocks)), joined_(count_ * columns, 0.0f) {}
 
+/// joined_r = sum over blocks of +-row / sqrt(count / rows): the signs cancel all products of two blocks in the mean.
 void JoinedRows::add(std::size_t block, std::span<const float> rows) {
   const float scale = count_ > 0 ? std::sqrt(static_cast<float>(rows_) / static_cast<float>(count_)) : 0.0f;
   for (std::size_t r = 0; r < count_; ++r) {
@@ -121,6 +124,7 @@ void JoinedRows::add(std::size_t block, std::span<const float> rows) {
   }
 }
 
+/// correlation_st = sum over nodes j of d_j^2 H_sj H_tj, H: light on source s of a sun of radiance 1 at node j.
 SunMetric::SunMetric(const SunColumns& columns, std::span<const float> weight) : sigma(columns.sources, 0.0f) {
   const std::size_t n = columns.sources;
   correlation.assign(n * n, 0.0f);
@@ -138,6 +142,7 @@ SunMetric::SunMetric(const SunColumns& columns, std::span<const float> weight) :
   normalise();
 }
 
+/// sigma_s = sqrt(correlation_ss); then correlation_st / (sigma_s sigma_t).
 void SunMetric::normalise() {
   const std::size_t n = sigma.size();
   for (std::size_t s = 0; s < n; ++s) // any unit does for a source that no sun lights, or too faintly to be squared

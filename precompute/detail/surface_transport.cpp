@@ -15,12 +15,13 @@ SurfaceTransport::SurfaceTransport(const SurfaceLight& light) : light_(light) {
   }
 }
 
+/// b_e = reflectance_e E_e + sum over clusters q of bounced[patch of e, q] * mean of E over q.
 std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float> irradiance,
                                                std::size_t columns) const {
   std::vector<float> mean(light_.clusters * columns, 0.0f);
   for (std::size_t s = 0; s < sources(); ++s)
     for (std::size_t k = 0; k < columns; ++k)
-      mean[light_.cluster[s] * columns + k] += light_.share[s] * irradiance[s * columns + k];
+      mean[light_.cluster[s] * columns + k] += light_.cluster_fraction[s] * irradiance[s * columns + k];
   const std::vector<float> further =
       multiply(bounced_[static_cast<std::size_t>(colour)], mean, light_.patches, light_.clusters, columns);
   std::vector<float> b(elements() * columns);
@@ -32,21 +33,23 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
   return b;
 }
 
+/// w_E[a] = reflectance_a w_b[a] + cluster_fraction_a sum over parts k of w_b[k] bounced[patch of k, cluster of a]: the
+/// transpose of radiosity(), summed over the parts.
 void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                                    std::span<float> result) const {
-  const std::size_t pieces = seen.piece.size(), lit = seen.lit.size();
+  const std::size_t parts = seen.part.size(), lit = seen.lit.size();
   std::vector<float> of_patches(rows * light_.patches, 0.0f);
   for (std::size_t r = 0; r < rows; ++r)
-    for (std::size_t k = 0; k < pieces; ++k)
-      of_patches[r * light_.patches + seen.piece[k].patch] += weights[r * pieces + k];
+    for (std::size_t k = 0; k < parts; ++k)
+      of_patches[r * light_.patches + seen.part[k].patch] += weights[r * parts + k];
   const std::vector<float> by_cluster =
       multiply(of_patches, bounced_[static_cast<std::size_t>(colour)], rows, light_.patches, light_.clusters);
   for (std::size_t r = 0; r < rows; ++r) {
-    const float *own = weights.data() + r * pieces, *further = by_cluster.data() + r * light_.clusters;
+    const float *own = weights.data() + r * parts, *further = by_cluster.data() + r * light_.clusters;
     float* to = result.data() + r * lit;
     for (std::size_t a = 0; a < lit; ++a) {
       const SeenParts::Lit& l = seen.lit[a];
-      to[a] += l.reflectance[colour] * own[l.piece] + l.cluster_share * further[l.cluster];
+      to[a] += l.reflectance[colour] * own[l.part] + l.cluster_fraction * further[l.cluster];
     }
   }
 }

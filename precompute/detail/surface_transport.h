@@ -22,8 +22,8 @@ public:
 
   /// Radiosity [element][columns] of a colour under irradiance [source][columns].
   std::vector<float> radiosity(int colour, std::span<const float> irradiance, std::size_t columns) const;
-  /// The adjoint, as a brick sees it: weights of radiosity [row][piece] of a colour become weights of irradiance, added
-  /// to [row][lit piece].
+  /// The adjoint, as a cluster of probes sees it: weights of radiosity [row][part] of a colour become weights of
+  /// irradiance, added to [row][lit part].
   void add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                    std::span<float> result) const;
 

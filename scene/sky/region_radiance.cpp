@@ -37,6 +37,8 @@ double gap_sr(const SkyGeometry& geometry, const SkyPartition& partition, int re
 
 } // namespace
 
+/// covered_i = sum of the pixels' weights: the divisor is made of the same numbers as the sums, so that a constant sky
+/// keeps its value.
 void RegionSums::measure_coverage(const SkyPartition& partition) {
   const auto regions = static_cast<std::size_t>(partition.size());
   covered_.assign(regions, 0.0);
@@ -86,6 +88,9 @@ std::size_t RegionSums::bytes() const {
   return bytes;
 }
 
+/// mean_i = (sum over pixels of weight_i L + gap_i * fill) / (covered_i + gap_i), by solid angle; of nodes over the
+/// solid angle of the region: the integral of L times hat. The gap takes the fill of the half-space in which the
+/// region's centre lies.
 std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
   const Rgb above = sky.sky_fill_radiance(), below = sky.fill_radiance();
   std::vector<Rgb> mean(divisor_.size());

@@ -14,7 +14,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr int kSplitLevels = 4; ///< a pixel that a border crosses is halved this many times, towards the border
 constexpr std::int32_t kOutside = -1;
 constexpr std::uint32_t kMostRun = 128; ///< texels; sums of more in floats would err too much
-constexpr std::size_t kStripRows = 32; ///< whose weights are worked out at once
+constexpr std::size_t kStripRows = 32;  ///< whose weights are worked out at once
 
 /// Nodes see smaller pixels by their centres.
 double large_pixel_sr(const SkyPartition& nodes) {
@@ -23,11 +23,11 @@ double large_pixel_sr(const SkyPartition& nodes) {
 }
 
 /// Texels [first, first + count) with the same part of each in a region.
-struct Piece {
+struct Part {
   std::uint32_t region, first, count;
   float part;
 };
-using Pieces = std::vector<Piece>;
+using Parts = std::vector<Part>;
 
 /// Whole columns and partial ones that an azimuth cell of an equirect image covers, positions in columns.
 /// Calls add(first_column, count, fraction_of_each).
@@ -58,19 +58,19 @@ void split_columns(double begin, double end, int width, const Add& add) {
     emit(static_cast<long long>(last_whole), 1, end - last_whole);
 }
 
-/// How one pixel of a lens image is divided among the regions. A square whose corners and centre lie in one region belongs
-/// to it; any other is quartered, down to 1/16 pixel, and the last squares go by their centre. Squares outside the
-/// field do not count.
+/// How one pixel of a lens image is divided among the regions. A square whose corners and centre lie in one region
+/// belongs to it; any other is quartered, down to 1/16 pixel, and the last squares go by their centre. Squares outside
+/// the field do not count.
 class PixelSplitter {
 public:
-  using Parts = std::vector<std::pair<std::uint32_t, double>>;
+  using Fractions = std::vector<std::pair<std::uint32_t, double>>;
   using Corners = std::array<std::int32_t, 4>; ///< regions at top left, top right, bottom left, bottom right
 
   PixelSplitter(const SkyGeometry& geometry, const SkyPartition& partition)
       : geometry_(geometry), partition_(partition) {}
 
   /// (region, part of the pixel), parts sum to 1; empty when nothing of the pixel is in the field.
-  const Parts& split(double x, double y, const Corners& corners) {
+  const Fractions& split(double x, double y, const Corners& corners) {
     parts_.clear();
     add_square(x, y, 0.5, corners, kSplitLevels);
     double total = 0;
@@ -118,15 +118,15 @@ private:
 
   const SkyGeometry& geometry_;
   const SkyPartition& partition_;
-  Parts parts_;
+  Fractions parts_;
 };
 
 /// Pixels and cells are both rectangles in (azimuth, sin(altitude)), where area is solid angle: overlaps are exact.
-Pieces equirect_row(const SkyGeometry& geometry, const SkyPartition& partition, int y) {
+Parts equirect_row(const SkyGeometry& geometry, const SkyPartition& partition, int y) {
   const int width = geometry.width(), height = geometry.height();
   const double rotation = std::get<EquirectProjection>(geometry.projection()).rotation;
   const double top = std::cos(kPi * y / height), bottom = std::cos(kPi * (y + 1) / height);
-  Pieces row;
+  Parts row;
   for (const SkyBand& band : partition.bands()) {
     const double overlap = (std::min(top, band.sin_high) - std::max(bottom, band.sin_low)) / (top - bottom);
     if (overlap < 1e-12)
@@ -145,7 +145,8 @@ Pieces equirect_row(const SkyGeometry& geometry, const SkyPartition& partition, 
   return row;
 }
 
-Pieces lens_row(const SkyGeometry& geometry, const SkyPartition& partition, int y) {
+/// Partial pixels by subdivision, PixelSplitter; corners are shared by neighbouring pixels.
+Parts lens_row(const SkyGeometry& geometry, const SkyPartition& partition, int y) {
   const auto width = static_cast<std::size_t>(geometry.width());
   PixelSplitter splitter(geometry, partition);
   const auto corners = [&](double at) {
@@ -155,7 +156,7 @@ Pieces lens_row(const SkyGeometry& geometry, const SkyPartition& partition, int 
     return row;
   };
   const std::vector<std::int32_t> top = corners(y - 0.5), bottom = corners(y + 0.5);
-  Pieces row;
+  Parts row;
   for (std::size_t x = 0; x < width; ++x) {
     const std::size_t texel = static_cast<std::size_t>(y) * width + x;
     if (geometry.solid_angle_sr()[texel] == 0)
@@ -167,10 +168,10 @@ Pieces lens_row(const SkyGeometry& geometry, const SkyPartition& partition, int 
 }
 
 /// The hat functions at the centre of a pixel; means over 2 x 2 points of pixels that are large beside a region.
-Pieces node_row(const SkyGeometry& geometry, const SkyPartition& nodes, int y) {
+Parts node_row(const SkyGeometry& geometry, const SkyPartition& nodes, int y) {
   const double large_sr = large_pixel_sr(nodes);
   const auto width = static_cast<std::size_t>(geometry.width());
-  Pieces row;
+  Parts row;
   for (std::size_t x = 0; x < width; ++x) {
     const std::size_t texel = static_cast<std::size_t>(y) * width + x, first = row.size();
     const auto sr = double(geometry.solid_angle_sr()[texel]);
@@ -209,6 +210,8 @@ void RegionTexels::add(std::uint32_t texel, float weight) {
   weight_sr.push_back(weight);
 }
 
+/// weight = part of the pixel * its solid angle (of SkyGeometry, steradian). Strips of rows are worked out in parallel
+/// and appended in order, so that a region's texels increase.
 std::vector<RegionTexels> region_texels(const SkyGeometry& geometry, const SkyPartition& partition,
                                         std::span<const std::uint8_t> needed) {
   const auto row_of = partition.interpolated() ? node_row : geometry.is_equirect() ? equirect_row : lens_row;
@@ -216,11 +219,11 @@ std::vector<RegionTexels> region_texels(const SkyGeometry& geometry, const SkyPa
   const auto height = static_cast<std::size_t>(geometry.height());
   std::vector<RegionTexels> regions(static_cast<std::size_t>(partition.size()));
   for (std::size_t first = 0; first < height; first += kStripRows) {
-    std::vector<Pieces> rows(std::min(kStripRows, height - first));
+    std::vector<Parts> rows(std::min(kStripRows, height - first));
     parallel_for(std::size_t{0}, rows.size(),
-                      [&](std::size_t r) { rows[r] = row_of(geometry, partition, static_cast<int>(first + r)); });
-    for (const Pieces& row : rows)
-      for (const Piece& p : row)
+                 [&](std::size_t r) { rows[r] = row_of(geometry, partition, static_cast<int>(first + r)); });
+    for (const Parts& row : rows)
+      for (const Part& p : row)
         if ((needed.empty() || needed[p.region] != 0) && p.part > 0)
           for (std::uint32_t texel = p.first; texel < p.first + p.count; ++texel)
             regions[p.region].add(texel, p.part * solid_angle_sr[texel]);

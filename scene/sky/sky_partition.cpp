@@ -285,34 +285,24 @@ glm::dvec3 SkyPartition::sample(int region, double s, double t) const {
 }
 
 /// Bilinear finite element in (azimuth, altitude): up = (h - h_low)/(h_high - h_low), right = fraction of the cell
-/// width past the left node, in each of the two bands (Cohen & Wallace 1993, ch. 3).
-SkyPartition::Quad SkyPartition::quad(const glm::dvec3& d) const {
+/// width past the left node, in each of the two bands; weights are their products (Cohen & Wallace 1993, ch. 3).
+std::array<RegionWeight, 4> SkyPartition::interpolation(const glm::dvec3& d) const {
   const double altitude = std::asin(std::clamp(d.z, -1.0, 1.0)), azimuth = std::atan2(d.y, d.x);
   const auto above = std::upper_bound(node_altitude_.begin(), node_altitude_.end(), altitude);
   const auto upper = static_cast<std::size_t>(
       std::clamp<std::ptrdiff_t>(above - node_altitude_.begin(), 1, std::ssize(node_altitude_) - 1));
-  const double low = node_altitude_[upper - 1], high = node_altitude_[upper];
-  Quad result;
-  result.up = std::clamp((altitude - low) / (high - low), 0.0, 1.0);
+  const double low = node_altitude_[upper - 1], high = node_altitude_[upper],
+               up = std::clamp((altitude - low) / (high - low), 0.0, 1.0);
+  std::array<RegionWeight, 4> weights;
   for (std::size_t k = 0; k < 2; ++k) {
     const SkyBand& band = bands_[upper - 1 + k];
-    const double cell = (azimuth - start_azimuth(band)) / kTwoPi * band.cells - 0.5, first = std::floor(cell);
+    const double cell = (azimuth - start_azimuth(band)) / kTwoPi * band.cells - 0.5, first = std::floor(cell),
+                 right = cell - first, of_band = k == 0 ? 1.0 - up : up;
     const int n = band.cells, left = ((static_cast<int>(first) % n) + n) % n;
-    result.node[2 * k] = static_cast<std::uint32_t>(band.first_region + left);
-    result.node[2 * k + 1] = static_cast<std::uint32_t>(band.first_region + (left + 1) % n);
-    (k == 0 ? result.right_below : result.right_above) = cell - first;
+    weights[2 * k] = {band.first_region + left, of_band * (1.0 - right)};
+    weights[2 * k + 1] = {band.first_region + (left + 1) % n, of_band * right};
   }
-  return result;
-}
-
-/// Products of the linear weights of quad(); they sum to 1.
-std::array<RegionWeight, 4> SkyPartition::interpolation(const glm::dvec3& d) const {
-  const Quad q = quad(d);
-  const auto node = [&](std::size_t k) { return static_cast<int>(q.node[k]); };
-  return {{{node(0), (1.0 - q.up) * (1.0 - q.right_below)},
-           {node(1), (1.0 - q.up) * q.right_below},
-           {node(2), q.up * (1.0 - q.right_above)},
-           {node(3), q.up * q.right_above}}};
+  return weights;
 }
 
 /// Integral of the hat function over the sphere, steradians: the azimuth gives one cell width, the altitude the sum of

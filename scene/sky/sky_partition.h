@@ -90,14 +90,6 @@ public:
   /// Direction at relative position (s, t) in [0,1)^2 of a region; uniform in solid angle.
   glm::dvec3 sample(int region, double s, double t) const;
 
-  /// The four nodes around a direction, some possibly the same: left and right of it (counter-clockwise) in the band
-  /// below, then in the band above.
-  struct Quad {
-    std::array<std::uint32_t, 4> node{};
-    double up = 0;                           ///< weight of the band above
-    double right_below = 0, right_above = 0; ///< weights of the right nodes within their band
-  };
-  Quad quad(const glm::dvec3& unit_direction) const;
   /// Values of the hat functions at a direction: weights >= 0 that sum to 1, some possibly of the same region.
   std::array<RegionWeight, 4> interpolation(const glm::dvec3& unit_direction) const;
   /// Integral of a region's hat function over the sphere.

@@ -34,14 +34,15 @@ void add_components(const Components<T>& components, const ClusterOffsets::Part&
                     const Cluster& cluster, const float* light, float* sum) {
   std::vector<Rgb> amplitude(rank);
   detail::multiply_rows(components.source_factor.data() + at.source_factor, cluster.sources, light, amplitude);
-  const std::size_t numbers = kPerProbe * cluster.probes;
+  const std::size_t count = kPerProbe * cluster.probes;
   std::vector<detail::WeightedRow<T>> rows(rank);
   for (std::size_t k = 0; k < rank; ++k)
-    rows[k] = {components.probe_factor.data() + at.probe_factor + k * numbers,
+    rows[k] = {components.probe_factor.data() + at.probe_factor + k * count,
                components.scale[at.component + k] * amplitude[k]};
-  detail::add_rows(rows, numbers, sum);
+  detail::add_rows(rows, count, sum);
 }
 
+/// field[probe] of one cluster: its strong and its weak components, in units of radiance.
 void combine_cluster(const CompactFactors& factors, const ClusterOffsets& at, const Cluster& cluster,
                      std::span<const Rgb> light, std::span<std::array<Rgb, 9>> result) {
   std::vector<float> of_cluster(3 * std::size_t{cluster.sources}); // [channel, source]
@@ -59,8 +60,8 @@ void combine_cluster(const CompactFactors& factors, const ClusterOffsets& at, co
 
 /// The clusters for which `is_wanted` holds.
 template <class IsWanted>
-void combine_clusters(const CompactFactors& factors, std::span<const Rgb> light,
-                      std::span<std::array<Rgb, 9>> result, const IsWanted& is_wanted) {
+void combine_clusters(const CompactFactors& factors, std::span<const Rgb> light, std::span<std::array<Rgb, 9>> result,
+                      const IsWanted& is_wanted) {
   const std::vector<ClusterOffsets> at = cluster_offsets(factors);
   parallel_for(std::size_t{0}, factors.cluster.size(), [&](std::size_t b) {
     if (is_wanted(std::span(factors.probe).subspan(at[b].probe, factors.cluster[b].probes)))
@@ -82,10 +83,11 @@ std::size_t CompactFactors::bytes() const {
 }
 
 std::size_t CompactBasis::bytes() const {
-  return light.bytes() + sizeof(Aggregate) * aggregate.size() + sizeof(float) * aggregate_weight.size() +
-         nine.bytes() + band4.bytes();
+  return light.bytes() + sizeof(Aggregate) * aggregate.size() + sizeof(float) * aggregate_weight.size() + nine.bytes() +
+         band4.bytes();
 }
 
+/// A cluster with k components takes k sources numbers of the one factor and 27 k probes of the other.
 std::vector<ClusterOffsets> cluster_offsets(const CompactFactors& factors) {
   std::vector<ClusterOffsets> at(factors.cluster.size() + 1);
   for (std::size_t b = 0; b < factors.cluster.size(); ++b) {
@@ -153,6 +155,7 @@ bool sizes_agree(const CompactFactors& factors) {
   return std::ranges::equal(asked, given, [](double a, std::size_t b) { return a == static_cast<double>(b); });
 }
 
+/// Every probe at most once, so that clusters can be combined in any order and at the same time; sources exist.
 Result<void> check_factors(const CompactBasis& basis, const CompactFactors& factors, std::size_t probes) {
   std::vector<std::uint8_t> seen(probes, 0);
   for (const std::uint32_t p : factors.probe) {
@@ -170,11 +173,12 @@ Result<void> check_factors(const CompactBasis& basis, const CompactFactors& fact
   return {};
 }
 
+/// Aggregated sources are disjoint runs: each source has one weight.
 Result<void> check_aggregates(const CompactBasis& basis) {
   std::uint32_t end = 0;
   for (const CompactBasis::Aggregate& g : basis.aggregate) {
     if (g.first < end || g.end < g.first || g.end > basis.sources())
-      return broken("aggregated sources overlap or leave the sources");
+      return broken("aggregated sources overlap, or name sources that do not exist");
     end = g.end;
   }
   if (basis.aggregate_weight.size() != basis.sources() || !all_finite(basis.aggregate_weight))

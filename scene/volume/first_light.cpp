@@ -49,6 +49,8 @@ std::size_t FirstLight::bytes() const {
   return 4 * (scale.size() + first_block.size()) + 2 * (block.size() + weight.size());
 }
 
+/// E[s, c] = scale[row] sum_b sum_{k < 8} weight[b, k] L[8 block_b + k, c] over the blocks b of a row; the row is s, or
+/// c S + s behind tinted panes. Units: steradian times radiance, over the unit of the source.
 std::vector<Rgb> irradiance_of_sources(const FirstLight& light, std::span<const Rgb> node_radiance) {
   const std::vector<float> radiance = in_blocks(node_radiance);
   const auto of_row = [&](std::size_t row) {
@@ -75,6 +77,7 @@ void for_each_weight(const FirstLight& light, std::size_t row,
         visit(kBlock * light.block[b] + k, light.scale[row] * imath_half_to_float(w));
 }
 
+/// Nodes of which some row has a weight.
 std::vector<std::uint8_t> lit_regions(const FirstLight& light, std::size_t regions) {
   std::vector<std::uint8_t> lit(regions, 0);
   for (std::size_t row = 0; row < light.rows(); ++row)
@@ -84,7 +87,7 @@ std::vector<std::uint8_t> lit_regions(const FirstLight& light, std::size_t regio
 
 namespace {
 
-/// Increasing, inside the sky, weights finite and none beyond the last region.
+/// Increasing, inside the sky, weights finite (exponent bits not all set) and none beyond the last node.
 Result<void> check_row(const FirstLight& light, std::size_t row, std::size_t regions) {
   for (std::size_t b = light.first_block[row]; b < light.first_block[row + 1]; ++b) {
     if (b > light.first_block[row] && light.block[b] <= light.block[b - 1])
@@ -97,7 +100,7 @@ Result<void> check_row(const FirstLight& light, std::size_t row, std::size_t reg
         return broken("a weight of the first light is for no region of the sky");
     }
     if (kBlock * light.block[b] >= regions)
-      return broken("a block of the first light leaves the sky");
+      return broken("a block of the first light is outside the sky");
   }
   return {};
 }
@@ -106,9 +109,8 @@ Result<void> check_row(const FirstLight& light, std::size_t row, std::size_t reg
 
 Result<void> check_first_light(const FirstLight& light, int regions) {
   const std::size_t rows = light.rows();
-  if ((light.colours != 1 && light.colours != 3) || rows % light.colours != 0 ||
-      light.first_block.size() != rows + 1 || !rises_to(light.first_block, light.block.size()) ||
-      light.weight.size() != kBlock * light.block.size())
+  if ((light.colours != 1 && light.colours != 3) || rows % light.colours != 0 || light.first_block.size() != rows + 1 ||
+      !rises_to(light.first_block, light.block.size()) || light.weight.size() != kBlock * light.block.size())
     return broken("the rows of the first light disagree");
   for (std::size_t row = 0; row < rows; ++row)
     if (const Result<void> good = check_row(light, row, static_cast<std::size_t>(regions)); !good)

@@ -15,8 +15,9 @@ namespace daylit {
 namespace {
 
 constexpr double kTouch_m = 1e-4;     // surfaces nearer than this to the point do not hide probes from it
-constexpr float kLeastWeight = 1e-6f; // below it the corners in sight say too little about the point
+constexpr float kLeastWeight = 1e-6f; // below it the visible corners say too little about the point
 
+/// A box and a plane: the box reaches sum_k half_k |normal_k| from its centre towards the plane (separating axis).
 bool plane_misses_box(const glm::dvec3& centre, const glm::dvec3& half, const glm::dvec3& corner,
                       const glm::dvec3& normal) {
   const double reach = glm::dot(half, glm::abs(normal));
@@ -51,11 +52,13 @@ struct LightFieldSampler::State {
   bool sees(const glm::dvec3& p, std::uint32_t probe) const;
   void find_open_cells(const Room& room);
   void close_cells(std::span<const glm::dvec3> polygon);
-  int corner_weights(const GridPlace& at, const glm::dvec3& p, bool open, std::uint32_t* probe, float* weight) const;
-  int ring_weights(const GridPlace& at, const glm::dvec3& p, std::uint32_t* probe, float* weight) const;
+  int corner_weights(const GridPosition& at, const glm::dvec3& p, bool open, std::uint32_t* probe, float* weight) const;
+  int ring_weights(const GridPosition& at, const glm::dvec3& p, std::uint32_t* probe, float* weight) const;
   int free_point(const glm::dvec3& p, std::uint32_t* probe, float* weight) const;
 };
 
+/// Nothing stands on the segment from the point to the probe, beyond `touch_m` of the point: neither a surface nor an
+/// aperture.
 bool LightFieldSampler::State::sees(const glm::dvec3& p, std::uint32_t probe) const {
   const glm::dvec3 way = origin + glm::dvec3(positions[probe]) - p;
   const double distance = glm::length(way);
@@ -71,10 +74,11 @@ bool LightFieldSampler::State::sees(const glm::dvec3& p, std::uint32_t probe) co
   return crossed == 0;
 }
 
-// Trilinear weights of the valid corners in sight. Corners without weight count only when no other is in sight: the
-// point then stands on the border of the grid and the light comes from further in.
-int LightFieldSampler::State::corner_weights(const GridPlace& at, const glm::dvec3& p, bool open, std::uint32_t* probe,
-                                             float* weight) const {
+// Trilinear weights of the valid, visible corners: the product over the axes of f or 1 - f, f: how far into the cell.
+// Corners without weight count only when no other is visible: the point then stands on the border of the grid and the
+// light comes from further in.
+int LightFieldSampler::State::corner_weights(const GridPosition& at, const glm::dvec3& p, bool open,
+                                             std::uint32_t* probe, float* weight) const {
   std::array<std::uint32_t, 8> idle{};
   int used = 0, idle_count = 0;
   for (int k = 0; k < 8; ++k) {
@@ -82,7 +86,7 @@ int LightFieldSampler::State::corner_weights(const GridPlace& at, const glm::dve
     const glm::ivec3 i = at.cell + step;
     if (i.x >= count.x || i.y >= count.y || i.z >= count.z)
       continue;
-    const glm::dvec3 w = glm::mix(1.0 - at.share, at.share, glm::dvec3(step));
+    const glm::dvec3 w = glm::mix(1.0 - at.fraction, at.fraction, glm::dvec3(step));
     const std::uint32_t index = probe_index(i);
     const auto corner_weight = static_cast<float>(w.x * w.y * w.z);
     if (corner_weight < kLeastWeight) {
@@ -101,8 +105,9 @@ int LightFieldSampler::State::corner_weights(const GridPlace& at, const glm::dve
   return used;
 }
 
-// The nearest probes in sight one ring around the cell, by inverse squared distance: narrow gaps between furniture.
-int LightFieldSampler::State::ring_weights(const GridPlace& at, const glm::dvec3& p, std::uint32_t* probe,
+// The nearest visible probes one ring around the cell, by inverse squared distance (Shepard 1968): narrow gaps between
+// furniture.
+int LightFieldSampler::State::ring_weights(const GridPosition& at, const glm::dvec3& p, std::uint32_t* probe,
                                            float* weight) const {
   std::array<std::pair<double, std::uint32_t>, 64> near;
   int candidates = 0;
@@ -122,6 +127,7 @@ int LightFieldSampler::State::ring_weights(const GridPlace& at, const glm::dvec3
   return used;
 }
 
+/// The nearest valid probe within kTouch_m, found by its x coordinate.
 int LightFieldSampler::State::free_point(const glm::dvec3& p, std::uint32_t* probe, float* weight) const {
   const glm::dvec3 local = p - origin;
   auto it = std::lower_bound(by_x.begin(), by_x.end(), local.x - kTouch_m,
@@ -169,6 +175,7 @@ void LightFieldSampler::State::close_cells(std::span<const glm::dvec3> polygon) 
       }
 }
 
+/// Cells in which all eight corners are valid and nothing stands: every point of them sees every corner.
 void LightFieldSampler::State::find_open_cells(const Room& room) {
   const glm::ivec3 n = cell_count();
   open_cell.assign(static_cast<std::size_t>(n.x) * n.y * n.z, 0);
@@ -192,6 +199,7 @@ void LightFieldSampler::State::find_open_cells(const Room& room) {
 
 namespace {
 
+/// L_lm(x) = sum_k weight_k L_lm(probe_k); the weights add up to 1.
 std::array<Rgb, 9> mean_of(const std::vector<std::array<Rgb, 9>>& probes, const std::array<std::uint32_t, 8>& probe,
                            const std::array<float, 8>& weight, int used) {
   std::array<Rgb, 9> sum{};
@@ -242,7 +250,7 @@ int LightFieldSampler::weights(const glm::dvec3& p, std::span<std::uint32_t, 8> 
     return 0;
   if (!s.is_grid)
     return s.free_point(p, probe.data(), weight.data());
-  const GridPlace at = s.planes.place(p);
+  const GridPosition at = s.planes.locate(p);
   const bool open = !at.clamped && s.open_cell[s.cell_index(at.cell)] != 0;
   int used = s.corner_weights(at, p, open, probe.data(), weight.data());
   if (used == 0)
@@ -255,6 +263,7 @@ int LightFieldSampler::weights(const glm::dvec3& p, std::span<std::uint32_t, 8> 
   return used;
 }
 
+/// Nothing where no probe is visible: outside, or inside furniture.
 std::optional<Sh9Rgb> LightFieldSampler::sample(const LightField& field, const glm::dvec3& p) const {
   std::array<std::uint32_t, 8> probe;
   std::array<float, 8> weight;

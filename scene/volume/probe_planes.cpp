@@ -11,10 +11,11 @@ namespace daylit {
 
 namespace {
 
-constexpr double kGridShare = 1e-3; // of the spacing: how far a probe may be from its grid position
+constexpr double kGridTolerance = 1e-3; // of the spacing: how far a probe may be from its grid position
 
 Error error(const char* what) { return {ErrorCode::file_malformed, what, "probe grid", "bake the volume again"}; }
 
+/// As many planes as probes, increasing; their mean distance is the spacing that the file states.
 Result<void> check_planes(const std::vector<double>& planes, int count, double spacing) {
   if (planes.size() != static_cast<std::size_t>(count))
     return error("there are not as many coordinates along an axis as probes");
@@ -22,13 +23,14 @@ Result<void> check_planes(const std::vector<double>& planes, int count, double s
     return error("a coordinate of the grid is not finite");
   if (std::ranges::adjacent_find(planes, [](double a, double b) { return !(a < b); }) != planes.end())
     return error("the coordinates of the grid do not increase");
-  if (count > 1 && !(std::abs(planes.back() - planes.front() - spacing * (count - 1)) <= kGridShare * spacing))
+  if (count > 1 && !(std::abs(planes.back() - planes.front() - spacing * (count - 1)) <= kGridTolerance * spacing))
     return error("the spacing is not the mean distance of the coordinates");
   return {};
 }
 
 } // namespace
 
+/// Plane i of a regular grid is at position[0] + i spacing.
 ProbePlanes::ProbePlanes(const ProbeSet& grid) : origin_(grid.origin), plane_(grid.planes) {
   if (grid.is_graded())
     return;
@@ -42,8 +44,9 @@ int ProbePlanes::below(int axis, double world_m) const {
   return static_cast<int>(std::ranges::upper_bound(planes, world_m - origin_[axis]) - planes.begin()) - 1;
 }
 
-GridPlace ProbePlanes::place(const glm::dvec3& p) const {
-  GridPlace at;
+/// Along each axis, with planes x_i <= x < x_{i+1}: cell i and fraction (x - x_i) / (x_{i+1} - x_i).
+GridPosition ProbePlanes::locate(const glm::dvec3& p) const {
+  GridPosition at;
   for (int k = 0; k < 3; ++k) {
     const std::vector<double>& planes = along(k);
     const double x = p[k] - origin_[k], inside = std::clamp(x, planes.front(), planes.back());
@@ -52,11 +55,12 @@ GridPlace ProbePlanes::place(const glm::dvec3& p) const {
       continue;
     at.cell[k] = std::clamp(below(k, p[k]), 0, static_cast<int>(planes.size()) - 2);
     const double *low = planes.data() + at.cell[k], *high = low + 1;
-    at.share[k] = (inside - *low) / (*high - *low);
+    at.fraction[k] = (inside - *low) / (*high - *low);
   }
   return at;
 }
 
+/// Probe (x, y, z) is number x + count.x (y + count.y z) and stands where plane x, y and z meet, within kGridTolerance.
 Result<void> check_grid(const ProbeSet& probes) {
   const glm::ivec3 n = probes.count;
   const auto total = static_cast<double>(n.x) * n.y * n.z;
@@ -79,7 +83,8 @@ Result<void> check_grid(const ProbeSet& probes) {
         const glm::dvec3 expected(planes.along(0)[static_cast<std::size_t>(x)],
                                   planes.along(1)[static_cast<std::size_t>(y)],
                                   planes.along(2)[static_cast<std::size_t>(z)]);
-        if (probes.size() > 1 && !(glm::distance(expected, glm::dvec3(probes.positions[i])) <= kGridShare * largest))
+        if (probes.size() > 1 &&
+            !(glm::distance(expected, glm::dvec3(probes.positions[i])) <= kGridTolerance * largest))
           return error("a probe is not where the grid says");
       }
   return {};

@@ -19,10 +19,10 @@ struct ProbeSet;
 /// counts, finite and increasing, and their mean distance is the spacing; probes are where the planes say (x fastest).
 Result<void> check_grid(const ProbeSet& probes);
 
-/// A point's place in a grid: lower corner of its cell, and where in the cell, clamped to 0..1.
-struct GridPlace {
+/// Where a point lies in a grid: lower corner of its cell, and how far into the cell, 0..1, clamped.
+struct GridPosition {
   glm::ivec3 cell{0};
-  glm::dvec3 share{0.0};
+  glm::dvec3 fraction{0.0};
   bool clamped = false; ///< the point lies outside the outer probes
 };
 
@@ -36,7 +36,7 @@ public:
   const std::vector<double>& along(int axis) const { return plane_[static_cast<std::size_t>(axis)]; }
   /// The last plane that is not beyond a world coordinate; -1: all are.
   int below(int axis, double world_m) const;
-  GridPlace place(const glm::dvec3& world_point) const;
+  GridPosition locate(const glm::dvec3& world_point) const;
 
 private:
   glm::dvec3 origin_{0.0};

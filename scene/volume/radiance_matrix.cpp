@@ -143,12 +143,13 @@ double hat_height(const SkyPartition& partition, std::size_t b, double sin_low, 
   return sum;
 }
 
+/// Of two intervals of the sine of altitude: solid angle per radian of azimuth.
 double overlap(const SkyBand& band, double sin_low, double sin_high) {
   return std::min(band.sin_high, sin_high) - std::max(band.sin_low, sin_low);
 }
 
 /// Integral over an interval of azimuth of the cell's box, or of its hat, radians.
-double azimuth_share(const SkyBand& band, int cell, bool hat, double middle, double width) {
+double azimuth_overlap(const SkyBand& band, int cell, bool hat, double middle, double width) {
   if (band.cells == 1)
     return width;
   const double step = 2.0 * kPi / band.cells, centre = step * (band.centred ? cell : cell + 0.5);
@@ -224,6 +225,8 @@ Result<RadianceMatrix> parse_matrix(const std::string& text, const std::string& 
   return matrix;
 }
 
+/// Rows are 90 / (7 K + 1/2) degrees high; each of Tregenza's seven rows of cells becomes K rows of K times as many
+/// (Reinhart's subdivision, reinhart.cal of Radiance).
 Result<ReinhartPatches> ReinhartPatches::make(int k) {
   if (k < 1 || k > 12)
     return Error{ErrorCode::value_invalid, fmt::format("{} is no subdivision", k), "Reinhart patches", "1 to 12"};
@@ -256,6 +259,7 @@ int ReinhartPatches::patch_of(const glm::dvec3& d) const {
   return row.first + (cell % row.cells + row.cells) % row.cells;
 }
 
+/// 2 pi (sin of the upper limit - sin of the lower one) / cells.
 double ReinhartPatches::solid_angle_sr(int patch) const {
   if (patch == 0)
     return 2.0 * kPi;
@@ -272,6 +276,7 @@ glm::dvec3 ReinhartPatches::centre(int patch) const {
           std::sin(row.altitude)};
 }
 
+/// Uniform in azimuth and in the sine of altitude is uniform in solid angle (Archimedes).
 glm::dvec3 ReinhartPatches::sample(int patch, double s, double t) const {
   const Row ground{-1.0, 0.0, 0.0, 1, 0};
   const Row& row = patch == 0 ? ground : row_of(patch);
@@ -280,6 +285,8 @@ glm::dvec3 ReinhartPatches::sample(int patch, double s, double t) const {
   return {across * std::sin(azimuth), across * std::cos(azimuth), z};
 }
 
+/// Mean over a region, or over a node's hat h, of a sky that is 1 in the patch: integral of h over the patch / solid
+/// angle. Patch, regions and hats are products of a function of altitude and one of azimuth, and so is the integral.
 std::vector<RegionWeight> ReinhartPatches::region_radiances(int patch, const SkyPartition& partition) const {
   const Row ground{-1.0, 0.0, 0.0, 1, 0};
   const Row& row = patch == 0 ? ground : row_of(patch);
@@ -292,7 +299,7 @@ std::vector<RegionWeight> ReinhartPatches::region_radiances(int patch, const Sky
     const SkyBand& band = partition.bands()[b];
     for (int cell = 0; height > 0.0 && cell < band.cells; ++cell) {
       const int region = partition.region_of_cell(band.first_region + cell);
-      const double sr = height * azimuth_share(band, cell, partition.interpolated(), middle, width);
+      const double sr = height * azimuth_overlap(band, cell, partition.interpolated(), middle, width);
       if (sr > 0.0)
         weights.push_back({region, sr / partition.solid_angle_sr(region)});
     }

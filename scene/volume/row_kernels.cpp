@@ -21,6 +21,7 @@ constexpr std::size_t kRowsAtOnce = 4;
 /// Numbers of the sums that stay in the first cache while all rows pass: 180 probes, 19 KB.
 constexpr std::size_t kTile = 102 * 48;
 
+/// Lanes of consecutive numbers; integers become floats exactly: 24 bits hold all of 16.
 inline Vector load(const float* from) { return hn::LoadU(Floats(), from); }
 template <class T>
 Vector load(const T* from) {
@@ -28,7 +29,8 @@ Vector load(const T* from) {
   return hn::ConvertTo(Floats(), hn::PromoteTo(integers, hn::LoadU(hn::Rebind<T, Floats>(), from)));
 }
 
-/// Numbers [first, end) of kRows rows. Three vectors hold whole colours: lane i of vector v has channel (v lanes + i) % 3.
+/// Numbers [first, end) of kRows rows. Three vectors hold whole colours: lane i of vector v has channel (v lanes + i)
+/// % 3.
 template <std::size_t kRows, class T>
 void add_some_rows(const WeightedRow<T>* rows, std::size_t first, std::size_t end, float* sum) {
   HWY_ALIGN float weight[kRows][3 * kLanes];
@@ -40,14 +42,15 @@ void add_some_rows(const WeightedRow<T>* rows, std::size_t first, std::size_t en
     for (std::size_t v = 0; v < 3 * kLanes; v += kLanes) {
       Vector s = load(sum + k + v);
       for (std::size_t r = 0; r < kRows; ++r)
-        s = hn::MulAdd(load(weight[r] + v), load(rows[r].number + k + v), s);
+        s = hn::MulAdd(load(weight[r] + v), load(rows[r].value + k + v), s);
       hn::StoreU(s, Floats(), sum + k + v);
     }
   for (; k < end; ++k)
     for (std::size_t r = 0; r < kRows; ++r)
-      sum[k] += weight[r][(k - first) % 3] * static_cast<float>(rows[r].number[k]);
+      sum[k] += weight[r][(k - first) % 3] * static_cast<float>(rows[r].value[k]);
 }
 
+/// sum[k] += sum_r weight_r[k % 3] value_r[k], tile by tile: each row is read once, the sums once per four rows.
 template <class T>
 void add_all_rows(std::span<const WeightedRow<T>> rows, std::size_t count, float* sum) {
   for (std::size_t first = 0; first < count; first += kTile) {
@@ -60,6 +63,8 @@ void add_all_rows(std::span<const WeightedRow<T>> rows, std::size_t count, float
   }
 }
 
+/// product[r, c] = sum_i rows[r, i] light[c, i]: twelve sums in registers, lane by lane, which are added up at the end.
+/// What does not fill a vector is added number by number.
 template <std::size_t kRows, class T>
 void multiply_some_rows(const T* rows, std::size_t columns, const float* light, Rgb* product) {
   Vector sum[kRows][3];
@@ -80,8 +85,8 @@ void multiply_some_rows(const T* rows, std::size_t columns, const float* light, 
     for (std::size_t c = 0; c < 3; ++c)
       product[r][static_cast<int>(c)] = hn::GetLane(hn::SumOfLanes(Floats(), sum[r][c]));
     for (std::size_t k = i; k < columns; ++k)
-      product[r] += static_cast<float>(rows[r * columns + k]) *
-                    Rgb(light[k], light[columns + k], light[2 * columns + k]);
+      product[r] +=
+          static_cast<float>(rows[r * columns + k]) * Rgb(light[k], light[columns + k], light[2 * columns + k]);
   }
 }
 
@@ -109,6 +114,7 @@ void multiply_int8(const std::int8_t* rows, std::size_t columns, const float* li
   multiply_all_rows(rows, columns, light, product);
 }
 
+/// Eight weights of a block are eight lanes; the radiances of the block lie beside each other, channel by channel.
 Rgb multiply_half_blocks(const std::uint16_t* weight, std::span<const std::uint16_t> block, const float* radiance) {
   constexpr std::size_t kBlock = 8;
   const hn::CappedTag<float, kBlock> d;

@@ -12,14 +12,14 @@
 
 namespace daylit::detail {
 
-/// Numbers [..., channel] and a factor for each channel. T: float, std::int16_t or std::int8_t.
+/// Values [..., channel] and a factor for each channel. T: float, std::int16_t or std::int8_t.
 template <class T>
 struct WeightedRow {
-  const T* number;
+  const T* value;
   Rgb weight;
 };
 
-/// sum[3 n + c] += sum over rows of weight[c] * number[3 n + c], for `count` numbers.
+/// sum[3 n + c] += sum over rows of weight[c] * value[3 n + c], for `count` values.
 void add_rows(std::span<const WeightedRow<float>> rows, std::size_t count, float* sum);
 void add_rows(std::span<const WeightedRow<std::int16_t>> rows, std::size_t count, float* sum);
 void add_rows(std::span<const WeightedRow<std::int8_t>> rows, std::size_t count, float* sum);

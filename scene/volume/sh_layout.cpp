@@ -60,7 +60,8 @@ std::array<Node, 26> lebedev_26() {
   return nodes;
 }
 
-/// Coefficients of the function d -> f(source(d)).
+/// Coefficients of the function d -> f(source(d)): integral of f(source(d)) Y_lm(d) over the sphere. The integrand is a
+/// polynomial of degree 4, which the cubature integrates exactly.
 template <class Source>
 std::array<glm::dvec3, 9> turned(const std::array<glm::dvec3, 9>& f, Source source) {
   std::array<glm::dvec3, 9> out{};
@@ -76,8 +77,8 @@ std::array<glm::dvec3, 9> turned(const std::array<glm::dvec3, 9>& f, Source sour
   return out;
 }
 
-/// Place of a coefficient's channel among the 27 numbers.
-std::size_t place(std::size_t k, std::size_t channel, ShLayout layout) {
+/// Where a coefficient's channel is among the 27 numbers.
+std::size_t offset_of(std::size_t k, std::size_t channel, ShLayout layout) {
   return layout == ShLayout::three ? 3 * k + channel : 9 * channel + k;
 }
 
@@ -103,7 +104,7 @@ std::array<float, 27> to_engine(const Sh9Rgb& radiance, ShLayout layout) {
   std::array<float, 27> numbers{};
   for (std::size_t k = 0; k < 9; ++k)
     for (std::size_t c = 0; c < 3; ++c)
-      numbers[place(k, c, layout)] = static_cast<float>(factor(k, layout) * theirs[k][static_cast<int>(c)]);
+      numbers[offset_of(k, c, layout)] = static_cast<float>(factor(k, layout) * theirs[k][static_cast<int>(c)]);
   return numbers;
 }
 
@@ -111,7 +112,7 @@ Sh9Rgb from_engine(const std::array<float, 27>& numbers, ShLayout layout) {
   std::array<glm::dvec3, 9> theirs{};
   for (std::size_t k = 0; k < 9; ++k)
     for (std::size_t c = 0; c < 3; ++c)
-      theirs[k][static_cast<int>(c)] = static_cast<double>(numbers[place(k, c, layout)]) / factor(k, layout);
+      theirs[k][static_cast<int>(c)] = static_cast<double>(numbers[offset_of(k, c, layout)]) / factor(k, layout);
   const auto ours = turned(theirs, [&](const glm::dvec3& d) { return engine_axes(d, layout); });
   Sh9Rgb radiance{};
   for (std::size_t k = 0; k < 9; ++k)

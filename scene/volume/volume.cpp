@@ -6,16 +6,17 @@
 #include <numbers>
 #include <ranges>
 
+#include "scene/volume/basis_rows.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 #include "sh/window.h"
-#include "scene/volume/basis_rows.h"
 
 namespace daylit {
 
 namespace {
 
-/// Irradiance of one channel over all normals as a series to degree 4.
+/// Irradiance of one channel over all normals as a series to degree 4, e_lm = A_l L_lm: the convolution of the radiance
+/// with the clamped cosine (Ramamoorthi & Hanrahan 2001). Band 3 is zero, because A_3 = 0.
 std::array<double, 25> irradiance_series(const ShRadiance& radiance, int channel) {
   std::array<double, 25> e{};
   for (std::size_t i = 0; i < 9; ++i) {
@@ -25,8 +26,9 @@ std::array<double, 25> irradiance_series(const ShRadiance& radiance, int channel
   return e;
 }
 
-/// Whether the series is non-negative for what its band 4 can be at most (Cauchy-Schwarz) beside the exact minimum of
-/// the rest; a series without that band is then decided.
+/// Whether the series is non-negative for what its band 4 can be at most beside the exact minimum of the rest: by
+/// Cauchy-Schwarz and the addition theorem |sum_m e_4m Y_4m| <= sqrt(sum_m e_4m^2) sqrt(9 / (4 pi)). A series without
+/// that band is then decided.
 bool surely_nonnegative(const std::array<double, 25>& e) {
   double square = 0;
   for (std::size_t i = 16; i < 25; ++i)
@@ -63,6 +65,7 @@ LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radian
   return field;
 }
 
+/// E(n) = sum_{l <= 2} A_l L_lm Y_lm(n), A = pi, 2 pi / 3, pi / 4; in units of radiance times steradian.
 Rgb irradiance(const Sh9Rgb& radiance_coefficients, const glm::vec3& unit_normal) {
   const std::array<float, 9> y = sh::evaluate9<float>(unit_normal);
   Rgb sum(0.0f);
@@ -71,6 +74,7 @@ Rgb irradiance(const Sh9Rgb& radiance_coefficients, const glm::vec3& unit_normal
   return sum;
 }
 
+/// The same and A_4 sum_m L_4m Y_4m(n), A_4 = -pi / 24.
 Rgb irradiance(const ShRadiance& radiance, const glm::vec3& unit_normal) {
   const std::array<float, 9> y = sh::evaluate_band4<float>(unit_normal);
   Rgb sum(0.0f);
@@ -79,6 +83,8 @@ Rgb irradiance(const ShRadiance& radiance, const glm::vec3& unit_normal) {
   return irradiance(radiance.nine, unit_normal) + sh::kClampedCosineBand4<float> * sum;
 }
 
+/// Channel by channel: L_lm becomes w_l L_lm with the weakest window w (sh/window.h) under which the irradiance is
+/// nowhere below 0. A channel whose mean e_00 / sqrt(4 pi) is not positive is dark.
 NonNegativeLight without_ringing(const ShRadiance& radiance) {
   NonNegativeLight light{radiance};
   for (int c = 0; c < 3; ++c) {

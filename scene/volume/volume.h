@@ -75,9 +75,9 @@ struct LightField {
   std::vector<Band4Rgb> band4 = {}; ///< the same, or empty: not asked for, or not known
 };
 
-/// L_lm(x) = sum_i L_i L_lm^(i)(x) at each probe x for the given region radiances L_i (size = partition.size(); Grosch et
-/// al. 2007, eq. 4). Rows of regions that are black are not read; the result does not depend on the thread count. Order 2
-/// reads nothing of l = 4, and order 4 does not change the nine.
+/// L_lm(x) = sum_i L_i L_lm^(i)(x) at each probe x for the given region radiances L_i (size = partition.size(); Grosch
+/// et al. 2007, eq. 4). Rows of regions that are black are not read; the result does not depend on the thread count.
+/// Order 2 reads nothing of l = 4, and order 4 does not change the nine.
 LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radiance, ShOrder order = ShOrder::second);
 
 /// Radiance around a point as far as irradiance sees it; `band4` is zero where it is not known.
@@ -88,7 +88,7 @@ struct ShRadiance {
 
 /// Interpolates between probes without light leaks. A point has a light field exactly when it sees a valid probe of
 /// its grid cell, or of the ring of probes around that cell, along a segment that crosses neither a surface nor an
-/// aperture. Weights are trilinear over the valid corners in sight, renormalised; between the outer probes and the
+/// aperture. Weights are trilinear over the valid, visible corners, renormalised; between the outer probes and the
 /// walls the point is moved to the border of the grid. Surfaces do not block points within 0.1 mm of them, on either
 /// side. Volumes with free points answer at those points only (within 0.1 mm).
 /// Copies what it needs from the volume; thread-safe.

@@ -44,6 +44,7 @@ Error broken(std::string what) {
   return {ErrorCode::file_malformed, std::move(what), "volume", "bake it again with daylit-precompute"};
 }
 
+/// Positions are finite, validity is 0 or 1, and a grid's probes stand where its planes meet.
 Result<void> check_probes(const ProbeSet& probes) {
   if (probes.size() == 0 || probes.valid.size() != probes.size())
     return broken("no probes, or their validity is missing");
@@ -56,6 +57,7 @@ Result<void> check_probes(const ProbeSet& probes) {
   return probes.is_grid ? check_grid(probes) : Result<void>{};
 }
 
+/// One basis: rows of constant regions, increasing and finite, or factors over nodes.
 Result<void> check_rows(const BasisVolume& volume) {
   if (volume.compact) {
     if (!volume.partition.interpolated() || !volume.partition.rectangles().empty() || !volume.stored_region.empty() ||
@@ -77,6 +79,7 @@ Result<void> check_rows(const BasisVolume& volume) {
   return {};
 }
 
+/// Indices of vertices and materials exist; reflectance and transmittance are in 0..1, indices of glass 0 or physical.
 Result<void> check_room(const Room& room) {
   if (!all_bounded(room.vertices))
     return broken("a vertex of the room is not finite");
@@ -93,6 +96,7 @@ Result<void> check_room(const Room& room) {
   return {};
 }
 
+/// Three corners at least, a unit normal (within 1e-6), transmittance in 0..1.
 Result<void> check_apertures(const std::vector<Aperture>& apertures) {
   for (const Aperture& a : apertures)
     if (a.corners.size() < 3 || !all_bounded(a.corners) || !(std::abs(glm::length(a.inward) - 1.0) < 1e-6) ||
@@ -103,6 +107,7 @@ Result<void> check_apertures(const std::vector<Aperture>& apertures) {
 
 } // namespace
 
+/// The order matters: later checks use indices that earlier ones have found good.
 Result<void> check_volume(const BasisVolume& volume) {
   if (volume.partition.size() <= 0)
     return broken("no sky partition");

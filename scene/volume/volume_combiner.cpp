@@ -21,6 +21,7 @@ VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, ShOrder order) {
   return c;
 }
 
+/// Factors have no rows of single nodes: all of them or none.
 std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
   if (!compact_)
     return update_rows(region_radiance);
@@ -32,7 +33,8 @@ std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
   return current_.size();
 }
 
-/// field += sum of basis times change where few rows changed, else anew.
+/// L_lm(t) = L_lm(t - 1) + sum_r (L_r(t) - L_r(t - 1)) L_lm^(r) where fewer rows changed than are lit, else the whole
+/// sum. Each step adds a rounding of 2^-24 of the terms; after kRefreshAfter steps the sum starts anew.
 std::size_t VolumeCombiner::update_rows(std::span<const Rgb> region_radiance) {
   const std::vector<Rgb> next = detail::radiance_of_rows(region_, region_radiance);
   std::vector<Rgb> weight(next.size());

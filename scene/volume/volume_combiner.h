@@ -1,7 +1,7 @@
 #pragma once
 
-// Combines one volume for sky after sky: nothing when no radiance changed, and few rows when few of the constant regions
-// did.
+// Combines one volume for sky after sky: nothing when no radiance changed, and few rows when few of the constant
+// regions did.
 
 #include <cstddef>
 #include <cstdint>

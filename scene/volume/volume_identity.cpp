@@ -4,6 +4,7 @@
 
 namespace daylit::detail {
 
+/// The digits are part of the header that they protect: while the hash runs they read as zeros.
 std::string volume_checksum(std::span<const std::byte> header, std::size_t digits,
                             std::span<const std::span<const std::byte>> parts) {
   Checksum hash;

@@ -88,6 +88,7 @@ Result<void> read_rows(TensorReader& reader, const std::string& name, const Basi
   return {};
 }
 
+/// A fine sky where there are clusters, else rows of constant regions.
 Result<void> read_basis(TensorReader& reader, BasisVolume& volume) {
   if (reader.has("compact.cluster")) {
     volume.partition = volume.partition.with_interpolation(true);
@@ -177,6 +178,7 @@ Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std:
 
 namespace {
 
+/// As much of the file as there is; a signal in between is no end.
 std::size_t read_up_to(int fd, std::span<std::uint8_t> bytes) {
   std::size_t got = 0;
   while (got < bytes.size()) {

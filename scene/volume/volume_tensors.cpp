@@ -51,6 +51,8 @@ bool is_optional_list(const std::vector<T>& list, std::size_t count) {
 
 } // namespace
 
+/// The number of cells is bounded before anything of that size is made: by kMostSkyCells, and with rectangles, whose
+/// map from cells is larger in memory than in the file, by the size of the file.
 Result<SkyPartition> restore_partition(FlatTensors& flat, const std::string& name, std::size_t file_bytes) {
   if (flat.band_cells.size() != flat.band.size())
     return disagree("the sky bands disagree in number");
@@ -84,6 +86,7 @@ Result<void> restore_probes(const FlatTensors& flat, bool is_grid, ProbeSet& pro
   return {};
 }
 
+/// A material takes more memory than its numbers in the file: as many as twice the file holds.
 Result<void> restore_room(const FlatTensors& flat, const std::string& names_json, std::size_t file_bytes, Room& room) {
   const std::size_t triangles = flat.triangle.size(), materials = flat.reflectance.size();
   if (flat.triangle_material.size() != triangles)
@@ -104,6 +107,7 @@ Result<void> restore_room(const FlatTensors& flat, const std::string& names_json
   return {};
 }
 
+/// Corners follow each other, corner_count[i] of them for aperture i.
 Result<void> restore_apertures(const FlatTensors& flat, std::vector<Aperture>& apertures) {
   const std::size_t count = flat.corner_count.size();
   if (flat.inward.size() != count || flat.aperture_transmittance.size() != count ||
@@ -115,7 +119,9 @@ Result<void> restore_apertures(const FlatTensors& flat, std::vector<Aperture>& a
     if (corners < 3 || static_cast<std::size_t>(corners) > flat.corner.size() - next)
       return disagree("an aperture has too few corners, or more than there are");
     const auto begin = flat.corner.begin() + static_cast<std::ptrdiff_t>(next);
-    apertures.push_back({{begin, begin + corners}, flat.inward[i], flat.aperture_transmittance[i],
+    apertures.push_back({{begin, begin + corners},
+                         flat.inward[i],
+                         flat.aperture_transmittance[i],
                          flat.aperture_index.empty() ? 0.0f : flat.aperture_index[i]});
     next += static_cast<std::size_t>(corners);
   }

@@ -21,6 +21,7 @@ using detail::FlatTensors;
 using detail::Presence;
 using Shape = std::vector<std::uint64_t>;
 
+/// Indices of refraction are written only where some pane is of clear glass.
 void flatten_room(const BasisVolume& volume, FlatTensors& flat) {
   const bool clear_glass =
       std::ranges::any_of(volume.apertures, [](const Aperture& a) { return a.refractive_index > 0.0f; });
@@ -68,7 +69,7 @@ struct StoredRows {
   std::vector<float> scale;
 };
 
-/// Each row scaled so that its largest number is 1.
+/// scale[r] = max |basis[r]|, half[r] = basis[r] / scale[r]: rounding errs by at most 2^-12 of the largest number.
 StoredRows stored_rows(const BasisVolume& volume, const std::vector<float>& basis, BasisPrecision precision) {
   const std::size_t rows = volume.stored_region.size(), floats = volume.row_floats();
   StoredRows stored{{}, std::vector<float>(rows, 1.0f)};
@@ -118,6 +119,7 @@ public:
   std::vector<detail::TensorToWrite> tensors;
 };
 
+/// What a reader needs beside the tensors, text for people, and where the volume comes from.
 std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
   nlohmann::json names = nlohmann::json::array();
   for (const Material& m : volume.room.materials)

@@ -1,4 +1,4 @@
-// Included by kernels_*.cpp inside an anonymous namespace, after vector.h. Direct Fourier sums for directions that do
+// Included by kernels.cpp inside an anonymous namespace, after vector.h. Direct Fourier sums for directions that do
 // not lie on regular rings: lane k holds a direction of the ring in lane k.
 
 template <int Channels>

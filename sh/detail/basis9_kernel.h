@@ -1,4 +1,4 @@
-// Included by kernels_*.cpp inside an anonymous namespace, after vector.h. Bands 0..2 of many directions. The output is
+// Included by kernels.cpp inside an anonymous namespace, after vector.h. Bands 0..2 of many directions. The output is
 // three times the input, so the loop lives on store bandwidth: whole vectors are written past the caches.
 
 template <class T>
@@ -12,32 +12,13 @@ struct Wide<double> {
   typedef double Type __attribute__((vector_size(kLanes * 8)));
 };
 
-inline void stream(float* p, Wide<float>::Type v) {
-#if DAYLIT_SH_LANES == 8
-  _mm512_stream_ps(p, v);
-#elif DAYLIT_SH_LANES == 4
-  _mm256_stream_ps(p, v);
-#elif defined(__SSE2__)
-  _mm_stream_ps(p, v);
+template <class T>
+inline void stream(T* p, typename Wide<T>::Type v) {
+#if HWY_MAX_BYTES >= 32
+  const hwy::HWY_NAMESPACE::ScalableTag<T> lanes;
+  hwy::HWY_NAMESPACE::Stream(hwy::HWY_NAMESPACE::LoadU(lanes, reinterpret_cast<const T*>(&v)), lanes, p);
 #else
   __builtin_memcpy(p, &v, sizeof v);
-#endif
-}
-inline void stream(double* p, Wide<double>::Type v) {
-#if DAYLIT_SH_LANES == 8
-  _mm512_stream_pd(p, v);
-#elif DAYLIT_SH_LANES == 4
-  _mm256_stream_pd(p, v);
-#elif defined(__SSE2__)
-  _mm_stream_pd(p, v);
-#else
-  __builtin_memcpy(p, &v, sizeof v);
-#endif
-}
-
-inline void fence_streams() {
-#if defined(__SSE2__)
-  _mm_sfence();
 #endif
 }
 
@@ -80,7 +61,7 @@ void evaluate9(const DirectionArrays<T>& d, T* out, std::size_t plane_stride) {
     for (std::size_t k = 0; k < 9; ++k)
       stream(out + k * plane_stride + i, y[k]);
   }
-  fence_streams();
+  hwy::FlushStream();
   for (; i < d.count; ++i)
     scalar(i);
 }

@@ -1,4 +1,4 @@
-// Included by kernels_*.cpp inside an anonymous namespace, after vector.h. All harmonics of one vector of directions.
+// Included by kernels.cpp inside an anonymous namespace, after vector.h. All harmonics of one vector of directions.
 
 #include "sh/detail/difference_recurrence.h"
 

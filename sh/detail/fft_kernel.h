@@ -1,4 +1,4 @@
-// Included by kernels_*.cpp inside an anonymous namespace, after vector.h. Fourier transforms of `kLanes` rings side
+// Included by kernels.cpp inside an anonymous namespace, after vector.h. Fourier transforms of `kLanes` rings side
 // by side: every complex number is a pair of vectors, so no pass ever moves data between lanes.
 
 struct Complex {

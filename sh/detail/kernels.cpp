@@ -1,42 +1,74 @@
 #include "sh/detail/kernels.h"
 
+#include <vector>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sh/detail/kernels.cpp"
+#include <hwy/foreach_target.h>
+
+#include <hwy/cache_control.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace daylit::sh::detail::HWY_NAMESPACE {
+namespace {
+#include "sh/detail/vector.h"
+
+#include "sh/detail/azimuth_kernel.h"
+#include "sh/detail/basis9_kernel.h"
+
+#include "sh/detail/basis_kernel.h"
+#include "sh/detail/fft_kernel.h"
+#include "sh/detail/legendre_kernel.h"
+
+#include "sh/detail/rotation_kernel.h"
+} // namespace
+
+const Kernels* kernel_set() {
+  static const Kernels set = {kLanes == 8 ? "avx512" : (kLanes == 4 ? "avx2" : "baseline"),
+                              kLanes,
+                              start_order,
+                              synthesise_order,
+                              analyse_order,
+                              load_rows<double>,
+                              load_rows<float>,
+                              store_rows<double>,
+                              store_rows<float>,
+                              fft<true>,
+                              fft<false>,
+                              split_real,
+                              merge_real,
+                              turn_bins,
+                              max_abs<double>,
+                              max_abs<float>,
+                              evaluate9<float>,
+                              evaluate9<double>,
+                              evaluate_order_batch<float>,
+                              evaluate_order_batch<double>,
+                              add_band_values,
+                              rotate_columns,
+                              sum_orders,
+                              add_orders};
+  return &set;
+}
+
+} // namespace daylit::sh::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace daylit::sh::detail {
 
-extern const Kernels kKernelsBaseline;
-#if defined(__x86_64__)
-extern const Kernels kKernelsAvx2;
-extern const Kernels kKernelsAvx512;
-#endif
-
-const Kernels* const* all_kernels(int* count) {
-  struct Available {
-    const Kernels* sets[3] = {&kKernelsBaseline, nullptr, nullptr};
-    int count = 1;
-    Available() {
-#if defined(__x86_64__)
-      __builtin_cpu_init();
-      const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
-      if (avx2)
-        sets[count++] = &kKernelsAvx2;
-      if (avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-          __builtin_cpu_supports("avx512vl"))
-        sets[count++] = &kKernelsAvx512;
-#endif
-    }
-  };
-  static const Available available;
-  *count = available.count;
-  return available.sets;
-}
+HWY_EXPORT(kernel_set);
 
 namespace {
 
+const Kernels* set_of_processor() {
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  return HWY_DYNAMIC_DISPATCH(kernel_set)();
+}
+
 const Kernels*& selected() {
-  static const Kernels* set = [] {
-    int count = 0;
-    const Kernels* const* sets = all_kernels(&count);
-    return sets[count - 1];
-  }();
+  static const Kernels* set = set_of_processor();
   return set;
 }
 
@@ -45,4 +77,16 @@ const Kernels*& selected() {
 const Kernels& kernels() { return *selected(); }
 void select_kernels(const Kernels& set) { selected() = &set; }
 
+std::vector<const Kernels*> all_kernels() {
+  std::vector<const Kernels*> sets;
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) { // best first
+    hwy::SetSupportedTargetsForTest(target);
+    sets.insert(sets.begin(), set_of_processor());
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  return sets;
+}
+
 } // namespace daylit::sh::detail
+#endif

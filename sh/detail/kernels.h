@@ -1,9 +1,10 @@
 #pragma once
 
-// The inner loops, compiled once per instruction set (kernels_*.cpp) and chosen at run time by kernels().
+// The inner loops, compiled once per instruction set by Highway (kernels.cpp) and chosen at run time by kernels().
 // A vector holds `lanes` rings (or directions) side by side. Pointers to vectors are aligned to kAlignment bytes.
 
 #include <cstddef>
+#include <vector>
 
 namespace daylit::sh::detail {
 
@@ -71,7 +72,7 @@ struct DirectionArrays {
 };
 
 /// Directions of a batch: mu, sine, hemisphere, cos phi, sin phi, then the state that moves from order to order
-/// (sh/sh/detail/difference_recurrence.h). Arrays are padded to kMaxBatchWidth.
+/// (sh/detail/difference_recurrence.h). Arrays are padded to kMaxBatchWidth.
 inline constexpr std::size_t kMaxBatchWidth = 16;
 template <class T>
 struct BatchState {
@@ -163,7 +164,7 @@ const Kernels& kernels();
 /// objects made before keep their set.
 void select_kernels(const Kernels& set);
 
-/// All sets that this processor runs, narrowest first; the tests compare them. `count` receives how many.
-const Kernels* const* all_kernels(int* count);
+/// All sets that this processor runs, narrowest first; the tests compare them. Not while another thread is at work.
+std::vector<const Kernels*> all_kernels();
 
 } // namespace daylit::sh::detail

@@ -1,4 +1,4 @@
-// Included by kernels_*.cpp inside an anonymous namespace, after vector.h. Legendre sums of one order for a block of
+// Included by kernels.cpp inside an anonymous namespace, after vector.h. Legendre sums of one order for a block of
 // ring pairs. Index i counts degrees from m: even i is symmetric in x, odd i antisymmetric, so the sums over even and
 // odd degrees give the northern ring as their sum and the southern one as their difference.
 

@@ -1,4 +1,4 @@
-// Included by kernels_*.cpp inside an anonymous namespace, after vector.h and legendre_kernel.h.
+// Included by kernels.cpp inside an anonymous namespace, after vector.h and legendre_kernel.h.
 
 /// d^l_{n,m}(pi/2), l = n .. degree, for one row n and a vector of columns m <= n, applied to both sides of the
 /// symmetric pair of rows (see sh/rotation.cpp for the arrays).

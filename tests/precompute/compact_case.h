@@ -79,7 +79,7 @@ inline Case make_case(int side, std::size_t elements_of_patch = 1) {
     c.light.source.push_back(static_cast<std::uint32_t>(e));
     c.light.reflectance.push_back(kReflectance);
     c.light.cluster.push_back(c.light.parent[e]);
-    c.light.share.push_back(c.light.element_fraction[e]);
+    c.light.cluster_fraction.push_back(c.light.element_fraction[e]);
     rows.push_back(std::move(row));
   }
   detail::sharpen_nodes(c.partition, rows);

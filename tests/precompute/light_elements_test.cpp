@@ -1,4 +1,4 @@
-// Patches cut into leaves: nothing is lost, and from afar a patch counts as one.
+// Patches cut into elements: nothing is lost, and from afar a patch counts as one.
 
 #include <numeric>
 
@@ -17,7 +17,7 @@ const Progress kQuiet = [](const std::string&, double) { return true; };
 
 struct Cut {
   Problem problem;
-  LightElements leaves;
+  LightElements elements;
 };
 
 Cut cut_room(const Room& room, std::size_t count) {
@@ -27,8 +27,8 @@ Cut cut_room(const Room& room, std::size_t count) {
   BakeReport report;
   StageClock clock(report);
   Cut cut{*set_up(room, options, report, clock), {}};
-  cut.leaves = *LightElements::make(cut.problem.mesh, cut.problem.patches, cut.problem.apertures.list,
-                                  cut.problem.room_scene, count);
+  cut.elements = *LightElements::make(cut.problem.mesh, cut.problem.patches, cut.problem.apertures.list,
+                                      cut.problem.room_scene, count);
   return cut;
 }
 
@@ -41,14 +41,14 @@ Cut cut_room(std::size_t count) {
 TEST(LightElements, cover_their_patches_once) {
   const Cut cut = cut_room(1200);
   const auto& patches = cut.problem.patches.patches;
-  EXPECT_NEAR(static_cast<double>(cut.leaves.mesh.facets.size()), 1200, 4);
+  EXPECT_NEAR(static_cast<double>(cut.elements.mesh.facets.size()), 1200, 4);
   std::vector<double> area(patches.size(), 0.0), share(patches.size(), 0.0);
-  for (std::size_t i = 0; i < cut.leaves.parent.size(); ++i) {
-    const radiosity::Patch& leaf = cut.leaves.patches.patches[i];
-    area[cut.leaves.parent[i]] += leaf.area_m2;
-    share[cut.leaves.parent[i]] += static_cast<double>(cut.leaves.share[i]);
-    EXPECT_EQ(leaf.normal, patches[cut.leaves.parent[i]].normal);
-    EXPECT_TRUE(i == 0 || cut.leaves.parent[i] - cut.leaves.parent[i - 1] <= 1);
+  for (std::size_t i = 0; i < cut.elements.parent.size(); ++i) {
+    const radiosity::Patch& element = cut.elements.patches.patches[i];
+    area[cut.elements.parent[i]] += element.area_m2;
+    share[cut.elements.parent[i]] += static_cast<double>(cut.elements.fraction[i]);
+    EXPECT_EQ(element.normal, patches[cut.elements.parent[i]].normal);
+    EXPECT_TRUE(i == 0 || cut.elements.parent[i] - cut.elements.parent[i - 1] <= 1);
   }
   for (std::size_t e = 0; e < patches.size(); ++e) {
     EXPECT_NEAR(area[e], patches[e].area_m2, 1e-9);
@@ -62,12 +62,12 @@ TEST(LightElements, are_smaller_where_an_aperture_is_in_sight) {
   const Cut cut = cut_room(room, 1600);
   const double origin_y = cut.problem.mesh.origin.y;
   double area_m2[2] = {}, count[2] = {}; // of the floor, behind the wall and before it
-  for (const radiosity::Patch& leaf : cut.leaves.patches.patches) {
-    const glm::dvec3 middle = (leaf.corner[0] + leaf.corner[1] + leaf.corner[2]) / 3.0;
+  for (const radiosity::Patch& element : cut.elements.patches.patches) {
+    const glm::dvec3 middle = (element.corner[0] + element.corner[1] + element.corner[2]) / 3.0;
     const bool before = middle.y + origin_y < 2.5;
-    if (leaf.normal.z < 0.9 || (!before && middle.x + cut.problem.mesh.origin.x > 2.0))
+    if (element.normal.z < 0.9 || (!before && middle.x + cut.problem.mesh.origin.x > 2.0))
       continue; // through the passage some of the window is seen
-    area_m2[before] += leaf.area_m2;
+    area_m2[before] += element.area_m2;
     ++count[before];
   }
   ASSERT_GT(count[0], 5);
@@ -76,21 +76,21 @@ TEST(LightElements, are_smaller_where_an_aperture_is_in_sight) {
 
 TEST(LightElements, are_the_patches_where_none_are_asked_for) {
   const Cut cut = cut_room(0);
-  ASSERT_EQ(cut.leaves.patches.patches.size(), cut.problem.patches.patches.size());
-  for (std::size_t e = 0; e < cut.leaves.parent.size(); ++e)
-    EXPECT_EQ(cut.leaves.patches.patches[e].corner, cut.problem.patches.patches[e].corner);
+  ASSERT_EQ(cut.elements.patches.patches.size(), cut.problem.patches.patches.size());
+  for (std::size_t e = 0; e < cut.elements.parent.size(); ++e)
+    EXPECT_EQ(cut.elements.patches.patches[e].corner, cut.problem.patches.patches[e].corner);
 }
 
 TEST(LightElements, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_rays) {
   const Cut cut = cut_room(1200);
   const std::vector<glm::dvec3> points{{0.3, 0.2, -1.2}};
   const auto hits = [&](std::span<const std::uint32_t> group) {
-    return *radiosity::gather_hits(points, cut.leaves.patches, cut.leaves.mesh, cut.leaves.rays,
+    return *radiosity::gather_hits(points, cut.elements.patches, cut.elements.mesh, cut.elements.rays,
                                    {.rays = 2048, .group = group}, kQuiet);
   };
-  const radiosity::GatherHits plain = hits({}), grouped = hits(cut.leaves.parent);
-  const std::size_t leaves = cut.leaves.parent.size();
-  std::vector<float> by_rays(9 * leaves), shared(9 * leaves);
+  const radiosity::GatherHits plain = hits({}), grouped = hits(cut.elements.parent);
+  const std::size_t elements = cut.elements.parent.size();
+  std::vector<float> by_rays(9 * elements), shared(9 * elements);
   plain.weights(0, by_rays.data());
   grouped.weights(0, shared.data());
   std::vector<std::uint8_t> distinguished(cut.problem.patches.patches.size(), 0);
@@ -98,23 +98,24 @@ TEST(LightElements, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_r
   EXPECT_GT(std::accumulate(distinguished.begin(), distinguished.end(), 0), 10);
   EXPECT_LT(std::accumulate(distinguished.begin(), distinguished.end(), 0), static_cast<int>(distinguished.size()) / 2);
   std::vector<double> of_patch(distinguished.size(), 0.0);
-  for (std::size_t i = 0; i < leaves; ++i)
-    of_patch[cut.leaves.parent[i]] += static_cast<double>(by_rays[i]);
-  for (std::size_t i = 0; i < leaves; ++i) {
-    const std::uint32_t parent = cut.leaves.parent[i];
-    const double expected = distinguished[parent] != 0 ? static_cast<double>(by_rays[i])
-                                                    : static_cast<double>(cut.leaves.share[i]) * of_patch[parent];
+  for (std::size_t i = 0; i < elements; ++i)
+    of_patch[cut.elements.parent[i]] += static_cast<double>(by_rays[i]);
+  for (std::size_t i = 0; i < elements; ++i) {
+    const std::uint32_t parent = cut.elements.parent[i];
+    const double expected = distinguished[parent] != 0
+                                ? static_cast<double>(by_rays[i])
+                                : static_cast<double>(cut.elements.fraction[i]) * of_patch[parent];
     EXPECT_NEAR(static_cast<double>(shared[i]), expected, 1e-6);
   }
-  // Weights of pieces are sums of those of their leaves.
+  // Weights of parts are sums of those of their elements.
   std::vector<std::uint32_t> end;
-  for (std::size_t i = 0; i < leaves; ++i)
-    if (i + 1 == leaves || cut.leaves.parent[i + 1] != cut.leaves.parent[i])
+  for (std::size_t i = 0; i < elements; ++i)
+    if (i + 1 == elements || cut.elements.parent[i + 1] != cut.elements.parent[i])
       end.push_back(static_cast<std::uint32_t>(i + 1));
-  std::vector<float> pieces(9 * end.size());
-  grouped.weights(0, end, pieces.data());
+  std::vector<float> parts(9 * end.size());
+  grouped.weights(0, end, parts.data());
   for (std::size_t e = 0; e < end.size(); ++e)
-    EXPECT_NEAR(static_cast<double>(pieces[e]), of_patch[e], 1e-5);
+    EXPECT_NEAR(static_cast<double>(parts[e]), of_patch[e], 1e-5);
 }
 
 } // namespace

@@ -134,10 +134,10 @@ TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_better_on_an_uneven_grid_
   double with = 0, without = 0;
   const ProbePlanes planes(grid);
   for (double x = 0.005; x < 9; x += 0.01) {
-    const GridPlace at = planes.place({x, 0, 0});
+    const GridPosition at = planes.locate({x, 0, 0});
     const auto i = static_cast<std::size_t>(at.cell.x);
     const auto error = [&](const std::vector<float>& v) {
-      return std::lerp(double(v[i]), double(v[i + 1]), at.share.x) - x * x;
+      return std::lerp(double(v[i]), double(v[i + 1]), at.fraction.x) - x * x;
     };
     with += error(fitted) * error(fitted);
     without += error(sampled) * error(sampled);

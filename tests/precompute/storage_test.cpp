@@ -10,7 +10,7 @@
 namespace daylit::precompute::detail {
 namespace {
 
-double bytes_of(const Component& c, Stored s) { return static_cast<double>(s) * static_cast<double>(c.numbers); }
+double bytes_of(const Component& c, Stored s) { return static_cast<double>(s) * static_cast<double>(c.size); }
 double error2_of(const Component& c, Stored s) {
   return s == Stored::nothing ? c.power : s == Stored::weak ? c.weak_error2 : 0.0;
 }

@@ -260,12 +260,12 @@ TEST(PairKernel, nine_points_follow_the_contour_integral_where_they_are_trusted)
         continue;
       ++far;
       const double error = static_cast<double>(exchange[j]) / exact - 1.0;
-      ASSERT_LT(std::abs(error), 3e-3) << i << ' ' << j;
+      ASSERT_LT(std::abs(error), 2e-3) << i << ' ' << j;
       squares += error * error;
     }
   }
   EXPECT_GT(far, n);
-  EXPECT_LT(std::sqrt(squares / static_cast<double>(far)), 1.5e-4);
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(far)), 1.4e-4); // measured 1.1e-4, the largest error 1.6e-3
 }
 
 TEST(LowRank, cross_approximation_is_within_its_tolerance_of_the_kernel) {

@@ -153,8 +153,7 @@ TEST(Band4, nine_coefficients_keep_every_bit_and_are_read_alone) {
 TEST(Band4, combiner_gives_the_field_of_the_plain_combination) {
   for (const BasisVolume& plain : {test::plain_volume(), test::compact_volume(1)}) {
     const BasisVolume volume = test::with_band4(plain);
-    VolumeCombiner exact = VolumeCombiner::make(volume, ShOrder::fourth),
-                   nine = VolumeCombiner::make(volume);
+    VolumeCombiner exact = VolumeCombiner::make(volume, ShOrder::fourth), nine = VolumeCombiner::make(volume);
     std::vector<Rgb> radiance = sky_of(volume);
     for (const float brighter : {1.0f, 3.0f}) { // linear in the sky, by steps too
       radiance[2] *= brighter;

@@ -16,10 +16,9 @@ inline std::vector<glm::dvec3> plain_irradiance(const FirstLight& light, std::sp
   std::vector<glm::dvec3> irradiance(light.sources(), glm::dvec3(0.0));
   for (std::size_t s = 0; s < irradiance.size(); ++s)
     for (int c = 0; c < 3; ++c)
-      for_each_weight(light, (light.colours == 3 ? static_cast<std::size_t>(c) * light.sources() : 0) + s,
-                      [&](std::size_t node, float weight) {
-                        irradiance[s][c] += double(weight) * double(radiance[node][c]);
-                      });
+      for_each_weight(
+          light, (light.colours == 3 ? static_cast<std::size_t>(c) * light.sources() : 0) + s,
+          [&](std::size_t node, float weight) { irradiance[s][c] += double(weight) * double(radiance[node][c]); });
   return irradiance;
 }
 

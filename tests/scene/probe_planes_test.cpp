@@ -46,7 +46,7 @@ TEST(ProbePlanes, point_stands_between_the_planes_that_a_search_one_by_one_finds
                                                        planes.along(1)[static_cast<std::size_t>(i + 2)],
                                                        planes.along(2)[static_cast<std::size_t>(i)]));
   for (const glm::dvec3& p : points) {
-    const GridPlace at = planes.place(p);
+    const GridPosition at = planes.locate(p);
     for (int k = 0; k < 3; ++k) {
       const std::vector<double>& c = planes.along(k);
       const double x = p[k] - volume.probes.origin[k];
@@ -55,7 +55,7 @@ TEST(ProbePlanes, point_stands_between_the_planes_that_a_search_one_by_one_finds
         ++cell;
       const double low = c[static_cast<std::size_t>(cell)], high = c[static_cast<std::size_t>(cell) + 1];
       ASSERT_EQ(at.cell[k], cell);
-      ASSERT_EQ(at.share[k], (std::min(std::max(x, c.front()), c.back()) - low) / (high - low));
+      ASSERT_EQ(at.fraction[k], (std::min(std::max(x, c.front()), c.back()) - low) / (high - low));
     }
   }
 }

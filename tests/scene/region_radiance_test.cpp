@@ -93,14 +93,15 @@ TEST(RegionRadiance, equirect_agrees_with_brute_force_sampling) {
   const SkyImage sky = make_sky(noise(30, 15), EquirectProjection{0.4});
   for (const SkyPartition& partition : {SkyPartition::tregenza(), test::rectangles()}) {
     const std::vector<Rgb> mean = region_radiance(sky, partition);
-    constexpr int kSide = 200;
+    constexpr int kSide = 400;
     for (int r = 0; r < partition.size(); r += partition.size() < 13 ? 1 : 13) {
       double sum = 0;
       for (int i = 0; i < kSide; ++i)
         for (int j = 0; j < kSide; ++j)
           sum += double(sky.radiance(partition.sample(r, (i + 0.5) / kSide, (j + 0.5) / kSide)).g);
-      EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 1e-2)
-          << r; // noise of the sampling at pixel edges
+      EXPECT_NEAR(double(mean[static_cast<std::size_t>(r)].g), sum / (kSide * kSide), 3.5e-3)
+          << r; // what the samples miss at the edges of pixels: measured 2.6e-3, and twice that with half as many a
+                // side
     }
   }
 }
@@ -223,7 +224,7 @@ TEST(RegionRadiance, spans_of_pixels_give_the_sums_of_single_pixels) {
   }
   EXPECT_GT(whole, 500);
   EXPECT_GT(most, 50.0);  // the sun is in one of them
-  EXPECT_LT(error, 3e-4); // weights are rounded to 1/65535 of a pixel; the sun's share of a node may be small
+  EXPECT_LT(error, 1e-5); // sums of floats
 }
 
 TEST(RegionRadiance, a_sun_alone_is_shared_by_its_four_nodes) {
@@ -248,6 +249,8 @@ TEST(RegionRadiance, a_sun_alone_is_shared_by_its_four_nodes) {
       for (const RegionWeight& w : nodes.interpolation(*to_sun))
         expected[static_cast<std::size_t>(w.region)] += w.weight;
       for (std::size_t n = 0; n < mean.size(); ++n) {
+        if (sums.covered_fraction(static_cast<int>(n)) < 1) // takes the fill too
+          continue;
         const double flux = double(mean[n].g) * nodes.solid_angle_sr(static_cast<int>(n));
         ASSERT_NEAR(flux / (1e9 * double(geometry->solid_angle_sr()[texel])), expected[n], 1e-6)
             << count << " nodes, texel " << texel;

@@ -33,8 +33,8 @@ std::vector<T> random_numbers(std::size_t count) {
   std::vector<T> list(count);
   for (T& x : list)
     if constexpr (std::is_integral_v<T>)
-      x = static_cast<T>(std::uniform_int_distribution<int>(std::numeric_limits<T>::min(),
-                                                            std::numeric_limits<T>::max())(random));
+      x = static_cast<T>(
+          std::uniform_int_distribution<int>(std::numeric_limits<T>::min(), std::numeric_limits<T>::max())(random));
     else
       x = std::uniform_real_distribution<T>(-1, 1)(random);
   return list;
@@ -118,7 +118,8 @@ TEST(BlockRow, product_with_the_sky_is_that_of_the_scalar_twin) {
       for (std::size_t c = 0; c < 3; ++c) {
         double exact = 0, size = 0;
         for (std::size_t k = 0; k < 8 * count; ++k) {
-          const double x = double(imath_half_to_float(weight[k])) * double(radiance[24u * block[k / 8] + 8 * c + k % 8]);
+          const double x =
+              double(imath_half_to_float(weight[k])) * double(radiance[24u * block[k / 8] + 8 * c + k % 8]);
           exact += x;
           size += std::abs(x);
         }

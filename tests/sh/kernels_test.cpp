@@ -49,13 +49,12 @@ void clear_padding(LegendreEngine& engine, const Amplitudes& a, int channels) {
 }
 
 TEST(Kernels, all_instruction_sets_agree_on_legendre_sums) {
-  int sets = 0;
-  const Kernels* const* all = all_kernels(&sets);
+  const std::vector<const Kernels*> all = all_kernels();
   constexpr int kDegree = 150;
   for (const int channels : {1, 3}) {
     const auto c = test::random_numbers(151 * 151 * std::size_t(channels), 81);
     std::vector<double> first, first_sums;
-    for (int i = 0; i < sets; ++i) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
       LegendreEngine engine(some_pairs(), kDegree, std::size_t(1) << 30, *all[i]);
       engine.set_coefficients(c.data(), channels, channels, 1.0);
       const auto a = engine.amplitudes(0, channels);
@@ -76,9 +75,8 @@ TEST(Kernels, all_instruction_sets_agree_on_legendre_sums) {
 }
 
 TEST(Kernels, fourier_transforms_equal_the_direct_sum_in_every_instruction_set) {
-  int sets = 0;
-  const Kernels* const* all = all_kernels(&sets);
-  for (int i = 0; i < sets; ++i)
+  const std::vector<const Kernels*> all = all_kernels();
+  for (std::size_t i = 0; i < all.size(); ++i)
     for (const int samples : {1, 2, 3, 4, 5, 6, 8, 9, 10, 14, 15, 16, 22, 32, 48, 49, 64, 77, 120, 128}) {
       const FftPlan plan(samples);
       const std::size_t n = std::size_t(plan.complex_length()), lanes = std::size_t(all[i]->lanes);
@@ -142,22 +140,20 @@ std::vector<double> public_results() {
 }
 
 TEST(Kernels, every_public_function_gives_the_same_numbers_with_every_instruction_set) {
-  int sets = 0;
-  const Kernels* const* all = all_kernels(&sets);
+  const std::vector<const Kernels*> all = all_kernels();
   select_kernels(*all[0]);
   const auto first = public_results();
-  for (int i = 1; i < sets; ++i) {
+  for (std::size_t i = 1; i < all.size(); ++i) {
     select_kernels(*all[i]);
     EXPECT_EQ(instruction_set(), all[i]->name);
     EXPECT_LT(test::max_difference(first, public_results()), 1e-10) << all[i]->name;
   }
-  select_kernels(*all[sets - 1]);
+  select_kernels(*all.back());
 }
 
 TEST(Kernels, largest_magnitude_sees_every_element_and_every_nan) {
-  int sets = 0;
-  const Kernels* const* all = all_kernels(&sets);
-  for (int i = 0; i < sets; ++i)
+  const std::vector<const Kernels*> all = all_kernels();
+  for (std::size_t i = 0; i < all.size(); ++i)
     for (std::size_t at = 0; at < 37; ++at) {
       std::vector<double> v(37, 0.5);
       v[at] = -3.0;

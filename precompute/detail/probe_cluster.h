@@ -1,0 +1,61 @@
+#pragma once
+
+// A cluster of neighbouring probes on its way to a product of two factors.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "precompute/compact_sky.h"
+#include "precompute/detail/band4.h"
+#include "precompute/detail/factors.h"
+#include "precompute/detail/seen_parts.h"
+#include "precompute/detail/sun_metric.h"
+#include "precompute/detail/surface_transport.h"
+
+namespace daylit::precompute::detail {
+
+constexpr std::size_t kProjections = 16; ///< random signs that measure norms
+
+/// The metric of suns with what is drawn from it.
+struct Measure {
+  const SunColumns& columns;
+  const std::vector<float>& weight; ///< of a sun at each column
+  const SunMetric& metric;
+
+  /// Irradiance of the sources under random suns, in units of each source's own, [source][count].
+  std::vector<float> suns(std::size_t count) const;
+};
+
+/// Ids of points, and what the stages leave behind. Gather rows [coefficient][part] are basis times coordinates:
+/// neighbouring probes see the same room.
+struct ProbeCluster {
+  std::uint64_t id = 0;
+  std::vector<std::uint32_t> point;
+  SeenParts seen;
+  Basis basis;                    ///< [coefficient][rank]
+  std::vector<float> coordinates; ///< [rank][part]
+  std::vector<float> projected;   ///< [projection][lit part]: random signs times the transport
+  SunMetric own;                  ///< units of the lit parts, of which the factors know
+  Factors factors;
+  double unseen = 0; ///< squared error of what the sketches missed
+  Band4 band4;
+
+  std::size_t coefficients() const { return point.size() * 9; } ///< of one channel
+
+  /// Norms under random signs, and the few combinations of the gather rows that differ under suns. `radiosity`: of the
+  /// room under random suns of random colour, [element][columns]. `error`: relative, asked of the basis.
+  void reduce(const SurfaceLight& light, const SurfaceTransport& surfaces, const GatherRows& gather,
+              const std::vector<float>& radiosity, double error);
+  /// `first`: suns [source][width] of the first sketch; `limit`: of the squared error that the sketch may miss.
+  void factorise(const SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,
+                 double limit);
+  /// What the factors, as they are stored, leave of the projected transport, [projection][source].
+  std::vector<float> missed() const;
+
+private:
+  std::vector<float> signs() const;
+  void project(const SurfaceTransport& surfaces, const std::vector<float>& rows);
+};
+
+} // namespace daylit::precompute::detail
