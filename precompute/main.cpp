@@ -38,7 +38,7 @@ Result<glm::ivec3> parse_grid(const std::string& text) {
   return n;
 }
 
-/// "2", "2%" or "2 %" as a share. What is no number is refused here; what cannot be reached, by the plan.
+/// "2", "2%" or "2 %" as a fraction. What is no number is refused here; what cannot be reached, by the plan.
 Result<double> parse_percent(const std::string& text) {
   double value = 0;
   int end = 0;
@@ -95,7 +95,7 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   return request;
 }
 
-/// Nothing is left to plan: facets, probes and sky are all given, and no error is asked for.
+/// Nothing is left to plan: facets, probes and sky are all given, and no error is wanted.
 bool all_given(const Arguments& a) {
   return a.max_error.empty() && a.density != "graded" && (a.facets > 0 || a.patch_size_m > 0) &&
          (!a.grid.empty() || a.spacing_m > 0 || !a.points.empty()) && !a.regions.empty();
@@ -226,9 +226,10 @@ int main(int argc, char** argv) {
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
   density->excludes(points);
-  auto* patch_size = app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: planned)")
-                         ->check(CLI::PositiveNumber);
-  app.add_option("--patches", a.facets, "about this many facets; models of many small faces get more")
+  auto* patch_size =
+      app.add_option("--patch-size", a.patch_size_m, "longest edge of the mesh, metres (default: planned)")
+          ->check(CLI::PositiveNumber);
+  app.add_option("--patches", a.facets, "about this many facets in the mesh; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);
   auto* max_error = app.add_option("--max-error", a.max_error,

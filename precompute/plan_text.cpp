@@ -49,7 +49,7 @@ std::string to_text(const Plan& plan, const Measured& m) {
     text += format("; under a small sun %.1f %%", 100 * m.sun);
   text += "\n";
   if (m.total > plan.max_error)
-    text += format("warning    the measured error is above the %.3g %% that were asked for\n", 100 * plan.max_error);
+    text += format("warning    the measured error is above the %.3g %% that were wanted\n", 100 * plan.max_error);
   if (m.sun > 2 * plan.max_error)
     text += format("note       under a small sun the error is above twice that\n");
   return text;

@@ -22,7 +22,7 @@ ClusterTree patch_tree(const PatchSet& set, const SurfaceMesh& mesh) {
   return ClusterTree(items, set.patches.size() < kManyPatches ? kSmallLeaf : kLeaf);
 }
 
-/// Which tree positions reflect nothing; empty when that does not matter.
+/// Which tree positions have patches that reflect nothing; empty when that does not matter.
 std::vector<bool> black_positions(const PatchSet& set, const ClusterTree& tree, const ExchangeOptions& options) {
   std::vector<bool> black;
   for (const std::uint32_t patch : tree.order())

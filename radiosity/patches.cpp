@@ -292,6 +292,7 @@ void follow_receivers(SideSearch& search, std::span<const glm::dvec3> receivers)
 
 } // namespace
 
+/// A side is a patch when light reaches it and, if receivers are given, it reaches a receiver.
 PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
                       const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers) {
   SideSearch light(mesh, scene), receiving(mesh, scene);

@@ -22,6 +22,7 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
 
 } // namespace
 
+/// Scenes, openings, probes, mesh and patches, in the order in which each needs the one before.
 Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport& report, StageClock& clock) {
   Problem p;
   Result<RayScene> room_scene = RayScene::build(room);
@@ -73,7 +74,7 @@ ProbePoints::ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) 
       if (added)
         at.push_back(probes.origin + glm::dvec3(p) - mesh_origin);
       probe.push_back(i);
-      place.push_back(found->second);
+      position.push_back(found->second);
     }
 }
 
@@ -82,7 +83,7 @@ std::vector<float> ProbePoints::spread(std::vector<float> rows) const {
     return rows;
   const std::size_t width = rows.size() / at.size();
   std::vector<float> all;
-  for (const std::size_t p : place)
+  for (const std::size_t p : position)
     all.insert(all.end(), rows.begin() + static_cast<std::ptrdiff_t>(p * width),
                rows.begin() + static_cast<std::ptrdiff_t>((p + 1) * width));
   return all;

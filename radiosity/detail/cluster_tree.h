@@ -21,7 +21,7 @@ double diameter(const Box& box);
 struct ClusterItem {
   std::span<const glm::dvec3> corner; ///< metres, one frame for all; must outlive the construction of the tree
   glm::dvec3 normal{0.0};             ///< unit
-  std::uint32_t plane = 0;            ///< items of one number lie in one plane and look the same way
+  std::uint32_t plane = 0;            ///< items of one id lie in one plane and look the same way
 };
 
 struct ItemPlane {

@@ -23,6 +23,8 @@ public:
                            options.black.begin() + c.last);
   }
 
+  /// Block cluster tree of a hierarchical matrix (Hackbusch 2015): nothing where two clusters cannot see each other,
+  /// a product where the kernel between them is smooth, dense between leaves, else the children.
   ExchangePlan plan(std::int32_t a, std::int32_t b, bool clear) const {
     const Cluster &ca = tree_[a], &cb = tree_[b];
     if (cannot_see(ca, cb))
@@ -36,10 +38,10 @@ public:
                             join({{{ca.child[0], ca.child[0]}, {ca.child[0], ca.child[1]}, {ca.child[1], ca.child[1]}}},
                                  ca.size(), false));
     if (!clear) {
-      const Sight sight = visibility_.sight(tree_, ca, cb);
-      if (sight == Sight::hidden)
+      const Visibility seen = visibility_.between_clusters(tree_, ca, cb);
+      if (seen == Visibility::hidden)
         return {};
-      clear = sight == Sight::clear;
+      clear = seen == Visibility::clear;
     }
     if (clear && smooth(ca, cb))
       return low_rank(a, b);
@@ -54,7 +56,7 @@ private:
   bool cannot_see(const Cluster& a, const Cluster& b) const {
     return (a.plane >= 0 && a.plane == b.plane) || visibility_.behind(tree_, a, b) || visibility_.behind(tree_, b, a);
   }
-  /// Neither horizon nor touching edges disturb the kernel between the two.
+  /// Admissible: distance >= separation * larger diameter, and neither horizon nor touching edges disturb the kernel.
   bool smooth(const Cluster& a, const Cluster& b) const {
     return std::min(a.size(), b.size()) >= options_.min_size &&
            distance(a.box, b.box) >= options_.separation * std::max(diameter(a.box), diameter(b.box)) &&

@@ -130,15 +130,15 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
       for (const Cluster& b : tree.clusters()) {
         if (!a.leaf() || !b.leaf() || &a >= &b)
           continue;
-        const Sight sight = visibility.sight(tree, a, b);
+        const Visibility seen = visibility.between_clusters(tree, a, b);
         ++all;
-        clear += sight == Sight::clear;
-        hidden += sight == Sight::hidden;
-        for (std::uint32_t i = a.first; i < a.last && sight != Sight::mixed; ++i)
+        clear += sight == Visibility::clear;
+        hidden += sight == Visibility::hidden;
+        for (std::uint32_t i = a.first; i < a.last && sight != Visibility::mixed; ++i)
           for (std::uint32_t j = b.first; j < b.last; j += 3) {
             const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
             if (face(p, q)) {
-              ASSERT_EQ(f.blocked(p, q, random), sight == Sight::hidden) << i << ' ' << j;
+              ASSERT_EQ(f.blocked(p, q, random), sight == Visibility::hidden) << i << ' ' << j;
             }
           }
       }
@@ -176,7 +176,7 @@ TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
       const bool all_front = visibility.in_front(tree, a, b), all_behind = visibility.behind(tree, a, b);
       front += all_front;
       behind += all_behind;
-      curved_clear += b.leaf() && visibility.sight(tree, a, b) == Sight::clear;
+      curved_clear += b.leaf() && visibility.between_clusters(tree, a, b) == Visibility::clear;
       for (std::uint32_t i = a.first; i < a.last; i += 5)
         for (std::uint32_t j = b.first; j < b.last; j += 7) {
           const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
