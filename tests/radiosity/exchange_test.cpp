@@ -90,7 +90,7 @@ TEST(ClusterTree, every_item_is_in_one_leaf_and_inside_its_clusters) {
           ASSERT_GE(p[axis], c.box.lo[axis]);
           ASSERT_LE(p[axis], c.box.hi[axis]);
         }
-    if (!c.leaf())
+    if (!c.childless())
       continue;
     ++leaves;
     flat += c.plane >= 0;
@@ -128,7 +128,7 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
     std::size_t clear = 0, hidden = 0, all = 0;
     for (const Cluster& a : tree.clusters())
       for (const Cluster& b : tree.clusters()) {
-        if (!a.leaf() || !b.leaf() || &a >= &b)
+        if (!a.childless() || !b.childless() || &a >= &b)
           continue;
         const Visibility seen = visibility.between_clusters(tree, a, b);
         ++all;
@@ -171,12 +171,12 @@ TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
   std::size_t curved_clear = 0, front = 0, behind = 0;
   for (const Cluster& a : tree.clusters())
     for (const Cluster& b : tree.clusters()) {
-      if (a.plane >= 0 || !a.leaf() || !b.leaf() || &a == &b)
+      if (a.plane >= 0 || !a.childless() || !b.childless() || &a == &b)
         continue;
       const bool all_front = visibility.in_front(tree, a, b), all_behind = visibility.behind(tree, a, b);
       front += all_front;
       behind += all_behind;
-      curved_clear += b.leaf() && visibility.between_clusters(tree, a, b) == Visibility::clear;
+      curved_clear += b.childless() && visibility.between_clusters(tree, a, b) == Visibility::clear;
       for (std::uint32_t i = a.first; i < a.last; i += 5)
         for (std::uint32_t j = b.first; j < b.last; j += 7) {
           const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
@@ -214,7 +214,7 @@ TEST(PairShadow, clear_and_hidden_pairs_agree_with_rays) {
     std::mt19937 random(2);
     for (const Cluster& a : tree.clusters())
       for (const Cluster& b : tree.clusters()) {
-        if (!a.leaf() || !b.leaf())
+        if (!a.childless() || !b.childless())
           continue;
         const auto between = visibility.between(tree, a, b, 100);
         PairShadows shadows(arrays, visibility.obstacles(), between.items, shift, b.first, b.last, 2e-5f);
