@@ -44,6 +44,7 @@ private:
   };
   struct Path;
   Vertex vertex_at(const SurfacePoint& point) const;
+  float open_cosine(const Vertex& v, const glm::vec3& direction, Path& path) const;
   Rgb sky_from_openings(const Vertex& v, const glm::vec2& u, Path& path) const;
   Rgb sky_from_spots(const Vertex& v, const glm::vec2& u, Path& path) const;
   Rgb sun(const Vertex& v, const glm::vec2& u, const Vertex* previous, Path& path) const;
