@@ -18,6 +18,7 @@
 #include "radiosity/solve.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/sky/sky_partition.h"
+#include "tests/radiosity/dense_matrix.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -132,13 +133,13 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
           continue;
         const Visibility seen = visibility.between_clusters(tree, a, b);
         ++all;
-        clear += sight == Visibility::clear;
-        hidden += sight == Visibility::hidden;
-        for (std::uint32_t i = a.first; i < a.last && sight != Visibility::mixed; ++i)
+        clear += seen == Visibility::clear;
+        hidden += seen == Visibility::hidden;
+        for (std::uint32_t i = a.first; i < a.last && seen != Visibility::mixed; ++i)
           for (std::uint32_t j = b.first; j < b.last; j += 3) {
             const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
             if (face(p, q)) {
-              ASSERT_EQ(f.blocked(p, q, random), sight == Visibility::hidden) << i << ' ' << j;
+              ASSERT_EQ(f.blocked(p, q, random), seen == Visibility::hidden) << i << ' ' << j;
             }
           }
       }
@@ -321,7 +322,7 @@ TEST(ExchangeMatrix, product_is_that_of_the_entries) {
   const auto m = exchange_areas(f.set, f.mesh, f.room, f.rays, {}, kSilent);
   ASSERT_TRUE(m);
   const std::size_t n = m->size(), w = 3;
-  const std::vector<float> g = m->dense();
+  const std::vector<float> g = dense(*m);
   std::vector<float> x(n * w), y(n * w);
   for (std::size_t k = 0; k < x.size(); ++k)
     x[k] = static_cast<float>(k * 2654435761u % 1000u) * 1e-3f;
