@@ -37,7 +37,7 @@ public:
 private:
   const TraceScene* scene_;
 
-  /// A diffuse scattering point: what leaves is `albedo / pi` times what arrives.
+  /// A diffuse scattering point: the radiance out is `albedo / pi` times the irradiance.
   struct Vertex {
     glm::vec3 position{0.0f}, geometric_normal{0.0f}, normal{0.0f};
     glm::vec3 origin{0.0f}; ///< position moved off the surface: where rays start
