@@ -174,7 +174,8 @@ void print_row(const nlohmann::json& row) {
 
 Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {{"machine", machine()}, {"rows", nlohmann::json::array()}};
-  document["machine"]["clock"] = "wall clock and process CPU time of the bake, pilot included; combine: one thread";
+  document["machine"]["clock"] =
+      "wall clock and process CPU time of the bake, calibration bakes included; combine: one thread";
   document["reference"] = {{"points", a.points}, {"paths_per_point", a.samples}};
   if (a.append && !options.output.empty())
     if (std::ifstream before(options.output); before)

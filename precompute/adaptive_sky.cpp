@@ -28,21 +28,21 @@ struct Cut {
 };
 
 /// A rectangle and the best cut through it.
-struct Piece {
+struct Part {
   SkyRectangle whole;
   Cut best;
   /// A sky that varies slowly differs more between the halves of a large rectangle: its solid angle counts too.
   double urgency() const { return best.gain * whole.bands * whole.cells; }
-  bool operator<(const Piece& other) const { return urgency() < other.urgency(); }
+  bool operator<(const Part& other) const { return urgency() < other.urgency(); }
 };
 
-/// Sums of the responses, so that any cut of a rectangle is judged from the sums of its rows or columns.
+/// Judges cuts of a rectangle of cells by the responses on both sides.
 class Cutter {
 public:
-  Cutter(std::span<const float> response, std::size_t numbers) : response_(response), numbers_(numbers) {}
+  Cutter(std::span<const float> response, std::size_t width) : response_(response), width_(width) {}
 
-  Piece piece(const SkyRectangle& r) const {
-    Piece out{r, {}};
+  Part part(const SkyRectangle& r) const {
+    Part out{r, {}};
     try_cuts(r, true, out.best);
     try_cuts(r, false, out.best);
     return out;
@@ -53,8 +53,8 @@ private:
   void add_line(const SkyRectangle& r, bool rows, int line, std::vector<double>& sum) const {
     for (int k = 0; k < (rows ? r.cells : r.bands); ++k) {
       const int band = r.band + (rows ? line : k), cell = r.cell + (rows ? k : line);
-      const float* from = response_.data() + static_cast<std::size_t>(band * kCells + cell) * numbers_;
-      for (std::size_t i = 0; i < numbers_; ++i)
+      const float* from = response_.data() + static_cast<std::size_t>(band * kCells + cell) * width_;
+      for (std::size_t i = 0; i < width_; ++i)
         sum[i] += static_cast<double>(from[i]);
     }
   }
@@ -62,18 +62,18 @@ private:
   /// The squared difference to the mean falls by n1 n2 / n |mean1 - mean2|^2 when n cells are cut into n1 and n2.
   void try_cuts(const SkyRectangle& r, bool rows, Cut& best) const {
     const int lines = rows ? r.bands : r.cells;
-    std::vector<double> all(numbers_, 0.0), low(numbers_, 0.0);
+    std::vector<double> all(width_, 0.0), low(width_, 0.0);
     for (int line = 0; line < lines; ++line)
       add_line(r, rows, line, all);
     for (int line = 1; line < lines; ++line) {
       add_line(r, rows, line - 1, low);
-      const double share = static_cast<double>(line) / lines;
+      const double fraction = static_cast<double>(line) / lines;
       double apart2 = 0;
-      for (std::size_t i = 0; i < numbers_; ++i) {
-        const double d = low[i] - share * all[i];
+      for (std::size_t i = 0; i < width_; ++i) {
+        const double d = low[i] - fraction * all[i];
         apart2 += d * d;
       }
-      const double gain = apart2 / (share * (1 - share) * r.bands * r.cells);
+      const double gain = apart2 / (fraction * (1 - fraction) * r.bands * r.cells);
       if (gain <= best.gain)
         continue;
       best = {gain, r, r};
@@ -84,11 +84,12 @@ private:
   }
 
   std::span<const float> response_;
-  std::size_t numbers_;
+  std::size_t width_;
 };
 
-/// Coefficients at points in the air for each cell, of a coarse bake.
-Result<std::vector<float>> responses(const RoomFile& file, const Progress& progress, std::size_t& numbers) {
+/// Coefficients at points in the air for radiance 1 in each cell, [cell][width], of a coarse bake: adjoint solves,
+/// since the points are few and the cells many.
+Result<std::vector<float>> responses(const RoomFile& file, const Progress& progress, std::size_t& width) {
   std::size_t collapsed = 0;
   const Room room = room_in_frame(file.room, RoomFrame::of(file.room), collapsed);
   BakeOptions options;
@@ -118,17 +119,18 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
   const auto got = radiosity::adjoint_coefficients(*hits, problem->patches, *exchange, *light, {}, progress);
   if (!got)
     return got.error();
-  numbers = 27 * points.at.size();
+  width = 27 * points.at.size();
   const std::size_t columns = light->columns();
-  std::vector<float> out(static_cast<std::size_t>(cells.size()) * numbers, 0.0f);
+  std::vector<float> out(static_cast<std::size_t>(cells.size()) * width, 0.0f);
   for (std::size_t k = 0; k < columns; ++k)
-    for (std::size_t i = 0; i < numbers; ++i)
-      out[static_cast<std::size_t>(light->region[k]) * numbers + i] = (*got)[i * columns + k];
+    for (std::size_t i = 0; i < width; ++i)
+      out[static_cast<std::size_t>(light->region[k]) * width + i] = (*got)[i * columns + k];
   return out;
 }
 
 } // namespace
 
+/// N of "adaptive:N"; 0 where N is no number.
 std::optional<int> adaptive_regions(const std::string& text) {
   if (!text.starts_with(kKind))
     return std::nullopt;
@@ -138,6 +140,7 @@ std::optional<int> adaptive_regions(const std::string& text) {
   return code == std::errc() && stop == end ? n : 0;
 }
 
+/// Cells of equal solid angle: equal steps in sin(altitude) and in azimuth.
 SkyPartition adaptive_cells() {
   std::vector<SkyBand> bands;
   for (int b = 0; b < kBands; ++b)
@@ -145,16 +148,17 @@ SkyPartition adaptive_cells() {
   return *SkyPartition::from_bands(std::move(bands), "cells");
 }
 
-Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::size_t numbers, int regions) {
-  const Cutter cutter(response, numbers);
-  std::priority_queue<Piece> open;
-  open.push(cutter.piece({0, 0, kBands / 2, kCells}));
-  open.push(cutter.piece({kBands / 2, 0, kBands / 2, kCells}));
+/// Greedy: the rectangle whose best cut gains most, weighted by its size, is cut next.
+Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::size_t width, int regions) {
+  const Cutter cutter(response, width);
+  std::priority_queue<Part> open;
+  open.push(cutter.part({0, 0, kBands / 2, kCells}));
+  open.push(cutter.part({kBands / 2, 0, kBands / 2, kCells}));
   while (static_cast<int>(open.size()) < regions && open.top().best.gain > 0) {
     const Cut cut = open.top().best;
     open.pop();
-    open.push(cutter.piece(cut.low));
-    open.push(cutter.piece(cut.high));
+    open.push(cutter.part(cut.low));
+    open.push(cutter.part(cut.high));
   }
   std::vector<SkyRectangle> rectangles;
   for (; !open.empty(); open.pop())
@@ -164,6 +168,7 @@ Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::
                                        std::string(kKind) + std::to_string(regions));
 }
 
+/// Refuses what neither this file nor SkyPartition::parse() reads.
 Result<void> check_regions(const std::string& regions) {
   const std::optional<int> n = adaptive_regions(regions);
   if (n && (*n < kFewest || *n > kBands * kCells))
@@ -175,15 +180,16 @@ Result<void> check_regions(const std::string& regions) {
   return partition ? Result<void>{} : partition.error();
 }
 
+/// A named partition, or one cut for the room after a coarse bake.
 Result<SkyPartition> sky_for(const RoomFile& room, const std::string& regions, const Progress& progress) {
   if (const Result<void> good = check_regions(regions); !good)
     return good.error();
   const std::optional<int> n = adaptive_regions(regions);
   if (!n)
     return SkyPartition::parse(regions);
-  std::size_t numbers = 0;
-  const auto response = responses(room, progress, numbers);
-  return response ? cut_where_it_changes(*response, numbers, *n) : Result<SkyPartition>(response.error());
+  std::size_t width = 0;
+  const auto response = responses(room, progress, width);
+  return response ? cut_where_it_changes(*response, width, *n) : Result<SkyPartition>(response.error());
 }
 
 } // namespace daylit::precompute

@@ -27,9 +27,9 @@ std::optional<int> adaptive_regions(const std::string& regions);
 /// The cells that regions are made of: 64 bands of equal solid angle of 128 cells.
 SkyPartition adaptive_cells();
 
-/// `response`: [cell][number], what radiance 1 in a cell gives. Rectangles of cells, starting from the two hemispheres;
+/// `response`: [cell][width], what radiance 1 in a cell gives. Rectangles of cells, starting from the two hemispheres;
 /// each step makes the cut, at any line of any rectangle, that lowers the squared difference between the cells and the
 /// mean of their rectangle most, times the solid angle of the rectangle.
-Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::size_t numbers, int regions);
+Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::size_t width, int regions);
 
 } // namespace daylit::precompute

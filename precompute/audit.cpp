@@ -16,6 +16,7 @@ constexpr std::size_t kPoints = 128;
 constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
 constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a facet its own shape shows
 
+/// nrms = sqrt(sum (value - truth)^2 / sum truth^2).
 struct Ratio {
   double error2 = 0, power2 = 0;
   void add(double value, double truth) {
@@ -38,12 +39,14 @@ struct Column {
   }
 };
 
+/// All nine coefficients of the three channels.
 void add(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
   for (std::size_t l = 0; l < 9; ++l)
     for (int c = 0; c < 3; ++c)
       ratio.add(static_cast<double>(value[l][c]), static_cast<double>(truth[l][c]));
 }
 
+/// Irradiance on the six axes, to order 4 where the coefficients are there.
 void add_irradiance(Ratio& ratio, const ShRadiance& value, const ShRadiance& truth) {
   for (int axis = 0; axis < 6; ++axis) {
     glm::vec3 n(0.0f);
@@ -54,6 +57,7 @@ void add_irradiance(Ratio& ratio, const ShRadiance& value, const ShRadiance& tru
   }
 }
 
+/// Points spread over the air away from the walls, or some of the given probes.
 std::vector<glm::dvec3> candidates_in(const Room& room, const ProbeSet& probes) {
   std::vector<glm::dvec3> out;
   if (!probes.is_grid) {
@@ -73,6 +77,7 @@ std::vector<glm::dvec3> candidates_in(const Room& room, const ProbeSet& probes) 
 
 } // namespace
 
+/// The worst of the smooth skies: the bound that a target is held against.
 double AuditReport::smooth(double SkyError::*part) const {
   double worst = 0;
   for (const SkyError& s : sky)
@@ -80,6 +85,7 @@ double AuditReport::smooth(double SkyError::*part) const {
   return worst;
 }
 
+/// Root of the mean square over the suns: where they stand is chance.
 double AuditReport::sun(double SkyError::*part) const {
   double sum = 0;
   int suns = 0;
@@ -91,8 +97,9 @@ double AuditReport::sun(double SkyError::*part) const {
   return suns > 0 ? std::sqrt(sum / suns) : 0.0;
 }
 
+/// nrms difference of the direct transports at the points that both have, worst of the smooth skies.
 double mesh_difference(const AuditReport& coarse, const AuditReport& fine) {
-  // Points that one of the two grids does not reach are in one list only; the order is the same.
+  // Points outside one of the two grids are in one list only; the order is the same.
   std::vector<std::array<std::size_t, 2>> common;
   for (std::size_t i = 0, j = 0; i < coarse.points.size() && j < fine.points.size();) {
     const glm::dvec3 &a = coarse.points[i], &b = fine.points[j];
@@ -115,6 +122,7 @@ double mesh_difference(const AuditReport& coarse, const AuditReport& fine) {
   return worst;
 }
 
+/// Keeps the first kPoints candidates at which the volume interpolates; an empty volume of these probes decides.
 Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
                              std::vector<glm::dvec3> candidates) {
   BasisVolume empty{.partition = held_out_partition(),
@@ -141,13 +149,14 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   return audit;
 }
 
-radiosity::FirstBounce Audit::first_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
+radiosity::FirstBounce Audit::direct_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
   skies_ = smooth_skies();
   for (HeldOutSky& sun : suns(light, set))
     skies_.push_back(std::move(sun));
-  return precompute::first_light(light, skies_);
+  return precompute::direct_light(light, skies_);
 }
 
+/// Union of the interpolation stencils of every grid_step_-th point.
 std::vector<std::size_t> Audit::probes() const {
   std::vector<std::size_t> list;
   std::array<std::uint32_t, 8> probe;
@@ -160,6 +169,8 @@ std::vector<std::size_t> Audit::probes() const {
   return list;
 }
 
+/// total: volume against truth at the points. sky part: volume against truth at the probes. grid part: exact probes,
+/// interpolated, against truth at the points. band 4: nine true coefficients against order 4, as irradiance.
 SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<const float> exact_at_points,
                           std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
                           std::span<const std::size_t> probes) const {
@@ -188,6 +199,7 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
           grid_part.nrms(), received.nrms(),  nine_leave.nrms()};
 }
 
+/// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.
 AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
                          std::span<const std::size_t> probes) const {

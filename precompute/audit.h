@@ -2,7 +2,7 @@
 
 // The measured error of a bake: its volume against the same transport taken directly, at points off the grid and under
 // skies that are no sum of its regions (held_out.h). What the mesh itself does wrong is not in here: two bakes on
-// meshes of different fineness tell that (mesh_difference).
+// meshes of different fineness show that (mesh_difference).
 
 #include <cstddef>
 #include <span>
@@ -46,16 +46,16 @@ double mesh_difference(const AuditReport& coarse, const AuditReport& fine);
 /// The audit of one bake, through its stages.
 class Audit {
 public:
-  /// Keeps those of `candidates` at which the volume can be asked; empty: 64 points spread over the room's air, or a
-  /// share of the given probes. `probes` with their validity. Errors of LightFieldSampler.
+  /// Keeps those of `candidates` at which the volume has a value; empty: 128 points spread over the room's air, or some
+  /// of the given probes. `probes` with their validity. Errors of LightFieldSampler.
   static Result<Audit> prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
                                std::vector<glm::dvec3> candidates);
 
   const std::vector<glm::dvec3>& points() const { return points_; }
   /// Those that points are interpolated from, increasing: where exact light is wanted too.
   std::vector<std::size_t> probes() const;
-  /// First light of the held-out skies; also chooses the suns. `light`: of held_out_partition().
-  radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set);
+  /// Direct light of the held-out skies; also chooses the suns. `light`: of held_out_partition().
+  radiosity::FirstBounce direct_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set);
   std::size_t skies() const { return skies_.size(); }
 
   /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky], the latter at `probes`, which hold all

@@ -20,13 +20,14 @@ struct Header {
 };
 struct RecordHead {
   std::uint32_t stage, part;
-  std::uint64_t piece, bytes, checksum;
+  std::uint64_t index, bytes, checksum;
 };
 
 std::span<const std::byte> bytes_of(const auto& value) { return std::as_bytes(std::span(&value, 1)); }
 
 } // namespace
 
+/// With `resume` reads what is there, else removes it.
 Result<std::unique_ptr<Checkpoint>> Checkpoint::open(const std::filesystem::path& path, std::uint64_t identity,
                                                      bool resume) {
   std::unique_ptr<Checkpoint> c(new Checkpoint(path, identity));
@@ -45,6 +46,7 @@ Checkpoint::~Checkpoint() {
     std::fclose(file_);
 }
 
+/// Records up to the first that is cut short or damaged; the file is cut there.
 Result<void> Checkpoint::read_existing() {
   file_ = std::fopen(path_.c_str(), "r+b");
   if (!file_)
@@ -65,7 +67,7 @@ Result<void> Checkpoint::read_existing() {
     std::vector<std::byte> bytes(head.bytes);
     if (std::fread(bytes.data(), 1, bytes.size(), file_) != bytes.size() || checksum64(bytes) != head.checksum)
       break;
-    pieces_[{static_cast<Stage>(head.stage), head.part, head.piece}] = {data, head.bytes};
+    records_[{static_cast<Stage>(head.stage), head.part, head.index}] = {data, head.bytes};
     end = data + static_cast<long>(head.bytes);
   }
   if (std::fseek(file_, end, SEEK_SET) != 0 || ::ftruncate(::fileno(file_), end) != 0)
@@ -74,10 +76,11 @@ Result<void> Checkpoint::read_existing() {
   return {};
 }
 
+/// Read from the file each time: records may be large.
 std::optional<std::vector<std::byte>> Checkpoint::find(const Name& name) {
   const std::lock_guard lock(mutex_);
-  const auto found = pieces_.find(name);
-  if (found == pieces_.end())
+  const auto found = records_.find(name);
+  if (found == records_.end())
     return std::nullopt;
   std::vector<std::byte> bytes(found->second.bytes);
   if (std::fseek(file_, found->second.offset, SEEK_SET) != 0 ||
@@ -92,11 +95,12 @@ bool Checkpoint::write_header() {
   return file_ && std::fwrite(&header, sizeof header, 1, file_) == 1;
 }
 
+/// Appended and flushed, so that a kill loses at most the record in hand.
 void Checkpoint::keep(const Name& name, std::span<const std::byte> bytes) {
   const std::lock_guard lock(mutex_);
-  if (broken_ || pieces_.contains(name) || std::chrono::steady_clock::now() - start_ < kPatience)
+  if (broken_ || records_.contains(name) || std::chrono::steady_clock::now() - start_ < kPatience)
     return;
-  const RecordHead head{static_cast<std::uint32_t>(name.stage), name.part, name.piece, bytes.size(), checksum64(bytes)};
+  const RecordHead head{static_cast<std::uint32_t>(name.stage), name.part, name.index, bytes.size(), checksum64(bytes)};
   const auto head_bytes = bytes_of(head);
   broken_ = (!file_ && !write_header()) || std::fseek(file_, 0, SEEK_END) != 0 ||
             std::fwrite(head_bytes.data(), 1, head_bytes.size(), file_) != head_bytes.size() ||

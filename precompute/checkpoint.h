@@ -19,7 +19,7 @@ namespace daylit::precompute {
 /// Write errors (a full disk) end the keeping, not the bake.
 class Checkpoint final : public radiosity::WorkStore {
 public:
-  /// `identity`: everything that the pieces depend on (room, settings, program version); a file of another identity is
+  /// `identity`: everything that the records depend on (room, settings, program version); a file of another identity is
   /// an Error with `resume`, and overwritten without.
   static Result<std::unique_ptr<Checkpoint>> open(const std::filesystem::path& path, std::uint64_t identity,
                                                   bool resume);
@@ -31,10 +31,10 @@ public:
   void keep(const Name& name, std::span<const std::byte> bytes) override;
   /// The bake is done: removes the file.
   void remove();
-  std::size_t pieces_found() const { return pieces_.size(); }
+  std::size_t records_found() const { return records_.size(); }
 
 private:
-  struct Place {
+  struct Extent {
     long offset;
     std::uint64_t bytes;
   };
@@ -45,7 +45,7 @@ private:
   std::filesystem::path path_;
   std::uint64_t identity_;
   std::FILE* file_ = nullptr;
-  std::map<Name, Place> pieces_;
+  std::map<Name, Extent> records_;
   std::mutex mutex_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   bool broken_ = false;

@@ -34,6 +34,7 @@ struct Layout {
   std::vector<SunBand> suns;
 };
 
+/// Bands of 5 degrees, cut where a band of suns begins and ends; z of the borders by sin(altitude).
 Layout make_layout() {
   std::vector<double> altitude;
   for (int k = -kSkyBands; k <= kSkyBands; ++k)
@@ -68,6 +69,7 @@ const Layout& layout() {
   return the_layout;
 }
 
+/// Gaussian lobe of a width in degrees about a direction, 1 in its middle.
 double glow(const glm::dvec3& d, double azimuth_deg, double altitude_deg, double width_deg) {
   const double a = azimuth_deg * kDegree, h = altitude_deg * kDegree;
   const double away = std::acos(std::clamp(
@@ -75,6 +77,7 @@ double glow(const glm::dvec3& d, double azimuth_deg, double altitude_deg, double
   return std::exp(-0.5 * away * away / (width_deg * width_deg * kDegree * kDegree));
 }
 
+/// Radiance of the ground, 0.6, below the horizon.
 double ground_or(const glm::dvec3& d, double sky) { return d.z > 0.0 ? sky : 0.6; }
 
 } // namespace
@@ -83,6 +86,8 @@ const SkyPartition& held_out_partition() { return layout().partition; }
 
 namespace {
 
+/// Overcast: L = L_z (1 + 2 sin altitude) / 3 (Moon & Spencer 1942; CIE S 011), ground 0.6. Means over 4 x 4 samples of
+/// each region.
 std::vector<HeldOutSky> make_smooth_skies() {
   using Radiance = std::function<double(const glm::dvec3&)>;
   const std::array<std::pair<const char*, Radiance>, 5> models = {
@@ -117,6 +122,7 @@ const std::vector<HeldOutSky>& smooth_skies() {
   return the_skies;
 }
 
+/// flux[r] = sum_i A_i H_i of region r, green; a sun stands where a third and two thirds of its band are reached.
 std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
   std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0);
   for (std::size_t e = 0; e < light.patches; ++e)
@@ -131,10 +137,10 @@ std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosit
     const double band_flux = std::accumulate(flux.begin() + band.first, flux.begin() + band.last, 0.0);
     if (!(*std::max_element(flux.begin() + band.first, flux.begin() + band.last) > kFaintest * brightest))
       continue;
-    for (const double share : {1.0 / 3, 2.0 / 3}) {
+    for (const double fraction : {1.0 / 3, 2.0 / 3}) {
       double sum = 0;
       int region = band.first;
-      while (region + 1 < band.last && (sum += flux[static_cast<std::size_t>(region)]) < share * band_flux)
+      while (region + 1 < band.last && (sum += flux[static_cast<std::size_t>(region)]) < fraction * band_flux)
         ++region;
       if (!(flux[static_cast<std::size_t>(region)] > kFaintest * brightest))
         continue;
@@ -149,7 +155,8 @@ std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosit
   return skies;
 }
 
-radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies) {
+/// H_i of a sky = sum_r L_r H_i,r: the columns of the regions summed by their radiance.
+radiosity::FirstBounce direct_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies) {
   radiosity::FirstBounce out{
       .patches = light.patches, .channels = light.channels, .region = {}, .irradiance = {}, .opening = light.opening};
   for (std::size_t s = 0; s < skies.size(); ++s)
@@ -170,20 +177,22 @@ radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::spa
   return out;
 }
 
+/// Regions: sum L dw / sum dw over the samples in the region. Nodes: integral of L and the hat function over the solid
+/// angle of the node. A sun keeps its power, L dw.
 std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& sky) {
   const SkyPartition& fine = held_out_partition();
   const auto n = static_cast<std::size_t>(partition.size());
   std::vector<double> light(n, 0.0), covered(n, 0.0);
   for (int r = 0; r < fine.size(); ++r) {
-    const double share_sr = fine.solid_angle_sr(r) / (kSide * kSide);
+    const double sample_sr = fine.solid_angle_sr(r) / (kSide * kSide);
     const double radiance = static_cast<double>(sky.radiance[static_cast<std::size_t>(r)]);
     if (sky.is_sun && radiance == 0.0)
       continue;
     for (int k = 0; k < kSide * kSide; ++k) {
       const glm::dvec3 d = fine.sample(r, (k % kSide + 0.5) / kSide, (k / kSide + 0.5) / kSide);
       const auto add = [&](int region, double weight) {
-        light[static_cast<std::size_t>(region)] += weight * share_sr * radiance;
-        covered[static_cast<std::size_t>(region)] += weight * share_sr;
+        light[static_cast<std::size_t>(region)] += weight * sample_sr * radiance;
+        covered[static_cast<std::size_t>(region)] += weight * sample_sr;
       };
       if (partition.interpolated())
         for (const RegionWeight& w : partition.interpolation(d))
@@ -196,7 +205,7 @@ std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& 
   for (std::size_t i = 0; i < n; ++i) {
     const int region = static_cast<int>(i);
     const double own_sr = partition.solid_angle_sr(region);
-    // Of a smooth sky the samples' own solid angle divides, so that their number leaves no trace.
+    // Of a smooth sky the samples' own solid angle divides, so that how many there are does not matter.
     const double whole_sr = partition.interpolated() ? partition.hat_sr(region) : own_sr;
     const double scale = sky.is_sun ? 1.0 / own_sr : covered[i] > 0.0 ? whole_sr / (covered[i] * own_sr) : 0.0;
     out[i] = static_cast<float>(light[i] * scale);
@@ -226,6 +235,7 @@ double distance2(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, 
 
 } // namespace
 
+/// Point k: frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018); those near a surface are left out.
 std::vector<glm::dvec3> spread_points(const Room& room, std::size_t count, double clearance) {
   constexpr std::array<double, 3> kStep{0.8191725133961645, 0.6710436067037893,
                                         0.5497004779019703}; // 1/g, 1/g^2, 1/g^3

@@ -35,14 +35,14 @@ const std::vector<HeldOutSky>& smooth_skies();
 /// light have come in, so that they stand where suns count in this room. `light`: of held_out_partition().
 std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::PatchSet& set);
 
-/// First light of the skies: column s is sky s.
-radiosity::FirstBounce first_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies);
+/// Direct light of the skies: column s is sky s.
+radiosity::FirstBounce direct_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies);
 
 /// What a sky puts on the regions or nodes of another partition: mean radiance per region, or the integral with the
 /// hat functions over the solid angle of the node.
 std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& sky);
 
-/// Candidates for points, spread evenly (R3 sequence of the plastic number's kin) over the bounds: those at least
+/// Candidates for points, spread evenly (R3 sequence, Roberts 2018) over the bounds: those at least
 /// `clearance` away from all surfaces and apertures. Bounds and room in any one unit.
 std::vector<glm::dvec3> spread_points(const Room& room, std::size_t count, double clearance);
 

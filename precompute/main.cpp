@@ -30,6 +30,7 @@ struct Arguments {
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
 };
 
+/// "NX,NY,NZ".
 Result<glm::ivec3> parse_grid(const std::string& text) {
   glm::ivec3 n(0);
   char rest = 0;
@@ -38,7 +39,7 @@ Result<glm::ivec3> parse_grid(const std::string& text) {
   return n;
 }
 
-/// "2", "2%" or "2 %" as a share. What is no number is refused here; what cannot be reached, by the plan.
+/// "2", "2%" or "2 %" as a fraction. What is no number is refused here; what cannot be reached, by the plan.
 Result<double> parse_percent(const std::string& text) {
   double value = 0;
   int end = 0;
@@ -50,6 +51,7 @@ Result<double> parse_percent(const std::string& text) {
   return 0.01 * value;
 }
 
+/// The error that --max-error or --quality names, as a fraction.
 Result<double> target_of(const Arguments& a) {
   if (!a.max_error.empty())
     return parse_percent(a.max_error);
@@ -62,6 +64,7 @@ Result<double> target_of(const Arguments& a) {
   return Error{ErrorCode::usage, "unknown quality '" + a.quality + "'", "--quality", "use draft, normal or high"};
 }
 
+/// What the command line fixes; the plan decides the rest.
 Result<precompute::PlanRequest> to_request(const Arguments& a) {
   precompute::PlanRequest request;
   const Result<double> target = target_of(a);
@@ -95,7 +98,7 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   return request;
 }
 
-/// Nothing is left to plan: facets, probes and sky are all given, and no error is asked for.
+/// Nothing is left to plan: facets, probes and sky are all given, and no error is wanted.
 bool all_given(const Arguments& a) {
   return a.max_error.empty() && a.density != "graded" && (a.facets > 0 || a.patch_size_m > 0) &&
          (!a.grid.empty() || a.spacing_m > 0 || !a.points.empty()) && !a.regions.empty();
@@ -107,6 +110,7 @@ struct Outcome {
   std::string stored_report, report_json, text;
 };
 
+/// One bake without calibration: every setting is given, or that of the quality.
 Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
                               radiosity::WorkStore& store, const Progress& progress) {
   Result<precompute::BakeOptions> options = precompute::quality_options(a.quality, !a.points.empty());
@@ -131,6 +135,7 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   return Outcome{std::move(*volume), BasisPrecision::float32, to_json(report, false), to_json(report), to_text(report)};
 }
 
+/// Calibration bakes, plan, bake, and perhaps once more; says on stderr what it does.
 Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
                                 radiosity::WorkStore& store, ProgressLine& progress) {
   const auto announce = [&](const std::string& text) {
@@ -145,6 +150,8 @@ Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanReques
                  to_text(baked->report) + to_text(baked->plan, baked->measured)};
 }
 
+/// Room, plan or settings, bake with a checkpoint beside the output, volume, report. The identity of the checkpoint is
+/// everything that decides the content of the volume.
 Result<void> run(const Arguments& a) {
   set_thread_count(a.threads);
   const Result<precompute::PlanRequest> request = to_request(a);
@@ -226,9 +233,10 @@ int main(int argc, char** argv) {
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
   density->excludes(points);
-  auto* patch_size = app.add_option("--patch-size", a.patch_size_m, "longest patch edge, metres (default: planned)")
-                         ->check(CLI::PositiveNumber);
-  app.add_option("--patches", a.facets, "about this many facets; models of many small faces get more")
+  auto* patch_size =
+      app.add_option("--patch-size", a.patch_size_m, "longest edge of the mesh, metres (default: planned)")
+          ->check(CLI::PositiveNumber);
+  app.add_option("--patches", a.facets, "about this many facets in the mesh; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);
   auto* max_error = app.add_option("--max-error", a.max_error,
@@ -244,7 +252,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"2", "4", "auto"}));
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");
-  app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, which an interrupted run leaves");
+  app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, written by an interrupted run");
   app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
   app.add_flag("--quiet", a.quiet, "no progress, no summary");
   app.add_flag("--json", a.json, "the report as JSON on stdout");

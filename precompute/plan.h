@@ -1,13 +1,13 @@
 #pragma once
 
-// From an error to settings. A pilot measures the room, the laws carry what it found to other settings, and the plan is
-// the cheapest choice whose predicted error stays below what was asked, with a reserve.
+// From an error to settings. Calibration bakes measure the room, the cost model carries what they found to other
+// settings, and the plan is the cheapest choice whose predicted error stays below the target, with a reserve.
 
 #include <optional>
 #include <string>
 
 #include "precompute/bake.h"
-#include "precompute/pilot.h"
+#include "precompute/calibration_bake.h"
 #include "scene/volume/volume_file.h"
 
 namespace daylit::precompute {
@@ -17,11 +17,11 @@ struct Prediction {
   double mesh = 0, grid = 0, sky = 0; ///< parts under smooth skies
   double total = 0;                   ///< root of the sum of their squares
   double sun = 0;                     ///< all parts under a small sun, 0: none comes in
-  double seconds = 0;                 ///< whole run, pilot included
+  double seconds = 0;                 ///< whole run, calibration bakes included
   double bytes = 0;                   ///< file
 };
 
-/// What the user has fixed; all else is the plan's.
+/// What the user has fixed; the plan decides all else.
 struct PlanRequest {
   double max_error = 0.02;        ///< of the coefficients under smooth skies; a small sun may err twice as much
   double facet_edge_m = 0;        ///< > 0: fixed
@@ -47,21 +47,9 @@ struct Plan {
 
 /// Pure function of its arguments; a smaller target never gives fewer facets, probes, rays or nodes.
 /// Error value_invalid: the target is not a positive number or out of reach; names the smallest that can be planned.
-Result<Plan> make_plan(const Pilot& pilot, const PlanRequest& request);
+Result<Plan> make_plan(const CalibrationBake& calibration, const PlanRequest& request);
 
-/// The pilot as it would have been had it known what a bake by `plan` measured.
-Pilot corrected(const Pilot& pilot, const Plan& plan, const BakeReport& report);
-
-/// Measured error of a finished bake: the audit's, and the mesh's from the pilot's coefficients beside its own.
-struct Measured {
-  double mesh = 0, volume = 0, total = 0, irradiance = 0, sun = 0;
-  std::string worst_sky;
-  std::size_t points = 0;
-};
-Measured measured_error(const Pilot& pilot, const BakeReport& report);
-
-/// Lines for a person: before and after.
+/// Lines for a person, before the bake.
 std::string to_text(const Plan& plan);
-std::string to_text(const Plan& plan, const Measured& measured);
 
 } // namespace daylit::precompute

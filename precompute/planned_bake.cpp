@@ -7,7 +7,7 @@ namespace daylit::precompute {
 
 namespace {
 
-/// The pieces of a repeated bake, in the same file beside those of the first.
+/// The records of a repeated bake, in the same file beside those of the first.
 class RepeatedStore final : public radiosity::WorkStore {
 public:
   explicit RepeatedStore(radiosity::WorkStore& base) : base_(base) {}
@@ -23,6 +23,7 @@ private:
   radiosity::WorkStore& base_;
 };
 
+/// One bake at the settings of out.plan, measured.
 Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const Progress& progress, PlannedBake& out) {
   const auto partition = sky_for(room, out.plan.regions, progress);
   if (!partition)
@@ -33,20 +34,21 @@ Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const 
   if (!volume)
     return volume.error();
   out.volume = std::move(*volume);
-  out.measured = measured_error(out.pilot, out.report);
+  out.measured = measured_error(out.calibration, out.report);
   return {};
 }
 
 } // namespace
 
+/// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce) {
   PlannedBake out{};
-  auto pilot = run_pilot(room, request.points, progress);
-  if (!pilot)
-    return pilot.error();
-  out.pilot = std::move(*pilot);
-  const auto plan = make_plan(out.pilot, request);
+  auto calibration = run_calibration_bake(room, request.points, progress);
+  if (!calibration)
+    return calibration.error();
+  out.calibration = std::move(*calibration);
+  const auto plan = make_plan(out.calibration, request);
   if (!plan)
     return plan.error();
   out.plan = *plan;
@@ -55,8 +57,9 @@ Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& reque
     return baked.error();
   if (out.measured.total <= request.max_error)
     return out;
-  // Once more, with the laws tied to what was measured. A target that is now out of reach leaves the first result.
-  const auto better = make_plan(corrected(out.pilot, out.plan, out.report), request);
+  // Once more, with the cost model tied to what was measured. A target that is now out of reach leaves the first
+  // result.
+  const auto better = make_plan(corrected(out.calibration, out.plan, out.report), request);
   if (!better || better->predicted.total > request.max_error)
     return out;
   announce(to_text(out.plan, out.measured) + "once more\n");

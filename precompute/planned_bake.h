@@ -1,16 +1,16 @@
 #pragma once
 
-// A room baked to an error: pilot, plan, bake, measurement, and once more with better knowledge where that was not
-// enough.
+// A room baked to an error: calibration, plan, bake, measurement, and once more with better knowledge where that was
+// not enough.
 
 #include <functional>
 
-#include "precompute/plan.h"
+#include "precompute/measured_error.h"
 
 namespace daylit::precompute {
 
 struct PlannedBake {
-  Pilot pilot;
+  CalibrationBake calibration;
   Plan plan; ///< of the bake that counts
   BakeReport report;
   Measured measured;
@@ -19,8 +19,8 @@ struct PlannedBake {
 };
 
 /// `announce` is called with each plan before its bake starts, and with what a bake that misses measured.
-/// `store`: of the bakes, may be null; the second keeps its pieces apart from the first's.
-/// Errors of pilot, plan and bake. A target that is missed in the end is no error: `measured` says so.
+/// `store`: of the bakes, may be null; the second keeps its records apart from the first's.
+/// Errors of calibration, plan and bake. A target that is missed in the end is no error: `measured` says so.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce);
 

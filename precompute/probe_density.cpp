@@ -15,7 +15,7 @@ constexpr double kThinnest = 0.5;      ///< of the mean density
 constexpr double kFaintest2 = 0.01;    ///< of the brightest region's squared light: what fainter ones count against
 constexpr double kBelowHorizon2 = 0.1; ///< no sun stands there
 
-/// What squared light of each stored region counts.
+/// Weight of each stored region: 1 / its squared light, so that every sun counts the same, with a floor for faint ones.
 std::vector<double> region_weights(const BasisVolume& volume) {
   const std::size_t row = volume.row_floats();
   std::vector<double> power;
@@ -31,7 +31,8 @@ std::vector<double> region_weights(const BasisVolume& volume) {
   return weight;
 }
 
-/// Weighted squared second difference of the probes a, b and c over all regions.
+/// sum_r w_r |L_a - 2 L_b + L_c|^2 over the 27 coefficients: squared second difference, what linear interpolation
+/// misses.
 double curvature2(const BasisVolume& volume, const std::vector<double>& weight, std::size_t a, std::size_t b,
                   std::size_t c) {
   double sum = 0;
@@ -49,6 +50,7 @@ double curvature2(const BasisVolume& volume, const std::vector<double>& weight, 
 
 } // namespace
 
+/// Density of planes along each axis ~ g^kExponent, g the squared curvatures summed across the axis (probe_density.h).
 Result<ProbeDensity> probe_density(const BasisVolume& coarse) {
   const ProbeSet& probes = coarse.probes;
   ProbeDensity density;
@@ -81,6 +83,7 @@ Result<ProbeDensity> probe_density(const BasisVolume& coarse) {
   return density;
 }
 
+/// Planes at equal parts of the integral of the piecewise linear density, first and last at the ends.
 std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last) {
   std::vector<double> value = density.empty() ? std::vector<double>(2, 1.0) : density;
   const double mean = std::accumulate(value.begin(), value.end(), 0.0) / static_cast<double>(value.size());

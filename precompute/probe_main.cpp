@@ -32,12 +32,13 @@ struct Arguments {
   double ground_albedo = -1, efficacy = 0; ///< efficacy: 0 prints irradiance
   bool coefficients = false, band4 = false, total = false, info = false, positions = false, quiet = false, json = false;
   std::optional<ShLayout> layout; ///< of the coefficients
-  std::string matrix;             ///< sky patches of the matrix that is asked for
+  std::string matrix;             ///< sky patches of the matrix that is wanted
   MatrixFormat format = MatrixFormat::ascii;
   std::string command_line;
   int threads = 0;
 };
 
+/// Notes about the sky go to stderr.
 Result<Sky> read_sky(const Arguments& a) {
   SkyArguments arguments = a.sky;
   if (a.ground_albedo >= 0)
@@ -140,6 +141,7 @@ Result<ReinhartPatches> parse_patches(const std::string& text) {
   return ReinhartPatches::make(k);
 }
 
+/// All points are read before the first column is computed: a matrix has one row per point.
 Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const LightFieldSampler& sampler,
                           const RayScene& scene) {
   const Result<ReinhartPatches> patches = parse_patches(a.matrix);
@@ -164,6 +166,7 @@ Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const L
   return {};
 }
 
+/// World metres, nine digits.
 void print_positions(const ProbeSet& probes) {
   for (std::size_t i = 0; i < probes.size(); ++i)
     if (probes.valid[i]) {
@@ -172,6 +175,7 @@ void print_positions(const ProbeSet& probes) {
     }
 }
 
+/// Volume, then what needs no sky, then the field under the sky and the answers.
 Result<void> run(const Arguments& a) {
   set_thread_count(a.threads);
   const Result<BasisVolume> volume = read_volume(a.volume);
@@ -216,12 +220,12 @@ void add_sky_options(CLI::App& app, Arguments& a) {
 }
 
 void add_output_options(CLI::App& app, Arguments& a) {
-  auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 numbers");
+  auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 values");
   auto* total =
       app.add_flag("--total", a.total, "adds the light that comes straight through the windows")->excludes(sh);
   auto* lux = app.add_option_function<double>(
                      "--lux", [&a](double efficacy) { a.efficacy = efficacy > 0 ? efficacy : kLumensPerWatt; },
-                     "prints illuminance in lx, one number; lumens per watt of the sky (179 if none is given; 1 for a "
+                     "prints illuminance in lx, one value; lumens per watt of the sky (179 if none is given; 1 for a "
                      "sky in cd/m2)")
                   ->expected(0, 1)
                   ->check(CLI::PositiveNumber)
@@ -229,7 +233,7 @@ void add_output_options(CLI::App& app, Arguments& a) {
   const std::map<std::string, ShLayout> layouts{
       {"unity", ShLayout::unity}, {"unreal", ShLayout::unreal}, {"three", ShLayout::three}};
   auto* layout = app.add_option("--layout", a.layout,
-                                "reads `x y z`, prints the 27 numbers of an engine: unity, unreal or three (docs/"
+                                "reads `x y z`, prints the 27 values of an engine: unity, unreal or three (docs/"
                                 "interchange.md)")
                      ->transform(CLI::CheckedTransformer(layouts))
                      ->excludes(sh)
@@ -243,7 +247,7 @@ void add_output_options(CLI::App& app, Arguments& a) {
                      ->excludes(layout)
                      ->excludes(lux);
   app.add_flag("--band4", a.band4,
-               "with --sh: 27 numbers more, the coefficients of l = 4 (m = -4 to 4), zeros if the volume has none")
+               "with --sh: 27 values more, the coefficients of l = 4 (m = -4 to 4), zeros if the volume has none")
       ->needs(sh)
       ->excludes(layout)
       ->excludes(matrix);

@@ -15,24 +15,25 @@ namespace daylit::precompute {
 
 namespace {
 
-std::string numbers_text(std::span<const float> numbers, const char* separator) {
+std::string values_text(std::span<const float> values, const char* separator) {
   std::string text;
-  for (const float x : numbers)
+  for (const float x : values)
     text += fmt::format("{}{:.9g}", text.empty() ? "" : separator, x);
   return text;
 }
 
 template <std::size_t N>
-std::string sh_numbers_text(std::optional<std::array<float, N>> numbers, bool json) {
-  if (!numbers && json)
+std::string sh_values_text(std::optional<std::array<float, N>> values, bool json) {
+  if (!values && json)
     return "{\"sh\":null}\n";
-  if (!numbers)
-    numbers.emplace().fill(std::numeric_limits<float>::quiet_NaN());
-  return json ? "{\"sh\":[" + numbers_text(*numbers, ",") + "]}\n" : numbers_text(*numbers, " ") + "\n";
+  if (!values)
+    values.emplace().fill(std::numeric_limits<float>::quiet_NaN());
+  return json ? "{\"sh\":[" + values_text(*values, ",") + "]}\n" : values_text(*values, " ") + "\n";
 }
 
 nlohmann::ordered_json json3(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
+/// Reflecting materials and panes, as the bake used them.
 nlohmann::ordered_json materials_info(const Room& room) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Material& m : room.materials) {
@@ -44,6 +45,7 @@ nlohmann::ordered_json materials_info(const Room& room) {
   return list;
 }
 
+/// Counts, spacing in metres and bounds in the world.
 nlohmann::ordered_json probes_info(const ProbeSet& probes) {
   nlohmann::ordered_json info{{"layout", probes.is_grid ? "grid" : "points"},
                               {"count", probes.size()},
@@ -103,10 +105,11 @@ Result<ProbePoint> parse_probe_point(const std::string& line, std::size_t line_n
 std::string irradiance_text(const std::optional<Rgb>& e, bool json) {
   if (!e)
     return json ? "{\"irradiance\":null}\n" : "nan nan nan\n";
-  const std::span<const float> numbers(&e->x, 3);
-  return json ? "{\"irradiance\":[" + numbers_text(numbers, ",") + "]}\n" : numbers_text(numbers, " ") + "\n";
+  const std::span<const float> values(&e->x, 3);
+  return json ? "{\"irradiance\":[" + values_text(values, ",") + "]}\n" : values_text(values, " ") + "\n";
 }
 
+/// E_v = K (0.2126 R + 0.7152 G + 0.0722 B), lx: luminance weights of Rec. 709, K the luminous efficacy in lm/W.
 double illuminance(const Rgb& e, double efficacy) {
   return efficacy *
          (0.2126 * static_cast<double>(e.r) + 0.7152 * static_cast<double>(e.g) + 0.0722 * static_cast<double>(e.b));
@@ -120,21 +123,22 @@ std::string illuminance_text(const std::optional<Rgb>& e, double efficacy, bool 
 }
 
 std::string coefficients_text(const std::optional<Sh9Rgb>& sh, bool json) {
-  std::array<float, 27> numbers{};
+  std::array<float, 27> values{};
   for (std::size_t i = 0; sh && i < 27; ++i)
-    numbers[i] = (*sh)[i / 3][static_cast<int>(i % 3)];
-  return sh_numbers_text(sh ? std::optional(numbers) : std::nullopt, json);
+    values[i] = (*sh)[i / 3][static_cast<int>(i % 3)];
+  return sh_values_text(sh ? std::optional(values) : std::nullopt, json);
 }
 
 std::string order4_text(const std::optional<ShRadiance>& sh, bool json) {
-  std::array<float, 54> numbers{};
+  std::array<float, 54> values{};
   for (std::size_t i = 0; sh && i < 54; ++i)
-    numbers[i] = (i < 27 ? sh->nine : sh->band4)[i % 27 / 3][static_cast<int>(i % 3)];
-  return sh_numbers_text(sh ? std::optional(numbers) : std::nullopt, json);
+    values[i] = (i < 27 ? sh->nine : sh->band4)[i % 27 / 3][static_cast<int>(i % 3)];
+  return sh_values_text(sh ? std::optional(values) : std::nullopt, json);
 }
 
+/// Nine coefficients per channel in the order, axes and scale of an engine (docs/interchange.md).
 std::string layout_text(const std::optional<Sh9Rgb>& sh, ShLayout layout, bool json) {
-  return sh_numbers_text(sh ? std::optional(to_engine(*sh, layout)) : std::nullopt, json);
+  return sh_values_text(sh ? std::optional(to_engine(*sh, layout)) : std::nullopt, json);
 }
 
 bool is_outside(const std::string& answer, bool json) {

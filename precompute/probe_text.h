@@ -29,11 +29,11 @@ std::string irradiance_text(const std::optional<Rgb>& irradiance, bool json);
 /// Illuminance in lx: `efficacy` times the luminance of linear Rec. 709 colours; efficacy 1 for skies in cd/m2.
 double illuminance(const Rgb& irradiance, double efficacy);
 std::string illuminance_text(const std::optional<Rgb>& irradiance, double efficacy, bool json);
-/// 27 numbers, coefficient-major: L00.r L00.g L00.b L1-1.r ...
+/// 27 values, coefficient-major: L00.r L00.g L00.b L1-1.r ...
 std::string coefficients_text(const std::optional<Sh9Rgb>& coefficients, bool json);
 /// 54: with those of l = 4 behind them, m = -4 to 4.
 std::string order4_text(const std::optional<ShRadiance>& radiance, bool json);
-/// The same light as 27 numbers in the order and axes of an engine.
+/// The same light as 27 values in the order and axes of an engine.
 std::string layout_text(const std::optional<Sh9Rgb>& coefficients, ShLayout layout, bool json);
 bool is_outside(const std::string& answer, bool json);
 

@@ -68,16 +68,19 @@ private:
   ProbePlanes planes_;
 };
 
+/// Probes along an axis: the fewest whose distance is at most the spacing, 1 + ceil(length / spacing).
 int axis_count(double length_m, double spacing_m) {
   return std::max(2, static_cast<int>(std::ceil(std::min(length_m / spacing_m, 1e6) - 1e-9)) + 1);
 }
 
+/// Distance of the outermost probes from the walls, metres.
 double wall_margin(double size_m, double spacing_m) {
   return std::min(kWallMargin, 0.1 * std::min(spacing_m, 0.5 * size_m));
 }
 
 } // namespace
 
+/// Neither a surface nor an opening lies between: visibility 1 inside the room.
 bool open_between(const glm::dvec3& a, const glm::dvec3& b, const RayScene& scene,
                   const std::vector<Aperture>& apertures) {
   const glm::dvec3 d = b - a;
@@ -92,6 +95,7 @@ bool open_between(const glm::dvec3& a, const glm::dvec3& b, const RayScene& scen
   return crossed == 0;
 }
 
+/// Probes per axis of a regular grid over the room less its margins.
 glm::ivec3 grid_size(const Bounds& room, double spacing_m) {
   const glm::dvec3 size = room.size();
   glm::ivec3 count(0);
@@ -100,6 +104,8 @@ glm::ivec3 grid_size(const Bounds& room, double spacing_m) {
   return count;
 }
 
+/// Position of probe (x, y, z): -span / 2 + i span / (count - 1) per axis from the centre of the room, or the planes of
+/// the density.
 Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density) {
   const glm::dvec3 size = room.size();
   ProbeSet grid;
@@ -132,11 +138,13 @@ Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double s
   return grid;
 }
 
+/// Flood fill from the apertures: a probe is in the air when an open segment joins it to a seed or to a neighbour that
+/// is.
 void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures) {
   const GridIndex cells(grid);
   std::vector<std::size_t> queue;
   // A way that ends a little behind the probe: one that stands in the plane of a wall would lead through the wall.
-  const auto reach = [&](std::size_t i, const glm::dvec3& from) {
+  const auto try_from = [&](std::size_t i, const glm::dvec3& from) {
     const glm::dvec3 to = world(grid, i);
     if (grid.valid[i] || !open_between(from, to + kBehind * (to - from), scene, apertures))
       return;
@@ -145,7 +153,7 @@ void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>
   };
   const double step_m = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
   for (const glm::dvec3& seed : air_seeds(apertures, step_m))
-    cells.near(seed, 2, [&](std::size_t i) { reach(i, seed); });
+    cells.near(seed, 2, [&](std::size_t i) { try_from(i, seed); });
   while (!queue.empty()) {
     const std::size_t i = queue.back();
     queue.pop_back();
@@ -153,11 +161,12 @@ void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>
     for (int n = 0; n < 27; ++n) {
       const glm::ivec3 next = c + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
       if (cells.contains(next))
-        reach(cells.index(next), world(grid, i));
+        try_from(cells.index(next), world(grid, i));
     }
   }
 }
 
+/// A given point is in the air when an open segment joins it to a probe in the air of an auxiliary grid.
 Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const Bounds& room, const RayScene& scene,
                              const std::vector<Aperture>& apertures) {
   const glm::dvec3 size = room.size();

@@ -5,10 +5,13 @@
 
 namespace daylit::precompute {
 
-using detail::format;
+namespace {
 
-std::string to_json(const BakeReport& r, bool times) {
-  nlohmann::ordered_json j;
+using detail::format;
+using Json = nlohmann::ordered_json;
+
+/// Room, mesh, openings, regions and probes.
+void add_geometry(const BakeReport& r, Json& j) {
   j["facets"] = {
       {"count", r.facets},    {"longest_edge_m", r.facet_edge_m}, {"doubled_area_m2", r.doubled_m2},
       {"patches", r.patches}, {"sides_skipped", r.sides_skipped}, {"sides_without_path", r.sides_without_path}};
@@ -19,6 +22,14 @@ std::string to_json(const BakeReport& r, bool times) {
                    {"unexplained_escape", r.apertures.unexplained_escape}};
   j["regions"] = {{"count", r.regions}, {"stored", r.regions_stored}, {"skipped", r.regions - r.regions_stored}};
   j["probes"] = {{"count", r.probes}, {"valid", r.probes_valid}, {"repeated", r.probes_repeated}};
+  j["room"] = {{"faces", r.room.faces_read},
+               {"zero_area_faces", r.room.zero_area_faces},
+               {"duplicate_faces", r.room.duplicate_faces},
+               {"notes", r.room.notes}};
+}
+
+/// Exchange areas, solver and energy balance.
+void add_transport(const BakeReport& r, Json& j) {
   j["form_factors"] = {{"facing_pairs", r.exchange.facing_pairs},
                        {"near_pairs", r.exchange.near_pairs},
                        {"clear_pairs", r.exchange.clear_pairs},
@@ -34,13 +45,6 @@ std::string to_json(const BakeReport& r, bool times) {
   j["solve"] = {{"iterations", r.solve.iterations},   {"worst_residual", r.solve.worst_residual},
                 {"columns", r.solve.residual.size()}, {"channels", r.solve.channels},
                 {"factorised", r.solve.factorised},   {"adjoint", r.adjoint}};
-  // What was left out, and what that can cost in irradiance.
-  j["skipped"] = {{{"what", "regions that no opening shows"}, {"count", r.regions - r.regions_stored}, {"bound", 0}},
-                  {{"what", "sides that no light reaches"}, {"count", r.sides_skipped}, {"bound", 0}},
-                  {{"what", "sides without a way to any given point"}, {"count", r.sides_without_path}, {"bound", 0}},
-                  {{"what", "pairs of black surfaces"}, {"count", r.exchange.black_pairs}, {"bound", 0}},
-                  {{"what", "channels equal to another"}, {"count", 3 - r.solve.channels}, {"bound", 0}},
-                  {{"what", "points at the place of another"}, {"count", r.probes_repeated}, {"bound", 0}}};
   j["energy"] = {{"entering", r.energy.entering},
                  {"absorbed", r.energy.absorbed},
                  {"leaving", r.energy.leaving},
@@ -49,35 +53,37 @@ std::string to_json(const BakeReport& r, bool times) {
                  {"worst_closure", r.closure.worst},
                  {"mean_closure", r.closure.mean},
                  {"rows_left_open", r.closure.left}};
-  j["room"] = {{"faces", r.room.faces_read},
-               {"zero_area_faces", r.room.zero_area_faces},
-               {"duplicate_faces", r.room.duplicate_faces},
-               {"notes", r.room.notes}};
-  if (r.compact.nodes > 0)
-    j["fine_sky"] = {
-        {"nodes", r.compact.nodes},   {"sources", r.compact.sources},     {"clusters", r.compact.clusters},
-        {"probe_clusters", r.compact.probe_clusters}, {"mean_rank", r.compact.mean_rank}, {"strong_fraction", r.compact.strong_fraction},
-        {"bytes", r.compact.bytes},   {"rms_error", r.compact.rms_error}, {"largest_error", r.compact.largest_error}};
-  if (r.compact.band4_probe_clusters > 0)
-    j["fine_sky"]["band4"] = {{"probe_clusters", r.compact.band4_probe_clusters},
-                              {"components", r.compact.band4_components},
-                              {"bytes", r.compact.band4_bytes}};
-  for (const SkyError& s : r.audit.sky)
-    j["audit"].push_back({{"sky", s.sky},
-                          {"error", s.total},
-                          {"sky_part", s.sky_part},
-                          {"probe_part", s.grid_part},
-                          {"irradiance", s.irradiance},
-                          {"nine_coefficients", s.band4}});
-  for (const StageTime& s : r.stages)
-    if (times)
-      j["seconds"][s.name] = s.seconds;
-  if (times)
-    j["seconds"]["total"] = r.total_seconds;
-  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-std::string to_text(const BakeReport& r) {
+/// What was left out, and what that can cost in irradiance.
+void add_skipped(const BakeReport& r, Json& j) {
+  j["skipped"] = {{{"what", "regions that no opening shows"}, {"count", r.regions - r.regions_stored}, {"bound", 0}},
+                  {{"what", "sides that no light reaches"}, {"count", r.sides_skipped}, {"bound", 0}},
+                  {{"what", "sides without a way to any given point"}, {"count", r.sides_without_path}, {"bound", 0}},
+                  {{"what", "pairs of black surfaces"}, {"count", r.exchange.black_pairs}, {"bound", 0}},
+                  {{"what", "channels equal to another"}, {"count", 3 - r.solve.channels}, {"bound", 0}},
+                  {{"what", "points at the position of another"}, {"count", r.probes_repeated}, {"bound", 0}}};
+}
+
+/// Factors of the fine sky, and of l = 4 where they were kept.
+void add_fine_sky(const CompactReport& compact, Json& j) {
+  if (compact.nodes > 0)
+    j["fine_sky"] = {{"nodes", compact.nodes},
+                     {"sources", compact.sources},
+                     {"clusters", compact.clusters},
+                     {"probe_clusters", compact.probe_clusters},
+                     {"mean_rank", compact.mean_rank},
+                     {"strong_fraction", compact.strong_fraction},
+                     {"bytes", compact.bytes},
+                     {"rms_error", compact.rms_error},
+                     {"largest_error", compact.largest_error}};
+  if (compact.band4_probe_clusters > 0)
+    j["fine_sky"]["band4"] = {{"probe_clusters", compact.band4_probe_clusters},
+                              {"components", compact.band4_components},
+                              {"bytes", compact.band4_bytes}};
+}
+
+std::string geometry_lines(const BakeReport& r) {
   std::string text;
   text += format("openings   %d windows (%.2f m2), %d holes (%.2f m2)\n", r.apertures.window_polygons,
                  r.apertures.window_area_m2, r.apertures.hole_polygons, r.apertures.hole_area_m2);
@@ -95,8 +101,13 @@ std::string to_text(const BakeReport& r) {
                    r.sides_without_path);
   text += format("regions    %d of %d stored, %d skipped: no opening sees them (bound 0)\n", r.regions_stored,
                  r.regions, r.regions - r.regions_stored);
-  text += format("probes     %zu of %zu in the air, %zu at the place of another (gathered once, bound 0)\n",
+  text += format("probes     %zu of %zu in the air, %zu at the position of another (gathered once, bound 0)\n",
                  r.probes_valid, r.probes, r.probes_repeated);
+  return text;
+}
+
+std::string transport_lines(const BakeReport& r) {
+  std::string text;
   const auto millions = [](std::uint64_t pairs) { return static_cast<double>(pairs) / 1e6; };
   text +=
       format("pairs      %.2f M facing: %.2f M clear and %.2f M hidden by one face, without a ray (bound 0), %.2f M by "
@@ -117,15 +128,49 @@ std::string to_text(const BakeReport& r) {
       "worst, %.1e in the mean, %zu by more than noise\n",
       r.energy.absorbed / std::max(r.energy.entering, 1e-300), r.energy.leaving / std::max(r.energy.entering, 1e-300),
       r.energy.imbalance, r.closure.worst, r.closure.mean, r.closure.left);
-  if (r.compact.nodes > 0)
+  return text;
+}
+
+std::string fine_sky_lines(const CompactReport& compact) {
+  std::string text;
+  if (compact.nodes > 0)
     text += format(
         "fine sky   %zu directions on %zu elements, %zu probe clusters of rank %.0f, %.1f MB; error %.2f %% rms, "
         "%.2f %% at worst\n",
-        r.compact.nodes, r.compact.sources, r.compact.probe_clusters, r.compact.mean_rank,
-        static_cast<double>(r.compact.bytes) / 1e6, 100 * r.compact.rms_error, 100 * r.compact.largest_error);
-  if (r.compact.band4_probe_clusters > 0)
-    text += format("           l = 4 in %zu probe clusters, %zu components, %.1f MB of it\n", r.compact.band4_probe_clusters,
-                   r.compact.band4_components, static_cast<double>(r.compact.band4_bytes) / 1e6);
+        compact.nodes, compact.sources, compact.probe_clusters, compact.mean_rank,
+        static_cast<double>(compact.bytes) / 1e6, 100 * compact.rms_error, 100 * compact.largest_error);
+  if (compact.band4_probe_clusters > 0)
+    text +=
+        format("           l = 4 in %zu probe clusters, %zu components, %.1f MB of it\n", compact.band4_probe_clusters,
+               compact.band4_components, static_cast<double>(compact.band4_bytes) / 1e6);
+  return text;
+}
+
+} // namespace
+
+std::string to_json(const BakeReport& r, bool times) {
+  Json j;
+  add_geometry(r, j);
+  add_transport(r, j);
+  add_skipped(r, j);
+  add_fine_sky(r.compact, j);
+  for (const SkyError& s : r.audit.sky)
+    j["audit"].push_back({{"sky", s.sky},
+                          {"error", s.total},
+                          {"sky_part", s.sky_part},
+                          {"probe_part", s.grid_part},
+                          {"irradiance", s.irradiance},
+                          {"nine_coefficients", s.band4}});
+  for (const StageTime& s : r.stages)
+    if (times)
+      j["seconds"][s.name] = s.seconds;
+  if (times)
+    j["seconds"]["total"] = r.total_seconds;
+  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string to_text(const BakeReport& r) {
+  std::string text = geometry_lines(r) + transport_lines(r) + fine_sky_lines(r.compact);
   text += "seconds    ";
   for (const StageTime& s : r.stages)
     text += format("%s %.2f, ", s.name.c_str(), s.seconds);

@@ -1,8 +1,6 @@
-#include <cstdarg>
-#include <cstdio>
-
 #include <nlohmann/json.hpp>
 
+#include "precompute/detail/text_format.h"
 #include "precompute/room_check.h"
 #include "scene/room/glass.h"
 
@@ -10,14 +8,7 @@ namespace daylit::precompute {
 
 namespace {
 
-__attribute__((format(printf, 1, 2))) std::string format(const char* pattern, ...) {
-  char text[1024];
-  va_list arguments;
-  va_start(arguments, pattern);
-  std::vsnprintf(text, sizeof(text), pattern, arguments);
-  va_end(arguments);
-  return text;
-}
+using detail::format;
 
 std::string material_lines(const std::vector<CheckedMaterial>& materials) {
   std::string text;
@@ -37,7 +28,7 @@ std::string opening_lines(const RoomCheck& check) {
       format("openings   %d windows (%.2f m2), %d holes (%.2f m2)\n", check.apertures.window_polygons,
              check.apertures.window_area_m2, check.apertures.hole_polygons, check.apertures.hole_area_m2);
   for (const CheckedOpening& o : check.openings)
-    text += format("  %.2f m2 around (%.2f, %.2f, %.2f), light comes in towards (%.2f, %.2f, %.2f)\n", o.area_m2,
+    text += format("  %.2f m2 around (%.2f, %.2f, %.2f), light enters in direction (%.2f, %.2f, %.2f)\n", o.area_m2,
                    o.centre_m.x, o.centre_m.y, o.centre_m.z, o.inward.x + 0.0, o.inward.y + 0.0, o.inward.z + 0.0);
   if (check.apertures.unexplained_escape > 0)
     text += format("  %.2f %% of the test rays leave through gaps without an outline\n",
@@ -52,8 +43,8 @@ nlohmann::ordered_json triple(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 std::string to_text(const RoomCheck& check) {
   const glm::dvec3 size = check.bounds.size(), low = check.bounds.min;
   std::string text = check.file + "\n";
-  text += format("size       %.2f x %.2f x %.2f m (x, y, z up), from (%.2f, %.2f, %.2f): is that right?\n", size.x,
-                 size.y, size.z, low.x, low.y, low.z);
+  text += format("size       %.2f x %.2f x %.2f m (x, y, z up), lowest corner (%.2f, %.2f, %.2f)\n", size.x, size.y,
+                 size.z, low.x, low.y, low.z);
   text += format("faces      %zu read, %zu without area, %zu duplicate\n", check.faces.faces_read,
                  check.faces.zero_area_faces, check.faces.duplicate_faces);
   text += "materials\n" + material_lines(check.materials);

@@ -14,7 +14,7 @@ constexpr double kSize = 8.0, kLattice = 0x1p-22; // units
 BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
   BakeOptions local = world;
   local.facet_edge_m /= frame.unit_m;
-  // Where the grid is given the spacing only bounds the distance from the walls: the same share of every room.
+  // Where the grid is given the spacing only bounds the distance from the walls: the same part of every room.
   if (std::min({world.grid.x, world.grid.y, world.grid.z}) <= 0)
     local.spacing_m /= frame.unit_m;
   for (glm::dvec3& p : local.points)
@@ -50,8 +50,8 @@ void volume_in_world(const RoomFrame& frame, const RoomFile& file, const BakeOpt
   volume.room = file.room;
 }
 
-/// What the apertures of the world's room are called by: notes and errors name places.
-Result<void> name_places(const Room& room, BakeReport& report) {
+/// What the apertures of the world's room are called by: notes and errors name positions.
+Result<void> name_positions(const Room& room, BakeReport& report) {
   const Result<RayScene> scene = RayScene::build(room);
   if (!scene)
     return scene.error();
@@ -64,6 +64,7 @@ Result<void> name_places(const Room& room, BakeReport& report) {
 
 } // namespace
 
+/// Unit: an eighth of the longest side, so that every room is eight units long.
 RoomFrame RoomFrame::of(const Room& room) {
   const Bounds bounds = room.bounds();
   const glm::dvec3 size = bounds.size();
@@ -71,17 +72,19 @@ RoomFrame RoomFrame::of(const Room& room) {
   return {bounds.centre(), longest > 0.0 && std::isfinite(longest) ? longest / kSize : 1.0};
 }
 
+/// Rounded to the lattice 2^-22 of a unit: the same room elsewhere, or in other units, gives the same coordinates.
 glm::dvec3 RoomFrame::snapped(const glm::dvec3& world) const {
   return kLattice * glm::round(to_local(world) / kLattice);
 }
 
+/// Corners on the lattice, vertices sorted and joined; faces without area after that are counted and left out.
 Room room_in_frame(const Room& room, const RoomFrame& frame, std::size_t& collapsed) {
   const auto before = [](const glm::dvec3& a, const glm::dvec3& b) {
     return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
   };
   Room local;
   local.materials = room.materials;
-  // One vertex per place, in one order: how a file numbers or repeats its vertices changes nothing.
+  // One vertex per position, in one order: how a file orders or repeats its vertices changes nothing.
   for (const RoomTriangle& t : room.triangles)
     for (int k = 0; k < 3; ++k)
       local.vertices.push_back(frame.snapped(room.corner(t, k)));
@@ -101,6 +104,7 @@ Room room_in_frame(const Room& room, const RoomFrame& frame, std::size_t& collap
   return local;
 }
 
+/// Bakes the room in its own frame and carries volume, report and errors back to the world.
 Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options,
                               const Progress& progress, BakeReport& report) {
   const RoomFrame frame = RoomFrame::of(file.room);
@@ -108,8 +112,8 @@ Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partitio
   const RoomFile local{room_in_frame(file.room, frame, collapsed), file.report, file.content_hash};
   Result<BasisVolume> volume = bake(local, partition, options_in_frame(options, frame), progress, report);
   if (!volume) {
-    // The same refusal, told with the places of the world.
-    const Result<void> named = name_places(file.room, report);
+    // The same refusal, with positions in the world.
+    const Result<void> named = name_positions(file.room, report);
     return named ? volume.error() : named.error();
   }
   if (collapsed > 0)
@@ -118,7 +122,7 @@ Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partitio
   report_in_world(frame, report);
   volume_in_world(frame, file, options, *volume);
   if (!report.apertures.notes.empty())
-    if (const Result<void> named = name_places(file.room, report); !named)
+    if (const Result<void> named = name_positions(file.room, report); !named)
       return named.error();
   return volume;
 }

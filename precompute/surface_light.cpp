@@ -11,9 +11,10 @@ namespace daylit::precompute {
 namespace {
 
 /// Where a patch is, how it is turned and what it reflects: clusters are small in all of these.
-using Place = std::array<double, 9>;
+using Features = std::array<double, 9>;
 
-std::vector<Place> places(const radiosity::PatchSet& set, const std::vector<std::uint32_t>& lit) {
+/// Middle in metres; normal and reflectance times the size of the room, so that all are lengths.
+std::vector<Features> features(const radiosity::PatchSet& set, const std::vector<std::uint32_t>& lit) {
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
   for (const radiosity::Patch& e : set.patches)
     for (const glm::dvec3& c : e.corner) {
@@ -21,7 +22,7 @@ std::vector<Place> places(const radiosity::PatchSet& set, const std::vector<std:
       high = glm::max(high, c);
     }
   const double size = set.patches.empty() ? 1.0 : std::max({high.x - low.x, high.y - low.y, high.z - low.z});
-  std::vector<Place> list;
+  std::vector<Features> list;
   for (const std::uint32_t i : lit) {
     const radiosity::Patch& e = set.patches[i];
     const glm::dvec3 p = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0, n = size * e.normal,
@@ -40,7 +41,7 @@ struct Group {
   }
 };
 
-Group measured(const std::vector<Place>& at, const std::vector<std::uint32_t>& order, std::size_t begin,
+Group measured(const std::vector<Features>& at, const std::vector<std::uint32_t>& order, std::size_t begin,
                std::size_t end) {
   Group g{-1, 0, begin, end};
   for (int axis = 0; axis < 9; ++axis) {
@@ -61,7 +62,7 @@ Group measured(const std::vector<Place>& at, const std::vector<std::uint32_t>& o
 /// Splits the longest group in half until there are enough. Cluster of each patch; -1 of those that are not `lit`.
 std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const std::vector<std::uint32_t>& lit,
                                         std::size_t most, std::size_t& count) {
-  const std::vector<Place> at = places(set, lit);
+  const std::vector<Features> at = features(set, lit);
   std::vector<std::uint32_t> order(lit.size());
   std::iota(order.begin(), order.end(), 0u);
   std::priority_queue<Group> groups;
@@ -103,7 +104,8 @@ std::vector<std::uint32_t> lit_patches(const SurfaceLight& light) {
   return lit;
 }
 
-/// The sources' clusters are those of their patches.
+/// The sources' clusters are those of their patches; cluster_fraction = A_source / A_cluster makes the mean irradiance
+/// of the cluster from that of its sources.
 void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& elements,
                    const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
   std::vector<double> area(light.clusters, 0.0);
@@ -117,7 +119,7 @@ void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& el
   }
 }
 
-/// One column per cluster, and the whole sky as the last one, for the audit.
+/// Column k: irradiance 1 on cluster k. The last column: the whole sky, for the audit of energy.
 radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightElements& elements,
                                        const std::vector<std::int32_t>& cluster_of, std::vector<float> opening) {
   const std::size_t columns = light.clusters + 1;
@@ -155,7 +157,7 @@ radiosity::EnergyBalance audit_sky(const radiosity::PatchSet& set, const radiosi
   return radiosity::audit_energy(set, exchange, sky, b);
 }
 
-/// Takes the light that a cluster sends out itself off the solution.
+/// B - rho on the cluster itself: the solution for irradiance 1 on a cluster without what the cluster reflects at once.
 void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::PatchSet& set,
                           const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
   const std::size_t n = light.clusters, columns = n + 1;

@@ -18,12 +18,14 @@ void add_product(CBLAS_TRANSPOSE transpose, std::size_t m, std::size_t w, std::s
               static_cast<int>(stride), b, width, 1.0f, c, width);
 }
 
+/// y += B x for a block, and y += B^T x for its mirror image.
 void apply_dense(const ExchangeBlock& b, const float* x, std::size_t w, float* y) {
   add_product(CblasNoTrans, b.rows, w, b.columns, b.values.data(), b.columns, x + b.column * w, y + b.row * w);
   if (!b.diagonal())
     add_product(CblasTrans, b.columns, w, b.rows, b.values.data(), b.columns, x + b.row * w, y + b.column * w);
 }
 
+/// The same of B = U V^T: y += U (V^T x), y += V (U^T x).
 void apply_low_rank(const ExchangeBlock& b, const float* x, std::size_t w, std::vector<float>& work, float* y) {
   const float *u = b.values.data(), *v = u + std::size_t{b.rows} * b.rank;
   work.assign(b.rank * w, 0.0f);
@@ -59,6 +61,7 @@ void ExchangeMatrix::multiply(const float* x, std::size_t columns, float* y) con
 
 std::vector<double> ExchangeMatrix::row_sums() const { return scaled_row_sums(std::vector<double>(size(), 1.0)); }
 
+/// sum_j s_i G_ij s_j of every i, m^2: one product with s.
 std::vector<double> ExchangeMatrix::scaled_row_sums(std::span<const double> diagonal) const {
   std::vector<float> x(size()), sum(size());
   for (std::size_t k = 0; k < size(); ++k)
@@ -70,6 +73,7 @@ std::vector<double> ExchangeMatrix::scaled_row_sums(std::span<const double> diag
   return result;
 }
 
+/// Blocks become s_i B_ij s_j; of a product U V^T the rows of either factor are scaled.
 void ExchangeMatrix::scale(std::span<const double> diagonal) {
   std::vector<float> s(size());
   for (std::size_t k = 0; k < size(); ++k)
@@ -107,16 +111,6 @@ std::vector<float> ExchangeMatrix::dense_in_tree_order() const {
         result[(b.column + j) * n + b.row + i] = values[i * b.columns + j];
       }
   }
-  return result;
-}
-
-std::vector<float> ExchangeMatrix::dense() const {
-  const std::size_t n = size();
-  const std::vector<float> ordered = dense_in_tree_order();
-  std::vector<float> result(n * n);
-  for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j)
-      result[order_[i] * n + order_[j]] = ordered[i * n + j];
   return result;
 }
 

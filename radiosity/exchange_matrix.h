@@ -39,9 +39,7 @@ public:
   std::vector<double> scaled_row_sums(std::span<const double> diagonal) const;
   /// G becomes S G S.
   void scale(std::span<const double> diagonal);
-  /// The whole matrix, [patch][patch], row-major: for tests and small rooms.
-  std::vector<float> dense() const;
-  /// The same, [tree position][tree position].
+  /// The whole matrix, [tree position][tree position], row-major.
   std::vector<float> dense_in_tree_order() const;
 
 private:

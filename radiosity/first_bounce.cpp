@@ -31,7 +31,7 @@ int add_escapes(DirectLight& task, const Patch& e, std::uint64_t seed, int first
     const glm::dvec3 from = glm::mix(on_triangle(e.corner, r2_point(i, random_shift(seed))), middle, kOffEdges);
     const glm::dvec3 d = cosine_direction(e.normal, r2_point(i, random_shift(seed + 77)));
     int crossed = 0;
-    if (!task.leaves(from, d))
+    if (!task.escapes(from, d))
       continue;
     (void)aperture_transmittance(task.apertures, from + task.mesh.origin, d, kInfinity, &crossed);
     if (crossed > 0)
@@ -56,6 +56,7 @@ void receive_open_sky(DirectLight& task, std::size_t index, Received& out) {
   add_escapes(task, e, seed, kScoutRays, kOpenSkyRays, true, out);
 }
 
+/// Only the regions that give light.
 FirstBounceRow squeeze(const Received& received) {
   FirstBounceRow row;
   for (std::size_t i = 0; i < received.region.size(); ++i)

@@ -10,7 +10,8 @@
 
 namespace daylit::radiosity {
 
-/// Irradiance of every patch when one sky region at a time has radiance 1: light straight from outside.
+/// Irradiance of every patch when one sky region at a time has radiance 1: direct light, H_i = 1/A_i int_A int_region
+/// V tau cos dw dA.
 struct FirstBounce {
   std::size_t patches = 0;
   int channels = 3;                 ///< stored: 1 where all panes are colourless, else 3

@@ -35,7 +35,7 @@ struct ExchangeOptions {
 
 /// Exchange areas of all pairs. Unoccluded part: contour integral for pairs closer than a few diameters or cut by each
 /// other's plane, 3 x 3 Gauss points beyond (1.1e-4 rms, 3e-3 the worst pair). Visibility: low-discrepancy rays
-/// between the two triangles weighted by the same kernel, as many as the pair's form factor asks for. Pairs with
+/// between the two triangles weighted by the same kernel, in proportion to the pair's form factor. Pairs with
 /// nothing between them need no ray, nor do those that one face hides from each other; clusters that are far apart with
 /// nothing between them need no entries: they are stored as low-rank products. `room`: the surfaces that the mesh was
 /// made of; `rays`: the same. Errors: limit_exceeded (storage), interrupted.

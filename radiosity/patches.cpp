@@ -252,6 +252,7 @@ std::int32_t PatchSet::hit(const SurfaceMesh& mesh, std::uint32_t facet, const g
   return of_facet[facet][glm::dot(glm::dvec3(direction), mesh.facets[facet].normal) < 0.0 ? 0 : 1];
 }
 
+/// Three vertices of its own for every facet: hit index = facet index.
 Result<RayScene> facet_scene(const SurfaceMesh& mesh) {
   std::vector<glm::dvec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -292,6 +293,7 @@ void follow_receivers(SideSearch& search, std::span<const glm::dvec3> receivers)
 
 } // namespace
 
+/// A side is a patch when light reaches it and, if receivers are given, it reaches a receiver.
 PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
                       const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers) {
   SideSearch light(mesh, scene), receiving(mesh, scene);

@@ -37,7 +37,7 @@ struct PatchSet {
   std::int32_t hit(const SurfaceMesh& mesh, std::uint32_t facet, const glm::vec3& direction) const;
 };
 
-/// Ray scene over the facets themselves; hits report facet numbers. Coordinates as in the mesh.
+/// Ray scene over the facets themselves; hits report facet indices. Coordinates as in the mesh.
 Result<RayScene> facet_scene(const SurfaceMesh& mesh);
 
 /// Follows light from just inside the apertures: a facet side is kept when rays from the air or from a kept side meet

@@ -21,7 +21,7 @@ constexpr std::array<double, 6> kNode = {0.1252334085114689, 0.3678314989981802,
 constexpr std::array<double, 6> kWeight = {0.2491470458134028, 0.2334925365383548, 0.2031674267230659,
                                            0.1600783285433462, 0.1069393259953184, 0.0471753363865118};
 
-/// Antiderivative of ln sqrt(s^2 + h^2).
+/// Antiderivative in s of ln sqrt(s^2 + h^2): s/2 ln(s^2 + h^2) - s + h atan(s / h).
 double log_distance_integral(double s, double h) {
   const double r2 = s * s + h * h;
   if (r2 <= 0.0)
@@ -30,7 +30,7 @@ double log_distance_integral(double s, double h) {
   return 0.5 * s * std::log(r2) - s + angle;
 }
 
-/// Integral of ln |x - p| for x along the edge.
+/// Integral of ln |x - p| for x along the edge: closed, with the distance of p from the line as h.
 double inner(const Edge& e, const glm::dvec3& p) {
   const glm::dvec3 d = p - e.from;
   const double along = glm::dot(d, e.unit);
@@ -38,10 +38,11 @@ double inner(const Edge& e, const glm::dvec3& p) {
   return log_distance_integral(e.length - along, off) - log_distance_integral(-along, off);
 }
 
-/// K'' = ln |x|.
+/// K with K'' = ln |x|: K = x^2 (ln |x| / 2 - 3/4).
 double second_antiderivative(double x) { return x == 0.0 ? 0.0 : x * x * (0.5 * std::log(std::abs(x)) - 0.75); }
 
-/// Both edges on one line: exact. c, d: positions of q's ends on p's axis.
+/// Both edges on one line: int int ln |s - t| ds dt = K(p - c) + K(-d) - K(p - d) - K(-c), exact. c, d: positions of
+/// q's ends on p's axis.
 double collinear(const Edge& p, double c, double d) {
   const double integral = second_antiderivative(p.length - c) + second_antiderivative(-d) -
                           second_antiderivative(p.length - d) - second_antiderivative(-c);
@@ -83,6 +84,8 @@ double relative_gap(const Edge& p, const Edge& q) {
   return (centres - 0.5 * (p.length + q.length)) / std::max(p.length, q.length);
 }
 
+/// int int ln |x - y| over both edges, m^2: the inner integral along q is closed, the outer one along p by a rule that
+/// follows the distance of the two.
 double log_double_integral(const Edge& p, const Edge& q) {
   const double gap = relative_gap(p, q);
   if (gap > 1.5)
@@ -125,6 +128,7 @@ SmallPolygon oriented(std::span<const glm::dvec3> corners, const glm::dvec3& nor
 
 } // namespace
 
+/// One plane of the clip of Sutherland & Hodgman (1974).
 SmallPolygon clip_to_front(const SmallPolygon& polygon, const glm::dvec3& point, const glm::dvec3& normal) {
   SmallPolygon out;
   for (int k = 0; k < polygon.size; ++k) {
@@ -138,6 +142,8 @@ SmallPolygon clip_to_front(const SmallPolygon& polygon, const glm::dvec3& point,
   return out;
 }
 
+/// F = 1/(2 pi) sum_k gamma_k (a x b / |a x b|) . n over the edges a -> b seen from the point, gamma_k = atan2(|a x b|,
+/// a . b) the angle that an edge spans (Lambert 1760; Cohen & Wallace 1993, ch. 4).
 double point_to_polygon(const glm::dvec3& point, const glm::dvec3& normal, std::span<const glm::dvec3> polygon) {
   SmallPolygon whole;
   for (const glm::dvec3& c : polygon)
@@ -154,6 +160,8 @@ double point_to_polygon(const glm::dvec3& point, const glm::dvec3& normal, std::
   return std::abs(sum) / (2.0 * std::numbers::pi);
 }
 
+/// G = A_i F_ij = 1/(2 pi) sum_pq (u_p . u_q) int int ln r ds dt over all pairs of edges, m^2 (Sparrow 1963; Cohen &
+/// Wallace 1993, ch. 4): Stokes' theorem applied to both areas.
 double exchange_area_unoccluded(const SmallPolygon& a, const SmallPolygon& b) {
   double sum = 0;
   for (int i = 0; i < a.size; ++i) {

@@ -21,6 +21,7 @@ public:
     }
   }
 
+  /// Deviation of every row, (sum - wanted) / A; rows beyond the limit are left as they are.
   RowClosure examine(const PatchSet& set, const std::vector<double>& sum, double limit) {
     RowClosure closure;
     closure.deviation.resize(wanted_.size());
@@ -53,6 +54,9 @@ private:
 
 } // namespace
 
+/// Seeks S = diag(s) with sum_j s_i G_ij s_j = A_i (1 - F_i,outside): what leaves a patch of a closed room arrives
+/// somewhere. s_i <- s_i (wanted_i / sum_i)^p, the symmetric form of the scaling of Sinkhorn & Knopp (1967); p = 1/2
+/// converges without swinging, p = 1 in between is faster.
 RowClosure close_rows(const PatchSet& set, std::span<const float> opening, const CloseRowsOptions& options,
                       ExchangeMatrix& exchange) {
   Rows rows(set, opening, options);

@@ -72,13 +72,13 @@ Result<void> solve_columns(const ExchangeMatrix& exchange, const std::vector<flo
   const Result<void> done = parallel_stage("solve", panels, 1, progress, [&](std::size_t p) {
     const std::size_t first = p * kPanel, width = std::min(kPanel, columns.count - first);
     PanelResult result;
-    const WorkStore::Name piece{name.stage, name.part, p};
-    if (!(options.store && result.take(options.store->find(piece), exchange.size() * width, width))) {
+    const WorkStore::Name key{name.stage, name.part, p};
+    if (!(options.store && result.take(options.store->find(key), exchange.size() * width, width))) {
       std::vector<float> right_side(exchange.size() * width);
       columns.fill(first, width, right_side.data());
       result = solve_panel(exchange, scale, std::move(right_side), width, options, factor ? &*factor : nullptr);
       if (options.store)
-        options.store->keep(piece, result.bytes());
+        options.store->keep(key, result.bytes());
     }
     iterations[p] = result.iterations;
     std::ranges::copy(result.residual, all.residual.begin() + static_cast<std::ptrdiff_t>(first));
@@ -120,6 +120,7 @@ void SolveReport::add(const SolveReport& other) {
   cpu_seconds += other.cpu_seconds;
 }
 
+/// Bit-equal reflectances and direct light: the solution is the same.
 std::array<int, 3> equal_channels(const PatchSet& set, const FirstBounce& light) {
   std::array<int, 3> copy_of = {0, 1, 2};
   for (int c = 1; c < 3; ++c)

@@ -47,7 +47,7 @@ std::vector<Facet> mesh_groups(const std::vector<PlaneGroup>& groups,
   return facets;
 }
 
-/// Interleaves the low ten bits of three numbers.
+/// Interleaves the low ten bits of three coordinates.
 std::uint32_t morton_code(const glm::dvec3& unit) {
   std::uint32_t code = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -58,8 +58,8 @@ std::uint32_t morton_code(const glm::dvec3& unit) {
   return code;
 }
 
-/// Neighbours in space become neighbours in number: blocks of facets are compact, which visibility tests use.
-void sort_by_place(std::vector<Facet>& facets, const glm::dvec3& half_size) {
+/// Neighbours in space get neighbouring indices: blocks of facets are compact, which visibility tests use.
+void sort_by_position(std::vector<Facet>& facets, const glm::dvec3& half_size) {
   const double extent = 2.0 * std::max({half_size.x, half_size.y, half_size.z});
   const auto key = [&](const Facet& p) {
     const glm::dvec3 middle = (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0;
@@ -68,6 +68,7 @@ void sort_by_place(std::vector<Facet>& facets, const glm::dvec3& half_size) {
   std::ranges::stable_sort(facets, {}, key);
 }
 
+/// Of the faces as they are given, doubles included, m^2.
 double total_area(const std::vector<PlaneGroup>& groups) {
   double sum = 0;
   for (const PlaneGroup& g : groups)
@@ -98,6 +99,7 @@ Error too_fine() {
 
 } // namespace
 
+/// Edge length from N = 4.5 A / edge^2: what refinement makes of an area A; corrected by the count that results.
 Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) {
   SurfaceMesh mesh;
   mesh.origin = room.bounds().centre();
@@ -130,7 +132,7 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   }
   if (mesh.facets.size() > limit)
     return too_fine();
-  sort_by_place(mesh.facets, 0.5 * size);
+  sort_by_position(mesh.facets, 0.5 * size);
   mesh.doubled_m2 = doubled_area(groups, mesh.facets);
   return mesh;
 }

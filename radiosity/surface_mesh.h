@@ -19,7 +19,7 @@ struct Facet {
   std::array<glm::dvec3, 3> corner; ///< metres, relative to SurfaceMesh::origin, counter-clockwise about normal
   glm::dvec3 normal{0.0};           ///< unit
   double area_m2 = 0;
-  std::uint32_t plane = 0; ///< faces of one plane and material share this number
+  std::uint32_t plane = 0; ///< faces of one plane and material have this id
   std::uint32_t material = 0;
 };
 

@@ -8,15 +8,15 @@
 
 namespace daylit::radiosity {
 
-/// Where finished pieces of long work are kept, so that a killed run can go on. A piece is a function of the inputs
-/// only: found or computed again, its bytes are the same.
+/// Where finished work is kept, so that a killed run can go on. Its bytes are a function of the inputs
+/// only: found or computed again, they are the same.
 class WorkStore {
 public:
   enum class Stage : std::uint32_t { exchange = 1, forward = 2, adjoint = 3 };
   struct Name {
     Stage stage;
     std::uint32_t part;  ///< channel of a solve, else 0
-    std::uint64_t piece; ///< number within the part
+    std::uint64_t index; ///< within the part
     auto operator<=>(const Name&) const = default;
   };
 

@@ -12,7 +12,7 @@ namespace daylit::bench {
 namespace {
 
 using List = std::vector<Comparison>;
-using Points = std::vector<radiosity::SurfacePoint>;
+using Points = std::vector<SurfacePoint>;
 constexpr double kHuge_m = 500.0; // the larger ground of CIE 171
 
 /// Compares irradiances at points with one formula per point.
@@ -126,7 +126,7 @@ Result<List> closed_room_means(SolvedRoom& room, const std::vector<float>& refle
   std::vector<Rgb> exitance(room.set.patches.size(), Rgb(0.0f));
   const std::size_t lamp = exitance.size() / 3;
   exitance[lamp] = Rgb(static_cast<float>(flux / room.set.patches[lamp].area_m2));
-  const auto straight = radiosity::emitted_light(room.set, room.exchange, exitance);
+  const auto straight = emitted_light(room.set, room.exchange, exitance);
   if (!straight)
     return straight.error();
   List list;

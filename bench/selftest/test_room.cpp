@@ -84,7 +84,7 @@ double SolvedRoom::exchange_area_m2(std::uint32_t from, std::uint32_t to) const 
   std::vector<float> emitting(set.patches.size());
   for (std::size_t j = 0; j < emitting.size(); ++j)
     emitting[j] = material(j) == to ? 1.0f : 0.0f;
-  const std::vector<float> received = radiosity::exchange_product(exchange, emitting, 1);
+  const std::vector<float> received = exchange_product(exchange, emitting, 1);
   double sum = 0;
   for (std::size_t i = 0; i < received.size(); ++i)
     sum += material(i) == from ? static_cast<double>(received[i]) : 0.0;
@@ -99,20 +99,20 @@ double SolvedRoom::area_m2() const {
 }
 
 Result<radiosity::Radiosity> SolvedRoom::solve(const std::vector<Rgb>& exitance, const Progress& progress) const {
-  const auto light = radiosity::emitted_light(set, exchange, exitance);
+  const auto light = emitted_light(set, exchange, exitance);
   if (!light)
     return light.error();
   auto b = radiosity::solve_radiosity(set, exchange, *light, {}, progress);
   if (b)
-    radiosity::add_exitance(exitance, *b);
+    add_exitance(exitance, *b);
   return b;
 }
 
-Result<std::vector<double>> SolvedRoom::irradiance(std::vector<radiosity::SurfacePoint> points,
-                                                   const radiosity::Radiosity& light, const Progress& progress) const {
-  for (radiosity::SurfacePoint& p : points)
+Result<std::vector<double>> SolvedRoom::irradiance(std::vector<SurfacePoint> points, const radiosity::Radiosity& light,
+                                                   const Progress& progress) const {
+  for (SurfacePoint& p : points)
     p.position -= mesh.origin;
-  const auto e = radiosity::surface_irradiance(points, set, rays, light, {}, progress);
+  const auto e = surface_irradiance(points, set, rays, light, {}, progress);
   if (!e)
     return e.error();
   std::vector<double> green(points.size());

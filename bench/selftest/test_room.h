@@ -6,8 +6,8 @@
 
 #include "bench/room_parts.h"
 #include "bench/selftest/closed_form_cases.h"
-#include "radiosity/emission.h"
-#include "radiosity/surface_irradiance.h"
+#include "bench/selftest/emission.h"
+#include "bench/selftest/surface_irradiance.h"
 #include "scene/room/aperture.h"
 #include "scene/room/room.h"
 
@@ -51,8 +51,8 @@ struct SolvedRoom {
   /// What every patch sends out: its own exitance and what it reflects.
   Result<radiosity::Radiosity> solve(const std::vector<Rgb>& exitance, const Progress& progress) const;
   /// Irradiance at world points on surfaces.
-  Result<std::vector<double>> irradiance(std::vector<radiosity::SurfacePoint> world_points,
-                                         const radiosity::Radiosity& light, const Progress& progress) const;
+  Result<std::vector<double>> irradiance(std::vector<SurfacePoint> world_points, const radiosity::Radiosity& light,
+                                         const Progress& progress) const;
 };
 
 } // namespace daylit::bench

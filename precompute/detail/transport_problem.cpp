@@ -10,6 +10,7 @@ namespace daylit::precompute::detail {
 
 namespace {
 
+/// Given points, or a grid of which the probes in the air are valid.
 Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
                               const BakeOptions& options) {
   if (!options.points.empty())
@@ -22,6 +23,7 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
 
 } // namespace
 
+/// Scenes, openings, probes, mesh and patches, in the order in which each needs the one before.
 Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport& report, StageClock& clock) {
   Problem p;
   Result<RayScene> room_scene = RayScene::build(room);
@@ -64,6 +66,7 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   return p;
 }
 
+/// Equal positions, as given points may have them, are gathered once.
 ProbePoints::ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) {
   std::map<std::array<float, 3>, std::size_t> known;
   for (std::size_t i = 0; i < probes.size(); ++i)
@@ -73,16 +76,17 @@ ProbePoints::ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) 
       if (added)
         at.push_back(probes.origin + glm::dvec3(p) - mesh_origin);
       probe.push_back(i);
-      place.push_back(found->second);
+      position.push_back(found->second);
     }
 }
 
+/// Row of each probe = row of its position.
 std::vector<float> ProbePoints::spread(std::vector<float> rows) const {
   if (at.size() == probe.size())
     return rows;
   const std::size_t width = rows.size() / at.size();
   std::vector<float> all;
-  for (const std::size_t p : place)
+  for (const std::size_t p : position)
     all.insert(all.end(), rows.begin() + static_cast<std::ptrdiff_t>(p * width),
                rows.begin() + static_cast<std::ptrdiff_t>((p + 1) * width));
   return all;

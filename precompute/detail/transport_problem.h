@@ -45,14 +45,14 @@ struct Problem {
 /// Fills the counts of mesh, probes and unknowns in the report.
 Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport& report, StageClock& clock);
 
-/// Positions of the valid probes, relative to the mesh origin, each place once, and which probes stand there.
+/// Positions of the valid probes, relative to the mesh origin, each once, and which probes stand there.
 struct ProbePoints {
   std::vector<glm::dvec3> at;
-  std::vector<std::size_t> probe; ///< valid probes
-  std::vector<std::size_t> place; ///< of each of these, in `at`
+  std::vector<std::size_t> probe;    ///< valid probes
+  std::vector<std::size_t> position; ///< of each of these, in `at`
 
   ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin);
-  /// Rows of places to rows of probes.
+  /// Rows of positions to rows of probes.
   std::vector<float> spread(std::vector<float> rows) const;
 };
 

@@ -14,7 +14,7 @@
 
 namespace daylit::radiosity {
 
-/// What all patches share.
+/// What is the same for all patches.
 struct DirectLight {
   // Directions stand for the whole sphere, at least so many; fewer do for a patch that has a wide view of an opening.
   static constexpr int kDirections = 16384, kWideDirections = 8192;
@@ -38,7 +38,7 @@ struct DirectLight {
         wide(regions, parts, kWideDirections), paths(facets, openings, parts) {}
 
   /// Nothing blocks the ray.
-  bool leaves(const glm::dvec3& from, const glm::dvec3& direction) const {
+  bool escapes(const glm::dvec3& from, const glm::dvec3& direction) const {
     return !scene.occluded(scene.to_local(from), glm::vec3(direction), 2.0f * scene.surface_offset(),
                            std::numeric_limits<float>::infinity());
   }

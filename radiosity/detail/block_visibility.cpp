@@ -72,23 +72,24 @@ std::span<const glm::dvec3> holding_points(const ClusterTree& tree, const Cluste
   return storage;
 }
 
-/// Highest and lowest height of a box over a plane.
+/// Highest height of a box over a plane: that of its middle plus the support half . |n|.
 double high(const Box& box, const glm::dvec3& point, const glm::dvec3& normal) {
   const glm::dvec3 middle = 0.5 * (box.lo + box.hi), half = 0.5 * (box.hi - box.lo);
   return glm::dot(middle - point, normal) + glm::dot(half, glm::abs(normal));
 }
 
-/// Range of n . (q - p) for all normals n in the cone, p and q in two boxes.
+/// Range of n . (q - p) for all normals n in the cone, p and q in two boxes of radii r: |w| cos(angle(w, axis) -+ half
+/// angle of the cone) +- (r_p + r_q), w the way between the middles. Metres.
 struct ConeHeights {
   double low = -kInfinity, high = kInfinity;
   ConeHeights(const NormalCone& cone, const Box& p, const Box& q) {
     const glm::dvec3 way = 0.5 * (q.lo + q.hi - p.lo - p.hi);
-    const double length = glm::length(way), reach = 0.5 * (diameter(p) + diameter(q));
+    const double length = glm::length(way), radii = 0.5 * (diameter(p) + diameter(q));
     if (cone.angle > std::numbers::pi || !(length > 0.0))
       return;
     const double angle = std::acos(std::clamp(glm::dot(way, cone.axis) / length, -1.0, 1.0));
-    high = length * std::cos(std::max(angle - cone.angle, 0.0)) + reach;
-    low = length * std::cos(std::min(angle + cone.angle, std::numbers::pi)) - reach;
+    high = length * std::cos(std::max(angle - cone.angle, 0.0)) + radii;
+    low = length * std::cos(std::min(angle + cone.angle, std::numbers::pi)) - radii;
   }
 };
 
@@ -125,6 +126,7 @@ BlockVisibility::Range BlockVisibility::heights(const ClusterTree& tree, const C
   return range;
 }
 
+// Three tests, the cheap ones first: one plane, the cone of the normals, every plane by itself.
 bool BlockVisibility::behind(const ClusterTree& tree, const Cluster& a, const Cluster& b) const {
   if (a.plane >= 0)
     return heights(tree, b, a.point, a.normal).high <= tolerance_m_;
@@ -150,9 +152,9 @@ bool BlockVisibility::in_front(const ClusterTree& tree, const Cluster& a, const 
 bool BlockVisibility::shielded(const ClusterTree& tree, const Cluster& c, const Cluster& o) const {
   const auto below = [&](const glm::dvec3& point, const glm::dvec3& normal) {
     return high(o.box, point, normal) <= tolerance_m_ ||
-           (o.leaf() && std::ranges::all_of(obstacles_[hierarchy_.order()[o.first]].corner, [&](const glm::dvec3& q) {
-              return glm::dot(q - point, normal) <= tolerance_m_;
-            }));
+           (o.childless() &&
+            std::ranges::all_of(obstacles_[hierarchy_.order()[o.first]].corner,
+                                [&](const glm::dvec3& q) { return glm::dot(q - point, normal) <= tolerance_m_; }));
   };
   if (c.plane >= 0)
     return below(c.point, c.normal);
@@ -164,8 +166,8 @@ bool BlockVisibility::shielded(const ClusterTree& tree, const Cluster& c, const 
 
 /// A segment from height ha to hb over the obstacle's plane crosses it at (ha b - hb a) / (ha - hb), a projective map
 /// of either end: what holds for the segments between all corners holds for all segments.
-Sight BlockVisibility::past_obstacle(const ClusterTree& tree, const Cluster& a, const Cluster& b,
-                                     const Obstacle& o) const {
+Visibility BlockVisibility::past_obstacle(const ClusterTree& tree, const Cluster& a, const Cluster& b,
+                                          const Obstacle& o) const {
   std::array<glm::dvec3, 8> box_a, box_b;
   const auto points_a = holding_points(tree, a, box_a), points_b = holding_points(tree, b, box_b);
   const Heights ha(points_a, o.corner[0], o.normal), hb(points_b, o.corner[0], o.normal);
@@ -184,7 +186,7 @@ Sight BlockVisibility::past_obstacle(const ClusterTree& tree, const Cluster& a, 
       continue;
     const Heights sa(points_a, o.corner[k], inward / length), sb(points_b, o.corner[k], inward / length);
     if (sa.high() <= tolerance_m_ && sb.high() <= tolerance_m_)
-      return Sight::clear;
+      return Visibility::clear;
     if (sign == 0.0)
       continue;
     bool outside = true;
@@ -196,14 +198,14 @@ Sight BlockVisibility::past_obstacle(const ClusterTree& tree, const Cluster& a, 
         hidden = hidden && w >= -slack;
       }
     if (outside)
-      return Sight::clear;
+      return Visibility::clear;
   }
-  return hidden ? Sight::hidden : Sight::mixed;
+  return hidden ? Visibility::hidden : Visibility::mixed;
 }
 
 bool BlockVisibility::one_side(const Cluster& o, const Cluster& a, const Cluster& b) const {
   if (o.plane >= 0)
-    return false; // has been asked
+    return false; // has been looked at
   const ConeHeights ha(o.cone, o.box, a.box), hb(o.cone, o.box, b.box);
   return std::min(ha.low, hb.low) >= -tolerance_m_ || std::max(ha.high, hb.high) <= tolerance_m_;
 }
@@ -224,10 +226,10 @@ bool BlockVisibility::search(const ClusterTree& tree, const Cluster& a, const Cl
     if (outside_shaft(a.box, b.box, o.box, tolerance_m_) || shielded(tree, a, o) || shielded(tree, b, o) ||
         one_side(o, a, b))
       continue;
-    if (o.leaf()) {
+    if (o.childless()) {
       const std::uint32_t item = hierarchy_.order()[o.first];
-      const Sight past = past_obstacle(tree, a, b, obstacles_[item]);
-      if (past != Sight::clear && !visit(item, past == Sight::hidden))
+      const Visibility past = past_obstacle(tree, a, b, obstacles_[item]);
+      if (past != Visibility::clear && !visit(item, past == Visibility::hidden))
         return true;
       continue;
     }
@@ -239,7 +241,7 @@ bool BlockVisibility::search(const ClusterTree& tree, const Cluster& a, const Cl
   return false;
 }
 
-Sight BlockVisibility::sight(const ClusterTree& tree, const Cluster& a, const Cluster& b) const {
+Visibility BlockVisibility::between_clusters(const ClusterTree& tree, const Cluster& a, const Cluster& b) const {
   // All that may be in the way is looked at: one that hides the pair may come last.
   bool mixed = false, hidden = false;
   int looked_at = 0;
@@ -248,7 +250,7 @@ Sight BlockVisibility::sight(const ClusterTree& tree, const Cluster& a, const Cl
     mixed = true;
     return !hides && ++looked_at < kPatience;
   });
-  return hidden ? Sight::hidden : (mixed || stopped ? Sight::mixed : Sight::clear);
+  return hidden ? Visibility::hidden : (mixed || stopped ? Visibility::mixed : Visibility::clear);
 }
 
 BlockVisibility::Between BlockVisibility::between(const ClusterTree& tree, const Cluster& a, const Cluster& b,

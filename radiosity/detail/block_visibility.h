@@ -8,7 +8,7 @@
 
 namespace daylit::radiosity {
 
-enum class Sight {
+enum class Visibility {
   clear,  ///< no segment from the front of one to the front of the other meets an obstacle, except by touching it
   hidden, ///< every segment between them meets one and the same obstacle
   mixed,  ///< neither could be shown
@@ -23,9 +23,9 @@ public:
   const std::vector<Obstacle>& obstacles() const { return obstacles_; }
 
   /// `a`, `b`: clusters of `tree`, same frame as the obstacles.
-  Sight sight(const ClusterTree& tree, const Cluster& a, const Cluster& b) const;
+  Visibility between_clusters(const ClusterTree& tree, const Cluster& a, const Cluster& b) const;
 
-  /// What may stand between them, as numbers of obstacles; at most `limit`, then `complete` is false.
+  /// What may stand between them, as indices of obstacles; at most `limit`, then `complete` is false.
   struct Between {
     std::vector<std::uint32_t> items;
     bool complete = true;
@@ -52,10 +52,10 @@ private:
   bool shielded(const ClusterTree& tree, const Cluster& c, const Cluster& o) const;
   /// Both clusters lie on one and the same side of the planes of all obstacles of o.
   bool one_side(const Cluster& o, const Cluster& a, const Cluster& b) const;
-  Sight past_obstacle(const ClusterTree& tree, const Cluster& a, const Cluster& b, const Obstacle& o) const;
+  Visibility past_obstacle(const ClusterTree& tree, const Cluster& a, const Cluster& b, const Obstacle& o) const;
 
   std::vector<Obstacle> obstacles_;
-  ClusterTree hierarchy_; ///< one obstacle per leaf
+  ClusterTree hierarchy_; ///< one obstacle per lowest cluster
   double tolerance_m_ = 0;
 };
 

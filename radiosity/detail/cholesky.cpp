@@ -11,6 +11,7 @@ namespace {
 constexpr std::size_t kLargest = 12000; // 576 MB
 } // namespace
 
+/// I - S G S = L L^T: symmetric, and positive definite while every closed room absorbs something.
 std::optional<CholeskyFactor> CholeskyFactor::of(const ExchangeMatrix& exchange, const std::vector<float>& scale) {
   CholeskyFactor f;
   f.n_ = exchange.size();
@@ -24,6 +25,7 @@ std::optional<CholeskyFactor> CholeskyFactor::of(const ExchangeMatrix& exchange,
   return info == 0 ? std::optional(std::move(f)) : std::nullopt;
 }
 
+/// L (L^T z) = r, for all columns at once.
 void CholeskyFactor::solve(float* right_sides, std::size_t columns) const {
   const auto n = static_cast<int>(n_), w = static_cast<int>(columns);
   for (const CBLAS_TRANSPOSE transpose : {CblasNoTrans, CblasTrans})
@@ -31,6 +33,8 @@ void CholeskyFactor::solve(float* right_sides, std::size_t columns) const {
                 right_sides, w);
 }
 
+/// Multiply-adds: n^3 / 6 for the factor and n^2 per column, against one product with the matrix per column and step.
+/// One more product each gives the residual.
 bool CholeskyFactor::cheaper(const ExchangeMatrix& exchange, std::size_t columns, int iterations) {
   const auto n = static_cast<double>(exchange.size()), w = static_cast<double>(columns);
   if (exchange.size() > kLargest)

@@ -23,6 +23,8 @@ public:
                            options.black.begin() + c.last);
   }
 
+  /// Block cluster tree of a hierarchical matrix (Hackbusch 2015): nothing where two clusters cannot see each other,
+  /// a product where the kernel between them is smooth, dense between leaves, else the children.
   ExchangePlan plan(std::int32_t a, std::int32_t b, bool clear) const {
     const Cluster &ca = tree_[a], &cb = tree_[b];
     if (cannot_see(ca, cb))
@@ -30,20 +32,20 @@ public:
     if (black_[static_cast<std::size_t>(a)] && black_[static_cast<std::size_t>(b)])
       return nothing(std::uint64_t{ca.size()} * (a == b ? ca.size() - 1 : 2 * cb.size()) / 2);
     if (a == b)
-      return ca.leaf()
+      return ca.childless()
                  ? dense(a, b, false)
                  : coalesce(a, b,
                             join({{{ca.child[0], ca.child[0]}, {ca.child[0], ca.child[1]}, {ca.child[1], ca.child[1]}}},
                                  ca.size(), false));
     if (!clear) {
-      const Sight sight = visibility_.sight(tree_, ca, cb);
-      if (sight == Sight::hidden)
+      const Visibility seen = visibility_.between_clusters(tree_, ca, cb);
+      if (seen == Visibility::hidden)
         return {};
-      clear = sight == Sight::clear;
+      clear = seen == Visibility::clear;
     }
     if (clear && smooth(ca, cb))
       return low_rank(a, b);
-    if (ca.leaf() && cb.leaf())
+    if (ca.childless() && cb.childless())
       return dense(a, b, clear);
     return coalesce(a, b, split(a, b, clear));
   }
@@ -54,7 +56,7 @@ private:
   bool cannot_see(const Cluster& a, const Cluster& b) const {
     return (a.plane >= 0 && a.plane == b.plane) || visibility_.behind(tree_, a, b) || visibility_.behind(tree_, b, a);
   }
-  /// Neither horizon nor touching edges disturb the kernel between the two.
+  /// Admissible: distance >= separation * larger diameter, and neither horizon nor touching edges disturb the kernel.
   bool smooth(const Cluster& a, const Cluster& b) const {
     return std::min(a.size(), b.size()) >= options_.min_size &&
            distance(a.box, b.box) >= options_.separation * std::max(diameter(a.box), diameter(b.box)) &&
@@ -81,8 +83,8 @@ private:
   ExchangePlan split(std::int32_t a, std::int32_t b, bool clear) const {
     const Cluster &ca = tree_[a], &cb = tree_[b];
     const std::uint32_t size = std::max(ca.size(), cb.size());
-    const bool cut_a = !ca.leaf() && (cb.leaf() || 2 * diameter(ca.box) > diameter(cb.box));
-    const bool cut_b = !cb.leaf() && (ca.leaf() || 2 * diameter(cb.box) > diameter(ca.box));
+    const bool cut_a = !ca.childless() && (cb.childless() || 2 * diameter(ca.box) > diameter(cb.box));
+    const bool cut_b = !cb.childless() && (ca.childless() || 2 * diameter(cb.box) > diameter(ca.box));
     if (cut_a && cut_b)
       return join({{{ca.child[0], cb.child[0]},
                     {ca.child[0], cb.child[1]},

@@ -52,7 +52,9 @@ public:
     return true;
   }
 
-  /// True: the remainder is small enough. Nothing: give up.
+  /// One cross of the remainder R = G - U V^T with partial pivoting (Bebendorf 2000): v = R_i: / R_ij at the largest
+  /// entry j of row i, u = R_:j; the next row is that of u's largest entry. |U V^T|_F^2 grows by |u|^2 |v|^2 +
+  /// 2 sum_k (u . u_k)(v . v_k). True: |u| |v| <= tolerance |U V^T|_F. Nothing: give up.
   std::optional<bool> take(double tolerance) {
     std::vector<float> u, v;
     if (!remainder_row(static_cast<std::uint32_t>(next_row_), v))
@@ -89,6 +91,7 @@ public:
   }
 
 private:
+  /// Row of the unoccluded exchange areas; false where a pair of it needs the contour integral.
   bool kernel(std::uint32_t one, std::uint32_t first, std::vector<float>& out) {
     pair_row(arrays_, one, first, first + static_cast<std::uint32_t>(out.size()), out.data(), state_.data());
     return std::none_of(state_.begin(), state_.begin() + static_cast<std::ptrdiff_t>(out.size()),

@@ -62,8 +62,8 @@ void classify(const Columns& one, const Columns& many, std::uint32_t count, std:
     const float b2 = (px[2] - mx[j]) * ox[j] + (py[2] - my[j]) * oy[j] + (pz[2] - mz[j]) * oz[j];
     const float highest_a = std::max(a0, std::max(a1, a2)), lowest_a = std::min(a0, std::min(a1, a2));
     const float highest_b = std::max(b0, std::max(b1, b2)), lowest_b = std::min(b0, std::min(b1, b2));
-    const float dx = mx[j] - cx, dy = my[j] - cy, dz = mz[j] - cz, reach = radius + r[j];
-    const float distance2 = dx * dx + dy * dy + dz * dz, limit2 = kFarRatio2 * reach * reach;
+    const float dx = mx[j] - cx, dy = my[j] - cy, dz = mz[j] - cz, radii = radius + r[j];
+    const float distance2 = dx * dx + dy * dy + dz * dz, limit2 = kFarRatio2 * radii * radii;
     const bool whole = lowest_a >= -tolerance && lowest_b >= -tolerance;
     const bool far = distance2 > limit2 || (distance2 > 0.25f * limit2 && whole);
     state[j] = highest_a <= tolerance || highest_b <= tolerance ? kNotFacing : (far ? kFar : kNear);

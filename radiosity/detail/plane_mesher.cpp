@@ -25,7 +25,7 @@ using Vertex = Triangulation::Vertex_handle;
 
 // Circumradius over shortest edge, 1 / (2 sin 20.7 degrees): the bound for which Ruppert's refinement is proved to end.
 constexpr double kShapeBound = 1.4142;
-// Share of the longest allowed edge below which no shape is improved and no new vertex comes near another.
+// Part of the longest allowed edge below which no shape is improved and no new vertex comes near another.
 constexpr double kFineShare = 0.1;
 constexpr double kFlatTolerance = 1e-9; // height over longest side of a triangle that rounding made
 constexpr int kOutlinePasses = 4;

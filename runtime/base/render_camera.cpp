@@ -50,6 +50,24 @@ void fit_to_positions(RenderCamera& camera) {
       p += glm::vec2(shift_x, shift_y);
 }
 
+/// Of the photograph's pixels; false when one is too far from the axis. `sx`, `sy`: size of the photograph over that of
+/// the calibration.
+bool find_drawn_positions(const LensModel& lens, double sx, double sy, RenderCamera& camera) {
+  camera.drawn_position.reserve(static_cast<std::size_t>(camera.photo_width_px) * camera.photo_height_px);
+  for (int y = 0; y < camera.photo_height_px; ++y)
+    for (int x = 0; x < camera.photo_width_px; ++x) {
+      const auto d = lens.unproject({(x + 0.5) / sx - 0.5, (y + 0.5) / sy - 0.5});
+      if (!d) {
+        camera.drawn_position.emplace_back(kOutside, kOutside);
+        continue;
+      }
+      if (d->z <= 0.0 || std::hypot(d->x, d->y) > kLargestTangent * d->z)
+        return false;
+      camera.drawn_position.emplace_back(camera.fx * d->x / d->z + camera.cx, camera.fy * d->y / d->z + camera.cy);
+    }
+  return true;
+}
+
 } // namespace
 
 glm::dvec3 RenderCamera::direction(const glm::dvec2& pixel) const {
@@ -66,6 +84,15 @@ glm::mat4 RenderCamera::clip_from_scene(const glm::dvec3& origin) const {
   glm::dmat4 world_from_scene(1.0);
   world_from_scene[3] = glm::dvec4(origin, 1.0);
   return glm::mat4(projection * glm::inverse(world_from_camera) * world_from_scene);
+}
+
+PixelRays::PixelRays(const RenderCamera& camera, const glm::dvec3& origin) {
+  const glm::dmat3 axes(camera.world_from_camera);
+  const glm::dvec3 per_x = axes[0] / camera.fx, per_y = axes[1] / camera.fy;
+  eye = glm::vec3(camera.eye() - origin);
+  corner = glm::vec3(axes[2] - camera.cx * per_x - camera.cy * per_y);
+  right = glm::vec3(per_x);
+  down = glm::vec3(per_y);
 }
 
 Result<RenderCamera> make_render_camera(const LensModel& lens, const glm::dmat4& world_from_camera, int width_px,
@@ -94,19 +121,9 @@ Result<RenderCamera> make_render_camera(const LensModel& lens, const glm::dmat4&
   camera.world_from_camera = world_from_camera;
   if (is_undistorted(lens))
     return camera;
-  camera.drawn_position.reserve(static_cast<std::size_t>(width_px) * height_px);
-  for (int y = 0; y < height_px; ++y)
-    for (int x = 0; x < width_px; ++x) {
-      const auto d = lens.unproject({(x + 0.5) / sx - 0.5, (y + 0.5) / sy - 0.5});
-      if (!d) {
-        camera.drawn_position.emplace_back(kOutside, kOutside);
-        continue;
-      }
-      if (d->z <= 0.0 || std::hypot(d->x, d->y) > kLargestTangent * d->z)
-        return Error{ErrorCode::value_invalid, "the interior lens sees more than 160 degrees", "interior lens",
-                     "crop the picture: one perspective picture cannot hold that field"};
-      camera.drawn_position.emplace_back(camera.fx * d->x / d->z + camera.cx, camera.fy * d->y / d->z + camera.cy);
-    }
+  if (!find_drawn_positions(lens, sx, sy, camera))
+    return Error{ErrorCode::value_invalid, "the interior lens sees more than 160 degrees", "interior lens",
+                 "crop the picture: one perspective picture cannot hold that field"};
   fit_to_positions(camera);
   return camera;
 }

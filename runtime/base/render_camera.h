@@ -44,4 +44,12 @@ inline bool same_view(const RenderCamera& a, const RenderCamera& b) {
 Result<RenderCamera> make_render_camera(const LensModel& lens, const glm::dmat4& world_from_camera, int width_px,
                                         int height_px);
 
+/// Through pixel (x, y) goes corner + x right + y down, from the eye, of unit depth; metres relative to an origin.
+struct PixelRays {
+  glm::vec3 eye{0.0f}, corner{0.0f}, right{0.0f}, down{0.0f};
+  PixelRays() = default;
+  PixelRays(const RenderCamera& camera, const glm::dvec3& origin);
+  glm::vec3 ray(float x, float y) const { return corner + x * right + y * down; }
+};
+
 } // namespace daylit

@@ -20,15 +20,6 @@ struct FrameBlock {
 
 } // namespace
 
-PixelRays::PixelRays(const RenderCamera& camera, const glm::dvec3& origin) {
-  const glm::dmat3 axes(camera.world_from_camera);
-  const glm::dvec3 to_right = axes[0] / camera.fx, to_down = axes[1] / camera.fy;
-  eye = glm::vec3(camera.eye() - origin);
-  corner = glm::vec3(axes[2] - camera.cx * to_right - camera.cy * to_down);
-  right = glm::vec3(to_right);
-  down = glm::vec3(to_down);
-}
-
 Result<FramePasses> FramePasses::make(const Gl& gl, int map_texels, int samples, bool room_occludes) {
   using namespace shaders;
   FramePasses p;

@@ -17,14 +17,6 @@ struct FrameLights {
   Rgb sun_normal_irradiance{0.0f};
 };
 
-/// Through pixel (x, y) goes corner + x right + y down, from the eye; metres relative to an origin.
-struct PixelRays {
-  glm::vec3 eye{0.0f}, corner{0.0f}, right{0.0f}, down{0.0f};
-  PixelRays() = default;
-  PixelRays(const RenderCamera& camera, const glm::dvec3& origin);
-  glm::vec3 ray(int x, int y) const { return corner + static_cast<float>(x) * right + static_cast<float>(y) * down; }
-};
-
 class FramePasses {
 public:
   /// `samples`: of the objects' ids per pixel. `room_occludes`: some of the room can stand between objects and sky.

@@ -226,7 +226,7 @@ void Renderer::State::fill_block(int column, int row, RenderedFrame& frame) cons
       frame.object[i] = object[i];
       frame.lost_sky[i] = lost_sky[i];
       frame.room[i] = glm::vec4(glm::vec3(room_light[i]), 0.0f);
-      frame.surface[i] = room.surface(room_id(i), rays.eye, rays.ray(x, y));
+      frame.surface[i] = room.surface(room_id(i), rays.eye, rays.ray(static_cast<float>(x), static_cast<float>(y)));
     }
 }
 
@@ -236,7 +236,7 @@ bool Renderer::room_point(int x, int y, RoomSurface& point) const {
     return false;
   const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(s.targets.width_px()) +
                         static_cast<std::size_t>(x);
-  point = s.room.surface(s.room_id(i), s.rays.eye, s.rays.ray(x, y));
+  point = s.room.surface(s.room_id(i), s.rays.eye, s.rays.ray(static_cast<float>(x), static_cast<float>(y)));
   return true;
 }
 

@@ -34,7 +34,7 @@ struct RenderedFrame {
   int width_px = 0, height_px = 0;
   PixelBox box;
   std::vector<glm::vec4> object; ///< reflected radiance x coverage; w = coverage by visible virtual objects
-  /// Shares of the room's direct light, each times w of `lost_sky` = share of the pixel that shows the room.
+  /// Fractions of the room's direct light, each times w of `lost_sky` = part of the pixel that shows the room.
   std::vector<glm::vec4> lost_sky;  ///< of the open sky irradiance, taken by the objects, per channel
   std::vector<glm::vec4> room;      ///< x: of the open sky, received without the objects; y, z: irradiance received
                                     ///< without the objects and taken by them, in normal irradiances of the sun

@@ -37,13 +37,11 @@ void LightHints::believe_agreeing(int lane, std::span<const KnownLights* const> 
       clear &= ~w.blocked;
       blocked &= ~w.clear;
     }
-    believe(lane, word, {two & clear, two & blocked});
+    believe(1u << lane, word, {two & clear, two & blocked});
   }
 }
 
-void LightHints::believe(int lane, std::size_t word, const KnownLights& known) { believe_in(1u << lane, word, known); }
-
-void LightHints::believe_in(LaneMask lanes, std::size_t word, const KnownLights& known) {
+void LightHints::believe(LaneMask lanes, std::size_t word, const KnownLights& known) {
   LaneVerdict* verdicts = &verdicts_[kLightsPerWord * word];
   for (std::uint64_t left = known.clear; left; left &= left - 1)
     verdicts[std::countr_zero(left)].clear |= lanes;
@@ -57,7 +55,7 @@ void LightHints::believe_corners(std::span<const KnownLights* const> corners) {
     KnownLights all{~std::uint64_t{0}, ~std::uint64_t{0}};
     for (const KnownLights* words : corners)
       all = {all.clear & words[word].clear, all.blocked & words[word].blocked};
-    believe_in(kAll, word, all);
+    believe(kAll, word, all);
   }
 }
 

@@ -42,15 +42,13 @@ public:
   void reset(std::size_t lights) { verdicts_.assign(lights, {}); }
   /// Of a lane: what all neighbours say that know, two at least.
   void believe_agreeing(int lane, std::span<const KnownLights* const> neighbours);
-  /// Of lights 64 `word` to 64 `word` + 63 of a lane.
-  void believe(int lane, std::size_t word, const KnownLights& known);
   /// Of all lanes: what all corners of their block say.
   void believe_corners(std::span<const KnownLights* const> corners);
   std::span<const LaneVerdict> verdicts() const { return verdicts_; }
 
 private:
   std::vector<LaneVerdict> verdicts_;
-  void believe_in(LaneMask lanes, std::size_t word, const KnownLights& known);
+  void believe(LaneMask lanes, std::size_t word, const KnownLights& known);
 };
 
 } // namespace daylit

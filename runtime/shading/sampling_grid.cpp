@@ -16,24 +16,9 @@ namespace {
 
 constexpr float kLeastRadius_px = 32.0f, kLeastCoarseRadius_px = 72.0f; // of the objects in the picture
 constexpr float kSmooth = 0.04f; // coarse points that differ by less are valid for the fine ones between
-constexpr float kSteep = 0.35f;  // corners that differ by more are not for what is between: contact shadows
-constexpr float kLeastWeight = 0.2f, kWholeWeight = 0.999f; // of the valid corners of a block together
-constexpr float kNearby = 0.2f;                             // of the objects' radius, on them
-constexpr float kSamePlane_m = 1e-3f;                       // on the room
+constexpr float kNearby = 0.2f;       // of the objects' radius, on them
+constexpr float kSamePlane_m = 1e-3f; // on the room
 constexpr float kSameSideCosine = 0.8f;
-
-/// Smallest and largest fractions of several points, per channel.
-struct FractionRange {
-  Rgb low{1.0f}, high{0.0f};
-  void include(const Rgb& f) {
-    low = glm::min(low, f);
-    high = glm::max(high, f);
-  }
-  float width() const {
-    const Rgb d = high - low;
-    return std::max({d.r, d.g, d.b});
-  }
-};
 
 } // namespace
 
@@ -62,7 +47,6 @@ public:
   void add(GridPoint& g, KnownLights* words, std::span<const KnownLights* const> neighbours) {
     const int lane = set_.add(g.surface);
     set_.hints.believe_agreeing(lane, neighbours);
-    visibility_.believe_facet(g.surface.facet, lane, set_.hints);
     words_[lane] = words;
     target_[lane] = &g;
     g.evaluated = true;
@@ -119,13 +103,7 @@ void SamplingGrid::start(const SampledPicture& picture) {
   const PixelBox& box = picture.box;
   blocks_ = {box.x0 / kBlockSide, box.y0 / kBlockSide, std::min((box.x1 - 1) / kBlockSide + 2, columns_),
              std::min((box.y1 - 1) / kBlockSide + 2, rows_)};
-  points_.resize(2 * static_cast<std::size_t>(columns_) * rows_);
-  const PixelBox around =
-      PixelBox{blocks_.x0 - 1, blocks_.y0 - 1, blocks_.x1 + 1, blocks_.y1 + 1}.clipped(columns_, rows_);
-  parallel_for(tbb::blocked_range<int>(around.y0, around.y1, 4), [&](const tbb::blocked_range<int>& range) {
-    for (int row = range.begin(); row != range.end(); ++row)
-      std::fill_n(&points_[index(Layer::object, around.x0, row)], 2 * around.width(), GridPoint{});
-  });
+  points_.assign(2 * static_cast<std::size_t>(columns_) * rows_, {});
   sky_words_.resize(points_.size() * words_for(sky_lights_));
   sun_words_.resize(points_.size() * words_for(sun_lights_));
   sun_room_words_.resize(sun_words_.size());
@@ -169,7 +147,7 @@ bool SamplingGrid::interpolate_fine(Layer layer, int column, int row, std::vecto
   GridPoint& g = points_[index(layer, column, row)];
   const int dx = (column - blocks_.x0) % 2, dy = (row - blocks_.y0) % 2;
   SkyFractions mean{Rgb(0.0f), Rgb(0.0f)};
-  FractionRange range;
+  FractionRange range; // of both fractions together: where the objects take anything, points are evaluated
   bool all = true;
   neighbours.clear();
   if (layer == Layer::object && is_beside_another_part(column, row))
@@ -235,92 +213,6 @@ std::uint64_t SamplingGrid::evaluate(const Visibility& visibility, const Sampled
       rays += evaluate_tile(visibility, PixelBox{x0, y0, x0 + kTile, y0 + kTile}.common(blocks_), coarse);
     });
   return rays;
-}
-
-SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, const glm::vec3& position,
-                                                     const glm::vec3& normal) const {
-  Interpolated result;
-  if (empty())
-    return result;
-  const int column = x / kBlockSide, row = y / kBlockSide;
-  const float s = static_cast<float>(x % kBlockSide) / kBlockSide, t = static_cast<float>(y % kBlockSide) / kBlockSide;
-  const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
-  SkyFractions mixed{Rgb(0.0f), Rgb(0.0f)};
-  FractionRange range;
-  float sum = 0.0f;
-  bool by_another_part = false; // here surfaces may touch
-  for (int k = 0; k < 4; ++k) {
-    const int u = column + (k & 1), v = row + (k >> 1);
-    if (u >= columns_ || v >= rows_)
-      continue;
-    const GridPoint& g = at(layer, u, v);
-    if (!is_valid_for(g, layer, position, normal)) {
-      by_another_part = by_another_part || g.surface.exists;
-      continue;
-    }
-    if (weight[k] <= 0.0f)
-      continue;
-    mixed.past_room += weight[k] * g.sky.past_room;
-    mixed.past_both += weight[k] * g.sky.past_both;
-    sum += weight[k];
-    range.include(g.sky.past_both);
-  }
-  // The room beside an object: what its hidden corners would say is the shadow where both touch. So does a part of an
-  // object beside another.
-  result.is_between = sum > kWholeWeight;
-  const float wanted = layer == Layer::room || by_another_part ? kWholeWeight : kLeastWeight;
-  if (sum < wanted || range.width() > kSteep)
-    return result;
-  result.sky = {mixed.past_room / sum, mixed.past_both / sum};
-  result.is_known = true;
-  return result;
-}
-
-void SamplingGrid::add_hints(Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal, int lane,
-                             LightHints& hints) const {
-  if (empty())
-    return;
-  std::array<const KnownLights*, 16> neighbours;
-  std::size_t count = 0;
-  const int column = x / kBlockSide, row = y / kBlockSide;
-  for (int v = std::max(row - 1, 0); v <= std::min(row + 2, rows_ - 1); ++v)
-    for (int u = std::max(column - 1, 0); u <= std::min(column + 2, columns_ - 1); ++u) {
-      const GridPoint& g = at(layer, u, v);
-      if (g.evaluated && glm::dot(g.surface.normal, normal) > 0.0f && is_near(g, layer, position, normal))
-        neighbours[count++] = sky_words_.data() + index(layer, u, v) * words_for(sky_lights_);
-    }
-  hints.believe_agreeing(lane, std::span(neighbours).first(count));
-}
-
-SamplingGrid::Corners SamplingGrid::plain_corners(int column, int row) const {
-  if (empty() || column + 1 >= columns_ || row + 1 >= rows_)
-    return {};
-  Corners corners{};
-  FractionRange range;
-  for (int k = 0; k < 4; ++k) {
-    const GridPoint& g = at(Layer::room, column + k % 2, row + k / 2);
-    if (!g.surface.exists)
-      return {};
-    corners[static_cast<std::size_t>(k)] = &g;
-    range.include(g.sky.past_both);
-  }
-  return range.width() > kSteep ? Corners{} : corners;
-}
-
-SamplingGrid::SunCorners SamplingGrid::sun_corners(Layer layer, int column, int row) const {
-  if (sun_lights_ == 0 || empty() || column + 1 >= columns_ || row + 1 >= rows_)
-    return {};
-  const PixelSurface& first = at(layer, column, row).surface;
-  SunCorners corners;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t i = index(layer, column + static_cast<int>(k % 2), row + static_cast<int>(k / 2));
-    if (!points_[i].surface.receives || !is_valid_for(points_[i], layer, first.position, first.normal))
-      return {};
-    corners.objects[k] = &sun_words_[i * words_for(sun_lights_)];
-    corners.room[k] = &sun_room_words_[i * words_for(sun_lights_)];
-  }
-  corners.count = 4;
-  return corners;
 }
 
 } // namespace daylit

@@ -86,7 +86,7 @@ private:
   float radius_ = 0.0f;                  ///< of the objects, metres
   PixelBox blocks_;                      ///< that are evaluated, in blocks
   std::vector<std::uint8_t> at_outline_; ///< per block: its room counts though an object hides it
-  std::vector<GridPoint> points_;        ///< per block and layer; old ones further than a block from blocks_
+  std::vector<GridPoint> points_;        ///< per block and layer
   std::size_t sky_lights_ = 0, sun_lights_ = 0;
   std::vector<KnownLights> sky_words_, sun_words_, sun_room_words_; ///< per point
 };

@@ -2,9 +2,11 @@
 
 // What the sampling grid needs from a renderer: the surfaces that pixels show, and which lights points see.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
@@ -23,13 +25,26 @@ struct PixelSurface {
   bool exists = false;
   bool receives = false; ///< its visibility is to be found; else nothing is lost
   glm::vec3 position{0.0f}, normal{0.0f};
-  glm::vec3 start{0.0f};                   ///< of its shadow rays
-  std::uint32_t facet = 0xFFFFFFFFu; ///< of an object whose front is seen, for Visibility::believe_facet()
+  glm::vec3 start{0.0f}; ///< of its shadow rays
+  bool back = false;     ///< the inside of a thin shell
 };
 
 /// Fractions of the open sky's irradiance that a point receives past the room, and past room and objects.
 struct SkyFractions {
   Rgb past_room{1.0f}, past_both{1.0f};
+};
+
+/// Smallest and largest fractions of several points, per channel.
+struct FractionRange {
+  Rgb low{1.0f}, high{0.0f};
+  void include(const Rgb& f) {
+    low = glm::min(low, f);
+    high = glm::max(high, f);
+  }
+  float width() const {
+    const Rgb d = high - low;
+    return std::max({d.r, d.g, d.b});
+  }
 };
 
 /// Up to sixteen points of a layer, what is believed of the sky's lights at them, and what is then found.
@@ -64,8 +79,6 @@ public:
   virtual ~Visibility() = default;
   /// What a pixel shows of a layer. `beside_outline`: the room counts although an object hides it.
   virtual PixelSurface surface(Layer layer, int x, int y, bool beside_outline) const = 0;
-  /// Adds what is known of the sky's lights all over a facet to the hints of a lane.
-  virtual void believe_facet(std::uint32_t facet, int lane, LightHints& hints) const = 0;
   /// Finds `set.blocked` and `set.sky` of the lanes in set.points.lanes. Returns the number of rays.
   virtual std::uint64_t see_sky(Layer layer, PointSet& set) const = 0;
   /// Which of the sun's lights that the point faces the objects block, and which of the others the room does: a word

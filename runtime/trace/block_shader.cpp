@@ -55,17 +55,15 @@ int BlockShader::add_point(Batch& batch, const PixelSurface& at, const SamplingG
 void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const PixelSurface at = object_surface(scene_, view_.eye(), hit);
   const auto sky = grid_.interpolate(Layer::object, x, y, at.position, at.normal);
-  const ObjectLight light = light_at(hit, at.facet == kNoTriangle);
+  const ObjectLight light = light_at(hit, at.back);
   const float coverage = static_cast<float>(hit.samples) / kCoverageSamples;
   if (sky.is_known && scene_.sun.size() == 0) // nothing is left to look for
     return show(light, light.open_sky * sky.sky.past_both, frame_.index(x, y), coverage);
   Batch& b = sky.is_known ? objects_ : outlines_;
   const int lane = add_point(b, at, sky, x, y, coverage);
   b.light[lane] = light;
-  if (!sky.is_known) {
+  if (!sky.is_known)
     grid_.add_hints(Layer::object, x, y, at.position, at.normal, lane, b.set.hints);
-    visibility_.believe_facet(at.facet, lane, b.set.hints);
-  }
   if (b.set.count == kLanes)
     shade_objects(b, sky.is_known ? sun_corners_ : SamplingGrid::SunCorners{});
 }

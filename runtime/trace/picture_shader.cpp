@@ -69,8 +69,6 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
   std::atomic<std::uint64_t> rays{0};
   if (scene.settings.use_grid)
     rays += grid_.evaluate(visibility, sampled_picture(scene, view, frame.box));
-  else
-    grid_.clear();
   const int first = frame.box.y0 / kBlockSide, last = (frame.box.y1 + kBlockSide - 1) / kBlockSide;
   parallel_for(tbb::blocked_range<int>(first, last), [&](const tbb::blocked_range<int>& range) {
     BlockShader shader(grid_, visibility, receives_, scene, view, frame);

@@ -20,13 +20,6 @@ PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outli
                       receives_[block] != 0);
 }
 
-void RayVisibility::believe_facet(std::uint32_t facet, int lane, LightHints& hints) const {
-  if (facet == kNoTriangle)
-    return;
-  for (std::size_t word = 0; word < scene_.self_visibility.words(); ++word)
-    hints.believe(lane, word, scene_.self_visibility.at(scene_.triangles[facet], word));
-}
-
 /// Fraction = sum over lights of e V / sum of e (runtime/sky/direct_light.h); 1 where no light arrives. Where no light
 /// is blocked nothing is lost, and the sums are not needed.
 std::uint64_t RayVisibility::see_sky(Layer layer, PointSet& set) const {

@@ -13,7 +13,6 @@ public:
       : scene_(scene), view_(view), receives_(receives), casters_(scene.casters()) {}
 
   PixelSurface surface(Layer layer, int x, int y, bool beside_outline) const override;
-  void believe_facet(std::uint32_t facet, int lane, LightHints& hints) const override;
   std::uint64_t see_sky(Layer layer, PointSet& set) const override;
   std::uint64_t see_sun(Layer layer, const PixelSurface& at, std::span<KnownLights> objects,
                         std::span<KnownLights> room) const override;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Which parts of the room can stand before an object at all: most lights need no rays to be told that none does.
+// Which parts of the room can stand before the objects at all: most lights need no rays to find that none does.
 
 #include <array>
 #include <cstdint>
@@ -20,14 +20,12 @@ public:
   bool may_block(const glm::vec3& w, const glm::vec3& centre, float radius) const;
 
 private:
-  using Corners = std::array<glm::vec3, 3>;
-  struct Run { ///< neighbours in the file, which are mostly neighbours in the room
-    glm::vec3 centre{0.0f};
+  struct Triangle {
+    std::array<glm::vec3, 3> corners;
+    glm::vec3 centre{0.0f}; ///< of a sphere around it
     float radius = 0.0f;
-    std::size_t first = 0, last = 0;
   };
-  std::vector<Corners> triangles_;
-  std::vector<Run> runs_;
+  std::vector<Triangle> triangles_;
 };
 
 } // namespace daylit

@@ -41,10 +41,9 @@ PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, cons
   const glm::vec3 facet = glm::cross(p[1] - p[0], p[2] - p[0]);
   const float length = glm::length(s.normal);
   s.normal = length > 0.0f ? s.normal / length : facet / std::max(glm::length(facet), 1e-30f);
-  const bool back = is_back(facet, eye - s.position);
-  const float side = back ? -1.0f : 1.0f;
+  s.back = is_back(facet, eye - s.position);
+  const float side = s.back ? -1.0f : 1.0f;
   s.normal *= side;
-  s.facet = back ? kNoTriangle : hit.triangle;
   s.start = s.position + start_offset(scene) * s.normal;
   for (int k = 0; k < 3; ++k) {
     const glm::vec3 n = side * scene.normals[t[k]];
@@ -56,7 +55,7 @@ PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, cons
 PixelSurface room_surface(const TracedScene& scene, const glm::vec3& eye, std::uint32_t triangle,
                           const glm::vec3& position, bool receives) {
   const glm::vec3& n = scene.room_normals[triangle];
-  return {true, receives, position, glm::dot(n, eye - position) < 0.0f ? -n : n, position, kNoTriangle};
+  return {true, receives, position, glm::dot(n, eye - position) < 0.0f ? -n : n, position, false};
 }
 
 } // namespace daylit

@@ -7,8 +7,7 @@ namespace daylit {
 
 /// How far above an object's surface shadow rays start, metres.
 float start_offset(const TracedScene& scene);
-/// The point of an object that a pixel shows, with its shading normal on the side that is seen. `facet`: kNoTriangle
-/// where that is a back, the inside of a thin shell.
+/// The point of an object that a pixel shows, with its shading normal on the side that is seen.
 PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, const ObjectHit& hit);
 /// `triangle`: of the room's ray scene.
 PixelSurface room_surface(const TracedScene& scene, const glm::vec3& eye, std::uint32_t triangle,

@@ -8,9 +8,7 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/object/bounds.h"
-#include "runtime/trace/surface_points.h"
 #include "runtime/trace/picture_shader.h"
-#include "runtime/trace/rigid_motion.h"
 #include "runtime/trace/visible_surfaces.h"
 #include "scene/core/parallel.h"
 
@@ -45,7 +43,6 @@ constexpr float kApart = 0.04f;
 
 struct TracedRenderer::State {
   TracedScene scene;
-  RigidMotion motion; ///< of the objects since their visibility was found
   PacketScene room;
   RoomMesh mesh; ///< what `room` was built from
   std::vector<Aperture> apertures;
@@ -57,28 +54,7 @@ struct TracedRenderer::State {
   std::uint64_t shadow_rays = 0;
 
   void find_surfaces();
-  void find_self_visibility();
-  void set_self_visibility_lights();
 };
-
-/// Once per mesh.
-void TracedRenderer::State::find_self_visibility() {
-  motion = RigidMotion(scene.positions);
-  std::vector<glm::vec3> starts;
-  for (std::size_t v = 0; v < scene.positions.size(); ++v)
-    starts.push_back(scene.positions[v] + start_offset(scene) * scene.normals[v]);
-  scene.self_visibility =
-      scene.settings.use_grid ? SelfVisibility::find(scene.objects, starts, scene.normals) : SelfVisibility();
-}
-
-void TracedRenderer::State::set_self_visibility_lights() {
-  if (scene.self_visibility.empty())
-    return;
-  std::vector<glm::vec3> directions;
-  for (std::size_t j = 0; j < scene.sky.size(); ++j)
-    directions.push_back(scene.sky.portal.direction(j) * motion.rotation()); // back to where they were found
-  scene.self_visibility.set_lights(directions);
-}
 
 void TracedRenderer::State::find_surfaces() {
   if (!room_is_traced)
@@ -151,15 +127,8 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.sphere = objects.bounds();
   scene.light.assign(objects.positions.size(), {});
   s.objects_are_traced = false;
-  if (same_mesh && !scene.triangles.empty()) {
-    if (s.motion.set(scene.positions)) {
-      scene.objects.set_transform(s.motion.to_first());
-      return {};
-    }
-    scene.self_visibility = {}; // it is not looked for again: objects that move against each other will go on
-    s.motion = RigidMotion(scene.positions);
+  if (same_mesh && !scene.triangles.empty())
     return scene.objects.move(scene.positions);
-  }
   scene.triangles = objects.triangles;
   // A ray that slips between facets is one light of many at a point; a pixel that misses becomes an outline, which is
   // looked at eight times.
@@ -167,7 +136,6 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   if (!built)
     return built.error();
   scene.objects = std::move(*built);
-  s.find_self_visibility();
   return {};
 }
 
@@ -224,7 +192,6 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
   if (!s.has_camera)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   s.find_surfaces();
-  s.set_self_visibility_lights();
   const ShadowCasters casters = s.scene.casters();
   for (TracedLights* group : {&s.scene.sky, &s.scene.sun}) // rays start a little outside the surface
     group->find_room_shadows(s.scene.room_shadow_bounds, casters.centre, 1.01f * casters.radius);

@@ -8,7 +8,6 @@
 
 #include "runtime/picture/picture_renderer.h"
 #include "runtime/trace/light_visibility.h"
-#include "runtime/trace/self_visibility.h"
 #include "runtime/trace/traced_renderer.h"
 
 namespace daylit {
@@ -18,7 +17,6 @@ struct TracedScene {
   TraceSettings settings;
   glm::dvec3 origin{0.0};
   PacketScene objects, occluders;
-  SelfVisibility self_visibility; ///< of all objects, while they stand to each other as they did at first; else empty
   ShadowBounds room_shadow_bounds;
   std::vector<glm::vec3> room_normals;      ///< unit, per triangle of the room's ray scene
   std::vector<std::uint32_t> room_triangle; ///< the same in Room::triangles

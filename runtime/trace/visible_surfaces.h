@@ -75,11 +75,11 @@ public:
   /// The room's point that a pixel shows beside the object: its centre, or an uncovered sample of an edge.
   RoomHit uncovered_room(int x, int y, glm::vec3& position) const;
   /// Direction of unit depth through a pixel position.
-  glm::vec3 direction(float x, float y) const { return corner_ + x * right_ + y * down_; }
-  const glm::vec3& eye() const { return eye_; }
+  glm::vec3 direction(float x, float y) const { return rays_.ray(x, y); }
+  const glm::vec3& eye() const { return rays_.eye; }
   /// How large a sphere appears; at least its size where the camera stands in it.
   float radius_px(const glm::vec3& centre, float radius) const {
-    const glm::vec3 d = centre - eye_;
+    const glm::vec3 d = centre - eye();
     return radius / (std::max(std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z), radius) * pixel_pitch_);
   }
   std::size_t edge_pixels() const { return edges_.size(); }
@@ -124,7 +124,7 @@ private:
   RenderCamera camera_;
   glm::dvec3 origin_{0.0};
   float pixel_pitch_ = 1.0f; ///< at unit depth
-  glm::vec3 eye_{0.0f}, corner_{0.0f}, right_{0.0f}, down_{0.0f};
+  PixelRays rays_;
   std::vector<RoomHit> room_;
   std::vector<ObjectHit> object_;
   std::vector<BlockBound> blocks_;

@@ -36,7 +36,7 @@ TEST_F(CheckpointFile, gives_back_what_was_kept_and_drops_what_was_cut_or_damage
   {
     auto c = Checkpoint::open(path, 42, true);
     ASSERT_TRUE(c) << c.error().message();
-    EXPECT_EQ((*c)->pieces_found(), 2u);
+    EXPECT_EQ((*c)->records_found(), 2u);
     EXPECT_EQ((*c)->find(kFirst), piece(1000));
     EXPECT_EQ((*c)->find(kSecond), piece(300));
     EXPECT_FALSE((*c)->find({Store::Stage::forward, 2, 8}));
@@ -45,7 +45,7 @@ TEST_F(CheckpointFile, gives_back_what_was_kept_and_drops_what_was_cut_or_damage
   {
     auto c = Checkpoint::open(path, 42, true);
     ASSERT_TRUE(c);
-    EXPECT_EQ((*c)->pieces_found(), 1u);
+    EXPECT_EQ((*c)->records_found(), 1u);
     EXPECT_FALSE((*c)->find(kSecond));
   }
   {
@@ -55,7 +55,7 @@ TEST_F(CheckpointFile, gives_back_what_was_kept_and_drops_what_was_cut_or_damage
   }
   auto c = Checkpoint::open(path, 42, true);
   ASSERT_TRUE(c);
-  EXPECT_EQ((*c)->pieces_found(), 0u);
+  EXPECT_EQ((*c)->records_found(), 0u);
 }
 
 TEST_F(CheckpointFile, of_other_inputs_is_refused) {
@@ -73,7 +73,7 @@ TEST_F(CheckpointFile, hostile_length_allocates_nothing_beyond_the_file) {
   }
   const auto c = Checkpoint::open(path, 42, true);
   ASSERT_TRUE(c);
-  EXPECT_EQ((*c)->pieces_found(), 0u);
+  EXPECT_EQ((*c)->records_found(), 0u);
 }
 
 } // namespace

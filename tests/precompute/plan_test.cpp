@@ -1,5 +1,5 @@
-// From an error to settings: the plan is a pure function of a pilot, so its properties are tested on invented rooms;
-// one real room shows that what is predicted comes true.
+// From an error to settings: the plan is a pure function of a calibration, so its properties are tested on invented
+// rooms; one real room shows that what is predicted comes true.
 
 #include <cmath>
 
@@ -12,34 +12,34 @@
 namespace daylit::precompute {
 namespace {
 
-Pilot invented_room(double mesh_error, double grid_error, double grid_sun) {
-  Pilot pilot;
-  pilot.bounds.include({0, 0, 0});
-  pilot.bounds.include({4, 5, 2.8});
-  pilot.fine.facets = 640;
-  pilot.fine.facet_edge_m = 0.7;
-  pilot.probes = 800;
-  pilot.spacing_m = 0.4;
-  pilot.stored_share = 0.5;
-  pilot.mesh_error = mesh_error;
-  pilot.grid_error = grid_error;
-  pilot.grid_sun = grid_sun;
-  pilot.gather_rays = 1024;
-  pilot.visibility_rays = 16384;
-  pilot.stages = {{"volume", 0.2}, {"form factors", 0.2}};
-  return pilot;
+CalibrationBake invented_room(double mesh_error, double grid_error, double grid_sun) {
+  CalibrationBake calibration;
+  calibration.bounds.include({0, 0, 0});
+  calibration.bounds.include({4, 5, 2.8});
+  calibration.fine.facets = 640;
+  calibration.fine.facet_edge_m = 0.7;
+  calibration.probes = 800;
+  calibration.spacing_m = 0.4;
+  calibration.stored_fraction = 0.5;
+  calibration.mesh_error = mesh_error;
+  calibration.grid_error = grid_error;
+  calibration.grid_sun = grid_sun;
+  calibration.gather_rays = 1024;
+  calibration.visibility_rays = 16384;
+  calibration.stages = {{"volume", 0.2}, {"form factors", 0.2}};
+  return calibration;
 }
 
 int nodes_of(const Plan& plan) { return SkyPartition::parse(plan.regions)->size(); }
 
 TEST(Plan, order_four_is_taken_where_nine_coefficients_leave_much) {
-  Pilot pilot = invented_room(0.02, 0.02, 0.1);
+  CalibrationBake calibration = invented_room(0.02, 0.02, 0.1);
   PlanRequest request;
-  const auto order = [&] { return make_plan(pilot, request)->options.sh_order; };
+  const auto order = [&] { return make_plan(calibration, request)->options.sh_order; };
   const SkyError smooth{.sky = "overcast", .band4 = 0.003}, sun{.sky = "sun", .is_sun = true, .band4 = 0.008};
-  pilot.fine.audit.sky = {smooth, sun};
+  calibration.fine.audit.sky = {smooth, sun};
   EXPECT_EQ(order(), ShOrder::second);
-  pilot.fine.audit.sky[1].band4 = 0.03;
+  calibration.fine.audit.sky[1].band4 = 0.03;
   EXPECT_EQ(order(), ShOrder::fourth);
   request.max_error = 0.08; // as much is nothing beside that
   EXPECT_EQ(order(), ShOrder::second);
@@ -55,12 +55,12 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
   for (const double mesh : {0.003, 0.03, 0.12})
     for (const double grid : {0.01, 0.04})
       for (const double sun : {0.0, 0.1}) {
-        const Pilot pilot = invented_room(mesh, grid, sun);
+        const CalibrationBake calibration = invented_room(mesh, grid, sun);
         PlanRequest request;
-        Result<Plan> before = make_plan(pilot, request);
+        Result<Plan> before = make_plan(calibration, request);
         ASSERT_TRUE(before) << before.error().message();
         for (request.max_error = 0.08; request.max_error > 0.003; request.max_error /= 1.3) {
-          const Result<Plan> plan = make_plan(pilot, request);
+          const Result<Plan> plan = make_plan(calibration, request);
           ASSERT_TRUE(plan) << plan.error().message();
           if (request.max_error < 0.08) {
             EXPECT_GE(plan->options.target_facets, before->options.target_facets);
@@ -79,28 +79,28 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
 }
 
 TEST(Plan, target_out_of_reach_is_refused_with_the_smallest_that_is_not) {
-  const Pilot pilot = invented_room(0.03, 0.04, 0.1);
+  const CalibrationBake calibration = invented_room(0.03, 0.04, 0.1);
   PlanRequest request;
   for (const double target : {0.0, -0.01, 1e-11, 1.5, std::nan("")}) {
     request.max_error = target;
-    const Result<Plan> plan = make_plan(pilot, request);
+    const Result<Plan> plan = make_plan(calibration, request);
     ASSERT_FALSE(plan) << target;
     EXPECT_EQ(plan.error().code, ErrorCode::value_invalid);
     const std::size_t at = plan.error().what.find("the smallest is ");
     ASSERT_NE(at, std::string::npos) << plan.error().what;
     request.max_error = 0.01 * std::stod(plan.error().what.substr(at + 16));
-    EXPECT_TRUE(make_plan(pilot, request)) << "the smallest it named: " << request.max_error;
+    EXPECT_TRUE(make_plan(calibration, request)) << "the smallest it named: " << request.max_error;
   }
 }
 
 TEST(Plan, what_the_user_fixed_is_kept_and_may_put_the_target_out_of_reach) {
-  const Pilot pilot = invented_room(0.03, 0.04, 0.1);
+  const CalibrationBake calibration = invented_room(0.03, 0.04, 0.1);
   PlanRequest request;
   request.max_error = 0.02;
   request.regions = "uniform:64";
-  EXPECT_FALSE(make_plan(pilot, request)); // 64 constant regions alone are worse
+  EXPECT_FALSE(make_plan(calibration, request)); // 64 constant regions alone are worse
   request.must_reach = false;
-  const Result<Plan> plan = make_plan(pilot, request);
+  const Result<Plan> plan = make_plan(calibration, request);
   ASSERT_TRUE(plan);
   EXPECT_EQ(plan->regions, "uniform:64");
   EXPECT_GT(plan->predicted.total, 0.02);
@@ -108,16 +108,18 @@ TEST(Plan, what_the_user_fixed_is_kept_and_may_put_the_target_out_of_reach) {
   request.must_reach = true;
   request.facets = 5000;
   request.grid = glm::ivec3(20, 25, 14);
-  const Result<Plan> fixed = make_plan(pilot, request);
+  const Result<Plan> fixed = make_plan(calibration, request);
   ASSERT_TRUE(fixed) << fixed.error().message();
   EXPECT_EQ(fixed->options.target_facets, 5000);
   EXPECT_EQ(fixed->options.grid, request.grid);
 }
 
 TEST(Plan, grid_is_graded_where_the_plan_chooses_it_or_where_that_is_asked_for) {
-  Pilot pilot = invented_room(0.03, 0.04, 0.1);
-  pilot.density = {{{1, 2}, {}, {3, 1}}};
-  const auto graded = [&](const PlanRequest& request) { return is_graded(make_plan(pilot, request)->options.density); };
+  CalibrationBake calibration = invented_room(0.03, 0.04, 0.1);
+  calibration.density = {{{1, 2}, {}, {3, 1}}};
+  const auto graded = [&](const PlanRequest& request) {
+    return is_graded(make_plan(calibration, request)->options.density);
+  };
   PlanRequest request;
   EXPECT_TRUE(graded(request));
   request.graded = false;

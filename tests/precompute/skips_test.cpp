@@ -87,7 +87,7 @@ TEST(Skips, points_at_one_place_are_gathered_once_and_alike) {
   const Baked once = bake_at({a, b}), often = bake_at({a, b, a, a});
   EXPECT_EQ(once.report.probes_repeated, 0u);
   EXPECT_EQ(often.report.probes_repeated, 2u);
-  EXPECT_EQ(skipped(often, "place of another"), 2u);
+  EXPECT_EQ(skipped(often, "position of another"), 2u);
   for (const std::size_t probe : {0u, 2u, 3u})
     EXPECT_EQ(values_at(often, probe), values_at(once, 0)) << probe;
   EXPECT_EQ(values_at(often, 1), values_at(once, 1));

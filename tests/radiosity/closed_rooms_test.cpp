@@ -5,11 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include "radiosity/emission.h"
+#include "bench/selftest/emission.h"
 #include "radiosity/patches.h"
 #include "radiosity/row_closure.h"
 #include "radiosity/solve.h"
 #include "radiosity/surface_mesh.h"
+#include "tests/radiosity/dense_matrix.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -45,7 +46,7 @@ double flux_error(const Problem& p, float rho) {
   const std::vector<Patch>& patches = p.set.patches;
   std::vector<Rgb> exitance(patches.size(), Rgb(0.0f));
   exitance[7] = Rgb(static_cast<float>(1.0 / patches[7].area_m2));
-  const auto light = emitted_light(p.set, p.exchange, exitance);
+  const auto light = bench::emitted_light(p.set, p.exchange, exitance);
   SolveReport report;
   const auto b = solve_radiosity(p.set, p.exchange, *light, {.tolerance = 1e-6}, kSilent, &report);
   if (!b) {
@@ -92,7 +93,7 @@ TEST(RowClosure, a_row_off_by_more_than_noise_stays_as_it_is) {
   EXPECT_EQ(closure.left, 1u);
   EXPECT_NEAR(closure.worst, 0.05, 1e-3);
   EXPECT_NEAR(p.exchange.row_sums()[11] / before[11], 1.0, 1e-3);
-  const std::vector<float> g = p.exchange.dense();
+  const std::vector<float> g = dense(p.exchange);
   const std::size_t n = opening.size();
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < i; ++j)

@@ -10,6 +10,7 @@
 #include "radiosity/first_bounce.h"
 #include "radiosity/form_factors.h"
 #include "radiosity/surface_mesh.h"
+#include "tests/radiosity/dense_matrix.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity::testing {
@@ -43,7 +44,7 @@ inline Solved prepare(const Room& room, int facets, const std::vector<Aperture>&
   }
   s.set = find_patches(room, s.mesh, s.scene, s.apertures);
   s.exchange = *exchange_areas(s.set, s.mesh, room, *RayScene::build(room), options, kSilent);
-  s.dense = s.exchange.dense();
+  s.dense = dense(s.exchange);
   return s;
 }
 

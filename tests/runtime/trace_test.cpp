@@ -394,7 +394,7 @@ TEST(ObjectSurface, a_facet_that_just_faces_away_is_still_the_front) {
   hit.u = hit.v = 0.3f;
   const auto back_from = [&](float cosine) {
     const glm::vec3 eye(0.3f + 10.0f * std::sqrt(1.0f - cosine * cosine), 0.3f, 10.0f * cosine);
-    return object_surface(scene, eye, hit).facet == kNoTriangle;
+    return object_surface(scene, eye, hit).back;
   };
   for (const float cosine : {1.0f, 0.1f, 0.0f, -0.05f})
     EXPECT_FALSE(back_from(cosine)) << cosine;

@@ -11,7 +11,7 @@
 #include "radiosity/solve.h"
 #include "scene/core/program.h"
 
-namespace daylit::radiosity {
+namespace daylit::bench {
 
 struct SurfacePoint {
   glm::dvec3 position{0.0}; ///< metres, relative to SurfaceMesh::origin; on a surface or in the air
@@ -25,9 +25,9 @@ struct SurfaceOptions {
 /// E = sum_j F_j V_j B_j: exact point-to-polygon form factors (Lambert), visibility by stratified rays weighted with
 /// the kernel. No smoothing: a receiver closer to a patch's edge than the patches are long sees the steps between
 /// them. Light straight from the sky is DirectSky's (scene/direct_sky.h).
-/// Result: [point][column], columns as in Radiosity. Errors: interrupted.
-Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const PatchSet& set,
-                                              const RayScene& facets, const Radiosity& radiosity,
+/// Result: [point][column], columns as in radiosity::Radiosity. Errors: interrupted.
+Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const radiosity::PatchSet& set,
+                                              const RayScene& facets, const radiosity::Radiosity& solved,
                                               const SurfaceOptions& options, const Progress& progress);
 
-} // namespace daylit::radiosity
+} // namespace daylit::bench

@@ -1,23 +1,24 @@
-#include "radiosity/surface_irradiance.h"
+#include "bench/selftest/surface_irradiance.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include <glm/geometric.hpp>
 
 #include "radiosity/detail/sampling.h"
 #include "radiosity/polygon_kernel.h"
-#include "scene/core/parallel.h"
+#include "scene/core/parallel_stage.h"
 
-namespace daylit::radiosity {
+namespace daylit::bench {
 
 namespace {
 
+using namespace radiosity; // sampling and kernels
+
 constexpr int kFirst = 16; // one ray packet
 
-/// One packet of rays from the point to the patch; adds their kernel weights.
-std::uint32_t add_packet(const SurfacePoint& at, const Patch& e, const RayScene& scene, int first,
+/// One packet of rays from the point to the patch; adds their kernel weights (d . n)+ (-d . n_j)+ / |d|^4.
+std::uint32_t add_packet(const SurfacePoint& at, const radiosity::Patch& e, const RayScene& scene, int first,
                          const glm::dvec2& shift, double& seen, double& total) {
   RayPacket16 rays;
   double weight[kFirst];
@@ -46,7 +47,8 @@ std::uint32_t add_packet(const SurfacePoint& at, const Patch& e, const RayScene&
   return blocked;
 }
 
-double visibility(const SurfacePoint& at, const Patch& e, const RayScene& scene, std::uint64_t seed, int partial_rays) {
+double visibility(const SurfacePoint& at, const radiosity::Patch& e, const RayScene& scene, std::uint64_t seed,
+                  int partial_rays) {
   const glm::dvec2 shift = random_shift(seed);
   double seen = 0, total = 0;
   const std::uint32_t blocked = add_packet(at, e, scene, 0, shift, seen, total);
@@ -56,41 +58,36 @@ double visibility(const SurfacePoint& at, const Patch& e, const RayScene& scene,
   return total > 0 ? seen / total : 0.0;
 }
 
-void receive(const SurfacePoint& at, std::uint64_t index, const PatchSet& set, const RayScene& scene,
-             const Radiosity& radiosity, int partial_rays, float* out) {
-  std::vector<double> sum(radiosity.columns, 0.0);
+/// E = sum_j F_j V_j B_j over the patches in front of the point.
+void receive(const SurfacePoint& at, std::uint64_t index, const radiosity::PatchSet& set, const RayScene& scene,
+             const radiosity::Radiosity& solved, int partial_rays, float* out) {
+  std::vector<double> sum(solved.columns, 0.0);
   for (std::size_t j = 0; j < set.patches.size(); ++j) {
-    const Patch& e = set.patches[j];
+    const radiosity::Patch& e = set.patches[j];
     if (glm::dot(at.position - e.corner[0], e.normal) <= 0.0)
       continue;
     double f = point_to_polygon(at.position, at.normal, e.corner);
     if (f > 0.0)
       f *= visibility(at, e, scene, mix_bits(index * 0x100000001ull + j), partial_rays);
     if (f > 0.0)
-      for (std::size_t k = 0; k < radiosity.columns; ++k)
-        sum[k] += f * static_cast<double>(radiosity.row(j)[k]);
+      for (std::size_t k = 0; k < solved.columns; ++k)
+        sum[k] += f * static_cast<double>(solved.row(j)[k]);
   }
   std::ranges::transform(sum, out, [](double e) { return static_cast<float>(e); });
 }
 
 } // namespace
 
-Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const PatchSet& set,
-                                              const RayScene& facets, const Radiosity& radiosity,
+Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const radiosity::PatchSet& set,
+                                              const RayScene& facets, const radiosity::Radiosity& solved,
                                               const SurfaceOptions& options, const Progress& progress) {
-  std::vector<float> result(points.size() * radiosity.columns, 0.0f);
-  std::atomic<std::size_t> done{0};
-  std::atomic<bool> stop{false};
-  parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
-    if (stop)
-      return;
-    receive(points[p], p, set, facets, radiosity, options.partial_rays, result.data() + p * radiosity.columns);
-    if (!progress("surfaces", static_cast<double>(++done) / static_cast<double>(points.size())))
-      stop = true;
+  std::vector<float> result(points.size() * solved.columns, 0.0f);
+  const Result<void> done = parallel_stage("surfaces", points.size(), 1, progress, [&](std::size_t p) {
+    receive(points[p], p, set, facets, solved, options.partial_rays, result.data() + p * solved.columns);
   });
-  if (stop)
-    return interrupted_error("surfaces");
+  if (!done)
+    return done.error();
   return result;
 }
 
-} // namespace daylit::radiosity
+} // namespace daylit::bench

@@ -1,26 +1,27 @@
 #pragma once
 
-// Two quick coarse bakes that say how hard a room is: what its mesh, its grid and its share of sky cost in error.
+// Two quick coarse bakes that say how hard a room is: what its mesh, its grid and its part of the
+// sky cost in error.
 
 #include "precompute/bake.h"
 
 namespace daylit::precompute {
 
 /// One of the two: what later bakes on finer meshes are compared with.
-struct PilotMesh {
+struct CalibrationMesh {
   std::size_t facets = 0;
   double facet_edge_m = 0;
   AuditReport audit; ///< points for the audits to come, and the coefficients there
 };
 
 /// What the two found. Errors are nrms of the coefficients, without the noise of the rays.
-struct Pilot {
+struct CalibrationBake {
   Bounds bounds; ///< of the room, world metres
-  PilotMesh coarse, fine;
-  std::size_t probes = 0;  ///< in the air, of the finer bake
-  double spacing_m = 0;    ///< of the finer bake, geometric mean of the three axes
-  double air_share = 1;    ///< of the grid's probes
-  double stored_share = 1; ///< of the regions: those that windows see
+  CalibrationMesh coarse, fine;
+  std::size_t probes = 0;     ///< in the air, of the finer bake
+  double spacing_m = 0;       ///< of the finer bake, geometric mean of the three axes
+  double air_fraction = 1;    ///< of the grid's probes
+  double stored_fraction = 1; ///< of the regions: those that windows see
   int channels = 3;
   double mesh_error = 0; ///< of the finer mesh
   double grid_error = 0; ///< at `spacing_m`, worst smooth sky
@@ -31,8 +32,9 @@ struct Pilot {
   double seconds = 0;            ///< of both
 };
 
-/// `points`: where the volume is asked for; empty: anywhere in the room's air. Errors of the bake.
-Result<Pilot> run_pilot(const RoomFile& room, const std::vector<glm::dvec3>& points, const Progress& progress);
+/// `points`: where the volume is wanted; empty: anywhere in the room's air. Errors of the bake.
+Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
+                                             const Progress& progress);
 
 /// Geometric mean of the distances of neighbouring probes.
 double mean_spacing(const Bounds& room, const glm::ivec3& probes);

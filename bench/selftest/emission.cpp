@@ -1,10 +1,11 @@
-#include "radiosity/emission.h"
+#include "bench/selftest/emission.h"
 
 #include <algorithm>
 
-namespace daylit::radiosity {
+namespace daylit::bench {
 
-std::vector<float> exchange_product(const ExchangeMatrix& exchange, std::span<const float> columns, std::size_t width) {
+std::vector<float> exchange_product(const radiosity::ExchangeMatrix& exchange, std::span<const float> columns,
+                                    std::size_t width) {
   const std::size_t n = exchange.size();
   std::vector<float> x(n * width), y(n * width), product(n * width);
   for (std::size_t k = 0; k < n; ++k)
@@ -15,11 +16,12 @@ std::vector<float> exchange_product(const ExchangeMatrix& exchange, std::span<co
   return product;
 }
 
-Result<FirstBounce> emitted_light(const PatchSet& set, const ExchangeMatrix& exchange, std::span<const Rgb> exitance) {
+Result<radiosity::FirstBounce> emitted_light(const radiosity::PatchSet& set, const radiosity::ExchangeMatrix& exchange,
+                                             std::span<const Rgb> exitance) {
   const std::size_t n = set.patches.size();
   if (exitance.size() != n || exchange.size() != n)
     return Error{ErrorCode::value_invalid, "the exitances are not as many as the patches", "emission", ""};
-  FirstBounce light;
+  radiosity::FirstBounce light;
   light.patches = n;
   light.region = {0};
   light.opening.assign(n, 0.0f);
@@ -30,11 +32,11 @@ Result<FirstBounce> emitted_light(const PatchSet& set, const ExchangeMatrix& exc
   return light;
 }
 
-void add_exitance(std::span<const Rgb> exitance, Radiosity& radiosity) {
+void add_exitance(std::span<const Rgb> exitance, radiosity::Radiosity& radiosity) {
   const std::size_t per_channel = radiosity.columns / 3;
   for (std::size_t i = 0; i < radiosity.patches; ++i)
     for (std::size_t k = 0; k < radiosity.columns; ++k)
       radiosity.b[i * radiosity.columns + k] += exitance[i][static_cast<int>(k / per_channel)];
 }
 
-} // namespace daylit::radiosity
+} // namespace daylit::bench

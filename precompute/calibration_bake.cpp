@@ -1,0 +1,129 @@
+#include "precompute/calibration_bake.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "precompute/cost_model.h"
+#include "precompute/room_frame.h"
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr int kFacets = 640, kRegions = 64;
+constexpr double kProbes = 900;
+constexpr double kVisibilityRays = 16384; // more change the error of the light by less than a thousandth of itself
+constexpr int kGatherRays = 1024;
+constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
+constexpr double kLeast = 1e-6;
+constexpr std::size_t kPoints = 128;
+
+/// A cube's worth of probes whatever the room's proportions; at least 3 along the shortest side.
+double calibration_spacing(const Bounds& bounds) {
+  const glm::dvec3 s = bounds.size();
+  const double shortest = std::min({s.x, s.y, s.z});
+  return std::max(std::min(std::cbrt(s.x * s.y * s.z / kProbes), 0.5 * shortest), 0.02 * std::max({s.x, s.y, s.z}));
+}
+
+/// About kPoints of them, evenly spread over the list.
+std::vector<glm::dvec3> thinned(const std::vector<glm::dvec3>& points) {
+  std::vector<glm::dvec3> out;
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kPoints);
+  for (std::size_t i = 0; i < points.size(); i += step)
+    out.push_back(points[i]);
+  return out;
+}
+
+/// Interpolation error of the audit without the part that the rays of the probes add.
+double grid_error_of(const BakeReport& report, bool sun) {
+  const double error = sun ? report.audit.sun(&SkyError::grid_part) : report.audit.smooth(&SkyError::grid_part);
+  return without_noise(error, kGatherRays);
+}
+
+/// Error of the finer mesh: c (2^a - 1) / (ratio^a - 1) of the difference, c measured at a ratio of 2
+/// (CostModel::mesh_of_halving), at the ratio that the mesher really gave.
+double mesh_error_of(const CalibrationBake& calibration) {
+  const double ratio = static_cast<double>(calibration.fine.facets) /
+                       static_cast<double>(std::max<std::size_t>(calibration.coarse.facets, 1));
+  const double of_difference = kCostModel.mesh_of_halving * (std::pow(2.0, kCostModel.mesh_exponent) - 1.0) /
+                               std::max(std::pow(ratio, kCostModel.mesh_exponent) - 1.0, 0.1);
+  return of_difference * mesh_difference(calibration.coarse.audit, calibration.fine.audit);
+}
+
+/// Mean over both bakes of log(error / spacing^exponent): one law through two measurements, of smooth skies and suns.
+class GridLaw {
+public:
+  void add(const BakeReport& report, double spacing_m) {
+    smooth_ += 0.5 * (std::log(std::max(grid_error_of(report, false), kLeast)) - at(spacing_m));
+    sun_ += 0.5 * (std::log(std::max(grid_error_of(report, true), kLeast)) - at(spacing_m));
+  }
+  double smooth(double spacing_m) const { return std::exp(smooth_ + at(spacing_m)); }
+  double sun(double spacing_m) const { return std::exp(sun_ + at(spacing_m)); }
+
+private:
+  static double at(double spacing_m) { return kCostModel.grid_exponent * std::log(spacing_m); }
+  double smooth_ = 0, sun_ = 0;
+};
+
+/// What the finer bake says beside its errors.
+void take_counts(const BakeReport& report, const BakeOptions& options, CalibrationBake& calibration) {
+  calibration.probes = report.probes_valid;
+  calibration.air_fraction =
+      static_cast<double>(report.probes_valid) / static_cast<double>(std::max<std::size_t>(report.probes, 1));
+  calibration.stored_fraction = static_cast<double>(report.regions_stored) / report.regions;
+  calibration.channels = report.solve.channels;
+  calibration.gather_rays = options.gather_rays;
+  calibration.visibility_rays = options.visibility_rays;
+  calibration.stages = report.stages;
+}
+
+} // namespace
+
+/// ((sx / (nx - 1)) (sy / (ny - 1)) (sz / (nz - 1)))^(1/3), metres.
+double mean_spacing(const Bounds& room, const glm::ivec3& probes) {
+  const glm::dvec3 size = room.size();
+  return std::cbrt(size.x / (probes.x - 1) * size.y / (probes.y - 1) * size.z / (probes.z - 1));
+}
+
+/// Two bakes at fixed settings, 320 and 640 facets, about 330 and 900 probes, 64 regions: their
+/// differences show what of the error belongs to the mesh and what to the grid.
+Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
+                                             const Progress& progress) {
+  CalibrationBake calibration;
+  calibration.bounds = room.room.bounds();
+  const SkyPartition sky = *SkyPartition::uniform(kRegions);
+  BakeOptions options;
+  options.visibility_rays = kVisibilityRays;
+  options.gather_rays = kGatherRays;
+  options.audit = true;
+  options.held_out = thinned(points);
+  GridLaw grid;
+  BakeReport report;
+  // Mesh and grid of the first are coarser: two meshes whose difference shows the error, two spacings for one law.
+  for (const bool finer : {false, true}) {
+    options.target_facets = finer ? kFacets : kFacets / 2;
+    options.spacing_m = calibration_spacing(calibration.bounds) * (finer ? 1.0 : kCoarser);
+    report = BakeReport{};
+    const auto volume = bake_room(room, sky, options, progress, report);
+    if (!volume)
+      return volume.error();
+    calibration.seconds += report.total_seconds;
+    options.held_out = report.audit.points;
+    (finer ? calibration.fine : calibration.coarse) = {report.facets, report.facet_edge_m, report.audit};
+    calibration.spacing_m = mean_spacing(calibration.bounds, volume->probes.count);
+    grid.add(report, calibration.spacing_m);
+    if (finer) {
+      auto density = probe_density(*volume);
+      if (!density)
+        return density.error();
+      calibration.density = std::move(*density);
+    }
+  }
+  calibration.grid_error = grid.smooth(calibration.spacing_m);
+  calibration.grid_sun = grid_error_of(report, true) > 0 ? grid.sun(calibration.spacing_m) : 0.0;
+  calibration.mesh_error = mesh_error_of(calibration);
+  take_counts(report, options, calibration);
+  return calibration;
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,98 @@
+#include <algorithm>
+
+#include "precompute/detail/bake_stage.h"
+
+namespace daylit::precompute::detail {
+
+namespace {
+
+constexpr int kHeldOutRays = 4; ///< times those of a probe
+
+/// Which points stand for some probes (increasing, as the points' own).
+std::vector<std::uint32_t> points_of(const ProbePoints& points, const std::vector<std::size_t>& probes) {
+  std::vector<std::uint32_t> list;
+  for (std::uint32_t p = 0; p < points.probe.size(); ++p)
+    if (std::ranges::binary_search(probes, points.probe[p]))
+      list.push_back(p);
+  return list;
+}
+
+/// Probe values of some points, [point][lm][column].
+Result<std::vector<float>> fitted_coefficients(const Stage& s, const std::vector<std::uint32_t>& some,
+                                               const radiosity::Radiosity& radiosity) {
+  const std::vector<std::uint32_t> needed = s.fit.needed(some);
+  std::vector<std::size_t> positions;
+  for (const std::uint32_t point : needed)
+    positions.push_back(s.points.position[point]);
+  const auto values = radiosity::gather_coefficients(s.hits, positions, radiosity, s.progress);
+  if (!values)
+    return values.error();
+  const std::size_t count = 9 * radiosity.columns;
+  const auto copy = [&](std::uint32_t point, float* to) {
+    const auto at = std::ranges::lower_bound(needed, point) - needed.begin();
+    std::copy_n(values->data() + static_cast<std::size_t>(at) * count, count, to);
+  };
+  std::vector<float> fitted(some.size() * count);
+  s.fit.apply(some, count, copy, fitted.data());
+  return fitted;
+}
+
+/// Radiosity of the elements under the audit's skies, from direct light that falls on the elements.
+Result<radiosity::Radiosity> held_out_radiosity(const Stage& s, Audit& audit) {
+  const LightElements& elements = s.elements;
+  const auto light = radiosity::first_bounce(elements.patches, elements.mesh, elements.rays, s.problem.apertures.list,
+                                             held_out_partition(), s.progress);
+  if (!light)
+    return light.error();
+  const radiosity::FirstBounce direct = audit.direct_light(*light, elements.patches),
+                               of_parents = elements.of_parents(direct);
+  const auto solved = radiosity::solve_radiosity(s.problem.patches, s.exchange, of_parents,
+                                                 {.tolerance = s.options.tolerance}, s.progress);
+  if (!solved)
+    return solved.error();
+  return elements.radiosity_of(*solved, of_parents, direct);
+}
+
+/// What the audit's points see, by more rays than a probe has.
+Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audit) {
+  std::vector<glm::dvec3> points = audit.points();
+  for (glm::dvec3& p : points)
+    p -= s.problem.mesh.origin;
+  return radiosity::gather_hits(
+      points, s.elements.patches, s.elements.mesh, s.elements.rays,
+      {.rays = kHeldOutRays * s.options.gather_rays, .group = s.elements.parent, .faces = &s.faces}, s.progress);
+}
+
+} // namespace
+
+/// The same transport with other right-hand sides (held-out skies) and other receivers (held-out points), judged
+/// against what the volume gives there.
+Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolume& volume) {
+  Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out);
+  if (!audit)
+    return audit.error();
+  const auto radiosity = held_out_radiosity(s, *audit);
+  if (!radiosity)
+    return radiosity.error();
+  const auto seen = seen_from_points(s, *audit);
+  if (!seen)
+    return seen.error();
+  const auto at_points = radiosity::gather_coefficients(*seen, *radiosity, s.progress);
+  if (!at_points)
+    return at_points.error();
+  const auto band4 = radiosity::gather_coefficients(*seen, *radiosity, s.progress, radiosity::Bands::fourth);
+  if (!band4)
+    return band4.error();
+  const std::vector<std::uint32_t> some = points_of(s.points, audit->probes());
+  const auto at_probes = fitted_coefficients(s, some, *radiosity);
+  if (!at_probes)
+    return at_probes.error();
+  std::vector<std::size_t> probes;
+  for (const std::uint32_t point : some)
+    probes.push_back(s.points.probe[point]);
+  AuditReport report = audit->judge(volume, *at_points, *band4, *at_probes, probes);
+  s.clock.finish("audit");
+  return report;
+}
+
+} // namespace daylit::precompute::detail

@@ -1,0 +1,55 @@
+#include "precompute/detail/bake_stage.h"
+#include "precompute/detail/node_sharpening.h"
+
+namespace daylit::precompute::detail {
+
+namespace {
+
+/// What the points see, fitted to probe values where neighbours see each other.
+GatherRows gather_rows(const Stage& s) {
+  const auto distinguished = [&s](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
+    for (const std::uint32_t point : s.fit.needed(some))
+      s.hits.mark_distinguished(s.points.position[point], of_patches);
+  };
+  const auto gather = [&s](std::span<const std::uint32_t> some, std::span<const std::uint32_t> part_end, float* out) {
+    const auto one = [&](std::uint32_t point, float* nine_rows) {
+      s.hits.weights(s.points.position[point], part_end, nine_rows);
+    };
+    s.fit.apply(some, 9 * part_end.size(), one, out);
+  };
+  GatherRows rows_of_points{distinguished, gather};
+  if (s.options.sh_order == ShOrder::fourth)
+    rows_of_points.band4_rows = [&s](std::span<const std::uint32_t> some, std::span<const std::uint32_t> part_end,
+                                     float* out) {
+      for (std::size_t i = 0; i < some.size(); ++i)
+        s.hits.weights(s.points.position[some[i]], part_end, out + i * 9 * part_end.size(), radiosity::Bands::fourth);
+    };
+  return rows_of_points;
+}
+
+} // namespace
+
+/// L_lm(probe) = sum over sources of T[lm, source] H_source,k for node k: H is sparse, T is factored per probe cluster.
+Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow> rows, BasisVolume& volume,
+                           BakeReport& report) {
+  SurfaceLightReport surfaces;
+  sharpen_nodes(volume.partition, rows);
+  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), s.options.clusters,
+                                   s.solve(), s.progress, surfaces);
+  if (!light)
+    return light.error();
+  report.solve = surfaces.solve;
+  report.energy = surfaces.energy;
+  s.clock.finish("solve");
+  auto compact = compact_sky(*light, gather_rows(s), volume.probes, s.points.probe, volume.partition,
+                             {.error = s.options.compact_error, .part = s.fit.part()}, s.progress, &report.compact);
+  if (!compact)
+    return compact.error();
+  report.regions_stored = static_cast<int>(report.compact.nodes);
+  report.first_bounce.regions_skipped = report.regions - report.regions_stored;
+  volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
+  s.clock.finish("fine sky");
+  return {};
+}
+
+} // namespace daylit::precompute::detail

@@ -1,0 +1,53 @@
+// Rays in packets against meshes that move.
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/trace/packet_scene.h"
+#include "test_scene.h"
+
+namespace daylit {
+namespace {
+
+TEST(PacketScene, rays_meet_of_a_moved_mesh_what_they_meet_of_one_built_there) {
+  const ObjectMesh mesh = test::torus(0.15f, 0.07f, 24, 12);
+  std::vector<glm::vec3> points;
+  for (const glm::dvec3& p : test::place(mesh, {0.5, -0.4, 0.23}, 1.2).positions)
+    points.emplace_back(1.5 * p);
+  auto moved = PacketScene::build(mesh.positions, mesh.triangles);
+  const auto built = PacketScene::build(points, mesh.triangles);
+  ASSERT_TRUE(moved && built);
+  ASSERT_TRUE(moved->move(points));
+  EXPECT_FALSE(moved->move(std::span(points).first(20)));
+  int met = 0;
+  for (int row = 0; row < 40; ++row) {
+    RayBlock rays{};
+    for (int k = 0; k < kLanes; ++k) {
+      rays.org_x[k] = 0.35f + 0.05f * static_cast<float>(k);
+      rays.org_y[k] = -1.05f + 0.025f * static_cast<float>(row);
+      rays.org_z[k] = 1.0f;
+      rays.dir_x[k] = 0.1f;
+      rays.dir_z[k] = -2.0f; // not unit: distances are in its length
+      rays.tfar[k] = 10.0f;
+    }
+    HitBlock a, b;
+    built->closest(0xFFFFu, rays, a);
+    moved->closest(0xFFFFu, rays, b);
+    const LaneMask all = built->occluded(0xFFFFu, rays);
+    EXPECT_EQ(moved->occluded(0xFFFFu, rays), all);
+    EXPECT_EQ(moved->occluded(0x0104u, rays), all & 0x0104u) << "few rays go one by one";
+    for (int k = 0; k < kLanes; ++k) {
+      ASSERT_EQ(a.triangle[k], b.triangle[k]);
+      EXPECT_EQ(a.triangle[k] != kNoTriangle, (all >> k & 1u) != 0);
+      if (a.triangle[k] == kNoTriangle)
+        continue;
+      ++met;
+      EXPECT_NEAR(a.distance[k], b.distance[k], 1e-5f);
+    }
+  }
+  EXPECT_GT(met, 100);
+}
+
+} // namespace
+} // namespace daylit
