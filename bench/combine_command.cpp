@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/command.h"
+#include "bench/plain_read.h"
 #include "bench/timing.h"
 #include "scene/volume/volume_combiner.h"
 #include "scene/volume/volume_file.h"

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "bench/command.h"
+#include "bench/plain_read.h"
 #include "bench/timing.h"
 #include "scene/sky/sky_partition.h"
 #include "scene/volume/volume_file.h"

@@ -1,12 +1,8 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "scene/core/seconds.h"
@@ -24,26 +20,9 @@ double time_once(Body&& body) {
 /// Elapsed seconds of one call that uses several threads.
 template <class Body>
 double wall_time_once(Body&& body) {
-  timespec start{}, end{};
-  clock_gettime(CLOCK_MONOTONIC, &start);
+  const double start = wall_seconds();
   body();
-  clock_gettime(CLOCK_MONOTONIC, &end);
-  return double(end.tv_sec - start.tv_sec) + 1e-9 * double(end.tv_nsec - start.tv_nsec);
-}
-
-/// Reads every byte in order: what no program that needs the bytes can undercut.
-inline void read_plainly(std::span<const std::byte> bytes) {
-  std::array<std::uint64_t, 32> sum{}; // enough for the widest vectors, four side by side
-  const std::byte* from = bytes.data();
-  for (std::size_t k = 0; k + sizeof(sum) <= bytes.size(); k += sizeof(sum)) {
-    std::array<std::uint64_t, 32> part;
-    std::memcpy(&part, from + k, sizeof(part));
-    for (std::size_t i = 0; i < sum.size(); ++i)
-      sum[i] += part[i];
-  }
-  volatile std::uint64_t sink = 0;
-  for (const std::uint64_t s : sum)
-    sink = sink + s;
+  return wall_seconds() - start;
 }
 
 /// Minimum over repetitions of each body, the bodies taking turns so that drift of the machine meets all alike.

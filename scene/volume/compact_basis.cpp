@@ -110,6 +110,7 @@ void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, st
     combine_clusters(basis.band4, light, band4, kAll);
 }
 
+/// A cluster is combined as a whole: its probes share the amplitudes.
 void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<const std::uint32_t> wanted,
                 std::span<Sh9Rgb> result) {
   std::vector<std::uint8_t> is_wanted(result.size(), 0);

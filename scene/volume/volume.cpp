@@ -39,6 +39,7 @@ bool surely_nonnegative(const std::array<double, 25>& e) {
 
 } // namespace
 
+/// Stored rows, or nodes with a weight on some element.
 std::vector<std::uint8_t> regions_that_count(const BasisVolume& volume) {
   std::vector<std::uint8_t> counts(static_cast<std::size_t>(volume.partition.size()), 0);
   for (const std::int32_t region : volume.stored_region)

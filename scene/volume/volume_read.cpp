@@ -157,6 +157,7 @@ Result<BasisVolume> read_tensors(TensorReader& reader, const detail::Safetensors
 
 } // namespace
 
+/// From the outside in: container, identity and checksum, tensors, and last what check_volume() asks of every volume.
 Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std::string& name) {
   const Result<detail::SafetensorsHeader> header = detail::parse_safetensors(bytes, name);
   if (!header)

@@ -46,6 +46,7 @@ void flatten_room(const BasisVolume& volume, FlatTensors& flat) {
   }
 }
 
+/// Vectors of three become three numbers, structures one list for each member.
 FlatTensors flatten(const BasisVolume& volume) {
   FlatTensors flat;
   const ProbeSet& probes = volume.probes;
@@ -142,7 +143,7 @@ std::map<std::string, std::string> metadata_of(const BasisVolume& volume) {
           {"report", p.report_json}};
 }
 
-/// Puts the checksum of the whole file into its header.
+/// Puts the checksum of the whole file into its header; the digits are as long as their place holder.
 void sign(detail::SafetensorsImage& image) {
   const std::size_t digits = image.header.find(detail::kChecksumKey) + detail::kChecksumKey.size();
   const std::string checksum = detail::volume_checksum(std::as_bytes(std::span(image.header)), digits, image.parts);
