@@ -70,8 +70,8 @@ double object_mean(const Composite& c) {
   return sum / static_cast<double>(std::max<std::size_t>(count, 1));
 }
 
-/// Share of a sudden change of the sky that each frame after it shows; the whole is what a session shows that never saw
-/// the sky before.
+/// Fraction of a sudden change of the sky that each frame after it shows; the whole is what a session shows that never
+/// saw the sky before.
 Result<std::vector<double>> response(const FrameScene& scene, const std::string& name, const std::string& renderer,
                                      Session& session) {
   const auto skies = clouded(scene, name, kAfterStep);
@@ -88,14 +88,14 @@ Result<std::vector<double>> response(const FrameScene& scene, const std::string&
   const auto before = mean_under(session, scene.skies.back()), after = mean_under(*fresh, (*skies)[0]);
   if (!before || !after)
     return (before ? after : before).error();
-  std::vector<double> shares;
+  std::vector<double> fractions;
   for (const SkyImage& sky : *skies) {
     const auto now = mean_under(session, sky);
     if (!now)
       return now.error();
-    shares.push_back((*now - *before) / (*after - *before));
+    fractions.push_back((*now - *before) / (*after - *before));
   }
-  return shares;
+  return fractions;
 }
 
 Result<nlohmann::ordered_json> one_row(const Arguments& a, const std::string& object, const std::string& sky,
@@ -111,17 +111,17 @@ Result<nlohmann::ordered_json> one_row(const Arguments& a, const std::string& ob
   const auto flicker = measure_flicker(*scene, *session, a.frames);
   if (!flicker)
     return flicker.error();
-  const auto shares = response(*scene, sky, a.renderer, *session);
-  if (!shares)
-    return shares.error();
+  const auto fractions = response(*scene, sky, a.renderer, *session);
+  if (!fractions)
+    return fractions.error();
   const auto whole =
-      std::find_if(shares->begin(), shares->end(), [](double s) { return s >= kWhole && s <= 2.0 - kWhole; });
+      std::find_if(fractions->begin(), fractions->end(), [](double s) { return s >= kWhole && s <= 2.0 - kWhole; });
   return nlohmann::ordered_json{{"object", object},
                                 {"sky", sky},
                                 {"flicker_object", flicker->object},
                                 {"flicker_shadow", flicker->shadow},
-                                {"frames_to_99_percent", 1 + static_cast<int>(whole - shares->begin())},
-                                {"response", *shares}};
+                                {"frames_to_99_percent", 1 + static_cast<int>(whole - fractions->begin())},
+                                {"response", *fractions}};
 }
 
 Result<void> run(const Arguments& a, const CommonOptions& options) {

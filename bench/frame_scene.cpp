@@ -23,18 +23,9 @@ constexpr double kSensorNoise = 0.01;
 constexpr double kTeapotWidth = 0.29; // metres: the object then covers 8 to 12 % of the picture
 constexpr double kBlobWidth = 0.235;
 
-MarkerBoard board_of(const MarkerConfig& marker) {
-  MarkerBoard board;
-  board.world_from_board = marker.world_from_board;
-  board.marker_size_m = marker.size_m;
-  board.margin_m = 0.25 * marker.size_m;
-  board.white_reflectance = static_cast<float>(marker.white_reflectance);
-  return board;
-}
-
 /// Grey room, printed board: enough of a photograph for finding the marker and for multiplying shadows onto it.
 RgbImage plain_photo(const RunConfig& config, const LensModel& lens) {
-  const MarkerBoard board = board_of(*config.marker);
+  const MarkerBoard board = MarkerBoard::printed(*config.marker);
   const glm::dmat4& pose = *config.world_from_camera;
   const glm::dvec3 eye(pose[3]), normal(board.world_from_board[2]), centre(board.world_from_board[3]);
   RgbImage photo(kFrameWidth, kFrameHeight, Rgb(0.2f));

@@ -130,6 +130,7 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
 
 } // namespace
 
+/// N of "adaptive:N"; 0 where N is no number.
 std::optional<int> adaptive_regions(const std::string& text) {
   if (!text.starts_with(kKind))
     return std::nullopt;
@@ -167,6 +168,7 @@ Result<SkyPartition> cut_where_it_changes(std::span<const float> response, std::
                                        std::string(kKind) + std::to_string(regions));
 }
 
+/// Refuses what neither this file nor SkyPartition::parse() reads.
 Result<void> check_regions(const std::string& regions) {
   const std::optional<int> n = adaptive_regions(regions);
   if (n && (*n < kFewest || *n > kBands * kCells))
@@ -178,6 +180,7 @@ Result<void> check_regions(const std::string& regions) {
   return partition ? Result<void>{} : partition.error();
 }
 
+/// A named partition, or one cut for the room after a coarse bake.
 Result<SkyPartition> sky_for(const RoomFile& room, const std::string& regions, const Progress& progress) {
   if (const Result<void> good = check_regions(regions); !good)
     return good.error();

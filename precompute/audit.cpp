@@ -39,6 +39,7 @@ struct Column {
   }
 };
 
+/// All nine coefficients of the three channels.
 void add(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
   for (std::size_t l = 0; l < 9; ++l)
     for (int c = 0; c < 3; ++c)
@@ -76,6 +77,7 @@ std::vector<glm::dvec3> candidates_in(const Room& room, const ProbeSet& probes) 
 
 } // namespace
 
+/// The worst of the smooth skies: the bound that a target is held against.
 double AuditReport::smooth(double SkyError::*part) const {
   double worst = 0;
   for (const SkyError& s : sky)
@@ -83,6 +85,7 @@ double AuditReport::smooth(double SkyError::*part) const {
   return worst;
 }
 
+/// Root of the mean square over the suns: where they stand is chance.
 double AuditReport::sun(double SkyError::*part) const {
   double sum = 0;
   int suns = 0;
@@ -119,6 +122,7 @@ double mesh_difference(const AuditReport& coarse, const AuditReport& fine) {
   return worst;
 }
 
+/// Keeps the first kPoints candidates at which the volume interpolates; an empty volume of these probes decides.
 Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
                              std::vector<glm::dvec3> candidates) {
   BasisVolume empty{.partition = held_out_partition(),
@@ -152,6 +156,7 @@ radiosity::FirstBounce Audit::direct_light(const radiosity::FirstBounce& light, 
   return precompute::direct_light(light, skies_);
 }
 
+/// Union of the interpolation stencils of every grid_step_-th point.
 std::vector<std::size_t> Audit::probes() const {
   std::vector<std::size_t> list;
   std::array<std::uint32_t, 8> probe;
@@ -194,6 +199,7 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
           grid_part.nrms(), received.nrms(),  nine_leave.nrms()};
 }
 
+/// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.
 AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
                          std::span<const std::size_t> probes) const {

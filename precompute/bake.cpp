@@ -63,6 +63,7 @@ Result<radiosity::ExchangeMatrix> closed_exchange(const Problem& problem, const 
 
 } // namespace
 
+/// Settings without a plan, coarse to fine; given points have no neighbours on a grid that average their noise.
 Result<BakeOptions> quality_options(const std::string& name, bool given_points) {
   BakeOptions o;
   if (name == "draft") {
@@ -85,6 +86,8 @@ Result<BakeOptions> quality_options(const std::string& name, bool given_points) 
   return o;
 }
 
+/// Mesh and probes, direct light H, exchange areas G with closed rows, rays of the probes; then
+/// L_lm = w (I - rho F)^-1 rho H by one of the two ways, and the audit.
 Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options,
                          const Progress& progress, BakeReport& report) {
   detail::StageClock clock(report);

@@ -34,6 +34,7 @@ std::vector<glm::dvec3> thinned(const std::vector<glm::dvec3>& points) {
   return out;
 }
 
+/// Interpolation error of the audit without the part that the rays of the probes add.
 double grid_error_of(const BakeReport& report, bool sun) {
   const double error = sun ? report.audit.sun(&SkyError::grid_part) : report.audit.smooth(&SkyError::grid_part);
   return without_noise(error, kGatherRays);
@@ -84,6 +85,8 @@ double mean_spacing(const Bounds& room, const glm::ivec3& probes) {
   return std::cbrt(size.x / (probes.x - 1) * size.y / (probes.y - 1) * size.z / (probes.z - 1));
 }
 
+/// Two bakes at fixed settings, 320 and 640 facets, about 330 and 900 probes, 64 regions: their
+/// differences show what of the error belongs to the mesh and what to the grid.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
                                              const Progress& progress) {
   CalibrationBake calibration;

@@ -9,6 +9,7 @@
 
 namespace daylit::precompute {
 
+/// Exit code: done when the room can be baked, failed otherwise.
 int check_command(int argc, char** argv) {
   std::filesystem::path room;
   std::string up = "z";

@@ -27,6 +27,7 @@ std::span<const std::byte> bytes_of(const auto& value) { return std::as_bytes(st
 
 } // namespace
 
+/// With `resume` reads what is there, else removes it.
 Result<std::unique_ptr<Checkpoint>> Checkpoint::open(const std::filesystem::path& path, std::uint64_t identity,
                                                      bool resume) {
   std::unique_ptr<Checkpoint> c(new Checkpoint(path, identity));
@@ -75,6 +76,7 @@ Result<void> Checkpoint::read_existing() {
   return {};
 }
 
+/// Read from the file each time: records may be large.
 std::optional<std::vector<std::byte>> Checkpoint::find(const Name& name) {
   const std::lock_guard lock(mutex_);
   const auto found = records_.find(name);
@@ -93,6 +95,7 @@ bool Checkpoint::write_header() {
   return file_ && std::fwrite(&header, sizeof header, 1, file_) == 1;
 }
 
+/// Appended and flushed, so that a kill loses at most the record in hand.
 void Checkpoint::keep(const Name& name, std::span<const std::byte> bytes) {
   const std::lock_guard lock(mutex_);
   if (broken_ || records_.contains(name) || std::chrono::steady_clock::now() - start_ < kPatience)

@@ -55,15 +55,19 @@ std::vector<double> norms2_on_sources(const detail::SunColumns& columns) {
   return norm2;
 }
 
-/// Mean over the projections of the squared norms of rows over sources, which `row_of` gives for each cluster.
-template <class RowOf>
+/// Mean over the projections of the squared norms of rows over sources, which `rows_of` gives for each cluster. They
+/// are large, so only those of a few clusters are kept at a time.
+template <class RowsOf>
 std::vector<double> norms2_at_probes(const std::vector<ProbeCluster>& clusters, const detail::SunColumns& columns,
-                                     const RowOf& rows_of) {
-  std::vector<std::vector<float>> rows(clusters.size());
-  parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t b) { rows[b] = rows_of(clusters[b]); });
+                                     const RowsOf& rows_of) {
+  constexpr std::size_t kAtOnce = 16;
   detail::JoinedRows joined(clusters.size(), kProjections, columns.sources);
-  for (std::size_t b = 0; b < clusters.size(); ++b)
-    joined.add(b, rows[b]);
+  for (std::size_t first = 0; first < clusters.size(); first += kAtOnce) {
+    std::vector<std::vector<float>> rows(std::min(kAtOnce, clusters.size() - first));
+    parallel_for(std::size_t{0}, rows.size(), [&](std::size_t k) { rows[k] = rows_of(clusters[first + k]); });
+    for (std::size_t k = 0; k < rows.size(); ++k)
+      joined.add(first + k, rows[k]);
+  }
   std::vector<double> norm2(columns.size(), 0.0);
   columns.add_norms2(joined.rows(), norm2);
   for (double& n : norm2)

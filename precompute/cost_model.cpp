@@ -12,6 +12,7 @@ namespace {
 constexpr const CostModel& model = kCostModel;
 constexpr double kFullCluster = static_cast<double>(CompactOptions{}.cluster_probes);
 
+/// Sum over the stages of this name, seconds.
 double seconds_of(const std::vector<StageTime>& stages, const std::string& name) {
   double sum = 0;
   for (const StageTime& s : stages)
@@ -25,6 +26,7 @@ double product(const BakeWork& w) { return 9 * w.probes * w.facets * w.columns *
 double solve(const BakeWork& w) {
   return w.facets * w.facets * w.columns * w.channels + w.facets * w.facets * w.facets * w.channels / 3;
 }
+/// Elements that the sky lights.
 double sources(const BakeWork& w) { return model.lit_elements * w.elements; }
 
 /// The air is halved until each part is small enough: a power of two.
@@ -42,19 +44,23 @@ double compression(const BakeWork& w, double error) {
 
 } // namespace
 
+/// Monte Carlo on a lattice: c (1024 / N)^0.9, a little slower than the 1 / N of a smooth integrand.
 double ray_noise(double rays_per_probe) {
   return model.gather_noise * std::pow(1024 / rays_per_probe, model.gather_noise_exponent);
 }
 
+/// sqrt(e^2 - noise^2): both are independent.
 double without_noise(double error, double rays_per_probe) {
   const double noise = ray_noise(rays_per_probe);
   return std::sqrt(std::max(error * error - noise * noise, 0.25 * error * error));
 }
 
+/// e(N) = e_0 (N_0 / N)^a: e_0 measured on N_0 facets in the room, a from the table.
 double mesh_error(const CalibrationBake& calibration, double facets) {
   return calibration.mesh_error * std::pow(static_cast<double>(calibration.fine.facets) / facets, model.mesh_exponent);
 }
 
+/// Patches decide the exchange, elements the direct light; either alone would be worth its own count.
 double equivalent_facets(double patches, double elements) {
   return elements > patches ? std::sqrt(patches * elements / (kPatchFraction * kElementFraction)) : patches;
 }
@@ -71,6 +77,7 @@ SkyKind SkyKind::of(const std::string& text) {
   return {static_cast<double>(partition.size()), partition.interpolated(), false};
 }
 
+/// Smooth skies: ~ 1 / N, second order in the width of a region; a sun errs until regions are about its size.
 SkyErrors sky_errors(const SkyKind& sky, double compact_error) {
   const double n = sky.regions;
   if (sky.adaptive)

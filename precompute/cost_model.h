@@ -65,8 +65,8 @@ double without_noise(double error, double rays_per_probe);
 
 /// Mesh error of a bake on so many facets.
 double mesh_error(const CalibrationBake& calibration, double facets);
-/// Facets of a mesh without elements that is as good as one of so many patches and elements: their geometric mean, 1
-/// at the usual fractions of both.
+/// Facets of a mesh without elements that is as good as one of so many patches and elements: sqrt(patches elements),
+/// scaled so that kPatchFraction and kElementFraction of N facets are worth N.
 double equivalent_facets(double patches, double elements);
 /// Patches and elements per facet of that mesh: direct light on finer parts than the rest (detail/light_elements.h).
 inline constexpr double kPatchFraction = 0.65, kElementFraction = 1.6;

@@ -77,6 +77,7 @@ double glow(const glm::dvec3& d, double azimuth_deg, double altitude_deg, double
   return std::exp(-0.5 * away * away / (width_deg * width_deg * kDegree * kDegree));
 }
 
+/// Radiance of the ground, 0.6, below the horizon.
 double ground_or(const glm::dvec3& d, double sky) { return d.z > 0.0 ? sky : 0.6; }
 
 } // namespace

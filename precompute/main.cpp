@@ -30,6 +30,7 @@ struct Arguments {
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
 };
 
+/// "NX,NY,NZ".
 Result<glm::ivec3> parse_grid(const std::string& text) {
   glm::ivec3 n(0);
   char rest = 0;
@@ -50,6 +51,7 @@ Result<double> parse_percent(const std::string& text) {
   return 0.01 * value;
 }
 
+/// The error that --max-error or --quality names, as a fraction.
 Result<double> target_of(const Arguments& a) {
   if (!a.max_error.empty())
     return parse_percent(a.max_error);
@@ -62,6 +64,7 @@ Result<double> target_of(const Arguments& a) {
   return Error{ErrorCode::usage, "unknown quality '" + a.quality + "'", "--quality", "use draft, normal or high"};
 }
 
+/// What the command line fixes; the plan decides the rest.
 Result<precompute::PlanRequest> to_request(const Arguments& a) {
   precompute::PlanRequest request;
   const Result<double> target = target_of(a);
@@ -107,6 +110,7 @@ struct Outcome {
   std::string stored_report, report_json, text;
 };
 
+/// One bake without calibration: every setting is given, or that of the quality.
 Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
                               radiosity::WorkStore& store, const Progress& progress) {
   Result<precompute::BakeOptions> options = precompute::quality_options(a.quality, !a.points.empty());
@@ -131,6 +135,7 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   return Outcome{std::move(*volume), BasisPrecision::float32, to_json(report, false), to_json(report), to_text(report)};
 }
 
+/// Calibration bakes, plan, bake, and perhaps once more; says on stderr what it does.
 Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
                                 radiosity::WorkStore& store, ProgressLine& progress) {
   const auto announce = [&](const std::string& text) {
@@ -145,6 +150,8 @@ Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanReques
                  to_text(baked->report) + to_text(baked->plan, baked->measured)};
 }
 
+/// Room, plan or settings, bake with a checkpoint beside the output, volume, report. The identity of the checkpoint is
+/// everything that decides the content of the volume.
 Result<void> run(const Arguments& a) {
   set_thread_count(a.threads);
   const Result<precompute::PlanRequest> request = to_request(a);
@@ -245,7 +252,7 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"2", "4", "auto"}));
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");
-  app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, which an interrupted run leaves");
+  app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, written by an interrupted run");
   app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
   app.add_flag("--quiet", a.quiet, "no progress, no summary");
   app.add_flag("--json", a.json, "the report as JSON on stdout");

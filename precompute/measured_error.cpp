@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kClearlyFiner = 1.8; ///< ratio of facets from which a difference shows an error
 
+/// Facets of the model that the mesh of the report is worth, with its elements.
 double facets_of(const BakeReport& report) {
   const double elements_per_patch =
       static_cast<double>(report.elements) / static_cast<double>(std::max<std::size_t>(report.patches, 1));
@@ -33,6 +34,7 @@ double estimated_mesh_error(const CalibrationBake& calibration, const BakeReport
 
 } // namespace
 
+/// Carries the measured errors back to the settings of the calibration bake by the same powers that predicted them.
 CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report) {
   CalibrationBake better = calibration;
   const double facets = facets_of(report);
@@ -49,6 +51,7 @@ CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, 
   return better;
 }
 
+/// total^2 = volume^2 + mesh^2: the audit compares with the same mesh, so it cannot see the error of the mesh.
 Measured measured_error(const CalibrationBake& calibration, const BakeReport& report) {
   Measured m;
   m.mesh = estimated_mesh_error(calibration, report);

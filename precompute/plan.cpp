@@ -208,6 +208,7 @@ private:
 
 } // namespace
 
+/// The finest plan says what can be reached at all; a target below it is refused with that figure.
 Result<Plan> make_plan(const CalibrationBake& calibration, const PlanRequest& request) {
   const Planner planner(calibration, request);
   const double wanted = request.max_error;

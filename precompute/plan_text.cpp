@@ -9,6 +9,7 @@ namespace {
 
 using detail::format;
 
+/// Where the probes are: given points, a counted grid, or a spacing.
 std::string where(const Plan& plan) {
   const BakeOptions& o = plan.options;
   if (!o.points.empty())
@@ -26,6 +27,7 @@ std::string facets(const Plan& plan) {
 
 } // namespace
 
+/// Errors in per cent of the coefficients, nrms.
 std::string to_text(const Plan& plan) {
   const Prediction& p = plan.predicted;
   std::string text = format("plan       for %.3g %%: %s, %s, %s, %.0f visibility rays, %d rays per probe\n",
@@ -38,6 +40,7 @@ std::string to_text(const Plan& plan) {
   return text + format("; %.1f s, %.1f MB\n", p.seconds, p.bytes / 1e6);
 }
 
+/// The measured error beside the target, with a warning where it is above.
 std::string to_text(const Plan& plan, const Measured& m) {
   std::string text = format(
       "measured   %.2f %% (mesh %.2f estimated, volume %.2f) at %zu points and the worst of 5 smooth skies (%s) that "

@@ -7,7 +7,7 @@ namespace daylit::precompute {
 
 namespace {
 
-/// The pieces of a repeated bake, in the same file beside those of the first.
+/// The records of a repeated bake, in the same file beside those of the first.
 class RepeatedStore final : public radiosity::WorkStore {
 public:
   explicit RepeatedStore(radiosity::WorkStore& base) : base_(base) {}
@@ -23,6 +23,7 @@ private:
   radiosity::WorkStore& base_;
 };
 
+/// One bake at the settings of out.plan, measured.
 Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const Progress& progress, PlannedBake& out) {
   const auto partition = sky_for(room, out.plan.regions, progress);
   if (!partition)
@@ -39,6 +40,7 @@ Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const 
 
 } // namespace
 
+/// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce) {
   PlannedBake out{};

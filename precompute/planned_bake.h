@@ -19,7 +19,7 @@ struct PlannedBake {
 };
 
 /// `announce` is called with each plan before its bake starts, and with what a bake that misses measured.
-/// `store`: of the bakes, may be null; the second keeps its pieces apart from the first's.
+/// `store`: of the bakes, may be null; the second keeps its records apart from the first's.
 /// Errors of calibration, plan and bake. A target that is missed in the end is no error: `measured` says so.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce);

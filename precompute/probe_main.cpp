@@ -38,6 +38,7 @@ struct Arguments {
   int threads = 0;
 };
 
+/// Notes about the sky go to stderr.
 Result<Sky> read_sky(const Arguments& a) {
   SkyArguments arguments = a.sky;
   if (a.ground_albedo >= 0)
@@ -140,6 +141,7 @@ Result<ReinhartPatches> parse_patches(const std::string& text) {
   return ReinhartPatches::make(k);
 }
 
+/// All points are read before the first column is computed: a matrix has one row per point.
 Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const LightFieldSampler& sampler,
                           const RayScene& scene) {
   const Result<ReinhartPatches> patches = parse_patches(a.matrix);
@@ -164,6 +166,7 @@ Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const L
   return {};
 }
 
+/// World metres, nine digits.
 void print_positions(const ProbeSet& probes) {
   for (std::size_t i = 0; i < probes.size(); ++i)
     if (probes.valid[i]) {
@@ -172,6 +175,7 @@ void print_positions(const ProbeSet& probes) {
     }
 }
 
+/// Volume, then what needs no sky, then the field under the sky and the answers.
 Result<void> run(const Arguments& a) {
   set_thread_count(a.threads);
   const Result<BasisVolume> volume = read_volume(a.volume);

@@ -33,6 +33,7 @@ std::string sh_values_text(std::optional<std::array<float, N>> values, bool json
 
 nlohmann::ordered_json json3(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
+/// Reflecting materials and panes, as the bake used them.
 nlohmann::ordered_json materials_info(const Room& room) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Material& m : room.materials) {
@@ -44,6 +45,7 @@ nlohmann::ordered_json materials_info(const Room& room) {
   return list;
 }
 
+/// Counts, spacing in metres and bounds in the world.
 nlohmann::ordered_json probes_info(const ProbeSet& probes) {
   nlohmann::ordered_json info{{"layout", probes.is_grid ? "grid" : "points"},
                               {"count", probes.size()},
@@ -107,6 +109,7 @@ std::string irradiance_text(const std::optional<Rgb>& e, bool json) {
   return json ? "{\"irradiance\":[" + values_text(values, ",") + "]}\n" : values_text(values, " ") + "\n";
 }
 
+/// E_v = K (0.2126 R + 0.7152 G + 0.0722 B), lx: luminance weights of Rec. 709, K the luminous efficacy in lm/W.
 double illuminance(const Rgb& e, double efficacy) {
   return efficacy *
          (0.2126 * static_cast<double>(e.r) + 0.7152 * static_cast<double>(e.g) + 0.0722 * static_cast<double>(e.b));
@@ -133,6 +136,7 @@ std::string order4_text(const std::optional<ShRadiance>& sh, bool json) {
   return sh_values_text(sh ? std::optional(values) : std::nullopt, json);
 }
 
+/// Nine coefficients per channel in the order, axes and scale of an engine (docs/interchange.md).
 std::string layout_text(const std::optional<Sh9Rgb>& sh, ShLayout layout, bool json) {
   return sh_values_text(sh ? std::optional(to_engine(*sh, layout)) : std::nullopt, json);
 }

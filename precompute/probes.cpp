@@ -166,6 +166,7 @@ void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>
   }
 }
 
+/// A given point is in the air when an open segment joins it to a probe in the air of an auxiliary grid.
 Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const Bounds& room, const RayScene& scene,
                              const std::vector<Aperture>& apertures) {
   const glm::dvec3 size = room.size();

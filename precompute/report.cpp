@@ -10,6 +10,7 @@ namespace {
 using detail::format;
 using Json = nlohmann::ordered_json;
 
+/// Room, mesh, openings, regions and probes.
 void add_geometry(const BakeReport& r, Json& j) {
   j["facets"] = {
       {"count", r.facets},    {"longest_edge_m", r.facet_edge_m}, {"doubled_area_m2", r.doubled_m2},
@@ -27,6 +28,7 @@ void add_geometry(const BakeReport& r, Json& j) {
                {"notes", r.room.notes}};
 }
 
+/// Exchange areas, solver and energy balance.
 void add_transport(const BakeReport& r, Json& j) {
   j["form_factors"] = {{"facing_pairs", r.exchange.facing_pairs},
                        {"near_pairs", r.exchange.near_pairs},
@@ -63,6 +65,7 @@ void add_skipped(const BakeReport& r, Json& j) {
                   {{"what", "points at the position of another"}, {"count", r.probes_repeated}, {"bound", 0}}};
 }
 
+/// Factors of the fine sky, and of l = 4 where they were kept.
 void add_fine_sky(const CompactReport& compact, Json& j) {
   if (compact.nodes > 0)
     j["fine_sky"] = {{"nodes", compact.nodes},

@@ -22,6 +22,7 @@ constexpr int kDefaultRegions = 64;
 constexpr double kSecondsPerPatch = 3.5e-4, kSecondsPerPair = 1e-8, kSecondsPerGatherRay = 1.9e-7, kSecondsFixed = 0.2;
 constexpr double kMatrixBytesAt2000 = 5.5e6, kMatrixGrowth = 1.65;
 
+/// Materials in use, with the sum of the areas of their triangles, m^2.
 std::vector<CheckedMaterial> list_materials(const Room& room) {
   std::vector<CheckedMaterial> out;
   for (const Material& m : room.materials)
@@ -104,6 +105,7 @@ Result<BakeEstimate> estimate_bake(const Room& room, const RayScene& scene, cons
   return e;
 }
 
+/// Goes through the steps of a bake up to the probes; the first that fails is the problem.
 std::optional<Error> find_problem(const Room& room, RoomCheck& check) {
   const auto scene = RayScene::build(room);
   if (!scene)

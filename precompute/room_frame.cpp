@@ -77,6 +77,7 @@ glm::dvec3 RoomFrame::snapped(const glm::dvec3& world) const {
   return kLattice * glm::round(to_local(world) / kLattice);
 }
 
+/// Corners on the lattice, vertices sorted and joined; faces without area after that are counted and left out.
 Room room_in_frame(const Room& room, const RoomFrame& frame, std::size_t& collapsed) {
   const auto before = [](const glm::dvec3& a, const glm::dvec3& b) {
     return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
@@ -103,6 +104,7 @@ Room room_in_frame(const Room& room, const RoomFrame& frame, std::size_t& collap
   return local;
 }
 
+/// Bakes the room in its own frame and carries volume, report and errors back to the world.
 Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options,
                               const Progress& progress, BakeReport& report) {
   const RoomFrame frame = RoomFrame::of(file.room);

@@ -56,6 +56,7 @@ void receive_open_sky(DirectLight& task, std::size_t index, Received& out) {
   add_escapes(task, e, seed, kScoutRays, kOpenSkyRays, true, out);
 }
 
+/// Only the regions that give light.
 FirstBounceRow squeeze(const Received& received) {
   FirstBounceRow row;
   for (std::size_t i = 0; i < received.region.size(); ++i)

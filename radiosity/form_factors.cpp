@@ -13,6 +13,7 @@ namespace {
 constexpr std::uint32_t kSmallLeaf = 32, kLeaf = 64;
 constexpr std::size_t kManyPatches = 6000; // from here on the larger leaf: fewer decisions
 
+/// Sides of one plane that look the same way have one id: they cannot see each other.
 ClusterTree patch_tree(const PatchSet& set, const SurfaceMesh& mesh) {
   std::vector<ClusterItem> items;
   for (const Patch& e : set.patches) {
@@ -56,6 +57,7 @@ void fill_report(const ExchangeProblem& problem, const ExchangeMatrix& m, Exchan
 
 } // namespace
 
+/// Cluster tree, obstacles, plan of blocks, then the blocks.
 Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& mesh, const Room& room,
                                       const RayScene& rays, const ExchangeOptions& options, const Progress& progress,
                                       ExchangeReport* report) {

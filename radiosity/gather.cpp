@@ -24,6 +24,7 @@ glm::vec3 turned(const glm::vec3& d, const glm::vec2& turn) {
 
 } // namespace
 
+/// The tables of the whole faces first; what they do not know by the hierarchy of facets.
 void GatherHits::trace(std::size_t point, std::span<std::int32_t> met) const {
   std::ranges::fill(met, WholeFaces::kUnknown);
   if (faces_)
@@ -88,6 +89,7 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSe
   return hits;
 }
 
+/// Runs of equal group: area-weighted middle, common normal, mean area of the members.
 std::vector<GatherHits::Group> GatherHits::groups_of(const PatchSet& set, std::span<const std::uint32_t> group) {
   std::vector<Group> groups;
   for (std::uint32_t first = 0, end = 0; first < group.size(); first = end) {
@@ -139,6 +141,7 @@ void GatherHits::divide_by_area(const glm::dvec3& point, std::span<const std::ui
   }
 }
 
+/// Of kept hits, or of rays that are traced again.
 std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> aggregate_of,
                                     std::size_t aggregates, Bands bands) const {
   std::vector<std::int32_t> again;

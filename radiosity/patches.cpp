@@ -252,6 +252,7 @@ std::int32_t PatchSet::hit(const SurfaceMesh& mesh, std::uint32_t facet, const g
   return of_facet[facet][glm::dot(glm::dvec3(direction), mesh.facets[facet].normal) < 0.0 ? 0 : 1];
 }
 
+/// Three vertices of its own for every facet: hit index = facet index.
 Result<RayScene> facet_scene(const SurfaceMesh& mesh) {
   std::vector<glm::dvec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;

@@ -9,7 +9,7 @@
 
 namespace daylit::radiosity {
 
-/// Convex planar polygon of a few corners, counter-clockwise about its normal; what clipping a triangle leaves.
+/// Convex planar polygon of a few corners, counter-clockwise about its normal; what clipping makes of a triangle.
 struct SmallPolygon {
   std::array<glm::dvec3, 12> corner;
   int size = 0;

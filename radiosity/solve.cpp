@@ -120,6 +120,7 @@ void SolveReport::add(const SolveReport& other) {
   cpu_seconds += other.cpu_seconds;
 }
 
+/// Bit-equal reflectances and direct light: the solution is the same.
 std::array<int, 3> equal_channels(const PatchSet& set, const FirstBounce& light) {
   std::array<int, 3> copy_of = {0, 1, 2};
   for (int c = 1; c < 3; ++c)

@@ -44,7 +44,7 @@ struct SolveReport {
 
 /// B = rho (H + F B) for all regions and channels together, on the symmetric form z - D^-1/2 G D^-1/2 z =
 /// D^1/2 rho H with D = A / rho, B = D^-1/2 z: by conjugate gradients, one matrix product for a panel of columns, or by
-/// a Cholesky factor where many columns share it. Residuals are recomputed from the solution either way.
+/// a Cholesky factor where it serves many columns. Residuals are recomputed from the solution either way.
 /// Panels have a fixed width, so the bits do not depend on the number of threads.
 /// Errors: interrupted; value_invalid when a column does not converge (reflectance 1 in a closed room).
 Result<Radiosity> solve_radiosity(const PatchSet& set, const ExchangeMatrix& exchange, const FirstBounce& light,

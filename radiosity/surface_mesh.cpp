@@ -68,6 +68,7 @@ void sort_by_position(std::vector<Facet>& facets, const glm::dvec3& half_size) {
   std::ranges::stable_sort(facets, {}, key);
 }
 
+/// Of the faces as they are given, doubles included, m^2.
 double total_area(const std::vector<PlaneGroup>& groups) {
   double sum = 0;
   for (const PlaneGroup& g : groups)
@@ -98,6 +99,7 @@ Error too_fine() {
 
 } // namespace
 
+/// Edge length from N = 4.5 A / edge^2: what refinement makes of an area A; corrected by the count that results.
 Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) {
   SurfaceMesh mesh;
   mesh.origin = room.bounds().centre();

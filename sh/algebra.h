@@ -20,7 +20,7 @@ Expected<std::vector<double>> product(std::span<const double> f, std::span<const
 /// Integral of f^2 within each band, channels added.
 Expected<std::vector<double>> band_energies(std::span<const double> coefficients, int channels);
 
-/// How far to go, and what that leaves out.
+/// How far to go, and what that omits.
 struct OrderChoice {
   int degree = 0;
   double rms_left = 0.0; ///< root mean square over the sphere of what the bands above contribute; exact

@@ -4,7 +4,7 @@
 //   Y_lm = P_l|m|(cos theta) x { sqrt 2 cos m phi (m > 0), 1 (m = 0), sqrt 2 sin |m| phi (m < 0) },
 //   P_lm = sqrt((2l + 1) / 4 pi (l - m)! / (l + m)!) x associated Legendre function. Y_1,-1 ~ y, Y_1,0 ~ z, Y_1,1 ~ x.
 // Factorials are never formed: recurrences run on the normalised functions, with an exponent carried beside the number
-// where sin^m theta leaves the range of the type. Every value is finite for every unit direction and degree to
+// where sin^m theta is outside the range of the type. Every value is finite for every unit direction and degree to
 // kMaxDegree. Error relative to the largest value of a row, sqrt((2l + 1) / 4 pi): about 1e-15 l in double, 1e-7 l in
 // float at worst; the measured figures are in docs/sh.md.
 

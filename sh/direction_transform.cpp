@@ -187,12 +187,7 @@ std::size_t DirectionTransform::directions() const { return state_->groups.order
 Expected<void> DirectionTransform::synthesise(std::span<const double> coefficients, int channels,
                                               std::span<double> values) {
   constexpr const char* where = "DirectionTransform::synthesise";
-  if (channels < 1)
-    return Error{ErrorCode::parameter_out_of_range, "channels must be at least 1", where};
-  const std::size_t per_channel = std::size_t(degree() + 1) * std::size_t(degree() + 1);
-  if (const auto ok =
-          detail::check_count(coefficients.size(), per_channel * std::size_t(channels), "coefficients", where);
-      !ok)
+  if (const auto ok = detail::check_coefficients(coefficients.size(), degree(), channels, where); !ok)
     return ok;
   if (const auto ok = detail::check_count(values.size(), directions() * std::size_t(channels), "values", where); !ok)
     return ok;
@@ -206,12 +201,7 @@ Expected<void> DirectionTransform::synthesise(std::span<const double> coefficien
 Expected<void> DirectionTransform::analyse(std::span<const double> values, std::span<const double> weight_sr,
                                            int channels, std::span<double> coefficients) {
   constexpr const char* where = "DirectionTransform::analyse";
-  if (channels < 1)
-    return Error{ErrorCode::parameter_out_of_range, "channels must be at least 1", where};
-  const std::size_t per_channel = std::size_t(degree() + 1) * std::size_t(degree() + 1);
-  if (const auto ok =
-          detail::check_count(coefficients.size(), per_channel * std::size_t(channels), "coefficients", where);
-      !ok)
+  if (const auto ok = detail::check_coefficients(coefficients.size(), degree(), channels, where); !ok)
     return ok;
   if (const auto ok = detail::check_count(values.size(), directions() * std::size_t(channels), "values", where); !ok)
     return ok;

@@ -3,7 +3,7 @@
 // Analysis and synthesis for any set of directions: angular maps, fish-eye images, scattered samples. Directions come
 // with weights (true solid angles, in sr); what they are pixels of is the caller's business.
 //
-// Directions with bitwise equal |z| share their Legendre functions: in an angular map whose axis is z, eight pixels
+// Directions with bitwise equal |z| have one set of Legendre functions: in an angular map whose axis is z, eight pixels
 // do. Time: (distinct |z|) x degree^2 + directions x degree. Storage as in sh/transform.h.
 
 #include <memory>

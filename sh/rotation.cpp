@@ -210,9 +210,8 @@ Expected<void> rotate(const glm::dmat3& rotation, int degree, int channels, std:
   constexpr const char* where = "rotate";
   if (const auto ok = detail::check_degree(degree, where, kMaxRotationDegree); !ok)
     return ok;
-  const std::size_t needed = std::size_t(degree + 1) * std::size_t(degree + 1) * std::size_t(std::max(channels, 1));
-  if (const auto ok = detail::check_count(coefficients.size(), needed, "coefficients", where); !ok || channels < 1)
-    return ok ? Error{ErrorCode::parameter_out_of_range, "channels must be at least 1", where} : ok;
+  if (const auto ok = detail::check_coefficients(coefficients.size(), degree, channels, where); !ok)
+    return ok;
   if (const auto ok = detail::check_finite<double>(coefficients, "coefficient", where); !ok)
     return ok;
   const glm::dvec3 x = glm::normalize(rotation[0]), z = glm::normalize(glm::cross(x, rotation[1])),

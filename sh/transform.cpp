@@ -242,11 +242,8 @@ template <class T>
 Expected<void> RingTransform::State::synthesise(std::span<const double> coefficients, const ImageView<T>& image) {
   constexpr const char* where = "RingTransform::synthesise";
   const int channels = image.channels;
-  const auto checked =
-      detail::check_count(coefficients.size(), coefficient_count(engine.degree()) * std::size_t(std::max(channels, 0)),
-                          "coefficients", where);
-  if (!checked || channels < 1)
-    return checked ? Error{ErrorCode::parameter_out_of_range, "image without channels", where} : checked.error();
+  if (const auto ok = detail::check_coefficients(coefficients.size(), engine.degree(), channels, where); !ok)
+    return ok;
   const double most = engine.kernels().max_abs_f64(coefficients.data(), coefficients.size());
   if (!std::isfinite(most))
     return not_finite("coefficients", where);
@@ -267,11 +264,8 @@ template <class T>
 Expected<void> RingTransform::State::analyse(const ImageView<const T>& image, std::span<double> coefficients,
                                              bool weighted, const char* where) {
   const int channels = image.channels;
-  const auto checked =
-      detail::check_count(coefficients.size(), coefficient_count(engine.degree()) * std::size_t(std::max(channels, 0)),
-                          "coefficients", where);
-  if (!checked || channels < 1)
-    return checked ? Error{ErrorCode::parameter_out_of_range, "image without channels", where} : checked.error();
+  if (const auto ok = detail::check_coefficients(coefficients.size(), engine.degree(), channels, where); !ok)
+    return ok;
   const auto scale = image_scale(image, where);
   if (!scale)
     return scale.error();

@@ -62,11 +62,7 @@ Expected<int> phong_degree(double exponent, double tolerance) {
 
 Expected<void> convolve(std::span<const double> bands, int channels, std::span<double> coefficients) {
   const std::size_t degrees = bands.size();
-  if (channels < 1)
-    return Error{ErrorCode::parameter_out_of_range, "channels must be at least 1", "convolve"};
-  if (const auto ok = detail::check_count(coefficients.size(), degrees * degrees * std::size_t(channels),
-                                          "coefficients", "convolve");
-      !ok)
+  if (const auto ok = detail::check_coefficients(coefficients.size(), int(degrees) - 1, channels, "convolve"); !ok)
     return ok;
   for (std::size_t l = 0; l < degrees; ++l)
     for (std::size_t i = l * l * std::size_t(channels); i < (l + 1) * (l + 1) * std::size_t(channels); ++i)

@@ -13,6 +13,15 @@ namespace {
 constexpr int kCells = 8; // six and the border
 }
 
+MarkerBoard MarkerBoard::printed(const MarkerConfig& marker) {
+  MarkerBoard board;
+  board.world_from_board = marker.world_from_board;
+  board.marker_size_m = marker.size_m;
+  board.margin_m = 0.25 * marker.size_m;
+  board.white_reflectance = static_cast<float>(marker.white_reflectance);
+  return board;
+}
+
 std::array<glm::dvec3, 4> MarkerBoard::corners() const {
   const double h = half_side_m();
   const auto world = [this](double x, double y) { return glm::dvec3(world_from_board * glm::dvec4(x, y, 0.0, 1.0)); };

@@ -8,6 +8,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
+#include "scene/config/config.h"
 #include "scene/image/rgb_image.h"
 
 namespace daylit {
@@ -22,6 +23,8 @@ struct MarkerBoard {
   double margin_m = 0.025;          ///< white sheet around it
   float white_reflectance = 0.8f, black_reflectance = 0.04f;
 
+  /// At the pose, of the size and with the white of the configuration; a margin of a quarter of the marker.
+  static MarkerBoard printed(const MarkerConfig& marker);
   double half_side_m() const { return 0.5 * marker_size_m + margin_m; }
   /// Corners of the sheet, counter-clockwise seen from the front, world metres.
   std::array<glm::dvec3, 4> corners() const;

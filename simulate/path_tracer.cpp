@@ -80,14 +80,20 @@ glm::vec3 PathTracer::sun_direction(const glm::vec2& u) const {
   return glm::normalize(scale * (d.x * t + d.y * b) + (1.0f - 2.0f * chord2) * axis);
 }
 
+/// Cosine at the surface towards an unoccluded direction in front of it; 0 for any other.
+float PathTracer::open_cosine(const Vertex& v, const glm::vec3& direction, Path& path) const {
+  const float cosine = glm::dot(v.normal, direction);
+  if (cosine <= 0.0f || glm::dot(v.geometric_normal, direction) <= 0.0f)
+    return 0.0f;
+  return scene_->occluded(v.origin, direction, kInfinity, path.with_object, path.touched) ? 0.0f : cosine;
+}
+
 Rgb PathTracer::sky_from_openings(const Vertex& v, const glm::vec2& u, Path& path) const {
   const auto sample = scene_->apertures().sample(v.origin, u);
   if (!sample)
     return Rgb(0.0f);
-  const float cosine = glm::dot(v.normal, sample->direction);
-  if (cosine <= 0.0f || glm::dot(v.geometric_normal, sample->direction) <= 0.0f)
-    return Rgb(0.0f);
-  if (scene_->occluded(v.origin, sample->direction, kInfinity, path.with_object, path.touched))
+  const float cosine = open_cosine(v, sample->direction, path);
+  if (cosine == 0.0f)
     return Rgb(0.0f);
   const float all = sample->density + scene_->sky().spot_density(sample->direction) + cosine / kPi;
   return scene_->sky().radiance(sample->direction) * sample->transmittance * (cosine / all);
@@ -97,10 +103,8 @@ Rgb PathTracer::sky_from_spots(const Vertex& v, const glm::vec2& u, Path& path) 
   const auto sample = scene_->sky().sample_spot(u);
   if (!sample)
     return Rgb(0.0f);
-  const float cosine = glm::dot(v.normal, sample->direction);
-  if (cosine <= 0.0f || glm::dot(v.geometric_normal, sample->direction) <= 0.0f)
-    return Rgb(0.0f);
-  if (scene_->occluded(v.origin, sample->direction, kInfinity, path.with_object, path.touched))
+  const float cosine = open_cosine(v, sample->direction, path);
+  if (cosine == 0.0f)
     return Rgb(0.0f);
   const float all = sample->density + scene_->apertures().density(v.origin, sample->direction) + cosine / kPi;
   return scene_->sky().radiance(sample->direction) * scene_->apertures().transmittance(v.origin, sample->direction) *
@@ -114,8 +118,8 @@ float PathTracer::escape_weight(const Vertex& v, const glm::vec3& direction) con
 
 Rgb PathTracer::sun(const Vertex& v, const glm::vec2& u, const Vertex* previous, Path& path) const {
   const glm::vec3 s = sun_direction(u);
-  const float cosine = glm::dot(v.normal, s), geometric = glm::dot(v.geometric_normal, s);
-  if (cosine <= 0.0f || geometric <= 0.0f || scene_->occluded(v.origin, s, kInfinity, path.with_object, path.touched))
+  const float cosine = open_cosine(v, s, path), geometric = glm::dot(v.geometric_normal, s);
+  if (cosine == 0.0f)
     return Rgb(0.0f);
   float weight = 1.0f;
   if (previous) {

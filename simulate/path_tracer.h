@@ -37,13 +37,14 @@ public:
 private:
   const TraceScene* scene_;
 
-  /// A diffuse scattering point: what leaves is `albedo / pi` times what arrives.
+  /// A diffuse scattering point: the radiance out is `albedo / pi` times the irradiance.
   struct Vertex {
     glm::vec3 position{0.0f}, geometric_normal{0.0f}, normal{0.0f};
     glm::vec3 origin{0.0f}; ///< position moved off the surface: where rays start
   };
   struct Path;
   Vertex vertex_at(const SurfacePoint& point) const;
+  float open_cosine(const Vertex& v, const glm::vec3& direction, Path& path) const;
   Rgb sky_from_openings(const Vertex& v, const glm::vec2& u, Path& path) const;
   Rgb sky_from_spots(const Vertex& v, const glm::vec2& u, Path& path) const;
   Rgb sun(const Vertex& v, const glm::vec2& u, const Vertex* previous, Path& path) const;

@@ -55,12 +55,7 @@ Result<MarkerBoard> board_of(const MarkerConfig& marker) {
   if (marker.dictionary != "6X6_250" || marker.ids != std::vector<int>{23})
     return Error{ErrorCode::value_invalid, "only marker 23 of 6X6_250 can be printed", "[marker]",
                  "use ids = [23], or marker_board = false"};
-  MarkerBoard board;
-  board.world_from_board = marker.world_from_board;
-  board.marker_size_m = marker.size_m;
-  board.margin_m = 0.25 * marker.size_m;
-  board.white_reflectance = static_cast<float>(marker.white_reflectance);
-  return board;
+  return MarkerBoard::printed(marker);
 }
 
 } // namespace

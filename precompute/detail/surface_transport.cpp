@@ -6,6 +6,7 @@
 
 namespace daylit::precompute::detail {
 
+/// [patch][channel * clusters + cluster] to one matrix per channel, as the products want it.
 SurfaceTransport::SurfaceTransport(const SurfaceLight& light) : light_(light) {
   for (std::size_t c = 0; c < 3; ++c) {
     bounced_[c].resize(light.patches * light.clusters);

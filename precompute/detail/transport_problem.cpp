@@ -10,6 +10,7 @@ namespace daylit::precompute::detail {
 
 namespace {
 
+/// Given points, or a grid of which the probes in the air are valid.
 Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
                               const BakeOptions& options) {
   if (!options.points.empty())
@@ -65,6 +66,7 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   return p;
 }
 
+/// Equal positions, as given points may have them, are gathered once.
 ProbePoints::ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) {
   std::map<std::array<float, 3>, std::size_t> known;
   for (std::size_t i = 0; i < probes.size(); ++i)
@@ -78,6 +80,7 @@ ProbePoints::ProbePoints(const ProbeSet& probes, const glm::dvec3& mesh_origin) 
     }
 }
 
+/// Row of each probe = row of its position.
 std::vector<float> ProbePoints::spread(std::vector<float> rows) const {
   if (at.size() == probe.size())
     return rows;

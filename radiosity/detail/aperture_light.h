@@ -14,7 +14,7 @@
 
 namespace daylit::radiosity {
 
-/// What all patches share.
+/// What is the same for all patches.
 struct DirectLight {
   // Directions stand for the whole sphere, at least so many; fewer do for a patch that has a wide view of an opening.
   static constexpr int kDirections = 16384, kWideDirections = 8192;

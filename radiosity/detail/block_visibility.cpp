@@ -152,9 +152,9 @@ bool BlockVisibility::in_front(const ClusterTree& tree, const Cluster& a, const 
 bool BlockVisibility::shielded(const ClusterTree& tree, const Cluster& c, const Cluster& o) const {
   const auto below = [&](const glm::dvec3& point, const glm::dvec3& normal) {
     return high(o.box, point, normal) <= tolerance_m_ ||
-           (o.leaf() && std::ranges::all_of(obstacles_[hierarchy_.order()[o.first]].corner, [&](const glm::dvec3& q) {
-              return glm::dot(q - point, normal) <= tolerance_m_;
-            }));
+           (o.childless() &&
+            std::ranges::all_of(obstacles_[hierarchy_.order()[o.first]].corner,
+                                [&](const glm::dvec3& q) { return glm::dot(q - point, normal) <= tolerance_m_; }));
   };
   if (c.plane >= 0)
     return below(c.point, c.normal);
@@ -226,7 +226,7 @@ bool BlockVisibility::search(const ClusterTree& tree, const Cluster& a, const Cl
     if (outside_shaft(a.box, b.box, o.box, tolerance_m_) || shielded(tree, a, o) || shielded(tree, b, o) ||
         one_side(o, a, b))
       continue;
-    if (o.leaf()) {
+    if (o.childless()) {
       const std::uint32_t item = hierarchy_.order()[o.first];
       const Visibility past = past_obstacle(tree, a, b, obstacles_[item]);
       if (past != Visibility::clear && !visit(item, past == Visibility::hidden))

@@ -55,7 +55,7 @@ private:
   Visibility past_obstacle(const ClusterTree& tree, const Cluster& a, const Cluster& b, const Obstacle& o) const;
 
   std::vector<Obstacle> obstacles_;
-  ClusterTree hierarchy_; ///< one obstacle per leaf
+  ClusterTree hierarchy_; ///< one obstacle per lowest cluster
   double tolerance_m_ = 0;
 };
 

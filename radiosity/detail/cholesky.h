@@ -7,7 +7,7 @@
 
 namespace daylit::radiosity {
 
-/// The factor of I - S G S with S = diag(scale), in tree order, single precision: pays when many columns share it.
+/// The factor of I - S G S with S = diag(scale), in tree order, single precision: pays when it serves many columns.
 class CholeskyFactor {
 public:
   /// Nothing when the matrix is not positive definite within rounding (a closed room that absorbs nothing).

@@ -47,6 +47,7 @@ std::vector<glm::dvec3> planar_hull(std::vector<glm::dvec3> points, const glm::d
   return hull;
 }
 
+/// Axis: mean normal; half angle: the largest to it. No cone where the normals cancel.
 NormalCone cone_of(std::span<const ClusterItem> items, std::span<const std::uint32_t> which) {
   glm::dvec3 sum(0.0);
   for (const std::uint32_t i : which)
@@ -64,12 +65,15 @@ NormalCone cone_of(std::span<const ClusterItem> items, std::span<const std::uint
 
 } // namespace
 
+/// Between the nearest points of two boxes, metres.
 double distance(const Box& a, const Box& b) {
   return glm::length(glm::max(glm::dvec3(0.0), glm::max(a.lo - b.hi, b.lo - a.hi)));
 }
 
 double diameter(const Box& box) { return glm::distance(box.lo, box.hi); }
 
+/// Items are cut in six dimensions, position and normal times half the size of the room, so that clusters become flat
+/// and face one way; large planes are kept together by the middle that all their items take as position.
 ClusterTree::ClusterTree(std::span<const ClusterItem> items, std::uint32_t leaf_size)
     : leaf_size_(std::max(leaf_size, 1u)), order_(items.size()), key_(items.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
@@ -100,6 +104,56 @@ ClusterTree::ClusterTree(std::span<const ClusterItem> items, std::uint32_t leaf_
     planes_.push_back({items[i].corner[0], items[i].normal});
 }
 
+/// Box, normals, outline and plane of items [c.first, c.last), and the extent of their keys.
+ClusterTree::KeyBox ClusterTree::measure(std::span<const ClusterItem> items, Cluster& c) {
+  c.box = {glm::dvec3(kInfinity), glm::dvec3(-kInfinity)};
+  KeyBox keys;
+  keys.low.fill(kInfinity);
+  keys.high.fill(-kInfinity);
+  bool one_plane = true;
+  for (std::uint32_t k = c.first; k < c.last; ++k) {
+    const ClusterItem& item = items[order_[k]];
+    one_plane = one_plane && item.plane == items[order_[c.first]].plane;
+    for (const glm::dvec3& corner : item.corner)
+      c.box = {glm::min(c.box.lo, corner), glm::max(c.box.hi, corner)};
+    for (std::size_t a = 0; a < 6; ++a) {
+      keys.low[a] = std::min(keys.low[a], key_[order_[k]][a]);
+      keys.high[a] = std::max(keys.high[a], key_[order_[k]][a]);
+    }
+  }
+  if (one_plane) {
+    const ClusterItem& item = items[order_[c.first]];
+    c.plane = static_cast<std::int32_t>(item.plane);
+    c.point = item.corner[0];
+    c.normal = item.normal;
+  }
+  c.cone = cone_of(items, std::span(order_).subspan(c.first, c.size()));
+  outline_of(items, c);
+  return keys;
+}
+
+/// Cuts at the middle of the longest side of the keys; a plane, and what is too deep, in halves along its longest side.
+/// The first item of the second part.
+std::uint32_t ClusterTree::divide(std::span<const ClusterItem> items, const Cluster& c, const KeyBox& keys, int depth) {
+  const auto begin = order_.begin() + c.first, end = order_.begin() + c.last, half = begin + c.size() / 2;
+  std::size_t axis = 0;
+  for (std::size_t a = 1; a < 6; ++a)
+    if (keys.high[a] - keys.low[a] > keys.high[axis] - keys.low[axis])
+      axis = a;
+  if (c.plane < 0 && depth < kMiddleCuts && keys.high[axis] > keys.low[axis]) {
+    const double cut = 0.5 * (keys.low[axis] + keys.high[axis]);
+    const auto middle = std::stable_partition(begin, end, [&](std::uint32_t i) { return key_[i][axis] < cut; });
+    return static_cast<std::uint32_t>(middle - order_.begin());
+  }
+  const glm::dvec3 extent = c.box.hi - c.box.lo;
+  const int along = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
+  std::nth_element(begin, half, end, [&](std::uint32_t a, std::uint32_t b) {
+    const double pa = centroid(items[a])[along], pb = centroid(items[b])[along];
+    return pa != pb ? pa < pb : a < b;
+  });
+  return static_cast<std::uint32_t>(half - order_.begin());
+}
+
 std::int32_t ClusterTree::build(std::span<const ClusterItem> items, std::uint32_t first, std::uint32_t last,
                                 int depth) {
   const auto index = static_cast<std::int32_t>(clusters_.size());
@@ -107,48 +161,9 @@ std::int32_t ClusterTree::build(std::span<const ClusterItem> items, std::uint32_
   Cluster c;
   c.first = first;
   c.last = last;
-  c.box = {glm::dvec3(kInfinity), glm::dvec3(-kInfinity)};
-  std::array<double, 6> low, high;
-  low.fill(kInfinity);
-  high.fill(-kInfinity);
-  bool one_plane = true;
-  for (std::uint32_t k = first; k < last; ++k) {
-    const ClusterItem& item = items[order_[k]];
-    one_plane = one_plane && item.plane == items[order_[first]].plane;
-    for (const glm::dvec3& corner : item.corner)
-      c.box = {glm::min(c.box.lo, corner), glm::max(c.box.hi, corner)};
-    for (std::size_t a = 0; a < 6; ++a) {
-      low[a] = std::min(low[a], key_[order_[k]][a]);
-      high[a] = std::max(high[a], key_[order_[k]][a]);
-    }
-  }
-  if (one_plane) {
-    const ClusterItem& item = items[order_[first]];
-    c.plane = static_cast<std::int32_t>(item.plane);
-    c.point = item.corner[0];
-    c.normal = item.normal;
-  }
-  c.cone = cone_of(items, std::span(order_).subspan(first, last - first));
-  outline_of(items, c);
-  if (last - first > leaf_size_) {
-    const auto begin = order_.begin() + first, end = order_.begin() + last, half = begin + (last - first) / 2;
-    auto middle = half;
-    std::size_t axis = 0;
-    for (std::size_t a = 1; a < 6; ++a)
-      if (high[a] - low[a] > high[axis] - low[axis])
-        axis = a;
-    if (!one_plane && depth < kMiddleCuts && high[axis] > low[axis]) {
-      const double cut = 0.5 * (low[axis] + high[axis]);
-      middle = std::stable_partition(begin, end, [&](std::uint32_t i) { return key_[i][axis] < cut; });
-    } else {
-      const glm::dvec3 extent = c.box.hi - c.box.lo;
-      const int along = extent.x >= extent.y && extent.x >= extent.z ? 0 : (extent.y >= extent.z ? 1 : 2);
-      std::nth_element(begin, half, end, [&](std::uint32_t a, std::uint32_t b) {
-        const double pa = centroid(items[a])[along], pb = centroid(items[b])[along];
-        return pa != pb ? pa < pb : a < b;
-      });
-    }
-    const auto split = static_cast<std::uint32_t>(middle - order_.begin());
+  const KeyBox keys = measure(items, c);
+  if (c.size() > leaf_size_) {
+    const std::uint32_t split = divide(items, c, keys, depth);
     c.child[0] = build(items, first, split, depth + 1);
     c.child[1] = build(items, split, last, depth + 1);
   }
@@ -156,6 +171,7 @@ std::int32_t ClusterTree::build(std::span<const ClusterItem> items, std::uint32_
   return index;
 }
 
+/// Convex hull of a flat cluster, all corners of a small mixed one.
 void ClusterTree::outline_of(std::span<const ClusterItem> items, Cluster& c) {
   // The hull of a large mixed cluster would decide nothing that its box does not.
   if (c.plane < 0 && c.size() > leaf_size_)

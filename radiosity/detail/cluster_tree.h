@@ -36,14 +36,14 @@ struct NormalCone {
 
 struct Cluster {
   std::uint32_t first = 0, last = 0;           ///< positions [first, last) in ClusterTree::order
-  std::int32_t child[2] = {-1, -1};            ///< both -1: a leaf
+  std::int32_t child[2] = {-1, -1};            ///< both -1: not divided
   std::int32_t plane = -1;                     ///< the plane of all items; -1: several
   glm::dvec3 point{0.0}, normal{0.0};          ///< of that plane
   std::uint32_t first_corner = 0, corners = 0; ///< outline: points whose hull holds the cluster; none: use the box
   Box box{};
   NormalCone cone{};
 
-  bool leaf() const { return child[0] < 0; }
+  bool childless() const { return child[0] < 0; }
   std::uint32_t size() const { return last - first; }
 };
 
@@ -59,6 +59,12 @@ public:
   std::span<const ItemPlane> planes(const Cluster& c) const { return {planes_.data() + c.first, c.size()}; }
 
 private:
+  /// Extent of the keys of some items.
+  struct KeyBox {
+    std::array<double, 6> low, high;
+  };
+  KeyBox measure(std::span<const ClusterItem> items, Cluster& c);
+  std::uint32_t divide(std::span<const ClusterItem> items, const Cluster& c, const KeyBox& keys, int depth);
   std::int32_t build(std::span<const ClusterItem> items, std::uint32_t first, std::uint32_t last, int depth);
   void outline_of(std::span<const ClusterItem> items, Cluster& c);
 

@@ -23,6 +23,7 @@ bool inside(const std::array<glm::dvec2, 3>& t, const glm::dvec2& p) {
 
 } // namespace
 
+/// A grid of cells with the triangles that touch each, as one list with offsets; about one triangle per cell.
 CoverGrid::CoverGrid(const std::vector<std::array<glm::dvec2, 3>>& triangles) : triangles_(triangles) {
   glm::dvec2 high(0.0);
   for (std::size_t i = 0; i < triangles.size(); ++i)

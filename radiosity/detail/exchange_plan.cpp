@@ -32,7 +32,7 @@ public:
     if (black_[static_cast<std::size_t>(a)] && black_[static_cast<std::size_t>(b)])
       return nothing(std::uint64_t{ca.size()} * (a == b ? ca.size() - 1 : 2 * cb.size()) / 2);
     if (a == b)
-      return ca.leaf()
+      return ca.childless()
                  ? dense(a, b, false)
                  : coalesce(a, b,
                             join({{{ca.child[0], ca.child[0]}, {ca.child[0], ca.child[1]}, {ca.child[1], ca.child[1]}}},
@@ -45,7 +45,7 @@ public:
     }
     if (clear && smooth(ca, cb))
       return low_rank(a, b);
-    if (ca.leaf() && cb.leaf())
+    if (ca.childless() && cb.childless())
       return dense(a, b, clear);
     return coalesce(a, b, split(a, b, clear));
   }
@@ -83,8 +83,8 @@ private:
   ExchangePlan split(std::int32_t a, std::int32_t b, bool clear) const {
     const Cluster &ca = tree_[a], &cb = tree_[b];
     const std::uint32_t size = std::max(ca.size(), cb.size());
-    const bool cut_a = !ca.leaf() && (cb.leaf() || 2 * diameter(ca.box) > diameter(cb.box));
-    const bool cut_b = !cb.leaf() && (ca.leaf() || 2 * diameter(cb.box) > diameter(ca.box));
+    const bool cut_a = !ca.childless() && (cb.childless() || 2 * diameter(ca.box) > diameter(cb.box));
+    const bool cut_b = !cb.childless() && (ca.childless() || 2 * diameter(cb.box) > diameter(ca.box));
     if (cut_a && cut_b)
       return join({{{ca.child[0], cb.child[0]},
                     {ca.child[0], cb.child[1]},

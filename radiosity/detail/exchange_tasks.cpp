@@ -22,6 +22,7 @@ struct ExchangeTask {
   bool low_rank;
 };
 
+/// In the order of the plan, which depends on the geometry alone.
 std::vector<ExchangeTask> tasks_of(const ExchangePlan& plan) {
   std::vector<ExchangeTask> tasks;
   for (std::size_t b = 0; b < plan.blocks.size(); ++b)

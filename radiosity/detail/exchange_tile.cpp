@@ -92,6 +92,7 @@ std::optional<PairShadows> shadows_of(const ExchangeProblem& problem, const Tile
                      tile.b.last, static_cast<float>(kShadowTolerance * diameter(problem.tree[0].box)));
 }
 
+/// Kernel of a row of pairs, then what can be decided without rays, then rays for the rest.
 void compute_tile(ExchangeProblem& problem, const PlanTile& plan, Tile& tile) {
   std::vector<std::int32_t> state(tile.b.size()), shadow(tile.b.size(), plan.clear ? kClearPair : kMixedPair);
   std::optional<PairShadows> shadows = plan.clear ? std::nullopt : shadows_of(problem, tile);

@@ -33,7 +33,7 @@ struct ExchangeCounters {
   }
 };
 
-/// What all tiles of one run share.
+/// What is the same for all tiles of a run.
 struct ExchangeProblem {
   const PatchSet& set;
   const RayScene& scene;

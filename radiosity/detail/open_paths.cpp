@@ -78,6 +78,7 @@ bool OpenPaths::parted(const Sheet& sheet, const Patch& e, const std::vector<glm
   return false;
 }
 
+/// No sheet but the opening itself cuts the hull of patch and opening: a separating plane or axis for each.
 bool OpenPaths::clear(const Patch& e, std::size_t index, const std::vector<glm::dvec3>& front) const {
   if (!open_outside_[index] || sheets_.size() > kMostSheets)
     return false;

@@ -72,6 +72,7 @@ bool parts_are_clear(const Side& a, const Side& b, std::size_t edges, float tole
 
 } // namespace
 
+/// Heights of all columns over the plane and the edge planes of every obstacle, once for the tile.
 PairShadows::PairShadows(const PairArrays& arrays, const std::vector<Obstacle>& obstacles,
                          const std::vector<std::uint32_t>& used, const glm::dvec3& shift, std::uint32_t first,
                          std::uint32_t last, float tolerance_m)
@@ -112,6 +113,8 @@ void PairShadows::row(std::uint32_t i, std::int32_t* shadow) {
     one_obstacle(o, i, shadow);
 }
 
+/// A pair stays clear while all its segments pass an obstacle on one side; an obstacle that all of them meet hides it,
+/// whatever the others do; anything else is mixed.
 void PairShadows::one_obstacle(const Prepared& o, std::uint32_t i, std::int32_t* shadow) {
   const auto against = [&](const Plane& p, const Heights& h) {
     CornerHeights a{{}, h.data(), h.data() + count_, h.data() + 2 * count_};

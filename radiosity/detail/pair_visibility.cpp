@@ -79,6 +79,7 @@ void PairVisibility::set_lane(std::size_t lane, const PairQuery& query, std::uin
   lanes_.index[lane] = index;
 }
 
+/// total = sum of the kernel over the rays, seen = over those that arrive; visibility = seen / total.
 void PairVisibility::shoot(std::size_t lanes) {
   RayPacket16 packet;
   alignas(64) float weight[16];
@@ -120,6 +121,7 @@ void PairVisibility::flush(const PairQuery& any) {
   used_ = 0;
 }
 
+/// N = rays * form factor, between 4 and 4096: the error of a pair ~ F / sqrt(N) then adds up evenly over its row.
 std::uint64_t PairVisibility::resolve(std::vector<PairQuery>& queries, const std::vector<FacingParts>& parts) {
   parts_ = &parts;
   tally_.assign(queries.size(), {});

@@ -82,6 +82,7 @@ RayFan RayFan::of(int rays) {
   return fan;
 }
 
+/// 2 pi times the second coordinate of a hash of the index.
 glm::vec2 turn_of(std::size_t point) {
   const double angle = 2.0 * std::numbers::pi * random_shift(point).y;
   return {std::cos(angle), std::sin(angle)};

@@ -99,6 +99,7 @@ private:
 
 } // namespace
 
+/// Join near points, split at points that lie on a segment, drop what became equal or empty.
 std::vector<Segment2> snap_segments(const std::vector<Segment2>& segments, double tolerance_m) {
   PointSet set(tolerance_m);
   std::vector<std::pair<int, int>> edges;

@@ -1,6 +1,5 @@
 // daylit-run: draws the virtual objects of a CONFIG.toml into its camera picture with the daylight of its sky image.
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -82,6 +81,44 @@ Result<SkyImage> read_sky_of(const SkyConfig& sky) {
   return read_sky(sky.image, *parsed, sky.ground);
 }
 
+void print_notes(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes)
+    std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
+}
+
+/// A renderer that lost its device is started again, once.
+Result<const Frame*> draw(Session& session, const FrameInput& input) {
+  auto frame = session.render(input);
+  if (frame || frame.error().code != ErrorCode::device)
+    return frame;
+  std::fprintf(stderr, "daylit-run: %s; starting the renderer again\n", frame.error().message().c_str());
+  if (const auto again = session.recreate_renderer(); !again)
+    return again.error();
+  return session.render(input);
+}
+
+/// The files are one picture: the same frame again and again. The last one is written.
+Result<void> draw_frames(const Options& options, Session& session, const SkyImage& sky, const Photograph& photo,
+                         const OutputConfig& output) {
+  for (int k = 0; k < options.frames; ++k) {
+    if (interrupted())
+      return interrupted_error("frame " + std::to_string(k));
+    const auto frame = draw(session, {sky, photo.linear, 1, 1});
+    if (!frame)
+      return frame.error();
+    const FrameReport& report = (*frame)->report;
+    if (k == 0)
+      print_notes(report.warnings);
+    if (options.json)
+      std::printf("%s\n", to_json(report, k).dump().c_str());
+    else if (!options.quiet)
+      print_report(report, k);
+    if (k + 1 == options.frames)
+      return write_outputs(output, photo, (*frame)->composite);
+  }
+  return {};
+}
+
 Result<void> run(const Options& options) {
   set_thread_count(options.threads);
   if (options.threads > 0)
@@ -106,37 +143,12 @@ Result<void> run(const Options& options) {
   if (!session)
     return session.error();
   progress.clear();
-  for (const auto* notes : {&input->notes, &session->notes()})
-    for (const std::string& note : *notes)
-      std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
-  if (options.window)
-    return run_viewer(
-        *session, *config, *sky, photo, [&](const RgbImage& picture) { return view_of(input->photo, picture); },
-        options.frames > 1 ? options.frames : 0);
-  for (int k = 0; k < options.frames; ++k) {
-    if (interrupted())
-      return interrupted_error("frame " + std::to_string(k));
-    auto frame = session->render({*sky, photo, 1, 1}); // a replayed file is one picture
-    if (!frame && frame.error().code == ErrorCode::device) {
-      std::fprintf(stderr, "daylit-run: %s; starting the renderer again\n", frame.error().message().c_str());
-      if (const auto again = session->recreate_renderer(); !again)
-        return again;
-      frame = session->render({*sky, photo, 1, 1});
-    }
-    if (!frame)
-      return frame.error();
-    if (k == 0)
-      for (const std::string& warning : (*frame)->report.warnings)
-        std::fprintf(stderr, "daylit-run: %s\n", warning.c_str());
-    if (options.json)
-      std::printf("%s\n", to_json((*frame)->report, k).dump().c_str());
-    else if (!options.quiet)
-      print_report((*frame)->report, k);
-    if (k + 1 == options.frames)
-      if (const auto written = write_outputs(config->output, input->photo, (*frame)->composite); !written)
-        return written;
-  }
-  return {};
+  print_notes(input->notes);
+  print_notes(session->notes());
+  if (!options.window)
+    return draw_frames(options, *session, *sky, input->photo, config->output);
+  const auto view = [&](const RgbImage& picture) { return view_of(input->photo, picture); };
+  return run_viewer(*session, *config, *sky, photo, view, options.frames > 1 ? options.frames : 0);
 }
 
 } // namespace

@@ -5,7 +5,7 @@
 // from the corners on its own plane, and the sun from them where they agree, else it is looked up.
 //
 // The change fades with distance and never ends. It is drawn as far as it can be seen: below kThreshold of the light
-// before it, about half a code value of a bright sRGB pixel, it is brought to zero smoothly. What that leaves out is
+// before it, about half a code value of a bright sRGB pixel, it is brought to zero smoothly. What is not drawn is
 // below two thirds of kThreshold, and reported.
 
 #include <array>

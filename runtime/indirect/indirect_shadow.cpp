@@ -57,7 +57,7 @@ struct Lattice {
 
 } // namespace
 
-struct IndirectShadow::State : LitRoom {
+struct IndirectShadow::State : LitScene {
   IndirectFeedback indirect_feedback;
   OtherObjects other_objects;
   std::uint64_t sky_version = 0, light_version = 0, placement_version = 1;
@@ -65,7 +65,7 @@ struct IndirectShadow::State : LitRoom {
   std::array<Lattice, kLevels.size()> lattices;
 
   State(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& room_light)
-      : LitRoom(room, room_rays, apertures, room_light), indirect_feedback(rays, planes, light, windows),
+      : LitScene(room, room_rays, apertures, room_light), indirect_feedback(rays, planes, light, windows),
         other_objects(rays, patches, windows) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
       lattices[k].pattern = kLevels[k].rays == kRays ? &near_pattern : &far_pattern;

@@ -40,7 +40,7 @@ public:
   /// Indirect feedback: nine coefficients of the change of radiance that arrives at a point of a part because the
   /// objects keep direct light from the room around them.
   Sh9Rgb feedback(std::size_t part, const glm::dvec3& x) const;
-  /// `radiance`: that leaves each vertex of all objects, on both sides, but for the sun's, which is added here with
+  /// `radiance`: outgoing, of each vertex of all objects, on both sides, but for the sun's, which is added here with
   /// shadows. Call after set_sky().
   void set_light(std::vector<TwoSided> radiance, const ObjectSurface& surface);
 

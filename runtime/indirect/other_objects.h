@@ -28,7 +28,7 @@ public:
   void set_objects(const PlacedParts& parts);
   /// Some object is large enough as seen from another. The rest has no effect where none is.
   bool any() const;
-  /// `radiance`: that leaves each vertex of all objects. After the frame of patches and windows.
+  /// `radiance`: outgoing, of each vertex of all objects. After the frame of patches and windows.
   void set_light(std::span<const TwoSided> radiance);
   /// Change of the radiance that arrives at a point of a part.
   Sh9Rgb change(std::size_t part, const glm::dvec3& x) const;

@@ -13,8 +13,8 @@ constexpr double kSkin = 0.01; // of an object's radius: its own facets cast no 
 } // namespace
 
 /// Directions with the same patch behind them are summed: it is looked up once per light.
-void LitRoom::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
-                    Receiver& receiver) const {
+void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
+                     Receiver& receiver) const {
   receiver.occluded.clear();
   find_occluded(rays, patches, parts, x, n, pattern, receiver.occluded);
   receiver.hidden.clear();
@@ -34,8 +34,8 @@ void LitRoom::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPat
 /// Delta E = sum over the occluded directions of cos dw (L_object - L_behind) (Grosch et al. 2007 leave this term out).
 /// L_behind = rho E / pi of the patch there, and its sun, which is looked up in each direction: its edges are sharp.
 /// E before = E_indirect + V_window E_sky.
-IndirectChange LitRoom::change(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                               const glm::dvec3& direction) const {
+IndirectChange LitScene::change(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+                                const glm::dvec3& direction) const {
   IndirectChange change;
   for (std::size_t k = 0; k < receiver.occluded.size(); ++k) {
     const OccludedDirection& d = receiver.occluded[k];
@@ -49,7 +49,7 @@ IndirectChange LitRoom::change(const Receiver& receiver, std::uint32_t triangle,
 }
 
 /// rho / pi E_sun(x, n) V, by one sample of the disc: L of a diffuse surface.
-Rgb LitRoom::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const {
+Rgb LitScene::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const {
   const Rgb irradiance = windows.sun_sample(0, x + kAirGap_m * n, n);
   if (irradiance == Rgb(0.0f))
     return irradiance;
@@ -62,7 +62,7 @@ Rgb LitRoom::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& 
 }
 
 /// min over the objects of |x - c| / r.
-double LitRoom::radii_away(const glm::dvec3& x) const {
+double LitScene::radii_away(const glm::dvec3& x) const {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < parts.size(); ++k)
     nearest = std::min(nearest, glm::length(x - parts.sphere(k).centre) / std::max(parts.sphere(k).radius, 1e-9));

@@ -34,16 +34,17 @@ struct Receiver {
 };
 
 /// The room and the objects in it, with their light. Keeps references to what the constructor is given.
-struct LitRoom {
+struct LitScene {
   const RayScene& rays;
   const RoomLight& light;
   RoomPlanes planes;
   WindowVisibility windows;
   RoomPatches patches;
   PlacedParts parts;
-  std::vector<TwoSided> radiance; ///< that leaves the objects' vertices
+  std::vector<TwoSided> radiance; ///< outgoing, of the objects' vertices
 
-  LitRoom(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures, const RoomLight& room_light)
+  LitScene(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
+           const RoomLight& room_light)
       : rays(room_rays), light(room_light), planes(room), windows(room_rays, apertures),
         patches(room, room_rays, planes, room_light) {}
 

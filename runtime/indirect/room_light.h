@@ -36,7 +36,7 @@ public:
   void set_frame(const LightField& field, std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                  const LightSet& lights, std::uint64_t sky_version = 0);
 
-  /// Light at the surface that a ray from the camera meets first; empty where it leaves the room.
+  /// Light at the surface that a ray from the camera meets first; empty where it meets none.
   std::optional<RoomPoint> at(const glm::dvec3& eye, const glm::dvec3& direction) const;
   /// Light at world point x of a triangle of the room, on the side that `direction` meets.
   RoomPoint at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;

@@ -6,7 +6,6 @@
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/virtual_objects.h"
-#include "runtime/picture/picture_renderer.h"
 #include "runtime/sky/direct_light.h"
 
 namespace daylit {

@@ -80,10 +80,10 @@ float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& 
 }
 
 /// E = cos tau E_normal V: tau of all panes on the way; none at all where the ray crosses no aperture.
-Rgb WindowVisibility::sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const {
+Rgb WindowVisibility::sun_sample(std::size_t k, const glm::dvec3& x, const glm::dvec3& n) const {
   if (sun_.empty())
     return Rgb(0.0f);
-  const glm::dvec3 direction = sun_[number % sun_.size()];
+  const glm::dvec3 direction = sun_[k % sun_.size()];
   const double cosine = glm::dot(n, direction);
   if (cosine <= 0.0)
     return Rgb(0.0f);

@@ -32,7 +32,7 @@ public:
   /// What `parts` take of that fraction.
   float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
   /// Irradiance by the whole sun, as one of its samples sees it.
-  Rgb sun_sample(std::size_t number, const glm::dvec3& x, const glm::dvec3& n) const;
+  Rgb sun_sample(std::size_t k, const glm::dvec3& x, const glm::dvec3& n) const;
   Rgb sun(const glm::dvec3& x, const glm::dvec3& n) const; ///< the mean over all samples
   /// Irradiance by the sun that the parts keep from x, by its middle.
   Rgb lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -17,33 +18,12 @@ namespace daylit {
 
 namespace {
 
-struct NamedDictionary {
-  const char* name;
-  cv::aruco::PREDEFINED_DICTIONARY_NAME value;
-};
-constexpr NamedDictionary kDictionaries[] = {
-    {"4X4_50", cv::aruco::DICT_4X4_50},
-    {"4X4_100", cv::aruco::DICT_4X4_100},
-    {"4X4_250", cv::aruco::DICT_4X4_250},
-    {"4X4_1000", cv::aruco::DICT_4X4_1000},
-    {"5X5_50", cv::aruco::DICT_5X5_50},
-    {"5X5_100", cv::aruco::DICT_5X5_100},
-    {"5X5_250", cv::aruco::DICT_5X5_250},
-    {"5X5_1000", cv::aruco::DICT_5X5_1000},
-    {"6X6_50", cv::aruco::DICT_6X6_50},
-    {"6X6_100", cv::aruco::DICT_6X6_100},
-    {"6X6_250", cv::aruco::DICT_6X6_250},
-    {"6X6_1000", cv::aruco::DICT_6X6_1000},
-    {"7X7_50", cv::aruco::DICT_7X7_50},
-    {"7X7_100", cv::aruco::DICT_7X7_100},
-    {"7X7_250", cv::aruco::DICT_7X7_250},
-    {"7X7_1000", cv::aruco::DICT_7X7_1000},
-    {"ARUCO_ORIGINAL", cv::aruco::DICT_ARUCO_ORIGINAL},
-    {"APRILTAG_16h5", cv::aruco::DICT_APRILTAG_16h5},
-    {"APRILTAG_25h9", cv::aruco::DICT_APRILTAG_25h9},
-    {"APRILTAG_36h10", cv::aruco::DICT_APRILTAG_36h10},
-    {"APRILTAG_36h11", cv::aruco::DICT_APRILTAG_36h11},
-};
+/// In the order of OpenCV's enumeration.
+constexpr const char* kDictionaries[] = {
+    "4X4_50",   "4X4_100",  "4X4_250",        "4X4_1000",      "5X5_50",        "5X5_100",        "5X5_250",
+    "5X5_1000", "6X6_50",   "6X6_100",        "6X6_250",       "6X6_1000",      "7X7_50",         "7X7_100",
+    "7X7_250",  "7X7_1000", "ARUCO_ORIGINAL", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h10", "APRILTAG_36h11"};
+static_assert(std::size(kDictionaries) == cv::aruco::DICT_APRILTAG_36h11 + 1);
 
 std::string list_ids(const std::vector<int>& ids) {
   std::string text;
@@ -54,10 +34,10 @@ std::string list_ids(const std::vector<int>& ids) {
 
 std::optional<cv::Ptr<cv::aruco::Dictionary>> dictionary_named(const std::string& name) {
   const std::string plain = name.rfind("DICT_", 0) == 0 ? name.substr(5) : name;
-  for (const NamedDictionary& d : kDictionaries)
-    if (plain == d.name)
-      return cv::aruco::getPredefinedDictionary(d.value);
-  return std::nullopt;
+  const auto found = std::find(std::begin(kDictionaries), std::end(kDictionaries), plain);
+  if (found == std::end(kDictionaries))
+    return std::nullopt;
+  return cv::aruco::getPredefinedDictionary(static_cast<int>(found - kDictionaries));
 }
 
 /// The sum of the code values: a camera's curve is smooth enough not to shift the steepest point of an edge.
@@ -70,8 +50,8 @@ detail::GreyImage grey_image(const Rgb8Image& picture) {
 
 Error unknown_dictionary(const std::string& name) {
   std::string known;
-  for (const NamedDictionary& d : kDictionaries)
-    known.append(known.empty() ? "" : ", ").append(d.name);
+  for (const char* name_of_one : kDictionaries)
+    known.append(known.empty() ? "" : ", ").append(name_of_one);
   return {ErrorCode::usage, "unknown marker dictionary \"" + name.substr(0, 40) + "\"", "[marker] dictionary",
           "known are " + known};
 }

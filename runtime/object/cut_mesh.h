@@ -11,9 +11,9 @@
 namespace daylit {
 
 /// Cuts every edge that another part of the mesh crosses once, and the triangles beside it, where it is crossed. The
-/// surface stays where it is but for a slit of two thousandths of the edge; the sides share no vertex. Crossings within
-/// a fiftieth of the edge's ends are left, and edges that are crossed more than once. Returns the number of edges cut.
-/// Error: no ray scene.
+/// surface stays where it is but for a slit of two thousandths of the edge; the sides have no common vertex. Crossings
+/// within a fiftieth of the edge's ends are left, and edges that are crossed more than once. Returns the number of
+/// edges cut. Error: no ray scene.
 Result<std::size_t> cut_where_parts_cross(ObjectMesh& mesh);
 
 } // namespace daylit

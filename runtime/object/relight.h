@@ -46,7 +46,7 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
 struct TwoSided {
   Rgb front{0.0f}, back{0.0f};
 };
-/// All that leaves each vertex but for the sun's light: `indirect`, and what it reflects of the windows' light.
+/// Outgoing radiance of each vertex but for the sun's light: `indirect`, and what it reflects of the windows' light.
 /// `windows`: that light at the objects' middle, unshadowed. The irradiance is summed over them, because nine
 /// coefficients put light on the side that faces away; the fraction that the object itself blocks is that of the
 /// coefficients.

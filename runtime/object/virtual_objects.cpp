@@ -101,7 +101,6 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
       return transfer.error();
     if (!transfer->note.empty())
       all.notes.push_back(transfer->note);
-    ++(transfer->from_cache ? all.transfers_cached : all.transfers_computed);
     if (const auto placed = append(all, std::move(*mesh), std::move(transfer->transfer), objects[k]); !placed)
       return placed.error();
   }

@@ -27,7 +27,6 @@ struct VirtualObjects {
   std::vector<std::uint8_t> has_back;   ///< per vertex: 0 where light from behind can reach nothing (closed meshes)
   std::vector<Part> parts;
   std::vector<std::string> notes; ///< one line per thing a user should know
-  std::size_t transfers_cached = 0, transfers_computed = 0;
 
   /// Places part k anew. Error value_invalid: there is no such part, or the scale is not positive and finite.
   Result<void> set_placement(std::size_t k, const ObjectConfig& placement);

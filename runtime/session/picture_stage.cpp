@@ -1,14 +1,32 @@
 #include "runtime/session/picture_stage.h"
 
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "runtime/composite/camera_match.h"
 #include "runtime/indirect/vertex_light.h"
-#include "runtime/session/shown_parts.h"
 #include "runtime/session/stage_clock.h"
 
 namespace daylit {
+
+namespace {
+
+LightSet without_sun(LightSet lights) {
+  lights.sun.clear();
+  return lights;
+}
+
+void hide_parts(const ShownParts& shown, std::span<VertexLight> light) {
+  for (VertexLight& v : light) {
+    if (!shown.direct)
+      v.open_sky_front = v.open_sky_back = Rgb(0.0f);
+    if (!shown.indirect)
+      v.indirect_front = v.indirect_back = Rgb(0.0f);
+  }
+}
+
+} // namespace
 
 Result<void> PictureStage::start_renderer(Backend backend, const RenderSettings& settings,
                                           std::vector<std::string>& notes) {

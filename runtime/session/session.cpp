@@ -1,11 +1,11 @@
 #include "runtime/session/session.h"
 
 #include <filesystem>
+#include <numbers>
 #include <utility>
 
 #include "runtime/session/frame_warnings.h"
 #include "runtime/session/picture_stage.h"
-#include "runtime/session/shown_parts.h"
 #include "runtime/session/stage_clock.h"
 
 namespace daylit {
@@ -137,8 +137,11 @@ BoundingSphere Session::object_bounds(std::size_t k) const { return state_->obje
 Rgb Session::room_radiance(const glm::dvec2& pixel) const {
   const State& s = *state_;
   const auto point = s.room->light.at(s.camera->eye(), s.camera->direction(pixel));
-  return point ? PhotoScale{s.config.interior.scale, s.config.interior.colour_matrix}.apply(reflected(*point))
-               : Rgb(0.0f);
+  if (!point)
+    return Rgb(0.0f);
+  const Rgb irradiance = point->indirect_irradiance + point->open_sky_irradiance;
+  return PhotoScale{s.config.interior.scale, s.config.interior.colour_matrix}.apply(point->reflectance * irradiance *
+                                                                                    std::numbers::inv_pi_v<float>);
 }
 
 void Session::measure_sky(const SkyImage& sky, std::uint64_t sky_id) {

@@ -37,7 +37,7 @@ struct FrameReport {
   std::size_t object_pixels = 0, shadow_pixels = 0;
   std::size_t vertices_lit = 0, vertices = 0;
   std::uint64_t shadow_rays = 0;
-  Ringing ringing;                       ///< of the indirect light on the objects, in a frame that lit them anew
+  Ringing ringing;                       ///< of the indirect light on the objects
   double indirect_shadow_left_out = 0.0; ///< largest relative change of the room that was too small to be drawn
   std::vector<std::string> skipped;
   std::vector<std::string> warnings; ///< where the user must act, each with what to do
@@ -48,7 +48,7 @@ struct Frame {
   FrameReport report;
 };
 
-/// Pictures of one moment. Equal non-zero numbers mean the same picture (a camera's frame counter): it is not looked at
+/// Pictures of one moment. Equal non-zero ids mean the same picture (a camera's frame counter): it is not looked at
 /// again. With 0 the pixels are compared with those of the frame before.
 struct FrameInput {
   const SkyImage& sky;

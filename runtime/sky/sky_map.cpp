@@ -38,11 +38,6 @@ double SkyMap::solid_angle_sr(int row) const {
   return 2.0 * kPi / width * (std::cos(kPi * row / height) - std::cos(kPi * (row + 1) / height));
 }
 
-Rgb SkyMap::lookup(const glm::dvec3& d) const {
-  const glm::dvec2 p = position(d);
-  return at(std::min(static_cast<int>(p.x), width - 1), std::min(static_cast<int>(p.y), height - 1));
-}
-
 /// Bilinear in (azimuth, theta); around the seam, and clamped at the poles.
 Rgb SkyMap::interpolate(const glm::dvec3& d) const {
   const glm::dvec2 p = position(d) - 0.5;
@@ -91,35 +86,48 @@ std::vector<SkyMap> sky_map_pyramid(SkyMap map) {
   return levels;
 }
 
-/// Each pixel belongs to the texel that its centre falls in. A texel that pixels cover to less than kCoveredFraction
-/// takes the pixel that its own centre falls in, or the fill.
-SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
-  SkyResampler r;
-  r.image_width_ = sky.image().width;
-  r.image_height_ = sky.image().height;
-  r.map_height_ = map_height;
-  const std::size_t pixels = sky.image().texels.size();
-  const SkyMap map{2 * map_height, map_height, {}};
-  const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
-
-  r.pixel_direction_.resize(pixels);
-  std::vector<std::uint32_t> texel_of_pixel(pixels, kFill);
-  parallel_for(tbb::blocked_range<std::size_t>(0, pixels), [&](const auto& range) {
+/// Of each pixel; kFill outside the field.
+std::vector<std::uint32_t> SkyResampler::find_texels(const SkyImage& sky, const SkyMap& map) {
+  pixel_direction_.resize(sky.image().texels.size());
+  std::vector<std::uint32_t> texels(pixel_direction_.size(), kFill);
+  parallel_for(tbb::blocked_range<std::size_t>(0, texels.size()), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const auto w = sky.direction({static_cast<double>(i % r.image_width_), static_cast<double>(i / r.image_width_)});
+      const auto w = sky.direction({static_cast<double>(i % image_width_), static_cast<double>(i / image_width_)});
       if (!w || sky.solid_angle_sr()[i] <= 0.0f)
         continue;
-      r.pixel_direction_[i] = glm::vec3(*w);
+      pixel_direction_[i] = glm::vec3(*w);
       const glm::dvec2 p = map.position(*w);
       const int column = std::min(static_cast<int>(p.x), map.width - 1);
       const int row = std::min(static_cast<int>(p.y), map.height - 1);
-      texel_of_pixel[i] = static_cast<std::uint32_t>(row * map.width + column);
+      texels[i] = static_cast<std::uint32_t>(row * map.width + column);
     }
   });
+  return texels;
+}
 
+/// The pixel at the middle of a texel; kFill outside the field.
+std::uint32_t SkyResampler::nearest_pixel(const SkyImage& sky, const SkyMap& map, std::size_t texel) const {
+  const auto p = sky.pixel(
+      map.direction(static_cast<double>(texel % map.width) + 0.5, static_cast<double>(texel / map.width) + 0.5));
+  if (!p)
+    return kFill;
+  const int x = std::clamp(static_cast<int>(std::lround(p->x)), 0, image_width_ - 1);
+  const int y = std::clamp(static_cast<int>(std::lround(p->y)), 0, sky.image().height - 1);
+  return static_cast<std::uint32_t>(y * image_width_ + x);
+}
+
+/// Each pixel belongs to the texel that its centre falls in. A texel that pixels cover to less than kCoveredFraction
+/// takes the pixel at its own middle, or the fill.
+SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
+  SkyResampler r;
+  r.image_width_ = sky.image().width;
+  r.map_height_ = map_height;
+  const SkyMap map{2 * map_height, map_height, {}};
+  const std::vector<std::uint32_t> texel_of_pixel = r.find_texels(sky, map);
+  const std::size_t texels = static_cast<std::size_t>(map.width) * map.height;
   std::vector<double> covered(texels, 0.0);
   std::vector<std::uint32_t> count(texels, 0);
-  for (std::size_t i = 0; i < pixels; ++i)
+  for (std::size_t i = 0; i < texel_of_pixel.size(); ++i)
     if (texel_of_pixel[i] != kFill) {
       covered[texel_of_pixel[i]] += static_cast<double>(sky.solid_angle_sr()[i]);
       ++count[texel_of_pixel[i]];
@@ -127,25 +135,17 @@ SkyResampler SkyResampler::make(const SkyImage& sky, int map_height) {
   r.first_pixel_.assign(texels + 1, 0);
   for (std::size_t t = 0; t < texels; ++t) {
     if (covered[t] < kCoveredFraction * map.solid_angle_sr(static_cast<int>(t / map.width)))
-      count[t] = 0; // described by its nearest pixel or the fill: one entry
+      count[t] = 0;
     r.first_pixel_[t + 1] = r.first_pixel_[t] + std::max(count[t], 1u);
   }
   r.covering_.resize(r.first_pixel_[texels]);
   std::vector<std::uint32_t> next(r.first_pixel_.begin(), r.first_pixel_.end() - 1);
-  for (std::size_t i = 0; i < pixels; ++i)
+  for (std::size_t i = 0; i < texel_of_pixel.size(); ++i)
     if (const std::uint32_t t = texel_of_pixel[i]; t != kFill && count[t] > 0)
       r.covering_[next[t]++].pixel = static_cast<std::uint32_t>(i);
-  for (std::size_t t = 0; t < texels; ++t) {
-    if (count[t] > 0)
-      continue;
-    const auto p =
-        sky.pixel(map.direction(static_cast<double>(t % map.width) + 0.5, static_cast<double>(t / map.width) + 0.5));
-    if (!p)
-      continue;
-    const int x = std::clamp(static_cast<int>(std::lround(p->x)), 0, r.image_width_ - 1);
-    const int y = std::clamp(static_cast<int>(std::lround(p->y)), 0, r.image_height_ - 1);
-    r.covering_[r.first_pixel_[t]].pixel = static_cast<std::uint32_t>(y * r.image_width_ + x);
-  }
+  for (std::size_t t = 0; t < texels; ++t)
+    if (count[t] == 0)
+      r.covering_[r.first_pixel_[t]].pixel = r.nearest_pixel(sky, map, t);
   r.set_fractions(sky.solid_angle_sr());
   return r;
 }
@@ -162,10 +162,6 @@ void SkyResampler::set_fractions(const std::vector<float>& solid_angle_sr) {
       if (c.pixel != kFill)
         c.fraction /= whole;
   }
-}
-
-bool SkyResampler::fits(const SkyImage& sky) const {
-  return sky.image().width == image_width_ && sky.image().height == image_height_;
 }
 
 /// `radiance`: of a pixel.

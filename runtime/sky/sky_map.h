@@ -29,7 +29,6 @@ struct SkyMap {
   glm::dvec2 position(const glm::dvec3& unit_direction) const;
   double solid_angle_sr(int row) const;
   const Rgb& at(int column, int row) const { return radiance[static_cast<std::size_t>(row) * width + column]; }
-  Rgb lookup(const glm::dvec3& unit_direction) const;      ///< the texel it falls in
   Rgb interpolate(const glm::dvec3& unit_direction) const; ///< bilinear between texel centres
 };
 
@@ -38,17 +37,15 @@ std::vector<SkyMap> sky_map_pyramid(SkyMap map);
 /// The same in place: level 0 is given, the others are made or written over.
 void halve_sky_map(std::vector<SkyMap>& levels);
 
-/// Maps the pixels of one sky camera to the texels of a SkyMap. The geometry is computed once; every frame costs one
-/// read of the image. Where the image is finer than the map its pixels are averaged, where it is coarser the nearest
-/// pixel is taken, and directions outside the field take the ground fill.
+/// Maps the pixels of one sky camera (SkyImage::geometry()) to the texels of a SkyMap. The geometry is computed once;
+/// every frame costs one read of the image. Where the image is finer than the map its pixels are averaged, where it is
+/// coarser the nearest pixel is taken, and directions outside the field take the ground fill.
 class SkyResampler {
 public:
   static SkyResampler make(const SkyImage& sky, int map_height = 256);
 
   /// Unit world direction of each image pixel; zero vector outside the field.
   const std::vector<glm::vec3>& pixel_directions() const { return pixel_direction_; }
-  /// True when `sky` has the size and field this resampler was made for.
-  bool fits(const SkyImage& sky) const;
   /// The map of a frame; the pixels of `sun`, if any, show the sky around it instead. Giving the map of another frame
   /// saves its memory.
   void resample(const SkyImage& sky, const DetectedSun* sun, SkyMap& map) const;
@@ -59,10 +56,12 @@ private:
     std::uint32_t pixel = kFill;
     float fraction = 1.0f; ///< of the texel; those of a texel add up to one
   };
+  std::vector<std::uint32_t> find_texels(const SkyImage& sky, const SkyMap& map);
+  std::uint32_t nearest_pixel(const SkyImage& sky, const SkyMap& map, std::size_t texel) const;
   void set_fractions(const std::vector<float>& solid_angle_sr);
   template <class Radiance>
   void average(const Radiance& radiance, const SkyImage& sky, SkyMap& map) const;
-  int image_width_ = 0, image_height_ = 0, map_height_ = 0;
+  int image_width_ = 0, map_height_ = 0;
   std::vector<glm::vec3> pixel_direction_;
   std::vector<std::uint32_t> first_pixel_; ///< per texel: range into covering_
   std::vector<Covering> covering_;

@@ -2,8 +2,8 @@
 
 // A sun that does not flicker with the sensor's noise and does not lag behind the clouds.
 //
-// The sun covers a few pixels, so that their noise hardly averages out within one frame: 1 % per pixel leaves 0.6 % of
-// its energy, which is most of the light where it shines. Frames are averaged for as long as nothing but noise changed.
+// The sun covers a few pixels, so that their noise hardly averages out within one frame: 1 % per pixel is 0.6 % of its
+// energy, which is most of the light where it shines. Frames are averaged for as long as nothing but noise changed.
 // The noise is measured from frame to frame; a change beyond four standard deviations of it, or a smaller one that
 // lasts, starts a new mean with the frame that shows it: that frame's value is taken as it is.
 

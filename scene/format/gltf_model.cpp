@@ -93,7 +93,7 @@ Result<std::span<const std::uint8_t>> view_bytes(const tinygltf::Model& model, i
     return malformed("a buffer that is not there", where);
   const std::vector<unsigned char>& data = model.buffers[static_cast<std::size_t>(view.buffer)].data;
   if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
-    return malformed("a range that leaves its buffer", where);
+    return malformed("a range outside its buffer", where);
   return std::span<const std::uint8_t>(data.data() + view.byteOffset, view.byteLength);
 }
 
@@ -123,7 +123,7 @@ Result<Elements> elements_of(const tinygltf::Model& model, int index, int type) 
   const std::size_t stride = given > 0 ? given : size;
   if (stride < size || stride > 4096 || a.byteOffset > bytes->size() || a.count > kMostCorners ||
       (a.count > 0 && (a.count - 1) * stride + size > bytes->size() - a.byteOffset))
-    return malformed("an accessor that leaves its buffer view", where);
+    return malformed("an accessor outside its buffer view", where);
   return Elements{bytes->data() + a.byteOffset, a.count, stride, a.componentType};
 }
 

@@ -35,7 +35,7 @@ struct GltfTriangles {
   std::vector<std::uint32_t> corners;
 };
 
-/// Error: an index, accessor or buffer range that leaves its container, non-finite positions, unsupported storage.
+/// Error: an index, accessor or buffer range outside its container, non-finite positions, unsupported storage.
 Result<GltfTriangles> read_triangles(const tinygltf::Model& model, const tinygltf::Primitive& primitive);
 
 /// Positions, normals, texture coordinates and colours of a primitive's vertices; what the file lacks is empty.

@@ -94,16 +94,21 @@ void TomlSection::problem(const std::string& key, const std::string& text) {
   file_->report(line(key), where(key) + ": " + text);
 }
 
-bool TomlSection::read(const std::string& key, std::string& value) {
+template <class T>
+bool TomlSection::read_exact(const std::string& key, T& value, const char* expected) {
   const toml::node* node = find(key);
   if (!node)
     return false;
-  if (const auto text = node->value_exact<std::string>()) {
-    value = *text;
-    return true;
-  }
-  problem(key, "expected a text in quotes");
-  return false;
+  const std::optional<T> found = node->value_exact<T>();
+  if (found)
+    value = *found;
+  else
+    problem(key, expected);
+  return found.has_value();
+}
+
+bool TomlSection::read(const std::string& key, std::string& value) {
+  return read_exact(key, value, "expected a text in quotes");
 }
 
 bool TomlSection::read(const std::string& key, std::filesystem::path& value) {
@@ -148,17 +153,7 @@ bool TomlSection::read(const std::string& key, int& value, Range range) {
   return true;
 }
 
-bool TomlSection::read(const std::string& key, bool& value) {
-  const toml::node* node = find(key);
-  if (!node)
-    return false;
-  if (const auto flag = node->value_exact<bool>()) {
-    value = *flag;
-    return true;
-  }
-  problem(key, "expected true or false");
-  return false;
-}
+bool TomlSection::read(const std::string& key, bool& value) { return read_exact(key, value, "expected true or false"); }
 
 bool TomlSection::read(const std::string& key, std::vector<int>& value, Range range) {
   const toml::node* node = find(key);
@@ -207,25 +202,20 @@ bool TomlSection::read_rgb(const std::string& key, Rgb& value, Range range) {
   return good;
 }
 
-bool TomlSection::read(const std::string& key, glm::dmat3& value) {
+template <class Matrix>
+bool TomlSection::read_matrix(const std::string& key, Matrix& value) {
+  constexpr int kSide = Matrix::length();
   std::vector<double> n;
-  if (!read_numbers(key, n, 9, {}))
+  if (!read_numbers(key, n, std::size_t{kSide * kSide}, {}))
     return false;
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column)
-      value[column][row] = n[3 * row + column];
+  for (int row = 0; row < kSide; ++row)
+    for (int column = 0; column < kSide; ++column)
+      value[column][row] = n[static_cast<std::size_t>(kSide * row + column)];
   return true;
 }
 
-bool TomlSection::read(const std::string& key, glm::dmat4& value) {
-  std::vector<double> n;
-  if (!read_numbers(key, n, 16, {}))
-    return false;
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column)
-      value[column][row] = n[4 * row + column];
-  return true;
-}
+bool TomlSection::read(const std::string& key, glm::dmat3& value) { return read_matrix(key, value); }
+bool TomlSection::read(const std::string& key, glm::dmat4& value) { return read_matrix(key, value); }
 
 bool TomlSection::read_rows(const std::string& key, std::size_t columns, std::vector<double>& values, Range range) {
   const toml::node* node = find(key);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Reading one TOML table key by key. Every key that is asked for is a known key; what is left over at the end is an
+// Reading one TOML table key by key. Every key that is read is a known key; what is left over at the end is an
 // unknown one. All problems of a file are collected and reported together.
 
 #include <filesystem>
@@ -48,11 +48,11 @@ struct Range {
 
 class TomlSection {
 public:
-  /// `table` null: the section is absent, every read leaves the default.
+  /// `table` null: the section is absent, every read keeps the default.
   TomlSection(ConfigFile& file, const toml::table* table, std::string name);
 
   explicit operator bool() const { return table_ != nullptr; }
-  /// Asks for `key` without reading it: known from now on.
+  /// Whether `key` is there, without reading it: it is known then.
   bool has(const std::string& key);
   unsigned line(const std::string& key = "") const;
   void problem(const std::string& key, const std::string& text);
@@ -96,6 +96,10 @@ private:
   std::map<std::string, std::string> renamed_;
 
   const toml::node* find(const std::string& key);
+  template <class T>
+  bool read_exact(const std::string& key, T& value, const char* expected);
+  template <class Matrix>
+  bool read_matrix(const std::string& key, Matrix& value);
   bool read_numbers(const std::string& key, std::vector<double>& values, std::size_t count, Range range);
   std::string where(const std::string& key) const;
 };

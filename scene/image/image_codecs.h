@@ -34,7 +34,7 @@ Result<std::vector<std::uint8_t>> encode_png(const Rgb8Image& image, const std::
 std::optional<Error> check_image_size(long long width, long long height, std::size_t bytes_per_texel,
                                       std::size_t file_bytes, const std::string& name);
 
-/// The Error of a damaged file, in the words that all formats share.
+/// The Error of a damaged file, in the words of all formats.
 Error damaged_file(const std::string& name, const std::string& what);
 
 } // namespace daylit::detail

@@ -16,15 +16,6 @@ double clear_slab_transmittance(double cos_incidence, double refractive_index) {
   return ci > 0.0 ? 0.5 * (through(ci, n * ct) + through(n * ci, ct)) : 0.0;
 }
 
-double diffuse_slab_transmittance(double refractive_index) {
-  // Midpoint rule in sin^2 of the angle, in which the cosine weight is constant.
-  constexpr int kSteps = 4096;
-  double sum = 0;
-  for (int k = 0; k < kSteps; ++k)
-    sum += clear_slab_transmittance(std::sqrt(1.0 - (k + 0.5) / kSteps), refractive_index);
-  return sum / kSteps;
-}
-
 std::string pane_model_name(float refractive_index) {
   return refractive_index > 0.0f ? fmt::format("clear glass, index {:.4g}", refractive_index) : "constant";
 }

@@ -16,9 +16,6 @@ constexpr double kLargestGlassIndex = 4.0; ///< beyond every transparent solid; 
 /// n = 1.52: 0.91832 at normal incidence, 0 at grazing. `cos_incidence`: against the pane's normal, either sign.
 double clear_slab_transmittance(double cos_incidence, double refractive_index);
 
-/// The hemispherical mean of the same, weighted with the cosine: what a uniform sky sees. n = 1.52: 0.8464.
-double diffuse_slab_transmittance(double refractive_index);
-
 /// Fraction of the light along a ray that crosses the pane: its transmittance, times the slab where it is clear glass.
 inline Rgb pane_transmittance(const Rgb& transmittance, float refractive_index, double cos_incidence) {
   if (refractive_index <= 0.0f)

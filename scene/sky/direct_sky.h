@@ -1,6 +1,6 @@
 #pragma once
 
-// Light that comes to a point straight from the sky through windows and holes: the part that the volume leaves out.
+// Light that comes to a point straight from the sky through windows and holes: the part that the volume does not hold.
 
 #include <cstddef>
 #include <vector>

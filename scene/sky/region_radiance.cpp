@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kRegionProbes = 8;   ///< per side, to see whether a region reaches out of the field
 constexpr double kRounding = 0.02; ///< of a hat: pixels are whole, hats are not
-constexpr std::size_t kGrain = 16; ///< regions; fewer are not worth another thread
+constexpr std::size_t kGrain = 64; ///< regions; fewer are not worth another thread
 
 /// Whether some of the region lies outside the picture's field.
 bool reaches_out(const SkyGeometry& geometry, const SkyPartition& partition, int region) {
@@ -45,8 +45,9 @@ void RegionSums::measure_coverage(const SkyPartition& partition) {
   gap_.assign(regions, 0.0);
   centre_.resize(regions);
   parallel_for(std::size_t{0}, regions, [&](std::size_t region) {
-    const std::vector<float>& weight = (*texels_)[region].weight_sr;
-    covered_[region] = std::accumulate(weight.begin(), weight.end(), 0.0);
+    const float* weight = texels_->weight_sr.data();
+    covered_[region] =
+        std::accumulate(weight + texels_->first_weight[region], weight + texels_->first_weight[region + 1], 0.0);
     centre_[region] = partition.centre(static_cast<int>(region));
     gap_[region] = gap_sr(*geometry_, partition, static_cast<int>(region), covered_[region]);
   });
@@ -74,19 +75,14 @@ RegionSums RegionSums::make(std::shared_ptr<const SkyGeometry> geometry, const S
                             std::span<const std::uint8_t> needed) {
   RegionSums sums;
   sums.geometry_ = std::move(geometry);
-  sums.texels_ = std::make_shared<const std::vector<detail::RegionTexels>>(
-      detail::region_texels(*sums.geometry_, partition, needed));
+  sums.texels_ = std::make_shared<const detail::TexelMatrix>(
+      detail::TexelMatrix(detail::region_texels(*sums.geometry_, partition, needed)));
   sums.measure_coverage(partition);
   sums.set_divisors(partition, needed);
   return sums;
 }
 
-std::size_t RegionSums::bytes() const {
-  std::size_t bytes = divisor_.size() * sizeof(Divisor);
-  for (const detail::RegionTexels& region : *texels_)
-    bytes += region.runs.size() * sizeof(detail::RegionTexels::Run) + region.weight_sr.size() * sizeof(float);
-  return bytes;
-}
+std::size_t RegionSums::bytes() const { return divisor_.size() * sizeof(Divisor) + texels_->bytes(); }
 
 /// mean_i = (sum over pixels of weight_i L + gap_i * fill) / (covered_i + gap_i), by solid angle; of nodes over the
 /// solid angle of the region: the integral of L times hat. The gap takes the fill of the half-space in which the
@@ -95,8 +91,10 @@ std::vector<Rgb> RegionSums::reduce(const SkyImage& sky) const {
   const Rgb above = sky.sky_fill_radiance(), below = sky.fill_radiance();
   std::vector<Rgb> mean(divisor_.size());
   parallel_for(tbb::blocked_range<std::size_t>(0, mean.size(), kGrain), [&](const auto& part) {
+    std::vector<std::array<double, 3>> sums(part.size());
+    texels_->sum(part.begin(), part.end(), sky.image().texels, sums);
     for (std::size_t region = part.begin(); region < part.end(); ++region) {
-      const std::array<double, 3> sum = (*texels_)[region].sum(sky.image().texels);
+      const std::array<double, 3>& sum = sums[region - part.begin()];
       const Divisor& d = divisor_[region];
       mean[region] = Rgb(static_cast<float>(sum[0] * d.per_sr), static_cast<float>(sum[1] * d.per_sr),
                          static_cast<float>(sum[2] * d.per_sr)) +

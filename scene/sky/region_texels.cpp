@@ -228,11 +228,18 @@ std::vector<RegionTexels> region_texels(const SkyGeometry& geometry, const SkyPa
           for (std::uint32_t texel = p.first; texel < p.first + p.count; ++texel)
             regions[p.region].add(texel, p.part * solid_angle_sr[texel]);
   }
-  for (RegionTexels& region : regions) {
-    region.runs.shrink_to_fit();
-    region.weight_sr.shrink_to_fit();
-  }
   return regions;
+}
+
+TexelMatrix::TexelMatrix(std::span<const RegionTexels> regions) {
+  for (const RegionTexels& region : regions) {
+    first_run.push_back(runs.size());
+    first_weight.push_back(weight_sr.size());
+    runs.insert(runs.end(), region.runs.begin(), region.runs.end());
+    weight_sr.insert(weight_sr.end(), region.weight_sr.begin(), region.weight_sr.end());
+  }
+  first_run.push_back(runs.size());
+  first_weight.push_back(weight_sr.size());
 }
 
 } // namespace daylit::detail

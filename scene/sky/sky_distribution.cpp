@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "sh/quadrature.h"
+
 namespace daylit {
 
 namespace {
@@ -34,32 +36,6 @@ constexpr std::array<CieRow, 15> kCieTable{{{4.0, -0.70, 0, -1.0, 0.00},
                                             {-1.0, -0.32, 16, -3.0, 0.30},
                                             {-1.0, -0.15, 16, -3.0, 0.30},
                                             {-1.0, -0.15, 24, -2.8, 0.15}}};
-
-struct GaussRule {
-  std::array<double, 64> node, weight; // on (0, 1)
-};
-
-/// Gauss-Legendre by Newton iteration on P_64 from the Chebyshev-like first guess (Abramowitz & Stegun 25.4.30).
-GaussRule gauss_legendre_64() {
-  constexpr int n = 64;
-  GaussRule rule{};
-  for (int i = 0; i < n; ++i) {
-    double x = std::cos(kPi * (i + 0.75) / (n + 0.5)), slope = 1.0;
-    for (int step = 0; step < 8; ++step) {
-      double p0 = 1.0, p1 = x;
-      for (int k = 2; k <= n; ++k) {
-        const double p2 = ((2 * k - 1) * x * p1 - (k - 1) * p0) / k;
-        p0 = p1;
-        p1 = p2;
-      }
-      slope = n * (x * p1 - p0) / (x * x - 1.0);
-      x -= p1 / slope;
-    }
-    rule.node[i] = 0.5 * (1.0 - x);
-    rule.weight[i] = 1.0 / ((1.0 - x * x) * slope * slope);
-  }
-  return rule;
-}
 
 } // namespace
 
@@ -91,20 +67,21 @@ double SkyDistribution::relative(const glm::dvec3& direction, const glm::dvec3& 
 /// The integrand has a cone at the sun: the zenith range is split there, and azimuth = pi t^3 (from the sun,
 /// symmetric) flattens it.
 double SkyDistribution::horizontal_integral(double cos_sun_zenith) const {
-  static const GaussRule rule = gauss_legendre_64();
+  static const sh::LatitudeRule rule = *sh::gauss_legendre(64);
+  const auto node = [](std::size_t i) { return 0.5 * (1.0 - rule.cos_theta[i]); }; // on (0, 1), weights sum to 2
   const double sun_cos = std::clamp(cos_sun_zenith, -1.0, 1.0), sun_sin = std::sqrt(1.0 - sun_cos * sun_cos);
   const double split = std::min(std::acos(sun_cos), kPi / 2.0);
   double sum = 0.0;
   for (const auto& [from, to] : {std::pair(split, 0.0), std::pair(split, kPi / 2.0)}) {
-    for (int i = 0; i < 64; ++i) {
-      const double t = rule.node[i], zenith = from + (to - from) * t * t;
+    for (std::size_t i = 0; i < 64; ++i) {
+      const double t = node(i), zenith = from + (to - from) * t * t;
       const double cz = std::cos(zenith), sz = std::sin(zenith);
       double ring = 0.0;
-      for (int k = 0; k < 64; ++k) {
-        const double s = rule.node[k], azimuth = kPi * s * s * s;
-        ring += rule.weight[k] * 2.0 * kPi * 3.0 * s * s * indicatrix(sz * sun_sin * std::cos(azimuth) + cz * sun_cos);
+      for (std::size_t k = 0; k < 64; ++k) {
+        const double s = node(k), azimuth = kPi * s * s * s;
+        ring += rule.weight[k] * kPi * 3.0 * s * s * indicatrix(sz * sun_sin * std::cos(azimuth) + cz * sun_cos);
       }
-      sum += rule.weight[i] * std::abs(to - from) * 2.0 * t * ring * gradation(cz) * cz * sz;
+      sum += rule.weight[i] * std::abs(to - from) * t * ring * gradation(cz) * cz * sz;
     }
   }
   return sum;

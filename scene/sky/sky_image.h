@@ -45,7 +45,7 @@ struct GroundFill {
 };
 
 /// Which directions the pixels of a sky image see. Depends on the projection and the size only: a camera that
-/// delivers frame after frame shares one.
+/// delivers frame after frame needs one.
 class SkyGeometry {
 public:
   /// Error: an angular map that is not square, a lens file for another image size, forward parallel to up.

@@ -45,7 +45,7 @@ struct SkyModel {
   Rgb horizontal_irradiance() const;
 };
 
-/// A SkyModel with its normalisation and its ground evaluated once: a few flops per query, safe to share by threads.
+/// A SkyModel with its normalisation and its ground evaluated once: a few flops per query, safe to use by many threads.
 /// uniform:  L = Lz
 /// overcast: L = Lz (1 + 2 sin g) / 3, g = altitude (CIE S 011 type 16, Moon & Spencer 1942)
 /// clear:    CIE S 011 / ISO 15469 type 12

@@ -19,7 +19,7 @@
 namespace daylit {
 
 namespace detail {
-struct RegionTexels;
+struct TexelMatrix;
 }
 
 /// sin(altitude) in [sin_low, sin_high), `cells` equal azimuth cells, the first one centred on azimuth 0 (+x) when
@@ -138,8 +138,8 @@ private:
     float fill_above = 0, fill_below = 0;
   };
   std::shared_ptr<const SkyGeometry> geometry_;
-  std::shared_ptr<const std::vector<detail::RegionTexels>> texels_; ///< of each region
-  std::vector<double> covered_, gap_;                               ///< steradians
+  std::shared_ptr<const detail::TexelMatrix> texels_;
+  std::vector<double> covered_, gap_; ///< steradians
   std::vector<Divisor> divisor_;
   std::vector<std::uint32_t> unseen_; ///< regions that met no texel and have no gap
   std::vector<glm::dvec3> centre_;

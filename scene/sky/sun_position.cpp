@@ -92,13 +92,6 @@ std::string time_text(const LocalTime& t) {
 
 bool is_day(const LocalTime& t) { return modified_julian_date(t.year, t.month, t.day).has_value(); }
 
-/// Difference of the Julian dates of the day and of January 1, from 1.
-int day_of_year(const LocalTime& t) {
-  return static_cast<int>(modified_julian_date(t.year, t.month, t.day).value_or(0.0) -
-                          modified_julian_date(t.year, 1, 1).value_or(0.0)) +
-         1;
-}
-
 /// From time and place to the horizon, in the steps of the IAU (McCarthy & Petit, IERS Conventions 2003, ch. 5):
 /// direction from the observer in the barycentric frame, annual and diurnal aberration, bias-precession-nutation to the
 /// celestial intermediate frame, earth rotation, horizon. No refraction: the pressure given is 0.

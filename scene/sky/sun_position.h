@@ -32,7 +32,6 @@ struct LocalTime {
 Result<LocalTime> parse_local_time(const std::string& text);
 std::string time_text(const LocalTime& time); ///< "2021-06-21 12:30", seconds where there are some
 bool is_day(const LocalTime& time);           ///< whether the calendar has year, month and day
-int day_of_year(const LocalTime& time);       ///< 1..366
 
 struct SunPosition {
   double altitude = 0.0;  ///< radians, of the centre, seen from the ground, without refraction

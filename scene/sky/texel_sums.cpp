@@ -1,4 +1,4 @@
-// The sum of one region's pixels: four lanes hold a pixel's three channels and the red of the next, which is not used.
+// The sums of regions' pixels: four lanes hold a pixel's three channels and the red of the next, which is not used.
 
 #include <array>
 
@@ -6,6 +6,7 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "scene/sky/texel_sums.cpp"
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -17,7 +18,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using FourLanes = hn::CappedTag<float, 4>;
 constexpr std::size_t kVectors = 4 / hn::MaxLanes(FourLanes()); ///< that hold four lanes
 constexpr std::size_t kChains = 4;                              ///< sums side by side: an addition waits for the last
-constexpr std::size_t kMostFloats = 128;                        ///< texels that are summed in floats
+constexpr std::size_t kRunsAhead = 16;
+constexpr std::size_t kMostFloats = 128; ///< texels that are summed in floats
 
 struct LaneSums {
   hn::Vec<FourLanes> chain[kChains][kVectors];
@@ -44,35 +46,49 @@ struct LaneSums {
   }
 };
 
-/// sum[c] = sum of weight times texel over all runs, steradian times radiance. Floats err by 2^-24 of the sum per
-/// addition, at most kMostFloats / kChains and a run of them in a chain; the rest is added in double. `picture`: all
-/// texels, one after another.
-std::array<double, 3> sum_texels(std::span<const RegionTexels::Run> runs, const float* weight,
-                                 std::span<const Rgb> picture) {
-  std::array<double, 3> total{};
-  LaneSums sums;
-  std::size_t in_floats = 0;
-  for (const RegionTexels::Run& run : runs) {
-    const bool reaches_end = run.first + std::size_t{run.count} == picture.size();
-    const std::size_t count = reaches_end ? run.count - std::size_t{1} : run.count;
-    const float* texel = &picture[run.first].r;
-    std::size_t k = 0;
-    for (; k + kChains <= count; k += kChains)
-      for (std::size_t c = 0; c < kChains; ++c)
-        sums.add(c, weight[k + c], texel + 3 * (k + c));
-    for (; k < count; ++k)
-      sums.add(0, weight[k], texel + 3 * k);
-    if (reaches_end) // nothing can be read behind the last texel
-      for (std::size_t c = 0; c < 3; ++c)
-        total[c] += static_cast<double>(weight[count] * texel[3 * count + c]);
-    weight += run.count;
-    if ((in_floats += run.count) >= kMostFloats) {
-      sums.move_to(total);
-      in_floats = 0;
+/// The run that will be summed kRunsAhead runs later: rows of a picture are far apart, and no processor foresees the
+/// next.
+void fetch(std::span<const TexelRun> runs, std::size_t r, std::span<const Rgb> picture) {
+  if (r + kRunsAhead >= runs.size())
+    return;
+  const TexelRun& ahead = runs[r + kRunsAhead];
+  hwy::Prefetch(&picture[ahead.first]);
+  hwy::Prefetch(&picture[ahead.first + ahead.count - 1]);
+}
+
+/// sums[region][c] = sum of weight times texel over its runs, steradian times radiance. Floats err by 2^-24 of the sum
+/// per addition, at most kMostFloats / kChains and a run of them in a chain; the rest is added in double.
+void sum_regions(const TexelMatrix& matrix, std::size_t first, std::size_t end, std::span<const Rgb> picture,
+                 std::array<double, 3>* region_sum) {
+  const float* weight = matrix.weight_sr.data() + matrix.first_weight[first];
+  for (std::size_t region = first; region < end; ++region) {
+    std::array<double, 3> total{};
+    LaneSums sums;
+    std::size_t in_floats = 0;
+    for (std::size_t r = matrix.first_run[region]; r < matrix.first_run[region + 1]; ++r) {
+      fetch(matrix.runs, r, picture);
+      const TexelRun& run = matrix.runs[r];
+      const bool reaches_end = run.first + std::size_t{run.count} == picture.size();
+      const std::size_t count = reaches_end ? run.count - std::size_t{1} : run.count;
+      const float* texel = &picture[run.first].r;
+      std::size_t k = 0;
+      for (; k + kChains <= count; k += kChains)
+        for (std::size_t c = 0; c < kChains; ++c)
+          sums.add(c, weight[k + c], texel + 3 * (k + c));
+      for (; k < count; ++k)
+        sums.add(0, weight[k], texel + 3 * k);
+      if (reaches_end) // nothing can be read behind the last texel
+        for (std::size_t c = 0; c < 3; ++c)
+          total[c] += static_cast<double>(weight[count] * texel[3 * count + c]);
+      weight += run.count;
+      if ((in_floats += run.count) >= kMostFloats) {
+        sums.move_to(total);
+        in_floats = 0;
+      }
     }
+    sums.move_to(total);
+    region_sum[region - first] = total;
   }
-  sums.move_to(total);
-  return total;
 }
 
 } // namespace daylit::detail::HWY_NAMESPACE
@@ -82,10 +98,11 @@ HWY_AFTER_NAMESPACE();
 
 namespace daylit::detail {
 
-HWY_EXPORT(sum_texels);
+HWY_EXPORT(sum_regions);
 
-std::array<double, 3> RegionTexels::sum(std::span<const Rgb> picture) const {
-  return HWY_DYNAMIC_DISPATCH(sum_texels)(runs, weight_sr.data(), picture);
+void TexelMatrix::sum(std::size_t first, std::size_t end, std::span<const Rgb> picture,
+                      std::span<std::array<double, 3>> sums) const {
+  HWY_DYNAMIC_DISPATCH(sum_regions)(*this, first, end, picture, sums.data());
 }
 
 } // namespace daylit::detail

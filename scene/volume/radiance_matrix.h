@@ -1,6 +1,6 @@
 #pragma once
 
-// Matrices of daylight coefficients as Radiance reads them (dctimestep, rmtxop), and the sky patches that they refer
+// Matrices of daylight coefficients for Radiance (dctimestep, rmtxop), and the sky patches that they refer
 // to.
 
 #include <cstdint>
@@ -29,9 +29,6 @@ enum class MatrixFormat { ascii, float32, float64 };
 /// Header (#?RADIANCE, the comment, NROWS, NCOLS, NCOMP=3, byte order, FORMAT), a blank line, then the values row by
 /// row: ascii one sensor per line, nine digits; binary little-endian.
 std::string matrix_text(const RadianceMatrix& matrix, MatrixFormat format, const std::string& comment);
-/// Of those formats, in either byte order. Error: not such a file, of another size than its header says, a value that
-/// is not finite.
-Result<RadianceMatrix> parse_matrix(const std::string& text, const std::string& name);
 
 /// The sky patches of Reinhart's subdivision MF:K as gendaymtx and reinhart.cal number them: patch 0 is the ground (the
 /// whole lower hemisphere), then 7 K rows from the horizon up, each 90 / (7 K + 1/2) degrees high with K times the

@@ -108,16 +108,4 @@ std::array<float, 27> to_engine(const Sh9Rgb& radiance, ShLayout layout) {
   return numbers;
 }
 
-Sh9Rgb from_engine(const std::array<float, 27>& numbers, ShLayout layout) {
-  std::array<glm::dvec3, 9> theirs{};
-  for (std::size_t k = 0; k < 9; ++k)
-    for (std::size_t c = 0; c < 3; ++c)
-      theirs[k][static_cast<int>(c)] = static_cast<double>(numbers[offset_of(k, c, layout)]) / factor(k, layout);
-  const auto ours = turned(theirs, [&](const glm::dvec3& d) { return engine_axes(d, layout); });
-  Sh9Rgb radiance{};
-  for (std::size_t k = 0; k < 9; ++k)
-    radiance[k] = Rgb(ours[k]);
-  return radiance;
-}
-
 } // namespace daylit

@@ -21,7 +21,6 @@ enum class ShLayout { unity, unreal, three };
 /// three:  SphericalHarmonics3 of three.js, coefficient by coefficient; right-handed, y up: (x, z, -y). Radiance, the
 ///         basis of daylit.
 std::array<float, 27> to_engine(const Sh9Rgb& radiance, ShLayout layout);
-Sh9Rgb from_engine(const std::array<float, 27>& numbers, ShLayout layout);
 
 /// A direction of daylit's world in the engine's axes.
 glm::dvec3 engine_axes(const glm::dvec3& d, ShLayout layout);

@@ -2,6 +2,7 @@
 
 // Argument checks shared by the public functions of sh.
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <span>
@@ -26,6 +27,14 @@ inline Expected<void> check_count(std::size_t count, std::size_t needed, const c
                "wrong number of " + std::string(name) + ": " + std::to_string(count) + ", needed " +
                    std::to_string(needed),
                where};
+}
+
+/// (degree + 1)^2 coefficients in each of `channels` channels, at least one.
+inline Expected<void> check_coefficients(std::size_t count, int degree, int channels, const char* where) {
+  if (channels < 1)
+    return Error{ErrorCode::parameter_out_of_range, "channels must be at least 1", where};
+  return check_count(count, std::size_t(degree + 1) * std::size_t(degree + 1) * std::size_t(channels), "coefficients",
+                     where);
 }
 
 /// Index of the first number that is NaN or infinite.

@@ -80,7 +80,7 @@ inline void synthesise_live(const RingBlock& block, const double* alpha, int v, 
   }
 }
 
-/// Advances one vector that is not live yet by kStep degrees from i and leaves P of these degrees in `values`
+/// Advances one vector that is not live yet by kStep degrees from i and writes P of these degrees to `values`
 /// (0 in lanes that are still below the range). Returns false when all of them are 0.
 inline bool scaled_step(const RingBlock& block, const double* alpha, int v, int i, Vec* values) {
   Pair s = load_pair(block, v);

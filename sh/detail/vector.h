@@ -3,7 +3,7 @@
 // the rest of the program.
 
 constexpr int kLanes = HWY_MAX_BYTES >= 16 ? HWY_MAX_BYTES / 8 : 2;
-/// Ring vectors that share a loaded coefficient: two where 32 registers allow it.
+/// Ring vectors per loaded coefficient: two where 32 registers allow it.
 constexpr int kGroup = kLanes == 8 ? 2 : 1;
 
 typedef double Vec __attribute__((vector_size(kLanes * 8), may_alias));

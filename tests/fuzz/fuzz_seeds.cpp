@@ -1,9 +1,8 @@
-// Writes valid inputs to start from: fuzz_seeds FOLDER makes FOLDER/volume, /matrix, /sky, /transfer and /weather.
+// Writes valid inputs to start from: fuzz_seeds FOLDER makes FOLDER/volume, /sky, /transfer and /weather.
 
 #include <cstdio>
 
 #include "scene/core/atomic_file.h"
-#include "scene/volume/radiance_matrix.h"
 #include "tests/scene/volume_kinds.h"
 
 namespace {
@@ -56,12 +55,6 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   for (const test::VolumeKind& v : test::volume_kinds())
     write(folder / "volume" / v.name, *volume_bytes(v.volume, v.precision));
-  RadianceMatrix matrix{2, 3, {}};
-  for (int k = 0; k < 6; ++k)
-    matrix.value.push_back(Rgb(0.5f, 0.25f * static_cast<float>(k), 1e-6f));
-  write(folder / "matrix/ascii.mtx", matrix_text(matrix, MatrixFormat::ascii, "seed"));
-  write(folder / "matrix/float.mtx", matrix_text(matrix, MatrixFormat::float32, "seed"));
-  write(folder / "matrix/double.mtx", matrix_text(matrix, MatrixFormat::float64, "seed"));
   write_skies(folder);
   std::vector<std::uint8_t> transfer(48 + 2 * 112);
   const char magic[] = "daylitTV";

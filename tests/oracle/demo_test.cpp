@@ -41,20 +41,21 @@ nlohmann::json picture_error(const std::string& demo) {
   return picture_error("--demo " + demo + " --size 256,248", DAYLIT_BINARY_DIR "/demo-test/" + demo);
 }
 
-/// Relative RMS on the object; the truth's own standard error must be a quarter of the bar at most.
+/// Relative RMS on the object; the truth's own standard error must be 0.3 of the bar at most.
 void expect_object_within(const std::string& scene, double bar) {
   const nlohmann::json e = picture_error(scene);
   ASSERT_TRUE(e.is_object()) << e.dump();
   std::printf("%s: %s\n", scene.c_str(), e.dump().c_str());
   EXPECT_LE(e["object"]["relative_rms"].get<double>(), bar);
-  EXPECT_LE(e["object"]["truth_standard_error"].get<double>(), 0.25 * bar);
+  EXPECT_LE(e["object"]["truth_standard_error"].get<double>(), 0.3 * bar);
   EXPECT_GE(e["mask_iou"].get<double>(), 0.97);
   EXPECT_GE(e["object_fraction"].get<double>(), 0.05);
   EXPECT_LE(e["object_fraction"].get<double>(), 0.15);
 }
 
-TEST(Demo, object_under_the_overcast_sky_is_within_six_percent) { expect_object_within("overcast", 0.06); }
-TEST(Demo, object_in_the_sun_is_within_twelve_percent) { expect_object_within("sun", 0.12); }
+// Measured 3.9 and 6.2 %, of which the truth's own noise is 1.3 and 1.8 %.
+TEST(Demo, object_under_the_overcast_sky_is_within_five_percent) { expect_object_within("overcast", 0.05); }
+TEST(Demo, object_in_the_sun_is_within_seven_and_a_half_percent) { expect_object_within("sun", 0.075); }
 
 /// A ball of radius 6 cm around the origin, with its material.
 void write_ball(const std::string& folder, const std::string& name, const std::string& reflectance) {
@@ -83,7 +84,7 @@ void write_ball(const std::string& folder, const std::string& name, const std::s
     }
 }
 
-TEST(Demo, balls_beside_each_other_are_within_two_and_a_half_percent) {
+TEST(Demo, balls_beside_each_other_are_within_two_and_a_quarter_percent) {
   // A white ball and a dark red one 8 mm apart. Without light between them 2.9 %: the white one takes the room's light
   // from where the dark one stands.
   const std::string folder = DAYLIT_BINARY_DIR "/demo-test/balls";
@@ -106,14 +107,15 @@ position = [1.775, 1.93, 0.06]
   const nlohmann::json e = picture_error(folder + "/balls.toml --spp 512", folder);
   ASSERT_TRUE(e.is_object()) << e.dump();
   std::printf("balls: %s\n", e.dump().c_str());
-  EXPECT_LE(e["object"]["relative_rms"].get<double>(), 0.025);
+  EXPECT_LE(e["object"]["relative_rms"].get<double>(), 0.0225); // measured 0.0180
   EXPECT_LE(e["object"]["truth_standard_error"].get<double>(), 0.018) << "part of that";
 }
 
-TEST(Demo, object_in_the_shade_beside_a_sun_patch_is_drawn_and_its_error_printed) {
+TEST(Demo, object_in_the_shade_beside_a_sun_patch_is_within_nine_percent) {
   const nlohmann::json e = picture_error("shade");
   ASSERT_TRUE(e.is_object());
   std::printf("shade: %s\n", e.dump().c_str());
+  EXPECT_LE(e["object"]["relative_rms"].get<double>(), 0.09); // measured 0.070, the truth's own noise 0.036
 }
 
 } // namespace

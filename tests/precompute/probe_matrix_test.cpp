@@ -7,6 +7,7 @@
 
 #include "scene/room/aperture.h"
 #include "scene/sky/direct_sky.h"
+#include "tests/scene/parse_matrix.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit::precompute {
@@ -74,7 +75,7 @@ TEST(DaylightMatrix, times_a_sky_vector_is_our_combination) {
   const auto written = c.matrix(patches, {});
   ASSERT_TRUE(written) << written.error().message();
   for (const MatrixFormat format : {MatrixFormat::ascii, MatrixFormat::float32, MatrixFormat::float64}) {
-    const auto m = parse_matrix(matrix_text(*written, format, "test"), "test.mtx");
+    const auto m = test::parse_matrix(matrix_text(*written, format, "test"), "test.mtx");
     ASSERT_TRUE(m) << m.error().message();
     double largest = 0.0, error = 0.0;
     for (std::size_t i = 0; i < c.points.size(); ++i) {

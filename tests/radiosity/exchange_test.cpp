@@ -18,6 +18,7 @@
 #include "radiosity/solve.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/sky/sky_partition.h"
+#include "tests/radiosity/dense_matrix.h"
 #include "tests/radiosity/rooms.h"
 
 namespace daylit::radiosity {
@@ -90,7 +91,7 @@ TEST(ClusterTree, every_item_is_in_one_leaf_and_inside_its_clusters) {
           ASSERT_GE(p[axis], c.box.lo[axis]);
           ASSERT_LE(p[axis], c.box.hi[axis]);
         }
-    if (!c.leaf())
+    if (!c.childless())
       continue;
     ++leaves;
     flat += c.plane >= 0;
@@ -128,17 +129,17 @@ TEST(BlockVisibility, clear_and_hidden_clusters_agree_with_rays) {
     std::size_t clear = 0, hidden = 0, all = 0;
     for (const Cluster& a : tree.clusters())
       for (const Cluster& b : tree.clusters()) {
-        if (!a.leaf() || !b.leaf() || &a >= &b)
+        if (!a.childless() || !b.childless() || &a >= &b)
           continue;
         const Visibility seen = visibility.between_clusters(tree, a, b);
         ++all;
-        clear += sight == Visibility::clear;
-        hidden += sight == Visibility::hidden;
-        for (std::uint32_t i = a.first; i < a.last && sight != Visibility::mixed; ++i)
+        clear += seen == Visibility::clear;
+        hidden += seen == Visibility::hidden;
+        for (std::uint32_t i = a.first; i < a.last && seen != Visibility::mixed; ++i)
           for (std::uint32_t j = b.first; j < b.last; j += 3) {
             const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
             if (face(p, q)) {
-              ASSERT_EQ(f.blocked(p, q, random), sight == Visibility::hidden) << i << ' ' << j;
+              ASSERT_EQ(f.blocked(p, q, random), seen == Visibility::hidden) << i << ' ' << j;
             }
           }
       }
@@ -171,12 +172,12 @@ TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
   std::size_t curved_clear = 0, front = 0, behind = 0;
   for (const Cluster& a : tree.clusters())
     for (const Cluster& b : tree.clusters()) {
-      if (a.plane >= 0 || !a.leaf() || !b.leaf() || &a == &b)
+      if (a.plane >= 0 || !a.childless() || !b.childless() || &a == &b)
         continue;
       const bool all_front = visibility.in_front(tree, a, b), all_behind = visibility.behind(tree, a, b);
       front += all_front;
       behind += all_behind;
-      curved_clear += b.leaf() && visibility.between_clusters(tree, a, b) == Visibility::clear;
+      curved_clear += b.childless() && visibility.between_clusters(tree, a, b) == Visibility::clear;
       for (std::uint32_t i = a.first; i < a.last; i += 5)
         for (std::uint32_t j = b.first; j < b.last; j += 7) {
           const Patch &p = f.set.patches[tree.order()[i]], &q = f.set.patches[tree.order()[j]];
@@ -214,7 +215,7 @@ TEST(PairShadow, clear_and_hidden_pairs_agree_with_rays) {
     std::mt19937 random(2);
     for (const Cluster& a : tree.clusters())
       for (const Cluster& b : tree.clusters()) {
-        if (!a.leaf() || !b.leaf())
+        if (!a.childless() || !b.childless())
           continue;
         const auto between = visibility.between(tree, a, b, 100);
         PairShadows shadows(arrays, visibility.obstacles(), between.items, shift, b.first, b.last, 2e-5f);
@@ -321,7 +322,7 @@ TEST(ExchangeMatrix, product_is_that_of_the_entries) {
   const auto m = exchange_areas(f.set, f.mesh, f.room, f.rays, {}, kSilent);
   ASSERT_TRUE(m);
   const std::size_t n = m->size(), w = 3;
-  const std::vector<float> g = m->dense();
+  const std::vector<float> g = dense(*m);
   std::vector<float> x(n * w), y(n * w);
   for (std::size_t k = 0; k < x.size(); ++k)
     x[k] = static_cast<float>(k * 2654435761u % 1000u) * 1e-3f;

@@ -187,7 +187,7 @@ TEST(Sun, is_taken_out_of_the_sky_with_its_exact_energy) {
     for (int x = 0; x < map.width; ++x)
       left += map.solid_angle_sr(y) * glm::dvec3(map.at(x, y));
   EXPECT_NEAR((left.g + static_cast<double>(sun->normal_irradiance.g)) / static_cast<double>(energy(sky).g), 1.0, 1e-5);
-  EXPECT_LT(luminance(map.lookup(direction)), 1.5f);
+  EXPECT_LT(luminance(map.interpolate(direction)), 1.5f);
   const LightSet lights = sample_lights(map, sun, test::box_window(), {{2, 2, 1}, 0.3}, 64);
   EXPECT_TRUE(lights.sun_found);
   EXPECT_TRUE(lights.sun.empty()) << "the sun stands behind the room";

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include <gtest/gtest.h>
 
@@ -37,6 +38,80 @@ TEST(Session, a_sky_measured_beforehand_gives_the_same_frame) {
     EXPECT_TRUE((*again)->report.reused.sky);
     EXPECT_EQ(times_told((*again)->report, "sky"), 0);
   }
+}
+
+/// In the order of the stages.
+std::array<bool, 6> reused(const Frame& frame) {
+  const Reused& r = frame.report.reused;
+  return {r.sky, r.samples, r.probes, r.object_light, r.drawn, r.picture};
+}
+
+TEST(Session, a_change_renews_what_follows_from_it_and_nothing_else) {
+  Studio studio;
+  auto session = studio.open(Backend::rays);
+  ASSERT_TRUE(session);
+  const auto frame = [&] { return reused(*studio.render(*session)); };
+  using Stages = std::array<bool, 6>;
+  EXPECT_EQ(frame(), (Stages{false, false, false, false, false, false}));
+  EXPECT_EQ(reused(**session->render({*test::sky_image(studio.sky), studio.photo, 7, 7}))[0], false) << "another id";
+  const auto sky = test::sky_image(studio.sky);
+  const auto next = [&] { return reused(**session->render({*sky, studio.photo, 7, 7})); };
+  (void)next();
+  EXPECT_EQ(next(), (Stages{true, true, true, true, true, true}));
+  session->set_light_samples(24);
+  EXPECT_EQ(next(), (Stages{true, false, true, false, false, false}));
+  ASSERT_TRUE(session->set_pose(daylit::look_at({3.0, 4.5, 1.1}, {2.0, 3.4, 0.2})));
+  EXPECT_EQ(next(), (Stages{true, true, true, false, false, false}));
+  session->show({true, false, true});
+  EXPECT_EQ(next(), (Stages{true, true, true, false, false, false}));
+  studio.config.objects[0].position.x += 0.01;
+  ASSERT_TRUE(session->set_placement(0, studio.config.objects[0]));
+  EXPECT_EQ(next(), (Stages{true, false, false, false, false, false}));
+  EXPECT_EQ(reused(**session->render({*sky, studio.photo, 7, 8})), (Stages{true, true, true, true, true, false}));
+  EXPECT_EQ(reused(**session->render({*sky, studio.photo, 8, 8})), (Stages{false, false, true, false, false, false}));
+  ASSERT_TRUE(session->recreate_renderer());
+  EXPECT_EQ(reused(**session->render({*sky, studio.photo, 8, 8})), (Stages{true, true, true, false, false, false}));
+}
+
+/// Drawn by a session that was opened, and has drawn, with other placements, cameras, skies and parts of the light.
+Frame frame_after_changes(Studio& studio, bool another_sky) {
+  const SkyMap last_sky = studio.sky;
+  const RunConfig last = studio.config;
+  studio.config.objects[1].position.y -= 0.1;
+  studio.config.world_from_camera = daylit::look_at({2.8, 4.7, 1.2}, {2.1, 3.4, 0.2});
+  auto session = *studio.open(Backend::rays);
+  for (int step = 0; step < 4; ++step) { // each followed by a frame, whose values must not stay
+    if (step == 1 && another_sky)
+      for (Rgb& c : studio.sky.radiance)
+        c *= Rgb(3.0f, 2.0f, 0.5f);
+    if (step == 2)
+      studio.config.objects[1].position.x += 0.1;
+    if (step == 3) {
+      studio.config = last;
+      studio.sky = last_sky;
+    }
+    session.show({step != 2, true, true});
+    EXPECT_TRUE(session.set_placement(1, studio.config.objects[1]));
+    EXPECT_TRUE(session.set_pose(*studio.config.world_from_camera));
+    EXPECT_TRUE(studio.render(session));
+  }
+  return *studio.render(session);
+}
+
+TEST(Session, after_many_changes_a_frame_is_that_of_a_new_session) {
+  Studio studio;
+  ObjectConfig second = studio.config.objects[0];
+  second.position.x += 0.4; // so near that the two exchange light
+  studio.config.objects.push_back(second);
+  const Frame fresh = *studio.render(Backend::rays);
+  EXPECT_GT(fresh.composite.object_pixels, 200u);
+  EXPECT_EQ(frame_after_changes(studio, false).composite.picture.texels, fresh.composite.picture.texels);
+  // Under another sky the light field is changed by steps, with rounding errors of single precision.
+  const Frame kept = frame_after_changes(studio, true);
+  EXPECT_EQ(kept.composite.touched, fresh.composite.touched);
+  for (std::size_t i = 0; i < studio.photo.texels.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      ASSERT_NEAR(kept.composite.picture.texels[i][c], fresh.composite.picture.texels[i][c], 1e-5f) << i;
 }
 
 } // namespace

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/sky/sky_image.h"
+#include "tests/scene/parse_matrix.h"
 #include "tests/scene/test_volumes.h"
 
 namespace daylit {
@@ -126,7 +127,7 @@ RadianceMatrix some_matrix() {
 TEST(RadianceMatrixFile, every_format_comes_back) {
   const RadianceMatrix m = some_matrix();
   for (const MatrixFormat format : {MatrixFormat::ascii, MatrixFormat::float32, MatrixFormat::float64}) {
-    const auto again = parse_matrix(matrix_text(m, format, "daylit-probe x"), "test.mtx");
+    const auto again = test::parse_matrix(matrix_text(m, format, "daylit-probe x"), "test.mtx");
     ASSERT_TRUE(again) << again.error().message();
     EXPECT_EQ(again->rows, 3);
     EXPECT_EQ(again->columns, 4);
@@ -148,7 +149,7 @@ TEST(RadianceMatrixFile, bad_files_are_refused) {
         replaced(good, "NCOMP=3", "NCOMP=1"), replaced(good, "NCOLS=4", "NCOLS=2000000000"),
         replaced(good, "FORMAT=ascii", "FORMAT=32-bit_rle_rgbe"), binary.substr(0, binary.size() - 1), binary + "x",
         replaced(good, "NROWS=3\n", "")})
-    EXPECT_FALSE(parse_matrix(text, "bad.mtx"));
+    EXPECT_FALSE(test::parse_matrix(text, "bad.mtx"));
 }
 
 } // namespace

@@ -288,10 +288,13 @@ TEST(RegionRadiance, sums_of_runs_are_those_of_the_scalar_twin) {
   for (const auto& run : region.runs)
     for (std::uint32_t k = 0; k < run.count; ++k)
       exact += double(*weight++) * glm::dvec3(picture.texels[run.first + k]);
+  const detail::TexelMatrix matrix(std::vector<detail::RegionTexels>{region, region, {}});
   for (std::int64_t left = hwy::SupportedTargets(); left != 0; left &= left - 1) {
     hwy::SetSupportedTargetsForTest(left);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    const std::array<double, 3> sum = region.sum(picture.texels);
+    std::array<std::array<double, 3>, 1> sums;
+    matrix.sum(1, 2, picture.texels, sums);
+    const std::array<double, 3>& sum = sums[0];
     for (int c = 0; c < 3; ++c)
       EXPECT_NEAR(sum[static_cast<std::size_t>(c)], exact[c], 1e-6 * exact[c]);
   }

@@ -81,8 +81,7 @@ TEST(LocalTime, is_read_with_and_without_a_year) {
   const auto tape = parse_local_time("02-29 00:00");
   ASSERT_TRUE(tape) << tape.error().message();
   EXPECT_TRUE(tape->any_year);
-  EXPECT_EQ(day_of_year(*tape), 60);
-  EXPECT_EQ(day_of_year(*parse_local_time("2021-12-31 23:59")), 365);
+  EXPECT_EQ(tape->year, 2000);
 }
 
 TEST(LocalTime, refuses_what_is_no_time) {

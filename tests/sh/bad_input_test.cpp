@@ -71,7 +71,8 @@ TEST(BadInput, ring_transform_refuses_broken_grids_and_data) {
   expect_error(transform.synthesise(c, view), ErrorCode::not_finite);
   image[11] = std::numeric_limits<double>::infinity();
   expect_error(transform.analyse(input, c), ErrorCode::not_finite);
-  expect_error(transform.analyse(ImageView<const double>{image.data(), 1, 1, 1, 0}, c), ErrorCode::wrong_count);
+  expect_error(transform.analyse(ImageView<const double>{image.data(), 1, 1, 1, 0}, c),
+               ErrorCode::parameter_out_of_range);
 }
 
 TEST(BadInput, direction_transform_refuses_broken_directions_and_data) {
