@@ -41,6 +41,7 @@ class Cutter {
 public:
   Cutter(std::span<const float> response, std::size_t width) : response_(response), width_(width) {}
 
+  /// The rectangle with the best of all cuts along its rows or columns.
   Part part(const SkyRectangle& r) const {
     Part out{r, {}};
     try_cuts(r, true, out.best);

@@ -149,6 +149,7 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   return audit;
 }
 
+/// The smooth skies, and suns where this room lets them in.
 radiosity::FirstBounce Audit::direct_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
   skies_ = smooth_skies();
   for (HeldOutSky& sun : suns(light, set))

@@ -89,6 +89,7 @@ std::optional<std::vector<std::byte>> Checkpoint::find(const Name& name) {
   return bytes;
 }
 
+/// Magic and identity; false when the file cannot be written.
 bool Checkpoint::write_header() {
   const Header header{kMagic, identity_};
   file_ = std::fopen(path_.c_str(), "w+b");
@@ -107,6 +108,7 @@ void Checkpoint::keep(const Name& name, std::span<const std::byte> bytes) {
             std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size() || std::fflush(file_) != 0;
 }
 
+/// The bake is done: nothing is left to resume.
 void Checkpoint::remove() {
   const std::lock_guard lock(mutex_);
   if (file_)

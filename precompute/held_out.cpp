@@ -64,6 +64,7 @@ Layout make_layout() {
   return {*SkyPartition::from_bands(std::move(bands), "held out"), suns};
 }
 
+/// Made once: the same for every room.
 const Layout& layout() {
   static const Layout the_layout = make_layout();
   return the_layout;

@@ -206,6 +206,7 @@ std::string content_arguments(int argc, char** argv) {
 
 } // namespace
 
+/// Options of a bake; `check` has its own (check_command.cpp).
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "check")
     return precompute::check_command(argc - 1, argv + 1);

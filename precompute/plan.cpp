@@ -32,6 +32,7 @@ constexpr double kClusters = 512;   ///< at 2 %, of surfaces whose further bounc
 constexpr int kGatherRays = 3072;   ///< per probe at 2 %: noise of the rays costs components of a fine sky
 constexpr double kFinest = 1e-4;    ///< the target at which every setting is at its limit
 
+/// Probes of a grid.
 double cells(const glm::ivec3& count) { return static_cast<double>(count.x) * count.y * count.z; }
 
 /// The settings on their way, with what they are predicted to do.
@@ -40,6 +41,7 @@ public:
   Planner(const CalibrationBake& calibration, const PlanRequest& request)
       : calibration_(calibration), request_(request) {}
 
+  /// Each choice takes its part of the target; together they stay below it (constants above).
   Result<Plan> plan(double target) const {
     Plan plan;
     plan.max_error = target;
@@ -80,6 +82,7 @@ private:
     }
   }
 
+  /// N = N_0 (e_0 / allowed)^(1 / a), the mesh error's power law solved for the facets.
   int choose_facets(double target) const {
     if (request_.facets > 0)
       return request_.facets;
@@ -134,6 +137,7 @@ private:
     return mesh_error(calibration_, fine() ? equivalent_facets(facets, static_cast<double>(options.elements)) : facets);
   }
 
+  /// mesh, grid and sky under a small sun, as the root of the sum of squares; 0 where no sun comes in.
   double sun_error(const BakeOptions& options, double sky_sun) const {
     if (calibration_.grid_sun <= 0)
       return 0;
@@ -174,6 +178,7 @@ private:
                                     : options.target_facets;
   }
 
+  /// total^2 = mesh^2 + grid^2 + sky^2: the three errors are independent. Seconds and bytes from the counts.
   void predict(Plan& plan) const {
     Prediction& p = plan.predicted;
     const BakeOptions& options = plan.options;

@@ -204,6 +204,7 @@ Result<void> run(const Arguments& a) {
   return answer_lines(a, probe);
 }
 
+/// The sky, as all programs read it.
 void add_sky_options(CLI::App& app, Arguments& a) {
   app.add_option("--sky", a.sky.file,
                  "sky picture (EXR, Radiance .hdr), sky in words (.toml), or weather tape (.epw, .wea)");
@@ -219,6 +220,7 @@ void add_sky_options(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(0.0, 1.0));
 }
 
+/// What is printed for each point.
 void add_output_options(CLI::App& app, Arguments& a) {
   auto* sh = app.add_flag("--sh", a.coefficients, "reads `x y z`, prints the nine coefficients, 27 values");
   auto* total =

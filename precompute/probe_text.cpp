@@ -65,6 +65,7 @@ nlohmann::ordered_json probes_info(const ProbeSet& probes) {
 
 } // namespace
 
+/// Three values, or six with a normal of any length but zero; anything else is refused with the number of the line.
 Result<ProbePoint> parse_probe_point(const std::string& line, std::size_t line_number, bool with_normal) {
   const auto error = [&](const char* what) {
     return Error{ErrorCode::value_invalid, what, fmt::format("stdin, line {}", line_number),
@@ -102,6 +103,7 @@ Result<ProbePoint> parse_probe_point(const std::string& line, std::size_t line_n
   return point;
 }
 
+/// `r g b`, in the unit of the sky times steradian; NaN where there is no light field.
 std::string irradiance_text(const std::optional<Rgb>& e, bool json) {
   if (!e)
     return json ? "{\"irradiance\":null}\n" : "nan nan nan\n";
@@ -115,6 +117,7 @@ double illuminance(const Rgb& e, double efficacy) {
          (0.2126 * static_cast<double>(e.r) + 0.7152 * static_cast<double>(e.g) + 0.0722 * static_cast<double>(e.b));
 }
 
+/// One value in lx.
 std::string illuminance_text(const std::optional<Rgb>& e, double efficacy, bool json) {
   if (!e)
     return json ? "{\"illuminance\":null}\n" : "nan\n";
@@ -122,6 +125,7 @@ std::string illuminance_text(const std::optional<Rgb>& e, double efficacy, bool 
   return json ? "{\"illuminance\":" + number + "}\n" : number + "\n";
 }
 
+/// 27 values, coefficient by coefficient, each with its three channels.
 std::string coefficients_text(const std::optional<Sh9Rgb>& sh, bool json) {
   std::array<float, 27> values{};
   for (std::size_t i = 0; sh && i < 27; ++i)
@@ -129,6 +133,7 @@ std::string coefficients_text(const std::optional<Sh9Rgb>& sh, bool json) {
   return sh_values_text(sh ? std::optional(values) : std::nullopt, json);
 }
 
+/// The same and then the nine of l = 4; zeros where the volume has none.
 std::string order4_text(const std::optional<ShRadiance>& sh, bool json) {
   std::array<float, 54> values{};
   for (std::size_t i = 0; sh && i < 54; ++i)
@@ -141,10 +146,12 @@ std::string layout_text(const std::optional<Sh9Rgb>& sh, ShLayout layout, bool j
   return sh_values_text(sh ? std::optional(to_engine(*sh, layout)) : std::nullopt, json);
 }
 
+/// The answer holds no light: outside the room or inside furniture.
 bool is_outside(const std::string& answer, bool json) {
   return json ? answer.find("null") != std::string::npos : answer.starts_with("nan");
 }
 
+/// What the volume holds, and the report of its bake, as one JSON object.
 std::string volume_info(const BasisVolume& volume) {
   nlohmann::ordered_json info;
   info["format_version"] = kVolumeFormatVersion;

@@ -83,6 +83,7 @@ void add_fine_sky(const CompactReport& compact, Json& j) {
                               {"bytes", compact.band4_bytes}};
 }
 
+/// The same as lines for a person: counts, areas in m^2, what was left out with its bound.
 std::string geometry_lines(const BakeReport& r) {
   std::string text;
   text += format("openings   %d windows (%.2f m2), %d holes (%.2f m2)\n", r.apertures.window_polygons,
@@ -106,6 +107,7 @@ std::string geometry_lines(const BakeReport& r) {
   return text;
 }
 
+/// Pairs in millions; energy as fractions of what enters.
 std::string transport_lines(const BakeReport& r) {
   std::string text;
   const auto millions = [](std::uint64_t pairs) { return static_cast<double>(pairs) / 1e6; };
@@ -131,6 +133,7 @@ std::string transport_lines(const BakeReport& r) {
   return text;
 }
 
+/// Errors in per cent, relative to the light under a small sun.
 std::string fine_sky_lines(const CompactReport& compact) {
   std::string text;
   if (compact.nodes > 0)

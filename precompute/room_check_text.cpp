@@ -10,6 +10,7 @@ namespace {
 
 using detail::format;
 
+/// Reflectance of walls, transmittance of panes, areas in m^2.
 std::string material_lines(const std::vector<CheckedMaterial>& materials) {
   std::string text;
   for (const CheckedMaterial& m : materials) {
@@ -23,6 +24,7 @@ std::string material_lines(const std::vector<CheckedMaterial>& materials) {
   return text;
 }
 
+/// Windows and holes that were found, metres.
 std::string opening_lines(const RoomCheck& check) {
   std::string text =
       format("openings   %d windows (%.2f m2), %d holes (%.2f m2)\n", check.apertures.window_polygons,

@@ -41,6 +41,7 @@ struct Group {
   }
 };
 
+/// Longest side of the box around the features of some patches, and its axis.
 Group measured(const std::vector<Features>& at, const std::vector<std::uint32_t>& order, std::size_t begin,
                std::size_t end) {
   Group g{-1, 0, begin, end};
@@ -173,6 +174,7 @@ void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::P
 
 } // namespace
 
+/// Sources are the elements that any node lights; B = rho H on them at once, what comes back later by clusters.
 Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,

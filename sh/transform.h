@@ -1,7 +1,7 @@
 #pragma once
 
 // Analysis and synthesis on rings: an image on a Gauss-Legendre, equirectangular or Clenshaw-Curtis grid to
-// coefficients and back, in O(degree^3) with an FFT in longitude (own, sh/sh/detail/fft_plan.h).
+// coefficients and back, in O(degree^3) with an FFT in longitude (own, sh/detail/fft_plan.h).
 //
 // Coefficients of an image with C channels: value of Y_lm, channel c, at [(l*l + l + m) * C + c]; (degree + 1)^2 * C
 // numbers, always double. Real, orthonormal, no Condon-Shortley phase (sh/basis.h).

@@ -24,7 +24,7 @@ struct SurfaceOptions {
 
 /// E = sum_j F_j V_j B_j: exact point-to-polygon form factors (Lambert), visibility by stratified rays weighted with
 /// the kernel. No smoothing: a receiver closer to a patch's edge than the patches are long sees the steps between
-/// them. Light straight from the sky is DirectSky's (scene/direct_sky.h).
+/// them. Light straight from the sky is DirectSky's (scene/sky/direct_sky.h).
 /// Result: [point][column], columns as in radiosity::Radiosity. Errors: interrupted.
 Result<std::vector<float>> surface_irradiance(std::span<const SurfacePoint> points, const radiosity::PatchSet& set,
                                               const RayScene& facets, const radiosity::Radiosity& solved,

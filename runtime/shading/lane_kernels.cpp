@@ -129,6 +129,19 @@ void Transpose(const LaneMask* masks, std::size_t count, std::uint64_t* bits) {
   }
 }
 
+void Transform(const glm::mat3& axes, const glm::vec3& origin, const LaneVectors& from, float* to_x, float* to_y,
+               float* to_z) {
+  const float m00 = axes[0][0], m01 = axes[0][1], m02 = axes[0][2], m10 = axes[1][0], m11 = axes[1][1],
+              m12 = axes[1][2], m20 = axes[2][0], m21 = axes[2][1], m22 = axes[2][2];
+  const float ox = origin.x, oy = origin.y, oz = origin.z;
+  const float *x = from.x, *y = from.y, *z = from.z;
+  DAYLIT_EACH_LANE {
+    to_x[k] = ox + m00 * x[k] + m10 * y[k] + m20 * z[k];
+    to_y[k] = oy + m01 * x[k] + m11 * y[k] + m21 * z[k];
+    to_z[k] = oz + m02 * x[k] + m12 * y[k] + m22 * z[k];
+  }
+}
+
 } // namespace daylit::lanes::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -141,6 +154,7 @@ HWY_EXPORT(FacingThroughBox);
 HWY_EXPORT(Faced);
 HWY_EXPORT(AddLight);
 HWY_EXPORT(Transpose);
+HWY_EXPORT(Transform);
 
 LaneMask receive(const PointBlock& points, const glm::vec3& w, std::span<const Portal> portals, const glm::vec4* planes,
                  LaneRgb& e) {
@@ -158,6 +172,9 @@ void add_light(LightSums& sums, const Rgb& irradiance, const LaneRgb& e, LaneMas
 }
 void transpose(std::span<const LaneMask> masks, std::uint64_t (&bits)[kLanes]) {
   HWY_DYNAMIC_DISPATCH(Transpose)(masks.data(), masks.size(), bits);
+}
+void transform(const glm::mat3& axes, const glm::vec3& origin, const LaneVectors& from, float* x, float* y, float* z) {
+  HWY_DYNAMIC_DISPATCH(Transform)(axes, origin, from, x, y, z);
 }
 
 } // namespace daylit::lanes

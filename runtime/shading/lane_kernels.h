@@ -4,6 +4,8 @@
 
 #include <span>
 
+#include <glm/mat3x3.hpp>
+
 #include "runtime/shading/portal_lights.h"
 
 namespace daylit::lanes {
@@ -32,5 +34,11 @@ void add_light(LightSums& sums, const Rgb& irradiance, const LaneRgb& e, LaneMas
 
 /// Bit k of masks[j] becomes bit j of bits[k]; at most 64 masks.
 void transpose(std::span<const LaneMask> masks, std::uint64_t (&bits)[kLanes]);
+
+/// to = origin + axes * from, of arrays of kLanes.
+struct LaneVectors {
+  const float *x, *y, *z;
+};
+void transform(const glm::mat3& axes, const glm::vec3& origin, const LaneVectors& from, float* x, float* y, float* z);
 
 } // namespace daylit::lanes

@@ -2,9 +2,10 @@
 
 #include <bit>
 #include <cstring>
-#include <utility>
 
 #include <embree3/rtcore.h>
+
+#include "runtime/shading/lane_kernels.h"
 
 namespace daylit {
 
@@ -47,13 +48,13 @@ struct alignas(64) ValidLanes {
   }
 };
 
-void fill(RTCRay16& to, const RayBlock& from) {
-  static_assert(sizeof(from.org_x) == sizeof(to.org_x) && sizeof(from.tfar) == sizeof(to.tfar));
-  const std::pair<float*, const float*> fields[] = {
-      {to.org_x, from.org_x}, {to.org_y, from.org_y}, {to.org_z, from.org_z}, {to.tnear, from.tnear},
-      {to.dir_x, from.dir_x}, {to.dir_y, from.dir_y}, {to.dir_z, from.dir_z}, {to.tfar, from.tfar}};
-  for (const auto& [target, source] : fields)
-    std::memcpy(target, source, sizeof(to.org_x));
+void fill(RTCRay16& to, const RayBlock& from, const Similarity& to_given) {
+  const glm::mat3& axes = to_given.axes;
+  lanes::transform(axes, to_given.origin, {from.org_x, from.org_y, from.org_z}, to.org_x, to.org_y, to.org_z);
+  lanes::transform(axes, glm::vec3(0.0f), {from.dir_x, from.dir_y, from.dir_z}, to.dir_x, to.dir_y, to.dir_z);
+  static_assert(sizeof(from.tnear) == sizeof(to.tnear));
+  std::memcpy(to.tnear, from.tnear, sizeof(to.tnear));
+  std::memcpy(to.tfar, from.tfar, sizeof(to.tfar));
   std::memset(to.time, 0, sizeof(to.time));
   std::memset(to.mask, 0xFF, sizeof(to.mask));
   std::memset(to.id, 0, sizeof(to.id));
@@ -134,6 +135,7 @@ Result<void> PacketScene::move(std::span<const glm::vec3> vertices) {
     return Error{ErrorCode::value_invalid, "the mesh changed its number of vertices", "ray scene", "build a new one"};
   if (empty_)
     return {};
+  to_given_ = {};
   h.write(vertices);
   rtcUpdateGeometryBuffer(h.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
   return h.commit();
@@ -143,7 +145,7 @@ LaneMask PacketScene::occluded(LaneMask lanes, const RayBlock& rays) const {
   if (empty_ || lanes == 0)
     return 0;
   alignas(64) RTCRay16 r;
-  fill(r, rays);
+  fill(r, rays, to_given_);
   if (std::popcount(lanes) <= kFewLanes)
     return occluded_one_by_one(handle_->scene, lanes, r);
   const ValidLanes mask(lanes);
@@ -162,7 +164,7 @@ void PacketScene::closest(LaneMask lanes, const RayBlock& rays, HitBlock& hits) 
     return;
   const ValidLanes mask(lanes);
   alignas(64) RTCRayHit16 r;
-  fill(r.ray, rays);
+  fill(r.ray, rays, to_given_);
   std::memset(r.hit.geomID, 0xFF, sizeof(r.hit.geomID));
   std::memset(r.hit.instID, 0xFF, sizeof(r.hit.instID));
   RTCIntersectContext context = coherent_context();

@@ -10,6 +10,7 @@
 #include <glm/vec3.hpp>
 
 #include "runtime/base/lanes.h"
+#include "runtime/trace/rigid_motion.h"
 #include "scene/core/result.h"
 
 namespace daylit {
@@ -40,6 +41,9 @@ public:
                                    Edges edges = Edges::watertight);
   /// New positions of the same vertices: the hierarchy is refitted, not rebuilt. Not thread-safe.
   Result<void> move(std::span<const glm::vec3> vertices);
+  /// The mesh moved as a whole: nothing is refitted, rays are transformed instead. `to_given`: to where its vertices
+  /// were given last.
+  void set_transform(const Similarity& to_given) { to_given_ = to_given; }
 
   /// Bits of `lanes` whose ray is blocked on [tnear, tfar].
   LaneMask occluded(LaneMask lanes, const RayBlock& rays) const;
@@ -50,6 +54,7 @@ public:
 private:
   struct Handle;
   std::shared_ptr<Handle> handle_;
+  Similarity to_given_;
   bool empty_ = true;
 };
 

@@ -9,6 +9,7 @@
 
 #include "runtime/object/bounds.h"
 #include "runtime/trace/picture_shader.h"
+#include "runtime/trace/rigid_motion.h"
 #include "runtime/trace/visible_surfaces.h"
 #include "scene/core/parallel.h"
 
@@ -43,6 +44,7 @@ constexpr float kApart = 0.04f;
 
 struct TracedRenderer::State {
   TracedScene scene;
+  RigidMotion motion; ///< of the objects since their hierarchy was built or refitted
   PacketScene room;
   RoomMesh mesh; ///< what `room` was built from
   std::vector<Aperture> apertures;
@@ -127,8 +129,14 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.sphere = objects.bounds();
   scene.light.assign(objects.positions.size(), {});
   s.objects_are_traced = false;
-  if (same_mesh && !scene.triangles.empty())
+  if (same_mesh && !scene.triangles.empty()) {
+    if (s.motion.set(scene.positions)) {
+      scene.objects.set_transform(s.motion.to_first());
+      return {};
+    }
+    s.motion = RigidMotion(scene.positions);
     return scene.objects.move(scene.positions);
+  }
   scene.triangles = objects.triangles;
   // A ray that slips between facets is one light of many at a point; a pixel that misses becomes an outline, which is
   // looked at eight times.
@@ -136,6 +144,7 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   if (!built)
     return built.error();
   scene.objects = std::move(*built);
+  s.motion = RigidMotion(scene.positions);
   return {};
 }
 

@@ -5,12 +5,28 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/trace/packet_scene.h"
+#include "runtime/trace/rigid_motion.h"
 #include "test_scene.h"
 
 namespace daylit {
 namespace {
 
-TEST(PacketScene, rays_meet_of_a_moved_mesh_what_they_meet_of_one_built_there) {
+TEST(RigidMotion, knows_a_turn_from_a_change_of_shape) {
+  const ObjectMesh mesh = test::torus(0.15f, 0.07f, 24, 12);
+  RigidMotion motion(mesh.positions);
+  std::vector<glm::vec3> points;
+  for (const glm::dvec3& p : test::place(mesh, {2.0, 3.4, 0.23}, 1.2).positions)
+    points.emplace_back(2.0 * p); // a scale as well
+  ASSERT_TRUE(motion.set(points));
+  const Similarity& back = motion.to_first();
+  for (std::size_t v = 0; v < points.size(); ++v)
+    ASSERT_LT(glm::length(back.origin + back.axes * points[v] - mesh.positions[v]), 1e-5f);
+  points[17].x += 1e-3f;
+  EXPECT_FALSE(motion.set(points));
+  EXPECT_FALSE(motion.set(std::span(points).first(20)));
+}
+
+TEST(PacketScene, rays_meet_of_a_moved_or_transformed_mesh_what_they_meet_of_one_built_there) {
   const ObjectMesh mesh = test::torus(0.15f, 0.07f, 24, 12);
   std::vector<glm::vec3> points;
   for (const glm::dvec3& p : test::place(mesh, {0.5, -0.4, 0.23}, 1.2).positions)
@@ -19,6 +35,10 @@ TEST(PacketScene, rays_meet_of_a_moved_mesh_what_they_meet_of_one_built_there) {
   const auto built = PacketScene::build(points, mesh.triangles);
   ASSERT_TRUE(moved && built);
   ASSERT_TRUE(moved->move(points));
+  auto transformed = PacketScene::build(mesh.positions, mesh.triangles);
+  RigidMotion motion(mesh.positions);
+  ASSERT_TRUE(transformed && motion.set(points));
+  transformed->set_transform(motion.to_first());
   EXPECT_FALSE(moved->move(std::span(points).first(20)));
   int met = 0;
   for (int row = 0; row < 40; ++row) {
@@ -33,17 +53,19 @@ TEST(PacketScene, rays_meet_of_a_moved_mesh_what_they_meet_of_one_built_there) {
     }
     HitBlock a, b;
     built->closest(0xFFFFu, rays, a);
-    moved->closest(0xFFFFu, rays, b);
     const LaneMask all = built->occluded(0xFFFFu, rays);
-    EXPECT_EQ(moved->occluded(0xFFFFu, rays), all);
-    EXPECT_EQ(moved->occluded(0x0104u, rays), all & 0x0104u) << "few rays go one by one";
-    for (int k = 0; k < kLanes; ++k) {
-      ASSERT_EQ(a.triangle[k], b.triangle[k]);
-      EXPECT_EQ(a.triangle[k] != kNoTriangle, (all >> k & 1u) != 0);
-      if (a.triangle[k] == kNoTriangle)
-        continue;
-      ++met;
-      EXPECT_NEAR(a.distance[k], b.distance[k], 1e-5f);
+    for (const PacketScene* other : {&*moved, &*transformed}) {
+      other->closest(0xFFFFu, rays, b);
+      EXPECT_EQ(other->occluded(0xFFFFu, rays), all);
+      EXPECT_EQ(other->occluded(0x0104u, rays), all & 0x0104u) << "few rays go one by one";
+      for (int k = 0; k < kLanes; ++k) {
+        ASSERT_EQ(a.triangle[k] == kNoTriangle, b.triangle[k] == kNoTriangle);
+        EXPECT_EQ(a.triangle[k] != kNoTriangle, (all >> k & 1u) != 0);
+        if (a.triangle[k] == kNoTriangle)
+          continue;
+        ++met;
+        EXPECT_NEAR(a.distance[k], b.distance[k], 1e-5f);
+      }
     }
   }
   EXPECT_GT(met, 100);
