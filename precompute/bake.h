@@ -2,7 +2,6 @@
 
 // One room in, one basis irradiance volume out.
 
-#include <filesystem>
 #include <string>
 #include <vector>
 

@@ -1,9 +1,5 @@
 #include "precompute/checkpoint.h"
 
-#include <array>
-#include <bit>
-#include <cstring>
-
 #include <unistd.h>
 
 #include "scene/core/checksum.h"

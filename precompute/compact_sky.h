@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <functional>
 #include <span>
-#include <vector>
 
 #include "precompute/surface_light.h"
 #include "scene/core/program.h"

@@ -7,7 +7,6 @@
 #include <numbers>
 #include <numeric>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/core/parallel.h"

@@ -3,7 +3,6 @@
 // What a bake is judged by: points off the grid and skies that it does not use, carried through the same transport as
 // further right-hand sides and further receivers.
 
-#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>

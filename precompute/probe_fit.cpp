@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <numeric>
-#include <utility>
 
 #include "scene/core/parallel.h"
 #include "scene/volume/probe_planes.h"

@@ -9,7 +9,6 @@
 #include <optional>
 
 #include <CLI/CLI.hpp>
-#include <glm/geometric.hpp>
 
 #include "precompute/probe_matrix.h"
 #include "precompute/probe_text.h"

@@ -1,10 +1,7 @@
 #include "radiosity/first_bounce.h"
 
-#include <algorithm>
 #include <limits>
 #include <numbers>
-
-#include <glm/geometric.hpp>
 
 #include "radiosity/detail/aperture_light.h"
 #include "radiosity/detail/sampling.h"

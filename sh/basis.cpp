@@ -1,7 +1,6 @@
 #include "sh/basis.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "sh/detail/check.h"

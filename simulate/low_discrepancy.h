@@ -4,7 +4,6 @@
 // results do not depend on the order of evaluation. Two-dimensional Sobol points, nested uniform (Owen) scrambling by
 // hashing, pairs decorrelated by shuffling the index (Burley 2020, "Practical Hash-based Owen Scrambling").
 
-#include <array>
 #include <cstdint>
 
 #include <glm/vec2.hpp>

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>

@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include <fmt/format.h>
-#include <glm/mat3x3.hpp>
 
 #include "scene/core/atomic_file.h"
 #include "simulate/teapot.h"

@@ -4,7 +4,6 @@
 #include <vector>
 
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 
 #include "scene/core/parallel.h"
 #include "scene/sky/sky.h"

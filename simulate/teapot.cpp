@@ -1,7 +1,6 @@
 #include "simulate/teapot.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <glm/geometric.hpp>
 

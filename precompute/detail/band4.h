@@ -3,7 +3,6 @@
 // The coefficients of l = 4 in a cluster of probes, as a second, small pair of factors beside that of the nine: the
 // same parts, suns and steps, with rows weighted by what an error in them does to irradiance.
 
-#include <span>
 #include <vector>
 
 #include "precompute/detail/factors.h"

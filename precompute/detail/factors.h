@@ -2,7 +2,6 @@
 
 // Dense products and the factors of one probe cluster, row-major throughout.
 
-#include <cstdint>
 #include <span>
 #include <vector>
 

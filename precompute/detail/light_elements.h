@@ -6,7 +6,6 @@
 // and probes see elements; only what comes after, which is smooth, is solved on the patches.
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "radiosity/first_bounce.h"

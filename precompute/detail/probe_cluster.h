@@ -3,7 +3,6 @@
 // A cluster of neighbouring probes on its way to a product of two factors.
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "precompute/compact_sky.h"

@@ -1,7 +1,6 @@
 #include "precompute/detail/seen_parts.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace daylit::precompute::detail {
 

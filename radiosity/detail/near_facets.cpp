@@ -1,7 +1,5 @@
 #include "radiosity/detail/near_facets.h"
 
-#include <algorithm>
-
 #include <glm/common.hpp>
 
 namespace daylit::radiosity {

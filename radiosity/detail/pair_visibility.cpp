@@ -1,7 +1,6 @@
 #include "radiosity/detail/pair_visibility.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include <glm/geometric.hpp>
 

@@ -10,8 +10,6 @@
 #include <cmath>
 #include <numbers>
 
-#include <glm/common.hpp>
-
 #include "radiosity/detail/sampling.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"

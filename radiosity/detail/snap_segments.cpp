@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstdint>
 #include <set>
-#include <unordered_map>
 #include <utility>
 
 #include <glm/geometric.hpp>

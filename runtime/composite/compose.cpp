@@ -6,8 +6,6 @@
 #include <cmath>
 #include <span>
 
-#include <glm/common.hpp>
-
 #include "runtime/composite/change_picture.h"
 #include "runtime/composite/drawn_picture.h"
 #include "runtime/composite/room_loss.h"

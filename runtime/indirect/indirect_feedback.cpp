@@ -5,7 +5,6 @@
 #include <limits>
 #include <numbers>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "runtime/sky/window_sampler.h"

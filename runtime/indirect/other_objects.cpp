@@ -1,11 +1,9 @@
 #include "runtime/indirect/other_objects.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 #include <utility>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/core/parallel.h"

@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <cmath>
 #include <limits>
 #include <mutex>
 #include <utility>
 
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <glm/vec2.hpp>
 #include <tbb/concurrent_unordered_map.h>
 
 #include "runtime/indirect/room_planes.h"

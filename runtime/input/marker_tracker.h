@@ -2,7 +2,6 @@
 
 // Markers from frame to frame: looked for around where they were, in the whole picture only when one is missing.
 
-#include <string>
 #include <vector>
 
 #include "runtime/input/marker_pose.h"

@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include "runtime/base/sh_rotation.h"
 #include "runtime/object/received_light.h"

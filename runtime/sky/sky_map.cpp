@@ -6,7 +6,6 @@
 #include <span>
 #include <utility>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/core/parallel.h"

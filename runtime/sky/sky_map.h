@@ -4,7 +4,6 @@
 // measured projection, the ground fill included.
 
 #include <cstdint>
-#include <memory>
 #include <vector>
 
 #include <glm/vec2.hpp>

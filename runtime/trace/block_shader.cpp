@@ -1,10 +1,7 @@
 #include "runtime/trace/block_shader.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
-
-#include <glm/geometric.hpp>
 
 #include "runtime/trace/surface_points.h"
 

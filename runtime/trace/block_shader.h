@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "runtime/shading/sampling_grid.h"
 #include "runtime/trace/ray_visibility.h"

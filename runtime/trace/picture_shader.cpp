@@ -1,11 +1,6 @@
 #include "runtime/trace/picture_shader.h"
 
-#include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <utility>
-
-#include <glm/geometric.hpp>
 
 #include "runtime/trace/block_shader.h"
 #include "scene/core/parallel.h"

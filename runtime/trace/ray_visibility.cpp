@@ -1,7 +1,5 @@
 #include "runtime/trace/ray_visibility.h"
 
-#include <glm/geometric.hpp>
-
 #include "runtime/trace/surface_points.h"
 
 namespace daylit {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

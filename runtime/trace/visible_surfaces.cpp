@@ -1,12 +1,10 @@
 #include "runtime/trace/visible_surfaces.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
 
 #include "scene/core/parallel.h"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <fmt/format.h>
-#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
 namespace daylit::detail {

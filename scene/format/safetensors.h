@@ -4,7 +4,6 @@
 // reader demands, the tensors cover the data without holes. Alignment to 64 bytes is made with tensors named
 // `_padding_N`.
 
-#include <array>
 #include <cstdint>
 #include <map>
 #include <span>

@@ -1,7 +1,6 @@
 #include "scene/image/image_codecs.h"
 
 #include <csetjmp>
-#include <cstdio>
 #include <cstring>
 #include <memory>
 

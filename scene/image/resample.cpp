@@ -1,7 +1,6 @@
 #include "scene/image/resample.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace daylit {

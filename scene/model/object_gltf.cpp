@@ -2,7 +2,6 @@
 #include <cmath>
 #include <map>
 
-#include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>

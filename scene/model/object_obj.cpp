@@ -1,5 +1,4 @@
 #include <map>
-#include <string_view>
 #include <system_error>
 
 #include <glm/geometric.hpp>

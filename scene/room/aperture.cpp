@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include <fmt/format.h>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/room/glass.h"

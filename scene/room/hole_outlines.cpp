@@ -5,7 +5,6 @@
 #include <map>
 #include <numeric>
 
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/room/edge_graph.h"

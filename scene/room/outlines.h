@@ -3,7 +3,6 @@
 // Outlines of openings in a triangle soup: where surfaces end (holes) and where panes end (windows).
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>

@@ -1,11 +1,9 @@
 #include "scene/room/ray_scene.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include <embree3/rtcore.h>
-#include <glm/common.hpp>
 
 namespace daylit {
 

@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <map>
-#include <set>
 
 #include <fmt/format.h>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
 
 #include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"

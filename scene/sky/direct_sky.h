@@ -2,7 +2,6 @@
 
 // Light that comes to a point straight from the sky through windows and holes: the part that the volume does not hold.
 
-#include <cstddef>
 #include <vector>
 
 #include <glm/vec3.hpp>

@@ -1,7 +1,6 @@
 #include "scene/sky/sky_image.h"
 
 #include <cmath>
-#include <numbers>
 
 #include "scene/image/image_formats.h"
 

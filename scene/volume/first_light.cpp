@@ -1,7 +1,6 @@
 #include "scene/volume/first_light.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <Imath/half.h>

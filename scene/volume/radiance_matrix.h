@@ -3,7 +3,6 @@
 // Matrices of daylight coefficients for Radiance (dctimestep, rmtxop), and the sky patches that they refer
 // to.
 
-#include <cstdint>
 #include <string>
 #include <vector>
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <type_traits>
 
 namespace daylit::sh::detail {
 namespace {
