@@ -84,21 +84,7 @@ nlohmann::json measure(int regions, int grid) {
           {"unchanged_us", 1e6 * steps[1] / kTogether}};
 }
 
-/// The valid probes nearest to the middle of the grid.
-std::vector<std::uint32_t> probes_in_the_middle(const ProbeSet& probes, std::size_t count) {
-  std::vector<std::uint32_t> order;
-  for (std::uint32_t p = 0; p < probes.size(); ++p)
-    if (probes.valid[p] != 0)
-      order.push_back(p);
-  std::ranges::sort(order, {}, [&](std::uint32_t p) {
-    const glm::vec3& x = probes.positions[p];
-    return std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
-  });
-  order.resize(std::min(order.size(), count));
-  return order;
-}
-
-/// A baked volume: all of it, the light on the surfaces alone, and the clusters that hold the probes of one object.
+/// A baked volume: all of it, and the light on the surfaces alone.
 Result<nlohmann::json> measure_file(const std::string& path) {
   const auto volume = read_volume(path);
   if (!volume)
@@ -108,8 +94,6 @@ Result<nlohmann::json> measure_file(const std::string& path) {
   const CompactBasis& basis = *volume->compact;
   const std::vector<Rgb> a = random_sky(volume->partition.size(), 1), b = random_sky(volume->partition.size(), 2);
   VolumeCombiner combiner = VolumeCombiner::make(*volume);
-  const std::vector<std::uint32_t> object = probes_in_the_middle(volume->probes, 64);
-  std::vector<Sh9Rgb> field(volume->probes.size());
   bool odd = false;
   double wall = 1e9;
   for (int r = 0; r < 200; ++r)
@@ -122,8 +106,7 @@ Result<nlohmann::json> measure_file(const std::string& path) {
         read_plainly(std::as_bytes(std::span(basis.nine.strong.probe_factor)));
         read_plainly(std::as_bytes(std::span(basis.nine.weak.source_factor)));
         read_plainly(std::as_bytes(std::span(basis.nine.weak.probe_factor)));
-      },
-      [&] { combine_at(basis, a, object, field); });
+      });
   return nlohmann::json{{"volume_megabytes", double(basis.nine.bytes()) / 1e6},
                         {"clusters", basis.nine.cluster.size()},
                         {"strong_components", basis.nine.strong.scale.size()},
@@ -131,8 +114,7 @@ Result<nlohmann::json> measure_file(const std::string& path) {
                         {"combine_ms", 1e3 * wall},
                         {"combine_one_core_ms", 1e3 * times[0]},
                         {"first_light_ms", 1e3 * times[1]},
-                        {"read_ms", 1e3 * times[2]},
-                        {"object_ms", 1e3 * times[3]}};
+                        {"read_ms", 1e3 * times[2]}};
 }
 
 Result<void> run_file(const Arguments& a, const CommonOptions& options) {
@@ -141,10 +123,9 @@ Result<void> run_file(const Arguments& a, const CommonOptions& options) {
     return row.error();
   if (!options.json) {
     const auto number = [&](const char* key) { return (*row)[key].get<double>(); };
-    std::printf("%.1f MB, combined in %.3f ms (one core %.3f, of it the light on the surfaces %.3f; plain read %.3f; "
-                "the clusters of 64 probes %.3f)\n",
+    std::printf("%.1f MB, combined in %.3f ms (one core %.3f, of it the light on the surfaces %.3f; plain read %.3f)\n",
                 number("volume_megabytes"), number("combine_ms"), number("combine_one_core_ms"),
-                number("first_light_ms"), number("read_ms"), number("object_ms"));
+                number("first_light_ms"), number("read_ms"));
   }
   return deliver({{"machine", machine()}, {"rows", {*row}}}, options);
 }

@@ -36,28 +36,19 @@ void GatherHits::trace_facets(std::size_t point, std::span<std::int32_t> met) co
   const glm::vec2 turn = turn_of(point);
   const glm::vec3 origin = scene_->to_local(points_[point]);
   RayPacket16 packet;
-  std::ranges::fill(packet.org_x, origin.x);
-  std::ranges::fill(packet.org_y, origin.y);
-  std::ranges::fill(packet.org_z, origin.z);
-  std::ranges::fill(packet.tnear, 0.0f);
-  std::ranges::fill(packet.tfar, std::numeric_limits<float>::infinity());
   std::array<std::uint32_t, 16> facet;
   std::array<std::size_t, 16> ray;
   std::size_t count = 0;
   const auto shoot = [&] {
     const std::uint32_t hit = scene_->closest16(packet, static_cast<int>(count), facet);
     for (std::size_t k = 0; k < count; ++k)
-      met[ray[k]] =
-          (hit >> k & 1u) != 0 ? set_->hit(*mesh_, facet[k], {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]}) : -1;
+      met[ray[k]] = (hit >> k & 1u) != 0 ? set_->hit(*mesh_, facet[k], packet.direction(k)) : -1;
     count = 0;
   };
   for (std::size_t k = 0; k < met.size(); ++k) {
     if (met[k] != WholeFaces::kUnknown)
       continue;
-    const glm::vec3 d = turned(fan_.direction[k], turn);
-    packet.dir_x[count] = d.x;
-    packet.dir_y[count] = d.y;
-    packet.dir_z[count] = d.z;
+    packet.set(count, origin, turned(fan_.direction[k], turn), 0.0f, std::numeric_limits<float>::infinity());
     ray[count] = k;
     if (++count == 16)
       shoot();

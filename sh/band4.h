@@ -7,6 +7,8 @@
 #include <array>
 #include <numbers>
 
+#include <glm/vec3.hpp>
+
 namespace daylit::sh {
 
 /// Y_4m of a unit direction, index m + 4. Real, orthonormal, no Condon-Shortley phase.

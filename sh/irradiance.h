@@ -5,6 +5,8 @@
 #include <array>
 #include <span>
 
+#include <glm/vec3.hpp>
+
 #include "sh/error.h"
 #include "sh/sh9.h"
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <numbers>
 
+#include <glm/vec3.hpp>
+
 namespace daylit::sh {
 
 /// Y_lm of a unit direction, bands 0..2.

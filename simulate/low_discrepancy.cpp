@@ -1,5 +1,7 @@
 #include "simulate/low_discrepancy.h"
 
+#include <array>
+
 namespace daylit {
 
 namespace {

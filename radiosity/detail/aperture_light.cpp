@@ -58,15 +58,8 @@ public:
   RayBatch(DirectLight& task, const Aperture& aperture, Accumulator& acc)
       : task_(task), aperture_(aperture), acc_(acc) {}
   void add(const glm::dvec3& from, const glm::dvec3& d, int region, double weight) {
-    const glm::vec3 origin = task_.scene.to_local(from), way(d);
-    rays_.org_x[size_] = origin.x;
-    rays_.org_y[size_] = origin.y;
-    rays_.org_z[size_] = origin.z;
-    rays_.dir_x[size_] = way.x;
-    rays_.dir_y[size_] = way.y;
-    rays_.dir_z[size_] = way.z;
-    rays_.tnear[size_] = 2.0f * task_.scene.surface_offset();
-    rays_.tfar[size_] = std::numeric_limits<float>::infinity();
+    rays_.set(static_cast<std::size_t>(size_), task_.scene.to_local(from), glm::vec3(d),
+              2.0f * task_.scene.surface_offset(), std::numeric_limits<float>::infinity());
     ray_[size_] = {from, d, region, weight};
     if (++size_ == 16)
       flush();

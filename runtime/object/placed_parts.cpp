@@ -85,7 +85,7 @@ std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, st
   for (int k = 0; k < count; ++k) {
     if (!(met >> k & 1u))
       continue;
-    hits[k] = part_hit(c, {packet.dir_x[k], packet.dir_y[k], packet.dir_z[k]},
+    hits[k] = part_hit(c, packet.direction(static_cast<std::size_t>(k)),
                        {found.triangle[k], found.distance[k], found.u[k], found.v[k]});
     for (std::size_t other = 0; other < casters_.size(); ++other)
       if (PartHit nearer; other != which && other != ignored && cast(other, x, directions[k], nearer) &&

@@ -15,17 +15,8 @@ template <class Direction>
 RayPacket16 ray_fan(const glm::vec3& from, std::size_t count, Direction direction,
                     float tfar = std::numeric_limits<float>::infinity()) {
   RayPacket16 packet;
-  for (std::size_t k = 0; k < 16; ++k) {
-    const glm::vec3 w = direction(std::min(k, count - 1));
-    packet.org_x[k] = from.x;
-    packet.org_y[k] = from.y;
-    packet.org_z[k] = from.z;
-    packet.dir_x[k] = w.x;
-    packet.dir_y[k] = w.y;
-    packet.dir_z[k] = w.z;
-    packet.tnear[k] = 0.0f;
-    packet.tfar[k] = tfar;
-  }
+  for (std::size_t k = 0; k < 16; ++k)
+    packet.set(k, from, direction(std::min(k, count - 1)), 0.0f, tfar);
   return packet;
 }
 

@@ -15,7 +15,7 @@ std::uint64_t count(LaneMask lanes) { return static_cast<std::uint64_t>(std::pop
 
 float nearest_hit(Layer layer) { return layer == Layer::object ? 0.0f : kOwnSurface_m; }
 
-void aim(RayBlock& rays, const PointBlock& from, float tnear) {
+void aim(RayPacket16& rays, const PointBlock& from, float tnear) {
   std::copy(from.x, from.x + kLanes, rays.org_x);
   std::copy(from.y, from.y + kLanes, rays.org_y);
   std::copy(from.z, from.z + kLanes, rays.org_z);
@@ -23,14 +23,14 @@ void aim(RayBlock& rays, const PointBlock& from, float tnear) {
   std::fill(rays.tfar, rays.tfar + kLanes, std::numeric_limits<float>::infinity());
 }
 
-void aim(RayBlock& rays, const glm::vec3& from, float tnear) {
+void aim(RayPacket16& rays, const glm::vec3& from, float tnear) {
   PointBlock same;
   for (int k = 0; k < kLanes; ++k)
     same.set(k, from, glm::vec3(0.0f));
   aim(rays, same, tnear);
 }
 
-void turn(RayBlock& rays, const glm::vec3& w) {
+void turn(RayPacket16& rays, const glm::vec3& w) {
   std::fill(rays.dir_x, rays.dir_x + kLanes, w.x);
   std::fill(rays.dir_y, rays.dir_y + kLanes, w.y);
   std::fill(rays.dir_z, rays.dir_z + kLanes, w.z);
@@ -79,7 +79,7 @@ private:
   const ShadowCasters& casters_;
   const PointBlock& points_;
   Layer layer_;
-  RayBlock block_;
+  RayPacket16 block_;
   LaneRgb e_;
 };
 
@@ -114,7 +114,7 @@ std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters
   std::ranges::fill(objects, KnownLights{});
   std::ranges::fill(room, KnownLights{});
   const bool past_room = layer == Layer::object && lights.room_may_block_any;
-  RayBlock block;
+  RayPacket16 block;
   aim(block, at.start, nearest_hit(layer));
   std::uint64_t rays = 0;
   const auto directions = lights.portal.direction_blocks();
@@ -167,7 +167,7 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
                          std::span<const LaneVerdict> room_hints, lanes::LightSums& sums) {
   const bool on_objects = layer == Layer::object;
   const bool room_blocks = on_objects ? lights.room_may_block_any : !casters.occluders->empty();
-  RayBlock block;
+  RayPacket16 block;
   if (room_blocks)
     aim(block, starts, nearest_hit(layer));
   LaneRgb e;

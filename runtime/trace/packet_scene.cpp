@@ -48,7 +48,7 @@ struct alignas(64) ValidLanes {
   }
 };
 
-void fill(RTCRay16& to, const RayBlock& from, const Similarity& to_given) {
+void fill(RTCRay16& to, const RayPacket16& from, const Similarity& to_given) {
   const glm::mat3& axes = to_given.axes;
   lanes::transform(axes, to_given.origin, {from.org_x, from.org_y, from.org_z}, to.org_x, to.org_y, to.org_z);
   lanes::transform(axes, glm::vec3(0.0f), {from.dir_x, from.dir_y, from.dir_z}, to.dir_x, to.dir_y, to.dir_z);
@@ -141,7 +141,7 @@ Result<void> PacketScene::move(std::span<const glm::vec3> vertices) {
   return h.commit();
 }
 
-LaneMask PacketScene::occluded(LaneMask lanes, const RayBlock& rays) const {
+LaneMask PacketScene::occluded(LaneMask lanes, const RayPacket16& rays) const {
   if (empty_ || lanes == 0)
     return 0;
   alignas(64) RTCRay16 r;
@@ -157,7 +157,7 @@ LaneMask PacketScene::occluded(LaneMask lanes, const RayBlock& rays) const {
   return blocked & lanes;
 }
 
-void PacketScene::closest(LaneMask lanes, const RayBlock& rays, HitBlock& hits) const {
+void PacketScene::closest(LaneMask lanes, const RayPacket16& rays, RayHits16& hits) const {
   for (std::uint32_t& t : hits.triangle)
     t = kNoTriangle;
   if (empty_ || lanes == 0)

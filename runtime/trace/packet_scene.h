@@ -12,23 +12,14 @@
 #include "runtime/base/lanes.h"
 #include "runtime/trace/rigid_motion.h"
 #include "scene/core/result.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit {
 
 constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFu;
 
-/// Sixteen rays, structure of arrays. Directions need not be unit: distances are in their lengths.
-struct alignas(64) RayBlock {
-  float org_x[kLanes], org_y[kLanes], org_z[kLanes], tnear[kLanes];
-  float dir_x[kLanes], dir_y[kLanes], dir_z[kLanes], tfar[kLanes];
-};
-
-struct alignas(64) HitBlock {
-  std::uint32_t triangle[kLanes]; ///< kNoTriangle: none
-  float distance[kLanes], u[kLanes], v[kLanes];
-};
-
-/// In single precision: give coordinates relative to a point nearby.
+/// In single precision: give coordinates relative to a point nearby. Directions need not be unit: distances are in
+/// their lengths.
 class PacketScene {
 public:
   enum class Edges {
@@ -46,9 +37,9 @@ public:
   void set_transform(const Similarity& to_given) { to_given_ = to_given; }
 
   /// Bits of `lanes` whose ray is blocked on [tnear, tfar].
-  LaneMask occluded(LaneMask lanes, const RayBlock& rays) const;
+  LaneMask occluded(LaneMask lanes, const RayPacket16& rays) const;
   /// Nearest hits of `lanes`; the other lanes are kNoTriangle.
-  void closest(LaneMask lanes, const RayBlock& rays, HitBlock& hits) const;
+  void closest(LaneMask lanes, const RayPacket16& rays, RayHits16& hits) const;
   bool empty() const { return empty_; }
 
 private:

@@ -21,8 +21,8 @@ constexpr int kEdgesPerBlock = kLanes / kCoverageSamples;
 } // namespace
 
 void VisibleSurfaces::trace_object_block(const PacketScene& objects, int x0, int y0) {
-  RayBlock rays;
-  HitBlock hits;
+  RayPacket16 rays;
+  RayHits16 hits;
   std::uint32_t lanes = 0;
   for (int k = 0; k < kLanes; ++k) {
     const int x = x0 + k % kBlockSide, y = y0 + k / kBlockSide;
@@ -86,8 +86,8 @@ void VisibleSurfaces::add_sample(Edge& edge, const ObjectHit& sample, float apar
 
 void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
                                    std::size_t first, std::size_t count, float apart_m) {
-  RayBlock rays;
-  HitBlock room_hits, object_hits;
+  RayPacket16 rays;
+  RayHits16 room_hits, object_hits;
   std::uint32_t lanes = 0;
   for (int k = 0; k < kLanes; ++k) {
     const std::uint32_t pixel = edges_[first + std::min<std::size_t>(k / kCoverageSamples, count - 1)].pixel;
@@ -105,7 +105,7 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
     }
   }
   const std::uint32_t used = (1u << (count * kCoverageSamples)) - 1u;
-  if (HitBlock traced; lanes & used) {
+  if (RayHits16 traced; lanes & used) {
     room.closest(lanes & used, rays, traced);
     for (int k = 0; k < kLanes; ++k)
       if (lanes >> k & 1u) {

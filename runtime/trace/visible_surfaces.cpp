@@ -31,16 +31,9 @@ void VisibleSurfaces::set_camera(const RenderCamera& camera, const glm::dvec3& o
   blocks_.resize(static_cast<std::size_t>(block_columns()) * block_rows());
 }
 
-void VisibleSurfaces::aim(RayBlock& rays, int lane, float x, float y) const {
-  const glm::vec3 d = direction(x, y);
-  rays.org_x[lane] = eye().x;
-  rays.org_y[lane] = eye().y;
-  rays.org_z[lane] = eye().z;
-  rays.dir_x[lane] = d.x;
-  rays.dir_y[lane] = d.y;
-  rays.dir_z[lane] = d.z;
-  rays.tnear[lane] = static_cast<float>(kNearPlane_m);
-  rays.tfar[lane] = std::numeric_limits<float>::infinity();
+void VisibleSurfaces::aim(RayPacket16& rays, int lane, float x, float y) const {
+  rays.set(static_cast<std::size_t>(lane), eye(), direction(x, y), static_cast<float>(kNearPlane_m),
+           std::numeric_limits<float>::infinity());
 }
 
 void VisibleSurfaces::bound_block(int column, int row) {
@@ -71,8 +64,8 @@ void VisibleSurfaces::bound_block(int column, int row) {
 /// A row of corners, sixteen to a packet.
 void VisibleSurfaces::trace_corners(const PacketScene& room, int row) {
   const int count = block_columns() + 1;
-  RayBlock rays;
-  HitBlock hits;
+  RayPacket16 rays;
+  RayHits16 hits;
   for (int first = 0; first < count; first += kLanes) {
     const int lanes = std::min(kLanes, count - first);
     for (int k = 0; k < kLanes; ++k)
@@ -110,8 +103,8 @@ VisibleSurfaces::PlaneDepth VisibleSurfaces::plane_depth(const RoomMesh& mesh, s
 }
 
 void VisibleSurfaces::trace_room_block(const PacketScene& room, int column, int row) {
-  RayBlock rays;
-  HitBlock hits;
+  RayPacket16 rays;
+  RayHits16 hits;
   const int x0 = column * kBlockSide, y0 = row * kBlockSide;
   for (int k = 0; k < kLanes; ++k)
     aim(rays, k, static_cast<float>(x0 + k % kBlockSide), static_cast<float>(y0 + k / kBlockSide));

@@ -101,7 +101,7 @@ private:
   std::size_t block_index(int column, int row) const {
     return static_cast<std::size_t>(row) * block_columns() + column;
   }
-  void aim(RayBlock& rays, int lane, float x, float y) const;
+  void aim(RayPacket16& rays, int lane, float x, float y) const;
   /// The inverse depth of a plane is linear in the picture.
   struct PlaneDepth {
     float constant = 0.0f, per_x = 0.0f, per_y = 0.0f;

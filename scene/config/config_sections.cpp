@@ -88,7 +88,6 @@ void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects) {
 void read_light(TomlSection root, RunConfig& config) {
   root.read("samples", config.light_samples, {1, 4096});
   root.read("indirect_shadow", config.indirect_shadow);
-  root.renamed("room_change", "indirect_shadow");
   root.finish();
 }
 

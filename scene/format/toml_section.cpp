@@ -332,8 +332,7 @@ void TomlSection::finish() {
     const std::string name(key.str());
     if (known_.contains(name))
       continue;
-    const auto now = renamed_.find(name);
-    const std::string near = now != renamed_.end() ? now->second : closest_word(name, words);
+    const std::string near = closest_word(name, words);
     file_->report(key.source().begin.line,
                   fmt::format("unknown key '{}'{}", where(name),
                               near.empty() ? fmt::format("; known here: {}", fmt::join(words, ", "))

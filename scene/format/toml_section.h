@@ -4,7 +4,6 @@
 // unknown one. All problems of a file are collected and reported together.
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <set>
 #include <span>
@@ -83,8 +82,6 @@ public:
   TomlSection section_if_table(const std::string& key);      ///< absent when `key` is no table
   std::vector<TomlSection> sections(const std::string& key); ///< [[key]]
 
-  /// An unknown key `old` is answered with `key`.
-  void renamed(const std::string& old, const std::string& key) { renamed_[old] = key; }
   /// Reports every key that was not read. Call once, last.
   void finish();
 
@@ -93,7 +90,6 @@ private:
   const toml::table* table_;
   std::string name_;
   std::set<std::string> known_;
-  std::map<std::string, std::string> renamed_;
 
   const toml::node* find(const std::string& key);
   template <class T>

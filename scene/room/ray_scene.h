@@ -27,6 +27,13 @@ struct alignas(64) RayPacket16 {
   float org_x[16], org_y[16], org_z[16], tnear[16];
   float dir_x[16], dir_y[16], dir_z[16];
   float tfar[16];
+
+  void set(std::size_t ray, const glm::vec3& origin, const glm::vec3& direction, float near, float far) {
+    org_x[ray] = origin.x, org_y[ray] = origin.y, org_z[ray] = origin.z;
+    dir_x[ray] = direction.x, dir_y[ray] = direction.y, dir_z[ray] = direction.z;
+    tnear[ray] = near, tfar[ray] = far;
+  }
+  glm::vec3 direction(std::size_t ray) const { return {dir_x[ray], dir_y[ray], dir_z[ray]}; }
 };
 
 /// First hits of a packet; `triangle`, `distance`, `u`, `v` as in RayHit.

@@ -58,18 +58,11 @@ void combine_cluster(const CompactFactors& factors, const ClusterOffsets& at, co
     result[factors.probe[at.probe + p]] = sum[p];
 }
 
-/// The clusters for which `is_wanted` holds.
-template <class IsWanted>
-void combine_clusters(const CompactFactors& factors, std::span<const Rgb> light, std::span<std::array<Rgb, 9>> result,
-                      const IsWanted& is_wanted) {
+void combine_clusters(const CompactFactors& factors, std::span<const Rgb> light, std::span<std::array<Rgb, 9>> result) {
   const std::vector<ClusterOffsets> at = cluster_offsets(factors);
-  parallel_for(std::size_t{0}, factors.cluster.size(), [&](std::size_t b) {
-    if (is_wanted(std::span(factors.probe).subspan(at[b].probe, factors.cluster[b].probes)))
-      combine_cluster(factors, at[b], factors.cluster[b], light, result);
-  });
+  parallel_for(std::size_t{0}, factors.cluster.size(),
+               [&](std::size_t b) { combine_cluster(factors, at[b], factors.cluster[b], light, result); });
 }
-
-constexpr auto kAll = [](std::span<const std::uint32_t>) { return true; };
 
 Error broken(const char* what) {
   return {ErrorCode::file_malformed, what, "compact basis", "bake it again with daylit-precompute"};
@@ -105,23 +98,12 @@ std::vector<ClusterOffsets> cluster_offsets(const CompactFactors& factors) {
 void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result,
              std::span<Band4Rgb> band4) {
   const std::vector<Rgb> light = light_on_sources(basis, region_radiance);
-  combine_clusters(basis.nine, light, result, kAll);
+  combine_clusters(basis.nine, light, result);
   if (!band4.empty())
-    combine_clusters(basis.band4, light, band4, kAll);
+    combine_clusters(basis.band4, light, band4);
 }
 
 /// A cluster is combined as a whole: its probes share the amplitudes.
-void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<const std::uint32_t> wanted,
-                std::span<Sh9Rgb> result) {
-  std::vector<std::uint8_t> is_wanted(result.size(), 0);
-  for (const std::uint32_t p : wanted)
-    is_wanted[p] = 1;
-  combine_clusters(basis.nine, light_on_sources(basis, region_radiance), result,
-                   [&](std::span<const std::uint32_t> probes) {
-                     return std::ranges::any_of(probes, [&](std::uint32_t p) { return is_wanted[p] != 0; });
-                   });
-}
-
 namespace {
 
 bool all_finite(const std::vector<float>& list) {

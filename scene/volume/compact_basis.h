@@ -84,10 +84,6 @@ std::vector<ClusterOffsets> cluster_offsets(const CompactFactors& factors); ///<
 void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<Sh9Rgb> result,
              std::span<Band4Rgb> band4 = {});
 
-/// The same bits at the probes of the clusters that hold `wanted`; others are left alone. Reads only what these need.
-void combine_at(const CompactBasis& basis, std::span<const Rgb> region_radiance, std::span<const std::uint32_t> wanted,
-                std::span<Sh9Rgb> result);
-
 /// Sizes agree, indices are in range, numbers are finite.
 Result<void> check_compact(const CompactBasis& basis, int regions, std::size_t probes);
 

@@ -42,7 +42,7 @@ TEST(PacketScene, rays_meet_of_a_moved_or_transformed_mesh_what_they_meet_of_one
   EXPECT_FALSE(moved->move(std::span(points).first(20)));
   int met = 0;
   for (int row = 0; row < 40; ++row) {
-    RayBlock rays{};
+    RayPacket16 rays{};
     for (int k = 0; k < kLanes; ++k) {
       rays.org_x[k] = 0.35f + 0.05f * static_cast<float>(k);
       rays.org_y[k] = -1.05f + 0.025f * static_cast<float>(row);
@@ -51,7 +51,7 @@ TEST(PacketScene, rays_meet_of_a_moved_or_transformed_mesh_what_they_meet_of_one
       rays.dir_z[k] = -2.0f; // not unit: distances are in its length
       rays.tfar[k] = 10.0f;
     }
-    HitBlock a, b;
+    RayHits16 a, b;
     built->closest(0xFFFFu, rays, a);
     const LaneMask all = built->occluded(0xFFFFu, rays);
     for (const PacketScene* other : {&*moved, &*transformed}) {

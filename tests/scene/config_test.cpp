@@ -137,13 +137,6 @@ TEST_F(ConfigTest, unknown_section_names_line_and_suggestion) {
   EXPECT_NE(c.error().message().find("did you mean 'light'"), std::string::npos) << c.error().message();
 }
 
-TEST_F(ConfigTest, a_key_that_was_renamed_is_answered_with_its_new_name) {
-  const auto c = run(replaced(kRun, "samples = 128", "samples = 128\nroom_change = true"));
-  ASSERT_FALSE(c);
-  EXPECT_NE(c.error().message().find("room_change', did you mean 'indirect_shadow'"), std::string::npos)
-      << c.error().message();
-}
-
 TEST_F(ConfigTest, all_problems_are_reported_together) {
   auto text = replaced(kRun, "samples = 128", "samples = -3");
   text = replaced(text, "scale = 2.0", "scale = nan");
