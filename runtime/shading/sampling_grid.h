@@ -39,7 +39,7 @@ public:
     bool is_known = false;
     bool is_between = false; ///< grid points on all sides are valid for the point
   };
-  /// Bilinear between the corners of the pixel's block that lie on its smooth piece of surface; not known where they
+  /// Bilinear between the corners of the pixel's block that lie on its smooth part of the surface; not known where they
   /// differ too much in any channel.
   Interpolated interpolate(Layer layer, int x, int y, const glm::vec3& position, const glm::vec3& normal) const;
   /// Adds to a lane's hints what the evaluated points around say. How they are turned does not matter here, only what

@@ -15,7 +15,7 @@ public:
   BlockShader(const SamplingGrid& grid, const RayVisibility& visibility, std::span<const std::uint8_t> receives,
               const TracedScene& scene, const VisibleSurfaces& view, RenderedFrame& frame);
   void shade(int column, int row);
-  /// Shades what is left. Call at the end of each row of blocks: what shares a packet must not depend on threads.
+  /// Shades what is left. Call at the end of each row of blocks: which points form a packet must not depend on threads.
   void finish_row();
   std::uint64_t rays() const { return rays_; }
 
