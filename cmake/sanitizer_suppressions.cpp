@@ -11,6 +11,7 @@ extern "C" const char* __tsan_default_suppressions() {
   return "race:libOSMesa.so\n"
          "called_from_lib:libOSMesa.so\n"
          "called_from_lib:libtbb.so\n"
+         "race:libembree3.so\n"
          "called_from_lib:libembree3.so\n"
          "called_from_lib:libopencv_core.so\n"
          "called_from_lib:libopenblas.so\n";
