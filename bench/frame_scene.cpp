@@ -10,10 +10,10 @@
 #include "scene/image/image_formats.h"
 #include "scene/room/room_formats.h"
 #include "scene/volume/volume_file.h"
-#include "simulate/marker_board.h"
 #include "simulate/picture.h"
 #include "simulate/sample_scene.h"
 #include "simulate/teapot.h"
+#include "simulate/trace_scene.h"
 
 namespace daylit::bench {
 

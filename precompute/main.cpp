@@ -9,17 +9,54 @@
 #include <CLI/CLI.hpp>
 
 #include "precompute/adaptive_sky.h"
-#include "precompute/check_command.h"
 #include "precompute/checkpoint.h"
 #include "precompute/planned_bake.h"
 #include "precompute/probes.h"
+#include "precompute/room_check.h"
 #include "precompute/room_frame.h"
 #include "scene/core/checksum.h"
+#include "scene/core/program.h"
 #include "scene/volume/volume_file.h"
 
 namespace {
 
 using namespace daylit;
+
+/// `daylit-precompute check ROOM [--up y|z] [--json] [--quiet]`: arguments from "check" on; the exit code of the
+/// program (0 the room can be baked, 1 it cannot, 2 usage). The report goes to stdout.
+int check_command(int argc, char** argv) {
+  std::filesystem::path room;
+  std::string up = "z";
+  bool json = false, quiet = false;
+  int threads = 0;
+  CLI::App app{"Says what a bake would find in a room: openings, materials, faces, size, cost.\n"
+               "Example: daylit-precompute check room.obj",
+               "daylit-precompute check"};
+  app.add_option("ROOM", room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
+  app.add_option("--up", up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
+  app.add_option("--threads", threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  app.add_flag("--quiet", quiet, "only the exit code and the error");
+  app.add_flag("--json", json, "the report as one JSON object");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitDone : kExitUsage;
+  }
+  watch_for_interrupt();
+  return run_program("daylit-precompute check", json, [&]() -> Result<void> {
+    set_thread_count(threads);
+    const Result<precompute::RoomCheck> check = precompute::check_room(room, up == "y" ? UpAxis::y : UpAxis::z);
+    if (!check)
+      return check.error();
+    if (json)
+      std::printf("%s\n", to_json(*check).c_str());
+    else if (!quiet)
+      std::fputs(to_text(*check).c_str(), stdout);
+    if (check->problem)
+      return *check->problem;
+    return {};
+  });
+}
 
 struct Arguments {
   std::filesystem::path room, output, points;
@@ -206,10 +243,10 @@ std::string content_arguments(int argc, char** argv) {
 
 } // namespace
 
-/// Options of a bake; `check` has its own (check_command.cpp).
+/// Options of a bake; `check` has its own (check_command).
 int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "check")
-    return precompute::check_command(argc - 1, argv + 1);
+    return check_command(argc - 1, argv + 1);
   Arguments a;
   a.command_line = content_arguments(argc, argv);
   CLI::App app{"Computes the basis irradiance volume of a room.\n"

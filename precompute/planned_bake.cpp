@@ -1,11 +1,59 @@
 #include "precompute/planned_bake.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
 #include "precompute/adaptive_sky.h"
+#include "precompute/cost_model.h"
+#include "precompute/detail/text_format.h"
+#include "precompute/probes.h"
 #include "precompute/room_frame.h"
 
 namespace daylit::precompute {
 
 namespace {
+
+using detail::format;
+
+/// Where the probes are: given points, a counted grid, or a spacing.
+std::string where(const Plan& plan) {
+  const BakeOptions& o = plan.options;
+  if (!o.points.empty())
+    return format("%zu given points", o.points.size());
+  const bool graded = is_graded(o.density);
+  if (o.grid.x > 0)
+    return format("%d x %d x %d%s probes", o.grid.x, o.grid.y, o.grid.z, graded ? " graded" : "");
+  return format(graded ? "probes %.3g m apart in the mean" : "probes at most %.3g m apart", o.spacing_m);
+}
+
+std::string facets(const Plan& plan) {
+  return plan.options.facet_edge_m > 0 ? format("facets up to %.3g m", plan.options.facet_edge_m)
+                                       : format("%d facets", plan.options.target_facets);
+}
+
+constexpr double kClearlyFiner = 1.8; ///< ratio of facets from which a difference shows an error
+
+/// Facets of the model that the mesh of the report is worth, with its elements.
+double facets_of(const BakeReport& report) {
+  const double elements_per_patch =
+      static_cast<double>(report.elements) / static_cast<double>(std::max<std::size_t>(report.patches, 1));
+  const auto facets = static_cast<double>(report.facets);
+  return equivalent_facets(facets, elements_per_patch * facets);
+}
+
+/// Richardson: with an error e ~ facets^-a, the difference of two meshes is e (ratio^a - 1), e the finer mesh's error.
+/// Against the finest calibration mesh that is clearly coarser; on a mesh no finer than any, the model decides.
+double estimated_mesh_error(const CalibrationBake& calibration, const BakeReport& report) {
+  const double facets = facets_of(report);
+  for (const CalibrationMesh* mesh : {&calibration.fine, &calibration.coarse}) {
+    const double ratio = facets / static_cast<double>(std::max<std::size_t>(mesh->facets, 1));
+    if (ratio > kClearlyFiner)
+      return mesh_difference(mesh->audit, report.audit) / (std::pow(ratio, kCostModel.mesh_exponent) - 1.0);
+  }
+  return mesh_error(calibration, facets);
+}
 
 /// The records of a repeated bake, in the same file beside those of the first.
 class RepeatedStore final : public radiosity::WorkStore {
@@ -40,6 +88,39 @@ Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const 
 
 } // namespace
 
+/// Carries the measured errors back to the settings of the calibration bake by the same powers that predicted them.
+CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report) {
+  CalibrationBake better = calibration;
+  const double facets = facets_of(report);
+  better.mesh_error = estimated_mesh_error(calibration, report) *
+                      std::pow(facets / static_cast<double>(calibration.fine.facets), kCostModel.mesh_exponent);
+  if (!plan.options.points.empty())
+    return better;
+  const glm::ivec3 count =
+      plan.options.grid.x > 0 ? plan.options.grid : grid_size(calibration.bounds, plan.options.spacing_m);
+  const double back =
+      std::pow(calibration.spacing_m / mean_spacing(calibration.bounds, count), kCostModel.grid_exponent);
+  better.grid_error = back * without_noise(report.audit.smooth(&SkyError::grid_part), plan.options.gather_rays);
+  better.grid_sun = back * without_noise(report.audit.sun(&SkyError::grid_part), plan.options.gather_rays);
+  return better;
+}
+
+/// total^2 = volume^2 + mesh^2: the audit compares with the same mesh, so it cannot see the error of the mesh.
+Measured measured_error(const CalibrationBake& calibration, const BakeReport& report) {
+  Measured m;
+  m.mesh = estimated_mesh_error(calibration, report);
+  m.volume = report.audit.smooth(&SkyError::total);
+  m.total = std::hypot(m.volume, m.mesh);
+  m.irradiance = std::hypot(report.audit.smooth(&SkyError::irradiance), m.mesh);
+  const double sun = report.audit.sun(&SkyError::total);
+  m.sun = sun > 0 ? std::hypot(sun, m.mesh) : 0.0;
+  m.points = report.audit.points.size();
+  for (const SkyError& s : report.audit.sky)
+    if (!s.is_sun && s.total >= m.volume)
+      m.worst_sky = s.sky;
+  return m;
+}
+
 /// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce) {
@@ -71,6 +152,62 @@ Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& reque
   if (const Result<void> baked = bake_plan(room, again ? &*again : nullptr, progress, out); !baked)
     return baked.error();
   return out;
+}
+
+/// Errors in per cent of the coefficients, nrms.
+std::string to_text(const Plan& plan) {
+  const Prediction& p = plan.predicted;
+  std::string text = format("plan       for %.3g %%: %s, %s, %s, %.0f visibility rays, %d rays per probe\n",
+                            100 * plan.max_error, facets(plan).c_str(), where(plan).c_str(), plan.regions.c_str(),
+                            plan.options.visibility_rays, plan.options.gather_rays);
+  text += format("predicted  %.2f %% (mesh %.2f, probes %.2f, sky %.2f)", 100 * p.total, 100 * p.mesh, 100 * p.grid,
+                 100 * p.sky);
+  if (p.sun > 0)
+    text += format(", a small sun %.1f %%", 100 * p.sun);
+  return text + format("; %.1f s, %.1f MB\n", p.seconds, p.bytes / 1e6);
+}
+
+/// The measured error beside the target, with a warning where it is above.
+std::string to_text(const Plan& plan, const Measured& m) {
+  std::string text = format(
+      "measured   %.2f %% (mesh %.2f estimated, volume %.2f) at %zu points and the worst of 5 smooth skies (%s) that "
+      "the bake did not use\n",
+      100 * m.total, 100 * m.mesh, 100 * m.volume, m.points, m.worst_sky.c_str());
+  text += format("           as irradiance %.2f %%, beside what nine coefficients leave out (0.8 to 1 %%)",
+                 100 * m.irradiance);
+  if (m.sun > 0)
+    text += format("; under a small sun %.1f %%", 100 * m.sun);
+  text += "\n";
+  if (m.total > plan.max_error)
+    text += format("warning    the measured error is above the %.3g %% that were wanted\n", 100 * plan.max_error);
+  if (m.sun > 2 * plan.max_error)
+    text += format("note       under a small sun the error is above twice that\n");
+  return text;
+}
+
+std::string to_json(const PlannedBake& bake, bool times) {
+  const BakeOptions& o = bake.plan.options;
+  const Prediction& p = bake.plan.predicted;
+  const Measured& m = bake.measured;
+  auto j = nlohmann::ordered_json::parse(to_json(bake.report, times));
+  j["plan"] = {{"max_error", bake.plan.max_error},
+               {"regions", bake.plan.regions},
+               {"target_facets", o.target_facets},
+               {"facet_edge_m", o.facet_edge_m},
+               {"spacing_m", o.spacing_m},
+               {"graded", is_graded(o.density)},
+               {"visibility_rays", o.visibility_rays},
+               {"gather_rays", o.gather_rays},
+               {"compact_error", o.compact_error},
+               {"precision", bake.plan.precision == BasisPrecision::float16 ? "float16" : "float32"},
+               {"repeated", bake.repeated}};
+  j["predicted"] = {{"error", p.total}, {"mesh", p.mesh}, {"probes", p.grid},
+                    {"sky", p.sky},     {"sun", p.sun},   {"bytes", p.bytes}};
+  if (times)
+    j["predicted"]["seconds"] = p.seconds;
+  j["measured"] = {{"error", m.total}, {"mesh", m.mesh},           {"volume", m.volume}, {"irradiance", m.irradiance},
+                   {"sun", m.sun},     {"worst_sky", m.worst_sky}, {"points", m.points}};
+  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 } // namespace daylit::precompute

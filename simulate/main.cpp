@@ -3,10 +3,8 @@
 #include <CLI/CLI.hpp>
 
 #include "scene/core/program.h"
-#include "simulate/compare_command.h"
-#include "simulate/irradiance_command.h"
+#include "simulate/commands.h"
 #include "simulate/simulate_command.h"
-#include "simulate/sky_command.h"
 
 namespace {
 

@@ -3,21 +3,80 @@
 // What paths are traced through: the reflecting surfaces of a room (and a printed marker board in it), an object that
 // may or may not stand there, the openings, and the light outside. Local coordinates are RayScene's: room.origin().
 
+#include <array>
+#include <cstdint>
+#include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "scene/config/config.h"
 #include "scene/core/result.h"
+#include "scene/image/rgb_image.h"
 #include "scene/model/object_mesh.h"
 #include "scene/room/ray_scene.h"
 #include "scene/room/room.h"
+#include "scene/sky/sky_image.h"
+#include "scene/sky/sky_model.h"
 #include "simulate/aperture_sampler.h"
-#include "simulate/marker_board.h"
-#include "simulate/sky_light.h"
 
 namespace daylit {
+
+/// Number 23 of the dictionary DICT_6X6_250 (Garrido-Jurado et al. 2014): six rows of six cells, top row first, most
+/// significant bit left, 1 = white. Around them a black border of one cell.
+extern const std::array<std::uint8_t, 6> kMarker23;
+
+/// A printed ArUco marker as a surface: a white sheet with one marker in its middle.
+struct MarkerBoard {
+  glm::dmat4 world_from_board{1.0}; ///< origin in the middle of the marker; x right, y up, z out of the board
+  double marker_size_m = 0.1;       ///< outer side of the black border
+  double margin_m = 0.025;          ///< white sheet around it
+  float white_reflectance = 0.8f, black_reflectance = 0.04f;
+
+  /// At the pose, of the size and with the white of the configuration; a margin of a quarter of the marker.
+  static MarkerBoard printed(const MarkerConfig& marker);
+  double half_side_m() const { return 0.5 * marker_size_m + margin_m; }
+  /// Corners of the sheet, counter-clockwise seen from the front, world metres.
+  std::array<glm::dvec3, 4> corners() const;
+  /// Printed reflectance at a world point on the sheet.
+  Rgb reflectance(const glm::dvec3& world_point) const;
+};
+
+struct SpotSample {
+  glm::vec3 direction{0.0f};
+  float density = 0.0f; ///< per sr
+};
+
+/// The distant light that paths end in: an analytic sky with its sun as a light of its own, or a sky image whose small
+/// bright spots (a sun, its surroundings) can be sampled. Immutable, shared by threads.
+class SkyLight {
+public:
+  explicit SkyLight(const SkyModel& model);
+  explicit SkyLight(std::shared_ptr<const SkyImage> image);
+
+  /// Everything but sun().
+  Rgb radiance(const glm::vec3& unit_direction) const;
+  /// The sun of an analytic sky. An image keeps its sun in radiance().
+  const std::optional<SunDisc>& sun() const { return sun_; }
+
+  /// Texels brighter than kSpotContrast times the mean, chosen by their power. None in an even sky.
+  bool has_spots() const { return !spot_texel_.empty(); }
+  std::optional<SpotSample> sample_spot(const glm::vec2& u) const;
+  float spot_density(const glm::vec3& unit_direction) const;
+
+  static constexpr float kSpotContrast = 8.0f;
+
+private:
+  std::variant<AnalyticSky, std::shared_ptr<const SkyImage>> source_;
+  std::optional<SunDisc> sun_;
+  std::vector<std::uint32_t> spot_texel_;
+  std::vector<double> spot_cdf_;     ///< cumulative power, last = 1
+  std::vector<float> texel_density_; ///< per texel, per sr; empty when there is no spot
+};
 
 struct SurfacePoint {
   glm::vec3 position{0.0f};         ///< local

@@ -6,7 +6,6 @@
 
 #include <Imath/half.h>
 
-#include "precompute/detail/random_signs.h"
 #include "scene/core/parallel.h"
 
 namespace daylit::precompute::detail {

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/common.hpp>
+
 #include "radiosity/detail/cluster_tree.h"
 #include "radiosity/surface_mesh.h"
 
@@ -13,7 +15,18 @@ namespace daylit::radiosity {
 
 class NearFacets {
 public:
-  explicit NearFacets(const SurfaceMesh& mesh);
+  explicit NearFacets(const SurfaceMesh& mesh) {
+    for (const Facet& p : mesh.facets)
+      box_[0].push_back({glm::min(p.corner[0], glm::min(p.corner[1], p.corner[2])),
+                         glm::max(p.corner[0], glm::max(p.corner[1], p.corner[2]))});
+    for (std::size_t level = 1; level < 3; ++level)
+      for (std::uint32_t k = 0; k * kRun < box_[level - 1].size(); ++k) {
+        Box all = box_[level - 1][k * kRun];
+        for (std::uint32_t i = k * kRun; i < end(level, k); ++i)
+          all = {glm::min(all.lo, box_[level - 1][i].lo), glm::max(all.hi, box_[level - 1][i].hi)};
+        box_[level].push_back(all);
+      }
+  }
 
   /// Calls visit(facet) for every facet whose box is at most `reach_m` from that of `facet`; stops when it says false.
   template <class Visit>

@@ -6,7 +6,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "radiosity/detail/pair_sides.h"
+#include "radiosity/detail/pair_lanes.h"
 
 namespace daylit::radiosity {
 

@@ -9,7 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/detail/pair_kernel.h"
-#include "radiosity/detail/pair_rays.h"
+#include "radiosity/detail/pair_lanes.h"
 #include "radiosity/polygon_kernel.h"
 #include "scene/room/ray_scene.h"
 

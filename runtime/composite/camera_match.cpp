@@ -9,7 +9,7 @@
 
 #include "scene/core/parallel.h"
 
-#include "runtime/composite/threshold.h"
+#include "runtime/composite/change_picture.h"
 
 namespace daylit {
 

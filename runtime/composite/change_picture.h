@@ -13,10 +13,62 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/composite/view_corners.h"
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "runtime/base/render_camera.h"
 #include "runtime/indirect/indirect_shadow.h"
+#include "runtime/picture/picture_renderer.h"
+#include "scene/image/rgb_image.h"
+#include "scene/room/ray_scene.h"
 
 namespace daylit {
+
+/// Less of a pixel than this shows no object: half a code value of 255.
+constexpr float kLeastCoverage = 1.0f / 510.0f;
+
+/// |after - before| > threshold max(|before|, |after|) in some channel.
+inline bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
+  const glm::bvec3 differs =
+      glm::greaterThan(glm::abs(after - before), threshold * glm::max(glm::abs(before), glm::abs(after)));
+  return differs.x | differs.y | differs.z; // no branch: it would be guessed wrong at every faint edge
+}
+
+/// The point of the room in a pixel.
+struct ViewPoint {
+  bool seen = false; ///< false: the pixel shows no surface
+  std::uint32_t triangle = 0;
+  glm::dvec3 position{0.0}, direction{0.0}; ///< world; of the ray from the camera
+};
+
+/// The room as a camera sees it at the corners of blocks of pixels: what light that changes slowly is looked up for.
+/// Pixels are the photograph's. Keeps references to everything given.
+class ViewCorners {
+public:
+  static constexpr int kBlock = 8; ///< pixels on a side of a block
+
+  ViewCorners() = default;
+  /// `renderer`: may know what its pixels, relative to `origin`, show of the room; else rays are cast. May be null.
+  ViewCorners(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer,
+              const glm::dvec3& origin);
+
+  /// Through any pixel.
+  ViewPoint look(int x, int y) const;
+  int columns() const { return columns_; } ///< of blocks; corners are one more each way
+  int rows() const { return rows_; }
+  std::size_t index(int column, int row) const { return static_cast<std::size_t>(row) * (columns_ + 1) + column; }
+  /// By index.
+  const std::vector<ViewPoint>& corners() const { return corners_; }
+  bool distorted() const { return !camera_->drawn_position.empty(); }
+
+private:
+  const RenderCamera* camera_ = nullptr;
+  const RayScene* rays_ = nullptr;
+  const PictureRenderer* renderer_ = nullptr;
+  glm::dvec3 origin_{0.0}; ///< of the renderer's points
+  int columns_ = 0, rows_ = 0;
+  std::vector<ViewPoint> corners_;
+};
 
 /// At the room's point in a pixel: change of irradiance, and irradiance without objects, sun included.
 struct PixelChange {

@@ -10,7 +10,7 @@
 
 #include "runtime/base/photo_scale.h"
 #include "runtime/base/render_camera.h"
-#include "runtime/indirect/room_point.h"
+#include "runtime/indirect/room_light.h"
 #include "runtime/picture/picture_renderer.h"
 #include "scene/image/rgb_image.h"
 

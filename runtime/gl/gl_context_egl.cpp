@@ -105,4 +105,10 @@ Result<std::unique_ptr<GlContext>> create_egl_context() {
   return last;
 }
 
+Result<std::unique_ptr<GlContext>> create_gl_context(GlBackend backend) {
+  if (backend == GlBackend::window)
+    return create_window_context();
+  return backend == GlBackend::osmesa ? create_osmesa_context() : create_egl_context();
+}
+
 } // namespace daylit

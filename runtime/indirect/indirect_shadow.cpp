@@ -11,8 +11,7 @@
 #include <glm/geometric.hpp>
 #include <tbb/concurrent_unordered_map.h>
 
-#include "runtime/indirect/indirect_feedback.h"
-#include "runtime/indirect/other_objects.h"
+#include "runtime/indirect/object_effects.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {

@@ -13,13 +13,21 @@
 
 #include <glm/vec3.hpp>
 
-#include "runtime/indirect/room_point.h"
 #include "runtime/object/relight.h"
 #include "runtime/sky/direct_light.h"
+#include "scene/image/rgb_image.h"
 #include "scene/room/ray_scene.h"
 #include "scene/volume/volume.h"
 
 namespace daylit {
+
+/// Light at a point of the room without the objects, for the ratio and the difference.
+struct RoomPoint {
+  Rgb indirect_irradiance{0.0f};
+  Rgb open_sky_irradiance{0.0f};   ///< unshadowed, through the apertures
+  Rgb sun_normal_irradiance{0.0f}; ///< of the sun as it arrives through its pane
+  Rgb reflectance{0.5f};
+};
 
 constexpr double kRoomLightCell_m = 0.08;
 

@@ -3,17 +3,37 @@
 // Which lights the objects take from sixteen points, and what is left, by rays: the exact twin of
 // gl/shaders/light_sums.glsl.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include <glm/vec3.hpp>
 
 #include "runtime/object/bounds.h"
 #include "runtime/shading/lane_kernels.h"
 #include "runtime/shading/visibility.h"
 #include "runtime/trace/packet_scene.h"
-#include "runtime/trace/shadow_bounds.h"
 
 namespace daylit {
+
+/// Which parts of the room can stand before the objects at all: most lights need no rays to find that none does.
+class ShadowBounds {
+public:
+  ShadowBounds() = default;
+  ShadowBounds(std::span<const glm::vec3> vertices, std::span<const std::array<std::uint32_t, 3>> triangles);
+
+  /// False when no ray that starts in the sphere and runs along the unit direction w meets a triangle. Conservative.
+  bool may_block(const glm::vec3& w, const glm::vec3& centre, float radius) const;
+
+private:
+  struct Triangle {
+    std::array<glm::vec3, 3> corners;
+    glm::vec3 centre{0.0f}; ///< of a sphere around it
+    float radius = 0.0f;
+  };
+  std::vector<Triangle> triangles_;
+};
 
 // Surfaces nearer than this to a point of the room are taken to be its own, metres.
 constexpr float kOwnSurface_m = 2e-4f;

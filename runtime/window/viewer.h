@@ -1,11 +1,25 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 
 #include "runtime/session/session.h"
 #include "scene/image/image_formats.h"
 
 namespace daylit {
+
+/// The times of the last frames as bars in the lower left corner of a picture.
+class FrameGraph {
+public:
+  static constexpr int kFrames = 120, kHeight_px = 60;
+  static constexpr double kTop_ms = 100.0, kLine_ms = 1000.0 / 30.0; ///< longest bar; drawn line
+
+  void add(double milliseconds);
+  void draw(Rgb8Image& picture) const;
+
+private:
+  std::deque<double> times_;
+};
 
 /// Shows the augmented picture in a window and lets the user turn the camera, drag objects and switch parts of the
 /// light, until the window is closed or `most_frames` were drawn (0: no end). `encode`: picture to what is

@@ -141,6 +141,24 @@ double shortest_step(const std::vector<WeatherRow>& rows) {
   return step;
 }
 
+/// Reads the rest of the lines, each that is not blank by `read_row`, which returns what is wrong with it.
+template <class ReadRow>
+Result<WeatherFile> with_rows(TextLines& lines, WeatherFile weather, const ReadRow& read_row) {
+  std::string_view line;
+  while (lines.next(line)) {
+    if (trimmed(line).empty())
+      continue;
+    WeatherRow row;
+    row.line = lines.number();
+    if (const auto problem = read_row(line, row))
+      return bad_line(weather.name, row.line, *problem);
+    weather.rows.push_back(row);
+  }
+  if (weather.rows.empty())
+    return bad_line(weather.name, lines.number(), "no rows of data");
+  return weather;
+}
+
 } // namespace
 
 Result<WeatherFile> parse_epw(const std::string& text, const std::string& name) {
@@ -167,18 +185,9 @@ Result<WeatherFile> parse_epw(const std::string& text, const std::string& name) 
   if (!per_hour)
     return bad_line(name, lines.number(), "no line DATA PERIODS");
   weather.step_h = 1.0 / *per_hour;
-  while (lines.next(line)) {
-    if (trimmed(line).empty())
-      continue;
-    WeatherRow row;
-    row.line = lines.number();
-    if (const auto problem = epw_row(fields<16>(line, ','), *per_hour, row))
-      return bad_line(name, row.line, *problem);
-    weather.rows.push_back(row);
-  }
-  if (weather.rows.empty())
-    return bad_line(name, lines.number(), "no rows of data");
-  return weather;
+  return with_rows(lines, std::move(weather), [&](std::string_view data, WeatherRow& row) {
+    return epw_row(fields<16>(data, ','), *per_hour, row);
+  });
 }
 
 Result<WeatherFile> parse_wea(const std::string& text, const std::string& name) {
@@ -187,20 +196,10 @@ Result<WeatherFile> parse_wea(const std::string& text, const std::string& name) 
   TextLines lines(text);
   if (const auto problem = wea_header(lines, weather))
     return bad_line(name, lines.number(), *problem);
-  std::string_view line;
-  while (lines.next(line)) {
-    if (trimmed(line).empty())
-      continue;
-    WeatherRow row;
-    row.line = lines.number();
-    if (const auto problem = wea_row(line, row))
-      return bad_line(name, row.line, *problem);
-    weather.rows.push_back(row);
-  }
-  if (weather.rows.empty())
-    return bad_line(name, lines.number(), "no rows of data");
-  weather.step_h = shortest_step(weather.rows);
-  return weather;
+  auto read = with_rows(lines, std::move(weather), wea_row);
+  if (read)
+    read->step_h = shortest_step(read->rows);
+  return read;
 }
 
 Result<WeatherFile> read_weather(const std::filesystem::path& path) {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "radiosity/detail/block_visibility.h"
-#include "radiosity/detail/exchange_plan.h"
+#include "radiosity/detail/exchange_tile.h"
 #include "radiosity/detail/low_rank.h"
 #include "radiosity/detail/pair_shadow.h"
 #include "radiosity/energy.h"

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/window/frame_graph.h"
 #include "runtime/window/view_control.h"
+#include "runtime/window/viewer.h"
 #include "test_scene.h"
 
 namespace daylit {

@@ -1,6 +1,5 @@
-#include "runtime/shading/light_hints.h"
+#include "runtime/shading/visibility.h"
 
-#include <algorithm>
 #include <bit>
 
 #include "runtime/shading/lane_kernels.h"
