@@ -5,12 +5,12 @@
 #include <vector>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_invoke.h>
 
 #include "radiosity/detail/low_rank.h"
 #include "radiosity/detail/pair_shadow.h"
 #include "radiosity/detail/pair_visibility.h"
 #include "radiosity/polygon_kernel.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::radiosity {
 
@@ -110,7 +110,7 @@ private:
         part[k] = plan(pairs[k][0], pairs[k][1], clear);
     };
     if (size >= kParallelSize)
-      tbb::parallel_invoke([&] { one(0); }, [&] { one(1); }, [&] { one(2); }, [&] { one(3); });
+      parallel_for(std::size_t{0}, pairs.size(), one);
     else
       for (std::size_t k = 0; k < pairs.size(); ++k)
         one(k);

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include <glm/geometric.hpp>
-#include <tbb/parallel_reduce.h>
 
 #include "runtime/base/orthonormal.h"
 #include "scene/core/parallel.h"
@@ -32,18 +31,14 @@ struct Peak {
 
 /// The brightest pixel of the field, the first of several.
 Peak find_peak(const std::vector<Rgb>& texels, const std::vector<glm::vec3>& directions) {
-  const tbb::blocked_range<std::size_t> all(0, texels.size(), kChunk);
-  return tbb::parallel_reduce(
-      all, Peak{},
-      [&](const tbb::blocked_range<std::size_t>& range, Peak peak) {
-        for (std::size_t i = range.begin(); i != range.end(); ++i)
-          if (const float l = luminance(texels[i]); l > peak.luminance && directions[i] != glm::vec3(0.0f))
-            peak = {l, i};
-        return peak;
-      },
-      [](const Peak& a, const Peak& b) {
-        return b.luminance > a.luminance || (b.luminance == a.luminance && b.pixel < a.pixel) ? b : a;
-      });
+  std::vector<Peak> peaks((texels.size() + kChunk - 1) / kChunk);
+  parallel_for(std::size_t{0}, peaks.size(), [&](std::size_t part) {
+    for (std::size_t i = part * kChunk; i < std::min((part + 1) * kChunk, texels.size()); ++i)
+      if (const float l = luminance(texels[i]); l > peaks[part].luminance && directions[i] != glm::vec3(0.0f))
+        peaks[part] = {l, i};
+  });
+  const auto brightest = std::ranges::max_element(peaks, {}, &Peak::luminance); // the first of equals
+  return brightest == peaks.end() ? Peak{} : *brightest;
 }
 
 /// Pixels within `angle` of the axis, ascending.
