@@ -26,7 +26,8 @@ inline thread_local bool in_parallel_loop = false; ///< nested loops run on the 
 }
 
 /// body(part) for parts of the range, at least a grain each, in any order and on any thread; returns when all are done.
-template <class Index, class Body> void parallel_for(const tbb::blocked_range<Index>& range, const Body& body) {
+template <class Index, class Body>
+void parallel_for(const tbb::blocked_range<Index>& range, const Body& body) {
   const std::size_t parts = (range.size() + range.grainsize() - 1) / range.grainsize();
   const std::size_t allowed = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   const std::size_t threads = detail::in_parallel_loop ? 1 : std::min({parts, allowed, std::size_t{4}});
@@ -47,7 +48,8 @@ template <class Index, class Body> void parallel_for(const tbb::blocked_range<In
 }
 
 /// body(i) for i in [first, last), as above.
-template <class Index, class Body> void parallel_for(Index first, Index last, const Body& body) {
+template <class Index, class Body>
+void parallel_for(Index first, Index last, const Body& body) {
   if (first < last)
     parallel_for(tbb::blocked_range<Index>(first, last), [&](const auto& range) {
       for (Index i = range.begin(); i != range.end(); ++i)

@@ -103,7 +103,6 @@ void combine(const CompactBasis& basis, std::span<const Rgb> region_radiance, st
     combine_clusters(basis.band4, light, band4);
 }
 
-/// A cluster is combined as a whole: its probes share the amplitudes.
 namespace {
 
 bool all_finite(const std::vector<float>& list) {
