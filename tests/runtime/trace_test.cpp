@@ -7,7 +7,6 @@
 #include "direct_reference.h"
 #include "runtime/composite/compose.h"
 #include "runtime/gl/renderer.h"
-#include "runtime/indirect/room_light.h"
 #include "runtime/trace/surface_points.h"
 #include "runtime/trace/traced_renderer.h"
 #include "test_scene.h"
@@ -300,87 +299,6 @@ TEST(OpenSky, many_points_at_once_agree_with_one_by_one) {
     const Rgb one = open_sky_irradiance(pyramid, cells, scene.object.positions[i], glm::dvec3(scene.object.normals[i]));
     ASSERT_NEAR(many[i].g, one.g, 1e-4f * brightest) << i;
   }
-}
-
-/// Probes every half metre in the box room; the light field grows along x and z.
-struct LitRoom {
-  BasisVolume volume;
-  LightField field;
-  LitRoom() : volume{} {
-    volume.partition = *SkyPartition::uniform(64);
-    volume.room = test::box_room();
-    volume.apertures = test::box_window();
-    ProbeSet& p = volume.probes;
-    p.is_grid = true;
-    p.count = {8, 10, 5};
-    p.spacing = glm::dvec3(0.5);
-    for (int k = 0; k < p.count.z; ++k)
-      for (int j = 0; j < p.count.y; ++j)
-        for (int i = 0; i < p.count.x; ++i) {
-          p.positions.emplace_back(0.25 + 0.5 * i, 0.25 + 0.5 * j, 0.25 + 0.5 * k);
-          p.valid.push_back(1);
-          Sh9Rgb light{};
-          light[0] = Rgb(static_cast<float>(1.0 + 0.2 * i + 0.1 * k));
-          field.probe.push_back(light);
-        }
-  }
-};
-
-TEST(RoomLight, kept_cells_agree_with_evaluation_at_each_point) {
-  LitRoom lit;
-  const auto sampler = LightFieldSampler::make(lit.volume);
-  ASSERT_TRUE(sampler) << sampler.error().message();
-  const RayScene rays = *RayScene::build(lit.volume.room);
-  const auto pyramid = sky_map_pyramid(test::overcast_sky());
-  const auto cells = aperture_cells(lit.volume.apertures, {{2, 3, 0.3}, 0.2}, pyramid);
-  RoomLight room(lit.volume.room, rays, *sampler);
-  room.set_frame(lit.field, pyramid, cells, {});
-  const glm::dvec3 eye(2.0, 1.0, 1.6);
-  double square = 0, mean = 0;
-  int count = 0;
-  for (int k = 0; k < 400; ++k) {
-    const glm::dvec3 w =
-        glm::normalize(glm::dvec3(std::sin(0.7 * k), 0.6 * std::cos(0.31 * k) + 0.4, -0.2 - 0.002 * k));
-    RayHit hit;
-    if (!rays.closest(rays.to_local(eye), glm::vec3(w), 0.0f, 100.0f, hit))
-      continue;
-    const glm::dvec3 x = eye + static_cast<double>(hit.distance) * w;
-    const RoomPoint kept = room.at_surface(hit.triangle, x, w), exact = room.evaluate(hit.triangle, x, w);
-    const auto total = [](const RoomPoint& p) {
-      return static_cast<double>(p.indirect_irradiance.g + p.open_sky_irradiance.g);
-    };
-    square += std::pow(total(kept) - total(exact), 2.0);
-    mean += total(exact);
-    ++count;
-  }
-  EXPECT_GT(count, 300);
-  EXPECT_GT(room.cells_kept(), 50u);
-  EXPECT_LT(std::sqrt(square / count) / (mean / count), 0.005);
-}
-
-TEST(RoomLight, a_new_sky_renews_what_was_kept) {
-  LitRoom lit;
-  const auto sampler = LightFieldSampler::make(lit.volume);
-  ASSERT_TRUE(sampler);
-  const RayScene rays = *RayScene::build(lit.volume.room);
-  SkyMap sky = test::overcast_sky();
-  const auto pyramid = sky_map_pyramid(sky);
-  for (Rgb& c : sky.radiance)
-    c *= 3.0f;
-  const auto brighter = sky_map_pyramid(sky);
-  const auto cells = aperture_cells(lit.volume.apertures, {{2, 3, 0.3}, 0.2}, pyramid);
-  RoomLight room(lit.volume.room, rays, *sampler);
-  const glm::dvec3 eye(2.0, 1.0, 1.6), down = glm::normalize(glm::dvec3(0.1, 1.0, -1.0));
-  room.set_frame(lit.field, pyramid, cells, {});
-  const float before = room.at(eye, down)->open_sky_irradiance.g;
-  room.set_frame(lit.field, brighter, cells, {});
-  EXPECT_NEAR(room.at(eye, down)->open_sky_irradiance.g, 3.0f * before, 1e-4f * before);
-  const auto fewer = aperture_cells(lit.volume.apertures, {{1, 2, 0.3}, 0.2}, brighter);
-  room.set_frame(lit.field, brighter, {}, {}, true);
-  EXPECT_EQ(room.at(eye, down)->open_sky_irradiance.g, 0.0f) << "the same sky through no window";
-  room.set_frame(lit.field, brighter, fewer, {}, true);
-  EXPECT_NEAR(room.at(eye, down)->open_sky_irradiance.g, 3.0f * before, 0.05f * before);
-  EXPECT_GT(before, 0.0f);
 }
 
 TEST(ObjectSurface, a_facet_that_just_faces_away_is_still_the_front) {
