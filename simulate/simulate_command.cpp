@@ -12,6 +12,7 @@
 
 #include "scene/config/config.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/output_file.h"
 #include "scene/image/image_formats.h"
 #include "scene/room/room_formats.h"
 #include "simulate/low_discrepancy.h"
@@ -90,6 +91,7 @@ RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& 
   run.sky.projection = "fisheye";
   run.sky.lens = "sky.yaml";
   run.sky.ground = {GroundFill::Kind::albedo, std::max(0.0f, config.sky_model.ground_albedo)};
+  run.marker.reset(); // the pose is known
   run.interior.image = "interior.exr";
   run.interior.lens = "interior.yaml";
   run.room_model = seen_from(folder, run.room_model);
@@ -106,6 +108,8 @@ struct Frame {
   RgbImage sky;
   InteriorPictures interior;
 };
+
+constexpr FileKind kConfigKind{"a configuration written by daylit-simulate", "# Written by daylit-simulate\n"};
 
 std::string frame_suffix(int number) { return number == 0 ? "" : fmt::format("_{:04}", number); }
 
@@ -140,7 +144,25 @@ Result<void> write_run_config(const SimulateConfig& config, const std::filesyste
   const std::string suffix = frame_suffix(number);
   for (auto* path : {&run.sky.image, &run.interior.image, &run.output.png, &run.output.exr, &run.output.mask})
     *path = path->stem().string() + suffix + path->extension().string();
-  return write_file_atomically(folder / ("CONFIG" + suffix + ".toml"), to_toml(run));
+  return write_file_atomically(folder / ("CONFIG" + suffix + ".toml"), std::string(kConfigKind.start) + to_toml(run));
+}
+
+/// All that write_frame(), write_run_config() and the lenses will write.
+Result<void> check_outputs(const SimulateArguments& a) {
+  for (int frame = 0; frame < a.frames; ++frame) {
+    const std::string suffix = frame_suffix(frame);
+    std::vector<std::pair<std::string, const FileKind*>> files = {{"CONFIG" + suffix + ".toml", &kConfigKind}};
+    for (const char* name : {"sky", "interior", "truth", "se", "mask"})
+      files.emplace_back(name + suffix + ".exr", &kExrKind);
+    for (const char* name : {"sky", "interior", "truth", "mask"})
+      files.emplace_back(name + suffix + ".png", &kPngKind);
+    for (const char* name : {"sky.yaml", "interior.yaml"})
+      files.emplace_back(name, &kLensKind);
+    for (const auto& [name, kind] : files)
+      if (const auto writable = check_output(a.folder / name, *kind, a.force); !writable)
+        return writable;
+  }
+  return {};
 }
 
 void report(const InteriorPictures& p, double seconds, bool json) {
@@ -182,7 +204,7 @@ Result<SimulateConfig> read_scene_config(const SimulateArguments& a) {
     return Error{ErrorCode::io, "cannot create the folder: " + ec.message(), a.folder.string(), ""};
   if (a.demo.empty())
     return read_simulate_config(a.scene);
-  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1]);
+  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1], a.force);
   if (!written)
     return written.error();
   return read_simulate_config(*written);
@@ -195,10 +217,12 @@ struct Moment {
 };
 
 Result<Moment> record(const SimulateConfig& config, const LensModel& sky_lens, const LensModel& interior_lens,
-                      const SimulateArguments& a, ProgressLine& line) {
+                      const SimulateArguments& a, bool first, ProgressLine& line) {
   const auto scene = build_scene(config);
   if (!scene)
     return scene.error();
+  if (const auto writable = first ? check_outputs(a) : Result<void>(); !writable) // what it reads is known now
+    return writable.error();
   auto sky = render_sky_frame(AnalyticSky(config.sky_model), sky_lens);
   if (!sky)
     return sky.error();
@@ -229,7 +253,8 @@ Result<void> run_simulate(const SimulateArguments& a) {
   for (int frame = 0; frame < a.frames; ++frame) {
     if (frame == 0 || config->moves()) {
       const double t = a.frames > 1 ? static_cast<double>(frame) / (a.frames - 1) : 0.0;
-      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, sky_lens, interior_lens, a, line);
+      auto recorded =
+          record(a.frames > 1 ? at_time(*config, t) : *config, sky_lens, interior_lens, a, frame == 0, line);
       if (!recorded)
         return recorded.error();
       moment.emplace(std::move(*recorded));

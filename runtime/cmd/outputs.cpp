@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "scene/image/resample.h"
 
@@ -55,6 +57,21 @@ Result<void> check_output_size(const OutputConfig& output, int width, int height
                  "size " + text(output.width_px, output.height_px) + " is more than " + std::to_string(kMostEnlarged) +
                      " times the picture's " + text(width, height),
                  "[output] size", "give a smaller size, or leave it out"};
+  return {};
+}
+
+Result<void> check_outputs(const OutputConfig& output, bool force) {
+  const std::pair<const std::filesystem::path*, const FileKind*> files[] = {
+      {&output.png, &kPngKind}, {&output.exr, &kExrKind}, {&output.mask, &kExrKind}};
+  std::set<std::filesystem::path> names;
+  for (const auto& [path, kind] : files) {
+    if (path->empty())
+      continue;
+    if (!names.insert(path->lexically_normal()).second)
+      return Error{ErrorCode::value_invalid, "two outputs have one name", path->string(), "give each its own"};
+    if (const auto writable = check_output(*path, *kind, force); !writable)
+      return writable;
+  }
   return {};
 }
 
