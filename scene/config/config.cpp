@@ -51,6 +51,8 @@ void read_sky_section(TomlSection sky, SkyConfig& config) {
     sky.problem("lens", "is only used with projection = \"fisheye\"");
   if (config.projection == "fisheye" && config.ground.kind == GroundFill::Kind::none)
     sky.problem("projection", "\"fisheye\" needs ground = { albedo = ... }: the lens does not see the whole sphere");
+  if (config.projection != "fisheye" && config.ground.kind != GroundFill::Kind::none)
+    sky.problem("ground", "has no effect: projection = \"" + config.projection + "\" shows the whole sphere");
   sky.finish();
 }
 
@@ -118,8 +120,7 @@ RunConfig read_sections(TomlSection& root, ConfigFile& file) {
   detail::read_marker(root.section("marker"), config.marker);
   detail::read_pose(root.section("pose"), config.world_from_camera);
   if (TomlSection room = root.section("room")) {
-    if (!room.read("model", config.room_model) && !room.has("model"))
-      room.problem("", "needs model, an OBJ or glTF file");
+    room.read("model", config.room_model);
     if (!room.read("volume", config.volume) && !room.has("volume"))
       room.problem("", "needs volume, made by daylit-precompute");
     room.finish();
@@ -143,6 +144,8 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
     file->report(1, "neither [marker] nor [pose]: the camera's pose is not known");
   if (config.interior.scale_from_marker && !config.marker)
     file->report(1, "[interior] scale = \"marker\" needs a [marker] section");
+  if (config.marker && config.world_from_camera && !config.interior.scale_from_marker)
+    root.problem("marker", "has no effect beside [pose]; keep one of them, or set [interior] scale = \"marker\"");
   if (config.objects.empty() && !root.has("object"))
     file->report(1, "no [[object]]: there is nothing to draw");
   if (auto error = file->error())
@@ -156,8 +159,8 @@ std::string to_toml(const RunConfig& c) {
   if (!c.sky.lens.empty())
     out += fmt::format("lens = {}\n", detail::quoted(c.sky.lens.string()));
   out += fmt::format("rotation = {}\n", detail::text(c.sky.rotation / kRadians));
-  out += c.sky.ground.kind == GroundFill::Kind::none ? "ground = \"none\"\n"
-                                                     : fmt::format("ground = {{ albedo = {} }}\n", c.sky.ground.albedo);
+  if (c.sky.ground.kind != GroundFill::Kind::none)
+    out += fmt::format("ground = {{ albedo = {} }}\n", c.sky.ground.albedo);
   out += fmt::format("\n[interior]\nimage = {}\nlens = {}\nresponse = {}\nscale = {}\n",
                      detail::quoted(c.interior.image.string()), detail::quoted(c.interior.lens.string()),
                      detail::quoted(c.interior.response),
@@ -172,8 +175,10 @@ std::string to_toml(const RunConfig& c) {
     out += fmt::format("noise = {{ floor = {}, photon = {}, relative = {} }}\n", detail::text(n.floor),
                        detail::text(n.photon), detail::text(n.relative));
   out += detail::marker_toml(c.marker) + detail::pose_toml(c.world_from_camera);
-  out += fmt::format("\n[room]\nmodel = {}\nvolume = {}\n", detail::quoted(c.room_model.string()),
-                     detail::quoted(c.volume.string()));
+  out += "\n[room]\n";
+  if (!c.room_model.empty())
+    out += fmt::format("model = {}\n", detail::quoted(c.room_model.string()));
+  out += fmt::format("volume = {}\n", detail::quoted(c.volume.string()));
   out += detail::objects_toml(c.objects);
   out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.light_samples, c.indirect_shadow);
   return out + detail::output_toml(c.output);

@@ -5,12 +5,12 @@
 // paths are relative to the file. Matrices are row-major in the file, flat or one array per row.
 //
 //   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
-//              ground = "none" | { albedo = 0.2 }
+//              ground = "none" | { albedo = 0.2 } (fisheye only: what the lens does not see)
 //   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix,
 //              blur_px, noise = relative deviation | { floor, photon, relative }
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
-//   [pose]     world_from_camera, or position and look_at
-//   [room]     model, volume
+//   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
+//   [room]     volume; model (optional): the volume must have been baked from it
 //   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
 //   [light]    samples, indirect_shadow = true | false
 //   [output]   png, exr, mask; size = [width, height], pixels: what is written is resampled to it by area, in linear
