@@ -55,7 +55,7 @@ struct RenderedFrame {
 class PictureRenderer {
 public:
   virtual ~PictureRenderer() = default;
-  virtual Result<void> set_camera(const RenderCamera& camera) = 0;
+  virtual Result<void> set_camera(const PinholeCamera& camera) = 0;
   virtual Result<void> set_objects(const ObjectSurface& objects) = 0;
   virtual Result<void> set_lights(const LightSet& lights) = 0;
   /// Per vertex: 1 where draw() will use its light. Call after set_camera() and set_objects().

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/base/photo_pixels.h"
 #include "runtime/composite/compose.h"
 #include "runtime/object/relight.h"
 #include "runtime/session/choose_renderer.h"
@@ -52,7 +53,7 @@ struct Frame {
 /// again. With 0 the pixels are compared with those of the frame before.
 struct FrameInput {
   const SkyImage& sky;
-  const RgbImage& photo; ///< linear
+  PhotoPixels photo;
   std::uint64_t sky_id = 0, photo_id = 0;
 };
 

@@ -132,7 +132,7 @@ struct TracedRenderer::State {
   RoomMesh mesh; ///< what `room` was built from
   std::vector<Aperture> apertures;
   std::size_t occluder_count = 0;
-  RenderCamera camera;
+  PinholeCamera camera;
   VisibleSurfaces view;
   PictureShader shader;
   bool has_camera = false, room_is_traced = false, objects_are_traced = false;
@@ -183,7 +183,7 @@ TracedRenderer::TracedRenderer(TracedRenderer&&) noexcept = default;
 TracedRenderer& TracedRenderer::operator=(TracedRenderer&&) noexcept = default;
 TracedRenderer::~TracedRenderer() = default;
 
-Result<void> TracedRenderer::set_camera(const RenderCamera& camera) {
+Result<void> TracedRenderer::set_camera(const PinholeCamera& camera) {
   State& s = *state_;
   if (s.has_camera && same_view(camera, s.camera))
     return {};

@@ -53,7 +53,7 @@ private:
 
 } // namespace
 
-std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const RenderCamera& camera,
+std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const PinholeCamera& camera,
                                                const glm::dvec3& origin, int side) {
   const int columns = (camera.width_px + side - 1) / side, rows = (camera.height_px + side - 1) / side;
   if (room.triangles.size() > kMostTriangles)
@@ -82,24 +82,16 @@ std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const Rende
   return marker.take();
 }
 
-void VisibleSurfaces::set_camera(const RenderCamera& camera, const glm::dvec3& origin) {
-  const bool same_size = camera.width_px == width_ && camera.height_px == height_;
-  if (same_size)
-    clear_objects();
+void VisibleSurfaces::set_camera(const PinholeCamera& camera, const glm::dvec3& origin) {
   width_ = camera.width_px;
   height_ = camera.height_px;
   camera_ = camera;
   origin_ = origin;
   rays_ = PixelRays(camera, origin);
   pixel_pitch_ = static_cast<float>(1.0 / std::max(camera.fx, camera.fy));
-  const std::size_t pixels = static_cast<std::size_t>(width_) * height_;
-  room_.resize(pixels);
-  if (!same_size) {
-    object_.assign(pixels, {});
-    edge_of_pixel_.assign(pixels, kNoEdge);
-    edges_.clear();
-  }
+  room_.resize(static_cast<std::size_t>(width_) * height_);
   object_box_ = {};
+  edges_.clear();
   blocks_.resize(static_cast<std::size_t>(block_columns()) * block_rows());
 }
 
