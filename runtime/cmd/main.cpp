@@ -73,14 +73,6 @@ Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, co
   return config;
 }
 
-Result<SkyImage> read_sky_of(const SkyConfig& sky) {
-  const std::string projection = sky.projection == "fisheye" ? "fisheye:" + sky.lens.string() : sky.projection;
-  const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
-  if (!parsed)
-    return parsed.error();
-  return read_sky(sky.image, *parsed, sky.ground);
-}
-
 void print_notes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes)
     std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
@@ -132,7 +124,7 @@ Result<void> run(const Options& options) {
   const RgbImage& photo = input->photo.linear;
   if (const auto fits = check_output_size(given->output, photo.width, photo.height); !fits)
     return fits;
-  auto sky = read_sky_of(given->sky);
+  auto sky = read_sky(given->sky);
   if (!sky)
     return sky.error();
   const auto config = resolve(*given, *input, *sky);
