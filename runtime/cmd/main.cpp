@@ -73,14 +73,6 @@ Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, co
   return config;
 }
 
-Result<SkyImage> read_sky_of(const SkyConfig& sky, std::vector<std::string>& notes) {
-  const std::string projection = sky.projection == "fisheye" ? "fisheye:" + sky.lens.string() : sky.projection;
-  const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
-  if (!parsed)
-    return parsed.error();
-  return read_sky(sky.image, *parsed, sky.ground, &notes);
-}
-
 void print_notes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes)
     std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
@@ -133,7 +125,7 @@ Result<void> run(const Options& options) {
   if (const auto fits = check_output_size(given->output, photo.width(), photo.height()); !fits)
     return fits;
   std::vector<std::string> sky_notes;
-  auto sky = read_sky_of(given->sky, sky_notes);
+  auto sky = read_sky(given->sky, &sky_notes);
   if (!sky)
     return sky.error();
   const auto config = resolve(*given, *input, *sky);
