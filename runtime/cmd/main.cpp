@@ -89,13 +89,12 @@ Result<const Frame*> draw(Session& session, const FrameInput& input) {
   return session.render(input);
 }
 
-/// The files are one picture: the same frame again and again. The last one is written.
-Result<void> draw_frames(const Options& options, Session& session, const SkyImage& sky, const Photograph& photo,
-                         const OutputConfig& output) {
+/// The files are one picture: the same frame again and again.
+Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo) {
   for (int k = 0; k < options.frames; ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));
-    const auto frame = draw(session, {sky, photo.pixels(), 1, 1});
+    const auto frame = draw(session, {sky, photo, 1, 1});
     if (!frame)
       return frame.error();
     const FrameReport& report = (*frame)->report;
@@ -105,10 +104,8 @@ Result<void> draw_frames(const Options& options, Session& session, const SkyImag
       std::printf("%s\n", to_json(report, k).dump().c_str());
     else if (!options.quiet)
       print_report(report, k);
-    if (k + 1 == options.frames)
-      return write_outputs(output, photo, (*frame)->composite);
   }
-  return {};
+  return std::move(session).take_composite();
 }
 
 Result<void> run(const Options& options) {
@@ -141,8 +138,10 @@ Result<void> run(const Options& options) {
   print_notes(sky_notes);
   print_notes(input->notes);
   print_notes(session->notes());
-  if (!options.window)
-    return draw_frames(options, *session, *sky, input->photo, config->output);
+  if (!options.window) {
+    const auto composite = draw_frames(options, std::move(*session), *sky, photo);
+    return composite ? write_outputs(config->output, input->photo, *composite) : composite.error();
+  }
   const auto view = [&](const RgbImage& picture) { return view_of(input->photo, picture); };
   return run_viewer(*session, *config, *sky, photo, view, options.frames > 1 ? options.frames : 0);
 }

@@ -236,6 +236,8 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   return &*s.frame;
 }
 
+Composite Session::take_composite() && { return std::move(state_->frame.beside().composite); }
+
 Result<void> Session::recreate_renderer() { return state_->start_renderer(); }
 
 const std::vector<std::string>& Session::notes() const { return state_->notes; }

@@ -90,6 +90,8 @@ public:
   /// The frame is the session's own and holds until the next call. Error: the picture has another size than announced;
   /// graphics failed.
   Result<const Frame*> render(const FrameInput& input);
+  /// Of the last frame; the session is spent, and its memory free when it goes.
+  Composite take_composite() &&;
 
   /// After render() has failed with ErrorCode::device (context lost, out of graphics memory): a new renderer for the
   /// same camera, objects and light. Error: it does not start either.
