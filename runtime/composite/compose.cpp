@@ -149,8 +149,8 @@ private:
     if (!plane)
       return std::nullopt;
     for (int y = block.y0; y < block.y1; ++y) {
-      const std::size_t first = drawn_.frame.index(block.x0, y);
-      for (std::size_t i = first; i < first + static_cast<std::size_t>(block.width()); ++i) {
+      for (int x = block.x0; x < block.x1; ++x) {
+        const std::size_t i = drawn_.frame.index(x, y);
         const std::uint32_t seen = drawn_.frame.surface[i].triangle;
         if (drawn_.frame.object[i].w >= kLeastCoverage || std::find(plane->begin(), plane->end(), seen) == plane->end())
           return std::nullopt;

@@ -196,6 +196,7 @@ Result<void> Renderer::State::read(RenderedFrame& frame) {
   for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
     pass->resize(pixels());
   frame.surface.resize(pixels());
+  frame.place.clear();
   const int columns = (frame.width_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock,
             rows = (frame.height_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock;
   frame.shows.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));

@@ -30,9 +30,8 @@ void VisibleSurfaces::trace_object_block(const PacketScene& objects, int x0, int
     if (!object_box_.contains(x, y))
       continue;
     lanes |= 1u << k;
-    const RoomHit& room = room_[pixel_index(x, y)];
-    if (room.triangle != kNoTriangle)
-      rays.tfar[k] = room.depth;
+    if (const RoomHit behind = room(x, y); behind.triangle != kNoTriangle)
+      rays.tfar[k] = behind.depth;
   }
   objects.closest(lanes, rays, hits);
   for (int k = 0; k < kLanes; ++k)
@@ -64,7 +63,7 @@ void VisibleSurfaces::find_edges(float apart_m) {
     for (int y = range.begin(); y != range.end(); ++y)
       for (int x = object_box_.x0; x < object_box_.x1; ++x)
         if (neighbours_differ(x, y, apart_m))
-          rows[static_cast<std::size_t>(y - object_box_.y0)].push_back(static_cast<std::uint32_t>(pixel_index(x, y)));
+          rows[static_cast<std::size_t>(y - object_box_.y0)].push_back(static_cast<std::uint32_t>(y * width_ + x));
   });
   for (const auto& row : rows)
     for (const std::uint32_t pixel : row) {
@@ -96,7 +95,7 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
     const float x = static_cast<float>(px) + kSampleX[s], y = static_cast<float>(py) + kSampleY[s];
     aim(rays, k, x, y);
     room_hits.triangle[k] = kNoTriangle;
-    const std::uint32_t triangle = room_[pixel_index(px, py)].triangle;
+    const std::uint32_t triangle = this->room(px, py).triangle;
     if (!is_plain(px / kBlockSide, py / kBlockSide))
       lanes |= 1u << k;
     else if (triangle != kNoTriangle) {

@@ -73,10 +73,15 @@ public:
   int block_rows() const { return (height_ + kBlockSide - 1) / kBlockSide; }
   const BlockBound& block(int column, int row) const { return blocks_[block_index(column, row)]; }
   /// The block shows one plane of the room, and so do the first pixels of the next blocks.
-  bool is_plain(int column, int row) const { return plain_[block_index(column, row)] != 0; }
+  bool is_plain(int column, int row) const { return room_[block_index(column, row)].first_hit == kPlain; }
   const PixelBox& object_box() const { return object_box_; }
 
-  const RoomHit& room(int x, int y) const { return room_[pixel_index(x, y)]; }
+  RoomHit room(int x, int y) const {
+    const RoomBlock& block = room_[block_index(x / kBlockSide, y / kBlockSide)];
+    if (block.first_hit == kPlain)
+      return {block.triangle, block.plane.at(static_cast<float>(x), static_cast<float>(y))};
+    return room_hits_[block.first_hit + static_cast<std::size_t>(y % kBlockSide * kBlockSide + x % kBlockSide)];
+  }
   /// The first, or only, point of the objects in a pixel.
   const ObjectHit& object(int x, int y) const {
     static constexpr ObjectHit kNone;
@@ -113,7 +118,6 @@ private:
     RoomHit room; ///< at the first uncovered sample
     std::uint8_t room_sample = 0;
   };
-  std::size_t pixel_index(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }
   std::size_t block_index(int column, int row) const {
     return static_cast<std::size_t>(row) * block_columns() + column;
   }
@@ -131,9 +135,21 @@ private:
     float constant = 0.0f, per_x = 0.0f, per_y = 0.0f;
     float at(float x, float y) const { return 1.0f / (constant + per_x * x + per_y * y); }
   };
+  /// What a block shows of the room: one triangle, or a hit for each of its pixels.
+  static constexpr std::uint32_t kPlain = 0xFFFFFFFFu;
+  struct RoomBlock {
+    PlaneDepth plane; ///< of a plain block
+    std::uint32_t triangle = kNoTriangle;
+    std::uint32_t first_hit = kPlain; ///< in room_hits_
+  };
   PlaneDepth plane_depth(const RoomMesh& mesh, std::uint32_t triangle) const;
   void trace_corners(const PacketScene& room, int row);
-  bool fill_plain_block(const RoomMesh& mesh, int column, int row);
+  bool shows_one_triangle(int column, int row) const;
+  /// At the first pixel of a block, or behind the last.
+  const RoomHit& corner(int column, int row) const {
+    return corners_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(block_columns()) + 1) +
+                    static_cast<std::size_t>(column)];
+  }
   void trace_room_block(const PacketScene& room, int column, int row);
   void bound_block(int column, int row);
   void trace_object_block(const PacketScene& objects, int x0, int y0);
@@ -148,13 +164,14 @@ private:
   glm::dvec3 origin_{0.0};
   float pixel_pitch_ = 1.0f; ///< at unit depth
   PixelRays rays_;
-  std::vector<RoomHit> room_;
-  std::vector<ObjectHit> object_; ///< in the objects' box
+  std::vector<RoomBlock> room_;    ///< per block
+  std::vector<RoomHit> room_hits_; ///< sixteen for every block that is not plain
+  std::vector<ObjectHit> object_;  ///< in the objects' box
   std::vector<BlockBound> blocks_;
-  std::vector<std::uint8_t> plain_, crossed_; ///< per block; crossed: by an edge of the room
-  std::vector<RoomHit> corners_;              ///< at the first pixel of every block, one more at the ends
-  std::vector<Edge> edges_;                   ///< ascending pixels
-  std::vector<std::uint32_t> edge_of_pixel_;  ///< in the objects' box
+  std::vector<std::uint8_t> crossed_;        ///< per block: by an edge of the room
+  std::vector<RoomHit> corners_;             ///< at the first pixel of every block, one more at the ends
+  std::vector<Edge> edges_;                  ///< ascending pixels
+  std::vector<std::uint32_t> edge_of_pixel_; ///< in the objects' box
   PixelBox object_box_;
 };
 

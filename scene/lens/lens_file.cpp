@@ -149,7 +149,8 @@ void refuse_fold(const LensModel& lens, double limit) {
   constexpr double kStep = 1.0 / 2048.0; // of the search in monotone_field(), twice
   if (lens.max_theta > (1.0 - kStep) * limit)
     return;
-  const auto rim = lens.project({std::sin(lens.max_theta), 0.0, std::cos(lens.max_theta)});
+  const double theta = (1.0 - 1e-9) * lens.max_theta; // inside the field whatever the rounding
+  const auto rim = lens.project({std::sin(theta), 0.0, std::cos(theta)});
   if (rim && (rim->x - lens.cx) / lens.fx >= corner_radius(lens))
     return;
   const std::string angle = std::to_string(std::floor(10.0 * lens.max_theta / kDegree) / 10.0).substr(0, 4);
