@@ -29,7 +29,7 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   bool by_another_part = false; // here surfaces may touch
   for (int k = 0; k < 4; ++k) {
     const int u = column + (k & 1), v = row + (k >> 1);
-    if (u >= columns_ || v >= rows_)
+    if (!blocks_.contains(u, v))
       continue;
     const GridPoint& g = at(layer, u, v);
     if (!is_valid_for(g, layer, position, normal)) {
@@ -61,8 +61,8 @@ void SamplingGrid::add_hints(Layer layer, int x, int y, const glm::vec3& positio
   std::array<const KnownLights*, 16> neighbours;
   std::size_t count = 0;
   const int column = x / kBlockSide, row = y / kBlockSide;
-  for (int v = std::max(row - 1, 0); v <= std::min(row + 2, rows_ - 1); ++v)
-    for (int u = std::max(column - 1, 0); u <= std::min(column + 2, columns_ - 1); ++u) {
+  for (int v = std::max(row - 1, blocks_.y0); v <= std::min(row + 2, blocks_.y1 - 1); ++v)
+    for (int u = std::max(column - 1, blocks_.x0); u <= std::min(column + 2, blocks_.x1 - 1); ++u) {
       const GridPoint& g = at(layer, u, v);
       if (g.evaluated && glm::dot(g.surface.normal, normal) > 0.0f && is_near(g, layer, position, normal))
         neighbours[count++] = sky_words_.data() + index(layer, u, v) * words_for(sky_lights_);
@@ -71,7 +71,7 @@ void SamplingGrid::add_hints(Layer layer, int x, int y, const glm::vec3& positio
 }
 
 SamplingGrid::Corners SamplingGrid::plain_corners(int column, int row) const {
-  if (empty() || column + 1 >= columns_ || row + 1 >= rows_)
+  if (empty() || !has_corners(column, row))
     return {};
   Corners corners{};
   FractionRange range;
@@ -86,7 +86,7 @@ SamplingGrid::Corners SamplingGrid::plain_corners(int column, int row) const {
 }
 
 SamplingGrid::SunCorners SamplingGrid::sun_corners(Layer layer, int column, int row) const {
-  if (sun_lights_ == 0 || empty() || column + 1 >= columns_ || row + 1 >= rows_)
+  if (sun_lights_ == 0 || empty() || !has_corners(column, row))
     return {};
   const PixelSurface& first = at(layer, column, row).surface;
   SunCorners corners;

@@ -274,15 +274,17 @@ TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
     }
   EXPECT_GT(behind, 100) << "nothing is looked up behind the object";
   // A frame that does not say which blocks it shows is composed pixel by pixel: what it leaves out shows nothing.
+  RenderedFrame every{frame.width_px, frame.height_px, frame.box, {}, {}, {}, {}, frame.origin, {}, {}};
   for (int y = frame.box.y0; y < frame.box.y1; ++y)
-    for (int x = frame.box.x0; x < frame.box.x1; ++x)
-      if (!frame.shown(x, y)) {
-        for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
-          (*pass)[frame.index(x, y)] = glm::vec4(0.0f);
-        frame.surface[frame.index(x, y)] = {};
-      }
-  frame.shows.clear();
-  compose(photo, frame, camera, look_up, {}, pixels, &change);
+    for (int x = frame.box.x0; x < frame.box.x1; ++x) {
+      const bool shown = frame.shown(x, y);
+      const std::size_t i = shown ? frame.index(x, y) : 0;
+      every.object.push_back(shown ? frame.object[i] : glm::vec4(0.0f));
+      every.lost_sky.push_back(shown ? frame.lost_sky[i] : glm::vec4(0.0f));
+      every.room.push_back(shown ? frame.room[i] : glm::vec4(0.0f));
+      every.surface.push_back(shown ? frame.surface[i] : RoomSurface{});
+    }
+  compose(photo, every, camera, look_up, {}, pixels, &change);
   double square = 0.0, largest = 0.0, darkest = 1.0;
   int touched = 0, otherwise = 0;
   for (std::size_t i = 0; i < photo.texels.size(); ++i) {
