@@ -9,7 +9,6 @@ extern "C" const char* __tsan_default_options() { return "halt_on_error=1"; }
 
 extern "C" const char* __tsan_default_suppressions() {
   return "race:swrast_dri.so\n"
-         "called_from_lib:swrast_dri.so\n"
          "race:libLLVM\n"
          "race:libOSMesa.so\n"
          "called_from_lib:libOSMesa.so\n"

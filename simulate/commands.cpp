@@ -149,6 +149,41 @@ void print_values(std::span<const Rgb> value, std::span<const Rgb> error, const 
 
 } // namespace
 
+namespace {
+
+/// The object's pixels and kSurroundings_px around them, each as a square of `zoom` pixels.
+RgbImage zoomed(const RgbImage& image, const RgbImage& coverage, int zoom) {
+  constexpr int kSurroundings_px = 12;
+  int x0 = image.width, y0 = image.height, x1 = 0, y1 = 0;
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      if (coverage.at(x, y).r > 0.0f) {
+        x0 = std::min(x0, x), x1 = std::max(x1, x + 1);
+        y0 = std::min(y0, y), y1 = std::max(y1, y + 1);
+      }
+  x0 = std::max(x0 - kSurroundings_px, 0), x1 = std::min(x1 + kSurroundings_px, image.width);
+  y0 = std::max(y0 - kSurroundings_px, 0), y1 = std::min(y1 + kSurroundings_px, image.height);
+  RgbImage out(zoom * (x1 - x0), zoom * (y1 - y0));
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x)
+      out.at(x, y) = image.at(x0 + x / zoom, y0 + y / zoom);
+  return out;
+}
+
+Result<void> write_comparison(const CompareArguments& a, const PictureErrorInput& in) {
+  if (const auto writable = check_output(a.output, kPngKind, a.force); !writable)
+    return writable;
+  const float exposure = preview_exposure(in.room);
+  const auto shown = [&](const RgbImage& image, float scale) {
+    return to_srgb8(a.zoom > 0 ? zoomed(image, in.coverage, a.zoom) : image, scale);
+  };
+  const std::vector<Rgb8Image> pictures = {shown(in.result, exposure), shown(in.truth, exposure),
+                                           shown(difference_picture(in, kDifferenceGain), 1.0f)};
+  return write_png(a.output, side_by_side(pictures));
+}
+
+} // namespace
+
 Result<void> run_compare(const CompareArguments& a) {
   PictureErrorInput in;
   const std::string suffix = (a.frame == 0 ? "" : fmt::format("_{:04}", a.frame)) + ".exr";
@@ -171,15 +206,9 @@ Result<void> run_compare(const CompareArguments& a) {
   const auto error = measure_picture_error(in);
   if (!error)
     return error.error();
-  if (!a.output.empty()) {
-    if (const auto writable = check_output(a.output, kPngKind, a.force); !writable)
-      return writable;
-    const float exposure = preview_exposure(in.room);
-    const std::vector<Rgb8Image> pictures = {to_srgb8(in.result, exposure), to_srgb8(in.truth, exposure),
-                                             to_srgb8(difference_picture(in, kDifferenceGain), 1.0f)};
-    if (const auto written = write_png(a.output, side_by_side(pictures)); !written)
+  if (!a.output.empty())
+    if (const auto written = write_comparison(a, in); !written)
       return written;
-  }
   std::printf("%s%s", (a.json ? to_json(*error) : to_text(*error)).c_str(), a.json ? "\n" : "");
   return {};
 }

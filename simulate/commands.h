@@ -12,6 +12,7 @@ namespace daylit {
 struct CompareArguments {
   std::filesystem::path folder, result, result_mask, output;
   int frame = 0; ///< of a sequence
+  int zoom = 0;  ///< > 0: `output` shows the object's surroundings alone, so many times as large
   bool force = false, json = false;
 };
 

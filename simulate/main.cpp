@@ -83,6 +83,8 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
                       "EXR, 1 where the result shows the object (default: DIR/result-mask.exr where it is there)");
   command->add_option("--frame", a.frame, "of a sequence")->check(CLI::Range(0, 9999));
   command->add_option("-o,--output", a.output, "PNG: result, truth, four times their difference");
+  command->add_option("--zoom", a.zoom, "of the PNG: the object's surroundings alone, so many times as large")
+      ->check(CLI::Range(1, 16));
   return command;
 }
 
