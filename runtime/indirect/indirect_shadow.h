@@ -37,10 +37,10 @@ public:
   /// The light of a sky; room_light must hold the same sky's, and `pyramid` lives until the next. Equal versions mean
   /// the same sky: then only objects moved since the last call. 0: another sky.
   void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, std::uint64_t sky_version = 0);
-  /// `direct`: radiance that leaves each vertex of all objects, on both sides, because of light straight from the sky;
+  /// `direct`: radiance from each vertex of all objects, on both sides, because of light straight from the sky;
   /// the sun's is added here with shadows. Call after set_sky().
   void set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface);
-  /// Radiance that leaves them because of all other light.
+  /// Radiance from them because of all other light.
   void set_indirect(std::span<const TwoSided> indirect);
 
   /// What the objects do to the room comes back to them: after exchange_with_room(), nine coefficients of the change

@@ -7,7 +7,7 @@
 
 namespace daylit {
 
-/// Vertices that share a position, as they do along seams of normals or textures, have one number. Numbers run from 0.
+/// Vertices at one position, as they are along seams of normals or textures, have one number. Numbers run from 0.
 std::vector<std::uint32_t> position_groups(const ObjectMesh& mesh);
 
 /// Every edge, between positions, has exactly one twin of the opposite direction: nobody sees a back.

@@ -53,7 +53,7 @@ private:
   RayScene scene_;
   std::vector<Fan> fans_;
   std::vector<glm::vec3> face_normal_; ///< unit, zero where a face has no area
-  /// Faces around the position of each vertex: vertices that share a position (at seams) share their faces.
+  /// Faces around the position of each vertex: vertices at one position (at seams) have the same faces.
   std::vector<std::uint32_t> group_, first_face_, face_;
 };
 

