@@ -11,7 +11,9 @@
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
 //   [pose]     world_from_camera, or position and look_at
 //   [room]     model, volume
-//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
+//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance;
+//              on = material of the room, with position = [x, y], or alone: in the middle of it; or on = [x, y]:
+//              set down on the surface below (scene/placing/set_down.h)
 //   [light]    samples, indirect_shadow = true | false
 //   [output]   png, exr, mask; size = [width, height], pixels: what is written is resampled to it by area, in linear
 //              light; of the picture's own shape, at most four times as wide; left out: as [interior] image
@@ -75,12 +77,19 @@ struct MarkerConfig { // [marker]
   glm::dmat4 world_from_board{1.0}; ///< board: x right, y up, z out of the board
 };
 
+/// [[object]] on: the height of the object follows from what it stands on.
+struct StandsOn {
+  std::string surface;   ///< material of the room; empty: whatever is below
+  bool has_place = true; ///< false: in the middle of the surface, x and y of the position are not given
+};
+
 struct ObjectConfig { // [[object]]
   std::filesystem::path model;
   glm::dvec3 position{0.0};     ///< metres, world, of the object's origin
   glm::dvec3 rotation_deg{0.0}; ///< about x, then y, then z
   double scale = 1.0;
   std::optional<Rgb> reflectance; ///< overrides the model's
+  std::optional<StandsOn> on;
 };
 
 struct OutputConfig { // [output]
@@ -108,8 +117,8 @@ struct CameraKey {
 
 /// What daylit-simulate adds to the same scene.
 struct SimulateConfig {
-  RunConfig run;      ///< object, room and output as above, and the sky where it is a picture
-  SkyModel sky_model; ///< [sky] in words
+  RunConfig run;                      ///< object, room and output as above, and the sky where it is a picture
+  SkyModel sky_model;                 ///< [sky] in words
   std::vector<std::string> sky_notes; ///< what reading the sky had to say: weather row, limits
   int fisheye_width_px = 512, fisheye_height_px = 496;
   double fisheye_fov = 3.3161255787892263; ///< 190 degrees
