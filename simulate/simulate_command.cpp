@@ -12,6 +12,7 @@
 
 #include "scene/config/config.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/output_file.h"
 #include "scene/image/image_formats.h"
 #include "scene/placing/set_down.h"
 #include "scene/room/room_formats.h"
@@ -125,6 +126,7 @@ SkyConfig sky_config(const SimulateConfig& config, const std::filesystem::path& 
 RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& folder, int frame) {
   RunConfig run = config.run;
   run.sky = sky_config(config, folder, frame);
+  run.marker.reset(); // the pose is known
   run.interior.image = "interior.exr";
   run.interior.lens = "interior.yaml";
   run.room_model = seen_from(folder, run.room_model);
@@ -143,6 +145,8 @@ struct Frame {
   std::optional<RgbImage> sky; ///< what the sky camera records; none where the scene's sky is a picture already
   InteriorPictures interior;
 };
+
+constexpr FileKind kConfigKind{"a configuration written by daylit-simulate", "# Written by daylit-simulate\n"};
 
 Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder, int number) {
   const std::string suffix = frame_suffix(number);
@@ -165,6 +169,32 @@ Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder
   for (const auto& [name, image] : png)
     if (const auto done = write_png(folder / (name + suffix + ".png"), image); !done)
       return done;
+  return {};
+}
+
+/// All that write_moment() and write_lenses() will write.
+Result<void> check_outputs(const SimulateConfig& config, const SimulateArguments& a) {
+  std::vector<const char*> exr = {"interior", "truth", "se", "mask"}, png = {"interior", "truth", "mask"},
+                           lenses = {"interior.yaml"};
+  if (!config.has_sky_picture()) {
+    exr.push_back("sky");
+    png.push_back("sky");
+    lenses.push_back("sky.yaml");
+  }
+  std::vector<std::pair<std::string, const FileKind*>> files;
+  for (const char* name : lenses)
+    files.emplace_back(name, &kLensKind);
+  for (int frame = 0; frame < a.frames; ++frame) {
+    const std::string suffix = frame_suffix(frame);
+    files.emplace_back("CONFIG" + suffix + ".toml", &kConfigKind);
+    for (const char* name : exr)
+      files.emplace_back(name + suffix + ".exr", &kExrKind);
+    for (const char* name : png)
+      files.emplace_back(name + suffix + ".png", &kPngKind);
+  }
+  for (const auto& [name, kind] : files)
+    if (const auto writable = check_output(a.folder / name, *kind, a.force); !writable)
+      return writable;
   return {};
 }
 
@@ -207,7 +237,7 @@ Result<SimulateConfig> read_scene_config(const SimulateArguments& a) {
     return Error{ErrorCode::io, "cannot create the folder: " + ec.message(), a.folder.string(), ""};
   if (a.demo.empty())
     return read_simulate_config(a.scene);
-  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1]);
+  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1], a.force);
   if (!written)
     return written.error();
   return read_simulate_config(*written);
@@ -228,11 +258,13 @@ struct Cameras {
                                c.run.output.height_px > 0 ? c.run.output.height_px : 496, c.interior_fov)) {}
 };
 
-Result<Moment> record(const SimulateConfig& config, const Cameras& cameras, const SimulateArguments& a,
+Result<Moment> record(const SimulateConfig& config, const Cameras& cameras, const SimulateArguments& a, bool first,
                       ProgressLine& line) {
   const auto scene = build_scene(config);
   if (!scene)
     return scene.error();
+  if (const auto writable = first ? check_outputs(config, a) : Result<void>(); !writable) // the inputs are known now
+    return writable.error();
   Moment moment{config, {}};
   if (!config.has_sky_picture()) {
     auto sky = render_sky_frame(AnalyticSky(config.sky_model), cameras.sky);
@@ -258,7 +290,7 @@ Result<void> write_moment(const Moment& moment, const SimulateArguments& a, int 
   if (const auto done = write_frame(noisy, a.folder, number); !done)
     return done;
   return write_file_atomically(a.folder / ("CONFIG" + frame_suffix(number) + ".toml"),
-                               to_toml(run_config(moment.config, a.folder, number)));
+                               std::string(kConfigKind.start) + to_toml(run_config(moment.config, a.folder, number)));
 }
 
 Result<void> write_lenses(const SimulateConfig& config, const Cameras& cameras, const std::filesystem::path& folder) {
@@ -283,7 +315,7 @@ Result<void> run_simulate(const SimulateArguments& a) {
   for (int frame = 0; frame < a.frames; ++frame) {
     if (frame == 0 || config->moves()) {
       const double t = a.frames > 1 ? static_cast<double>(frame) / (a.frames - 1) : 0.0;
-      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, cameras, a, line);
+      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, cameras, a, frame == 0, line);
       if (!recorded)
         return recorded.error();
       moment.emplace(std::move(*recorded));

@@ -22,6 +22,7 @@ struct SimulateArguments {
   int frames = 1;
   int samples = 0; ///< 0: as the scene says
   std::uint32_t seed = 0;
+  bool force = false; ///< replace files of these names that hold something else
   bool quiet = false, json = false;
 };
 

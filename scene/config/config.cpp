@@ -85,8 +85,7 @@ RunConfig read_sections(TomlSection& root, ConfigFile& file) {
   detail::read_marker(root.section("marker"), config.marker);
   detail::read_pose(root.section("pose"), config.world_from_camera);
   if (TomlSection room = root.section("room")) {
-    if (!room.read("model", config.room_model) && !room.has("model"))
-      room.problem("", "needs model, an OBJ or glTF file");
+    room.read("model", config.room_model);
     if (!room.read("volume", config.volume) && !room.has("volume"))
       room.problem("", "needs volume, made by daylit-precompute");
     room.finish();
@@ -110,6 +109,8 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
     file->report(1, "neither [marker] nor [pose]: the camera's pose is not known");
   if (config.interior.scale_from_marker && !config.marker)
     file->report(1, "[interior] scale = \"marker\" needs a [marker] section");
+  if (config.marker && config.world_from_camera && !config.interior.scale_from_marker)
+    root.problem("marker", "has no effect beside [pose]; keep one of them, or set [interior] scale = \"marker\"");
   if (config.objects.empty() && !root.has("object"))
     file->report(1, "no [[object]]: there is nothing to draw");
   if (auto error = file->error())
@@ -133,19 +134,21 @@ std::string to_toml(const RunConfig& c) {
     out += fmt::format("noise = {{ floor = {}, photon = {}, relative = {} }}\n", detail::text(n.floor),
                        detail::text(n.photon), detail::text(n.relative));
   out += detail::marker_toml(c.marker) + detail::pose_toml(c.world_from_camera);
-  out += fmt::format("\n[room]\nmodel = {}\nvolume = {}\n", detail::quoted(c.room_model.string()),
-                     detail::quoted(c.volume.string()));
+  out += "\n[room]\n";
+  if (!c.room_model.empty())
+    out += fmt::format("model = {}\n", detail::quoted(c.room_model.string()));
+  out += fmt::format("volume = {}\n", detail::quoted(c.volume.string()));
   out += detail::objects_toml(c.objects);
   out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.light_samples, c.indirect_shadow);
   return out + detail::output_toml(c.output);
 }
 
-Result<SkyImage> read_sky(const SkyConfig& sky) {
+Result<SkyImage> read_sky(const SkyConfig& sky, std::vector<std::string>* notes) {
   const std::string projection = sky.projection == "fisheye" ? "fisheye:" + sky.lens.string() : sky.projection;
   const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
   if (!parsed)
     return parsed.error();
-  return read_sky(sky.image, *parsed, sky.ground);
+  return read_sky(sky.image, *parsed, sky.ground, notes);
 }
 
 glm::dmat4 look_at(const glm::dvec3& position, const glm::dvec3& target) {

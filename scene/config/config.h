@@ -5,12 +5,12 @@
 // paths are relative to the file. Matrices are row-major in the file, flat or one array per row.
 //
 //   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
-//              ground = "none" | { albedo = 0.2 }
+//              ground = "none" | { albedo = 0.2 } (fisheye only: what the lens does not see)
 //   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix,
 //              blur_px, noise = relative deviation | { floor, photon, relative }
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
-//   [pose]     world_from_camera, or position and look_at
-//   [room]     model, volume
+//   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
+//   [room]     volume; model (optional): the volume must have been baked from it
 //   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance;
 //              on = material of the room, with position = [x, y], or alone: in the middle of it; or on = [x, y]:
 //              set down on the surface below (scene/placing/set_down.h)
@@ -144,8 +144,8 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path);
 std::string to_toml(const RunConfig& config);
 std::string to_toml(const SimulateConfig& config);
 
-/// The picture that [sky] names. Error: it cannot be read, or is no sky of that projection.
-Result<SkyImage> read_sky(const SkyConfig& sky);
+/// The picture that [sky] names. Error: it cannot be read, or is no sky of that projection. `notes`: as in sky_image.h.
+Result<SkyImage> read_sky(const SkyConfig& sky, std::vector<std::string>* notes = nullptr);
 
 /// Camera pose (x right, y down, z forward) at `position` with the optical axis through `target`, image upright.
 /// The view must not be vertical.

@@ -62,6 +62,8 @@ void read_sky_picture(TomlSection sky, SkyConfig& config) {
     sky.problem("lens", "is only used with projection = \"fisheye\"");
   if (config.projection == "fisheye" && config.ground.kind == GroundFill::Kind::none)
     sky.problem("projection", "\"fisheye\" needs ground = { albedo = ... }: the lens does not see the whole sphere");
+  if (config.projection != "fisheye" && config.ground.kind != GroundFill::Kind::none)
+    sky.problem("ground", "has no effect: projection = \"" + config.projection + "\" shows the whole sphere");
   sky.finish();
 }
 
@@ -166,8 +168,8 @@ std::string sky_picture_toml(const SkyConfig& sky) {
   if (!sky.lens.empty())
     out += fmt::format("lens = {}\n", quoted(sky.lens.string()));
   out += fmt::format("rotation = {}\n", text(sky.rotation / kRadians));
-  out += sky.ground.kind == GroundFill::Kind::none ? "ground = \"none\"\n"
-                                                   : fmt::format("ground = {{ albedo = {} }}\n", sky.ground.albedo);
+  if (sky.ground.kind != GroundFill::Kind::none)
+    out += fmt::format("ground = {{ albedo = {} }}\n", sky.ground.albedo);
   return out;
 }
 

@@ -7,6 +7,7 @@
 
 #include "scene/config/config_sections.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 
 namespace daylit {
 
