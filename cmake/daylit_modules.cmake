@@ -11,7 +11,7 @@ set(DAYLIT_MAY_USE_simulate sh scene radiosity precompute runtime calibration)
 set(DAYLIT_MAY_USE_bench sh scene radiosity precompute runtime calibration simulate)
 
 # Floors of scene, lowest first.
-set(DAYLIT_FOLDERS_scene core image lens format room sky model volume config)
+set(DAYLIT_FOLDERS_scene core image lens format room sky model volume config placing)
 set(DAYLIT_MAY_USE_scene_core "")
 set(DAYLIT_MAY_USE_scene_image core)
 set(DAYLIT_MAY_USE_scene_lens core)
@@ -21,6 +21,7 @@ set(DAYLIT_MAY_USE_scene_sky core image lens format room)
 set(DAYLIT_MAY_USE_scene_model core image format)
 set(DAYLIT_MAY_USE_scene_volume core image format room sky)
 set(DAYLIT_MAY_USE_scene_config core image format sky)
+set(DAYLIT_MAY_USE_scene_placing core image room model config)
 
 # Floors of runtime, lowest first.
 set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window cmd)

@@ -46,16 +46,24 @@ Result<DirectLight> direct_light(const Problem& problem, const LightElements& el
   return light;
 }
 
+radiosity::ExchangeOptions exchange_options(const BakeOptions& options) {
+  return {.visibility_rays = options.visibility_rays,
+          .low_rank_tolerance = options.low_rank_tolerance,
+          .skip_black = true,
+          .store = options.store};
+}
+
+Result<LightElements> light_elements(const Problem& problem, bool fine, const BakeOptions& options) {
+  return LightElements::make(problem.mesh, problem.patches, problem.apertures.list, problem.room_scene,
+                             fine ? options.elements : std::size_t{0});
+}
+
 /// Exchange areas whose rows are closed against the openings.
 Result<radiosity::ExchangeMatrix> closed_exchange(const Problem& problem, const Room& room,
                                                   const std::vector<float>& opening, const BakeOptions& options,
                                                   const Progress& progress, BakeReport& report) {
   auto exchange = radiosity::exchange_areas(problem.patches, problem.mesh, room, problem.room_scene,
-                                            {.visibility_rays = options.visibility_rays,
-                                             .low_rank_tolerance = options.low_rank_tolerance,
-                                             .skip_black = true,
-                                             .store = options.store},
-                                            progress, &report.exchange);
+                                            exchange_options(options), progress, &report.exchange);
   if (exchange)
     report.closure = radiosity::close_rows(problem.patches, opening, {.black_left_out = true}, *exchange);
   return exchange;
@@ -86,6 +94,24 @@ Result<BakeOptions> quality_options(const std::string& name, bool given_points) 
   return o;
 }
 
+Result<BakeReport> count_bake(const RoomFile& file, bool fine, const BakeOptions& options) {
+  BakeReport report;
+  detail::StageClock clock(report);
+  const Result<Problem> problem = detail::set_up(file.room, options, report, clock);
+  if (!problem)
+    return problem.error();
+  const auto elements = light_elements(*problem, fine, options);
+  if (!elements)
+    return elements.error();
+  report.elements = elements->patches.patches.size();
+  const Result<double> bytes =
+      radiosity::exchange_bytes(problem->patches, problem->mesh, file.room, exchange_options(options));
+  if (!bytes)
+    return bytes.error();
+  report.exchange.bytes = static_cast<std::size_t>(*bytes);
+  return report;
+}
+
 /// Mesh and probes, direct light H, exchange areas G with closed rows, rays of the probes; then
 /// L_lm = w (I - rho F)^-1 rho H by one of the two ways, and the audit.
 Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options,
@@ -96,8 +122,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   if (!problem)
     return problem.error();
   const bool fine = partition.interpolated();
-  const auto elements = LightElements::make(problem->mesh, problem->patches, problem->apertures.list,
-                                            problem->room_scene, fine ? options.elements : std::size_t{0});
+  const auto elements = light_elements(*problem, fine, options);
   if (!elements)
     return elements.error();
   report.elements = elements->patches.patches.size();

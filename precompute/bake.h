@@ -80,6 +80,10 @@ struct BakeReport {
 Result<BasisVolume> bake(const RoomFile& room, const SkyPartition& partition, const BakeOptions& options,
                          const Progress& progress, BakeReport& report);
 
+/// The first stage alone: the counts that bake() would report (facets, patches, elements, probes) and the bytes of its
+/// form factors. `fine`: under a sky of nodes. Errors of that stage, and of form factors that need too much memory.
+Result<BakeReport> count_bake(const RoomFile& room, bool fine, const BakeOptions& options);
+
 /// The report as JSON (one object) and as the lines a person reads.
 /// Without `times` it is a function of the input: the same room and settings give the same text.
 std::string to_json(const BakeReport& report, bool times = true);

@@ -42,7 +42,10 @@ int check_command(int argc, char** argv) {
   watch_for_interrupt();
   return run_program("daylit-precompute check", json, [&]() -> Result<void> {
     set_thread_count(threads);
-    const Result<precompute::RoomCheck> check = precompute::check_room(room, up == "y" ? UpAxis::y : UpAxis::z);
+    ProgressLine progress(quiet || json);
+    const Result<precompute::RoomCheck> check =
+        precompute::check_room(room, up == "y" ? UpAxis::y : UpAxis::z, progress.callback());
+    progress.clear();
     if (!check)
       return check.error();
     if (json)

@@ -121,18 +121,25 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
   return m;
 }
 
-/// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
-Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
-                                  const Progress& progress, const std::function<void(const std::string&)>& announce) {
-  PlannedBake out{};
+Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, const Progress& progress) {
   auto calibration = run_calibration_bake(room, request.points, progress);
   if (!calibration)
     return calibration.error();
-  out.calibration = std::move(*calibration);
-  const auto plan = make_plan(out.calibration, request);
+  auto plan = make_plan(*calibration, request);
   if (!plan)
     return plan.error();
-  out.plan = *plan;
+  return BakePlan{std::move(*calibration), std::move(*plan)};
+}
+
+/// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
+Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
+                                  const Progress& progress, const std::function<void(const std::string&)>& announce) {
+  auto planned = plan_bake(room, request, progress);
+  if (!planned)
+    return planned.error();
+  PlannedBake out{};
+  out.calibration = std::move(planned->calibration);
+  out.plan = std::move(planned->plan);
   announce(to_text(out.plan));
   if (const Result<void> baked = bake_plan(room, store, progress, out); !baked)
     return baked.error();

@@ -25,6 +25,14 @@ CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, 
 /// Lines for a person, after the bake.
 std::string to_text(const Plan& plan, const Measured& measured);
 
+/// What a bake to an error begins with.
+struct BakePlan {
+  CalibrationBake calibration;
+  Plan plan;
+};
+/// Errors of the calibration bakes and of the plan.
+Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, const Progress& progress);
+
 struct PlannedBake {
   CalibrationBake calibration;
   Plan plan; ///< of the bake that counts

@@ -100,8 +100,8 @@ std::string geometry_lines(const BakeReport& r) {
   if (r.sides_without_path > 0)
     text += format("           %zu lit sides left out: no way from them to any given point (bound 0)\n",
                    r.sides_without_path);
-  text += format("regions    %d of %d stored, %d skipped: no opening sees them (bound 0)\n", r.regions_stored,
-                 r.regions, r.regions - r.regions_stored);
+  text += format("regions    %d of %d stored, %d skipped: the room reflects none of their light (bound 0)\n",
+                 r.regions_stored, r.regions, r.regions - r.regions_stored);
   text += format("probes     %zu of %zu in the air, %zu at the position of another (gathered once, bound 0)\n",
                  r.probes_valid, r.probes, r.probes_repeated);
   return text;

@@ -6,11 +6,10 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "precompute/bake.h"
+#include "precompute/cost_model.h"
 #include "precompute/detail/text_format.h"
-#include "precompute/probes.h"
-#include "radiosity/patches.h"
-#include "radiosity/surface_mesh.h"
+#include "precompute/planned_bake.h"
+#include "precompute/room_frame.h"
 #include "scene/room/glass.h"
 
 namespace daylit::precompute {
@@ -47,14 +46,16 @@ std::string opening_lines(const RoomCheck& check) {
   return text;
 }
 
+/// What the bake's own lines will say.
+std::string estimate_line(const BakeEstimate& e) {
+  const Prediction& p = e.plan.predicted;
+  return format("bake       %zu facets, %zu of %zu probes in the air, %s: about %.1f s, a file of %.1f MB, %.0f MB of "
+                "form factors in memory, error %.2g %%\n",
+                e.counts.facets, e.counts.probes_valid, e.counts.probes, e.plan.regions.c_str(), p.seconds,
+                p.bytes / 1e6, static_cast<double>(e.counts.exchange.bytes) / 1e6, 100 * p.total);
+}
+
 nlohmann::ordered_json triple(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
-
-constexpr int kDefaultRegions = 64;
-
-/// Seconds for each patch (its rays), for each pair (decisions, products), per gathered ray and for the rest, and the
-/// growth of the exchange matrix: fitted to `daylit-bench transport-cost` from 2,000 to 50,000 facets, two cores.
-constexpr double kSecondsPerPatch = 3.5e-4, kSecondsPerPair = 1e-8, kSecondsPerGatherRay = 1.9e-7, kSecondsFixed = 0.2;
-constexpr double kMatrixBytesAt2000 = 5.5e6, kMatrixGrowth = 1.65;
 
 /// Materials in use, with the sum of the areas of their triangles, m^2.
 std::vector<CheckedMaterial> list_materials(const Room& room) {
@@ -108,39 +109,20 @@ void check_materials(const std::vector<CheckedMaterial>& materials, std::vector<
   }
 }
 
-/// Meshes the room and places the probes as a bake would; the rest is extrapolated from how many there are.
-/// Seconds c0 + c1 n + c2 n^2 + c3 p rays for n patches and p probes; bytes of the matrix ~ n^1.65 and of the volume.
-Result<BakeEstimate> estimate_bake(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures) {
-  const BakeOptions options;
-  const auto mesh = radiosity::mesh_surfaces(room, {.edge_m = 0, .target_facets = options.target_facets});
-  if (!mesh)
-    return mesh.error();
-  const auto rays = radiosity::facet_scene(*mesh);
-  if (!rays)
-    return rays.error();
-  auto probes = make_grid(room.bounds(), options.grid, options.spacing_m);
-  if (!probes)
-    return probes.error();
-  mark_air(*probes, scene, apertures);
-  BakeEstimate e;
-  e.facets = mesh->facets.size();
-  e.patches = radiosity::find_patches(room, *mesh, *rays, apertures).patches.size();
-  e.probes = probes->size();
-  e.probes_in_air = static_cast<std::size_t>(std::ranges::count(probes->valid, 1));
-  const double n = static_cast<double>(e.patches), p = static_cast<double>(e.probes_in_air);
-  e.seconds =
-      kSecondsFixed + kSecondsPerPatch * n + kSecondsPerPair * n * n + kSecondsPerGatherRay * p * options.gather_rays;
-  e.memory_gb = (kMatrixBytesAt2000 * std::pow(n / 2000, kMatrixGrowth) +
-                 4.0 * 27 * kDefaultRegions * static_cast<double>(e.probes)) /
-                1e9;
-  if (e.probes_in_air == 0)
-    return Error{ErrorCode::geometry_invalid, "no point of the room's inside can be reached from an opening", "",
-                 "check that the walls enclose a space and that the windows lie in them"};
-  return e;
+Result<BakeEstimate> estimate_bake(const RoomFile& room, const Progress& progress) {
+  auto planned = plan_bake(room, {}, progress);
+  if (!planned)
+    return planned.error();
+  const bool fine = SkyKind::of(planned->plan.regions).nodes;
+  auto counts = count_room_bake(room, fine, planned->plan.options);
+  if (!counts)
+    return counts.error();
+  return BakeEstimate{std::move(planned->plan), std::move(*counts)};
 }
 
-/// Goes through the steps of a bake up to the probes; the first that fails is the problem.
-std::optional<Error> find_problem(const Room& room, RoomCheck& check) {
+/// Goes through the steps of a bake; the first that fails is the problem.
+std::optional<Error> find_problem(const RoomFile& file, RoomCheck& check, const Progress& progress) {
+  const Room& room = file.room;
   const auto scene = RayScene::build(room);
   if (!scene)
     return scene.error();
@@ -152,16 +134,16 @@ std::optional<Error> find_problem(const Room& room, RoomCheck& check) {
     check.openings.push_back(describe(a));
   if (apertures->report.unexplained_escape > 0.001)
     check.questions.emplace_back("rays leave through gaps without an outline: are walls missing or not joined?");
-  const auto estimate = estimate_bake(room, *scene, apertures->list);
+  auto estimate = estimate_bake(file, progress);
   if (!estimate)
     return estimate.error();
-  check.estimate = *estimate;
+  check.estimate = std::move(*estimate);
   return std::nullopt;
 }
 
 } // namespace
 
-Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up) {
+Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, const Progress& progress) {
   const auto file = read_room(path, up);
   if (!file)
     return file.error();
@@ -172,7 +154,9 @@ Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up) {
   check.materials = list_materials(file->room);
   check_size(check.bounds, check.questions);
   check_materials(check.materials, check.questions);
-  check.problem = find_problem(file->room, check);
+  check.problem = find_problem(*file, check, progress);
+  if (check.problem && check.problem->code == ErrorCode::interrupted)
+    return *check.problem;
   if (const auto clean = refuse_dropped_faces(file->report, path); !check.problem && !clean)
     check.problem = clean.error();
   if (check.problem && (check.problem->where.empty() || check.problem->where == "room"))
@@ -189,11 +173,8 @@ std::string to_text(const RoomCheck& check) {
                  check.faces.zero_area_faces, check.faces.duplicate_faces);
   text += "materials\n" + material_lines(check.materials);
   text += opening_lines(check);
-  if (!check.problem)
-    text +=
-        format("bake       %zu facets, %zu of %zu probes in the air, about %.1f s on two cores, %.2f GB of memory\n",
-               check.estimate.facets, check.estimate.probes_in_air, check.estimate.probes, check.estimate.seconds,
-               check.estimate.memory_gb);
+  if (check.estimate)
+    text += estimate_line(*check.estimate);
   for (const std::string& note : check.faces.notes)
     text += "note       " + note + "\n";
   for (const std::string& note : check.apertures.notes)
@@ -231,13 +212,17 @@ std::string to_json(const RoomCheck& check) {
                                      {"centre_m", triple(o.centre_m)},
                                      {"inward", triple(o.inward)},
                                      {"transmittance", triple(glm::dvec3(o.transmittance))}});
-  if (!check.problem)
-    j["estimate"] = {{"facets", check.estimate.facets},
-                     {"patches", check.estimate.patches},
-                     {"probes", check.estimate.probes},
-                     {"probes_in_air", check.estimate.probes_in_air},
-                     {"seconds_two_cores", check.estimate.seconds},
-                     {"memory_gb", check.estimate.memory_gb}};
+  if (const auto& e = check.estimate)
+    j["estimate"] = {{"facets", e->counts.facets},
+                     {"patches", e->counts.patches},
+                     {"elements", e->counts.elements},
+                     {"probes", e->counts.probes},
+                     {"probes_in_air", e->counts.probes_valid},
+                     {"regions", e->plan.regions},
+                     {"seconds", e->plan.predicted.seconds},
+                     {"file_bytes", e->plan.predicted.bytes},
+                     {"form_factor_bytes", e->counts.exchange.bytes},
+                     {"error", e->plan.predicted.total}};
   std::vector<std::string> notes = check.faces.notes;
   notes.insert(notes.end(), check.apertures.notes.begin(), check.apertures.notes.end());
   j["notes"] = notes;

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "precompute/plan.h"
+#include "scene/core/program.h"
 #include "scene/core/result.h"
 #include "scene/room/aperture.h"
 #include "scene/room/room_formats.h"
@@ -28,11 +30,10 @@ struct CheckedOpening {
   Rgb transmittance{1.0f};
 };
 
-/// What a bake at default settings would take.
+/// What a bake at default settings would take, by the plan that it would follow.
 struct BakeEstimate {
-  std::size_t facets = 0, patches = 0, probes = 0, probes_in_air = 0;
-  double seconds = 0;   ///< two cores of 2020; halves with twice the cores
-  double memory_gb = 0; ///< the matrix of form factors and the basis
+  Plan plan;
+  BakeReport counts; ///< of the bake itself, as count_bake()
 };
 
 struct RoomCheck {
@@ -42,13 +43,15 @@ struct RoomCheck {
   std::vector<CheckedMaterial> materials;
   std::vector<CheckedOpening> openings;
   ApertureReport apertures;
-  BakeEstimate estimate;
-  std::vector<std::string> questions; ///< things that are allowed but often a mistake
-  std::optional<Error> problem;       ///< why the room cannot be baked
+  std::optional<BakeEstimate> estimate; ///< empty where there is a problem
+  std::vector<std::string> questions;   ///< things that are allowed but often a mistake
+  std::optional<Error> problem;         ///< why the room cannot be baked
 };
 
-/// Error: the file cannot be read as a room. A room that reads but cannot be baked is a RoomCheck with a problem.
-Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up = UpAxis::z);
+/// Everything that a bake does before it computes its volume: openings, calibration bakes, plan, mesh and probes.
+/// Error: the file cannot be read as a room, or interrupted. A room that reads but cannot be baked is a RoomCheck with
+/// a problem.
+Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, const Progress& progress);
 
 std::string to_text(const RoomCheck& check);
 std::string to_json(const RoomCheck& check); ///< one object, one line

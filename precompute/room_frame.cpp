@@ -62,6 +62,12 @@ Result<void> name_positions(const Room& room, BakeReport& report) {
   return {};
 }
 
+/// The same refusal, with positions in the world.
+Error in_world(const Error& refusal, const Room& room, BakeReport& report) {
+  const Result<void> named = name_positions(room, report);
+  return named ? refusal : named.error();
+}
+
 } // namespace
 
 /// Unit: an eighth of the longest side, so that every room is eight units long.
@@ -111,11 +117,8 @@ Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partitio
   std::size_t collapsed = 0;
   const RoomFile local{room_in_frame(file.room, frame, collapsed), file.report, file.content_hash};
   Result<BasisVolume> volume = bake(local, partition, options_in_frame(options, frame), progress, report);
-  if (!volume) {
-    // The same refusal, with positions in the world.
-    const Result<void> named = name_positions(file.room, report);
-    return named ? volume.error() : named.error();
-  }
+  if (!volume)
+    return in_world(volume.error(), file.room, report);
   if (collapsed > 0)
     report.room.notes.push_back(std::to_string(collapsed) +
                                 " faces thinner than 3e-8 of the room are left out of the light transport");
@@ -125,6 +128,19 @@ Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partitio
     if (const Result<void> named = name_positions(file.room, report); !named)
       return named.error();
   return volume;
+}
+
+Result<BakeReport> count_room_bake(const RoomFile& file, bool fine, const BakeOptions& options) {
+  const RoomFrame frame = RoomFrame::of(file.room);
+  std::size_t collapsed = 0;
+  const RoomFile local{room_in_frame(file.room, frame, collapsed), file.report, file.content_hash};
+  Result<BakeReport> report = count_bake(local, fine, options_in_frame(options, frame));
+  if (!report) {
+    BakeReport none;
+    return in_world(report.error(), file.room, none);
+  }
+  report_in_world(frame, *report);
+  return report;
 }
 
 } // namespace daylit::precompute

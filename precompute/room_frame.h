@@ -27,4 +27,7 @@ Room room_in_frame(const Room& room, const RoomFrame& frame, std::size_t& collap
 Result<BasisVolume> bake_room(const RoomFile& room, const SkyPartition& partition, const BakeOptions& options,
                               const Progress& progress, BakeReport& report);
 
+/// count_bake() in the room's own frame.
+Result<BakeReport> count_room_bake(const RoomFile& room, bool fine, const BakeOptions& options);
+
 } // namespace daylit::precompute

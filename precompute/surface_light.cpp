@@ -10,6 +10,10 @@ namespace daylit::precompute {
 
 namespace {
 
+constexpr float kBlack = 1e-12f; ///< reflects nothing: its square is lost in single precision
+
+bool is_black(const Rgb& reflectance) { return std::max({reflectance.r, reflectance.g, reflectance.b}) < kBlack; }
+
 /// Where a patch is, how it is turned and what it reflects: clusters are small in all of these.
 using Features = std::array<double, 9>;
 
@@ -120,8 +124,21 @@ void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& el
   }
 }
 
+/// Irradiance of each patch under a white sky: mean over its elements.
+std::vector<float> white_sky(const detail::LightElements& elements, std::size_t patches,
+                             const std::vector<radiosity::FirstBounceRow>& rows) {
+  std::vector<float> of_patches(patches, 0.0f);
+  for (std::size_t element = 0; element < rows.size(); ++element) {
+    double sky = 0;
+    for (const Rgb& x : rows[element].irradiance)
+      sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
+    of_patches[elements.parent[element]] += elements.fraction[element] * static_cast<float>(sky);
+  }
+  return of_patches;
+}
+
 /// Column k: irradiance 1 on cluster k. The last column: the whole sky, for the audit of energy.
-radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::LightElements& elements,
+radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const std::vector<float>& sky,
                                        const std::vector<std::int32_t>& cluster_of, std::vector<float> opening) {
   const std::size_t columns = light.clusters + 1;
   radiosity::FirstBounce first{.patches = light.patches,
@@ -130,15 +147,10 @@ radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const detail::
                                .irradiance = std::vector<float>(light.patches * columns, 0.0f),
                                .opening = std::move(opening)};
   std::iota(first.region.begin(), first.region.end(), 0);
-  for (std::size_t e = 0; e < light.patches; ++e)
+  for (std::size_t e = 0; e < light.patches; ++e) {
     if (cluster_of[e] >= 0)
       first.row(e, 0)[cluster_of[e]] = 1.0f;
-  for (std::size_t s = 0; s < light.source.size(); ++s) {
-    double sky = 0;
-    for (const Rgb& x : light.light[s].irradiance)
-      sky += (double(x.r) + double(x.g) + double(x.b)) / 3.0;
-    const std::uint32_t element = light.source[s];
-    first.row(light.parent[element], 0)[light.clusters] += elements.fraction[element] * static_cast<float>(sky);
+    first.row(e, 0)[light.clusters] = sky[e];
   }
   return first;
 }
@@ -174,7 +186,8 @@ void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::P
 
 } // namespace
 
-/// Sources are the elements that any node lights; B = rho H on them at once, what comes back later by clusters.
+/// Sources are the elements that any node lights and that reflect; B = rho H on them at once, what comes back later by
+/// clusters.
 Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
                                    std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
@@ -186,16 +199,18 @@ Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail:
   light.parent = elements.parent;
   light.element_fraction = elements.fraction;
   std::vector<float> opening = elements.opening_of_parents(rows);
+  const std::vector<float> sky = white_sky(elements, light.patches, rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].region.empty())
+    const Rgb& reflectance = elements.patches.patches[i].reflectance;
+    if (rows[i].region.empty() || is_black(reflectance))
       continue;
     light.source.push_back(static_cast<std::uint32_t>(i));
-    light.reflectance.push_back(elements.patches.patches[i].reflectance);
+    light.reflectance.push_back(reflectance);
     light.light.push_back(std::move(rows[i]));
   }
   const std::vector<std::int32_t> cluster_of = find_clusters(set, lit_patches(light), clusters, light.clusters);
   join_clusters(set, elements.patches, cluster_of, light);
-  const radiosity::FirstBounce first = cluster_columns(light, elements, cluster_of, std::move(opening));
+  const radiosity::FirstBounce first = cluster_columns(light, sky, cluster_of, std::move(opening));
   const auto solved = radiosity::solve_radiosity(set, exchange, first, options, progress, &report.solve);
   if (!solved)
     return solved.error();

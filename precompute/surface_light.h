@@ -20,7 +20,7 @@ struct SurfaceLight {
   std::size_t patches = 0, elements = 0, clusters = 0;
   std::vector<std::uint32_t> parent;            ///< patch of each element
   std::vector<float> element_fraction;          ///< of each element in its patch's area
-  std::vector<std::uint32_t> source;            ///< elements that the sky lights, increasing
+  std::vector<std::uint32_t> source;            ///< elements that the sky lights and that reflect, increasing
   std::vector<radiosity::FirstBounceRow> light; ///< of each source
   std::vector<std::uint32_t> cluster;           ///< of each source
   std::vector<float> cluster_fraction;          ///< of each source: its area / that of its cluster

@@ -211,7 +211,29 @@ void fill_report(const ExchangeProblem& problem, const ExchangeMatrix& m, Exchan
   report.mean_rank = report.low_rank_blocks > 0 ? ranks / static_cast<double>(report.low_rank_blocks) : 0.0;
 }
 
+double bytes_of(const ExchangePlan& plan) { return 4.0 * plan.values; }
+
+Result<ExchangePlan> allowed_plan(const PatchSet& set, const ClusterTree& tree, const BlockVisibility& visibility,
+                                  const ExchangeOptions& options) {
+  ExchangePlan plan = plan_exchange(tree, visibility, {.black = black_positions(set, tree, options)});
+  if (bytes_of(plan) > static_cast<double>(options.max_bytes))
+    return Error{ErrorCode::limit_exceeded,
+                 std::to_string(set.patches.size()) + " patches need more memory for their form factors than allowed",
+                 "form factors", "use a larger --patch-size"};
+  return plan;
+}
+
 } // namespace
+
+Result<double> exchange_bytes(const PatchSet& set, const SurfaceMesh& mesh, const Room& room,
+                              const ExchangeOptions& options) {
+  const ClusterTree tree = patch_tree(set, mesh);
+  const BlockVisibility visibility(convex_obstacles(room, mesh.origin));
+  const Result<ExchangePlan> plan = allowed_plan(set, tree, visibility, options);
+  if (!plan)
+    return plan.error();
+  return bytes_of(*plan);
+}
 
 /// Cluster tree, obstacles, plan of blocks, then the blocks.
 Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& mesh, const Room& room,
@@ -220,11 +242,10 @@ Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& me
   const double start = wall_seconds();
   const ClusterTree tree = patch_tree(set, mesh);
   const BlockVisibility visibility(convex_obstacles(room, mesh.origin));
-  const ExchangePlan plan = plan_exchange(tree, visibility, {.black = black_positions(set, tree, options)});
-  if (4.0 * plan.values > static_cast<double>(options.max_bytes))
-    return Error{ErrorCode::limit_exceeded,
-                 std::to_string(set.patches.size()) + " patches need more memory for their form factors than allowed",
-                 "form factors", "use a larger --patch-size"};
+  const Result<ExchangePlan> allowed = allowed_plan(set, tree, visibility, options);
+  if (!allowed)
+    return allowed.error();
+  const ExchangePlan& plan = *allowed;
   const glm::dvec3 shift = mesh.origin - rays.origin();
   ExchangeProblem problem{set, rays, options, tree, visibility, PairArrays(set, tree.order(), shift), shift, {}};
   std::vector<ExchangeBlock> blocks;

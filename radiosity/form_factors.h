@@ -43,4 +43,8 @@ Result<ExchangeMatrix> exchange_areas(const PatchSet& set, const SurfaceMesh& me
                                       const RayScene& rays, const ExchangeOptions& options, const Progress& progress,
                                       ExchangeReport* report = nullptr);
 
+/// Bytes that exchange_areas() is expected to store; none is computed. Error: limit_exceeded, as above.
+Result<double> exchange_bytes(const PatchSet& set, const SurfaceMesh& mesh, const Room& room,
+                              const ExchangeOptions& options);
+
 } // namespace daylit::radiosity

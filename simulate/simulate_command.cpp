@@ -14,6 +14,7 @@
 #include "scene/core/atomic_file.h"
 #include "scene/core/output_file.h"
 #include "scene/image/image_formats.h"
+#include "scene/placing/set_down.h"
 #include "scene/room/room_formats.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/picture.h"
@@ -31,12 +32,19 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// All objects of the scene in world coordinates, as one mesh.
-Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects) {
+Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects, const Room& room) {
   ObjectMesh all;
-  for (const ObjectConfig& config : objects) {
-    auto mesh = read_object_mesh(config.model, config.reflectance.value_or(Rgb(0.7f)));
+  const auto rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  for (const ObjectConfig& given : objects) {
+    auto mesh = read_object_mesh(given.model, given.reflectance.value_or(Rgb(0.7f)));
     if (!mesh)
       return mesh.error();
+    const auto placed = set_down(given, WeighedMesh(*mesh), room, *rays);
+    if (!placed)
+      return placed.error();
+    const ObjectConfig& config = *placed;
     const glm::dmat4 transform = object_transform(config);
     const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(transform)));
     const auto first = static_cast<std::uint32_t>(all.positions.size());
@@ -73,7 +81,7 @@ Result<TraceScene> build_scene(const SimulateConfig& config) {
   const auto room = read_room(config.run.room_model);
   if (!room)
     return room.error();
-  const auto object = read_objects(config.run.objects);
+  const auto object = read_objects(config.run.objects, room->room);
   if (!object)
     return object.error();
   std::optional<MarkerBoard> board;

@@ -1,5 +1,6 @@
 #include "precompute/detail/transport_problem.h"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <span>
@@ -16,8 +17,12 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
   if (!options.points.empty())
     return make_points(options.points, room.bounds(), scene, apertures);
   Result<ProbeSet> grid = make_grid(room.bounds(), options.grid, options.spacing_m, options.density);
-  if (grid)
-    mark_air(*grid, scene, apertures);
+  if (!grid)
+    return grid;
+  mark_air(*grid, scene, apertures);
+  if (std::ranges::count(grid->valid, 1) == 0)
+    return Error{ErrorCode::geometry_invalid, "no point of the room's inside can be reached from an opening", "room",
+                 "check that the walls enclose a space and that the windows lie in them"};
   return grid;
 }
 

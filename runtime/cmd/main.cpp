@@ -12,6 +12,7 @@
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
 #include "scene/config/config.h"
+#include "scene/config/placement_text.h"
 #include "scene/core/command_line.h"
 #include "scene/core/program.h"
 
@@ -25,12 +26,29 @@ struct Options {
   Backend backend = Backend::automatic;
 };
 
-nlohmann::json to_json(const FrameReport& report, int frame) {
+/// Where the objects are, in the words of the configuration.
+nlohmann::ordered_json to_json(const std::vector<ObjectConfig>& objects) {
+  auto list = nlohmann::ordered_json::array();
+  const auto triple = [](const glm::dvec3& v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
+  for (const ObjectConfig& o : objects) {
+    nlohmann::ordered_json object{{"model", o.model.string()},
+                                  {"position", triple(o.position)},
+                                  {"rotation", triple(o.rotation_deg)},
+                                  {"scale", o.scale}};
+    if (o.on)
+      object["on"] = o.on->surface.empty() ? "anything" : o.on->surface;
+    list.push_back(std::move(object));
+  }
+  return list;
+}
+
+nlohmann::json to_json(const FrameReport& report, const std::vector<ObjectConfig>& objects, int frame) {
   nlohmann::ordered_json stages;
   for (const auto& [name, ms] : report.stage_ms)
     stages[name] = ms;
   stages["total"] = report.total_ms;
   return {{"frame", frame},
+          {"objects", to_json(objects)},
           {"stage_ms", stages},
           {"sky_lights", report.sky_lights},
           {"sun_lights", report.sun_lights},
@@ -101,11 +119,18 @@ Result<Composite> draw_frames(const Options& options, Session session, const Sky
     if (k == 0)
       print_notes(report.warnings);
     if (options.json)
-      std::printf("%s\n", to_json(report, k).dump().c_str());
+      std::printf("%s\n", to_json(report, session.placements(), k).dump().c_str());
     else if (!options.quiet)
       print_report(report, k);
   }
   return std::move(session).take_composite();
+}
+
+/// The window stays open whatever becomes of the file.
+void save_placements(const std::filesystem::path& config, const Session& session) {
+  print_notes(session.standing_warnings());
+  const auto written = write_placements(config, session.placements());
+  print_notes({written ? config.string() + ": the objects' places are written" : written.error().message()});
 }
 
 Result<void> run(const Options& options) {
@@ -143,7 +168,8 @@ Result<void> run(const Options& options) {
     return composite ? write_outputs(config->output, input->photo, *composite) : composite.error();
   }
   const auto view = [&](const RgbImage& picture) { return view_of(input->photo, picture); };
-  return run_viewer(*session, *config, *sky, photo, view, options.frames > 1 ? options.frames : 0);
+  const auto save = [&] { save_placements(options.config, *session); };
+  return run_viewer(*session, *sky, photo, view, save, options.frames > 1 ? options.frames : 0);
 }
 
 } // namespace
@@ -163,7 +189,7 @@ int main(int argc, char** argv) {
   app.add_flag(
       "--window", options.window,
       "show it: drag objects or turn the camera with the mouse; 1, 2, 3: direct, indirect, differential light; "
-      "g: frame times; r: the photograph's view; Escape: end");
+      "g: frame times; r: the photograph's view; s: write the objects' places to the configuration; Escape: end");
   app.add_option(
          "--renderer", options.backend,
          "auto, gl (OpenGL), osmesa (OpenGL without a driver), window (a desktop's OpenGL) or rays (on the processor)")

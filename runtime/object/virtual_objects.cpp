@@ -11,6 +11,7 @@
 #include "runtime/object/mesh_topology.h"
 #include "runtime/object/relight.h"
 #include "scene/core/parallel.h"
+#include "scene/placing/standing.h"
 
 namespace daylit {
 
@@ -37,7 +38,24 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
   return {};
 }
 
-/// Around the bounding box, not the vertices: good enough for picking with the mouse.
+/// In the frame of each part, where distances along the ray are those of the world.
+std::optional<std::size_t> VirtualObjects::first_hit(const glm::dvec3& eye, const glm::dvec3& direction,
+                                                     double most_m) const {
+  std::optional<std::size_t> first;
+  auto nearest = static_cast<float>(most_m);
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const glm::dmat4 object_from_world = glm::inverse(parts[k].world_from_object);
+    RayHit hit;
+    if (!parts[k].rays.closest(parts[k].rays.to_local(glm::dvec3(object_from_world * glm::dvec4(eye, 1.0))),
+                               glm::vec3(glm::dmat3(object_from_world) * direction), 0.0f, nearest, hit))
+      continue;
+    first = k;
+    nearest = hit.distance;
+  }
+  return first;
+}
+
+/// Around the bounding box, not the vertices.
 BoundingSphere VirtualObjects::bounds(std::size_t k) const {
   Bounds box;
   if (k >= parts.size())
@@ -62,7 +80,7 @@ void wind_by_normals(ObjectMesh& mesh) {
 
 /// A part keeps its mesh and rays in its own frame; the surface of all objects is in the world.
 Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTransfer> transfer,
-                    const ObjectConfig& placement) {
+                    const glm::dvec3& centre_of_mass, const ObjectConfig& placement) {
   const std::size_t first = all.surface.positions.size(), count = first + mesh.positions.size();
   all.surface.positions.resize(count);
   all.surface.normals.resize(count);
@@ -77,7 +95,7 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   auto rays = RayScene::build(positions, mesh.triangles);
   if (!rays)
     return rays.error();
-  all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first});
+  all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass});
   return all.set_placement(all.parts.size() - 1, placement);
 }
 
@@ -95,6 +113,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     if (mesh->triangles.empty())
       all.notes.push_back(objects[k].model.string() + ": no triangles, nothing is drawn");
     wind_by_normals(*mesh);
+    const glm::dvec3 mass = centre_of_mass(*mesh);
     const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
     if (const auto cut = cut_where_parts_cross(*mesh); !cut)
       return cut.error();
@@ -103,7 +122,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
       return transfer.error();
     if (!transfer->note.empty())
       all.notes.push_back(transfer->note);
-    if (const auto placed = append(all, std::move(*mesh), std::move(transfer->transfer), objects[k]); !placed)
+    if (const auto placed = append(all, std::move(*mesh), std::move(transfer->transfer), mass, objects[k]); !placed)
       return placed.error();
   }
   return all;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,7 @@ struct VirtualObjects {
     RayScene rays;
     std::size_t first_vertex = 0; ///< in surface
     glm::dmat4 world_from_object{1.0};
+    glm::dvec3 centre_of_mass{0.0}; ///< of the mesh, in its own frame
   };
   ObjectSurface surface;
   std::vector<VertexTransfer> transfer; ///< per vertex, world frame
@@ -30,6 +32,8 @@ struct VirtualObjects {
 
   /// Places part k anew. Error value_invalid: there is no such part, or the scale is not positive and finite.
   Result<void> set_placement(std::size_t k, const ObjectConfig& placement);
+  /// The first part that a ray meets within `most_m`; the direction is a unit vector, world.
+  std::optional<std::size_t> first_hit(const glm::dvec3& eye, const glm::dvec3& direction, double most_m) const;
   /// Of part k in the world; radius 0 when there is none.
   BoundingSphere bounds(std::size_t k) const;
 };

@@ -7,12 +7,15 @@
 
 #include "runtime/session/picture_stage.h"
 #include "runtime/session/stage_clock.h"
+#include "scene/placing/set_down.h"
 #include "scene/room/room_formats.h"
 #include "scene/volume/volume.h"
 
 namespace daylit {
 
 namespace {
+
+constexpr float kFar_m = 1e9f;
 
 /// What a frame found out that its user can do something about.
 struct FrameState {
@@ -98,6 +101,9 @@ struct Session::State {
   State(const RunConfig& c, std::unique_ptr<LoadedRoom> r) : config(c), room(std::move(r)) {}
   Result<void> load_rest(int width, int height, const Progress& progress);
   Result<void> start_renderer();
+  Result<void> place(std::size_t k, const ObjectConfig& placement);
+  WeighedMesh weighed(std::size_t k) const { return {objects->parts[k].mesh, objects->parts[k].centre_of_mass}; }
+  std::vector<std::string> standing_warnings() const;
   Result<void> set_camera(const glm::dmat4& world_from_camera, int width, int height);
   void finish_report(FrameReport report);
   PictureInputs inputs() const { return {sky, light, objects, camera, shown}; }
@@ -118,6 +124,26 @@ Result<void> Session::State::start_renderer() {
   return picture.give(camera, objects);
 }
 
+Result<void> Session::State::place(std::size_t k, const ObjectConfig& placement) {
+  if (k >= config.objects.size())
+    return objects.change().set_placement(k, placement); // says so
+  auto placed = set_down(placement, weighed(k), room->volume.room, room->rays);
+  if (!placed)
+    return placed.error();
+  if (const auto done = objects.change().set_placement(k, *placed); !done)
+    return done;
+  config.objects[k] = std::move(*placed);
+  return {};
+}
+
+std::vector<std::string> Session::State::standing_warnings() const {
+  std::vector<std::string> lines;
+  for (std::size_t k = 0; k < config.objects.size(); ++k)
+    for (std::string& line : daylit::standing_warnings(config.objects[k], weighed(k), room->volume.room, room->rays))
+      lines.push_back(std::move(line));
+  return lines;
+}
+
 Result<void> Session::State::load_rest(int width, int height, const Progress& progress) {
   auto read = read_lens(config.interior.lens);
   if (!read)
@@ -129,6 +155,12 @@ Result<void> Session::State::load_rest(int width, int height, const Progress& pr
     return loaded.error();
   notes = loaded->notes;
   objects.set(std::move(*loaded));
+  for (std::size_t k = 0; k < config.objects.size(); ++k)
+    if (config.objects[k].on)
+      if (const auto placed = place(k, config.objects[k]); !placed)
+        return placed;
+  for (std::string& line : standing_warnings())
+    notes.push_back(std::move(line));
   if (const auto r = set_camera(*config.world_from_camera, width, height); !r)
     return r;
   if (const auto r = start_renderer(); !r)
@@ -186,7 +218,18 @@ Result<void> Session::set_pose(const glm::dmat4& world_from_camera) {
 }
 
 Result<void> Session::set_placement(std::size_t k, const ObjectConfig& placement) {
-  return state_->objects.change().set_placement(k, placement);
+  return state_->place(k, placement);
+}
+
+const std::vector<ObjectConfig>& Session::placements() const { return state_->config.objects; }
+
+std::vector<std::string> Session::standing_warnings() const { return state_->standing_warnings(); }
+
+std::optional<std::size_t> Session::object_at(const glm::dvec3& eye, const glm::dvec3& direction) const {
+  const RayScene& rays = state_->room->rays;
+  RayHit room;
+  const bool meets = rays.closest(rays.to_local(eye), glm::vec3(direction), 0.0f, kFar_m, room);
+  return state_->objects->first_hit(eye, direction, static_cast<double>(meets ? room.distance : kFar_m));
 }
 
 void Session::set_light_samples(int samples) { state_->config.light_samples = samples; }

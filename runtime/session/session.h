@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -78,8 +79,15 @@ public:
 
   /// Camera x right, y down, z forward. Error: no rigid motion.
   Result<void> set_pose(const glm::dmat4& world_from_camera);
-  /// Moves, turns or scales object k of the configuration.
+  /// Moves, turns or scales object k of the configuration; with `on` it is set down. Error: no such object, or nothing
+  /// there that it could stand on; it stays where it was then.
   Result<void> set_placement(std::size_t k, const ObjectConfig& placement);
+  /// Where the objects are: as configured, with the height that `on` gave them.
+  const std::vector<ObjectConfig>& placements() const;
+  /// Objects with `on` that would tip over or that the room cuts through, a line each.
+  std::vector<std::string> standing_warnings() const;
+  /// The object that a ray from `eye` shows, if no surface of the room is before it. Unit direction, world.
+  std::optional<std::size_t> object_at(const glm::dvec3& eye, const glm::dvec3& direction) const;
   void set_light_samples(int samples);
   void show(const ShownParts& parts);
 

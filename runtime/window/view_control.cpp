@@ -45,23 +45,6 @@ std::optional<glm::dvec3> on_floor(const glm::dvec3& eye, const glm::dvec3& dire
   return eye + t * direction;
 }
 
-std::optional<std::size_t> picked(const std::vector<BoundingSphere>& spheres, const glm::dvec3& eye,
-                                  const glm::dvec3& direction) {
-  std::optional<std::size_t> best;
-  double nearest = 0.0;
-  for (std::size_t k = 0; k < spheres.size(); ++k) {
-    const glm::dvec3 to = spheres[k].centre - eye;
-    const double along = glm::dot(to, direction);
-    const double beside = glm::dot(to, to) - along * along, square = spheres[k].radius * spheres[k].radius;
-    if (along <= 0.0 || beside >= square)
-      continue;
-    const double entry = along - std::sqrt(square - beside);
-    if (!best || entry < nearest)
-      best = k, nearest = entry;
-  }
-  return best;
-}
-
 glm::dvec3 ViewControl::direction(const glm::dvec2& pixel, const RenderCamera& camera) {
   glm::dvec2 drawn = pixel;
   if (!camera.drawn_position.empty()) {
@@ -72,17 +55,15 @@ glm::dvec3 ViewControl::direction(const glm::dvec2& pixel, const RenderCamera& c
   return camera.direction(drawn);
 }
 
-void ViewControl::press(const glm::dvec2& pixel, const RenderCamera& camera,
-                        const std::vector<BoundingSphere>& spheres) {
+void ViewControl::press(const glm::dvec2& pixel, const RenderCamera& camera, std::optional<std::size_t> object,
+                        const glm::dvec3& target) {
   last_ = pixel;
-  if (!spheres.empty())
-    target_ = spheres[0].centre;
-  const glm::dvec3 w = direction(pixel, camera);
-  held_ = picked(spheres, camera.eye(), w);
+  target_ = target;
+  held_ = object;
   turning_ = !held_;
   if (!held_)
     return;
-  const auto point = on_floor(camera.eye(), w, positions_[*held_].z);
+  const auto point = on_floor(camera.eye(), direction(pixel, camera), positions_[*held_].z);
   if (point)
     grip_ = positions_[*held_] - *point;
   else
@@ -108,6 +89,11 @@ void ViewControl::scroll(double steps, const RenderCamera& camera) {
   orbit_->zoom(steps);
 }
 
+void ViewControl::place(std::size_t k, const glm::dvec3& position) {
+  if (held_ != k)
+    positions_[k] = position;
+}
+
 void ViewControl::key(char which) {
   if (which == '1')
     parts_.direct = !parts_.direct;
@@ -119,6 +105,8 @@ void ViewControl::key(char which) {
     frame_times_ = !frame_times_;
   if (which == 'r')
     orbit_.reset();
+  if (which == 's')
+    save_ = true;
 }
 
 } // namespace daylit

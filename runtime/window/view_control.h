@@ -4,6 +4,7 @@
 // they stand on, switch parts of the light.
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <glm/mat4x4.hpp>
@@ -12,7 +13,6 @@
 
 #include "runtime/base/render_camera.h"
 #include "runtime/session/session.h"
-#include "runtime/base/bounding_sphere.h"
 
 namespace daylit {
 
@@ -31,21 +31,21 @@ struct Orbit {
 /// Where a ray meets the horizontal plane at `height_m`, before the eye; empty when it does not, or beyond 100 m.
 std::optional<glm::dvec3> on_floor(const glm::dvec3& eye, const glm::dvec3& direction, double height_m);
 
-/// The nearest sphere that a ray meets before the eye.
-std::optional<std::size_t> picked(const std::vector<BoundingSphere>& spheres, const glm::dvec3& eye,
-                                  const glm::dvec3& direction);
-
 /// State of the interaction. Pixels are of the photograph, (0, 0) the centre of the top left one.
 class ViewControl {
 public:
   explicit ViewControl(std::vector<glm::dvec3> object_positions) : positions_(std::move(object_positions)) {}
 
-  /// On an object: takes hold of it at its foot's height. Beside: turns the camera.
-  void press(const glm::dvec2& pixel, const RenderCamera& camera, const std::vector<BoundingSphere>& spheres);
+  /// Unit direction, world, in which a pixel looks.
+  static glm::dvec3 direction(const glm::dvec2& pixel, const RenderCamera& camera);
+
+  /// On an object: takes hold of it at its foot's height. Beside: turns the camera about `target`.
+  void press(const glm::dvec2& pixel, const RenderCamera& camera, std::optional<std::size_t> object,
+             const glm::dvec3& target);
   void move(const glm::dvec2& pixel, const RenderCamera& camera);
   void release() { held_.reset(), turning_ = false; }
   void scroll(double steps, const RenderCamera& camera);
-  /// 1 direct, 2 indirect, 3 differential, g frame times, r back to the photograph's view.
+  /// 1 direct, 2 indirect, 3 differential, g frame times, r back to the photograph's view, s save.
   void key(char which);
 
   const ShownParts& parts() const { return parts_; }
@@ -54,17 +54,20 @@ public:
   const std::optional<Orbit>& orbit() const { return orbit_; }
   const glm::dvec3& position(std::size_t k) const { return positions_[k]; }
   std::optional<std::size_t> held() const { return held_; }
+  /// Where an object came to stand; while it is held, the mouse says where it is.
+  void place(std::size_t k, const glm::dvec3& position);
+  /// Whether s was pressed since the last call.
+  bool take_save() { return std::exchange(save_, false); }
 
 private:
   std::vector<glm::dvec3> positions_;
   ShownParts parts_;
-  bool frame_times_ = true, turning_ = false;
+  bool frame_times_ = true, turning_ = false, save_ = false;
   std::optional<Orbit> orbit_;
   std::optional<std::size_t> held_;
   glm::dvec3 grip_{0.0}; ///< of the held object's position from the point under the mouse
   glm::dvec2 last_{0.0};
   glm::dvec3 target_{0.0}; ///< turned about: the objects
-  static glm::dvec3 direction(const glm::dvec2& pixel, const RenderCamera& camera);
 };
 
 } // namespace daylit

@@ -11,11 +11,10 @@ namespace daylit {
 
 namespace {
 
-std::vector<BoundingSphere> spheres_of(const Session& session, std::size_t objects) {
-  std::vector<BoundingSphere> spheres;
-  for (std::size_t k = 0; k < objects; ++k)
-    spheres.push_back(session.object_bounds(k));
-  return spheres;
+constexpr double kStep_m = 1e-4; // what is dragged stops at whole steps: a file with such places reads well
+
+glm::dvec3 rounded(const glm::dvec3& p) {
+  return {kStep_m * std::round(p.x / kStep_m), kStep_m * std::round(p.y / kStep_m), p.z};
 }
 
 /// The photograph, or what the room's model shows from elsewhere.
@@ -46,16 +45,40 @@ private:
   std::uint64_t number_ = 0;
 };
 
-Result<void> follow(Session& session, const ViewControl& control, std::vector<ObjectConfig>& objects,
-                    const glm::dmat4& photo_pose) {
-  session.show(control.parts());
-  for (std::size_t k = 0; k < objects.size(); ++k)
-    if (objects[k].position != control.position(k)) {
-      objects[k].position = control.position(k);
-      if (const auto placed = session.set_placement(k, objects[k]); !placed)
+/// What stands on a surface follows the mouse over it; beside it, it stays where it stood last.
+Result<void> follow_objects(Session& session, ViewControl& control) {
+  for (std::size_t k = 0; k < session.placements().size(); ++k) {
+    ObjectConfig object = session.placements()[k];
+    const glm::dvec3 wanted = rounded(control.position(k));
+    const bool moved = object.on ? glm::dvec2(wanted) != glm::dvec2(object.position) : wanted != object.position;
+    if (control.held() == k && moved) {
+      object.position = wanted;
+      if (const auto placed = session.set_placement(k, object); !placed && !object.on)
         return placed;
     }
+    control.place(k, session.placements()[k].position);
+  }
+  return {};
+}
+
+Result<void> follow(Session& session, ViewControl& control, const glm::dmat4& photo_pose) {
+  session.show(control.parts());
+  if (const auto followed = follow_objects(session, control); !followed)
+    return followed;
   return session.set_pose(control.orbit() ? control.orbit()->pose() : photo_pose);
+}
+
+void listen(ViewWindow& window, ViewControl& control, Session& session) {
+  const auto button = [&](bool down, const glm::dvec2& pixel) {
+    const RenderCamera& camera = session.camera();
+    if (down)
+      control.press(pixel, camera, session.object_at(camera.eye(), ViewControl::direction(pixel, camera)),
+                    session.object_bounds(0).centre);
+    else
+      control.release();
+  };
+  window.on({button, [&](const glm::dvec2& pixel) { control.move(pixel, session.camera()); },
+             [&](double steps) { control.scroll(steps, session.camera()); }, [&](char key) { control.key(key); }});
 }
 
 } // namespace
@@ -86,24 +109,17 @@ void FrameGraph::draw(Rgb8Image& picture) const {
   }
 }
 
-Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImage& sky, const PhotoPixels& photo,
-                        const std::function<Rgb8Image(const RgbImage&)>& encode, int most_frames) {
+Result<void> run_viewer(Session& session, const SkyImage& sky, const PhotoPixels& photo,
+                        const std::function<Rgb8Image(const RgbImage&)>& encode, const std::function<void()>& save,
+                        int most_frames) {
   auto window = ViewWindow::open(photo.width(), photo.height(), "daylit");
   if (!window)
     return window.error();
-  std::vector<ObjectConfig> objects = config.objects;
   std::vector<glm::dvec3> positions;
-  for (const ObjectConfig& object : objects)
+  for (const ObjectConfig& object : session.placements())
     positions.push_back(object.position);
-  ViewControl control(positions);
-  window->on({[&](bool down, const glm::dvec2& pixel) {
-                if (down)
-                  control.press(pixel, session.camera(), spheres_of(session, objects.size()));
-                else
-                  control.release();
-              },
-              [&](const glm::dvec2& pixel) { control.move(pixel, session.camera()); },
-              [&](double steps) { control.scroll(steps, session.camera()); }, [&](char key) { control.key(key); }});
+  ViewControl control(std::move(positions));
+  listen(*window, control, session);
   const glm::dmat4 photo_pose = session.camera().world_from_camera;
   Background background(photo, photo_pose);
   FrameGraph graph;
@@ -112,7 +128,7 @@ Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImag
   for (int k = 0; most_frames == 0 || k < most_frames; ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));
-    if (const auto followed = follow(session, control, objects, photo_pose); !followed)
+    if (const auto followed = follow(session, control, photo_pose); !followed)
       return followed;
     background.follow(session, session.camera().world_from_camera);
     const auto frame = session.render({sky, background.picture(), 1, background.number()});
@@ -125,6 +141,8 @@ Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImag
     const auto open = window->show(picture);
     if (!open)
       return open.error();
+    if (control.take_save())
+      save();
     if (!*open)
       break;
   }

@@ -11,7 +11,9 @@
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
 //   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
 //   [room]     volume; model (optional): the volume must have been baked from it
-//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
+//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance;
+//              on = material of the room, with position = [x, y], or alone: in the middle of it; or on = [x, y]:
+//              set down on the surface below (scene/placing/set_down.h)
 //   [light]    samples, indirect_shadow = true | false
 //   [output]   png, exr, mask; size = [width, height], pixels: what is written is resampled to it by area, in linear
 //              light; of the picture's own shape, at most four times as wide; left out: as [interior] image
@@ -75,12 +77,19 @@ struct MarkerConfig { // [marker]
   glm::dmat4 world_from_board{1.0}; ///< board: x right, y up, z out of the board
 };
 
+/// [[object]] on: the height of the object follows from what it stands on.
+struct StandsOn {
+  std::string surface;   ///< material of the room; empty: whatever is below
+  bool has_place = true; ///< false: in the middle of the surface, x and y of the position are not given
+};
+
 struct ObjectConfig { // [[object]]
   std::filesystem::path model;
   glm::dvec3 position{0.0};     ///< metres, world, of the object's origin
   glm::dvec3 rotation_deg{0.0}; ///< about x, then y, then z
   double scale = 1.0;
   std::optional<Rgb> reflectance; ///< overrides the model's
+  std::optional<StandsOn> on;
 };
 
 struct OutputConfig { // [output]

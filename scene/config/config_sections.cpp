@@ -1,6 +1,7 @@
 #include "scene/config/config_sections.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -106,12 +107,38 @@ void read_marker(TomlSection root, std::optional<MarkerConfig>& marker) {
   marker = m;
 }
 
+namespace {
+
+/// on = "material" with position = [x, y] or none, or on = [x, y]. Without `on`, position = [x, y, z].
+void read_place(TomlSection& section, ObjectConfig& object) {
+  if (!section.has("on")) {
+    section.read("position", object.position, {-kFar, kFar});
+    return;
+  }
+  object.on.emplace();
+  const bool positioned = section.has("position");
+  std::array<double, 2> place{};
+  if (section.is_text("on")) {
+    if (section.read("on", object.on->surface) && object.on->surface.empty())
+      section.problem("on", "names no surface; give a material of the room, or [x, y]");
+    object.on->has_place = positioned;
+    if (positioned && section.read_array("position", place, {-kFar, kFar}))
+      object.position = {place[0], place[1], 0.0};
+  } else if (section.read_array("on", place, {-kFar, kFar})) {
+    object.position = {place[0], place[1], 0.0};
+    if (positioned)
+      section.problem("position", "given together with on = [x, y]; keep one");
+  }
+}
+
+} // namespace
+
 void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects) {
   for (TomlSection section : root.sections("object")) {
     ObjectConfig object;
     if (!section.read("model", object.model) && !section.has("model"))
       section.problem("", "needs model, an OBJ or PLY file");
-    section.read("position", object.position, {-kFar, kFar});
+    read_place(section, object);
     section.read("rotation", object.rotation_deg, {-3600.0, 3600.0});
     section.read("scale", object.scale, {1e-6, 1e6});
     if (Rgb c(0.0f); section.read_rgb("reflectance", c, {0.0, 1.0}))
@@ -159,11 +186,25 @@ std::string marker_toml(const std::optional<MarkerConfig>& marker) {
                      text(marker->white_reflectance), text(marker->world_from_board));
 }
 
+PlaceText place_text(const ObjectConfig& o) {
+  if (!o.on)
+    return {"position", text(o.position), {o.position.x, o.position.y, o.position.z}};
+  if (!o.on->has_place)
+    return {};
+  return {o.on->surface.empty() ? "on" : "position",
+          fmt::format("[{}, {}]", text(o.position.x), text(o.position.y)),
+          {o.position.x, o.position.y}};
+}
+
 std::string objects_toml(const std::vector<ObjectConfig>& objects) {
   std::string out;
   for (const ObjectConfig& o : objects) {
-    out += fmt::format("\n[[object]]\nmodel = {}\nposition = {}\nrotation = {}\nscale = {}\n", quoted(o.model.string()),
-                       text(o.position), text(o.rotation_deg), text(o.scale));
+    out += fmt::format("\n[[object]]\nmodel = {}\n", quoted(o.model.string()));
+    if (o.on && !o.on->surface.empty())
+      out += "on = " + quoted(o.on->surface) + "\n";
+    if (const PlaceText place = place_text(o); !place.key.empty())
+      out += place.key + " = " + place.value + "\n";
+    out += fmt::format("rotation = {}\nscale = {}\n", text(o.rotation_deg), text(o.scale));
     if (o.reflectance)
       out += "reflectance = " + text(*o.reflectance) + "\n";
   }

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "scene/config/config.h"
 #include "scene/format/toml_section.h"
@@ -24,6 +25,12 @@ std::string sky_picture_toml(const SkyConfig& sky);
 std::string pose_toml(const std::optional<glm::dmat4>& world_from_camera);
 std::string marker_toml(const std::optional<MarkerConfig>& marker);
 std::string objects_toml(const std::vector<ObjectConfig>& objects);
+/// The key that says where an object is, and its value; empty where it has none.
+struct PlaceText {
+  std::string key, value;
+  std::vector<double> number;
+};
+PlaceText place_text(const ObjectConfig& object);
 std::string output_toml(const OutputConfig& output);
 
 } // namespace daylit::detail

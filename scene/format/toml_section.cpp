@@ -264,6 +264,11 @@ bool TomlSection::is_number(const std::string& key) const {
   return node && node->is_number();
 }
 
+bool TomlSection::is_text(const std::string& key) const {
+  const toml::node* node = table_ ? table_->get(key) : nullptr;
+  return node && node->is_string();
+}
+
 bool TomlSection::read_numbers(const std::string& key, std::vector<double>& values, std::size_t count, Range range) {
   const toml::node* node = find(key);
   if (!node)

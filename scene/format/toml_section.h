@@ -77,6 +77,7 @@ public:
   /// One of the words, else a problem with a suggestion.
   bool read_word(const std::string& key, std::string& value, const std::vector<std::string>& words);
   bool is_number(const std::string& key) const;
+  bool is_text(const std::string& key) const;
 
   TomlSection section(const std::string& key);               ///< a problem when `key` is there and no table
   TomlSection section_if_table(const std::string& key);      ///< absent when `key` is no table

@@ -7,8 +7,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "precompute/planned_bake.h"
+
 namespace daylit::precompute {
 namespace {
+
+const Progress kSilent = [](const std::string&, double) { return true; };
 
 /// A box of 2 x 3 x 2.5 m, times `scale`, with a pane of 2 x 2.5 m, all of the wall y = 0.
 std::string box(double scale, const std::string& pane) {
@@ -30,7 +34,13 @@ protected:
   void TearDown() override { std::filesystem::remove_all(folder_); }
   Result<RoomCheck> check(const std::string& obj) {
     std::ofstream(folder_ / "room.obj") << obj;
-    return check_room(folder_ / "room.obj");
+    return check_room(folder_ / "room.obj", UpAxis::z, kSilent);
+  }
+  /// What the bake makes of the same file.
+  Result<PlannedBake> bake() {
+    const auto room = read_room(folder_ / "room.obj", UpAxis::z);
+    EXPECT_TRUE(room);
+    return bake_to_error(*room, {}, nullptr, kSilent, [](const std::string&) {});
   }
   std::filesystem::path folder_;
 };
@@ -45,13 +55,46 @@ TEST_F(RoomCheckFile, finds_openings_materials_and_the_cost) {
   EXPECT_NEAR(r->openings[0].centre_m.z, 1.25, 1e-9);
   ASSERT_EQ(r->materials.size(), 2u);
   EXPECT_NEAR(r->materials[0].area_m2 + r->materials[1].area_m2, 2 * (6 + 5 + 7.5), 1e-9);
-  EXPECT_GT(r->estimate.facets, 500u);
-  EXPECT_GT(r->estimate.probes_in_air, 100u);
+  ASSERT_TRUE(r->estimate);
+  EXPECT_GT(r->estimate->counts.facets, 100u);
+  EXPECT_GT(r->estimate->plan.predicted.seconds, 0.0);
   EXPECT_TRUE(r->questions.empty()) << r->questions.front();
   const auto json = nlohmann::json::parse(to_json(*r));
   EXPECT_EQ(json["openings"]["windows"], 1);
   EXPECT_EQ(json["can_be_baked"], true);
   EXPECT_NE(to_text(*r).find("lowest corner"), std::string::npos);
+}
+
+TEST_F(RoomCheckFile, promises_what_the_bake_then_does) {
+  const auto checked = check(box(1, "window"));
+  ASSERT_TRUE(checked && checked->estimate);
+  const BakeReport& promised = checked->estimate->counts;
+  const auto baked = bake();
+  ASSERT_TRUE(baked) << baked.error().message();
+  ASSERT_FALSE(baked->repeated);
+  EXPECT_EQ(promised.facets, baked->report.facets);
+  EXPECT_EQ(promised.patches, baked->report.patches);
+  EXPECT_EQ(promised.elements, baked->report.elements);
+  EXPECT_EQ(promised.probes, baked->report.probes);
+  EXPECT_EQ(promised.probes_valid, baked->report.probes_valid);
+  const double bytes = static_cast<double>(baked->report.exchange.bytes);
+  EXPECT_NEAR(static_cast<double>(promised.exchange.bytes), bytes, 0.3 * bytes); // ranks are expected, not known
+  EXPECT_EQ(checked->estimate->plan.predicted.bytes, baked->plan.predicted.bytes);
+  EXPECT_EQ(checked->estimate->plan.regions, baked->plan.regions);
+}
+
+TEST_F(RoomCheckFile, refuses_what_the_bake_refuses_in_the_same_words) {
+  const std::string apart = "mtllib m.mtl\nv 0 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nv 9 9 9\nv 9 9 8\nv 9 8 9\n"
+                            "usemtl wall\nf 1 2 3 4\nusemtl window\nf 5 6 7\n";
+  for (const std::string& room : {box(1, "wall"), apart}) {
+    const auto checked = check(room);
+    ASSERT_TRUE(checked);
+    const auto baked = bake();
+    ASSERT_EQ(checked->problem.has_value(), !baked) << (baked ? "" : baked.error().message());
+    if (!baked) {
+      EXPECT_EQ(checked->problem->what, baked.error().what);
+    }
+  }
 }
 
 TEST_F(RoomCheckFile, a_closed_room_is_a_report_with_a_problem) {
@@ -73,7 +116,7 @@ TEST_F(RoomCheckFile, a_room_in_centimetres_is_questioned) {
 
 TEST_F(RoomCheckFile, an_unreadable_room_is_an_error) {
   EXPECT_FALSE(check("v 0 0 0\nf 1 2 3\n"));
-  EXPECT_EQ(check_room(folder_ / "no.obj").error().code, ErrorCode::file_missing);
+  EXPECT_EQ(check_room(folder_ / "no.obj", UpAxis::z, kSilent).error().code, ErrorCode::file_missing);
 }
 
 } // namespace

@@ -8,6 +8,8 @@
 
 #include "bench/stress_rooms.h"
 #include "precompute/room_frame.h"
+#include "scene/volume/volume_combiner.h"
+#include "scene/volume/volume_file.h"
 #include "tests/radiosity/rooms.h"
 #include "tests/scene/gltf_builder.h"
 
@@ -190,6 +192,31 @@ TEST(StressRooms, a_closed_room_is_refused_with_its_place_in_the_world) {
   const auto volume = run(room, small_bake());
   ASSERT_FALSE(volume);
   EXPECT_EQ(volume.error().code, ErrorCode::geometry_invalid);
+}
+
+/// Any sky gives no light: no surface sends any on.
+TEST(StressRooms, a_black_room_bakes_to_a_volume_without_light) {
+  for (const float reflectance : {0.0f, 1e-25f}) // the square of the second is no number of single precision
+    for (const char* regions : {"fine:256", "uniform:16"}) {
+      Room room = furnished_room();
+      for (Material& m : room.materials)
+        m.reflectance = Rgb(reflectance);
+      BakeReport report;
+      const auto baked = bake_room({room, {}, ""}, *SkyPartition::parse(regions), small_bake(), kSilent, report);
+      ASSERT_TRUE(baked) << regions << ": " << baked.error().message();
+      EXPECT_EQ(report.energy.entering, report.energy.absorbed) << regions;
+      EXPECT_GT(report.energy.entering, 0.0) << regions;
+      const auto bytes = volume_bytes(*baked);
+      ASSERT_TRUE(bytes) << regions << ": " << bytes.error().message();
+      const auto volume = parse_volume(*bytes, "black.volume");
+      ASSERT_TRUE(volume) << regions << ": " << volume.error().message();
+      VolumeCombiner combiner = VolumeCombiner::make(*volume);
+      combiner.update(std::vector<Rgb>(static_cast<std::size_t>(volume->partition.size()), Rgb(1.0f)));
+      ASSERT_FALSE(combiner.field().probe.empty());
+      for (const Sh9Rgb& probe : combiner.field().probe)
+        for (const Rgb& l : probe)
+          EXPECT_LE(std::max({std::abs(l.r), std::abs(l.g), std::abs(l.b)}), 100.0f * reflectance);
+    }
 }
 
 } // namespace

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -112,6 +113,35 @@ TEST(Session, after_many_changes_a_frame_is_that_of_a_new_session) {
   for (std::size_t i = 0; i < studio.photo.texels.size(); ++i)
     for (int c = 0; c < 3; ++c)
       ASSERT_NEAR(kept.composite.picture.texels[i][c], fresh.composite.picture.texels[i][c], 1e-5f) << i;
+}
+
+TEST(Session, an_object_is_picked_by_its_mesh_and_not_through_a_wall) {
+  const Studio studio; // a ring of radius 0.15 m around a hole of 0.08 m, its axis turned by 70 degrees about x
+  auto session = studio.open(Backend::rays);
+  ASSERT_TRUE(session) << session.error().message();
+  const glm::dvec3 centre(2.0, 3.4, 0.23), axis(0.0, -std::sin(1.2217305), std::cos(1.2217305));
+  const auto shown = [&](const glm::dvec3& at) { return session->object_at(at + axis, -axis); };
+  EXPECT_EQ(shown(centre), std::nullopt) << "through the hole";
+  EXPECT_EQ(shown(centre + glm::dvec3(0.15, 0, 0)), 0u);
+  EXPECT_EQ(shown(centre + glm::dvec3(0.3, 0, 0)), std::nullopt) << "beside it";
+  EXPECT_EQ(session->object_at({2.15, 3.4, -1.0}, {0, 0, 1}), std::nullopt) << "below the floor";
+}
+
+TEST(Session, an_object_with_on_is_set_down_wherever_it_goes) {
+  Studio studio;
+  studio.config.objects[0].on = StandsOn{"", true};
+  studio.config.objects[0].position.z = 77.0; // does not count
+  auto session = studio.open(Backend::rays);
+  ASSERT_TRUE(session) << session.error().message();
+  const double height = 0.15 * std::sin(1.2217305) + 0.07; // of the ring's middle above its lowest point
+  EXPECT_NEAR(session->placements()[0].position.z, height, 2e-3);
+  ObjectConfig moved = session->placements()[0];
+  moved.position = {1.0, 1.0, 5.0};
+  ASSERT_TRUE(session->set_placement(0, moved));
+  EXPECT_NEAR(session->placements()[0].position.z, height, 2e-3);
+  moved.position.x = 40.0; // outside
+  EXPECT_FALSE(session->set_placement(0, moved));
+  EXPECT_EQ(session->placements()[0].position.x, 1.0) << "it stays where it was";
 }
 
 } // namespace

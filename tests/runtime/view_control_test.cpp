@@ -41,9 +41,8 @@ TEST(Orbit, starts_at_the_pose_it_is_given_and_looks_at_its_target_always) {
 TEST(ViewControl, a_dragged_object_stays_under_the_mouse_and_on_its_floor) {
   const RenderCamera camera = camera_at({2.0, -1.0, 1.6}, {2.0, 2.0, 0.3});
   ViewControl control({{2.0, 2.0, 0.25}, {3.0, 2.0, 0.25}});
-  const std::vector<BoundingSphere> spheres{{{2.0, 2.0, 0.4}, 0.2}, {{3.0, 2.0, 0.4}, 0.2}};
   const glm::dvec3 grip(2.05, 1.95, 0.25), aim(2.6, 2.4, 0.25); // points of its plane
-  control.press(pixel_of(camera, grip), camera, spheres);
+  control.press(pixel_of(camera, grip), camera, 0, {2.0, 2.0, 0.4});
   ASSERT_EQ(control.held(), 0u);
   control.move(pixel_of(camera, aim), camera);
   EXPECT_LT(glm::length(control.position(0) - (glm::dvec3(2.0, 2.0, 0.25) + aim - grip)), 1e-6);
@@ -59,7 +58,7 @@ TEST(ViewControl, a_dragged_object_stays_under_the_mouse_and_on_its_floor) {
 TEST(ViewControl, beside_the_objects_the_camera_turns_until_r_brings_the_photograph_back) {
   const RenderCamera camera = camera_at({2.0, -1.0, 1.6}, {2.0, 2.0, 0.3});
   ViewControl control({{2.0, 2.0, 0.25}});
-  control.press({5.0, 5.0}, camera, {{{2.0, 2.0, 0.4}, 0.2}});
+  control.press({5.0, 5.0}, camera, std::nullopt, {2.0, 2.0, 0.4});
   EXPECT_FALSE(control.held());
   control.move({45.0, 5.0}, camera);
   ASSERT_TRUE(control.orbit());
@@ -68,11 +67,25 @@ TEST(ViewControl, beside_the_objects_the_camera_turns_until_r_brings_the_photogr
   EXPECT_FALSE(control.orbit());
 }
 
-TEST(ViewControl, the_nearer_of_two_objects_is_taken) {
-  const std::vector<BoundingSphere> spheres{{{0, 5, 0}, 1.0}, {{0, 3, 0}, 0.5}, {{0, -2, 0}, 0.5}, {{0, 1, 9}, 0.0}};
-  EXPECT_EQ(picked(spheres, {0, 0, 0}, {0, 1, 0}), 1u);
-  EXPECT_EQ(picked(spheres, {0, 0, 0}, {0, -1, 0}), 2u);
-  EXPECT_EQ(picked(spheres, {0, 0, 0}, {1, 0, 0}), std::nullopt);
+TEST(ViewControl, an_object_stands_where_it_is_set_down_unless_the_mouse_holds_it) {
+  const RenderCamera camera = camera_at({2.0, -1.0, 1.6}, {2.0, 2.0, 0.3});
+  ViewControl control({{2.0, 2.0, 0.25}, {3.0, 2.0, 0.25}});
+  control.press(pixel_of(camera, {2.0, 2.0, 0.25}), camera, 0, {2.0, 2.0, 0.4});
+  control.place(0, {9.0, 9.0, 9.0});
+  control.place(1, {3.0, 2.0, 0.75});
+  EXPECT_EQ(control.position(0), glm::dvec3(2.0, 2.0, 0.25));
+  EXPECT_EQ(control.position(1), glm::dvec3(3.0, 2.0, 0.75));
+  control.release();
+  control.place(0, {9.0, 9.0, 9.0});
+  EXPECT_EQ(control.position(0), glm::dvec3(9.0, 9.0, 9.0));
+}
+
+TEST(ViewControl, s_asks_for_saving_once) {
+  ViewControl control({});
+  EXPECT_FALSE(control.take_save());
+  control.key('s');
+  EXPECT_TRUE(control.take_save());
+  EXPECT_FALSE(control.take_save());
 }
 
 TEST(ViewControl, keys_switch_parts_of_the_light) {

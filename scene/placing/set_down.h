@@ -1,0 +1,25 @@
+#pragma once
+
+// [[object]] on: objects set down on surfaces of the room, standing on their lowest points.
+
+#include <string>
+#include <vector>
+
+#include "scene/config/config.h"
+#include "scene/core/result.h"
+#include "scene/placing/standing.h"
+#include "scene/room/ray_scene.h"
+#include "scene/room/room.h"
+
+namespace daylit {
+
+/// The object with the position that `on` gives it; as it is where `on` is empty. The surface is the one below its
+/// centre of mass. Errors of surface_below() and middle_of(), with the object's name.
+Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mesh, const Room& room,
+                              const RayScene& rays);
+
+/// Whether an object with `on` tips or is cut by the room: a line each.
+std::vector<std::string> standing_warnings(const ObjectConfig& object, const WeighedMesh& mesh, const Room& room,
+                                           const RayScene& rays);
+
+} // namespace daylit

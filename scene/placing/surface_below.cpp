@@ -1,0 +1,153 @@
+#include "scene/placing/surface_below.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+namespace daylit {
+
+namespace {
+
+constexpr int kWalks = 256, kSteps = 64; // through a window of 1 % of the walls one of 16,384 steps leads surely
+constexpr double kApart_m = 1e-4;        // faces closer than that are one surface: the upper one
+constexpr double kLevel = 0.94;          // cosine of 20 degrees: level enough to stand on
+constexpr float kFar = std::numeric_limits<float>::max();
+
+glm::vec3 sphere_direction(float u, float v) {
+  const float z = 1.0f - 2.0f * u, r = std::sqrt(std::max(0.0f, 1.0f - z * z)),
+              a = 2.0f * std::numbers::pi_v<float> * v;
+  return {r * std::cos(a), r * std::sin(a), z};
+}
+
+/// Everything that a vertical line meets, from above; faces on faces once.
+std::vector<SurfaceBelow> surfaces_along(const RayScene& rays, const Bounds& bounds, const glm::dvec2& place) {
+  std::vector<SurfaceBelow> found;
+  const glm::vec3 top = rays.to_local({place, bounds.max.z + 1.0}), down(0.0f, 0.0f, -1.0f);
+  RayHit hit;
+  for (float from = 0.0f; rays.closest(top, down, from, kFar, hit);
+       from = std::nextafter(hit.distance + static_cast<float>(kApart_m), kFar))
+    found.push_back({bounds.max.z + 1.0 - static_cast<double>(hit.distance), hit.triangle});
+  return found;
+}
+
+const std::string& name_of(const Room& room, const SurfaceBelow& s) {
+  return room.material(room.triangles[s.triangle]).name;
+}
+
+bool has_material(const Room& room, const std::string& name) {
+  return std::ranges::any_of(room.materials, [&](const Material& m) { return m.name == name && !m.is_window; });
+}
+
+std::string names_of(const Room& room, const std::vector<SurfaceBelow>& surfaces) {
+  std::vector<std::string> names;
+  for (const SurfaceBelow& s : surfaces)
+    if (std::ranges::find(names, name_of(room, s)) == names.end())
+      names.push_back(name_of(room, s));
+  return names.empty() ? "nothing" : fmt::format("\"{}\"", fmt::join(names, "\", \""));
+}
+
+/// Surfaces of one vertical line on which something can stand, highest first.
+class StandingPlaces {
+public:
+  StandingPlaces(const Room& room, const RayScene& rays, const glm::dvec2& place, double free_m)
+      : room_(room), rays_(rays), place_(place), free_m_(free_m), all_(surfaces_along(rays, room.bounds(), place)) {}
+
+  const std::vector<SurfaceBelow>& all() const { return all_; }
+  /// Is there air of the wanted height above surface k? Above the first one is the sky.
+  bool usable(std::size_t k) const {
+    const double height = k == 0 ? std::numeric_limits<double>::infinity() : all_[k - 1].height_m - all_[k].height_m;
+    const double middle = all_[k].height_m + 0.5 * std::min(height, std::max(free_m_, 2 * kApart_m));
+    return height >= free_m_ - kApart_m && (k == 0 || is_in_air(room_, rays_, rays_.to_local({place_, middle})));
+  }
+
+private:
+  const Room& room_;
+  const RayScene& rays_;
+  glm::dvec2 place_;
+  double free_m_;
+  std::vector<SurfaceBelow> all_;
+};
+
+} // namespace
+
+/// Light walks as it does between diffuse surfaces: new directions weighted by the cosine, as a normal plus a point of
+/// the unit sphere.
+bool is_in_air(const Room& room, const RayScene& rays, const glm::vec3& point) {
+  std::mt19937 random(1);
+  const auto uniform = [&random] { return static_cast<float>(random()) * 0x1p-32f; };
+  for (int walk = 0; walk < kWalks; ++walk) {
+    glm::vec3 at = point, way = sphere_direction(uniform(), uniform());
+    for (int step = 0; step < kSteps; ++step) {
+      RayHit hit;
+      if (!rays.closest(at, way, 0.0f, kFar, hit))
+        return true;
+      glm::vec3 normal(glm::normalize(area_normal(room, room.triangles[hit.triangle])));
+      if (glm::dot(normal, way) > 0.0f)
+        normal = -normal;
+      at += hit.distance * way + rays.surface_offset() * normal;
+      const glm::vec3 next = normal + 0.999f * sphere_direction(uniform(), uniform());
+      way = glm::normalize(next);
+    }
+  }
+  return false;
+}
+
+Result<SurfaceBelow> surface_below(const Room& room, const RayScene& rays, const glm::dvec2& place,
+                                   const std::string& name, double free_m) {
+  const StandingPlaces line(room, rays, place, free_m);
+  const bool lowest = name == "floor" && !has_material(room, name), any = name.empty() || lowest;
+  const auto wanted = [&](std::size_t k) { return any || name_of(room, line.all()[k]) == name; };
+  std::vector<std::size_t> order;
+  for (std::size_t k = 1; k < line.all().size(); ++k)
+    if (wanted(k))
+      order.push_back(k);
+  if (lowest)
+    std::ranges::reverse(order);
+  if (!line.all().empty() && wanted(0)) // above the first is the sky: a room without a ceiling
+    order.push_back(0);
+  for (const std::size_t k : order)
+    if (line.usable(k))
+      return line.all()[k];
+  const std::string where = fmt::format("({:.2f}, {:.2f})", place.x, place.y);
+  if (!order.empty())
+    return Error{ErrorCode::not_found,
+                 fmt::format("nothing {:.2f} m high can stand on {} there", free_m, name.empty() ? "a surface" : name),
+                 where, "what is above is too low, or the place lies inside furniture: move or scale the object"};
+  return Error{ErrorCode::not_found,
+               name.empty() ? "nothing of the room is below" : fmt::format("no surface \"{}\" is below", name), where,
+               fmt::format("below are {}: give another place, or the name of a material", names_of(room, line.all()))};
+}
+
+/// Area-weighted mean of the highest of its level faces.
+Result<glm::dvec2> middle_of(const Room& room, const std::string& name) {
+  double top = -std::numeric_limits<double>::infinity(), area = 0.0;
+  glm::dvec2 sum(0.0);
+  for (const RoomTriangle& t : room.triangles) {
+    const glm::dvec3 n = area_normal(room, t),
+                     middle = (room.corner(t, 0) + room.corner(t, 1) + room.corner(t, 2)) / 3.0;
+    const double size = glm::length(n);
+    if (room.material(t).name != name || room.is_window(t) || !(std::abs(n.z) > kLevel * size))
+      continue;
+    if (middle.z > top + kApart_m) {
+      top = middle.z;
+      sum = glm::dvec2(0.0);
+      area = 0.0;
+    }
+    if (middle.z > top - kApart_m) {
+      sum += size * glm::dvec2(middle);
+      area += size;
+    }
+  }
+  if (!(area > 0.0))
+    return Error{ErrorCode::not_found, fmt::format("the room has no level face of the material \"{}\"", name), name,
+                 "give the name of a material of the room, or on = [x, y]"};
+  return sum / area;
+}
+
+} // namespace daylit

@@ -1,0 +1,162 @@
+// Objects set down on surfaces of a room, and where they stand written back.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "scene/config/placement_text.h"
+#include "scene/placing/set_down.h"
+#include "scene/placing/surface_below.h"
+#include "test_rooms.h"
+
+namespace daylit {
+namespace {
+
+/// 4 x 4 x 3 m with a roof 0.4 m thick and a hole of 1 x 1 m in the wall x = 0. A table, solid, 1 x 1 x 0.75 m in the
+/// middle, and a shelf 2 cm thick above one half of it, 1.25 m high.
+Room furnished() {
+  test::RoomBuilder b;
+  const std::uint32_t wall = b.material("wall"), table = b.material("table"), shelf = b.material("shelf");
+  b.box({0, 0, 0}, {4, 4, 3}, wall, 0b011110);
+  b.box({0, 0, 3}, {4, 4, 3.4}, wall);
+  b.quad({0, 0, 0}, {0, 4, 0}, {0, 4, 1}, {0, 0, 1}, wall);
+  b.quad({0, 0, 2}, {0, 4, 2}, {0, 4, 3}, {0, 0, 3}, wall);
+  b.quad({0, 0, 1}, {0, 1.5, 1}, {0, 1.5, 2}, {0, 0, 2}, wall);
+  b.quad({0, 2.5, 1}, {0, 4, 1}, {0, 4, 2}, {0, 2.5, 2}, wall);
+  b.box({1.5, 1.5, 0}, {2.5, 2.5, 0.75}, table);
+  b.box({1.5, 1.5, 1.25}, {2.0, 2.5, 1.27}, shelf);
+  return b.room;
+}
+
+/// A box whose origin is its lower corner, `lean` further along x at its top.
+ObjectMesh box_mesh(const glm::vec3& size, float lean = 0.0f) {
+  ObjectMesh mesh;
+  for (int k = 0; k < 8; ++k) {
+    const float z = k & 4 ? 1.0f : 0.0f;
+    mesh.positions.emplace_back((k & 1 ? size.x : 0.0f) + lean * z, k & 2 ? size.y : 0.0f, size.z * z);
+  }
+  mesh.normals.assign(8, glm::vec3(0, 0, 1));
+  mesh.reflectance.assign(8, Rgb(0.5f));
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+ObjectConfig on(const std::string& surface, double x, double y) {
+  ObjectConfig object;
+  object.model = "box.obj";
+  object.on = StandsOn{surface, true};
+  object.position = {x, y, 0.0};
+  return object;
+}
+
+class Placing : public testing::Test {
+protected:
+  const Room room_ = furnished();
+  const RayScene rays_ = *RayScene::build(room_);
+
+  Result<double> height(const std::string& surface, double x, double y, double free_m = 0.2) const {
+    const auto found = surface_below(room_, rays_, {x, y}, surface, free_m);
+    return found ? Result<double>(found->height_m) : Result<double>(found.error());
+  }
+};
+
+TEST_F(Placing, the_surface_below_has_air_of_the_objects_height_above_it) {
+  EXPECT_NEAR(*height("", 3.0, 3.0), 0.0, 1e-5);       // not the roof, not the inside of the roof
+  EXPECT_NEAR(*height("", 2.2, 2.0), 0.75, 1e-5);      // not inside the table
+  EXPECT_NEAR(*height("", 1.7, 2.0), 1.27, 1e-5);      // the shelf is higher than the table
+  EXPECT_NEAR(*height("table", 1.7, 2.0), 0.75, 1e-5); // below the shelf
+  EXPECT_NEAR(*height("floor", 3.0, 3.0), 0.0, 1e-5);  // no material is called so: the lowest
+  EXPECT_NEAR(*height("floor", 2.2, 2.0), 0.75, 1e-5); // the floor below is in the dark
+  const auto low = height("table", 1.7, 2.0, 0.6);     // 0.5 m up to the shelf
+  ASSERT_FALSE(low);
+  EXPECT_EQ(low.error().code, ErrorCode::not_found);
+  const auto none = height("table", 3.0, 3.0);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message().find("below are \"wall\""), std::string::npos) << none.error().message();
+  EXPECT_FALSE(height("", 9.0, 9.0));
+}
+
+TEST_F(Placing, an_object_stands_on_its_lowest_points_however_it_is_turned_and_scaled) {
+  const ObjectMesh mesh = box_mesh({0.2f, 0.2f, 0.3f});
+  for (const glm::dvec3& turn :
+       {glm::dvec3(0, 0, 0), glm::dvec3(90, 0, 0), glm::dvec3(180, 0, 0), glm::dvec3(30, 20, 70)}) {
+    ObjectConfig object = on("table", 2.2, 2.0);
+    object.rotation_deg = turn;
+    object.scale = 0.7;
+    const auto placed = set_down(object, WeighedMesh(mesh), room_, rays_);
+    ASSERT_TRUE(placed) << placed.error().message();
+    EXPECT_NEAR(placed_bounds(mesh, object_transform(*placed)).min.z, 0.75, 1e-5);
+    EXPECT_EQ(glm::dvec2(placed->position), glm::dvec2(2.2, 2.0));
+  }
+  ObjectConfig floating = on("", 2.2, 2.0);
+  floating.on.reset();
+  floating.position.z = 1.1;
+  EXPECT_EQ(set_down(floating, WeighedMesh(mesh), room_, rays_)->position.z, 1.1);
+}
+
+TEST_F(Placing, without_a_place_it_stands_in_the_middle_of_the_surface) {
+  ObjectConfig object = on("table", 0, 0);
+  object.on->has_place = false;
+  const ObjectMesh mesh = box_mesh({0.2f, 0.1f, 0.3f});
+  const auto placed = set_down(object, WeighedMesh(mesh), room_, rays_);
+  ASSERT_TRUE(placed) << placed.error().message();
+  const Bounds box = placed_bounds(mesh, object_transform(*placed));
+  EXPECT_LT(glm::length(box.centre() - glm::dvec3(2.0, 2.0, 0.9)), 1e-5);
+  object.on->surface = "chair";
+  EXPECT_FALSE(set_down(object, WeighedMesh(mesh), room_, rays_));
+}
+
+TEST_F(Placing, an_object_that_would_tip_or_is_cut_by_the_room_is_reported) {
+  const auto warnings = [&](const ObjectMesh& mesh, double x, double y) {
+    const auto placed = set_down(on("table", x, y), WeighedMesh(mesh), room_, rays_);
+    EXPECT_TRUE(placed) << placed.error().message();
+    return standing_warnings(*placed, WeighedMesh(mesh), room_, rays_);
+  };
+  EXPECT_TRUE(warnings(box_mesh({0.2f, 0.2f, 0.3f}), 2.1, 2.0).empty());
+  const auto leaning = warnings(box_mesh({0.2f, 0.2f, 0.3f}, 0.3f), 2.1, 2.0); // its middle is 5 cm beside its foot
+  ASSERT_EQ(leaning.size(), 1u);
+  EXPECT_NE(leaning[0].find("would tip over: its centre of mass lies 5.0 cm"), std::string::npos) << leaning[0];
+  // Half of the foot is beyond the edge: the corners that stand carry nothing on the other side.
+  const auto edge = warnings(box_mesh({0.4f, 0.2f, 0.3f}), 2.25, 2.0);
+  ASSERT_EQ(edge.size(), 1u);
+  EXPECT_NE(edge[0].find("would tip over"), std::string::npos);
+  // Below the shelf's edge: too wide to stand beside it.
+  const auto cut = warnings(box_mesh({0.2f, 0.2f, 0.7f}), 1.95, 2.0);
+  ASSERT_EQ(cut.size(), 1u);
+  EXPECT_NE(cut[0].find("\"shelf\" cuts through it"), std::string::npos) << cut[0];
+}
+
+TEST(PlacingMass, centre_of_mass_of_a_solid_and_of_a_sheet) {
+  EXPECT_LT(glm::length(centre_of_mass(box_mesh({0.2f, 0.4f, 0.6f}, 0.1f)) - glm::dvec3(0.15, 0.2, 0.3)), 1e-6);
+  ObjectMesh open = box_mesh({2.0f, 2.0f, 2.0f});
+  open.triangles.resize(2); // the bottom alone
+  EXPECT_LT(glm::length(centre_of_mass(open) - glm::dvec3(1.0, 1.0, 0.0)), 1e-6);
+}
+
+TEST(PlacementText, only_places_that_changed_are_rewritten) {
+  const std::string before = "# my room\n[sky] # grün\nimage = \"a.hdr\"\n"
+                             "[[object]] # first\nmodel = \"a.obj\"\nposition = [ 1.50, 2,\n   0 ] # here\nscale = 2\n"
+                             "[[object]]\nmodel = \"ä.obj\" # no place yet\nscale = 1\n"
+                             "[[object]]\non = [1, 2]  # anywhere\nmodel = \"c.obj\"\n"
+                             "[[object]]\nposition = [3.0, 4.0]\non = \"table\"\nmodel = \"d.obj\"\n";
+  std::vector<ObjectConfig> objects(4);
+  objects[0].position = {1.5, 2.0, 0.0};
+  objects[1].position = {0.25, 0.5, 0.75};
+  objects[2].on = StandsOn{"", true};
+  objects[2].position = {1.125, 2.0, 0.4};
+  objects[3].on = StandsOn{"table", true};
+  objects[3].position = {3.0, 5.0, 0.4};
+  const auto after = with_placements(before, objects, "config.toml");
+  ASSERT_TRUE(after) << after.error().message();
+  EXPECT_EQ(*after, "# my room\n[sky] # grün\nimage = \"a.hdr\"\n"
+                    "[[object]] # first\nmodel = \"a.obj\"\nposition = [ 1.50, 2,\n   0 ] # here\nscale = 2\n"
+                    "[[object]]\nmodel = \"ä.obj\" # no place yet\nposition = [0.25, 0.5, 0.75]\nscale = 1\n"
+                    "[[object]]\non = [1.125, 2]  # anywhere\nmodel = \"c.obj\"\n"
+                    "[[object]]\nposition = [3, 5]\non = \"table\"\nmodel = \"d.obj\"\n");
+  objects.pop_back();
+  EXPECT_FALSE(with_placements(before, objects, "config.toml"));
+}
+
+} // namespace
+} // namespace daylit
