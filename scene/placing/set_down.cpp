@@ -29,12 +29,12 @@ Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mes
   if (!object.on || mesh.mesh.positions.empty())
     return object;
   ObjectConfig placed = object;
-  if (!placed.on->has_place) {
-    const auto middle = middle_of(room, placed.on->surface);
+  if (!object.on->has_place) {
+    const auto middle = middle_of(room, object.on->surface);
     if (!middle)
       return named(middle.error(), object);
     placed.position = {origin_above(*middle, placed, mesh), 0.0};
-    placed.on->has_place = true;
+    placed.on = StandsOn{object.on->surface, true};
   }
   const glm::dmat4 transform = object_transform(placed);
   const Bounds box = placed_bounds(mesh.mesh, transform);
