@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/core/atomic_file.h"
 #include "scene/core/read_file.h"
 #include "scene/sky/sky_image.h"
 
