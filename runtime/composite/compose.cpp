@@ -145,8 +145,9 @@ private:
   std::optional<std::array<RoomPoint, 4>> plain_corners(const PixelBox& block) const {
     if (!change_ || !settings_.differential || settings_.mode != ShadowMode::ratio || !drawn_.shows_all(block))
       return std::nullopt;
+    const ChangePicture::Kind kind = change_->kind_at(block.x0, block.y0);
     const auto plane = change_->plane_of_block(block.x0, block.y0);
-    if (!plane)
+    if (!plane || (kind != ChangePicture::Kind::nothing && kind != ChangePicture::Kind::interpolate))
       return std::nullopt;
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x) {

@@ -39,13 +39,16 @@ Result<LensModel> lens_for(const InteriorConfig& interior, const Photograph& pho
 }
 
 std::string pose_note(const MarkerPose& pose) {
-  char text[160];
-  std::snprintf(text, sizeof(text), "marker %d found, corners off by %.2f px rms (second solution %.2f px)%s",
-                pose.ids_used.front(), pose.reprojection_rms_px, pose.second_rms_px,
-                pose.second_rms_px < 2 * pose.reprojection_rms_px
-                    ? ": the tilt of the board is uncertain, look at it more from the side"
-                    : "");
-  return text;
+  char text[200];
+  std::snprintf(text, sizeof(text), "marker %d found, corners off by %.2f px rms", pose.ids_used.front(),
+                pose.reprojection_rms_px);
+  std::string note = text;
+  if (!pose.tilt_uncertain())
+    return note;
+  std::snprintf(text, sizeof(text),
+                ": the tilt of the board is uncertain, another one fits with %.2f px; look at it more from the side",
+                pose.second_rms_px);
+  return note + text;
 }
 
 Result<Rgb> white_of(const Photograph& photo, const std::vector<SeenMarker>& seen, int id) {

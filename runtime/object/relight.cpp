@@ -23,8 +23,13 @@ void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& 
   parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const VertexTransfer& t = transfer[i];
-      turned[i] = {rotation(t.front), t.back == TransferVector{} ? t.back : rotation(t.back), rotation(t.bounce),
-                   t.again};
+      const bool has_back = t.back != TransferVector{} || t.bounce_back != TransferVector{};
+      turned[i] = {rotation(t.front),
+                   has_back ? rotation(t.back) : t.back,
+                   rotation(t.bounce),
+                   has_back ? rotation(t.bounce_back) : t.bounce_back,
+                   t.again,
+                   t.again_back};
     }
   });
 }
@@ -121,9 +126,19 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
   return without;
 }
 
-/// Front: rho / pi sum L_lm C_lm, and what the object's own surface sends: with a = `again`, light of the k-th
-/// reflection, k >= 2, is rho^k a^(k-2) / pi sum L_lm B_lm, B the bounce vector (Sloan et al. 2002, section 5);
-/// together rho^2 / (1 - a rho). The probes' light is interpolated, L_lm(x) = sum_k w_k L_lm,k.
+namespace {
+
+/// What the object's own surface sends: rho / pi sum L_lm rho S_lm(rho), with S(rho) from `bounce`, that of another
+/// reflectance.
+Rgb reflected_bounces(const Sh9Rgb& arriving, const TransferVector& bounce, float again, const Rgb& rho) {
+  const float a = kMostAgain * again;
+  return rho * (1.0f - a * kBounceReflectance) / (1.0f - a * rho) * reflected_radiance(arriving, bounce, rho);
+}
+
+} // namespace
+
+/// Each side: rho / pi sum L_lm C_lm, and what the object's own surface sends there. The probes' light is interpolated,
+/// L_lm(x) = sum_k w_k L_lm,k.
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
                                        std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
                                        std::span<const Rgb> reflectance, Ringing* ringing) {
@@ -140,10 +155,10 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
         arriving[c] += direct[c];
       const VertexTransfer& t = world_transfer[i];
       const Rgb rho = reflectance[i], front = dot9(light, t.front);
-      const Rgb series = rho / (1.0f - kMostAgain * t.again * rho); // rho + rho^2 again + ...
       chunks[chunk].add(front);
-      radiance[i] = {reflected_sum(front, rho) + series * reflected_radiance(arriving, t.bounce, rho),
-                     reflected_radiance(light, t.back, rho)};
+      radiance[i] = {reflected_sum(front, rho) + reflected_bounces(arriving, t.bounce, t.again, rho),
+                     reflected_radiance(light, t.back, rho) +
+                         reflected_bounces(arriving, t.bounce_back, t.again_back, rho)};
     }
   });
   if (ringing)
@@ -168,8 +183,7 @@ Rgb shadowed_irradiance(const ReceivedLight& windows, const Sh9Rgb& coefficients
 } // namespace
 
 /// L_lm of the windows' lights = sum_j E_j Y_lm(w_j).
-std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
-                                      std::span<const glm::vec3> normals,
+std::vector<TwoSided> direct_radiance(std::span<const DirectionalLight> windows, std::span<const glm::vec3> normals,
                                       std::span<const VertexTransfer> world_transfer,
                                       std::span<const Rgb> reflectance) {
   Sh9Rgb coefficients{};
@@ -179,14 +193,14 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
       coefficients[i] += y[i] * l.irradiance;
   }
   const ReceivedLight received(windows);
-  std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
+  std::vector<TwoSided> radiance(normals.size());
   parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const Rgb rho_over_pi = reflectance[i] * std::numbers::inv_pi_v<float>;
-      radiance[i].front +=
+      radiance[i].front =
           rho_over_pi * shadowed_irradiance(received, coefficients, normals[i], world_transfer[i].front);
       if (world_transfer[i].back != TransferVector{})
-        radiance[i].back +=
+        radiance[i].back =
             rho_over_pi * shadowed_irradiance(received, coefficients, -normals[i], world_transfer[i].back);
     }
   });

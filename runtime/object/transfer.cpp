@@ -1,181 +1,89 @@
 #include "runtime/object/transfer.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdint>
-#include <limits>
-#include <numbers>
-#include <numeric>
+#include <utility>
 
-#include <glm/geometric.hpp>
-
-#include "runtime/base/orthonormal.h"
+#include "runtime/object/vertex_rays.h"
 #include "scene/core/parallel.h"
-#include "scene/room/ray_scene.h"
+#include "scene/core/parallel_stage.h"
 #include "sh/sh9.h"
 
 namespace daylit {
 
 namespace {
 
-/// The bits of i mirrored at the binary point (van der Corput 1935).
-double radical_inverse_2(std::uint32_t i) {
-  i = (i << 16) | (i >> 16);
-  i = ((i & 0x00FF00FFu) << 8) | ((i & 0xFF00FF00u) >> 8);
-  i = ((i & 0x0F0F0F0Fu) << 4) | ((i & 0xF0F0F0F0u) >> 4);
-  i = ((i & 0x33333333u) << 2) | ((i & 0xCCCCCCCCu) >> 2);
-  i = ((i & 0x55555555u) << 1) | ((i & 0xAAAAAAAAu) >> 1);
-  return i * 0x1p-32;
-}
+constexpr double kBuriedFraction = 0.5;
+constexpr float kDark = 0.3f * 0.886226925f; // of L_00 of the unshadowed vector, pi Y_00
+constexpr std::size_t kChunk = 64;           ///< vertices
 
-/// Cosine-weighted directions around +z, pdf = cos / pi (Malley: a uniform disc, lifted).
-std::vector<glm::dvec3> cosine_directions(int count) {
-  std::vector<glm::dvec3> directions;
-  for (int k = 0; k < count; ++k) {
-    const double u = (k + 0.5) / count, angle = 2.0 * std::numbers::pi * radical_inverse_2(static_cast<unsigned>(k));
-    directions.emplace_back(std::sqrt(u) * std::cos(angle), std::sqrt(u) * std::sin(angle), std::sqrt(1.0 - u));
-  }
-  return directions;
-}
-
-/// Unit normals of the faces around each vertex position, turned to the vertex's side. Vertices that share a position
-/// (at seams) share their faces.
-class IncidentFaces {
-public:
-  explicit IncidentFaces(const ObjectMesh& mesh) : group_(mesh.positions.size()) {
-    std::vector<std::uint32_t> order(mesh.positions.size());
-    std::iota(order.begin(), order.end(), 0u);
-    const auto key = [&](std::uint32_t v) {
-      const glm::vec3& p = mesh.positions[v];
-      return std::array{p.x, p.y, p.z};
-    };
-    std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-    std::uint32_t groups = 0;
-    for (std::size_t k = 0; k < order.size(); ++k) {
-      groups += k > 0 && key(order[k]) != key(order[k - 1]);
-      group_[order[k]] = groups;
-    }
-    faces_.resize(order.empty() ? 0 : groups + 1);
-    for (const auto& t : mesh.triangles) {
-      const glm::vec3 n =
-          glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
-      if (const float length = glm::length(n); length > 0.0f)
-        for (const std::uint32_t v : t)
-          faces_[group_[v]].push_back(n / length);
-    }
-  }
-
-  /// The direction dips below a face that meets at this vertex.
-  /// Above the smooth normal's plane and below a facet's, or the other way round.
-  bool dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const {
-    const auto& faces = faces_[group_[vertex]];
-    return std::any_of(faces.begin(), faces.end(),
-                       [&](const glm::vec3& n) { return glm::dot(n, w) * glm::dot(n, normal) < 0.0f; });
-  }
-
-private:
-  std::vector<std::uint32_t> group_;
-  std::vector<std::vector<glm::vec3>> faces_;
-};
-
-struct Occluder {
-  const ObjectMesh* mesh;
-  RayScene scene;
-  IncidentFaces incident;
-
-  enum class Hit { none, front, back };
-  /// What a ray from a vertex meets. A direction above the smooth normal's tangent plane may dip below a coarse mesh's
-  /// own facets and leave through its far side: that hit, on the back of a face, is no occluder.
-  /// Surface offset: the ray leaves the facets that it starts on.
-  Hit look(std::uint32_t vertex, const glm::vec3& origin, const glm::vec3& normal, const glm::vec3& w,
-           RayHit& hit) const {
-    if (!scene.closest(origin, w, scene.surface_offset(), std::numeric_limits<float>::infinity(), hit))
-      return Hit::none;
-    const auto& t = mesh->triangles[hit.triangle];
-    const glm::vec3 a = mesh->positions[t[0]];
-    const glm::vec3 face = glm::cross(mesh->positions[t[1]] - a, mesh->positions[t[2]] - a);
-    if (glm::dot(face, w) < 0.0f)
-      return Hit::front;
-    return incident.dips_below(vertex, normal, w) ? Hit::none : Hit::back;
-  }
-};
-
-/// A blocked direction: where on the mesh it ends, and on which side.
-struct Blocker {
-  RayHit hit;
-  bool on_back;
-};
-
+/// A side of the surface at every vertex: its members of VertexTransfer, and what its rays end on.
 struct Side {
-  TransferVector transfer;
-  std::vector<Blocker> blockers;
-  double back_fraction; ///< of the rays, that meet the back of a face
+  TransferVector VertexTransfer::*direct, VertexTransfer::*bounce;
+  float VertexTransfer::*again;
+  float normal; ///< times the vertex's
+  std::vector<std::vector<SeenPoint>> seen{};
+  std::vector<std::uint8_t> buried{};
 };
 
-/// C_lm = A_l Y_lm(n) - integral over the blocked directions of cos Y_lm. With pdf = cos / pi a blocked direction
-/// weighs pi / rays, whatever its angle.
-Side side_transfer(const Occluder& occluder, std::uint32_t vertex, const glm::dvec3& normal,
-                   const std::vector<glm::dvec3>& directions) {
-  const OrthonormalBasis basis(normal);
-  std::array<double, 9> sum = sh::evaluate9(normal);
+/// C_lm = A_l Y_lm(n) - integral over the blocked directions of cos Y_lm.
+void look_from(const VertexRays& rays, const ObjectMesh& mesh, Side& side, std::uint32_t v, VertexTransfer& transfer) {
+  const glm::vec3 n = side.normal * mesh.normals[v];
+  SideView view = rays.look(v, n);
+  const std::array<double, 9> y = sh::evaluate9(glm::dvec3(n));
   for (int i = 0; i < 9; ++i)
-    sum[i] *= sh::kClampedCosine9<double>[i];
-  const double weight = std::numbers::pi / static_cast<double>(directions.size());
-  const glm::vec3 origin = occluder.scene.to_local(glm::dvec3(occluder.mesh->positions[vertex])) +
-                           occluder.scene.surface_offset() * glm::vec3(normal);
-  Side side{{}, {}, 0.0};
-  std::size_t backs = 0;
-  for (const glm::dvec3& d : directions) {
-    RayHit hit;
-    const glm::dvec3 w = d.x * basis.u + d.y * basis.v + d.z * normal;
-    const Occluder::Hit seen = occluder.look(vertex, origin, glm::vec3(normal), glm::vec3(w), hit);
-    if (seen == Occluder::Hit::none)
-      continue;
-    backs += seen == Occluder::Hit::back;
-    side.blockers.push_back({hit, seen == Occluder::Hit::back});
-    const std::array<double, 9> y = sh::evaluate9(w);
-    for (int i = 0; i < 9; ++i)
-      sum[i] -= weight * y[i];
-  }
-  side.back_fraction = static_cast<double>(backs) / static_cast<double>(directions.size());
-  for (int i = 0; i < 9; ++i)
-    side.transfer[i] = static_cast<float>(sum[i]);
-  return side;
+    (transfer.*side.direct)[i] = static_cast<float>(sh::kClampedCosine9<double>[i] * y[i]) - view.blocked[i];
+  side.seen[v] = std::move(view.seen);
 }
 
-/// Sum over the blocked rays of value(vertex, on_back), interpolated to where they end, by the number of all rays.
-template <class Value, class ValueAt>
-Value mean_behind(const ObjectMesh& mesh, const std::vector<Blocker>& blockers, std::size_t rays, ValueAt value_at) {
-  Value sum{};
-  for (const Blocker& b : blockers) {
-    const auto& t = mesh.triangles[b.hit.triangle];
-    const float weight[3] = {1.0f - b.hit.u - b.hit.v, b.hit.u, b.hit.v};
-    for (int k = 0; k < 3; ++k) {
-      const Value there = value_at(t[k], b.on_back);
-      for (std::size_t i = 0; i < there.size(); ++i)
-        sum[i] += weight[k] / static_cast<float>(rays) * there[i];
-    }
+/// Transfer vectors of light that leaves the two sides of the surface at each vertex.
+struct Leaving {
+  std::vector<TransferVector> front, back;
+};
+
+/// The vector at the point where a ray ends.
+TransferVector leaving_at(const ObjectMesh& mesh, const SeenPoint& p, const Leaving& leaving) {
+  const auto& t = mesh.triangles[p.triangle];
+  const std::vector<TransferVector>& side = p.on_back ? leaving.back : leaving.front;
+  const float u = static_cast<float>(p.u) / 65535.0f, v = static_cast<float>(p.v) / 65535.0f;
+  const TransferVector &a = side[t[0]], &b = side[t[1]], &c = side[t[2]];
+  TransferVector mixed;
+  for (std::size_t i = 0; i < mixed.size(); ++i)
+    mixed[i] = (1.0f - u - v) * a[i] + u * b[i] + v * c[i];
+  return mixed;
+}
+
+/// Sum over the blocked rays of the vectors where they end, by the number of all rays.
+TransferVector mean_behind(const ObjectMesh& mesh, const std::vector<SeenPoint>& seen, int rays,
+                           const Leaving& leaving) {
+  TransferVector sum{};
+  for (const SeenPoint& p : seen) {
+    const TransferVector there = leaving_at(mesh, p, leaving);
+    for (std::size_t i = 0; i < sum.size(); ++i)
+      sum[i] += there[i];
   }
+  for (float& s : sum)
+    s /= static_cast<float>(rays);
   return sum;
 }
 
-/// Every edge has exactly one twin of opposite direction.
-bool is_closed(const ObjectMesh& mesh) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, twins;
-  for (const auto& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k) {
-      edges.emplace_back(t[k], t[(k + 1) % 3]);
-      twins.emplace_back(t[(k + 1) % 3], t[k]);
+/// Whether a vertex is buried in another part: most of its rays meet backs of faces, and little light reaches these.
+/// Backs of a sheet are lit.
+bool is_buried(const ObjectMesh& mesh, const std::vector<SeenPoint>& seen, int rays,
+               const std::vector<VertexTransfer>& transfer) {
+  int backs = 0;
+  float light = 0.0f;
+  for (const SeenPoint& p : seen)
+    if (p.on_back) {
+      ++backs;
+      light += transfer[mesh.triangles[p.triangle][0]].back[0];
     }
-  std::sort(edges.begin(), edges.end());
-  std::sort(twins.begin(), twins.end());
-  return edges == twins;
+  return backs > kBuriedFraction * rays && light < kDark * static_cast<float>(backs);
 }
 
 /// Buried vertices beside one that is not take the mean of those neighbours: their triangles come out into the light.
 /// What lies deeper stays as dark as it is: it can be seen through an opening.
-void fill_buried(const ObjectMesh& mesh, const std::vector<bool>& buried, TransferVector VertexTransfer::*side,
-                 std::vector<VertexTransfer>& transfer) {
+void fill_buried(const ObjectMesh& mesh, const std::vector<std::uint8_t>& buried,
+                 TransferVector VertexTransfer::*vector, std::vector<VertexTransfer>& transfer) {
   std::vector<TransferVector> sum(transfer.size(), TransferVector{});
   std::vector<int> neighbours(transfer.size(), 0);
   for (const auto& t : mesh.triangles)
@@ -183,66 +91,84 @@ void fill_buried(const ObjectMesh& mesh, const std::vector<bool>& buried, Transf
       for (const std::uint32_t other : {t[(k + 1) % 3], t[(k + 2) % 3]})
         if (buried[t[k]] && !buried[other]) {
           for (int i = 0; i < 9; ++i)
-            sum[t[k]][i] += (transfer[other].*side)[i];
+            sum[t[k]][i] += (transfer[other].*vector)[i];
           ++neighbours[t[k]];
         }
   for (std::size_t v = 0; v < transfer.size(); ++v)
     if (neighbours[v] > 0)
       for (int i = 0; i < 9; ++i)
-        (transfer[v].*side)[i] = sum[v][i] / static_cast<float>(neighbours[v]);
+        (transfer[v].*vector)[i] = sum[v][i] / static_cast<float>(neighbours[v]);
 }
 
-constexpr double kBuriedFraction = 0.5;
+/// work(v) for every vertex.
+template <class Work>
+void for_each_vertex(const std::vector<VertexTransfer>& transfer, const Work& work) {
+  parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), kChunk), [&](const auto& range) {
+    for (std::size_t v = range.begin(); v != range.end(); ++v)
+      work(v);
+  });
+}
+
+/// C + rho S.
+Leaving leaving(const std::vector<VertexTransfer>& transfer) {
+  Leaving sum{std::vector<TransferVector>(transfer.size()), std::vector<TransferVector>(transfer.size())};
+  for_each_vertex(transfer, [&](std::size_t v) {
+    const VertexTransfer& t = transfer[v];
+    for (std::size_t i = 0; i < t.front.size(); ++i) {
+      sum.front[v][i] = t.front[i] + kBounceReflectance * t.bounce[i];
+      sum.back[v][i] = t.back[i] + kBounceReflectance * t.bounce_back[i];
+    }
+  });
+  return sum;
+}
+
+/// S = G (C + rho S), G the mean over the rays, by Jacobi steps: (rho again)^kSteps of the light is left out. With S_1
+/// of the first step and a geometric series, S = S_1 / (1 - rho again): the ratio of L_00 gives `again`.
+void reflect(const ObjectMesh& mesh, int rays, std::span<Side> sides, std::vector<VertexTransfer>& transfer) {
+  constexpr int kSteps = 5;
+  for (int step = 0; step < kSteps; ++step) {
+    const Leaving light = leaving(transfer);
+    for (const Side& side : sides) {
+      for_each_vertex(transfer, [&](std::size_t v) {
+        const TransferVector sum = transfer[v].*side.bounce = mean_behind(mesh, side.seen[v], rays, light);
+        float& again = transfer[v].*side.again; // until the last step: L_00 of S_1
+        if (step == 0)
+          again = std::max(sum[0], 0.0f);
+        else if (step + 1 == kSteps)
+          again = sum[0] > again ? std::min((1.0f - again / sum[0]) / kBounceReflectance, 1.0f) : 0.0f;
+      });
+      fill_buried(mesh, side.buried, side.bounce, transfer);
+    }
+  }
+}
 
 } // namespace
 
-/// Three passes: direct transfer, then the mean transfer of what the blocked directions meet (one reflection), then the
-/// mean of that (two), of which only the ratio of L_00 is kept: the rest of the series is taken as constant in
-/// direction.
-Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings) {
-  std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
-  Result<RayScene> scene = RayScene::build(positions, mesh.triangles);
-  if (!scene)
-    return scene.error();
-  const Occluder occluder{&mesh, std::move(*scene), IncidentFaces(mesh)};
-  const std::vector<glm::dvec3> directions = cosine_directions(std::max(settings.rays_per_vertex, 1));
-  const bool closed = is_closed(mesh);
-  const auto vertices = static_cast<std::uint32_t>(mesh.positions.size());
+Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings,
+                                                     const Progress& progress) {
+  const auto rays = VertexRays::make(mesh, settings.rays_per_vertex);
+  if (!rays)
+    return rays.error();
+  const std::size_t vertices = mesh.positions.size();
   std::vector<VertexTransfer> transfer(vertices);
-  std::vector<std::vector<Blocker>> blockers(vertices);
-  std::vector<std::uint8_t> is_buried(vertices, 0);
-  const auto for_each_vertex = [&](const auto& work) {
-    parallel_for(tbb::blocked_range<std::uint32_t>(0, vertices, 64), [&](const auto& range) {
-      for (std::uint32_t v = range.begin(); v != range.end(); ++v)
-        work(v);
-    });
-  };
-  for_each_vertex([&](std::uint32_t v) {
-    const glm::dvec3 n(mesh.normals[v]);
-    Side front = side_transfer(occluder, v, n, directions);
-    transfer[v].front = front.transfer;
-    blockers[v] = std::move(front.blockers);
-    is_buried[v] = front.back_fraction > kBuriedFraction;
-    if (!closed)
-      transfer[v].back = side_transfer(occluder, v, -n, directions).transfer;
+  std::vector<Side> sides{{&VertexTransfer::front, &VertexTransfer::bounce, &VertexTransfer::again, 1.0f}};
+  if (!settings.closed)
+    sides.push_back({&VertexTransfer::back, &VertexTransfer::bounce_back, &VertexTransfer::again_back, -1.0f});
+  for (Side& side : sides) {
+    side.seen.resize(vertices);
+    side.buried.resize(vertices);
+  }
+  const auto looked = parallel_stage("self-shadow", (vertices + kChunk - 1) / kChunk, 1, progress, [&](std::size_t c) {
+    for (std::size_t v = c * kChunk; v < std::min((c + 1) * kChunk, vertices); ++v)
+      for (Side& side : sides)
+        look_from(*rays, mesh, side, static_cast<std::uint32_t>(v), transfer[v]);
   });
-  const std::vector<bool> buried(is_buried.begin(), is_buried.end());
-  fill_buried(mesh, buried, &VertexTransfer::front, transfer);
-  for_each_vertex([&](std::uint32_t v) {
-    transfer[v].bounce =
-        mean_behind<TransferVector>(mesh, blockers[v], directions.size(), [&](std::uint32_t there, bool back) {
-          return back ? transfer[there].back : transfer[there].front;
-        });
-  });
-  fill_buried(mesh, buried, &VertexTransfer::bounce, transfer);
-  for_each_vertex([&](std::uint32_t v) {
-    const auto second =
-        mean_behind<std::array<float, 1>>(mesh, blockers[v], directions.size(), [&](std::uint32_t there, bool back) {
-          return std::array{back ? 0.0f : transfer[there].bounce[0]};
-        });
-    const float first = transfer[v].bounce[0];
-    transfer[v].again = first > 0.0f ? std::clamp(second[0] / first, 0.0f, 1.0f) : 0.0f;
-  });
+  if (!looked)
+    return looked.error();
+  for_each_vertex(
+      transfer, [&](std::size_t v) { sides[0].buried[v] = is_buried(mesh, sides[0].seen[v], rays->rays(), transfer); });
+  fill_buried(mesh, sides[0].buried, sides[0].direct, transfer);
+  reflect(mesh, rays->rays(), sides, transfer);
   return transfer;
 }
 

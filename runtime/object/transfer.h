@@ -10,38 +10,47 @@
 #include <string>
 #include <vector>
 
+#include "scene/core/program.h"
 #include "scene/core/result.h"
 #include "scene/model/object_mesh.h"
 
 namespace daylit {
 
+/// Progress of work that nobody watches or stops.
+inline const Progress kUnwatched = [](const std::string& /*stage*/, double /*fraction*/) { return true; };
+
 /// C_lm = integral V(w) max(0, n.w) Y_lm(w) dw, l <= 2, without A_l, reflectance or 1/pi. Object frame.
 using TransferVector = std::array<float, 9>;
 
-/// Both sides of the surface at a vertex. The back is what a camera sees through the opening of a thin shell; it is
-/// zero where the mesh is closed.
+constexpr float kBounceReflectance = 0.6f;
+
+/// Both sides of the surface at a vertex. The back is what a camera sees through the opening of a thin shell, or of a
+/// sheet; it is zero where the mesh is closed.
 struct VertexTransfer {
   TransferVector front{}, back{};
-  /// What the object itself sends to the front: the mean, over the cosine-weighted blocked directions, of the transfer
-  /// vector at the point they meet. Light that is reflected once on its way is reflectance x bounce (Sloan et al. 2002,
+  /// What the object itself sends to each side, of a surface that reflects kBounceReflectance everywhere: sum over k of
+  /// kBounceReflectance^(k - 1) x the transfer vector of light that is reflected k times on its way (Sloan et al. 2002,
   /// section 5: interreflections).
-  TransferVector bounce{};
-  /// What is left of that light after one more reflection, of a constant field and without the reflectance: the light
-  /// of all reflections is reflectance x bounce / (1 - reflectance x again).
-  float again = 0.0f;
+  TransferVector bounce{}, bounce_back{};
+  /// What is left of that light after one more reflection, without the reflectance: for another reflectance, rho,
+  /// `bounce` changes by (1 - kBounceReflectance x again) / (1 - rho x again).
+  float again = 0.0f, again_back = 0.0f;
   bool operator==(const VertexTransfer&) const = default;
 };
 
 struct TransferSettings {
-  int rays_per_vertex = 256;
+  int rays_per_vertex = 256; ///< from each side; a multiple of 64, others are rounded up
+  bool closed = false;       ///< nobody sees a back (is_closed()): they are not looked at
 };
 
-/// One entry per vertex. The blocked part is integrated with cosine-weighted Hammersley directions and subtracted from
+/// One entry per vertex. The blocked part is integrated with cosine-weighted directions and subtracted from
 /// the closed form A_l Y_lm(n), so a convex object has the exact unshadowed vector. A vertex buried in another
 /// part of the object (most of its rays meet back faces) is seen by nobody but is interpolated into visible triangles:
 /// it takes the mean of its neighbours that are not; without such neighbours
-/// it stays as it is. Error: no ray scene.
-Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings = {});
+/// it stays as it is. Against 4096 rays, of an unshadowed vector: 256 leave XXX Errors: no
+/// ray scene; interrupted.
+Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings = {},
+                                                     const Progress& progress = kUnwatched);
 
 /// XXH64 of positions, normals, triangles and settings, 16 hex digits: what a cached result belongs to.
 std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& settings = {});
@@ -66,6 +75,7 @@ struct CachedTransfer {
 /// From "<folder>/<model stem>-<key>.transfer" when it is there and sound, computed and stored there otherwise. A file
 /// that is not sound is replaced, a folder that cannot be written to costs the computation only; `note` says so.
 Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesystem::path& folder,
-                                       const std::string& model_stem, const TransferSettings& settings = {});
+                                       const std::string& model_stem, const TransferSettings& settings = {},
+                                       const Progress& progress = kUnwatched);
 
 } // namespace daylit

@@ -12,15 +12,19 @@ namespace daylit {
 
 namespace {
 
-constexpr std::uint32_t kTransferVersion = 5;
-// |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
-constexpr float kLargestCoefficient = 3.1416f;
+constexpr std::uint32_t kTransferVersion = 6;
+// |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere. All reflections
+// together, of a surface that sees nothing but itself, 1 / (1 - kBounceReflectance) times that.
+constexpr float kLargestCoefficient = 3.1416f / (1.0f - kBounceReflectance);
 
-/// Little-endian file: this header, then vertices x 28 floats.
+constexpr std::uint32_t kCoefficients = 38; // four times nine, and two
+static_assert(sizeof(VertexTransfer) == kCoefficients * sizeof(float));
+
+/// Little-endian file: this header, then vertices x 38 floats.
 struct Header {
   char magic[8] = {'d', 'a', 'y', 'l', 'i', 't', 'T', 'V'};
   std::uint32_t version = kTransferVersion;
-  std::uint32_t coefficients = 28; ///< nine each of front, back and bounce, and one
+  std::uint32_t coefficients = kCoefficients;
   std::uint64_t vertices = 0;
   char key[16] = {};
   std::uint64_t checksum = 0; ///< XXH64 of the floats
@@ -39,7 +43,7 @@ std::string transfer_key(const ObjectMesh& mesh, const TransferSettings& setting
   hash.add(mesh.positions);
   hash.add(mesh.normals);
   hash.add(mesh.triangles);
-  hash.add(std::as_bytes(std::span(&settings.rays_per_vertex, 1)));
+  hash.add(std::vector<int>{settings.rays_per_vertex, settings.closed});
   return hash.hex();
 }
 
@@ -55,7 +59,8 @@ Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t>
     return malformed(path, "not a transfer file");
   if (header.version != kTransferVersion)
     return Error{ErrorCode::file_version, "transfer file of another version", path.string(), "delete the file"};
-  if (header.coefficients != 28 || header.vertices != vertices || key != std::string(header.key, sizeof(header.key)))
+  if (header.coefficients != kCoefficients || header.vertices != vertices ||
+      key != std::string(header.key, sizeof(header.key)))
     return malformed(path, "belongs to another object");
   Checksum hash;
   hash.add(std::as_bytes(bytes.subspan(sizeof(header))));
@@ -65,9 +70,10 @@ Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t>
   if (vertices > 0)
     std::memcpy(transfer.data(), bytes.data() + sizeof(header), vertices * sizeof(VertexTransfer));
   for (const VertexTransfer& t : transfer) {
-    if (!(t.again >= 0.0f && t.again <= 1.0f))
-      return malformed(path, "a fraction is out of range");
-    for (const TransferVector* side : {&t.front, &t.back, &t.bounce})
+    for (const float again : {t.again, t.again_back})
+      if (!(again >= 0.0f && again <= 1.0f))
+        return malformed(path, "a fraction is out of range");
+    for (const TransferVector* side : {&t.front, &t.back, &t.bounce, &t.bounce_back})
       for (const float c : *side)
         if (!(std::fabs(c) <= kLargestCoefficient))
           return malformed(path, "a coefficient is out of range");
@@ -98,7 +104,8 @@ Result<void> write_transfer(const std::filesystem::path& path, const std::string
 
 /// A file that is damaged or belongs to another object is computed again and written over.
 Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesystem::path& folder,
-                                       const std::string& model_stem, const TransferSettings& settings) {
+                                       const std::string& model_stem, const TransferSettings& settings,
+                                       const Progress& progress) {
   const std::string key = transfer_key(mesh, settings);
   const std::filesystem::path path = folder / (model_stem + "-" + key + ".transfer");
   CachedTransfer result;
@@ -110,7 +117,7 @@ Result<CachedTransfer> cached_transfer(const ObjectMesh& mesh, const std::filesy
   }
   if (stored.error().code != ErrorCode::file_missing)
     result.note = stored.error().message();
-  auto computed = compute_transfer(mesh, settings);
+  auto computed = compute_transfer(mesh, settings, progress);
   if (!computed)
     return computed.error();
   result.transfer = std::move(*computed);

@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 
 #include "runtime/object/cut_mesh.h"
+#include "runtime/object/mesh_topology.h"
 #include "runtime/object/relight.h"
 #include "scene/core/parallel.h"
 
@@ -71,7 +72,7 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   for (const auto& t : mesh.triangles)
     all.surface.triangles.push_back({offset + t[0], offset + t[1], offset + t[2]});
   for (const VertexTransfer& t : transfer)
-    all.has_back.push_back(t.back != TransferVector{});
+    all.has_back.push_back(t.back != TransferVector{} || t.bounce_back != TransferVector{});
   const std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
   auto rays = RayScene::build(positions, mesh.triangles);
   if (!rays)
@@ -94,9 +95,10 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     if (mesh->triangles.empty())
       all.notes.push_back(objects[k].model.string() + ": no triangles, nothing is drawn");
     wind_by_normals(*mesh);
+    const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
     if (const auto cut = cut_where_parts_cross(*mesh); !cut)
       return cut.error();
-    auto transfer = cached_transfer(*mesh, cache_folder, objects[k].model.stem().string());
+    auto transfer = cached_transfer(*mesh, cache_folder, objects[k].model.stem().string(), settings, progress);
     if (!transfer)
       return transfer.error();
     if (!transfer->note.empty())

@@ -26,12 +26,13 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   SkyFractions mixed{Rgb(0.0f), Rgb(0.0f)};
   FractionRange range;
   float sum = 0.0f;
-  bool by_another_part = false; // here surfaces may touch
+  bool by_another_part = false, hidden = false; // here surfaces may touch
   for (int k = 0; k < 4; ++k) {
     const int u = column + (k & 1), v = row + (k >> 1);
     if (!blocks_.contains(u, v))
       continue;
     const GridPoint& g = at(layer, u, v);
+    hidden = hidden || g.surface.hidden;
     if (!is_valid_for(g, layer, position, normal)) {
       by_another_part = by_another_part || g.surface.exists;
       continue;
@@ -45,9 +46,9 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   }
   // The room beside an object: what its hidden corners would say is the shadow where both touch. So does a part of an
   // object beside another.
-  result.is_between = sum > kWholeWeight;
+  result.is_between = sum > kWholeWeight && !hidden;
   const float wanted = layer == Layer::room || by_another_part ? kWholeWeight : kLeastWeight;
-  if (sum < wanted || range.width() > kSteep)
+  if (sum < wanted || hidden || range.width() > kSteep)
     return result;
   result.sky = {mixed.past_room / sum, mixed.past_both / sum};
   result.is_known = true;
@@ -75,14 +76,16 @@ SamplingGrid::Corners SamplingGrid::plain_corners(int column, int row) const {
     return {};
   Corners corners{};
   FractionRange range;
+  bool hidden = false;
   for (int k = 0; k < 4; ++k) {
     const GridPoint& g = at(Layer::room, column + k % 2, row + k / 2);
     if (!g.surface.exists)
       return {};
     corners[static_cast<std::size_t>(k)] = &g;
     range.include(g.sky.past_both);
+    hidden = hidden || g.surface.hidden;
   }
-  return range.width() > kSteep ? Corners{} : corners;
+  return hidden || range.width() > kSteep ? Corners{} : corners;
 }
 
 SamplingGrid::SunCorners SamplingGrid::sun_corners(Layer layer, int column, int row) const {

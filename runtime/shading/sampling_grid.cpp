@@ -157,6 +157,7 @@ bool SamplingGrid::interpolate_fine(Layer layer, int column, int row, std::vecto
       continue;
     }
     const GridPoint& coarse = at(layer, u, v);
+    all = all && !coarse.surface.hidden;
     if (coarse.evaluated)
       neighbours.push_back(sky_words_.data() + index(layer, u, v) * words_for(sky_lights_));
     mean.past_room += 0.25f * coarse.sky.past_room;
@@ -165,7 +166,7 @@ bool SamplingGrid::interpolate_fine(Layer layer, int column, int row, std::vecto
     range.include(coarse.sky.past_both);
   }
   if (!all && layer == Layer::room)
-    neighbours.clear(); // beside an object: what is hidden may be the shadow where both touch
+    neighbours.clear(); // what an object hides may lie behind it, or be the shadow where both touch
   if (!all || range.width() > kSmooth)
     return false;
   g.sky = mean;

@@ -5,6 +5,8 @@
 #include <random>
 
 #include "runtime/object/cut_mesh.h"
+#include "runtime/object/mesh_topology.h"
+#include "runtime/object/relight.h"
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
 #include "scene/core/read_file.h"
@@ -67,6 +69,83 @@ TEST(Transfer, a_torus_shadows_its_own_inside) {
       EXPECT_LT(c, 0.8f * open);
     }
   }
+}
+
+/// A sphere of 1 m without its top: a part `open` of its area is missing.
+ObjectMesh bowl(float open) {
+  ObjectMesh mesh;
+  constexpr int kAround = 48, kAcross = 40;
+  for (int i = 0; i <= kAcross; ++i)
+    for (int j = 0; j <= kAround; ++j) {
+      const float z = -1.0f + 2.0f * (1.0f - open) * static_cast<float>(i) / kAcross, r = std::sqrt(1.0f - z * z);
+      const float a = 2.0f * std::numbers::pi_v<float> * static_cast<float>(j) / kAround;
+      mesh.positions.emplace_back(r * std::cos(a), r * std::sin(a), z);
+      mesh.normals.push_back(mesh.positions.back());
+      mesh.reflectance.emplace_back(0.5f);
+    }
+  const auto at = [](int i, int j) { return static_cast<std::uint32_t>(i * (kAround + 1) + j); };
+  for (int i = 0; i < kAcross; ++i)
+    for (int j = 0; j < kAround; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
+    }
+  return mesh;
+}
+
+// Inside a sphere every point sees every other with the form factor area / (4 pi R^2). Under a sky of radiance 1 the
+// opening sends pi open to each point, and the wall rho (1 - open) of what it gets: E = pi open / (1 - rho (1 - open)).
+TEST(Transfer, the_inside_of_an_open_sphere_is_lit_by_all_reflections) {
+  constexpr float kOpen = 0.25f;
+  const ObjectMesh mesh = bowl(kOpen);
+  const auto transfer = compute_transfer(mesh);
+  ASSERT_TRUE(transfer);
+  LightField field{{Sh9Rgb{}}};
+  field.probe[0][0] = Rgb(1.0f / 0.28209479f); // radiance 1 from everywhere
+  VertexProbes one;
+  one.weight[0] = 1.0f;
+  one.count = 1;
+  const std::vector<VertexProbes> probes(mesh.positions.size(), one);
+  for (const float rho : {0.2f, 0.6f, 0.85f}) {
+    const std::vector<Rgb> reflectance(mesh.positions.size(), Rgb(rho));
+    const auto radiance = relight_vertices(field, probes, *transfer, Sh9Rgb{}, reflectance);
+    double sum = 0.0;
+    int count = 0;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+      if (mesh.positions[i].z < 0.4f && mesh.positions[i].z > -0.99f) { // not beside the rim, where facets count
+        EXPECT_NEAR(radiance[i].front.r, rho, 0.01f * rho);             // convex: all of the sky
+        sum += static_cast<double>(radiance[i].back.r);
+        ++count;
+      }
+    const auto expected = static_cast<double>(rho * kOpen / (1.0f - rho * (1.0f - kOpen)));
+    EXPECT_NEAR(sum / count, expected, 0.04 * expected) << "reflectance " << rho;
+  }
+}
+
+TEST(Transfer, a_closed_mesh_has_no_back_and_seams_leave_it_closed) {
+  const ObjectMesh ring = test::torus(0.15f, 0.06f, 12, 8); // vertices are double along two seams, but for rounding
+  ObjectMesh seamed = ring;
+  for (std::size_t i = 0; i < seamed.positions.size(); ++i) {
+    const auto column = i / 9 % 12, row = i % 9 % 8;
+    seamed.positions[i] = ring.positions[column * 9 + row];
+  }
+  EXPECT_TRUE(is_closed(seamed));
+  EXPECT_FALSE(is_closed(bowl(0.25f)));
+  const auto transfer = compute_transfer(seamed, {.closed = true});
+  ASSERT_TRUE(transfer);
+  for (const VertexTransfer& t : *transfer) {
+    EXPECT_EQ(t.back, TransferVector{});
+    EXPECT_EQ(t.bounce_back, TransferVector{});
+  }
+}
+
+TEST(Transfer, stops_when_asked_and_leaves_no_file) {
+  const auto folder = scratch_folder();
+  int calls = 0;
+  const auto stop = [&](const std::string&, double) { return ++calls < 3; };
+  const auto transfer = cached_transfer(test::torus(0.15f, 0.06f), folder, "torus", {}, stop);
+  ASSERT_FALSE(transfer);
+  EXPECT_EQ(transfer.error().code, ErrorCode::interrupted);
+  EXPECT_TRUE(std::filesystem::is_empty(folder));
 }
 
 /// A pot, a ball of 0.2 m, and a pipe of 0.03 m that leads out of it along x.

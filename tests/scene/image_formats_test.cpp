@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include "scene/core/atomic_file.h"
 #include "scene/core/read_file.h"
 #include "scene/sky/sky_image.h"
 
@@ -213,7 +214,7 @@ TEST(ImageLimits, a_picture_above_the_limit_is_refused_by_its_header) {
   ASSERT_FALSE(photo);
   EXPECT_EQ(photo.error().code, ErrorCode::limit_exceeded);
   EXPECT_NE(photo.error().message().find("16000 x 12000"), std::string::npos) << photo.error().message();
-  EXPECT_NE(photo.error().message().find("67,108,864 pixels"), std::string::npos) << photo.error().message();
+  EXPECT_NE(photo.error().message().find("67,108,864"), std::string::npos) << photo.error().message();
   const auto sky = read_hdr_image(rgbe_header("", "-Y 8192 +X 16384") + Bytes(600'000), "a.hdr");
   ASSERT_FALSE(sky);
   EXPECT_EQ(sky.error().code, ErrorCode::limit_exceeded);

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "scene/core/atomic_file.h"
 #include "scene/core/read_file.h"
 #include "scene/volume/volume_file.h"
 #include "tests/scene/allocations.h"

@@ -8,8 +8,9 @@
 
 #include <gtest/gtest.h>
 
-#include "scene/core/read_file.h"
+#include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
+#include "scene/core/read_file.h"
 #include "tests/scene/volume_kinds.h"
 
 namespace daylit {

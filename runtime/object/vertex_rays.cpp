@@ -1,0 +1,160 @@
+#include "runtime/object/vertex_rays.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/base/orthonormal.h"
+#include "runtime/base/sh_rotation.h"
+#include "runtime/object/mesh_topology.h"
+#include "sh/sh9.h"
+
+namespace daylit {
+
+namespace {
+
+/// The bits of i mirrored at the binary point (van der Corput 1935).
+double radical_inverse_2(std::uint32_t i) {
+  i = (i << 16) | (i >> 16);
+  i = ((i & 0x00FF00FFu) << 8) | ((i & 0xFF00FF00u) >> 8);
+  i = ((i & 0x0F0F0F0Fu) << 4) | ((i & 0xF0F0F0F0u) >> 4);
+  i = ((i & 0x33333333u) << 2) | ((i & 0xCCCCCCCCu) >> 2);
+  i = ((i & 0x55555555u) << 1) | ((i & 0xAAAAAAAAu) >> 1);
+  return i * 0x1p-32;
+}
+
+/// Cosine-weighted directions around +z, pdf = cos / pi: Hammersley's points on a disc, lifted (Malley).
+std::vector<glm::dvec3> cosine_directions(std::size_t count) {
+  std::vector<glm::dvec3> directions;
+  for (std::uint32_t k = 0; k < count; ++k) {
+    const double u = (k + 0.5) / static_cast<double>(count), angle = 2.0 * std::numbers::pi * radical_inverse_2(k);
+    directions.emplace_back(std::sqrt(u) * std::cos(angle), std::sqrt(u) * std::sin(angle), std::sqrt(1.0 - u));
+  }
+  return directions;
+}
+
+/// Neighbours together: rings of about equal width, and around each of them runs of `fan`. Directions that ascend from
+/// the axis, as they do here, are in rings already.
+void sort_into_fans(std::span<glm::dvec3> directions, std::size_t fan) {
+  const auto azimuth = [](const glm::dvec3& d) { return std::atan2(d.y, d.x); };
+  const std::size_t fans = directions.size() / fan;
+  const auto rings = static_cast<std::size_t>(std::max(1.0, std::round(0.5 * std::sqrt(static_cast<double>(fans)))));
+  for (std::size_t r = 0; r < rings; ++r) {
+    const std::size_t first = fans * r / rings, last = fans * (r + 1) / rings;
+    std::ranges::sort(directions.subspan(first * fan, (last - first) * fan), {}, azimuth);
+  }
+}
+
+/// The faces' index lists one after the other: `first[g]` to `first[g + 1]` are those of group g.
+void list_faces(const ObjectMesh& mesh, const std::vector<std::uint32_t>& group, std::vector<std::uint32_t>& first,
+                std::vector<std::uint32_t>& face) {
+  first.assign(group.empty() ? 1 : std::ranges::max(group) + 2, 0);
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t)
+      ++first[group[v] + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  face.resize(first.back());
+  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i)
+    for (const std::uint32_t v : mesh.triangles[i])
+      face[next[group[v]]++] = i;
+}
+
+std::uint16_t fraction16(float f) {
+  return static_cast<std::uint16_t>(std::lround(65535.0f * std::clamp(f, 0.0f, 1.0f)));
+}
+
+} // namespace
+
+Result<VertexRays> VertexRays::make(const ObjectMesh& mesh, int rays) {
+  const std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
+  Result<RayScene> scene = RayScene::build(positions, mesh.triangles);
+  if (!scene)
+    return scene.error();
+  return VertexRays(mesh, std::move(*scene), (static_cast<std::size_t>(std::max(rays, 1)) + kFan - 1) / kFan);
+}
+
+VertexRays::VertexRays(const ObjectMesh& mesh, RayScene scene, std::size_t fans)
+    : mesh_(&mesh), scene_(std::move(scene)), fans_(fans) {
+  const std::size_t count = fans * kFan;
+  std::vector<glm::dvec3> directions = cosine_directions(count);
+  sort_into_fans(directions, kFan);
+  for (std::size_t k = 0; k < count; ++k) {
+    Fan& fan = fans_[k / kFan];
+    const std::size_t lane = k % kFan;
+    const glm::vec3 d(directions[k]);
+    fan.x[lane] = d.x, fan.y[lane] = d.y, fan.z[lane] = d.z;
+    const std::array<float, 9> y = sh::evaluate9(d);
+    for (int i = 0; i < 9; ++i)
+      fan.harmonics[i][lane] = std::numbers::pi_v<float> * y[i];
+  }
+  find_faces();
+}
+
+void VertexRays::find_faces() {
+  group_ = position_groups(*mesh_);
+  list_faces(*mesh_, group_, first_face_, face_);
+  for (const auto& t : mesh_->triangles) {
+    const glm::vec3 a = mesh_->positions[t[0]];
+    const glm::vec3 n = glm::cross(mesh_->positions[t[1]] - a, mesh_->positions[t[2]] - a);
+    const float length = glm::length(n);
+    face_normal_.push_back(length > 0.0f ? n / length : glm::vec3(0.0f));
+  }
+}
+
+/// Above the smooth normal's plane and below the plane of a face that meets at this vertex, or the other way round.
+bool VertexRays::dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const {
+  const auto begin = face_.begin() + first_face_[group_[vertex]], end = face_.begin() + first_face_[group_[vertex] + 1];
+  return std::any_of(begin, end, [&](std::uint32_t face) {
+    return glm::dot(face_normal_[face], w) * glm::dot(face_normal_[face], normal) < 0.0f;
+  });
+}
+
+/// A direction above the smooth normal's tangent plane may dip below a coarse mesh's own facets and leave through its
+/// far side: that hit, on the back of a face, is no occluder.
+VertexRays::Hit VertexRays::classify(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w,
+                                     std::uint32_t triangle) const {
+  if (glm::dot(face_normal_[triangle], w) < 0.0f)
+    return Hit::front;
+  return dips_below(vertex, normal, w) ? Hit::none : Hit::back;
+}
+
+/// The sum over blocked directions is taken around +z and turned once: Y_lm of the fans' directions is known. Rays
+/// start off the facets that meet at the vertex.
+SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
+  const OrthonormalBasis basis{glm::dvec3(normal)};
+  const glm::mat3 frame(glm::vec3(basis.u), glm::vec3(basis.v), normal);
+  const float offset = scene_.surface_offset();
+  const glm::vec3 origin = scene_.to_local(glm::dvec3(mesh_->positions[vertex])) + offset * normal;
+  SideView view;
+  std::array<float, 9> sum{};
+  RayPacket16 packet;
+  RayHits16 hits;
+  for (const Fan& fan : fans_) {
+    for (std::size_t k = 0; k < kFan; ++k)
+      packet.set(k, origin, frame * glm::vec3(fan.x[k], fan.y[k], fan.z[k]), offset,
+                 std::numeric_limits<float>::infinity());
+    for (std::uint32_t met = scene_.closest16(packet, kFan, hits); met != 0; met &= met - 1) {
+      const int k = std::countr_zero(met);
+      const Hit hit = classify(vertex, normal, packet.direction(static_cast<std::size_t>(k)), hits.triangle[k]);
+      if (hit == Hit::none)
+        continue;
+      view.seen.push_back(
+          {hits.triangle[k] & 0x7FFFFFFFu, hit == Hit::back, fraction16(hits.u[k]), fraction16(hits.v[k])});
+      for (int i = 0; i < 9; ++i)
+        sum[i] += fan.harmonics[i][k];
+    }
+  }
+  for (float& s : sum)
+    s /= static_cast<float>(rays());
+  view.blocked = rotate9(frame, sum);
+  view.seen.shrink_to_fit();
+  return view;
+}
+
+} // namespace daylit

@@ -1,0 +1,60 @@
+#pragma once
+
+// What the vertices of a mesh see of the mesh itself.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "scene/core/result.h"
+#include "scene/model/object_mesh.h"
+#include "scene/room/ray_scene.h"
+
+namespace daylit {
+
+/// Where a blocked ray ends: a side of a triangle, and the weights of its corners 1 and 2 in 65535ths.
+struct SeenPoint {
+  std::uint32_t triangle : 31;
+  std::uint32_t on_back : 1;
+  std::uint16_t u, v;
+};
+
+/// One side of the surface at a vertex.
+struct SideView {
+  std::array<float, 9> blocked{}; ///< integral over the blocked directions of cos Y_lm
+  std::vector<SeenPoint> seen;    ///< one for each blocked ray
+};
+
+/// Keeps a reference to the mesh. Safe to use from several threads.
+class VertexRays {
+public:
+  /// `rays`: cast from each side of a vertex with a density of cos / pi, in fans of sixteen; others are rounded up.
+  /// Error: no ray scene.
+  static Result<VertexRays> make(const ObjectMesh& mesh, int rays);
+
+  /// Looks from a vertex into the hemisphere around `normal`, which is the vertex's own or its opposite.
+  SideView look(std::uint32_t vertex, const glm::vec3& normal) const;
+  int rays() const { return static_cast<int>(fans_.size()) * kFan; }
+
+private:
+  static constexpr int kFan = 16;
+  /// Sixteen neighbouring directions around +z, and cos Y_lm / pdf of each.
+  struct alignas(64) Fan {
+    float x[kFan], y[kFan], z[kFan];
+    float harmonics[9][kFan];
+  };
+  enum class Hit { none, front, back };
+  VertexRays(const ObjectMesh& mesh, RayScene scene, std::size_t fans);
+  void find_faces();
+  Hit classify(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w, std::uint32_t triangle) const;
+  bool dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const;
+
+  const ObjectMesh* mesh_;
+  RayScene scene_;
+  std::vector<Fan> fans_;
+  std::vector<glm::vec3> face_normal_; ///< unit, zero where a face has no area
+  /// Faces around the position of each vertex: vertices that share a position (at seams) share their faces.
+  std::vector<std::uint32_t> group_, first_face_, face_;
+};
+
+} // namespace daylit
