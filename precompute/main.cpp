@@ -261,7 +261,7 @@ int main(int argc, char** argv) {
                  "direction), or fine:N for a sharp sun (default: planned)");
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
-      app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(positive_number());
+      app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
   auto* points = app.add_option("--points", a.points, "file of probe positions, x y z per line: no grid");
   auto* density =
       app.add_option("--density", a.density,
@@ -274,7 +274,7 @@ int main(int argc, char** argv) {
   density->excludes(points);
   auto* patch_size =
       app.add_option("--patch-size", a.patch_size_m, "longest edge of the mesh, metres (default: planned)")
-          ->check(positive_number());
+          ->check(CLI::PositiveNumber);
   app.add_option("--patches", a.facets, "about this many facets in the mesh; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);

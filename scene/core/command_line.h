@@ -24,15 +24,6 @@ inline CLI::Option* add_force_option(CLI::App& app, bool& force) {
   return app.add_flag("--force", force, "replace a file to be written that holds something else");
 }
 
-/// Checks a finite number above zero.
-inline CLI::Validator positive_number() {
-  const auto problem = [](std::string& text) {
-    const auto number = parse_number(text);
-    return number && std::isfinite(*number) && *number > 0.0 ? "" : text + " is not a positive number";
-  };
-  return {problem, "POSITIVE"};
-}
-
 /// Throws CLI::ValidationError where an option that takes numbers was given NaN or infinity; ranges let NaN pass.
 inline void refuse_numbers_that_are_not_finite(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options())
