@@ -101,11 +101,11 @@ Result<const Frame*> draw(Session& session, const FrameInput& input) {
 Result<void> draw_frames(const Options& options, Session& session, const SkyImage& sky, const Photograph& photo,
                          const OutputConfig& output) {
   for (int k = 0; k < options.frames; ++k) {
-    if (interrupted())
-      return interrupted_error("frame " + std::to_string(k));
     const auto frame = draw(session, {sky, photo.linear, 1, 1});
     if (!frame)
       return frame.error();
+    if (interrupted())
+      return interrupted_error("frame " + std::to_string(k));
     const FrameReport& report = (*frame)->report;
     if (k == 0)
       print_notes(report.warnings);

@@ -144,7 +144,8 @@ SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
       const Hit hit = classify(vertex, normal, packet.direction(static_cast<std::size_t>(k)), hits.triangle[k]);
       if (hit == Hit::none)
         continue;
-      view.seen.push_back({hits.triangle[k], hit == Hit::back, fraction16(hits.u[k]), fraction16(hits.v[k])});
+      view.seen.push_back(
+          {hits.triangle[k] & 0x7FFFFFFFu, hit == Hit::back, fraction16(hits.u[k]), fraction16(hits.v[k])});
       for (int i = 0; i < 9; ++i)
         sum[i] += fan.harmonics[i][k];
     }

@@ -111,11 +111,11 @@ TEST(Transfer, the_inside_of_an_open_sphere_is_lit_by_all_reflections) {
     int count = 0;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
       if (mesh.positions[i].z < 0.4f && mesh.positions[i].z > -0.99f) { // not beside the rim, where facets count
-        EXPECT_NEAR(radiance[i].front.r, rho, 0.01 * rho);              // convex: all of the sky
-        sum += radiance[i].back.r;
+        EXPECT_NEAR(radiance[i].front.r, rho, 0.01f * rho);             // convex: all of the sky
+        sum += static_cast<double>(radiance[i].back.r);
         ++count;
       }
-    const double expected = rho * kOpen / (1.0 - rho * (1.0 - kOpen));
+    const auto expected = static_cast<double>(rho * kOpen / (1.0f - rho * (1.0f - kOpen)));
     EXPECT_NEAR(sum / count, expected, 0.04 * expected) << "reflectance " << rho;
   }
 }
