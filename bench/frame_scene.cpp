@@ -103,7 +103,7 @@ Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const s
                                     const std::string& sky, int skies, int photos, const Progress& progress) {
   std::error_code ignored;
   std::filesystem::create_directories(folder, ignored);
-  if (const auto written = write_sample_scene(sky, folder, kFrameWidth, kFrameHeight); !written)
+  if (const auto written = write_sample_scene(sky, folder, kFrameWidth, kFrameHeight, true); !written)
     return written.error();
   const auto sample = sample_scene(sky, kFrameWidth, kFrameHeight);
   if (!sample)

@@ -2,9 +2,8 @@
 
 #include <deque>
 
-#include <CLI/CLI.hpp>
-
 #include "bench/command.h"
+#include "scene/core/command_line.h"
 
 namespace {
 
@@ -17,7 +16,7 @@ constexpr bench::AddCommand kCommands[] = {
     bench::add_transport_rooms, bench::add_selftest,
 #endif
 #ifdef DAYLIT_BENCH_FRAME
-    bench::add_direct,          bench::add_flicker,  bench::add_frame,     bench::add_sequence,
+    bench::add_direct,          bench::add_flicker,  bench::add_frame,          bench::add_sequence,
 #endif
 };
 
@@ -29,18 +28,15 @@ int main(int argc, char** argv) {
   app.fallthrough();
   app.require_subcommand(1);
   bench::CommonOptions options;
-  app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  add_threads_option(app, options.threads);
   app.add_flag("--quiet", options.quiet, "no progress");
   app.add_flag("--json", options.json, "the report as one JSON object on stdout");
   app.add_option("-o,--output", options.output, "the report as a JSON file");
   std::deque<bench::Command> commands;
   for (const bench::AddCommand add : kCommands)
     commands.push_back(add(app));
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitDone : kExitUsage;
-  }
+  if (const auto code = parse_command_line(app, argc, argv))
+    return *code;
   watch_for_interrupt();
   set_thread_count(options.threads);
   return run_program("daylit-bench", options.json, [&]() -> Result<void> {

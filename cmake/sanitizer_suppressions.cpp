@@ -16,6 +16,7 @@ extern "C" const char* __tsan_default_suppressions() {
          "called_from_lib:libtbb.so\n"
          "race:libembree3.so\n"
          "called_from_lib:libembree3.so\n"
+         "race:libopencv_aruco.so\n"
          "called_from_lib:libopencv_core.so\n";
 }
 

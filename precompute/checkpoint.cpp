@@ -1,5 +1,7 @@
 #include "precompute/checkpoint.h"
 
+#include <array>
+#include <string_view>
 #include <unistd.h>
 
 #include "scene/core/checksum.h"
@@ -8,12 +10,18 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31706B6379616430ull; // "0daykcp1", little-endian
 constexpr std::chrono::seconds kPatience{2};
 
 struct Header {
-  std::uint64_t magic, identity;
+  std::array<char, 8> magic;
+  std::uint64_t identity;
+  bool is_ours() const { return std::string_view(magic.data(), magic.size()) == kCheckpointKind.start; }
 };
+Header header_of(std::uint64_t identity) {
+  Header header{{}, identity};
+  kCheckpointKind.start.copy(header.magic.data(), header.magic.size());
+  return header;
+}
 struct RecordHead {
   std::uint32_t stage, part;
   std::uint64_t index, bytes, checksum;
@@ -49,7 +57,7 @@ Result<void> Checkpoint::read_existing() {
     return Error{ErrorCode::io, "cannot open the checkpoint", path_.string(),
                  "check permissions, or run without --resume"};
   Header header{};
-  if (std::fread(&header, sizeof header, 1, file_) != 1 || header.magic != kMagic)
+  if (std::fread(&header, sizeof header, 1, file_) != 1 || !header.is_ours())
     return Error{ErrorCode::file_malformed, "not a checkpoint of this program", path_.string(), "run without --resume"};
   if (header.identity != identity_)
     return Error{ErrorCode::value_invalid, "the checkpoint is of another room, other settings or another version",
@@ -87,7 +95,7 @@ std::optional<std::vector<std::byte>> Checkpoint::find(const Name& name) {
 
 /// Magic and identity; false when the file cannot be written.
 bool Checkpoint::write_header() {
-  const Header header{kMagic, identity_};
+  const Header header = header_of(identity_);
   file_ = std::fopen(path_.c_str(), "w+b");
   return file_ && std::fwrite(&header, sizeof header, 1, file_) == 1;
 }

@@ -10,9 +10,12 @@
 #include <mutex>
 
 #include "radiosity/work_store.h"
+#include "scene/core/output_file.h"
 #include "scene/core/result.h"
 
 namespace daylit::precompute {
+
+constexpr FileKind kCheckpointKind{"a checkpoint of a bake", "0dayckp1"};
 
 /// Records of a name, a length, the bytes and their XXH64, one after another. A record that was cut short by a kill, or
 /// damaged, and all after it are dropped. Nothing is written in the first two seconds: short bakes leave no traces.

@@ -6,8 +6,6 @@
 #include <span>
 #include <string_view>
 
-#include <CLI/CLI.hpp>
-
 #include "precompute/adaptive_sky.h"
 #include "precompute/checkpoint.h"
 #include "precompute/planned_bake.h"
@@ -15,6 +13,8 @@
 #include "precompute/room_check.h"
 #include "precompute/room_frame.h"
 #include "scene/core/checksum.h"
+#include "scene/core/command_line.h"
+#include "scene/core/output_file.h"
 #include "scene/core/program.h"
 #include "scene/volume/volume_file.h"
 
@@ -34,14 +34,11 @@ int check_command(int argc, char** argv) {
                "daylit-precompute check"};
   app.add_option("ROOM", room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
   app.add_option("--up", up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
-  app.add_option("--threads", threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  add_threads_option(app, threads);
   app.add_flag("--quiet", quiet, "only the exit code and the error");
   app.add_flag("--json", json, "the report as one JSON object");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitDone : kExitUsage;
-  }
+  if (const auto code = parse_command_line(app, argc, argv))
+    return *code;
   watch_for_interrupt();
   return run_program("daylit-precompute check", json, [&]() -> Result<void> {
     set_thread_count(threads);
@@ -63,7 +60,7 @@ struct Arguments {
   std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto";
   double spacing_m = 0, patch_size_m = 0;
   int threads = 0, facets = 0;
-  bool quiet = false, json = false, drop_bad_faces = false, resume = false;
+  bool quiet = false, json = false, drop_bad_faces = false, resume = false, force = false;
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
 };
 
@@ -201,6 +198,10 @@ Result<void> run(const Arguments& a) {
     return clean.error();
   std::filesystem::path checkpoint_path = a.output;
   checkpoint_path += ".checkpoint";
+  for (const auto& [path, kind] :
+       {std::pair{&a.output, &kVolumeKind}, {&checkpoint_path, &precompute::kCheckpointKind}})
+    if (const Result<void> writable = check_output(*path, *kind, a.force); !writable)
+      return writable.error();
   std::string identity = DAYLIT_VERSION "\n" + a.command_line + "\n" + room->content_hash + "\n";
   for (const glm::dvec3& p : request->points)
     identity.append(reinterpret_cast<const char*>(&p), sizeof p);
@@ -234,8 +235,8 @@ std::string content_arguments(int argc, char** argv) {
     const std::string_view word = argv[i];
     if (word == "-o" || word == "--output" || word == "--threads")
       ++i;
-    else if (word != "--resume" && word != "--quiet" && word != "--json" && !word.starts_with("--output=") &&
-             !word.starts_with("--threads=") && !word.starts_with("-o"))
+    else if (word != "--resume" && word != "--force" && word != "--quiet" && word != "--json" &&
+             !word.starts_with("--output=") && !word.starts_with("--threads=") && !word.starts_with("-o"))
       text += " " + std::string(word);
   }
   return text;
@@ -290,15 +291,13 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"2", "4", "auto"}));
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");
+  add_force_option(app, a.force);
   app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, written by an interrupted run");
-  app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  add_threads_option(app, a.threads);
   app.add_flag("--quiet", a.quiet, "no progress, no summary");
   app.add_flag("--json", a.json, "the report as JSON on stdout");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitDone : kExitUsage;
-  }
+  if (const auto code = parse_command_line(app, argc, argv))
+    return *code;
   watch_for_interrupt();
   return run_program("daylit-precompute", a.json, [&] { return run(a); });
 }

@@ -8,10 +8,9 @@
 #include <map>
 #include <optional>
 
-#include <CLI/CLI.hpp>
-
 #include "precompute/probe_matrix.h"
 #include "precompute/probe_text.h"
+#include "scene/core/command_line.h"
 #include "scene/core/parallel.h"
 #include "scene/core/program.h"
 #include "scene/sky/direct_sky.h"
@@ -270,17 +269,16 @@ int main(int argc, char** argv) {
   app.add_option("VOLUME", a.volume, "made by daylit-precompute")->required();
   add_sky_options(app, a);
   add_output_options(app, a);
-  app.add_option("--threads", a.threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  add_threads_option(app, a.threads);
   app.add_flag("--quiet", a.quiet, "does not count points outside on stderr");
   app.add_flag("--json", a.json, "one JSON object per line");
-  try {
-    app.parse(argc, argv);
+  const auto code = parse_command_line(app, argc, argv, [&] {
     if (a.sky.file.empty() && !a.info && !a.positions && a.matrix.empty())
       throw CLI::RequiredError("--sky");
-    a.coefficients = a.coefficients || a.layout;
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitDone : kExitUsage;
-  }
+  });
+  if (code)
+    return *code;
+  a.coefficients = a.coefficients || a.layout;
   for (int i = 0; i < argc; ++i)
     a.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
   watch_for_interrupt();

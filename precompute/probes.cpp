@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/core/read_file.h"
 #include "scene/volume/probe_planes.h"
 
 namespace daylit::precompute {
@@ -18,6 +18,7 @@ namespace {
 constexpr double kWallMargin = 0.04; // metres, at most a tenth of the spacing
 constexpr double kBehind = 1e-3;     // of the way to a probe
 constexpr std::size_t kMaxProbes = 4'000'000;
+constexpr std::size_t kMaxPointsFile_bytes = std::size_t{1} << 30;
 constexpr double kAuxiliarySpacing = 0.3; // metres, of the grid that decides about free points
 
 glm::dvec3 world(const ProbeSet& probes, std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); }
@@ -190,9 +191,10 @@ Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const 
 }
 
 Result<std::vector<glm::dvec3>> read_points(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file)
-    return Error{ErrorCode::file_missing, "cannot open the list of points", path.string(), "check the path"};
+  const auto bytes = read_whole_file(path, kMaxPointsFile_bytes);
+  if (!bytes)
+    return bytes.error();
+  std::istringstream file(std::string(bytes->begin(), bytes->end()));
   std::vector<glm::dvec3> points;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "scene/core/output_file.h"
 #include "scene/core/program.h"
 #include "scene/image/image_formats.h"
 #include "scene/room/room_formats.h"
@@ -171,6 +172,8 @@ Result<void> run_compare(const CompareArguments& a) {
   if (!error)
     return error.error();
   if (!a.output.empty()) {
+    if (const auto writable = check_output(a.output, kPngKind, a.force); !writable)
+      return writable;
     const float exposure = preview_exposure(in.room);
     const std::vector<Rgb8Image> pictures = {to_srgb8(in.result, exposure), to_srgb8(in.truth, exposure),
                                              to_srgb8(difference_picture(in, kDifferenceGain), 1.0f)};
@@ -194,6 +197,8 @@ Result<void> run_sky(const SkyCommandArguments& a) {
   if (!opened->sky.described())
     return Error{ErrorCode::usage, "this sky is a picture already", a.sky.file.string(),
                  "give a sky in words (.toml) or a weather tape (.epw, .wea)"};
+  if (const auto writable = check_output(a.output, kExrKind, a.force); !writable)
+    return writable;
   return write_exr(a.output, render_sky_panorama(*opened->sky.described(), a.height_px));
 }
 

@@ -12,7 +12,7 @@ namespace daylit {
 struct CompareArguments {
   std::filesystem::path folder, result, result_mask, output;
   int frame = 0; ///< of a sequence
-  bool json = false;
+  bool force = false, json = false;
 };
 
 /// Prints the table (or JSON) on stdout; with `output` also writes result, truth and difference side by side as PNG.
@@ -24,7 +24,7 @@ struct SkyCommandArguments {
   double ground_albedo = -1.0;  ///< < 0: what the sky says
   std::filesystem::path output; ///< EXR; empty: answer directions
   int height_px = 512;
-  bool quiet = false, json = false;
+  bool force = false, quiet = false, json = false;
 };
 
 Result<void> run_sky(const SkyCommandArguments& arguments);

@@ -1,8 +1,6 @@
 // daylit-simulate: rooms, skies and cameras with known truth.
 
-#include <CLI/CLI.hpp>
-
-#include "scene/core/program.h"
+#include "scene/core/command_line.h"
 #include "simulate/commands.h"
 #include "simulate/simulate_command.h"
 
@@ -27,9 +25,10 @@ CLI::App* add_sky(CLI::App& app, SkyCommandArguments& a) {
       "sky", "a sky as others see it: radiance `r g b` along directions `x y z` from stdin, or with -o a picture");
   add_sky_options(*command, a.sky);
   command->add_option("--ground-albedo", a.ground_albedo, "ground of a sky in words")->check(CLI::Range(0.0, 1.0));
-  command->add_option("-o,--output", a.output, "EXR, equirectangular, centre column along +x");
+  CLI::Option* output = command->add_option("-o,--output", a.output, "EXR, equirectangular, centre column along +x");
   command->add_option("--height", a.height_px, "of the picture, pixels")
       ->check(CLI::Range(8, 8192))
+      ->needs(output)
       ->capture_default_str();
   return command;
 }
@@ -61,13 +60,14 @@ CLI::App* add_irradiance(CLI::App& app, IrradianceArguments& a) {
 
 void add_simulate(CLI::App& app, SimulateArguments& a) {
   CLI::Option* scene = app.add_option("SCENE", a.scene, "SCENE.toml: sky model, room, objects, camera");
-  app.add_option("--demo", a.demo, "a built-in scene instead: overcast, sun or shade")
-      ->check(CLI::IsMember({"overcast", "sun", "shade"}))
-      ->excludes(scene);
+  CLI::Option* demo = app.add_option("--demo", a.demo, "a built-in scene instead: overcast, sun or shade")
+                          ->check(CLI::IsMember({"overcast", "sun", "shade"}));
+  demo->excludes(scene);
   app.add_option("-o,--output", a.folder, "folder to write to");
   app.add_option("--size", a.size, "W,H of the interior picture of a --demo")
       ->expected(2)
       ->delimiter(',')
+      ->needs(demo)
       ->check(CLI::Range(16, 8192));
   app.add_option("--frames", a.frames, "frames along the scene's [path], each with its own sensor noise")
       ->check(CLI::Range(1, 9999));
@@ -118,23 +118,22 @@ int main(int argc, char** argv) {
   SimulateArguments simulate;
   int threads = 0;
   add_simulate(app, simulate);
-  app.add_option("--threads", threads, "worker threads, 0 = all cores")->check(CLI::NonNegativeNumber);
+  add_threads_option(app, threads);
   app.add_option("--seed", simulate.seed, "of the random numbers: same seed, same bits");
+  add_force_option(app, simulate.force);
   app.add_flag("--quiet", simulate.quiet, "no progress, no summary");
   app.add_flag("--json", simulate.json, "the report as JSON on stdout, one object per line");
   CLI::App* irradiance_command = add_irradiance(app, irradiance);
   CLI::App* compare_command = add_compare(app, compare);
   CLI::App* sky_command = add_sky(app, sky);
   app.require_subcommand(0, 1);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? kExitDone : kExitUsage;
-  }
+  if (const auto code = parse_command_line(app, argc, argv))
+    return *code;
   watch_for_interrupt();
   set_thread_count(threads);
   irradiance.seed = simulate.seed;
   irradiance.quiet = sky.quiet = simulate.quiet;
+  compare.force = sky.force = simulate.force;
   irradiance.json = compare.json = sky.json = simulate.json;
   return run_program("daylit-simulate", simulate.json, [&] {
     return run({irradiance_command, compare_command, sky_command}, irradiance, compare, sky, simulate);

@@ -110,6 +110,12 @@ std::string json(const RegionError& e) {
                      e.pixels, e.relative_rms, e.bias, e.no_object_rms, e.truth_standard_error);
 }
 
+std::string json(const ContactError& e) {
+  return fmt::format("{{\"pixels\":{},\"relative_rms\":{:.6g},\"bias\":{:.6g},\"brightest\":{:.6g},"
+                     "\"darkest\":{:.6g}}}",
+                     e.pixels, e.relative_rms, e.bias, e.brightest, e.darkest);
+}
+
 } // namespace
 
 Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
@@ -142,6 +148,7 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
   PictureError error;
   error.object = measure(in, spread(both, width, height, kMaskErosion, true));
   error.shadow = measure(in, shadow);
+  error.contact = measure_contact(in.result, in.truth, in.coverage);
   error.whole = measure(in, Mask(mask.size(), 1));
   if (in.result_coverage)
     error.mask_iou = static_cast<double>(intersection) / static_cast<double>(together);
@@ -153,13 +160,17 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
 std::string to_text(const PictureError& e) {
   std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %\n";
   out += row("object", e.object) + row("shadow", e.shadow) + row("whole", e.whole);
+  const ContactError& c = e.contact;
+  out += fmt::format("contact  {:>8} {:>8.2f} {:>8.2f}  brightest pixel {:+.0f} %, darkest {:+.0f} %\n", c.pixels,
+                     100.0 * c.relative_rms, 100.0 * c.bias, 100.0 * c.brightest, 100.0 * c.darkest);
   out += fmt::format("the object covers {:.1f} % of the picture", 100.0 * e.object_fraction);
   return out + (e.mask_iou ? fmt::format("; intersection over union of the masks {:.3f}\n", *e.mask_iou) : "\n");
 }
 
 std::string to_json(const PictureError& e) {
-  return fmt::format("{{\"object\":{},\"shadow\":{},\"whole\":{},\"object_fraction\":{:.6g},\"mask_iou\":{}}}",
-                     json(e.object), json(e.shadow), json(e.whole), e.object_fraction,
+  return fmt::format("{{\"object\":{},\"shadow\":{},\"contact\":{},\"whole\":{},\"object_fraction\":{:.6g},"
+                     "\"mask_iou\":{}}}",
+                     json(e.object), json(e.shadow), json(e.contact), json(e.whole), e.object_fraction,
                      e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null");
 }
 

@@ -7,6 +7,7 @@
 
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
+#include "simulate/contact_error.h"
 
 namespace daylit {
 
@@ -28,8 +29,9 @@ struct RegionError {
 };
 
 struct PictureError {
-  RegionError object; ///< inside the mask of both pictures, eroded by 2 pixels
-  RegionError shadow; ///< outside the mask dilated by 2 pixels, where the object changes the truth by more than 2 %
+  RegionError object;   ///< inside the mask of both pictures, eroded by 2 pixels
+  RegionError shadow;   ///< outside the mask dilated by 2 pixels, where the object changes the truth by more than 2 %
+  ContactError contact; ///< beside the object, which the two above leave out
   RegionError whole;
   std::optional<double> mask_iou; ///< intersection over union of the masks; only with result_coverage
   double object_fraction = 0.0;   ///< of the picture

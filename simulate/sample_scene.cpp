@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/output_file.h"
 #include "simulate/teapot.h"
 
 namespace daylit {
@@ -26,6 +27,8 @@ constexpr std::array<double, 2> kWindowY = {1.1, 2.5}, kWindowZ = {0.9, 2.1};
 constexpr Rgb kPorcelain{0.70f, 0.66f, 0.58f};
 constexpr double kTeapotWidth_m = 0.25;
 constexpr double kRadians = std::numbers::pi / 180.0;
+
+constexpr FileKind kSampleKind{"a file of the demo", "# Written by daylit-simulate --demo\n"};
 
 class ObjWriter {
 public:
@@ -167,7 +170,7 @@ Result<SimulateConfig> sample_scene(const std::string& name, int width_px, int h
 }
 
 Result<std::filesystem::path> write_sample_scene(const std::string& name, const std::filesystem::path& folder,
-                                                 int width_px, int height_px) {
+                                                 int width_px, int height_px, bool force) {
   auto scene = sample_scene(name, width_px, height_px);
   if (!scene)
     return scene.error();
@@ -178,7 +181,10 @@ Result<std::filesystem::path> write_sample_scene(const std::string& name, const 
                                                        {"teapot.mtl", object_mtl(kPorcelain)},
                                                        {"scene.toml", to_toml(*scene)}};
   for (const auto& [file, text] : files)
-    if (const auto written = write_file_atomically(folder / file, text); !written)
+    if (const auto writable = check_output(folder / file, kSampleKind, force); !writable)
+      return writable.error();
+  for (const auto& [file, text] : files)
+    if (const auto written = write_file_atomically(folder / file, std::string(kSampleKind.start) + text); !written)
       return written.error();
   return folder / "scene.toml";
 }

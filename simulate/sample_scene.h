@@ -26,7 +26,8 @@ std::string object_mtl(const Rgb& reflectance);
 Result<SimulateConfig> sample_scene(const std::string& name, int width_px, int height_px);
 
 /// Writes room.obj, room.mtl, teapot.obj, teapot.mtl and scene.toml into a folder; returns the path of scene.toml.
+/// Error: a file of one of these names is not of this function, and `force` is not set.
 Result<std::filesystem::path> write_sample_scene(const std::string& name, const std::filesystem::path& folder,
-                                                 int width_px, int height_px);
+                                                 int width_px, int height_px, bool force = false);
 
 } // namespace daylit

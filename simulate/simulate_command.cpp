@@ -12,6 +12,7 @@
 
 #include "scene/config/config.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/output_file.h"
 #include "scene/image/image_formats.h"
 #include "scene/room/room_formats.h"
 #include "simulate/low_discrepancy.h"
@@ -57,6 +58,15 @@ Result<MarkerBoard> board_of(const MarkerConfig& marker) {
   return MarkerBoard::printed(marker);
 }
 
+Result<SkyLight> sky_light(const SimulateConfig& config) {
+  if (!config.has_sky_picture())
+    return SkyLight(config.sky_model);
+  auto picture = read_sky(config.run.sky);
+  if (!picture)
+    return picture.error();
+  return SkyLight(std::make_shared<const SkyImage>(*std::move(picture)));
+}
+
 } // namespace
 
 Result<TraceScene> build_scene(const SimulateConfig& config) {
@@ -73,10 +83,15 @@ Result<TraceScene> build_scene(const SimulateConfig& config) {
       return made.error();
     board = *made;
   }
-  return TraceScene::of_room(room->room, SkyLight(config.sky_model), &*object, glm::dmat4(1.0), board);
+  const auto sky = sky_light(config);
+  if (!sky)
+    return sky.error();
+  return TraceScene::of_room(room->room, *sky, &*object, glm::dmat4(1.0), board);
 }
 
 namespace {
+
+std::string frame_suffix(int number) { return number == 0 ? "" : fmt::format("_{:04}", number); }
 
 std::filesystem::path seen_from(const std::filesystem::path& folder, const std::filesystem::path& file) {
   std::error_code ec;
@@ -84,12 +99,26 @@ std::filesystem::path seen_from(const std::filesystem::path& folder, const std::
   return ec || relative.empty() ? std::filesystem::absolute(file) : relative;
 }
 
-RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& folder) {
+/// The picture that the scene names; else what the sky camera records.
+SkyConfig sky_config(const SimulateConfig& config, const std::filesystem::path& folder, int frame) {
+  SkyConfig sky = config.run.sky;
+  if (!config.has_sky_picture())
+    return {"sky" + frame_suffix(frame) + ".exr",
+            "fisheye",
+            "sky.yaml",
+            0.0,
+            {GroundFill::Kind::albedo, std::max(0.0f, config.sky_model.ground_albedo)}};
+  sky.image = seen_from(folder, sky.image);
+  if (!sky.lens.empty())
+    sky.lens = seen_from(folder, sky.lens);
+  return sky;
+}
+
+/// What daylit-run draws a frame from.
+RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& folder, int frame) {
   RunConfig run = config.run;
-  run.sky.image = "sky.exr";
-  run.sky.projection = "fisheye";
-  run.sky.lens = "sky.yaml";
-  run.sky.ground = {GroundFill::Kind::albedo, std::max(0.0f, config.sky_model.ground_albedo)};
+  run.sky = sky_config(config, folder, frame);
+  run.marker.reset(); // the pose is known
   run.interior.image = "interior.exr";
   run.interior.lens = "interior.yaml";
   run.room_model = seen_from(folder, run.room_model);
@@ -99,15 +128,17 @@ RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& 
   run.output.png = "result.png";
   run.output.exr = "result.exr";
   run.output.mask = "result-mask.exr";
+  for (auto* path : {&run.interior.image, &run.output.png, &run.output.exr, &run.output.mask})
+    *path = path->stem().string() + frame_suffix(frame) + path->extension().string();
   return run;
 }
 
 struct Frame {
-  RgbImage sky;
+  std::optional<RgbImage> sky; ///< what the sky camera records; none where the scene's sky is a picture already
   InteriorPictures interior;
 };
 
-std::string frame_suffix(int number) { return number == 0 ? "" : fmt::format("_{:04}", number); }
+constexpr FileKind kConfigKind{"a configuration written by daylit-simulate", "# Written by daylit-simulate\n"};
 
 Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder, int number) {
   const std::string suffix = frame_suffix(number);
@@ -116,31 +147,47 @@ Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder
   Rgb8Image mask{p.coverage.width, p.coverage.height, {}};
   for (const Rgb& c : p.coverage.texels)
     mask.bytes.insert(mask.bytes.end(), 3, static_cast<std::uint8_t>(std::lround(255.0f * c.r)));
-  const std::pair<const char*, const RgbImage*> exr[] = {{"sky", &frame.sky},
-                                                         {"interior", &p.room},
-                                                         {"truth", &p.truth},
-                                                         {"se", &p.truth_standard_error},
-                                                         {"mask", &p.coverage}};
+  std::vector<std::pair<const char*, const RgbImage*>> exr = {
+      {"interior", &p.room}, {"truth", &p.truth}, {"se", &p.truth_standard_error}, {"mask", &p.coverage}};
+  std::vector<std::pair<const char*, Rgb8Image>> png = {
+      {"interior", to_srgb8(p.room, exposure)}, {"truth", to_srgb8(p.truth, exposure)}, {"mask", std::move(mask)}};
+  if (frame.sky) {
+    exr.emplace_back("sky", &*frame.sky);
+    png.emplace_back("sky", to_srgb8(*frame.sky, preview_exposure(*frame.sky)));
+  }
   for (const auto& [name, image] : exr)
     if (const auto done = write_exr(folder / (name + suffix + ".exr"), *image); !done)
       return done;
-  const std::pair<const char*, Rgb8Image> png[] = {{"sky", to_srgb8(frame.sky, preview_exposure(frame.sky))},
-                                                   {"interior", to_srgb8(p.room, exposure)},
-                                                   {"truth", to_srgb8(p.truth, exposure)},
-                                                   {"mask", std::move(mask)}};
   for (const auto& [name, image] : png)
     if (const auto done = write_png(folder / (name + suffix + ".png"), image); !done)
       return done;
   return {};
 }
 
-/// What daylit-run draws this frame from.
-Result<void> write_run_config(const SimulateConfig& config, const std::filesystem::path& folder, int number) {
-  RunConfig run = run_config(config, folder);
-  const std::string suffix = frame_suffix(number);
-  for (auto* path : {&run.sky.image, &run.interior.image, &run.output.png, &run.output.exr, &run.output.mask})
-    *path = path->stem().string() + suffix + path->extension().string();
-  return write_file_atomically(folder / ("CONFIG" + suffix + ".toml"), to_toml(run));
+/// All that write_moment() and write_lenses() will write.
+Result<void> check_outputs(const SimulateConfig& config, const SimulateArguments& a) {
+  std::vector<const char*> exr = {"interior", "truth", "se", "mask"}, png = {"interior", "truth", "mask"},
+                           lenses = {"interior.yaml"};
+  if (!config.has_sky_picture()) {
+    exr.push_back("sky");
+    png.push_back("sky");
+    lenses.push_back("sky.yaml");
+  }
+  std::vector<std::pair<std::string, const FileKind*>> files;
+  for (const char* name : lenses)
+    files.emplace_back(name, &kLensKind);
+  for (int frame = 0; frame < a.frames; ++frame) {
+    const std::string suffix = frame_suffix(frame);
+    files.emplace_back("CONFIG" + suffix + ".toml", &kConfigKind);
+    for (const char* name : exr)
+      files.emplace_back(name + suffix + ".exr", &kExrKind);
+    for (const char* name : png)
+      files.emplace_back(name + suffix + ".png", &kPngKind);
+  }
+  for (const auto& [name, kind] : files)
+    if (const auto writable = check_output(a.folder / name, *kind, a.force); !writable)
+      return writable;
+  return {};
 }
 
 void report(const InteriorPictures& p, double seconds, bool json) {
@@ -182,7 +229,7 @@ Result<SimulateConfig> read_scene_config(const SimulateArguments& a) {
     return Error{ErrorCode::io, "cannot create the folder: " + ec.message(), a.folder.string(), ""};
   if (a.demo.empty())
     return read_simulate_config(a.scene);
-  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1]);
+  const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1], a.force);
   if (!written)
     return written.error();
   return read_simulate_config(*written);
@@ -194,19 +241,55 @@ struct Moment {
   Frame frame;
 };
 
-Result<Moment> record(const SimulateConfig& config, const LensModel& sky_lens, const LensModel& interior_lens,
-                      const SimulateArguments& a, ProgressLine& line) {
+/// What the lenses of the scene's cameras see; the sky camera looks up.
+struct Cameras {
+  LensModel sky, interior;
+  explicit Cameras(const SimulateConfig& c)
+      : sky(ideal_fisheye(c.fisheye_width_px, c.fisheye_height_px, c.fisheye_fov)),
+        interior(ideal_pinhole(c.run.output.width_px > 0 ? c.run.output.width_px : 512,
+                               c.run.output.height_px > 0 ? c.run.output.height_px : 496, c.interior_fov)) {}
+};
+
+Result<Moment> record(const SimulateConfig& config, const Cameras& cameras, const SimulateArguments& a, bool first,
+                      ProgressLine& line) {
   const auto scene = build_scene(config);
   if (!scene)
     return scene.error();
-  auto sky = render_sky_frame(AnalyticSky(config.sky_model), sky_lens);
-  if (!sky)
-    return sky.error();
+  if (const auto writable = first ? check_outputs(config, a) : Result<void>(); !writable) // the inputs are known now
+    return writable.error();
+  Moment moment{config, {}};
+  if (!config.has_sky_picture()) {
+    auto sky = render_sky_frame(AnalyticSky(config.sky_model), cameras.sky);
+    if (!sky)
+      return sky.error();
+    moment.frame.sky = std::move(*sky);
+  }
   const PictureSettings settings{a.samples > 0 ? a.samples : config.samples_per_pixel, kBaseSamples, a.seed};
-  auto pictures = render_interior(*scene, interior_lens, *config.run.world_from_camera, settings, line.callback());
+  auto pictures = render_interior(*scene, cameras.interior, *config.run.world_from_camera, settings, line.callback());
   if (!pictures)
     return pictures.error();
-  return Moment{config, {std::move(*sky), std::move(*pictures)}};
+  moment.frame.interior = std::move(*pictures);
+  return moment;
+}
+
+Result<void> write_moment(const Moment& moment, const SimulateArguments& a, int number) {
+  Frame noisy = moment.frame;
+  const double noise = moment.config.sensor_noise;
+  const auto key = [&](int k) { return combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(k)); };
+  if (noisy.sky)
+    add_sensor_noise(*noisy.sky, noise, key(2 * number));
+  add_sensor_noise(noisy.interior.room, noise, key(2 * number + 1));
+  if (const auto done = write_frame(noisy, a.folder, number); !done)
+    return done;
+  return write_file_atomically(a.folder / ("CONFIG" + frame_suffix(number) + ".toml"),
+                               std::string(kConfigKind.start) + to_toml(run_config(moment.config, a.folder, number)));
+}
+
+Result<void> write_lenses(const SimulateConfig& config, const Cameras& cameras, const std::filesystem::path& folder) {
+  if (!config.has_sky_picture())
+    if (const auto done = write_lens(folder / "sky.yaml", cameras.sky); !done)
+      return done;
+  return write_lens(folder / "interior.yaml", cameras.interior);
 }
 
 } // namespace
@@ -217,35 +300,23 @@ Result<void> run_simulate(const SimulateArguments& a) {
     return config.error();
   for (const std::string& note : a.quiet ? std::vector<std::string>{} : config->sky_notes)
     std::fprintf(stderr, "%s\n", note.c_str());
-  const OutputConfig& output = config->run.output;
-  const int width = output.width_px > 0 ? output.width_px : 512, height = output.height_px > 0 ? output.height_px : 496;
-  const LensModel interior_lens = ideal_pinhole(width, height, config->interior_fov);
-  const LensModel sky_lens =
-      ideal_fisheye(config->fisheye_width_px, config->fisheye_height_px, config->fisheye_fov); // looks up: identity
-
+  const Cameras cameras(*config);
   ProgressLine line(a.quiet);
   const auto start = Clock::now();
   std::optional<Moment> moment;
   for (int frame = 0; frame < a.frames; ++frame) {
     if (frame == 0 || config->moves()) {
       const double t = a.frames > 1 ? static_cast<double>(frame) / (a.frames - 1) : 0.0;
-      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, sky_lens, interior_lens, a, line);
+      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, cameras, a, frame == 0, line);
       if (!recorded)
         return recorded.error();
       moment.emplace(std::move(*recorded));
     }
-    Frame noisy = moment->frame;
-    const auto key = [&](int k) { return combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(k)); };
-    add_sensor_noise(noisy.sky, config->sensor_noise, key(2 * frame));
-    add_sensor_noise(noisy.interior.room, config->sensor_noise, key(2 * frame + 1));
-    if (const auto done = write_frame(noisy, a.folder, frame); !done)
-      return done;
-    if (const auto done = write_run_config(moment->config, a.folder, frame); !done)
+    if (const auto done = write_moment(*moment, a, frame); !done)
       return done;
   }
-  for (const auto& [lens, name] : {std::pair{&sky_lens, "sky.yaml"}, {&interior_lens, "interior.yaml"}})
-    if (const auto done = write_lens(a.folder / name, *lens); !done)
-      return done;
+  if (const auto done = write_lenses(*config, cameras, a.folder); !done)
+    return done;
   line.clear();
   if (!a.quiet || a.json)
     report(moment->frame.interior, seconds_since(start), a.json);

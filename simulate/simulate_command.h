@@ -22,13 +22,14 @@ struct SimulateArguments {
   int frames = 1;
   int samples = 0; ///< 0: as the scene says
   std::uint32_t seed = 0;
+  bool force = false; ///< replace files of these names that hold something else
   bool quiet = false, json = false;
 };
 
-/// Writes sky.exr, sky.yaml, interior.exr, interior.yaml, truth.exr, se.exr, mask.exr, mask.png, interior.png,
-/// truth.png and CONFIG.toml. With --frames N > 1 camera and sun go along the scene's [path]; the pictures and the
-/// configuration of frame k > 0 carry its number (truth_0001.exr, CONFIG_0001.toml). Each frame has its own sensor
-/// noise.
+/// Writes sky.exr and sky.yaml (unless the scene names a sky picture), interior.exr, interior.yaml, truth.exr, se.exr,
+/// mask.exr, mask.png, interior.png, truth.png and CONFIG.toml. With --frames N > 1 camera and sun go along the scene's
+/// [path]; the pictures and the configuration of frame k > 0 carry its number (truth_0001.exr, CONFIG_0001.toml). Each
+/// frame has its own sensor noise.
 Result<void> run_simulate(const SimulateArguments& arguments);
 
 } // namespace daylit

@@ -33,6 +33,7 @@ double drop_weakest(std::vector<ProbeCluster>& clusters, double allowed) {
 
 } // namespace
 
+/// Allowed squared error = what dropping surely may take + what clusters leave unseen + what the storage takes.
 void choose_storage(std::vector<ProbeCluster>& clusters, const Measure& measure, double allowed) {
   const std::vector<float> on_sources = measure.suns(kRoundingSuns);
   const auto suns = [&](const ProbeCluster& c) {
@@ -98,6 +99,7 @@ private:
 
 } // namespace
 
+/// Per cluster: probes, sources (numbered from 0, runs of them after the last) and both factors.
 CompactBasis assemble(const std::vector<ProbeCluster>& clusters, const SurfaceLight& light,
                       const std::vector<float>& sigma, std::span<const std::size_t> probe_of_point) {
   CompactBasis basis;

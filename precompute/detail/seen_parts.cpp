@@ -31,6 +31,7 @@ void mirror(std::vector<float>& matrix, std::size_t n) {
 
 } // namespace
 
+/// A patch that is not distinguished is one part, whatever its elements; of others each element is one.
 SeenParts SeenParts::of(const SurfaceLight& light, std::span<const std::uint8_t> distinguished) {
   SeenParts seen;
   for (std::uint32_t first = 0, end = 0; first < light.elements; first = end) {
@@ -44,6 +45,7 @@ SeenParts SeenParts::of(const SurfaceLight& light, std::span<const std::uint8_t>
   return seen;
 }
 
+/// mean[k] = sum over the elements of part k of area fraction x value
 std::vector<float> SeenParts::means(const SurfaceLight& light, std::span<const float> of_elements,
                                     std::size_t columns) const {
   std::vector<float> mean(part.size() * columns, 0.0f);
@@ -98,6 +100,7 @@ std::vector<float> SeenParts::suns(const SunMetric& own, const SunMetric& of_sou
   return out;
 }
 
+/// row_s = fraction_s row_a for every source s of part a
 std::vector<float> SeenParts::expand(std::span<const float> rows) const {
   const std::size_t count = lit.empty() ? 0 : rows.size() / lit.size();
   std::vector<float> out(count * fraction.size(), 0.0f);

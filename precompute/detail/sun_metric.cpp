@@ -44,6 +44,7 @@ void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, Fi
 
 } // namespace
 
+/// The rows of the first light, H_sj, by columns j; nodes that light nothing are left out.
 SunColumns SunColumns::of(const SurfaceLight& light, int regions) {
   std::vector<std::size_t> count(static_cast<std::size_t>(regions), 0);
   for (const radiosity::FirstBounceRow& row : light.light)
@@ -152,6 +153,7 @@ void SunMetric::normalise() {
   });
 }
 
+/// Row s in units of `unit`_s; one colour where no pane is tinted.
 FirstLight store_first_light(const SurfaceLight& light, std::span<const float> unit) {
   FirstLight out;
   out.colours = tinted(light) ? 3 : 1;

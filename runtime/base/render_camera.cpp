@@ -70,12 +70,12 @@ bool find_drawn_positions(const LensModel& lens, double sx, double sy, RenderCam
 
 } // namespace
 
-glm::dvec3 RenderCamera::direction(const glm::dvec2& pixel) const {
+glm::dvec3 PinholeCamera::direction(const glm::dvec2& pixel) const {
   const glm::dvec3 d((pixel.x - cx) / fx, (pixel.y - cy) / fy, 1.0);
   return glm::normalize(glm::dmat3(world_from_camera) * d);
 }
 
-glm::mat4 RenderCamera::clip_from_scene(const glm::dvec3& origin) const {
+glm::mat4 PinholeCamera::clip_from_scene(const glm::dvec3& origin) const {
   glm::dmat4 projection(0.0); // columns: camera x, y, z, 1
   projection[0][0] = 2.0 * fx / width_px;
   projection[1][1] = 2.0 * fy / height_px;
@@ -86,7 +86,7 @@ glm::mat4 RenderCamera::clip_from_scene(const glm::dvec3& origin) const {
   return glm::mat4(projection * glm::inverse(world_from_camera) * world_from_scene);
 }
 
-PixelRays::PixelRays(const RenderCamera& camera, const glm::dvec3& origin) {
+PixelRays::PixelRays(const PinholeCamera& camera, const glm::dvec3& origin) {
   const glm::dmat3 axes(camera.world_from_camera);
   const glm::dvec3 per_x = axes[0] / camera.fx, per_y = axes[1] / camera.fy;
   eye = glm::vec3(camera.eye() - origin);

@@ -5,7 +5,6 @@
 #include <map>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include "runtime/cmd/outputs.h"
@@ -13,6 +12,7 @@
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
 #include "scene/config/config.h"
+#include "scene/core/command_line.h"
 #include "scene/core/program.h"
 
 namespace daylit {
@@ -21,7 +21,7 @@ namespace {
 struct Options {
   std::string config;
   int frames = 1, threads = 0;
-  bool replay = false, window = false, quiet = false, json = false;
+  bool replay = false, window = false, quiet = false, json = false, force = false;
   Backend backend = Backend::automatic;
 };
 
@@ -73,14 +73,6 @@ Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, co
   return config;
 }
 
-Result<SkyImage> read_sky_of(const SkyConfig& sky) {
-  const std::string projection = sky.projection == "fisheye" ? "fisheye:" + sky.lens.string() : sky.projection;
-  const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
-  if (!parsed)
-    return parsed.error();
-  return read_sky(sky.image, *parsed, sky.ground);
-}
-
 void print_notes(const std::vector<std::string>& notes) {
   for (const std::string& note : notes)
     std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
@@ -97,11 +89,10 @@ Result<const Frame*> draw(Session& session, const FrameInput& input) {
   return session.render(input);
 }
 
-/// The files are one picture: the same frame again and again. The last one is written.
-Result<void> draw_frames(const Options& options, Session& session, const SkyImage& sky, const Photograph& photo,
-                         const OutputConfig& output) {
+/// The files are one picture: the same frame again and again.
+Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo) {
   for (int k = 0; k < options.frames; ++k) {
-    const auto frame = draw(session, {sky, photo.linear, 1, 1});
+    const auto frame = draw(session, {sky, photo, 1, 1});
     if (!frame)
       return frame.error();
     if (interrupted())
@@ -113,10 +104,8 @@ Result<void> draw_frames(const Options& options, Session& session, const SkyImag
       std::printf("%s\n", to_json(report, k).dump().c_str());
     else if (!options.quiet)
       print_report(report, k);
-    if (k + 1 == options.frames)
-      return write_outputs(output, photo, (*frame)->composite);
   }
-  return {};
+  return std::move(session).take_composite();
 }
 
 Result<void> run(const Options& options) {
@@ -129,24 +118,30 @@ Result<void> run(const Options& options) {
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
-  const RgbImage& photo = input->photo.linear;
-  if (const auto fits = check_output_size(given->output, photo.width, photo.height); !fits)
+  const PhotoPixels photo = input->photo.pixels();
+  if (const auto fits = check_output_size(given->output, photo.width(), photo.height()); !fits)
     return fits;
-  auto sky = read_sky_of(given->sky);
+  std::vector<std::string> sky_notes;
+  auto sky = read_sky(given->sky, &sky_notes);
   if (!sky)
     return sky.error();
   const auto config = resolve(*given, *input, *sky);
   if (!config)
     return config.error();
   ProgressLine progress(options.quiet || options.json);
-  auto session = Session::open(*config, photo.width, photo.height, progress.callback(), options.backend);
+  auto session = Session::open(*config, photo.width(), photo.height(), progress.callback(), options.backend);
   if (!session)
     return session.error();
   progress.clear();
+  if (const auto writable = check_outputs(config->output, options.force); !writable)
+    return writable;
+  print_notes(sky_notes);
   print_notes(input->notes);
   print_notes(session->notes());
-  if (!options.window)
-    return draw_frames(options, *session, *sky, input->photo, config->output);
+  if (!options.window) {
+    const auto composite = draw_frames(options, std::move(*session), *sky, photo);
+    return composite ? write_outputs(config->output, input->photo, *composite) : composite.error();
+  }
   const auto view = [&](const RgbImage& picture) { return view_of(input->photo, picture); };
   return run_viewer(*session, *config, *sky, photo, view, options.frames > 1 ? options.frames : 0);
 }
@@ -173,15 +168,13 @@ int main(int argc, char** argv) {
          "--renderer", options.backend,
          "auto, gl (OpenGL), osmesa (OpenGL without a driver), window (a desktop's OpenGL) or rays (on the processor)")
       ->transform(CLI::CheckedTransformer(backends));
-  app.add_option("--threads", options.threads, "worker threads, 0 = all cores")->check(CLI::Range(0, 1024));
+  daylit::add_threads_option(app, options.threads);
+  daylit::add_force_option(app, options.force);
   app.add_flag("--quiet", options.quiet, "print errors only");
   app.add_flag("--json", options.json, "one JSON object per frame on stdout");
   app.set_version_flag("--version", std::string("daylit-run ") + DAYLIT_VERSION);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? daylit::kExitDone : daylit::kExitUsage;
-  }
+  if (const auto code = daylit::parse_command_line(app, argc, argv))
+    return *code;
   if (options.replay) {
     std::fprintf(stderr, "daylit-run: --replay: there is no live camera yet, nothing is recorded; leave it out, "
                          "the files of the configuration are drawn\n");

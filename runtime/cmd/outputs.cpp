@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "scene/image/resample.h"
 
@@ -58,24 +60,42 @@ Result<void> check_output_size(const OutputConfig& output, int width, int height
   return {};
 }
 
+Result<void> check_outputs(const OutputConfig& output, bool force) {
+  const std::pair<const std::filesystem::path*, const FileKind*> files[] = {
+      {&output.png, &kPngKind}, {&output.exr, &kExrKind}, {&output.mask, &kExrKind}};
+  std::set<std::filesystem::path> names;
+  for (const auto& [path, kind] : files) {
+    if (path->empty())
+      continue;
+    if (!names.insert(path->lexically_normal()).second)
+      return Error{ErrorCode::value_invalid, "two outputs have one name", path->string(), "give each its own"};
+    if (const auto writable = check_output(*path, *kind, force); !writable)
+      return writable;
+  }
+  return {};
+}
+
 Result<void> write_outputs(const OutputConfig& output, const Photograph& photo, const Composite& composite) {
   const RgbImage& picture = composite.picture;
   const bool as_it_is =
       output.width_px == 0 || (output.width_px == picture.width && output.height_px == picture.height);
   const auto sized = [&](const RgbImage& image) {
-    return as_it_is ? image : resampled_by_area(image, output.width_px, output.height_px);
+    return resampled_by_area(image, output.width_px, output.height_px);
+  };
+  const auto write_linear = [&](const std::filesystem::path& path, const RgbImage& image) {
+    return as_it_is ? write_exr(path, image) : write_exr(path, sized(image));
   };
   if (!output.exr.empty())
-    if (const auto r = write_exr(output.exr, sized(picture)); !r)
+    if (const auto r = write_linear(output.exr, picture); !r)
       return r;
   if (!output.mask.empty())
-    if (const auto r = write_exr(output.mask, sized(object_mask(composite))); !r)
+    if (const auto r = write_linear(output.mask, object_mask(composite)); !r)
       return r;
   if (output.png.empty())
     return {};
-  if (!as_it_is || photo.is_hdr())
+  if (!as_it_is)
     return write_png(output.png, view_of(photo, sized(picture)));
-  const auto png = encode_photograph(photo, picture, composite.touched);
+  const auto png = photo.is_hdr() ? view_of(photo, picture) : encode_photograph(photo, picture, composite.touched);
   return png ? write_png(output.png, *png) : Result<void>(png.error());
 }
 

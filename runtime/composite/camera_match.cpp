@@ -39,13 +39,13 @@ struct Layers {
   cv::Mat drawn, coverage;
 };
 
-Layers layers_in(const PixelBox& box, const RgbImage& photo, const Composite& c) {
+Layers layers_in(const PixelBox& box, const PhotoPixels& photo, const Composite& c) {
   Layers layers{cv::Mat(box.height(), box.width(), CV_32FC3), cv::Mat(box.height(), box.width(), CV_32FC1)};
   parallel_for(box.y0, box.y1, [&](int y) {
     for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
+      const std::size_t i = photo.index(x, y);
       const float coverage = c.coverage[i];
-      const Rgb drawn = c.picture.texels[i] - (1.0f - coverage) * photo.texels[i];
+      const Rgb drawn = c.picture.texels[i] - (1.0f - coverage) * photo[i];
       layers.drawn.at<cv::Vec3f>(y - box.y0, x - box.x0) = {drawn.r, drawn.g, drawn.b};
       layers.coverage.at<float>(y - box.y0, x - box.x0) = coverage;
     }
@@ -71,14 +71,15 @@ float normal_deviate(std::uint64_t key) {
 
 } // namespace
 
-void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composite& c) {
+void match_blur(const PhotoPixels& photo, double sigma_px, float threshold, Composite& c) {
   if (sigma_px <= 0.0)
     return;
   PixelBox box = touched_box(c);
   if (box.empty())
     return;
   const int radius = static_cast<int>(std::ceil(kKernelRadius * sigma_px));
-  box = PixelBox{box.x0 - radius, box.y0 - radius, box.x1 + radius, box.y1 + radius}.clipped(photo.width, photo.height);
+  box = PixelBox{box.x0 - radius, box.y0 - radius, box.x1 + radius, box.y1 + radius}.clipped(photo.width(),
+                                                                                             photo.height());
   Layers layers = layers_in(box, photo, c);
   const cv::Size kernel(2 * radius + 1, 2 * radius + 1);
   cv::GaussianBlur(layers.drawn, layers.drawn, kernel, sigma_px, sigma_px, cv::BORDER_REPLICATE);
@@ -87,10 +88,10 @@ void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composi
   parallel_for(box.y0, box.y1, [&](int y) {
     std::size_t objects = 0, shadows = 0;
     for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
+      const std::size_t i = photo.index(x, y);
       const cv::Vec3f drawn = layers.drawn.at<cv::Vec3f>(y - box.y0, x - box.x0);
       const float coverage = std::clamp(layers.coverage.at<float>(y - box.y0, x - box.x0), 0.0f, 1.0f);
-      const Rgb before = photo.texels[i];
+      const Rgb before = photo[i];
       const Rgb after = glm::max(Rgb(drawn[0], drawn[1], drawn[2]) + (1.0f - coverage) * before, Rgb(0.0f));
       const bool written = exceeds(before, after, threshold), object = written && coverage >= kLeastCoverage;
       c.picture.texels[i] = written ? after : before;
@@ -106,17 +107,17 @@ void match_blur(const RgbImage& photo, double sigma_px, float threshold, Composi
   c.shadow_pixels = shadow_pixels;
 }
 
-void match_noise(const RgbImage& photo, const CameraNoise& noise, std::uint64_t seed, Composite& c) {
+void match_noise(const PhotoPixels& photo, const CameraNoise& noise, std::uint64_t seed, Composite& c) {
   if (!noise.any())
     return;
-  parallel_for(0, photo.height, [&](int y) {
-    for (int x = 0; x < photo.width; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * photo.width + x;
+  parallel_for(0, photo.height(), [&](int y) {
+    for (int x = 0; x < photo.width(); ++x) {
+      const std::size_t i = photo.index(x, y);
       if (!c.touched[i])
         continue;
       Rgb& value = c.picture.texels[i];
       for (int k = 0; k < 3; ++k) {
-        const float before = photo.texels[i][k];
+        const float before = photo[i][k];
         // Fraction of the photograph's deviation that is left in the pixel: what shows through, or what is darkened.
         const float kept = c.touched[i] == 2 ? 1.0f - c.coverage[i] : before > 0.0f ? value[k] / before : 0.0f;
         const double missing = noise.variance(value[k]) - static_cast<double>(kept * kept) * noise.variance(before);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include <glm/geometric.hpp>
+
 #include "scene/core/parallel.h"
 
 namespace daylit {
@@ -113,6 +115,9 @@ ChangePicture::Light ChangePicture::light_at(const ViewPoint& point) const {
     return light;
   light.change = field_->at(point.triangle, point.position, point.direction);
   light.sun = field_->sun_irradiance(point.triangle, point.position, point.direction);
+  light.surface_distance_m = field_->near(point.position)
+                                 ? field_->surface_distance(point.triangle, point.position, point.direction)
+                                 : std::numeric_limits<double>::infinity();
   light.visible = drawn_fraction(light.change.irradiance, light.change.before + light.sun) > 0.0f;
   return light;
 }
@@ -126,7 +131,22 @@ ChangePicture::Kind ChangePicture::kind_of(int column, int row) const {
     any = any || c.visible || (c.affected && field_->near(view_->corners()[i].position));
     same = same && c.affected && c.facing == first.facing && same_sun(c.sun, first.sun);
   }
+  if (any && touches_object(four))
+    return Kind::contact;
   return !any ? Kind::nothing : same ? Kind::interpolate : Kind::single;
+}
+
+/// A pixel of the block may lie as near to an object as the change is narrow: around the corner nearest to it.
+bool ChangePicture::touches_object(const std::array<std::size_t, 4>& four) const {
+  const std::vector<ViewPoint>& points = view_->corners();
+  const auto half_way = [&](std::size_t a, std::size_t b) {
+    return lights_[four[a]].affected && lights_[four[b]].affected
+               ? 0.5 * glm::length(points[four[a]].position - points[four[b]].position)
+               : 0.0;
+  };
+  const double reach = field_->contact_distance() + std::max(half_way(0, 3), half_way(1, 2)); // along the diagonals
+  return std::ranges::any_of(
+      four, [&](std::size_t i) { return lights_[i].affected && lights_[i].surface_distance_m < reach; });
 }
 
 /// Blocks that show nothing of the room; empty: not known.
@@ -252,8 +272,8 @@ std::optional<std::array<std::uint32_t, 4>> ChangePicture::plane_of_block(int x,
   return triangles;
 }
 
-/// In a block that shows several planes, or the edge of a sun patch.
-std::optional<PixelChange> ChangePicture::between_planes(int x, int y) const {
+/// In a block beside an object, or that shows several planes or the edge of a sun patch.
+std::optional<PixelChange> ChangePicture::between_planes(int x, int y, Kind kind) const {
   const ViewPoint pixel = view_->look(x, y);
   if (!pixel.seen || !field_->affects(pixel.position))
     return std::nullopt;
@@ -274,11 +294,13 @@ std::optional<PixelChange> ChangePicture::between_planes(int x, int y) const {
     sum.before += weight[k] * c.change.before;
     whole += weight[k];
   }
-  if (whole < kLeastWeight) {
-    const Light here = light_at(pixel);
-    return PixelChange{here.change.irradiance, here.change.before + here.sun};
+  const Rgb sun = one_sun && whole >= kLeastWeight
+                      ? first->sun
+                      : field_->sun_irradiance(pixel.triangle, pixel.position, pixel.direction);
+  if (kind == Kind::contact || whole < kLeastWeight) {
+    const IndirectChange here = field_->at(pixel.triangle, pixel.position, pixel.direction);
+    return PixelChange{here.irradiance, here.before + sun};
   }
-  const Rgb sun = one_sun ? first->sun : field_->sun_irradiance(pixel.triangle, pixel.position, pixel.direction);
   return PixelChange{sum.irradiance / whole, sum.before / whole + sun};
 }
 
@@ -286,8 +308,8 @@ std::optional<PixelChange> ChangePicture::whole_at(int x, int y) const {
   const Kind kind = kind_at(x, y);
   if (kind == Kind::nothing)
     return std::nullopt;
-  if (kind == Kind::single)
-    return between_planes(x, y);
+  if (kind != Kind::interpolate)
+    return between_planes(x, y, kind);
   const std::array<float, 4> weight = corner_weights(x, y);
   const std::array<std::size_t, 4> four = corners_of(x / kBlock, y / kBlock);
   PixelChange sum;

@@ -94,8 +94,8 @@ public:
   /// What the room's radiance is multiplied with where nothing but this change happens; empty as at().
   std::optional<Rgb> ratio_at(int x, int y) const;
 
-  /// Blocks without a visible change, between corners on one plane, and others.
-  enum class Kind : std::uint8_t { nothing, interpolate, single };
+  /// Blocks without a visible change, between corners on one plane, beside an object, and others.
+  enum class Kind : std::uint8_t { nothing, interpolate, contact, single };
   Kind kind_at(int x, int y) const {
     return kinds_[static_cast<std::size_t>(y / kBlock) * view_->columns() + x / kBlock];
   }
@@ -113,7 +113,8 @@ private:
     std::uint32_t facing = 0;
     IndirectChange change;
     Rgb sun{0.0f};
-    float left_out = 0.0f; ///< of the change, relative to the light before
+    double surface_distance_m = 0.0; ///< to an object
+    float left_out = 0.0f;           ///< of the change, relative to the light before
   };
   Light light_at(const ViewPoint& point) const;
   std::vector<std::uint8_t> hidden_blocks(const RenderedFrame* drawn) const;
@@ -125,7 +126,8 @@ private:
     return {first, first + 1, below, below + 1};
   }
   std::optional<PixelChange> whole_at(int x, int y) const;
-  std::optional<PixelChange> between_planes(int x, int y) const;
+  std::optional<PixelChange> between_planes(int x, int y, Kind kind) const;
+  bool touches_object(const std::array<std::size_t, 4>& corners) const;
 
   const ViewCorners* view_ = nullptr;
   const IndirectShadow* field_ = nullptr;

@@ -72,8 +72,8 @@ bool any_exceeds(const float* before, const float* after, std::size_t count, flo
 /// All that a pixel of the photograph is made of.
 class Compositor {
 public:
-  Compositor(const RgbImage& photo, const DrawnPicture& drawn, const RoomLookup& room, const ComposeSettings& settings,
-             const ChangePicture* change)
+  Compositor(const PhotoPixels& photo, const DrawnPicture& drawn, const RoomLookup& room,
+             const ComposeSettings& settings, const ChangePicture* change)
       : photo_(photo), drawn_(drawn), room_(room), settings_(settings), change_(change) {}
 
   struct Pixel {
@@ -91,7 +91,7 @@ public:
       for (int y = block.y0; y < block.y1; ++y)
         for (int x = block.x0; x < block.x1; ++x)
           if (const auto after = at(x, y))
-            write(static_cast<std::size_t>(y) * photo_.width + x, *after, result, counts);
+            write(photo_.index(x, y), *after, result, counts);
   }
 
 private:
@@ -99,7 +99,7 @@ private:
   std::optional<Pixel> at(int x, int y) const {
     const DrawnPixel pixel = drawn_.photo_pixel(x, y);
     const float coverage = std::min(pixel.object.w, 1.0f);
-    const Rgb before = photo_.at(x, y);
+    const Rgb before = photo_[photo_.index(x, y)];
     if (coverage < kLeastCoverage && !casts_shadow(pixel) && settings_.mode == ShadowMode::ratio) {
       const auto ratio = change_ && settings_.differential ? change_->ratio_at(x, y) : std::nullopt;
       return ratio ? std::optional(Pixel{before * *ratio, coverage}) : std::nullopt;
@@ -126,17 +126,17 @@ private:
       return;
     std::array<Rgb, kBlock> ratio, after;
     for (int y = block.y0; y < block.y1; ++y) {
-      const std::size_t first = static_cast<std::size_t>(y) * photo_.width + block.x0;
+      const std::size_t first = photo_.index(block.x0, y);
       if (kind == Kind::interpolate) {
         change_->interpolate_row(block.x0, y, block.width(), ratio.data());
         for (int k = 0; k < block.width(); ++k)
-          after[k] = photo_.texels[first + k] * ratio[k];
+          after[k] = photo_[first + k] * ratio[k];
         write_room(first, {after.data(), static_cast<std::size_t>(block.width())}, result, counts);
         continue;
       }
       for (int k = 0; k < block.width(); ++k)
         if (const auto single = change_->ratio_at(block.x0 + k, y))
-          write(first + k, {photo_.texels[first + k] * *single, 0.0f}, result, counts);
+          write(first + k, {photo_[first + k] * *single, 0.0f}, result, counts);
     }
   }
 
@@ -145,12 +145,13 @@ private:
   std::optional<std::array<RoomPoint, 4>> plain_corners(const PixelBox& block) const {
     if (!change_ || !settings_.differential || settings_.mode != ShadowMode::ratio || !drawn_.shows_all(block))
       return std::nullopt;
+    const ChangePicture::Kind kind = change_->kind_at(block.x0, block.y0);
     const auto plane = change_->plane_of_block(block.x0, block.y0);
-    if (!plane)
+    if (!plane || (kind != ChangePicture::Kind::nothing && kind != ChangePicture::Kind::interpolate))
       return std::nullopt;
     for (int y = block.y0; y < block.y1; ++y) {
-      const std::size_t first = drawn_.frame.index(block.x0, y);
-      for (std::size_t i = first; i < first + static_cast<std::size_t>(block.width()); ++i) {
+      for (int x = block.x0; x < block.x1; ++x) {
+        const std::size_t i = drawn_.frame.index(x, y);
         const std::uint32_t seen = drawn_.frame.surface[i].triangle;
         if (drawn_.frame.object[i].w >= kLeastCoverage || std::find(plane->begin(), plane->end(), seen) == plane->end())
           return std::nullopt;
@@ -185,13 +186,13 @@ private:
       const float t = per_y * static_cast<float>(y - block.y0);
       mix(c[0], c[2], t, left);
       mix(c[1], c[3], t, right);
-      const std::size_t first = static_cast<std::size_t>(y) * photo_.width + block.x0;
+      const std::size_t first = photo_.index(block.x0, y);
       for (int k = 0; k < block.width(); ++k) {
         mix(left, right, per_x * static_cast<float>(k), here);
         const DrawnPixel pixel = drawn_.at(block.x0 + k, y);
         RoomLoss loss = direct_loss(pixel, here);
         loss.lost -= change[static_cast<std::size_t>(k)].irradiance;
-        after[k] = changed(photo_.texels[first + k], loss, here.reflectance, settings_);
+        after[k] = changed(photo_[first + k], loss, here.reflectance, settings_);
       }
       write_room(first, {after.data(), static_cast<std::size_t>(block.width())}, result, counts);
     }
@@ -200,7 +201,7 @@ private:
 
   void write(std::size_t i, const Pixel& after, Composite& result, Counts& counts) const {
     result.coverage[i] = after.coverage;
-    if (!exceeds(photo_.texels[i], after.value, settings_.threshold))
+    if (!exceeds(photo_[i], after.value, settings_.threshold))
       return;
     const bool object = after.coverage >= kLeastCoverage;
     result.picture.texels[i] = after.value;
@@ -210,8 +211,9 @@ private:
 
   /// The same of pixels side by side that show no object.
   void write_room(std::size_t first, std::span<const Rgb> after, Composite& result, Counts& counts) const {
-    const Rgb* before = &photo_.texels[first];
-    if (!any_exceeds(&before->r, &after[0].r, 3 * after.size(), settings_.threshold))
+    std::array<Rgb, kBlock> before;
+    photo_.read(first, after.size(), before.data());
+    if (!any_exceeds(&before[0].r, &after[0].r, 3 * after.size(), settings_.threshold))
       return;
     for (std::size_t k = 0; k < after.size(); ++k)
       if (exceeds(before[k], after[k], settings_.threshold)) {
@@ -246,7 +248,7 @@ private:
     return loss;
   }
 
-  const RgbImage& photo_;
+  const PhotoPixels& photo_;
   const DrawnPicture& drawn_;
   const RoomLookup& room_;
   const ComposeSettings& settings_;
@@ -255,26 +257,25 @@ private:
 
 } // namespace
 
-void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+void compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
              const ComposeSettings& settings, Composite& result, const ChangePicture* change) {
-  result.picture.width = photo.width;
-  result.picture.height = photo.height;
-  result.picture.texels.resize(photo.texels.size()); // keeps the memory of the last frame, as the others do
-  result.touched.resize(photo.texels.size());
-  result.coverage.resize(photo.texels.size());
+  result.picture.width = photo.width();
+  result.picture.height = photo.height();
+  result.picture.texels.resize(photo.size()); // keeps the memory of the last frame, as the others do
+  result.touched.resize(photo.size());
+  result.coverage.resize(photo.size());
   const DrawnPicture drawn{frame, camera};
   const Compositor compositor(photo, drawn, room, settings, change);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
-  parallel_for(0, (photo.height + kBlock - 1) / kBlock, [&](int row) {
-    const int y0 = row * kBlock, y1 = std::min(y0 + kBlock, photo.height);
-    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(y0) * photo.width;
-    const std::ptrdiff_t count = static_cast<std::ptrdiff_t>(y1 - y0) * photo.width;
-    std::copy_n(photo.texels.begin() + first, count, result.picture.texels.begin() + first);
-    std::fill_n(result.touched.begin() + first, count, std::uint8_t{0});
-    std::fill_n(result.coverage.begin() + first, count, 0.0f);
+  parallel_for(0, (photo.height() + kBlock - 1) / kBlock, [&](int row) {
+    const int y0 = row * kBlock, y1 = std::min(y0 + kBlock, photo.height());
+    const std::size_t first = photo.index(0, y0), count = photo.index(0, y1) - first;
+    photo.read(first, count, &result.picture.texels[first]);
+    std::fill_n(&result.touched[first], count, std::uint8_t{0});
+    std::fill_n(&result.coverage[first], count, 0.0f);
     Compositor::Counts counts;
-    for (int x0 = 0; x0 < photo.width; x0 += kBlock)
-      compositor.fill_block({x0, y0, std::min(x0 + kBlock, photo.width), y1}, result, counts);
+    for (int x0 = 0; x0 < photo.width(); x0 += kBlock)
+      compositor.fill_block({x0, y0, std::min(x0 + kBlock, photo.width()), y1}, result, counts);
     shadow_pixels += counts.shadow_pixels;
     object_pixels += counts.object_pixels;
   });
@@ -282,8 +283,8 @@ void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCame
   result.object_pixels = object_pixels;
 }
 
-Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
-                  const ComposeSettings& settings) {
+Composite compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera,
+                  const RoomLookup& room, const ComposeSettings& settings) {
   Composite result;
   compose(photo, frame, camera, room, settings, result);
   return result;

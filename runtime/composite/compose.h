@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "runtime/base/photo_pixels.h"
 #include "runtime/base/photo_scale.h"
 #include "runtime/base/render_camera.h"
 #include "runtime/indirect/room_light.h"
@@ -43,11 +44,11 @@ using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& dire
 /// What the objects do to the indirect light of the room, where it is known (change_picture.h).
 class ChangePicture;
 
-/// `photo`: linear, camera.photo_width_px x photo_height_px. `room` is called, from several threads, only for pixels
+/// `photo`: camera.photo_width_px x photo_height_px. `room` is called, from several threads, only for pixels
 /// that lose light. Giving the last composite of the same size again saves its memory.
-void compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
+void compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
              const ComposeSettings& settings, Composite& result, const ChangePicture* change = nullptr);
-Composite compose(const RgbImage& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
-                  const ComposeSettings& settings);
+Composite compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera,
+                  const RoomLookup& room, const ComposeSettings& settings);
 
 } // namespace daylit

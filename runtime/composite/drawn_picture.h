@@ -57,7 +57,7 @@ struct DrawnPicture {
   }
 
   const RoomSurface* surface(int x, int y) const {
-    if (!camera.drawn_position.empty() || frame.surface.empty())
+    if (!camera.drawn_position.empty() || frame.surface.empty() || !frame.shown(x, y))
       return nullptr;
     const RoomSurface& seen = frame.surface[frame.index(x, y)];
     return seen.triangle == 0xFFFFFFFFu ? nullptr : &seen;

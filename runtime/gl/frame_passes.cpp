@@ -149,7 +149,7 @@ Result<FramePasses> FramePasses::make(const Gl& gl, int map_texels, int samples,
   return p;
 }
 
-void FramePasses::set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
+void FramePasses::set_frame(const PinholeCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
                             float room_half_depth, const FrameLights& lights) {
   const PixelRays rays(camera, origin);
   const auto vector = [](const glm::vec3& v, float w = 0.0f) { return glm::vec4(v, w); };

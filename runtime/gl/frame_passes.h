@@ -56,7 +56,7 @@ public:
 
   /// Uniforms for all that follow. `sphere`: around the objects, relative to the origin; `room_half_depth`: of the
   /// room's shadow maps, metres.
-  void set_frame(const RenderCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
+  void set_frame(const PinholeCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
                  float room_half_depth, const FrameLights& lights);
   Result<void> draw_shadow_maps(const RoomBuffers& room, const ObjectBuffers& objects, const FrameLights& lights);
   void draw_room_ids(const RoomBuffers& room, const RenderTargets& targets) const;

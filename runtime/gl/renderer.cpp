@@ -42,7 +42,7 @@ struct Renderer::State {
   LightBuffers light_lists;
   FrameLights lights;
   RenderTargets targets;
-  RenderCamera camera;
+  PinholeCamera camera;
   PixelRays rays;
   bool maps_are_valid = false, room_ids_are_valid = false;
   std::vector<glm::vec4> passes_read; ///< of the picture, one after the other
@@ -79,8 +79,7 @@ Result<void> Renderer::State::start(const Room& model) {
   if (!made_room)
     return made_room.error();
   room = std::move(*made_room);
-  auto made_passes =
-      FramePasses::make(gl, settings.map_texels, coverage_samples(*gl, settings), room.occluders() > 0);
+  auto made_passes = FramePasses::make(gl, settings.map_texels, coverage_samples(*gl, settings), room.occluders() > 0);
   if (!made_passes)
     return made_passes.error();
   passes = std::move(*made_passes);
@@ -110,7 +109,7 @@ Renderer::~Renderer() {
       state_->gl->lost = true; // else the handles are deleted in their own context
 }
 
-Result<void> Renderer::set_camera(const RenderCamera& camera) {
+Result<void> Renderer::set_camera(const PinholeCamera& camera) {
   State& s = *state_;
   if (const auto current = s.take_context(); !current)
     return current;
@@ -197,6 +196,7 @@ Result<void> Renderer::State::read(RenderedFrame& frame) {
   for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
     pass->resize(pixels());
   frame.surface.resize(pixels());
+  frame.place.clear();
   const int columns = (frame.width_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock,
             rows = (frame.height_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock;
   frame.shows.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
@@ -234,8 +234,8 @@ bool Renderer::room_point(int x, int y, RoomSurface& point) const {
   const State& s = *state_;
   if (s.passes_read.empty())
     return false;
-  const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(s.targets.width_px()) +
-                        static_cast<std::size_t>(x);
+  const std::size_t i =
+      static_cast<std::size_t>(y) * static_cast<std::size_t>(s.targets.width_px()) + static_cast<std::size_t>(x);
   point = s.room.surface(s.room_id(i), s.rays.eye, s.rays.ray(static_cast<float>(x), static_cast<float>(y)));
   return true;
 }

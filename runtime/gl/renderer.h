@@ -23,7 +23,7 @@ public:
   Renderer& operator=(Renderer&&) noexcept;
   ~Renderer() override;
 
-  Result<void> set_camera(const RenderCamera& camera) override;
+  Result<void> set_camera(const PinholeCamera& camera) override;
   Result<void> set_objects(const ObjectSurface& objects) override;
   /// Error limit_exceeded: more than the driver's layers of a texture.
   Result<void> set_lights(const LightSet& lights) override;

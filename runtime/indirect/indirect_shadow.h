@@ -37,14 +37,17 @@ public:
   /// The light of a sky; room_light must hold the same sky's, and `pyramid` lives until the next. Equal versions mean
   /// the same sky: then only objects moved since the last call. 0: another sky.
   void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, std::uint64_t sky_version = 0);
-  /// Indirect feedback: nine coefficients of the change of radiance that arrives at a point of a part because the
-  /// objects keep direct light from the room around them.
-  Sh9Rgb feedback(std::size_t part, const glm::dvec3& x) const;
-  /// `radiance`: outgoing, of each vertex of all objects, on both sides, but for the sun's, which is added here with
-  /// shadows. Call after set_sky().
-  void set_light(std::vector<TwoSided> radiance, const ObjectSurface& surface);
+  /// `direct`: radiance that leaves each vertex of all objects, on both sides, because of light straight from the sky;
+  /// the sun's is added here with shadows. Call after set_sky().
+  void set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface);
+  /// Radiance that leaves them because of all other light.
+  void set_indirect(std::span<const TwoSided> indirect);
 
-  /// Light between the objects: whether there is any, and after set_light(), what it changes of the radiance that
+  /// What the objects do to the room comes back to them: after exchange_with_room(), nine coefficients of the change
+  /// of radiance that arrives at a point of a part from the surfaces around, under the light of set_indirect().
+  void exchange_with_room();
+  Sh9Rgb feedback(std::size_t part, const glm::dvec3& x) const;
+  /// Light between the objects: whether there is any, and after set_indirect(), what it changes of the radiance that
   /// arrives at a point of a part.
   bool objects_see_each_other() const;
   void exchange();
@@ -54,6 +57,10 @@ public:
   bool affects(const glm::dvec3& x) const;
   /// So close to an object that its effect may be narrower than a few of its cells further away.
   bool near(const glm::dvec3& x) const;
+  /// From x to the nearest surface of an object, about; nearer than contact_distance() the effect is as narrow as a
+  /// pixel. Metres.
+  double surface_distance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  double contact_distance() const;
   IndirectChange at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same without cells and with `rays` rays per object: the slow twin.
   IndirectChange evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, int rays) const;

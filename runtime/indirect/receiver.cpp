@@ -1,10 +1,16 @@
 #include "runtime/indirect/receiver.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
+#include "runtime/base/orthonormal.h"
+#include "runtime/sky/window_sampler.h"
 
 namespace daylit {
 
@@ -31,21 +37,75 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
     receiver.window_visibility = windows.visible_fraction(x, n);
 }
 
-/// Delta E = sum over the occluded directions of cos dw (L_object - L_behind) (Grosch et al. 2007 leave this term out).
-/// L_behind = rho E / pi of the patch there, and its sun, which is looked up in each direction: its edges are sharp.
-/// E before = E_indirect + V_window E_sky.
-IndirectChange LitScene::change(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                                const glm::dvec3& direction) const {
-  IndirectChange change;
-  for (std::size_t k = 0; k < receiver.occluded.size(); ++k) {
-    const OccludedDirection& d = receiver.occluded[k];
-    change.irradiance += d.weight * (object_radiance(d, radiance) - sunlight_behind(d, k, windows));
-  }
+/// sum over the occluded directions of cos dw L_object.
+Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
+  Rgb sum(0.0f);
+  for (const OccludedDirection& d : receiver.occluded)
+    sum += d.weight * object_radiance(d, radiance);
+  return sum;
+}
+
+/// sum over the occluded directions of cos dw rho E / pi of the patch behind (Grosch et al. 2007 leave this term out),
+/// and what the sunlit points behind send.
+Rgb LitScene::hidden_irradiance(const Receiver& receiver, const glm::dvec3& x, const glm::dvec3& n) const {
+  Rgb sum = hidden_sunlight(x + kAirGap_m * n, n);
   for (const Receiver::Hidden& h : receiver.hidden)
-    change.irradiance -= h.weight * h.patch->reflectance * patches.irradiance(*h.patch) * std::numbers::inv_pi_v<float>;
+    sum += h.weight * h.patch->reflectance * patches.irradiance(*h.patch) * std::numbers::inv_pi_v<float>;
+  return sum;
+}
+
+/// sum over the points of power / pi cos cos' / r^2 (a small diffuse source), where an object and none of the room
+/// stands between.
+Rgb LitScene::hidden_sunlight(const glm::dvec3& x, const glm::dvec3& n) const {
+  constexpr std::size_t kPacket = 16;
+  Rgb sum(0.0f);
+  std::array<glm::dvec3, kPacket> offset, direction;
+  std::array<Rgb, kPacket> arriving;
+  std::size_t count = 0;
+  const auto add_hidden = [&] {
+    std::uint32_t hidden = parts.occluded(x, {direction.data(), count});
+    hidden = hidden ? hidden & windows.past_room(x, {offset.data(), count}) : 0u;
+    for (std::size_t k = 0; k < count; ++k)
+      if (hidden >> k & 1u)
+        sum += arriving[k];
+    count = 0;
+  };
+  for (const SunlitPoint& p : sunlit) {
+    const glm::dvec3 d = p.position - x;
+    const double here = glm::dot(n, d), there = -glm::dot(p.normal, d), r2 = glm::dot(d, d);
+    if (here <= 0.0 || there <= 0.0)
+      continue;
+    offset[count] = d;
+    direction[count] = d / std::sqrt(r2);
+    arriving[count++] = static_cast<float>(here * there / (std::numbers::pi * r2 * r2)) * p.power;
+    if (count == kPacket)
+      add_hidden();
+  }
+  if (count > 0)
+    add_hidden();
+  return sum;
+}
+
+/// E = E_indirect + V_window E_sky.
+Rgb LitScene::before(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+                     const glm::dvec3& direction) const {
   const RoomPoint point = light.at_surface(triangle, x, direction);
-  change.before = point.indirect_irradiance + *receiver.window_visibility * point.open_sky_irradiance;
-  return change;
+  return point.indirect_irradiance + *receiver.window_visibility * point.open_sky_irradiance;
+}
+
+/// V_blocked E_sky + the mean of the sun's loss.
+Rgb LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width) const {
+  constexpr int kSunPoints = 4;
+  const glm::dvec3 air = x + kAirGap_m * n;
+  Rgb sun(0.0f);
+  if (windows.has_sun()) {
+    const OrthonormalBasis plane(n);
+    for (int k = 0; k < kSunPoints; ++k) {
+      const glm::dvec2 u = width * (lattice_point(k, kSunPoints) - 0.5);
+      sun += windows.lost_sun(air + u.x * plane.u + u.y * plane.v, n, parts) / static_cast<float>(kSunPoints);
+    }
+  }
+  return windows.blocked_fraction(air, n, parts) * light.at_surface(triangle, x, -n).open_sky_irradiance + sun;
 }
 
 /// rho / pi E_sun(x, n) V, by one sample of the disc: L of a diffuse surface.

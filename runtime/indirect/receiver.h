@@ -10,6 +10,7 @@
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/room_patches.h"
 #include "runtime/indirect/room_planes.h"
+#include "runtime/indirect/sunlit_points.h"
 #include "runtime/indirect/window_visibility.h"
 #include "runtime/object/object_surface.h"
 
@@ -35,26 +36,36 @@ struct Receiver {
 
 /// The room and the objects in it, with their light. Keeps references to what the constructor is given.
 struct LitScene {
+  const Room& room;
   const RayScene& rays;
   const RoomLight& light;
   RoomPlanes planes;
   WindowVisibility windows;
   RoomPatches patches;
   PlacedParts parts;
+  std::vector<SunlitPoint> sunlit;
   std::vector<TwoSided> radiance; ///< outgoing, of the objects' vertices
 
-  LitScene(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
+  LitScene(const Room& room_, const RayScene& room_rays, std::span<const Aperture> apertures,
            const RoomLight& room_light)
-      : rays(room_rays), light(room_light), planes(room), windows(room_rays, apertures),
-        patches(room, room_rays, planes, room_light) {}
+      : room(room_), rays(room_rays), light(room_light), planes(room_), windows(room_rays, apertures),
+        patches(room_, room_rays, planes, room_light) {}
 
   /// Traces the directions from x with normal n; what of the receiver still holds is kept.
   void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
-  /// The change at point x of a triangle on the side that `direction` meets.
-  IndirectChange change(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                        const glm::dvec3& direction) const;
+  /// Irradiance from the objects, and from the room behind them, on x with normal n.
+  Rgb sent_irradiance(const Receiver& receiver) const;
+  Rgb hidden_irradiance(const Receiver& receiver, const glm::dvec3& x, const glm::dvec3& n) const;
+  /// Irradiance without the objects, sun excepted, at point x of a triangle on the side that `direction` meets.
+  Rgb before(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// Irradiance straight from sky and sun that the objects keep from point x of a triangle with normal n: the sun's is
+  /// the mean over a square of that width, for its edges are sharp.
+  Rgb lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
+  /// Of the light that the sunlit surfaces of the room send to x with normal n, what the objects hide.
+  Rgb hidden_sunlight(const glm::dvec3& x, const glm::dvec3& n) const;
   /// The sun's light that one side of an object's surface reflects.
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
+  const Rgb& reflectance(std::uint32_t triangle) const { return room.material(room.triangles[triangle]).reflectance; }
   /// From the middle of the nearest object, in its radii.
   double radii_away(const glm::dvec3& x) const;
   std::uint32_t facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {

@@ -34,6 +34,8 @@ public:
 
   /// `pyramid` must live until the next frame.
   void set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures);
+  /// Cells of the windows as the middle of the room sees them.
+  std::span<const ApertureCell> windows() const { return windows_; }
   /// The patch of a point that a ray along `direction` meets. Valid as long as this.
   RoomPatch* at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Indirect and open sky.

@@ -31,6 +31,8 @@ public:
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const;
   /// What `parts` take of that fraction.
   float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
+  /// Bit k: no surface of the room stands between x and x + offsets[k]; up to sixteen.
+  std::uint32_t past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const;
   /// Irradiance by the whole sun, as one of its samples sees it.
   Rgb sun_sample(std::size_t k, const glm::dvec3& x, const glm::dvec3& n) const;
   Rgb sun(const glm::dvec3& x, const glm::dvec3& n) const; ///< the mean over all samples
@@ -41,7 +43,6 @@ public:
 private:
   template <class Counts>
   double weighted_fraction(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
-  std::uint32_t past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const;
   const RayScene& rays_;
   std::vector<Aperture> apertures_;
   std::vector<glm::dvec3> sun_; ///< directions

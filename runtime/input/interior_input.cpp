@@ -20,7 +20,7 @@ Result<LensModel> lens_for(const InteriorConfig& interior, const Photograph& pho
   auto lens = read_lens(interior.lens);
   if (!lens)
     return lens.error();
-  const int width = photo.linear.width, height = photo.linear.height;
+  const int width = photo.pixels().width(), height = photo.pixels().height();
   const double sx = lens->width_px > 0 ? static_cast<double>(width) / lens->width_px : 1.0;
   const double sy = lens->height_px > 0 ? static_cast<double>(height) / lens->height_px : 1.0;
   if (std::abs(sx / sy - 1) > 0.01)
@@ -39,13 +39,16 @@ Result<LensModel> lens_for(const InteriorConfig& interior, const Photograph& pho
 }
 
 std::string pose_note(const MarkerPose& pose) {
-  char text[160];
-  std::snprintf(text, sizeof(text), "marker %d found, corners off by %.2f px rms (second solution %.2f px)%s",
-                pose.ids_used.front(), pose.reprojection_rms_px, pose.second_rms_px,
-                pose.second_rms_px < 2 * pose.reprojection_rms_px
-                    ? ": the tilt of the board is uncertain, look at it more from the side"
-                    : "");
-  return text;
+  char text[200];
+  std::snprintf(text, sizeof(text), "marker %d found, corners off by %.2f px rms", pose.ids_used.front(),
+                pose.reprojection_rms_px);
+  std::string note = text;
+  if (!pose.tilt_uncertain())
+    return note;
+  std::snprintf(text, sizeof(text),
+                ": the tilt of the board is uncertain, another one fits with %.2f px; look at it more from the side",
+                pose.second_rms_px);
+  return note + text;
 }
 
 Result<Rgb> white_of(const Photograph& photo, const std::vector<SeenMarker>& seen, int id) {
@@ -89,8 +92,9 @@ Result<InteriorInput> read_interior(const RunConfig& config) {
   if (!lens)
     return lens.error();
   InteriorInput input{std::move(*photo), *lens, glm::dmat4(1.0), {}, {}, {}};
-  if (input.photo.saturated_pixels * 100 > input.photo.linear.texels.size())
-    input.notes.push_back(std::to_string(input.photo.saturated_pixels * 100 / input.photo.linear.texels.size()) +
+  const std::size_t saturated = input.photo.saturated_pixels(), pixels = input.photo.pixels().size();
+  if (saturated * 100 > pixels)
+    input.notes.push_back(std::to_string(saturated * 100 / pixels) +
                           " % of the picture is saturated: shadows there start from an unknown brightness");
   if (config.world_from_camera)
     input.world_from_camera = *config.world_from_camera;

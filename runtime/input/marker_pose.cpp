@@ -18,12 +18,25 @@ namespace daylit {
 
 namespace {
 
+constexpr double kSamePose = 0.02;       // radians: as well as a small marker says its tilt
+constexpr double kEquallyGood = 2.0;     // ratio of the rms of two poses
+constexpr double kCornerNoise_px = 0.05; // of find_markers()
+
 /// In the order of OpenCV's enumeration.
 constexpr const char* kDictionaries[] = {
     "4X4_50",   "4X4_100",  "4X4_250",        "4X4_1000",      "5X5_50",        "5X5_100",        "5X5_250",
     "5X5_1000", "6X6_50",   "6X6_100",        "6X6_250",       "6X6_1000",      "7X7_50",         "7X7_100",
     "7X7_250",  "7X7_1000", "ARUCO_ORIGINAL", "APRILTAG_16h5", "APRILTAG_25h9", "APRILTAG_36h10", "APRILTAG_36h11"};
 static_assert(std::size(kDictionaries) == cv::aruco::DICT_APRILTAG_36h11 + 1);
+
+std::string plain_name(const std::string& name) { return name.rfind("DICT_", 0) == 0 ? name.substr(5) : name; }
+
+/// Quarter turns from OpenCV's print of a marker to the one that its authors publish. OpenCV holds the codes of the
+/// four AprilTag families upside down: read row by row from the top left, white = 1, tag 0 of 36h11 is 0xd5d628584 in
+/// the AprilTag library's picture and in OpenCV's after half a turn.
+std::size_t quarter_turns(const std::string& dictionary) {
+  return plain_name(dictionary).rfind("APRILTAG_", 0) == 0 ? 2 : 0;
+}
 
 std::string list_ids(const std::vector<int>& ids) {
   std::string text;
@@ -33,7 +46,7 @@ std::string list_ids(const std::vector<int>& ids) {
 }
 
 std::optional<cv::Ptr<cv::aruco::Dictionary>> dictionary_named(const std::string& name) {
-  const std::string plain = name.rfind("DICT_", 0) == 0 ? name.substr(5) : name;
+  const std::string plain = plain_name(name);
   const auto found = std::find(std::begin(kDictionaries), std::end(kDictionaries), plain);
   if (found == std::end(kDictionaries))
     return std::nullopt;
@@ -118,13 +131,19 @@ Candidate make_candidate(const cv::Vec3d& rotation, const cv::Vec3d& translation
   return out;
 }
 
-/// Both solutions of the planar problem (Collins & Bartoli, IJCV 2014), each refined, better one first. The camera is
-/// ideal here: rays through the lens model replace pixels, so that any lens model works.
+/// Both solutions of the planar problem (Collins & Bartoli, IJCV 2014), and that of the homography (Zhang 2000), which
+/// holds where they do not: exactly face on. Each refined, the best first. The camera is ideal here: rays through the
+/// lens model replace pixels, so that any lens model works.
 std::vector<Candidate> solve_plane(const Correspondence& c, const LensModel& lens) {
   const cv::Matx33d ideal = cv::Matx33d::eye();
   std::vector<cv::Mat> rotations, translations;
   cv::solvePnPGeneric(c.board, c.ray, ideal, cv::noArray(), rotations, translations, false,
                       c.ids.size() == 1 ? cv::SOLVEPNP_IPPE_SQUARE : cv::SOLVEPNP_IPPE);
+  cv::Mat homography_rotation, homography_translation;
+  if (cv::solvePnP(c.board, c.ray, ideal, cv::noArray(), homography_rotation, homography_translation)) {
+    rotations.push_back(homography_rotation);
+    translations.push_back(homography_translation);
+  }
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < rotations.size(); ++i) {
     cv::Mat rotation = rotations[i].clone(), translation = translations[i].clone();
@@ -135,6 +154,20 @@ std::vector<Candidate> solve_plane(const Correspondence& c, const LensModel& len
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& a, const Candidate& b) { return a.rms_px < b.rms_px; });
   return candidates;
+}
+
+/// From one pose to the other, radians: cos = (trace - 1) / 2.
+double turned_by(const glm::dmat4& a, const glm::dmat4& b) {
+  const glm::dmat3 r = glm::transpose(glm::dmat3(a)) * glm::dmat3(b);
+  return std::acos(std::clamp(0.5 * (r[0][0] + r[1][1] + r[2][2] - 1.0), -1.0, 1.0));
+}
+
+/// Both solutions may be refined to the same pose: then there is no other.
+double second_rms(const std::vector<Candidate>& candidates) {
+  for (std::size_t k = 1; k < candidates.size(); ++k)
+    if (turned_by(candidates[0].camera_from_board, candidates[k].camera_from_board) > kSamePose)
+      return candidates[k].rms_px;
+  return std::numeric_limits<double>::infinity();
 }
 
 std::optional<Error> check_board(const BoardLayout& board) {
@@ -162,6 +195,11 @@ Error no_marker(const BoardLayout& board, const std::vector<SeenMarker>& seen) {
 }
 
 } // namespace
+
+/// Corners are found to kCornerNoise_px: two fits that are better than that are equally good.
+bool MarkerPose::tilt_uncertain() const {
+  return second_rms_px < kEquallyGood * std::max(reprojection_rms_px, kCornerNoise_px);
+}
 
 BoardLayout BoardLayout::single(const std::string& dictionary, int id, double side_m) {
   return {dictionary, {{id, side_m, {0.0, 0.0}}}};
@@ -205,7 +243,8 @@ Result<std::vector<SeenMarker>> find_markers(const Rgb8Image& picture, const std
     for (std::size_t i = 0; i < ids.size(); ++i) {
       seen[i].id = ids[i];
       for (std::size_t k = 0; k < 4; ++k)
-        seen[i].corner_px[k] = {static_cast<double>(corners[i][k].x), static_cast<double>(corners[i][k].y)};
+        seen[i].corner_px[(k + quarter_turns(dictionary)) % 4] = {static_cast<double>(corners[i][k].x),
+                                                                  static_cast<double>(corners[i][k].y)};
     }
     const detail::GreyImage image = grey_image(picture);
     for (SeenMarker& marker : seen)
@@ -232,7 +271,7 @@ Result<MarkerPose> marker_pose(const std::vector<SeenMarker>& seen, const LensMo
     MarkerPose pose;
     pose.world_from_camera = world_from_board * glm::inverse(candidates[0].camera_from_board);
     pose.reprojection_rms_px = candidates[0].rms_px;
-    pose.second_rms_px = candidates.size() > 1 ? candidates[1].rms_px : std::numeric_limits<double>::infinity();
+    pose.second_rms_px = second_rms(candidates);
     pose.seen = seen;
     pose.ids_used = c.ids;
     return pose;

@@ -37,6 +37,8 @@ struct BoardLayout {
 };
 
 /// Corners of a marker in a picture: top left, top right, bottom right, bottom left of the print, pixels, sub-pixel.
+/// The print is upright as its authors publish it: ArUco markers as OpenCV draws them, AprilTags as the AprilTag
+/// library has them, which is OpenCV's drawing turned by 180 degrees.
 struct SeenMarker {
   int id = 0;
   std::array<glm::dvec2, 4> corner_px{};
@@ -49,11 +51,12 @@ std::array<glm::dvec2, 4> board_corners(const PlacedMarker& marker);
 struct MarkerPose {
   glm::dmat4 world_from_camera{1.0};
   double reprojection_rms_px = 0;
-  /// Of the second solution that a planar board always has; close to the first: the view does not decide between
-  /// the two (a small marker seen nearly face on).
+  /// Of another pose that nearly fits, as a planar board often has: its tilt mirrored. Infinite: there is none.
   double second_rms_px = 0;
   std::vector<SeenMarker> seen; ///< all markers of the dictionary in the picture
   std::vector<int> ids_used;    ///< those of the board
+  /// The view does not decide between two poses (a small marker seen nearly face on).
+  bool tilt_uncertain() const;
 };
 
 /// All markers of a dictionary, by id. Error usage: unknown dictionary.

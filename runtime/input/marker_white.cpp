@@ -38,6 +38,7 @@ struct Ring {
 
 Ring sample_ring(const Photograph& photo, const SquareMapping& map, double inner, double outer) {
   Ring ring;
+  const PhotoPixels pixels = photo.pixels();
   for (int side = 0; side < 4; ++side)
     for (int i = 0; i < kSamplesPerSide; ++i)
       for (int layer = 0; layer < 4; ++layer) {
@@ -48,15 +49,14 @@ Ring sample_ring(const Photograph& photo, const SquareMapping& map, double inner
                                          : map.at(-r, t);
         ++ring.samples;
         const int x = static_cast<int>(std::lround(p.x)), y = static_cast<int>(std::lround(p.y));
-        if (!(x >= 0 && y >= 0 && x < photo.linear.width && y < photo.linear.height)) {
+        if (!(x >= 0 && y >= 0 && x < pixels.width() && y < pixels.height())) {
           ++ring.outside;
           continue;
         }
-        const std::size_t pixel =
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(photo.linear.width) + static_cast<std::size_t>(x);
-        ring.saturated += !photo.saturated.empty() && photo.saturated[pixel] ? 1 : 0;
+        const std::size_t pixel = pixels.index(x, y);
+        ring.saturated += photo.is_saturated(pixel) ? 1 : 0;
         for (int c = 0; c < 3; ++c)
-          ring.values[static_cast<std::size_t>(c)].push_back(photo.linear.texels[pixel][c]);
+          ring.values[static_cast<std::size_t>(c)].push_back(pixels[pixel][c]);
       }
   return ring;
 }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 
 namespace daylit {
 
@@ -135,8 +135,7 @@ Result<Photograph> read_hdr_photograph(const std::vector<std::uint8_t>& bytes, c
   if (response != "linear")
     return Error{ErrorCode::value_invalid, "an EXR or .hdr picture is linear, the response \"" + response + "\" is not",
                  name, "set [interior] response = \"linear\", or give the 8-bit picture"};
-  Photograph photo{std::move(file->radiance), {}, CameraResponse::linear(), {}, 0};
-  return photo;
+  return Photograph{std::move(file->radiance), {}, CameraResponse::linear()};
 }
 
 bool is_hdr_file(const std::vector<std::uint8_t>& bytes) {
@@ -158,16 +157,19 @@ Result<Photograph> read_photograph(const std::filesystem::path& path, const std:
   auto image = read_ldr_image(*bytes, path.string());
   if (!image)
     return image.error();
-  Photograph photo{RgbImage(image->width, image->height), std::move(*image), *curve, {}, 0};
-  photo.saturated.resize(photo.linear.texels.size());
-  for (std::size_t i = 0; i < photo.linear.texels.size(); ++i) {
-    const std::uint8_t* rgb = &photo.original.bytes[3 * i];
-    photo.linear.texels[i] = photo.response.decode(rgb);
-    for (int c = 0; c < 3; ++c)
-      photo.saturated[i] |= static_cast<std::uint8_t>(rgb[c] == kTopCode ? 1 << c : 0);
-    photo.saturated_pixels += photo.saturated[i] ? 1 : 0;
-  }
-  return photo;
+  return Photograph{{}, std::move(*image), *curve};
+}
+
+bool Photograph::is_saturated(std::size_t pixel) const {
+  return !is_hdr() && std::any_of(&original.bytes[3 * pixel], &original.bytes[3 * pixel] + 3,
+                                  [](std::uint8_t code) { return code == kTopCode; });
+}
+
+std::size_t Photograph::saturated_pixels() const {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < original.bytes.size() / 3; ++i)
+    count += is_saturated(i) ? 1 : 0;
+  return count;
 }
 
 Rgb8Image encode_picture(const CameraResponse& response, const RgbImage& picture) {
@@ -180,8 +182,8 @@ Rgb8Image encode_picture(const CameraResponse& response, const RgbImage& picture
 
 Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& changed,
                                     const std::vector<std::uint8_t>& touched) {
-  if (changed.width != photo.linear.width || changed.height != photo.linear.height ||
-      touched.size() != photo.linear.texels.size())
+  const PhotoPixels pixels = photo.pixels();
+  if (changed.width != pixels.width() || changed.height != pixels.height() || touched.size() != pixels.size())
     return Error{ErrorCode::value_invalid, "the changed picture has another size than the photograph", "", ""};
   Rgb8Image out = encode_picture(photo.response, changed);
   for (std::size_t i = 0; i < touched.size() && !photo.is_hdr(); ++i)

@@ -10,6 +10,7 @@
 
 #include <glm/vec2.hpp>
 
+#include "runtime/base/photo_pixels.h"
 #include "scene/core/result.h"
 #include "scene/image/image_formats.h"
 #include "scene/image/rgb_image.h"
@@ -32,20 +33,24 @@ public:
   Rgb decode(const std::uint8_t* rgb) const { return {decode(rgb[0], 0), decode(rgb[1], 1), decode(rgb[2], 2)}; }
   /// Code whose point on the curve is nearest: the curve between two codes is taken as straight, the border halfway.
   std::uint8_t encode(float linear, int channel) const;
+  const ExposureTable& exposure() const { return exposure_; }
 
 private:
-  std::array<std::array<float, 256>, 3> exposure_{};
+  ExposureTable exposure_{};
 };
 
+/// Either linear, or 8-bit code values and the response that makes them linear.
 struct Photograph {
-  RgbImage linear;    ///< through the response backwards; an EXR as it is
-  Rgb8Image original; ///< bytes as stored; empty for an EXR
+  RgbImage linear;    ///< of an EXR or .hdr; else empty
+  Rgb8Image original; ///< bytes as stored; empty for an EXR or .hdr
   CameraResponse response;
-  /// Per pixel, bit c set: channel c is at the top of its range, its radiance is only known from below. Empty for EXR.
-  std::vector<std::uint8_t> saturated;
-  std::size_t saturated_pixels = 0;
 
   bool is_hdr() const { return original.bytes.empty(); }
+  /// Through the response backwards.
+  PhotoPixels pixels() const { return is_hdr() ? PhotoPixels(linear) : PhotoPixels(original, response.exposure()); }
+  /// A channel is at the top of its range: its radiance is only known from below.
+  bool is_saturated(std::size_t pixel) const;
+  std::size_t saturated_pixels() const;
 };
 
 /// EXR or Radiance .hdr (response must be "linear"), PNG or JPEG. NaN or infinite pixels of an EXR are an Error.

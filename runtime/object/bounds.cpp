@@ -48,7 +48,7 @@ LightCone bounding_cone(const std::vector<DirectionalLight>& lights) {
 }
 
 /// Pinhole: x = fx X / Z + cx, y = fy Y / Z + cy, with (X, Y, Z) = R^T (p - eye).
-PixelBox projected_box(const RenderCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions) {
+PixelBox projected_box(const PinholeCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions) {
   const PixelBox whole{0, 0, camera.width_px, camera.height_px};
   if (positions.empty())
     return {};

@@ -22,6 +22,6 @@ LightCone bounding_cone(const std::vector<DirectionalLight>& lights);
 
 /// Drawn pixels that the points project to; the whole picture when one lies before the near plane. `positions`:
 /// relative to `origin` (world metres).
-PixelBox projected_box(const RenderCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions);
+PixelBox projected_box(const PinholeCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions);
 
 } // namespace daylit

@@ -110,6 +110,31 @@ bool PlacedParts::hidden(const glm::dvec3& x, const glm::dvec3& w, double distan
   return false;
 }
 
+double PlacedParts::distance(const glm::dvec3& x, double within) const {
+  for (std::size_t part = 0; part < casters_.size(); ++part) {
+    const Caster& c = casters_[part];
+    if (c.sphere.radius <= 0.0 || glm::length(x - c.sphere.centre) - c.sphere.radius >= within)
+      continue;
+    const RayScene& rays = *c.part.rays;
+    within = c.scale *
+             static_cast<double>(rays.distance(rays.to_local(to_own(part, x)), static_cast<float>(within / c.scale)));
+  }
+  return within;
+}
+
+bool PlacedParts::between(const glm::dvec3& a, const glm::dvec3& b) const {
+  for (std::size_t part = 0; part < casters_.size(); ++part) {
+    const Caster& c = casters_[part];
+    if (c.sphere.radius <= 0.0 || glm::length(a - c.sphere.centre) > c.sphere.radius + glm::length(b - a))
+      continue;
+    const RayScene& rays = *c.part.rays;
+    const glm::dvec3 from = to_own(part, a);
+    if (rays.occluded(rays.to_local(from), glm::vec3(to_own(part, b) - from), 0.0f, 1.0f))
+      return true;
+  }
+  return false;
+}
+
 bool PlacedParts::occluded(const glm::dvec3& x, const glm::dvec3& w) const { return occluded(x, {&w, 1}) != 0; }
 
 /// Only rays that may meet a part's sphere, and are not yet blocked, are traced against it.

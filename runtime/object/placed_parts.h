@@ -54,6 +54,10 @@ public:
                            std::span<PartHit> hits, std::size_t ignored) const;
   /// The front of a part other than `ignored` lies in the direction, nearer than that: x is not inside it.
   bool hidden(const glm::dvec3& x, const glm::dvec3& direction, double distance_m, std::size_t ignored) const;
+  /// To the nearest surface of a part, metres; `within_m` where none is nearer.
+  double distance(const glm::dvec3& x, double within_m) const;
+  /// A surface of a part stands between two points.
+  bool between(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Some part lies in the direction.
   bool occluded(const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same of up to sixteen directions: bit k is direction k.

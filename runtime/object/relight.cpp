@@ -183,8 +183,7 @@ Rgb shadowed_irradiance(const ReceivedLight& windows, const Sh9Rgb& coefficients
 } // namespace
 
 /// L_lm of the windows' lights = sum_j E_j Y_lm(w_j).
-std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::span<const DirectionalLight> windows,
-                                      std::span<const glm::vec3> normals,
+std::vector<TwoSided> direct_radiance(std::span<const DirectionalLight> windows, std::span<const glm::vec3> normals,
                                       std::span<const VertexTransfer> world_transfer,
                                       std::span<const Rgb> reflectance) {
   Sh9Rgb coefficients{};
@@ -194,14 +193,14 @@ std::vector<TwoSided> vertex_radiance(std::span<const TwoSided> indirect, std::s
       coefficients[i] += y[i] * l.irradiance;
   }
   const ReceivedLight received(windows);
-  std::vector<TwoSided> radiance(indirect.begin(), indirect.end());
+  std::vector<TwoSided> radiance(normals.size());
   parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const Rgb rho_over_pi = reflectance[i] * std::numbers::inv_pi_v<float>;
-      radiance[i].front +=
+      radiance[i].front =
           rho_over_pi * shadowed_irradiance(received, coefficients, normals[i], world_transfer[i].front);
       if (world_transfer[i].back != TransferVector{})
-        radiance[i].back +=
+        radiance[i].back =
             rho_over_pi * shadowed_irradiance(received, coefficients, -normals[i], world_transfer[i].back);
     }
   });

@@ -5,6 +5,7 @@
 
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/core/checksum.h"
 
 namespace daylit {

@@ -72,7 +72,10 @@ glm::vec2 weights(const glm::vec3 (&corner)[3], const glm::vec3& origin, const g
   return glm::vec2(glm::dot(s, p), glm::dot(w, glm::cross(s, a))) / glm::dot(a, p);
 }
 
-std::uint16_t fraction16(float f) { return static_cast<std::uint16_t>(65535.0f * std::clamp(f, 0.0f, 1.0f) + 0.5f); }
+/// In 65535ths; 0 of what is no number (a triangle without area).
+std::uint16_t fraction16(float f) {
+  return f > 0.0f ? static_cast<std::uint16_t>(65535.0f * std::min(f, 1.0f) + 0.5f) : std::uint16_t{0};
+}
 
 } // namespace
 

@@ -26,9 +26,9 @@ struct RoomSurface {
   glm::vec3 position{0.0f};             ///< relative to RenderedFrame::origin, metres
 };
 
-/// One value per drawn pixel of `box`, row-major, top row first; averaged over the coverage samples of the pixel.
-/// Pixels outside the box, and in blocks where `shows` is 0, show neither an object nor a new shadow; values of such
-/// blocks are not defined.
+/// One value per drawn pixel of `box`, averaged over the coverage samples of the pixel. Pixels outside the box, and in
+/// blocks where `shows` is 0, show neither an object nor a new shadow; values of such blocks are not defined, or not
+/// even kept.
 struct RenderedFrame {
   static constexpr int kBlock = 4; ///< pixels; the first block starts at pixel 0, wherever the box does
   int width_px = 0, height_px = 0;
@@ -41,9 +41,16 @@ struct RenderedFrame {
   std::vector<RoomSurface> surface; ///< empty, or where the room is seen; saves the composite a ray
   glm::dvec3 origin{0.0};
   std::vector<std::uint8_t> shows; ///< per block of the whole picture, row-major; empty: every block of the box shows
+  /// Per block of the whole picture: its place among the blocks whose values are kept, sixteen one after another.
+  /// Empty: the values are those of the box, row-major.
+  std::vector<std::uint32_t> place;
 
+  /// Of the values of a pixel that is shown.
   std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y - box.y0) * box.width() + static_cast<std::size_t>(x - box.x0);
+    if (place.empty())
+      return static_cast<std::size_t>(y - box.y0) * box.width() + static_cast<std::size_t>(x - box.x0);
+    return static_cast<std::size_t>(place[block_index(x, y)]) * kBlock * kBlock +
+           static_cast<std::size_t>(y % kBlock * kBlock + x % kBlock);
   }
   std::size_t block_index(int x, int y) const {
     return static_cast<std::size_t>(y / kBlock) * ((width_px + kBlock - 1) / kBlock) + x / kBlock;
@@ -55,7 +62,7 @@ struct RenderedFrame {
 class PictureRenderer {
 public:
   virtual ~PictureRenderer() = default;
-  virtual Result<void> set_camera(const RenderCamera& camera) = 0;
+  virtual Result<void> set_camera(const PinholeCamera& camera) = 0;
   virtual Result<void> set_objects(const ObjectSurface& objects) = 0;
   virtual Result<void> set_lights(const LightSet& lights) = 0;
   /// Per vertex: 1 where draw() will use its light. Call after set_camera() and set_objects().

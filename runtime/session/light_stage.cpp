@@ -38,25 +38,31 @@ Result<std::unique_ptr<LoadedRoom>> load_room(const std::filesystem::path& path,
   return std::make_unique<LoadedRoom>(std::move(*volume), std::move(*sampler), std::move(*rays), with_indirect_shadow);
 }
 
+namespace {
+constexpr int kExchanges = 3; // between objects and room; what comes back a fourth time cannot be seen
+}
+
 /// The objects stand in a room on which they cast shadows, and beside each other: both change the light that they see,
 /// and what leaves them changes the room.
 void LightStage::add_object_effects(const SkyStage& sky, const VirtualObjects& objects,
                                     std::vector<TwoSided>& radiance) const {
   IndirectShadow& shadow = *room_.indirect_shadow;
+  const ObjectSurface& surface = objects.surface;
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
-  const auto set_leaving = [&] {
-    const ObjectSurface& surface = objects.surface;
-    shadow.set_light(vertex_radiance(radiance, windows, surface.normals, objects.transfer, surface.reflectance),
-                     surface);
-  };
   shadow.set_sky(sky->pyramid, sky->sun, sky.version());
-  add_feedback(shadow, objects, radiance);
-  if (shadow.objects_see_each_other()) {
-    set_leaving();
-    shadow.exchange();
-    add_exchange(shadow, objects, radiance);
+  shadow.set_direct(direct_radiance(windows, surface.normals, objects.transfer, surface.reflectance), surface);
+  const std::vector<TwoSided> from_room = radiance;
+  for (int k = 0; k < kExchanges; ++k) {
+    shadow.set_indirect(radiance);
+    shadow.exchange_with_room();
+    if (shadow.objects_see_each_other())
+      shadow.exchange();
+    radiance = from_room;
+    add_feedback(shadow, objects, radiance);
+    if (shadow.objects_see_each_other())
+      add_exchange(shadow, objects, radiance);
   }
-  set_leaving();
+  shadow.set_indirect(radiance);
 }
 
 void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples,

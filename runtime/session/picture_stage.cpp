@@ -103,7 +103,7 @@ Result<void> PictureStage::update(const PictureInputs& in, FrameReport& report) 
   return {};
 }
 
-void PictureStage::compose_with(const RgbImage& photo, std::uint64_t noise_seed, const PictureInputs& in,
+void PictureStage::compose_with(const PhotoPixels& photo, std::uint64_t noise_seed, const PictureInputs& in,
                                 const InteriorConfig& interior, Composite& result) const {
   ComposeSettings settings{{interior.scale, interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = in.shown->differential;

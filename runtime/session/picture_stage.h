@@ -34,7 +34,7 @@ public:
   Result<void> update(const PictureInputs& in, FrameReport& report);
   Version version() const { return drawn_.version(); }
 
-  void compose_with(const RgbImage& photo, std::uint64_t noise_seed, const PictureInputs& in,
+  void compose_with(const PhotoPixels& photo, std::uint64_t noise_seed, const PictureInputs& in,
                     const InteriorConfig& interior, Composite& result) const;
   const PictureRenderer& renderer() const { return **renderer_; }
 

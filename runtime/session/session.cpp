@@ -7,6 +7,7 @@
 
 #include "runtime/session/picture_stage.h"
 #include "runtime/session/stage_clock.h"
+#include "scene/room/room_formats.h"
 #include "scene/volume/volume.h"
 
 namespace daylit {
@@ -54,6 +55,21 @@ std::vector<std::string> skipped_exactly(const BasisVolume& volume, std::size_t 
     skipped.push_back(std::to_string(regions - stored) + " of " + std::to_string(regions) +
                       " sky regions: no window sees them (exact)");
   return skipped;
+}
+
+/// A volume keeps the hash of its room. The model is read with either axis up: the configuration does not say which.
+Result<void> check_room_model(const std::filesystem::path& model, const VolumeProvenance& volume) {
+  if (model.empty() || volume.room_hash.empty())
+    return {};
+  for (const UpAxis up : {UpAxis::z, UpAxis::y}) {
+    const auto room = read_room(model, up);
+    if (!room)
+      return room.error();
+    if (room->content_hash == volume.room_hash)
+      return {};
+  }
+  return Error{ErrorCode::value_invalid, "the volume was baked from another room (" + volume.room_name + ")",
+               model.string() + ", [room] model", "bake the room again, or correct [room]"};
 }
 
 } // namespace
@@ -150,6 +166,8 @@ Result<Session> Session::open(const RunConfig& config, int width, int height, co
   auto room = load_room(config.volume, config.indirect_shadow);
   if (!room)
     return room.error();
+  if (const auto same = check_room_model(config.room_model, (*room)->volume.provenance); !same)
+    return same.error();
   auto state = std::make_unique<State>(config, std::move(*room));
   state->backend = backend;
   state->render_settings = settings;
@@ -198,7 +216,7 @@ void Session::measure_sky(const SkyImage& sky, std::uint64_t sky_id) {
 
 Result<const Frame*> Session::render(const FrameInput& input) {
   State& s = *state_;
-  if (input.photo.width != camera().photo_width_px || input.photo.height != camera().photo_height_px)
+  if (input.photo.width() != camera().photo_width_px || input.photo.height() != camera().photo_height_px)
     return Error{ErrorCode::value_invalid, "the picture changed its size", "interior image",
                  "restart with the new size"};
   measure_sky(input.sky, input.sky_id);
@@ -217,6 +235,8 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   s.finish_report(std::move(report));
   return &*s.frame;
 }
+
+Composite Session::take_composite() && { return std::move(state_->frame.beside().composite); }
 
 Result<void> Session::recreate_renderer() { return state_->start_renderer(); }
 

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "runtime/base/photo_pixels.h"
 #include "runtime/composite/compose.h"
 #include "runtime/object/relight.h"
 #include "runtime/session/choose_renderer.h"
@@ -52,7 +53,7 @@ struct Frame {
 /// again. With 0 the pixels are compared with those of the frame before.
 struct FrameInput {
   const SkyImage& sky;
-  const RgbImage& photo; ///< linear
+  PhotoPixels photo;
   std::uint64_t sky_id = 0, photo_id = 0;
 };
 
@@ -89,6 +90,8 @@ public:
   /// The frame is the session's own and holds until the next call. Error: the picture has another size than announced;
   /// graphics failed.
   Result<const Frame*> render(const FrameInput& input);
+  /// Of the last frame; the session is spent, and its memory free when it goes.
+  Composite take_composite() &&;
 
   /// After render() has failed with ErrorCode::device (context lost, out of graphics memory): a new renderer for the
   /// same camera, objects and light. Error: it does not start either.

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <cstring>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "runtime/base/photo_pixels.h"
 #include "runtime/session/cached.h"
 #include "runtime/session/session.h"
 #include "runtime/sky/sky_map.h"
@@ -18,25 +18,21 @@ namespace daylit {
 class PictureVersion {
 public:
   /// Grows when the picture differs from the one of the last call. `context`: another one makes another picture.
-  Version of(const RgbImage& image, std::uint64_t id, const void* context = nullptr) {
+  Version of(const PhotoPixels& image, std::uint64_t id, const void* context = nullptr) {
     const bool alike =
-        version_ > 0 && context == context_ && image.width == width_ && image.height == height_ && id == id_;
-    if (alike && (id != 0 || same_bits(image)))
+        version_ > 0 && context == context_ && image.width() == width_ && image.height() == height_ && id == id_;
+    if (alike && (id != 0 || image.same_as(copy_)))
       return version_;
     if (id == 0)
-      copy_ = image;
+      copy_ = image.copy();
     context_ = context;
     id_ = id;
-    width_ = image.width;
-    height_ = image.height;
+    width_ = image.width();
+    height_ = image.height();
     return ++version_;
   }
 
 private:
-  bool same_bits(const RgbImage& image) const {
-    return std::memcmp(copy_.texels.data(), image.texels.data(), image.texels.size() * sizeof(Rgb)) == 0;
-  }
-
   RgbImage copy_; ///< of the last picture, when it had no id
   Version version_ = 0;
   const void* context_ = nullptr;

@@ -26,12 +26,13 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   SkyFractions mixed{Rgb(0.0f), Rgb(0.0f)};
   FractionRange range;
   float sum = 0.0f;
-  bool by_another_part = false; // here surfaces may touch
+  bool by_another_part = false, hidden = false; // here surfaces may touch
   for (int k = 0; k < 4; ++k) {
     const int u = column + (k & 1), v = row + (k >> 1);
-    if (u >= columns_ || v >= rows_)
+    if (!blocks_.contains(u, v))
       continue;
     const GridPoint& g = at(layer, u, v);
+    hidden = hidden || g.surface.hidden;
     if (!is_valid_for(g, layer, position, normal)) {
       by_another_part = by_another_part || g.surface.exists;
       continue;
@@ -45,9 +46,9 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   }
   // The room beside an object: what its hidden corners would say is the shadow where both touch. So does a part of an
   // object beside another.
-  result.is_between = sum > kWholeWeight;
+  result.is_between = sum > kWholeWeight && !hidden;
   const float wanted = layer == Layer::room || by_another_part ? kWholeWeight : kLeastWeight;
-  if (sum < wanted || range.width() > kSteep)
+  if (sum < wanted || hidden || range.width() > kSteep)
     return result;
   result.sky = {mixed.past_room / sum, mixed.past_both / sum};
   result.is_known = true;
@@ -61,8 +62,8 @@ void SamplingGrid::add_hints(Layer layer, int x, int y, const glm::vec3& positio
   std::array<const KnownLights*, 16> neighbours;
   std::size_t count = 0;
   const int column = x / kBlockSide, row = y / kBlockSide;
-  for (int v = std::max(row - 1, 0); v <= std::min(row + 2, rows_ - 1); ++v)
-    for (int u = std::max(column - 1, 0); u <= std::min(column + 2, columns_ - 1); ++u) {
+  for (int v = std::max(row - 1, blocks_.y0); v <= std::min(row + 2, blocks_.y1 - 1); ++v)
+    for (int u = std::max(column - 1, blocks_.x0); u <= std::min(column + 2, blocks_.x1 - 1); ++u) {
       const GridPoint& g = at(layer, u, v);
       if (g.evaluated && glm::dot(g.surface.normal, normal) > 0.0f && is_near(g, layer, position, normal))
         neighbours[count++] = sky_words_.data() + index(layer, u, v) * words_for(sky_lights_);
@@ -71,22 +72,24 @@ void SamplingGrid::add_hints(Layer layer, int x, int y, const glm::vec3& positio
 }
 
 SamplingGrid::Corners SamplingGrid::plain_corners(int column, int row) const {
-  if (empty() || column + 1 >= columns_ || row + 1 >= rows_)
+  if (empty() || !has_corners(column, row))
     return {};
   Corners corners{};
   FractionRange range;
+  bool hidden = false;
   for (int k = 0; k < 4; ++k) {
     const GridPoint& g = at(Layer::room, column + k % 2, row + k / 2);
     if (!g.surface.exists)
       return {};
     corners[static_cast<std::size_t>(k)] = &g;
     range.include(g.sky.past_both);
+    hidden = hidden || g.surface.hidden;
   }
-  return range.width() > kSteep ? Corners{} : corners;
+  return hidden || range.width() > kSteep ? Corners{} : corners;
 }
 
 SamplingGrid::SunCorners SamplingGrid::sun_corners(Layer layer, int column, int row) const {
-  if (sun_lights_ == 0 || empty() || column + 1 >= columns_ || row + 1 >= rows_)
+  if (sun_lights_ == 0 || empty() || !has_corners(column, row))
     return {};
   const PixelSurface& first = at(layer, column, row).surface;
   SunCorners corners;

@@ -14,7 +14,7 @@ namespace daylit {
 namespace {
 
 constexpr float kLeastRadius_px = 32.0f, kLeastCoarseRadius_px = 72.0f; // of the objects in the picture
-constexpr float kSmooth = 0.04f; // coarse points that differ by less are valid for the fine ones between
+constexpr float kSmooth = 0.04f;      // coarse points that differ by less are valid for the fine ones between
 constexpr float kNearby = 0.2f;       // of the objects' radius, on them
 constexpr float kSamePlane_m = 1e-3f; // on the room
 constexpr float kSameSideCosine = 0.8f;
@@ -78,7 +78,7 @@ private:
 
 /// The corners of blocks that show an outline, and the coarse points around these.
 void SamplingGrid::mark_outlines(std::span<const glm::ivec2> pixels) {
-  at_outline_.assign(static_cast<std::size_t>(columns_) * rows_, 0);
+  at_outline_.assign(points_.size() / 2, 0);
   for (const glm::ivec2& pixel : pixels) {
     const glm::ivec2 block = pixel / kBlockSide;
     for (int v = -1; v <= 2; ++v)
@@ -86,23 +86,21 @@ void SamplingGrid::mark_outlines(std::span<const glm::ivec2> pixels) {
         const int column = block.x + u, row = block.y + v;
         const bool corner = u >= 0 && u <= 1 && v >= 0 && v <= 1;
         if (blocks_.contains(column, row) && (corner || is_coarse(column, row)))
-          at_outline_[static_cast<std::size_t>(row) * columns_ + column] = 1;
+          at_outline_[block_index(column, row)] = 1;
       }
   }
 }
 
 void SamplingGrid::start(const SampledPicture& picture) {
-  columns_ = picture.columns;
-  rows_ = picture.rows;
   stride_ = picture.radius_px < kLeastCoarseRadius_px ? 1 : 2;
   radius_ = picture.radius;
   sky_lights_ = picture.sky_lights;
   sun_lights_ = picture.sun_lights;
   // One block more on the far sides: its first pixel is a corner of the last blocks.
   const PixelBox& box = picture.box;
-  blocks_ = {box.x0 / kBlockSide, box.y0 / kBlockSide, std::min((box.x1 - 1) / kBlockSide + 2, columns_),
-             std::min((box.y1 - 1) / kBlockSide + 2, rows_)};
-  points_.assign(2 * static_cast<std::size_t>(columns_) * rows_, {});
+  blocks_ = {box.x0 / kBlockSide, box.y0 / kBlockSide, std::min((box.x1 - 1) / kBlockSide + 2, picture.columns),
+             std::min((box.y1 - 1) / kBlockSide + 2, picture.rows)};
+  points_.assign(2 * static_cast<std::size_t>(blocks_.width()) * blocks_.height(), {});
   sky_words_.resize(points_.size() * words_for(sky_lights_));
   sun_words_.resize(points_.size() * words_for(sun_lights_));
   sun_room_words_.resize(sun_words_.size());
@@ -116,7 +114,7 @@ std::uint64_t SamplingGrid::find_row(const Visibility& visibility, int row) {
   for (int column = blocks_.x0; column < blocks_.x1; ++column)
     for (const Layer layer : {Layer::object, Layer::room}) {
       const std::size_t i = index(layer, column, row);
-      const bool outline = at_outline_[static_cast<std::size_t>(row) * columns_ + column] != 0;
+      const bool outline = at_outline_[block_index(column, row)] != 0;
       GridPoint& g = points_[i];
       g = {visibility.surface(layer, column * kBlockSide, row * kBlockSide, outline), false, {}};
       if (sun_lights_ > 0 && g.surface.receives)
@@ -129,7 +127,7 @@ std::uint64_t SamplingGrid::find_row(const Visibility& visibility, int row) {
 /// Whether an outline or another part of an object shows beside the point: the shadow where two parts touch is narrower
 /// than the grid of coarse points.
 bool SamplingGrid::is_beside_another_part(int column, int row) const {
-  if (at_outline_[static_cast<std::size_t>(row) * columns_ + column])
+  if (at_outline_[block_index(column, row)])
     return true;
   const PixelSurface& g = at(Layer::object, column, row).surface;
   for (int v = std::max(row - 1, blocks_.y0); v <= std::min(row + 1, blocks_.y1 - 1); ++v)
@@ -159,6 +157,7 @@ bool SamplingGrid::interpolate_fine(Layer layer, int column, int row, std::vecto
       continue;
     }
     const GridPoint& coarse = at(layer, u, v);
+    all = all && !coarse.surface.hidden;
     if (coarse.evaluated)
       neighbours.push_back(sky_words_.data() + index(layer, u, v) * words_for(sky_lights_));
     mean.past_room += 0.25f * coarse.sky.past_room;
@@ -167,7 +166,7 @@ bool SamplingGrid::interpolate_fine(Layer layer, int column, int row, std::vecto
     range.include(coarse.sky.past_both);
   }
   if (!all && layer == Layer::room)
-    neighbours.clear(); // beside an object: what is hidden may be the shadow where both touch
+    neighbours.clear(); // what an object hides may lie behind it, or be the shadow where both touch
   if (!all || range.width() > kSmooth)
     return false;
   g.sky = mean;

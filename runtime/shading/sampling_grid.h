@@ -60,8 +60,15 @@ public:
   SunCorners sun_corners(Layer layer, int column, int row) const;
 
 private:
+  /// Of a block of `blocks_`.
+  std::size_t block_index(int column, int row) const {
+    return static_cast<std::size_t>(row - blocks_.y0) * blocks_.width() + static_cast<std::size_t>(column - blocks_.x0);
+  }
   std::size_t index(Layer layer, int column, int row) const {
-    return (static_cast<std::size_t>(row) * columns_ + column) * 2 + static_cast<std::size_t>(layer);
+    return 2 * block_index(column, row) + static_cast<std::size_t>(layer);
+  }
+  bool has_corners(int column, int row) const {
+    return blocks_.contains(column, row) && blocks_.contains(column + 1, row + 1);
   }
   const GridPoint& at(Layer layer, int column, int row) const { return points_[index(layer, column, row)]; }
   bool is_coarse(int column, int row) const {
@@ -81,10 +88,9 @@ private:
   std::uint64_t evaluate_tile(const Visibility& visibility, const PixelBox& tile, bool coarse);
 
   class Collector;
-  int columns_ = 0, rows_ = 0;
   int stride_ = 2;                       ///< blocks between coarse points, 1 or 2
   float radius_ = 0.0f;                  ///< of the objects, metres
-  PixelBox blocks_;                      ///< that are evaluated, in blocks
+  PixelBox blocks_;                      ///< that are evaluated, in blocks; only these are kept
   std::vector<std::uint8_t> at_outline_; ///< per block: its room counts though an object hides it
   std::vector<GridPoint> points_;        ///< per block and layer
   std::size_t sky_lights_ = 0, sun_lights_ = 0;

@@ -107,8 +107,8 @@ lanes::LightSums BlockShader::sum_sun(const Batch& b, Layer layer, const Samplin
   }
   rays_ += find_blocked_lights(scene_.sun, casters_, layer, points, starts, sun_hints_.verdicts(), sun_blocked_);
   const auto room_hints = layer == Layer::object ? sun_room_hints_.verdicts() : std::span<const LaneVerdict>{};
-  rays_ += sum_lights(scene_.sun, sun_blocked_, casters_, layer, points, starts, RoomShadow::everywhere, room_hints,
-                      sums);
+  rays_ +=
+      sum_lights(scene_.sun, sun_blocked_, casters_, layer, points, starts, RoomShadow::everywhere, room_hints, sums);
   return sums;
 }
 
@@ -159,10 +159,11 @@ void BlockShader::shade_plain(const SamplingGrid::Corners& corners, const PixelB
   };
   for (int y = pixels.y0; y < pixels.y1; ++y) {
     const float t = kStep * static_cast<float>(y % kBlockSide);
-    const SkyFractions left = mix(corners[0]->sky, corners[2]->sky, t), right = mix(corners[1]->sky, corners[3]->sky, t);
+    const SkyFractions left = mix(corners[0]->sky, corners[2]->sky, t),
+                       right = mix(corners[1]->sky, corners[3]->sky, t);
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const SkyFractions sky = mix(left, right, kStep * static_cast<float>(x % kBlockSide));
-      const RoomHit& hit = view_.room(x, y);
+      const RoomHit hit = view_.room(x, y);
       const std::size_t i = frame_.index(x, y);
       frame_.object[i] = glm::vec4(0.0f);
       frame_.lost_sky[i] = glm::vec4(sky.past_room - sky.past_both, 1.0f);

@@ -13,9 +13,12 @@ PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outli
     return {};
   const std::size_t block =
       static_cast<std::size_t>(y / kBlockSide) * view_.block_columns() + static_cast<std::size_t>(x / kBlockSide);
-  return room_surface(scene_, view_.eye(), room.triangle,
-                      view_.eye() + room.depth * view_.direction(static_cast<float>(x), static_cast<float>(y)),
-                      receives_[block] != 0);
+  PixelSurface surface =
+      room_surface(scene_, view_.eye(), room.triangle,
+                   view_.eye() + room.depth * view_.direction(static_cast<float>(x), static_cast<float>(y)),
+                   receives_[block] != 0);
+  surface.hidden = hit.samples > 0 || view_.is_edge(x, y);
+  return surface;
 }
 
 /// Fraction = sum over lights of e V / sum of e (runtime/sky/direct_light.h); 1 where no light arrives. Where no light

@@ -28,6 +28,7 @@ public:
 
 private:
   PixelBox affected_box(const TracedScene& scene, const VisibleSurfaces& view);
+  void keep_blocks(const VisibleSurfaces& view, RenderedFrame& frame) const;
   SampledPicture sampled_picture(const TracedScene& scene, const VisibleSurfaces& view, const PixelBox& box);
 
   std::vector<std::uint8_t> receives_; ///< per block of the picture: some light may lose its way to it
@@ -71,17 +72,32 @@ SampledPicture PictureShader::sampled_picture(const TracedScene& scene, const Vi
       scene.sky.size(),     scene.sun.size(),  outline_};
 }
 
+/// Makes room for the blocks that may show something: those that receive, and those of the objects.
+void PictureShader::keep_blocks(const VisibleSurfaces& view, RenderedFrame& frame) const {
+  const PixelBox objects = view.object_box();
+  frame.place.assign(receives_.size(), 0);
+  std::uint32_t kept = 0;
+  for (int row = 0; row < view.block_rows(); ++row)
+    for (int column = 0; column < view.block_columns(); ++column) {
+      const std::size_t block = static_cast<std::size_t>(row) * view.block_columns() + column;
+      const PixelBox pixels{column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide};
+      if (receives_[block] || !pixels.common(objects).empty())
+        frame.place[block] = kept++;
+    }
+  const std::size_t pixels = static_cast<std::size_t>(kept) * kBlockSide * kBlockSide;
+  for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
+    pass->resize(pixels);
+  frame.surface.resize(pixels);
+}
+
 std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfaces& view, RenderedFrame& frame) {
   frame.width_px = view.width_px();
   frame.height_px = view.height_px();
   frame.box = affected_box(scene, view);
   frame.origin = scene.origin;
-  const std::size_t pixels = static_cast<std::size_t>(frame.box.width()) * frame.box.height();
-  for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
-    pass->resize(pixels);
-  frame.surface.resize(pixels);
   frame.shows.assign(receives_.size(), 0);
-  if (pixels == 0)
+  keep_blocks(view, frame);
+  if (frame.box.empty())
     return 0;
   const RayVisibility visibility(scene, view, receives_);
   std::atomic<std::uint64_t> rays{0};
@@ -132,7 +148,7 @@ struct TracedRenderer::State {
   RoomMesh mesh; ///< what `room` was built from
   std::vector<Aperture> apertures;
   std::size_t occluder_count = 0;
-  RenderCamera camera;
+  PinholeCamera camera;
   VisibleSurfaces view;
   PictureShader shader;
   bool has_camera = false, room_is_traced = false, objects_are_traced = false;
@@ -183,7 +199,7 @@ TracedRenderer::TracedRenderer(TracedRenderer&&) noexcept = default;
 TracedRenderer& TracedRenderer::operator=(TracedRenderer&&) noexcept = default;
 TracedRenderer::~TracedRenderer() = default;
 
-Result<void> TracedRenderer::set_camera(const RenderCamera& camera) {
+Result<void> TracedRenderer::set_camera(const PinholeCamera& camera) {
   State& s = *state_;
   if (s.has_camera && same_view(camera, s.camera))
     return {};

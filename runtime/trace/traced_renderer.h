@@ -23,7 +23,7 @@ public:
   TracedRenderer& operator=(TracedRenderer&&) noexcept;
   ~TracedRenderer() override;
 
-  Result<void> set_camera(const RenderCamera& camera) override;
+  Result<void> set_camera(const PinholeCamera& camera) override;
   Result<void> set_objects(const ObjectSurface& objects) override;
   Result<void> set_lights(const LightSet& lights) override;
   Result<std::vector<std::uint8_t>> vertices_in_view() override;

@@ -30,33 +30,31 @@ void VisibleSurfaces::trace_object_block(const PacketScene& objects, int x0, int
     if (!object_box_.contains(x, y))
       continue;
     lanes |= 1u << k;
-    const RoomHit& room = room_[pixel_index(x, y)];
-    if (room.triangle != kNoTriangle)
-      rays.tfar[k] = room.depth;
+    if (const RoomHit behind = room(x, y); behind.triangle != kNoTriangle)
+      rays.tfar[k] = behind.depth;
   }
   objects.closest(lanes, rays, hits);
   for (int k = 0; k < kLanes; ++k)
     if (hits.triangle[k] != kNoTriangle)
-      object_[pixel_index(x0 + k % kBlockSide, y0 + k / kBlockSide)] = {hits.triangle[k], hits.u[k], hits.v[k],
-                                                                        hits.distance[k], kCoverageSamples};
+      object_[object_index(x0 + k % kBlockSide, y0 + k / kBlockSide)] = {hits.triangle[k], hits.u[k], hits.v[k],
+                                                                         hits.distance[k], kCoverageSamples};
 }
 
 bool VisibleSurfaces::neighbours_differ(int x, int y, float apart_m) const {
-  const ObjectHit& here = object_[pixel_index(x, y)];
+  const ObjectHit& here = object(x, y);
   const bool covered = here.triangle != kNoTriangle;
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v)
     for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width_ - 1); ++u)
-      if ((object_[pixel_index(u, v)].triangle != kNoTriangle) != covered)
+      if ((object(u, v).triangle != kNoTriangle) != covered)
         return true;
   if (!covered || x == 0 || y == 0 || x + 1 >= width_ || y + 1 >= height_)
     return false;
   // The inverse depth of a plane is linear in the picture: its second difference shows a step.
-  const auto bend = [&](std::size_t before, std::size_t after) {
-    return std::fabs(1.0f / object_[before].depth - 2.0f / here.depth + 1.0f / object_[after].depth);
+  const auto bend = [&](const ObjectHit& before, const ObjectHit& after) {
+    return std::fabs(1.0f / before.depth - 2.0f / here.depth + 1.0f / after.depth);
   };
   const float limit = apart_m / (here.depth * here.depth);
-  return bend(pixel_index(x - 1, y), pixel_index(x + 1, y)) > limit ||
-         bend(pixel_index(x, y - 1), pixel_index(x, y + 1)) > limit;
+  return bend(object(x - 1, y), object(x + 1, y)) > limit || bend(object(x, y - 1), object(x, y + 1)) > limit;
 }
 
 void VisibleSurfaces::find_edges(float apart_m) {
@@ -65,12 +63,13 @@ void VisibleSurfaces::find_edges(float apart_m) {
     for (int y = range.begin(); y != range.end(); ++y)
       for (int x = object_box_.x0; x < object_box_.x1; ++x)
         if (neighbours_differ(x, y, apart_m))
-          rows[static_cast<std::size_t>(y - object_box_.y0)].push_back(static_cast<std::uint32_t>(pixel_index(x, y)));
+          rows[static_cast<std::size_t>(y - object_box_.y0)].push_back(static_cast<std::uint32_t>(y * width_ + x));
   });
   for (const auto& row : rows)
     for (const std::uint32_t pixel : row) {
-      edge_of_pixel_[pixel] = static_cast<std::uint32_t>(edges_.size());
       edges_.emplace_back().pixel = pixel;
+      const glm::ivec2 at = edge_pixel(edges_.size() - 1);
+      edge_of_pixel_[object_index(at.x, at.y)] = static_cast<std::uint32_t>(edges_.size() - 1);
     }
 }
 
@@ -96,7 +95,7 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
     const float x = static_cast<float>(px) + kSampleX[s], y = static_cast<float>(py) + kSampleY[s];
     aim(rays, k, x, y);
     room_hits.triangle[k] = kNoTriangle;
-    const std::uint32_t triangle = room_[pixel_index(px, py)].triangle;
+    const std::uint32_t triangle = this->room(px, py).triangle;
     if (!is_plain(px / kBlockSide, py / kBlockSide))
       lanes |= 1u << k;
     else if (triangle != kNoTriangle) {
@@ -129,27 +128,20 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
         edge.room_sample = static_cast<std::uint8_t>(s);
       }
     }
-    object_[edge.pixel] = edge.hits[0];
+    const glm::ivec2 at = edge_pixel(first + e);
+    object_[object_index(at.x, at.y)] = edge.hits[0];
   }
-}
-
-void VisibleSurfaces::clear_objects() {
-  parallel_for(tbb::blocked_range<int>(object_box_.y0, object_box_.y1, 32), [&](const auto& rows) {
-    for (int y = rows.begin(); y != rows.end(); ++y) {
-      const auto first = static_cast<std::ptrdiff_t>(pixel_index(object_box_.x0, y));
-      std::fill_n(object_.begin() + first, object_box_.width(), ObjectHit{});
-      std::fill_n(edge_of_pixel_.begin() + first, object_box_.width(), kNoEdge);
-    }
-  });
-  edges_.clear();
 }
 
 void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
                                     const PixelBox& box, float apart_m) {
-  clear_objects();
   // One pixel around, so that the edges of the objects lie in the box.
   object_box_ =
       box.empty() ? PixelBox{} : PixelBox{box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}.clipped(width_, height_);
+  edges_.clear();
+  const std::size_t pixels = static_cast<std::size_t>(object_box_.width()) * object_box_.height();
+  object_.assign(pixels, {});
+  edge_of_pixel_.assign(pixels, kNoEdge);
   if (object_box_.empty())
     return;
   const int first_row = object_box_.y0 / kBlockSide, last_row = (object_box_.y1 + kBlockSide - 1) / kBlockSide;
@@ -168,10 +160,9 @@ void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScen
 }
 
 RoomHit VisibleSurfaces::uncovered_room(int x, int y, glm::vec3& position) const {
-  const std::size_t i = pixel_index(x, y);
-  RoomHit hit = room_[i];
+  RoomHit hit = room(x, y);
   glm::vec2 p(x, y);
-  if (const std::uint32_t edge = edge_of_pixel_[i]; edge != kNoEdge) {
+  if (const std::uint32_t edge = edge_of(x, y); edge != kNoEdge) {
     hit = edges_[edge].room;
     p += glm::vec2(kSampleX[edges_[edge].room_sample], kSampleY[edges_[edge].room_sample]);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -53,7 +54,7 @@ private:
 
 } // namespace
 
-std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const RenderCamera& camera,
+std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const PinholeCamera& camera,
                                                const glm::dvec3& origin, int side) {
   const int columns = (camera.width_px + side - 1) / side, rows = (camera.height_px + side - 1) / side;
   if (room.triangles.size() > kMostTriangles)
@@ -82,24 +83,15 @@ std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const Rende
   return marker.take();
 }
 
-void VisibleSurfaces::set_camera(const RenderCamera& camera, const glm::dvec3& origin) {
-  const bool same_size = camera.width_px == width_ && camera.height_px == height_;
-  if (same_size)
-    clear_objects();
+void VisibleSurfaces::set_camera(const PinholeCamera& camera, const glm::dvec3& origin) {
   width_ = camera.width_px;
   height_ = camera.height_px;
   camera_ = camera;
   origin_ = origin;
   rays_ = PixelRays(camera, origin);
   pixel_pitch_ = static_cast<float>(1.0 / std::max(camera.fx, camera.fy));
-  const std::size_t pixels = static_cast<std::size_t>(width_) * height_;
-  room_.resize(pixels);
-  if (!same_size) {
-    object_.assign(pixels, {});
-    edge_of_pixel_.assign(pixels, kNoEdge);
-    edges_.clear();
-  }
   object_box_ = {};
+  edges_.clear();
   blocks_.resize(static_cast<std::size_t>(block_columns()) * block_rows());
 }
 
@@ -114,14 +106,14 @@ void VisibleSurfaces::bound_block(int column, int row) {
           width_, height_);
   glm::vec3 lo(std::numeric_limits<float>::infinity()), hi = -lo;
   const auto include = [&](int x, int y) {
-    const RoomHit& hit = room_[pixel_index(x, y)];
+    const RoomHit hit = room(x, y);
     if (hit.triangle == kNoTriangle)
       return;
     const glm::vec3 p = eye() + hit.depth * direction(static_cast<float>(x), static_cast<float>(y));
     lo = glm::min(lo, p);
     hi = glm::max(hi, p);
   };
-  if (plain_[block_index(column, row)]) { // convex: its corners bound it
+  if (is_plain(column, row)) { // convex: its corners bound it
     for (const int y : {pixels.y0, pixels.y1 - 1})
       for (const int x : {pixels.x0, pixels.x1 - 1})
         include(x, y);
@@ -149,21 +141,11 @@ void VisibleSurfaces::trace_corners(const PacketScene& room, int row) {
   }
 }
 
-/// Depths from the plane of the one triangle that the block shows; false when it may show more.
-bool VisibleSurfaces::fill_plain_block(const RoomMesh& mesh, int column, int row) {
-  const std::size_t stride = static_cast<std::size_t>(block_columns()) + 1, i = row * stride + column;
-  const std::uint32_t triangle = corners_[i].triangle;
-  if (crossed_[block_index(column, row)] || corners_[i + 1].triangle != triangle ||
-      corners_[i + stride].triangle != triangle || corners_[i + stride + 1].triangle != triangle)
-    return false;
-  const PixelBox pixels =
-      PixelBox{column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide}.clipped(
-          width_, height_);
-  const PlaneDepth plane = triangle == kNoTriangle ? PlaneDepth{} : plane_depth(mesh, triangle);
-  for (int y = pixels.y0; y < pixels.y1; ++y)
-    for (int x = pixels.x0; x < pixels.x1; ++x)
-      room_[pixel_index(x, y)] = {triangle, plane.at(static_cast<float>(x), static_cast<float>(y))};
-  return true;
+/// The block shows one triangle and nothing else.
+bool VisibleSurfaces::shows_one_triangle(int column, int row) const {
+  const std::uint32_t triangle = corner(column, row).triangle;
+  return !crossed_[block_index(column, row)] && corner(column + 1, row).triangle == triangle &&
+         corner(column, row + 1).triangle == triangle && corner(column + 1, row + 1).triangle == triangle;
 }
 
 VisibleSurfaces::PlaneDepth VisibleSurfaces::plane_depth(const RoomMesh& mesh, std::uint32_t triangle) const {
@@ -182,24 +164,30 @@ void VisibleSurfaces::trace_room_block(const PacketScene& room, int column, int 
     aim(rays, k, static_cast<float>(x0 + k % kBlockSide), static_cast<float>(y0 + k / kBlockSide));
   room.closest(0xFFFFu, rays, hits);
   for (int k = 0; k < kLanes; ++k) {
-    const int x = x0 + k % kBlockSide, y = y0 + k / kBlockSide;
-    if (x < width_ && y < height_)
-      room_[pixel_index(x, y)] = {hits.triangle[k], hits.distance[k]};
+    room_hits_[room_[block_index(column, row)].first_hit + static_cast<std::size_t>(k)] = {hits.triangle[k],
+                                                                                           hits.distance[k]};
   }
 }
 
 void VisibleSurfaces::trace_room(const PacketScene& room, const RoomMesh& mesh) {
   crossed_ = blocks_with_outlines(mesh, camera_, origin_, kBlockSide);
   corners_.resize(static_cast<std::size_t>(block_columns() + 1) * (block_rows() + 1));
-  plain_.assign(blocks_.size(), 0);
   parallel_for(0, block_rows() + 1, [&](int row) { trace_corners(room, row); });
+  room_.assign(blocks_.size(), {});
+  std::uint32_t hits = 0;
+  for (int row = 0; row < block_rows(); ++row)
+    for (int column = 0; column < block_columns(); ++column)
+      if (!shows_one_triangle(column, row))
+        room_[block_index(column, row)].first_hit = std::exchange(hits, hits + kLanes);
+  room_hits_.resize(hits);
   parallel_for(tbb::blocked_range<int>(0, block_rows(), 4), [&](const tbb::blocked_range<int>& rows) {
     for (int row = rows.begin(); row != rows.end(); ++row)
       for (int column = 0; column < block_columns(); ++column) {
-        const bool plain = fill_plain_block(mesh, column, row);
-        plain_[block_index(column, row)] = plain;
-        if (!plain)
+        RoomBlock& block = room_[block_index(column, row)];
+        if (!is_plain(column, row))
           trace_room_block(room, column, row);
+        else if (block.triangle = corner(column, row).triangle; block.triangle != kNoTriangle)
+          block.plane = plane_depth(mesh, block.triangle);
         bound_block(column, row);
       }
   });

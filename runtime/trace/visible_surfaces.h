@@ -29,7 +29,7 @@ struct RoomMesh {
 /// Per block of `side` x `side` pixels, row-major: 0 when no edge of a triangle crosses the square from its first pixel
 /// to the first pixels of the next blocks, a margin of half a pixel around it. Conservative. The visible surface then
 /// changes in the square only where triangles cross each other; four corners that show the same triangle rule that out.
-std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const RenderCamera& camera,
+std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const PinholeCamera& camera,
                                                const glm::dvec3& origin, int side);
 
 constexpr int kBlockSide = 4; ///< pixels: a block of pixels fills the lanes of a ray block
@@ -59,7 +59,7 @@ struct BlockBound {
 /// metres relative to `origin`.
 class VisibleSurfaces {
 public:
-  void set_camera(const RenderCamera& camera, const glm::dvec3& origin);
+  void set_camera(const PinholeCamera& camera, const glm::dvec3& origin);
   /// `mesh`: what `room` was built from.
   void trace_room(const PacketScene& room, const RoomMesh& mesh);
   /// `box`: pixels that the objects may cover; everything outside it shows none.
@@ -73,16 +73,24 @@ public:
   int block_rows() const { return (height_ + kBlockSide - 1) / kBlockSide; }
   const BlockBound& block(int column, int row) const { return blocks_[block_index(column, row)]; }
   /// The block shows one plane of the room, and so do the first pixels of the next blocks.
-  bool is_plain(int column, int row) const { return plain_[block_index(column, row)] != 0; }
+  bool is_plain(int column, int row) const { return room_[block_index(column, row)].first_hit == kPlain; }
   const PixelBox& object_box() const { return object_box_; }
 
-  const RoomHit& room(int x, int y) const { return room_[pixel_index(x, y)]; }
+  RoomHit room(int x, int y) const {
+    const RoomBlock& block = room_[block_index(x / kBlockSide, y / kBlockSide)];
+    if (block.first_hit == kPlain)
+      return {block.triangle, block.plane.at(static_cast<float>(x), static_cast<float>(y))};
+    return room_hits_[block.first_hit + static_cast<std::size_t>(y % kBlockSide * kBlockSide + x % kBlockSide)];
+  }
   /// The first, or only, point of the objects in a pixel.
-  const ObjectHit& object(int x, int y) const { return object_[pixel_index(x, y)]; }
-  bool is_edge(int x, int y) const { return edge_of_pixel_[pixel_index(x, y)] != kNoEdge; }
+  const ObjectHit& object(int x, int y) const {
+    static constexpr ObjectHit kNone;
+    return object_box_.contains(x, y) ? object_[object_index(x, y)] : kNone;
+  }
+  bool is_edge(int x, int y) const { return edge_of(x, y) != kNoEdge; }
   /// All points of the objects in an edge pixel.
   std::span<const ObjectHit> edge_hits(int x, int y) const {
-    const Edge& e = edges_[edge_of_pixel_[pixel_index(x, y)]];
+    const Edge& e = edges_[edge_of(x, y)];
     return {e.hits.data(), static_cast<std::size_t>(e.hit_count)};
   }
   /// The room's point that a pixel shows beside the object: its centre, or an uncovered sample of an edge.
@@ -110,9 +118,16 @@ private:
     RoomHit room; ///< at the first uncovered sample
     std::uint8_t room_sample = 0;
   };
-  std::size_t pixel_index(int x, int y) const { return static_cast<std::size_t>(y) * width_ + x; }
   std::size_t block_index(int column, int row) const {
     return static_cast<std::size_t>(row) * block_columns() + column;
+  }
+  /// Of a pixel in the objects' box.
+  std::size_t object_index(int x, int y) const {
+    return static_cast<std::size_t>(y - object_box_.y0) * object_box_.width() +
+           static_cast<std::size_t>(x - object_box_.x0);
+  }
+  std::uint32_t edge_of(int x, int y) const {
+    return object_box_.contains(x, y) ? edge_of_pixel_[object_index(x, y)] : kNoEdge;
   }
   void aim(RayPacket16& rays, int lane, float x, float y) const;
   /// The inverse depth of a plane is linear in the picture.
@@ -120,12 +135,23 @@ private:
     float constant = 0.0f, per_x = 0.0f, per_y = 0.0f;
     float at(float x, float y) const { return 1.0f / (constant + per_x * x + per_y * y); }
   };
+  /// What a block shows of the room: one triangle, or a hit for each of its pixels.
+  static constexpr std::uint32_t kPlain = 0xFFFFFFFFu;
+  struct RoomBlock {
+    PlaneDepth plane; ///< of a plain block
+    std::uint32_t triangle = kNoTriangle;
+    std::uint32_t first_hit = kPlain; ///< in room_hits_
+  };
   PlaneDepth plane_depth(const RoomMesh& mesh, std::uint32_t triangle) const;
   void trace_corners(const PacketScene& room, int row);
-  bool fill_plain_block(const RoomMesh& mesh, int column, int row);
+  bool shows_one_triangle(int column, int row) const;
+  /// At the first pixel of a block, or behind the last.
+  const RoomHit& corner(int column, int row) const {
+    return corners_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(block_columns()) + 1) +
+                    static_cast<std::size_t>(column)];
+  }
   void trace_room_block(const PacketScene& room, int column, int row);
   void bound_block(int column, int row);
-  void clear_objects();
   void trace_object_block(const PacketScene& objects, int x0, int y0);
   bool neighbours_differ(int x, int y, float apart_m) const;
   void find_edges(float apart_m);
@@ -134,17 +160,18 @@ private:
   void add_sample(Edge& edge, const ObjectHit& sample, float apart_m) const;
 
   int width_ = 0, height_ = 0;
-  RenderCamera camera_;
+  PinholeCamera camera_;
   glm::dvec3 origin_{0.0};
   float pixel_pitch_ = 1.0f; ///< at unit depth
   PixelRays rays_;
-  std::vector<RoomHit> room_;
-  std::vector<ObjectHit> object_;
+  std::vector<RoomBlock> room_;    ///< per block
+  std::vector<RoomHit> room_hits_; ///< sixteen for every block that is not plain
+  std::vector<ObjectHit> object_;  ///< in the objects' box
   std::vector<BlockBound> blocks_;
-  std::vector<std::uint8_t> plain_, crossed_; ///< per block; crossed: by an edge of the room
-  std::vector<RoomHit> corners_;              ///< at the first pixel of every block, one more at the ends
-  std::vector<Edge> edges_;                   ///< ascending pixels
-  std::vector<std::uint32_t> edge_of_pixel_;
+  std::vector<std::uint8_t> crossed_;        ///< per block: by an edge of the room
+  std::vector<RoomHit> corners_;             ///< at the first pixel of every block, one more at the ends
+  std::vector<Edge> edges_;                  ///< ascending pixels
+  std::vector<std::uint32_t> edge_of_pixel_; ///< in the objects' box
   PixelBox object_box_;
 };
 

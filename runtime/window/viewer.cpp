@@ -21,7 +21,7 @@ std::vector<BoundingSphere> spheres_of(const Session& session, std::size_t objec
 /// The photograph, or what the room's model shows from elsewhere.
 class Background {
 public:
-  Background(const RgbImage& photo, const glm::dmat4& pose) : photo_(photo), model_(photo), pose_(pose) {}
+  Background(const PhotoPixels& photo, const glm::dmat4& pose) : photo_(photo), model_(photo.copy()), pose_(pose) {}
 
   /// The light of the session's last frame. Returns whether there is another picture than before.
   bool follow(Session& session, const glm::dmat4& pose) {
@@ -36,11 +36,11 @@ public:
       });
     return true;
   }
-  const RgbImage& picture() const { return seen_from_ == pose_ ? photo_ : model_; }
+  PhotoPixels picture() const { return seen_from_ == pose_ ? photo_ : PhotoPixels(model_); }
   std::uint64_t number() const { return number_; }
 
 private:
-  const RgbImage& photo_;
+  PhotoPixels photo_;
   RgbImage model_;
   glm::dmat4 pose_, seen_from_{0.0};
   std::uint64_t number_ = 0;
@@ -86,9 +86,9 @@ void FrameGraph::draw(Rgb8Image& picture) const {
   }
 }
 
-Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImage& sky, const RgbImage& photo,
+Result<void> run_viewer(Session& session, const RunConfig& config, const SkyImage& sky, const PhotoPixels& photo,
                         const std::function<Rgb8Image(const RgbImage&)>& encode, int most_frames) {
-  auto window = ViewWindow::open(photo.width, photo.height, "daylit");
+  auto window = ViewWindow::open(photo.width(), photo.height(), "daylit");
   if (!window)
     return window.error();
   std::vector<ObjectConfig> objects = config.objects;

@@ -19,40 +19,7 @@ using detail::ConfigFile;
 using detail::TomlSection;
 
 constexpr double kRadians = std::numbers::pi / 180.0;
-constexpr double kMinAlbedo = 0.0, kMaxAlbedo = 1.0;
 constexpr double kMostBlur_px = 16.0;
-
-void read_ground(TomlSection& sky, GroundFill& ground) {
-  if (!sky.has("ground"))
-    return;
-  TomlSection table = sky.section_if_table("ground");
-  if (!table) {
-    std::string word;
-    sky.read_word("ground", word, {"none"});
-    return;
-  }
-  ground.kind = GroundFill::Kind::albedo;
-  table.read("albedo", ground.albedo, {kMinAlbedo, kMaxAlbedo});
-  table.finish();
-}
-
-void read_sky_section(TomlSection sky, SkyConfig& config) {
-  if (!sky.read("image", config.image) && !sky.has("image"))
-    sky.problem("", "needs image, an EXR or Radiance .hdr file");
-  sky.read_word("projection", config.projection, {"equirect", "angular", "fisheye"});
-  sky.read("lens", config.lens);
-  double degrees = 0.0;
-  if (sky.read("rotation", degrees, {-3600.0, 3600.0}))
-    config.rotation = degrees * kRadians;
-  read_ground(sky, config.ground);
-  if (config.projection == "fisheye" && config.lens.empty())
-    sky.problem("projection", "\"fisheye\" needs lens, the camera's YAML file");
-  if (config.projection != "fisheye" && !config.lens.empty())
-    sky.problem("lens", "is only used with projection = \"fisheye\"");
-  if (config.projection == "fisheye" && config.ground.kind == GroundFill::Kind::none)
-    sky.problem("projection", "\"fisheye\" needs ground = { albedo = ... }: the lens does not see the whole sphere");
-  sky.finish();
-}
 
 void read_response(TomlSection& interior, std::string& response) {
   std::string word;
@@ -112,14 +79,13 @@ RunConfig read_sections(TomlSection& root, ConfigFile& file) {
     if (!root.has(required))
       file.report(1, fmt::format("section [{}] is missing", required));
   if (TomlSection sky = root.section("sky"))
-    read_sky_section(sky, config.sky);
+    detail::read_sky_picture(sky, config.sky);
   if (TomlSection interior = root.section("interior"))
     read_interior_section(interior, config.interior);
   detail::read_marker(root.section("marker"), config.marker);
   detail::read_pose(root.section("pose"), config.world_from_camera);
   if (TomlSection room = root.section("room")) {
-    if (!room.read("model", config.room_model) && !room.has("model"))
-      room.problem("", "needs model, an OBJ or glTF file");
+    room.read("model", config.room_model);
     if (!room.read("volume", config.volume) && !room.has("volume"))
       room.problem("", "needs volume, made by daylit-precompute");
     room.finish();
@@ -143,6 +109,8 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
     file->report(1, "neither [marker] nor [pose]: the camera's pose is not known");
   if (config.interior.scale_from_marker && !config.marker)
     file->report(1, "[interior] scale = \"marker\" needs a [marker] section");
+  if (config.marker && config.world_from_camera && !config.interior.scale_from_marker)
+    root.problem("marker", "has no effect beside [pose]; keep one of them, or set [interior] scale = \"marker\"");
   if (config.objects.empty() && !root.has("object"))
     file->report(1, "no [[object]]: there is nothing to draw");
   if (auto error = file->error())
@@ -151,13 +119,7 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
 }
 
 std::string to_toml(const RunConfig& c) {
-  std::string out = fmt::format("[sky]\nimage = {}\nprojection = {}\n", detail::quoted(c.sky.image.string()),
-                                detail::quoted(c.sky.projection));
-  if (!c.sky.lens.empty())
-    out += fmt::format("lens = {}\n", detail::quoted(c.sky.lens.string()));
-  out += fmt::format("rotation = {}\n", detail::text(c.sky.rotation / kRadians));
-  out += c.sky.ground.kind == GroundFill::Kind::none ? "ground = \"none\"\n"
-                                                     : fmt::format("ground = {{ albedo = {} }}\n", c.sky.ground.albedo);
+  std::string out = detail::sky_picture_toml(c.sky);
   out += fmt::format("\n[interior]\nimage = {}\nlens = {}\nresponse = {}\nscale = {}\n",
                      detail::quoted(c.interior.image.string()), detail::quoted(c.interior.lens.string()),
                      detail::quoted(c.interior.response),
@@ -172,11 +134,21 @@ std::string to_toml(const RunConfig& c) {
     out += fmt::format("noise = {{ floor = {}, photon = {}, relative = {} }}\n", detail::text(n.floor),
                        detail::text(n.photon), detail::text(n.relative));
   out += detail::marker_toml(c.marker) + detail::pose_toml(c.world_from_camera);
-  out += fmt::format("\n[room]\nmodel = {}\nvolume = {}\n", detail::quoted(c.room_model.string()),
-                     detail::quoted(c.volume.string()));
+  out += "\n[room]\n";
+  if (!c.room_model.empty())
+    out += fmt::format("model = {}\n", detail::quoted(c.room_model.string()));
+  out += fmt::format("volume = {}\n", detail::quoted(c.volume.string()));
   out += detail::objects_toml(c.objects);
   out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.light_samples, c.indirect_shadow);
   return out + detail::output_toml(c.output);
+}
+
+Result<SkyImage> read_sky(const SkyConfig& sky, std::vector<std::string>* notes) {
+  const std::string projection = sky.projection == "fisheye" ? "fisheye:" + sky.lens.string() : sky.projection;
+  const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
+  if (!parsed)
+    return parsed.error();
+  return read_sky(sky.image, *parsed, sky.ground, notes);
 }
 
 glm::dmat4 look_at(const glm::dvec3& position, const glm::dvec3& target) {

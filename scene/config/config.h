@@ -5,18 +5,18 @@
 // paths are relative to the file. Matrices are row-major in the file, flat or one array per row.
 //
 //   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
-//              ground = "none" | { albedo = 0.2 }
+//              ground = "none" | { albedo = 0.2 } (fisheye only: what the lens does not see)
 //   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix,
 //              blur_px, noise = relative deviation | { floor, photon, relative }
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
-//   [pose]     world_from_camera, or position and look_at
-//   [room]     model, volume
+//   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
+//   [room]     volume; model (optional): the volume must have been baked from it
 //   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance
 //   [light]    samples, indirect_shadow = true | false
 //   [output]   png, exr, mask; size = [width, height], pixels: what is written is resampled to it by area, in linear
 //              light; of the picture's own shape, at most four times as wide; left out: as [interior] image
-// SCENE.toml has no images, lenses or volume; it adds
-//   [sky]      the sky in words: scene/sky_description.h
+// SCENE.toml has no [interior] image or lens and no volume; it adds
+//   [sky]      the sky in words (scene/sky/sky_description.h), or a picture as above
 //   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
 //   [simulate] samples, sensor_noise, marker_board
 //   [path]     camera = [[x, y, z, target x, y, z], ...], sun = [[azimuth, elevation], ...] (degrees): what moves while
@@ -108,8 +108,8 @@ struct CameraKey {
 
 /// What daylit-simulate adds to the same scene.
 struct SimulateConfig {
-  RunConfig run;      ///< object, room and output as above; sky and interior images are what is produced
-  SkyModel sky_model; ///< [sky]
+  RunConfig run;                      ///< object, room and output as above, and the sky where it is a picture
+  SkyModel sky_model;                 ///< [sky] in words
   std::vector<std::string> sky_notes; ///< what reading the sky had to say: weather row, limits
   int fisheye_width_px = 512, fisheye_height_px = 496;
   double fisheye_fov = 3.3161255787892263; ///< 190 degrees
@@ -119,6 +119,7 @@ struct SimulateConfig {
   int samples_per_pixel = 64;
   std::vector<CameraKey> camera_path; ///< [path] camera; empty: it stands at [pose]
   std::vector<glm::dvec3> sun_path;   ///< [path] sun, unit directions; empty: it stands
+  bool has_sky_picture() const { return !run.sky.image.empty(); }
   bool moves() const { return !camera_path.empty() || !sun_path.empty(); }
 };
 
@@ -133,6 +134,9 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path);
 /// (angles to 1e-15).
 std::string to_toml(const RunConfig& config);
 std::string to_toml(const SimulateConfig& config);
+
+/// The picture that [sky] names. Error: it cannot be read, or is no sky of that projection. `notes`: as in sky_image.h.
+Result<SkyImage> read_sky(const SkyConfig& sky, std::vector<std::string>* notes = nullptr);
 
 /// Camera pose (x right, y down, z forward) at `position` with the optical axis through `target`, image upright.
 /// The view must not be vertical.

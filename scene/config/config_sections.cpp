@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <glm/matrix.hpp>
@@ -10,11 +11,26 @@ namespace daylit::detail {
 
 namespace {
 
+constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kFar = 1e9; // metres: nothing in a room is further from the origin
 
 void check_rigid(TomlSection& section, const std::string& key, const glm::dmat4& m) {
   if (!is_rigid(m))
     section.problem(key, "expected a rotation and a translation (last row 0 0 0 1, no scale, no mirror image)");
+}
+
+void read_ground(TomlSection& sky, GroundFill& ground) {
+  if (!sky.has("ground"))
+    return;
+  TomlSection table = sky.section_if_table("ground");
+  if (!table) {
+    std::string word;
+    sky.read_word("ground", word, {"none"});
+    return;
+  }
+  ground.kind = GroundFill::Kind::albedo;
+  table.read("albedo", ground.albedo, {0.0, 1.0});
+  table.finish();
 }
 
 } // namespace
@@ -28,6 +44,26 @@ bool is_rigid(const glm::dmat4& m) {
       error = std::max(error, std::abs(product[c][k] - (c == k ? 1.0 : 0.0)));
   return error < 1e-4 && glm::determinant(r) > 0.0 && m[0][3] == 0.0 && m[1][3] == 0.0 && m[2][3] == 0.0 &&
          m[3][3] == 1.0;
+}
+
+void read_sky_picture(TomlSection sky, SkyConfig& config) {
+  if (!sky.read("image", config.image) && !sky.has("image"))
+    sky.problem("", "needs image, an EXR or Radiance .hdr file");
+  sky.read_word("projection", config.projection, {"equirect", "angular", "fisheye"});
+  sky.read("lens", config.lens);
+  double degrees = 0.0;
+  if (sky.read("rotation", degrees, {-3600.0, 3600.0}))
+    config.rotation = degrees * kRadians;
+  read_ground(sky, config.ground);
+  if (config.projection == "fisheye" && config.lens.empty())
+    sky.problem("projection", "\"fisheye\" needs lens, the camera's YAML file");
+  if (config.projection != "fisheye" && !config.lens.empty())
+    sky.problem("lens", "is only used with projection = \"fisheye\"");
+  if (config.projection == "fisheye" && config.ground.kind == GroundFill::Kind::none)
+    sky.problem("projection", "\"fisheye\" needs ground = { albedo = ... }: the lens does not see the whole sphere");
+  if (config.projection != "fisheye" && config.ground.kind != GroundFill::Kind::none)
+    sky.problem("ground", "has no effect: projection = \"" + config.projection + "\" shows the whole sphere");
+  sky.finish();
 }
 
 void read_pose(TomlSection root, std::optional<glm::dmat4>& world_from_camera) {
@@ -97,6 +133,17 @@ void read_output(TomlSection root, OutputConfig& output) {
   root.read("mask", output.mask);
   root.read_size("size", output.width_px, output.height_px);
   root.finish();
+}
+
+std::string sky_picture_toml(const SkyConfig& sky) {
+  std::string out =
+      fmt::format("[sky]\nimage = {}\nprojection = {}\n", quoted(sky.image.string()), quoted(sky.projection));
+  if (!sky.lens.empty())
+    out += fmt::format("lens = {}\n", quoted(sky.lens.string()));
+  out += fmt::format("rotation = {}\n", text(sky.rotation / kRadians));
+  if (sky.ground.kind != GroundFill::Kind::none)
+    out += fmt::format("ground = {{ albedo = {} }}\n", sky.ground.albedo);
+  return out;
 }
 
 std::string pose_toml(const std::optional<glm::dmat4>& world_from_camera) {

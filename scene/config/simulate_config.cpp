@@ -22,9 +22,25 @@ glm::dvec3 direction_of(double azimuth_deg, double elevation_deg) {
   return {std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)};
 }
 
+/// A picture as daylit-run takes it, or a sky in words.
+void read_scene_sky(TomlSection sky, SimulateConfig& config) {
+  if (sky.has("image")) {
+    if (sky.has("model"))
+      sky.problem("model", "given together with image; keep one");
+    detail::read_sky_picture(sky, config.run.sky);
+    return;
+  }
+  SkyDescription description;
+  detail::read_sky_section(sky, description);
+  config.sky_model = description.model;
+  config.sky_notes = std::move(description.notes);
+}
+
 void read_cameras(TomlSection& root, SimulateConfig& config) {
   double degrees = 0.0;
   if (TomlSection fisheye = root.section("fisheye")) {
+    if (config.has_sky_picture())
+      fisheye.problem("", "has no effect: [sky] image is a picture already");
     fisheye.read_size("size", config.fisheye_width_px, config.fisheye_height_px);
     if (fisheye.read("fov", degrees, {10.0, 350.0}))
       config.fisheye_fov = degrees * kRadians;
@@ -101,12 +117,8 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path) {
   for (const char* required : {"sky", "room", "pose"})
     if (!root.has(required))
       file->report(1, fmt::format("section [{}] is missing", required));
-  if (TomlSection sky = root.section("sky")) {
-    SkyDescription description;
-    detail::read_sky_section(sky, description);
-    config.sky_model = description.model;
-    config.sky_notes = std::move(description.notes);
-  }
+  if (TomlSection sky = root.section("sky"))
+    read_scene_sky(sky, config);
   read_cameras(root, config);
   if (TomlSection room = root.section("room")) {
     if (!room.read("model", config.run.room_model) && !room.has("model"))
@@ -151,10 +163,11 @@ std::string path_toml(const SimulateConfig& c) {
 } // namespace
 
 std::string to_toml(const SimulateConfig& c) {
-  std::string out = detail::sky_toml(c.sky_model);
-  out +=
-      fmt::format("\n[fisheye]\nsize = [{}, {}]\nfov = {}\n\n[interior]\nfov = {}\n", c.fisheye_width_px,
-                  c.fisheye_height_px, detail::text(c.fisheye_fov / kRadians), detail::text(c.interior_fov / kRadians));
+  std::string out = c.has_sky_picture() ? detail::sky_picture_toml(c.run.sky) : detail::sky_toml(c.sky_model);
+  if (!c.has_sky_picture())
+    out += fmt::format("\n[fisheye]\nsize = [{}, {}]\nfov = {}\n", c.fisheye_width_px, c.fisheye_height_px,
+                       detail::text(c.fisheye_fov / kRadians));
+  out += fmt::format("\n[interior]\nfov = {}\n", detail::text(c.interior_fov / kRadians));
   out += fmt::format("\n[simulate]\nsamples = {}\nsensor_noise = {}\nmarker_board = {}\n", c.samples_per_pixel,
                      detail::text(c.sensor_noise), c.marker_board);
   out += path_toml(c) + detail::marker_toml(c.run.marker) + detail::pose_toml(c.run.world_from_camera);

@@ -61,34 +61,4 @@ Result<void> write_file_atomically(const std::filesystem::path& path, const std:
   return write_file_atomically(path, std::span(&part, 1));
 }
 
-Result<std::vector<std::uint8_t>> read_whole_file(const std::filesystem::path& path, std::size_t max_bytes) {
-  std::error_code ec;
-  if (std::filesystem::is_directory(path, ec))
-    return Error{ErrorCode::file_missing, "this is a folder, not a file", path.string(), ""};
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0)
-    return Error{ErrorCode::file_missing, std::string("cannot open the file: ") + std::strerror(errno), path.string(),
-                 "check the path"};
-  std::vector<std::uint8_t> bytes;
-  std::size_t size = 0;
-  while (true) {
-    if (bytes.size() - size < 65536)
-      bytes.resize(bytes.size() + bytes.size() / 2 + 262144);
-    const ssize_t n = ::read(fd, bytes.data() + size, bytes.size() - size);
-    if (n < 0 && errno == EINTR)
-      continue;
-    if (n < 0 || size > max_bytes) {
-      ::close(fd);
-      return n < 0 ? Error{ErrorCode::file_malformed, std::strerror(errno), path.string(), ""}
-                   : Error{ErrorCode::limit_exceeded, "the file is too large", path.string(), ""};
-    }
-    if (n == 0)
-      break;
-    size += static_cast<std::size_t>(n);
-  }
-  ::close(fd);
-  bytes.resize(size);
-  return bytes;
-}
-
 } // namespace daylit

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 
 namespace daylit::detail {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/image/image_codecs.h"
 
 namespace daylit {
@@ -23,7 +24,7 @@ std::optional<Error> check_image_size(long long width, long long height, std::si
   if (width > kMaxImageSide || height > kMaxImageSide ||
       static_cast<std::size_t>(width) * static_cast<std::size_t>(height) > kMaxImageTexels)
     return Error{ErrorCode::limit_exceeded,
-                 "image size " + size + " is above the limit of 32768 per side and 2^28 pixels", name,
+                 "image size " + size + " is above the limit of 32768 per side and 2^26 (67,108,864) pixels", name,
                  "scale the image down"};
   const std::size_t texels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   if (texels > kAlwaysPlausibleTexels && texels * bytes_per_texel / kMaxPackingRatio > file_bytes)

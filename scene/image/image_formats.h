@@ -1,6 +1,7 @@
 #pragma once
 
-// Images on disk. Files are hostile input: sizes are checked before allocation, damaged files give an Error.
+// Images on disk. Files are hostile input: the size in the header is checked before anything is decoded, damaged files
+// give an Error.
 
 #include <cstdint>
 #include <filesystem>
@@ -9,17 +10,21 @@
 #include <string>
 #include <vector>
 
+#include "scene/core/output_file.h"
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
 
 namespace daylit {
 
 constexpr int kMaxImageSide = 32768;
-constexpr std::size_t kMaxImageTexels = std::size_t{1} << 28;
+constexpr std::size_t kMaxImageTexels = std::size_t{1} << 26; ///< a sky of 8192 x 4096 twice over
+
+constexpr FileKind kPngKind{"a PNG picture", "\x89PNG\r\n\x1a\n"}, kExrKind{"an OpenEXR picture", "\x76\x2f\x31\x01"};
 
 struct HdrFile {
   RgbImage radiance;                             ///< linear; Radiance EXPOSURE= lines are divided out
   std::map<std::string, std::string> attributes; ///< text attributes ("daylit:..." and others)
+  std::vector<std::string> notes{};              ///< for people: what was read in another way than it stands there
 };
 
 /// EXR (R, G, B or Y, half or float, scan-line or tiled) or Radiance .hdr/.pic, chosen by content, not by name.

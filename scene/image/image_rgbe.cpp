@@ -23,6 +23,7 @@ struct PictureHeader {
   double exposure = 1.0;
   glm::dvec3 colour_correction{1.0};
   std::map<std::string, std::string> attributes;
+  std::vector<std::string> notes;
 };
 
 /// One pass over the bytes of the file; reading behind the end gives false, never a byte.
@@ -79,6 +80,10 @@ std::optional<Error> apply_variable(const std::string& line, PictureHeader& head
                                                          : "convert it with: ra_xyze -r in.hdr out.hdr"};
   if (key == "EXPOSURE") {
     std::string_view number = value;
+    if (parse_number(trimmed(number)) == 0.0) {
+      header.notes.push_back(name + ": EXPOSURE=0 says nothing about the exposure, the values are taken as they are");
+      return std::nullopt;
+    }
     const auto factor = take_positive(number);
     if (!factor)
       return damaged_file(name, "EXPOSURE=" + value.substr(0, 40) + " is not a positive number");
@@ -214,7 +219,7 @@ Result<HdrFile> decode_rgbe(Bytes bytes, const std::string& name) {
     return header.error();
   if (auto error = check_image_size(header->width, header->height, 4, bytes.size(), name))
     return *error;
-  HdrFile out{RgbImage(header->width, header->height), std::move(header->attributes)};
+  HdrFile out{RgbImage(header->width, header->height), std::move(header->attributes), std::move(header->notes)};
   RgbImage& image = out.radiance;
   const int lines = header->columns_first ? image.width : image.height;
   const glm::dvec3 inverse_factor = 1.0 / (header->exposure * header->colour_correction);

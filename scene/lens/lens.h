@@ -12,6 +12,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "scene/core/output_file.h"
 #include "scene/core/result.h"
 
 namespace daylit {
@@ -53,10 +54,11 @@ LensModel ideal_pinhole(int width_px, int height_px, double horizontal_fov);
 /// ROS camera_info / Kalibr camera chain (cam0) / OpenCV FileStorage YAML: camera_matrix, distortion_model (absent:
 /// told from the number of coefficients, as OpenCV writes it), distortion_coefficients, image_width and image_height
 /// (both absent: 0, "as the image"), and two keys of our own: `world_from_camera` (rotation, 9 numbers, row-major) and
-/// `max_theta_deg` (angle from the axis that the calibration covers; 90 when absent, less where the curve folds back).
-/// Error: file, key, what is expected there.
+/// `max_theta_deg` (angle from the axis that the calibration covers; 90 when absent). Error: file, key, what is
+/// expected there; a curve that folds back before that angle and inside the picture.
 Result<LensModel> read_lens(const std::filesystem::path& path);
 Result<LensModel> parse_lens(const std::string& yaml_text, const std::string& name);
+constexpr FileKind kLensKind{"a lens file of daylit", "# Lens of daylit:"};
 Result<void> write_lens(const std::filesystem::path& path, const LensModel& lens);
 
 } // namespace daylit

@@ -8,6 +8,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/lens/lens.h"
 
 namespace daylit {
@@ -135,6 +136,29 @@ void read_rotation(const YAML::Node& root, LensModel& lens) {
   lens.world_from_camera = glm::dmat3(x, glm::cross(z, x), z);
 }
 
+/// Distance of the picture's farthest corner from the axis, in focal lengths. A picture of unknown size is taken to
+/// have the axis in its middle.
+double corner_radius(const LensModel& lens) {
+  const double right = (lens.width_px > 0 ? lens.width_px - 1 : 2 * lens.cx) - lens.cx;
+  const double below = (lens.height_px > 0 ? lens.height_px - 1 : 2 * lens.cy) - lens.cy;
+  return std::hypot(std::max(lens.cx, right) / lens.fx, std::max(lens.cy, below) / lens.fy);
+}
+
+/// A curve that folds back before `limit` must do so outside the picture: two directions would share a pixel.
+void refuse_fold(const LensModel& lens, double limit) {
+  constexpr double kStep = 1.0 / 2048.0; // of the search in monotone_field(), twice
+  if (lens.max_theta > (1.0 - kStep) * limit)
+    return;
+  const double theta = (1.0 - 1e-9) * lens.max_theta; // inside the field whatever the rounding
+  const auto rim = lens.project({std::sin(theta), 0.0, std::cos(theta)});
+  if (rim && (rim->x - lens.cx) / lens.fx >= corner_radius(lens))
+    return;
+  const std::string angle = std::to_string(std::floor(10.0 * lens.max_theta / kDegree) / 10.0).substr(0, 4);
+  throw LensFileError{"distortion_coefficients",
+                      "a curve that rises over the whole picture (it folds back " + angle +
+                          " degrees from the axis; if less is used, say so with max_theta_deg, at most " + angle + ")"};
+}
+
 void read_field(const YAML::Node& root, LensModel& lens) {
   double limit = 0.5 * std::numbers::pi;
   if (root["max_theta_deg"]) {
@@ -145,6 +169,7 @@ void read_field(const YAML::Node& root, LensModel& lens) {
   lens.max_theta = monotone_field(lens.kind, lens.distortion, limit);
   if (!(lens.max_theta > 0.01))
     throw LensFileError{"distortion_coefficients", "a curve that rises near the optical axis"};
+  refuse_fold(lens, limit);
 }
 
 LensModel lens_of(const YAML::Node& file) {
@@ -197,6 +222,7 @@ Result<void> write_lens(const std::filesystem::path& path, const LensModel& lens
   const bool equidistant = lens.kind == LensKind::equidistant;
   const bool rational = lens.distortion[5] != 0 || lens.distortion[6] != 0 || lens.distortion[7] != 0;
   const int count = equidistant ? 4 : rational ? 8 : 5;
+  out << kLensKind.start << " angles in degrees, the rest as ROS and Kalibr write it\n";
   out << "image_width: " << lens.width_px << "\nimage_height: " << lens.height_px << "\n";
   out << "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [" << lens.fx << ", 0, " << lens.cx << ", 0, " << lens.fy
       << ", " << lens.cy << ", 0, 0, 1]\n";

@@ -9,7 +9,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/model/triangle_soup.h"
 
 namespace daylit {

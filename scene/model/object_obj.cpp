@@ -3,7 +3,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/format/obj_text.h"
 #include "scene/model/triangle_soup.h"
 

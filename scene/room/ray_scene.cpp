@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include <embree3/rtcore.h>
+#include <glm/geometric.hpp>
 
 namespace daylit {
 
@@ -33,6 +34,8 @@ void load(const RayPacket16& from, int count, RTCRay16& to, int* valid) {
 struct RayScene::Handle {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  const float* vertices = nullptr; ///< of the scene's one geometry
+  const std::uint32_t* triangles = nullptr;
   Handle() = default;
   Handle(const Handle&) = delete;
   Handle& operator=(const Handle&) = delete;
@@ -76,6 +79,8 @@ Result<RayScene> RayScene::build(std::span<const glm::dvec3> vertices,
       std::memcpy(v + 3 * i, &p.x, sizeof(p));
     }
     std::memcpy(t, triangles.data(), triangles.size_bytes());
+    handle->vertices = v;
+    handle->triangles = t;
     rtcCommitGeometry(geometry);
     rtcAttachGeometryByID(handle->scene, geometry, 0);
     rtcReleaseGeometry(geometry);
@@ -177,6 +182,64 @@ std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, RayHits16&
       met |= 1u << k;
     }
   return met;
+}
+
+namespace {
+
+/// The point of triangle a b c that is nearest to p, by the Voronoi region of corner, edge or face that p lies in
+/// (Ericson 2005, section 5.1.5).
+glm::vec3 nearest_on_triangle(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+  const glm::vec3 ab = b - a, ac = c - a;
+  const float d1 = glm::dot(ab, p - a), d2 = glm::dot(ac, p - a);
+  if (d1 <= 0.0f && d2 <= 0.0f)
+    return a;
+  const float d3 = glm::dot(ab, p - b), d4 = glm::dot(ac, p - b);
+  if (d3 >= 0.0f && d4 <= d3)
+    return b;
+  const float d5 = glm::dot(ab, p - c), d6 = glm::dot(ac, p - c);
+  if (d6 >= 0.0f && d5 <= d6)
+    return c;
+  const float wa = d3 * d6 - d5 * d4, wb = d5 * d2 - d1 * d6, wc = d1 * d4 - d3 * d2;
+  if (wc <= 0.0f && d1 >= 0.0f && d3 <= 0.0f)
+    return a + d1 / (d1 - d3) * ab;
+  if (wb <= 0.0f && d2 >= 0.0f && d6 <= 0.0f)
+    return a + d2 / (d2 - d6) * ac;
+  if (wa <= 0.0f && d4 >= d3 && d5 >= d6)
+    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  return a + wb / (wa + wb + wc) * ab + wc / (wa + wb + wc) * ac;
+}
+
+struct NearestSearch {
+  const float* vertices;
+  const std::uint32_t* triangles;
+  glm::vec3 corner(unsigned triangle, int k) const {
+    const float* v = vertices + 3 * static_cast<std::size_t>(triangles[3 * static_cast<std::size_t>(triangle) + k]);
+    return {v[0], v[1], v[2]};
+  }
+};
+
+/// Narrows the query to what a triangle leaves of it.
+bool narrow(RTCPointQueryFunctionArguments* args) {
+  const auto& mesh = *static_cast<const NearestSearch*>(args->userPtr);
+  const glm::vec3 p(args->query->x, args->query->y, args->query->z);
+  const glm::vec3 nearest =
+      nearest_on_triangle(p, mesh.corner(args->primID, 0), mesh.corner(args->primID, 1), mesh.corner(args->primID, 2));
+  const float distance = glm::length(nearest - p);
+  if (distance >= args->query->radius)
+    return false;
+  args->query->radius = distance;
+  return true;
+}
+
+} // namespace
+
+float RayScene::distance(const glm::vec3& local, float within) const {
+  NearestSearch search{handle_->vertices, handle_->triangles};
+  RTCPointQuery query{local.x, local.y, local.z, 0.0f, within};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(handle_->scene, &query, &context, narrow, &search);
+  return query.radius;
 }
 
 } // namespace daylit

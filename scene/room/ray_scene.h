@@ -64,6 +64,9 @@ public:
   /// The same with all of the hits; those of other rays are not written.
   std::uint32_t closest16(const RayPacket16& rays, int count, RayHits16& hits) const;
 
+  /// Distance to the nearest triangle, metres; `within` where none is nearer. `local` from to_local().
+  float distance(const glm::vec3& local, float within) const;
+
   /// Smallest safe ray offset: float rounding of the coordinates at this scene's extent, metres.
   float surface_offset() const { return surface_offset_; }
 

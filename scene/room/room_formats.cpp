@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/core/checksum.h"
 #include "scene/format/obj_text.h"
 #include "scene/room/face_collector.h"

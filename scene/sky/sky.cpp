@@ -39,17 +39,21 @@ Rgb texel_mean(const AnalyticSky& sky, int x, int y, int height) {
 Result<OpenedSky> open_picture(const SkyArguments& a) {
   if (!a.time.empty())
     return Error{ErrorCode::usage, "a sky picture has no hours to choose from", "--time", "leave it out"};
-  const auto projection = parse_projection(a.projection, a.rotation_deg * kPi / 180.0,
-                                           {a.forward[0], a.forward[1], a.forward[2]}, {a.up[0], a.up[1], a.up[2]});
+  const auto axis = [](const std::vector<double>& given, const glm::dvec3& otherwise) {
+    return given.empty() ? otherwise : glm::dvec3(given[0], given[1], given[2]);
+  };
+  const auto projection =
+      parse_projection(a.projection, a.rotation_deg * kPi / 180.0, axis(a.forward, {1, 0, 0}), axis(a.up, {0, 0, 1}));
   if (!projection)
     return projection.error();
   GroundFill ground;
   if (a.ground_albedo)
     ground = {GroundFill::Kind::albedo, static_cast<float>(*a.ground_albedo)};
-  auto image = read_sky(a.file, *projection, ground);
+  std::vector<std::string> notes;
+  auto image = read_sky(a.file, *projection, ground, &notes);
   if (!image)
     return image.error();
-  return OpenedSky{Sky(*std::move(image)), {}};
+  return OpenedSky{Sky(*std::move(image)), std::move(notes)};
 }
 
 Result<SkyDescription> open_tape(const SkyArguments& a) {
@@ -126,6 +130,9 @@ std::vector<Rgb> region_radiance(const Sky& sky, const SkyPartition& partition) 
 Result<OpenedSky> open_sky(const SkyArguments& a) {
   const std::string kind = a.file.extension().string();
   const bool tape = kind == ".epw" || kind == ".wea";
+  if (a.projection != "angular" && !(a.forward.empty() && a.up.empty()))
+    return Error{ErrorCode::usage, "only an angular map has axes to choose",
+                 a.forward.empty() ? "--sky-up" : "--forward", "leave it out, or add --projection angular"};
   if (!tape && kind != ".toml")
     return open_picture(a);
   if (a.projection != "equirect")

@@ -49,12 +49,12 @@ std::vector<glm::dvec3> disc_points(const SunDisc& sun, int count);
 
 /// What the options of a command line say about the sky.
 struct SkyArguments {
-  std::filesystem::path file;          ///< .exr, .hdr: a picture; .toml: a description; .epw, .wea: a weather tape
-  std::string projection = "equirect"; ///< pictures
-  double rotation_deg = 0.0;           ///< turns the sky counter-clockwise about z
-  std::vector<double> forward{1, 0, 0}, up{0, 0, 1}; ///< angular maps
-  std::optional<double> ground_albedo{};             ///< fills what a fish-eye does not see; ground of a description
-  std::string time{};                                ///< weather tapes: "06-21 12:30"
+  std::filesystem::path file;            ///< .exr, .hdr: a picture; .toml: a description; .epw, .wea: a weather tape
+  std::string projection = "equirect";   ///< pictures
+  double rotation_deg = 0.0;             ///< turns the sky counter-clockwise about z
+  std::vector<double> forward{}, up{};   ///< angular maps, x y z; empty: +x, +z
+  std::optional<double> ground_albedo{}; ///< fills what a fish-eye does not see; ground of a description
+  std::string time{};                    ///< weather tapes: "06-21 12:30"
 };
 
 struct OpenedSky {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "scene/core/text_lines.h"
 #include "scene/image/image_formats.h"
 
 namespace daylit {
@@ -118,10 +119,93 @@ Result<SkyProjection> parse_projection(const std::string& text, double rotation,
                "use equirect, angular or fisheye:LENS.yaml"};
 }
 
-Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection& projection, GroundFill ground) {
+namespace {
+
+/// A panorama is as wide as 360 degrees are to 180.
+std::optional<Error> check_panorama(const RgbImage& image, const std::string& name) {
+  const std::string size = std::to_string(image.width) + " x " + std::to_string(image.height);
+  if (image.width == 2 * image.height)
+    return std::nullopt;
+  if (image.texels.size() == 1)
+    return Error{ErrorCode::value_invalid, "the picture is a single pixel (1 x 1), not a panorama", name,
+                 "write a uniform sky in words: a .toml file with [sky] model = \"uniform\""};
+  return Error{
+      ErrorCode::value_invalid, "a panorama (equirect) is 2:1, this image is " + size, name,
+      image.width == image.height
+          ? "a square one is an angular map (projection angular) or a fish-eye (projection fisheye with its "
+            "lens file)"
+          : "export the whole sphere, 360 x 180 degrees; a fish-eye needs projection fisheye and its lens file"};
+}
+
+/// What rpict writes about its picture (Radiance, man rpict, option -vt): type, width and height in degrees, forward
+/// and up.
+struct RadianceView {
+  char type = 'v';
+  double across_deg = 45.0, high_deg = 45.0;
+  std::string forward = "0,1,0", up = "0,0,1";
+  bool is_angular_map() const { return type == 'a' && across_deg == 360.0 && high_deg == 360.0; }
+};
+
+RadianceView parse_view(std::string_view text) {
+  RadianceView view;
+  const auto vector = [&] {
+    std::string numbers(take_word(text));
+    for (int k = 0; k < 2; ++k)
+      numbers += "," + std::string(take_word(text));
+    return numbers;
+  };
+  while (!text.empty()) {
+    const std::string_view word = take_word(text);
+    if (word.starts_with("-vt") && word.size() == 4)
+      view.type = word[3];
+    else if (word == "-vh")
+      view.across_deg = parse_number(take_word(text)).value_or(view.across_deg);
+    else if (word == "-vv")
+      view.high_deg = parse_number(take_word(text)).value_or(view.high_deg);
+    else if (word == "-vd")
+      view.forward = vector();
+    else if (word == "-vu")
+      view.up = vector();
+  }
+  return view;
+}
+
+/// A picture rendered by Radiance is never equirectangular; a lens file may describe any of them.
+std::optional<Error> check_view(const HdrFile& file, const SkyProjection& projection, const std::string& name) {
+  const auto text = file.attributes.find("VIEW");
+  if (text == file.attributes.end() || std::holds_alternative<FisheyeProjection>(projection))
+    return std::nullopt;
+  const RadianceView view = parse_view(text->second);
+  if (view.is_angular_map() && std::holds_alternative<AngularProjection>(projection))
+    return std::nullopt;
+  const std::string hint =
+      view.is_angular_map() ? "it is an angular map: projection angular (--projection angular --forward " +
+                                  view.forward + " --sky-up " + view.up + ")"
+      : view.type == 'a' ? "it is a fish-eye: projection fisheye with an equidistant lens file (--projection "
+                           "fisheye:LENS.yaml)"
+                         : "render it again as an angular map, rpict -vta -vh 360 -vv 360, and read it with projection "
+                           "angular (--projection angular)";
+  return Error{ErrorCode::value_invalid, "the header says VIEW=" + text->second + ", which is not the projection given",
+               name, hint};
+}
+
+} // namespace
+
+Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection& projection, GroundFill ground,
+                          std::vector<std::string>* notes) {
   auto file = read_hdr_image(path);
   if (!file)
     return file.error();
+  const bool panorama = std::holds_alternative<EquirectProjection>(projection);
+  if (auto error = check_view(*file, projection, path.string()))
+    return *error;
+  if (auto error = panorama ? check_panorama(file->radiance, path.string()) : std::nullopt)
+    return *error;
+  if (ground.kind != GroundFill::Kind::none && !std::holds_alternative<FisheyeProjection>(projection))
+    return Error{ErrorCode::value_invalid, "a ground is given, but the picture shows the whole sphere", path.string(),
+                 "leave out ground (--ground-albedo): it fills what a fish-eye does not see"};
+  if (notes)
+    notes->insert(notes->end(), file->notes.begin(), file->notes.end());
   return SkyImage::make(std::move(file->radiance), projection, ground, path.string());
 }
 

@@ -125,6 +125,12 @@ private:
 /// Command-line form of a projection: "equirect", "angular", "fisheye:LENS.yaml".
 Result<SkyProjection> parse_projection(const std::string& text, double rotation, const glm::dvec3& forward,
                                        const glm::dvec3& up);
-Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection& projection, GroundFill ground = {});
+
+/// What a file in CONFIG.toml or on a command line shows as a sky. Errors, each with the projection that fits: the
+/// shape is not that of the projection (2:1 for equirect, square for an angular map, a lens file's own), a Radiance
+/// header names another (VIEW=), `ground` is given for a picture of the whole sphere. `notes`: one line per thing a
+/// user should know.
+Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection& projection, GroundFill ground = {},
+                          std::vector<std::string>* notes = nullptr);
 
 } // namespace daylit

@@ -3,19 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "scene/core/read_file.h"
 #include "scene/core/text_lines.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{256} << 20;
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;
 constexpr double kMissing = 9999.0, kMissingDewPoint = 99.9; // EnergyPlus: Auxiliary Programs, EPW data dictionary
 constexpr double kMostValue = 200000.0;                      // W/m2 or lx; no daylight has more
 
@@ -161,7 +161,7 @@ Result<WeatherFile> with_rows(TextLines& lines, WeatherFile weather, const ReadR
 
 } // namespace
 
-Result<WeatherFile> parse_epw(const std::string& text, const std::string& name) {
+Result<WeatherFile> parse_epw(std::string_view text, const std::string& name) {
   WeatherFile weather;
   weather.name = name;
   TextLines lines(text);
@@ -190,7 +190,7 @@ Result<WeatherFile> parse_epw(const std::string& text, const std::string& name) 
   });
 }
 
-Result<WeatherFile> parse_wea(const std::string& text, const std::string& name) {
+Result<WeatherFile> parse_wea(std::string_view text, const std::string& name) {
   WeatherFile weather;
   weather.name = name;
   TextLines lines(text);
@@ -203,16 +203,10 @@ Result<WeatherFile> parse_wea(const std::string& text, const std::string& name) 
 }
 
 Result<WeatherFile> read_weather(const std::filesystem::path& path) {
-  std::error_code ec;
-  const std::uintmax_t size = std::filesystem::file_size(path, ec);
-  std::ifstream in(path, std::ios::binary);
-  if (ec || !in)
-    return Error{ErrorCode::file_missing, "cannot be opened", path.string(), ""};
-  if (size > kMostBytes)
-    return Error{ErrorCode::limit_exceeded, "larger than 256 MB", path.string(), "cut out the days that are needed"};
-  std::string text(size, '\0');
-  if (!in.read(text.data(), static_cast<std::streamsize>(size)))
-    return Error{ErrorCode::io, "cannot be read", path.string(), ""};
+  const auto bytes = read_whole_file(path, kMostBytes);
+  if (!bytes)
+    return bytes.error();
+  const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   return path.extension() == ".wea" ? parse_wea(text, path.string()) : parse_epw(text, path.string());
 }
 

@@ -38,8 +38,8 @@ struct WeatherFile {
 
 /// Longitude and time zone of a .wea are degrees *west*; they come out east positive like those of an .epw.
 /// Error: not such a file, a number that is none or out of its range, with the line.
-Result<WeatherFile> parse_epw(const std::string& text, const std::string& name);
-Result<WeatherFile> parse_wea(const std::string& text, const std::string& name);
+Result<WeatherFile> parse_epw(std::string_view text, const std::string& name);
+Result<WeatherFile> parse_wea(std::string_view text, const std::string& name);
 /// By the extension, .epw or .wea; at most 256 MB.
 Result<WeatherFile> read_weather(const std::filesystem::path& path);
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/core/output_file.h"
 #include "scene/core/result.h"
 #include "scene/volume/volume.h"
 
@@ -15,6 +16,9 @@ namespace daylit {
 
 /// The version of the layout described in docs/volume-format.md. A reader refuses any other.
 constexpr int kVolumeFormatVersion = 1;
+
+/// How every volume starts: the length of its header, and the header's first key (docs/volume-format.md).
+constexpr FileKind kVolumeKind{"a volume", R"({"__metadata__":{"checksum":")", 8};
 
 /// How a basis per region is stored. Half floats have a scale per region: half the file, rounded by at most 2.5e-4 of
 /// the region's largest number.

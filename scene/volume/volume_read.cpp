@@ -1,14 +1,11 @@
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <memory>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <Imath/half.h>
 #include <fmt/format.h>
 
+#include "scene/core/read_file.h"
 #include "scene/format/safetensors.h"
 #include "scene/volume/volume_file.h"
 #include "scene/volume/volume_identity.h"
@@ -177,42 +174,16 @@ Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std:
   return volume;
 }
 
-namespace {
-
-/// As much of the file as there is; a signal in between is no end.
-std::size_t read_up_to(int fd, std::span<std::uint8_t> bytes) {
-  std::size_t got = 0;
-  while (got < bytes.size()) {
-    const ssize_t n = ::read(fd, bytes.data() + got, bytes.size() - got);
-    if (n < 0 && errno == EINTR)
-      continue;
-    if (n <= 0)
-      break;
-    got += static_cast<std::size_t>(n);
-  }
-  return got;
-}
-
-} // namespace
-
 Result<BasisVolume> read_volume(const std::filesystem::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat status = {};
-  if (fd < 0 || ::fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
-    const Error error{ErrorCode::file_missing,
-                      fd < 0 ? std::string("cannot open the volume: ") + std::strerror(errno)
-                             : "this is no regular file",
-                      path.string(), "make it with daylit-precompute"};
-    if (fd >= 0)
-      ::close(fd);
+  const Result<InputFile> file = InputFile::open(path);
+  if (!file) {
+    Error error = file.error();
+    error.hint = "make the volume with daylit-precompute";
     return error;
   }
   // Memory that is not cleared first, and no mapping: a mapped file that shrinks meanwhile would end the process.
-  const auto size = static_cast<std::size_t>(status.st_size);
-  const std::unique_ptr<std::uint8_t[]> bytes(new std::uint8_t[size]);
-  const std::size_t got = read_up_to(fd, {bytes.get(), size});
-  ::close(fd);
-  return parse_volume({bytes.get(), got}, path.string());
+  const std::unique_ptr<std::uint8_t[]> bytes(new std::uint8_t[file->size()]);
+  return parse_volume({bytes.get(), file->read({bytes.get(), file->size()})}, path.string());
 }
 
 } // namespace daylit

@@ -19,6 +19,7 @@ struct Case {
                       std::vector<glm::vec4>(8, glm::vec4(1, 0, 0, 0)),
                       {},
                       {},
+                      {},
                       {}};
   RoomPoint point{Rgb(1.0f), Rgb(3.0f), Rgb(10.0f), Rgb(0.5f)};
 

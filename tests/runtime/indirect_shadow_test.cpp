@@ -5,6 +5,7 @@
 #include "runtime/composite/change_picture.h"
 #include "runtime/composite/compose.h"
 #include "runtime/indirect/indirect_shadow.h"
+#include "runtime/sky/window_sampler.h"
 #include "runtime/trace/traced_renderer.h"
 #include "scene/lens/lens.h"
 #include "test_session.h"
@@ -50,8 +51,10 @@ struct Surrounded {
     world[3] = glm::dvec4(at, 1.0);
     change.set_objects({{&mesh_rays, mesh.triangles, mesh.positions, 0, world}});
     change.set_sky(pyramid, sun);
-    change.set_light(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}),
-                     test::place(mesh, at));
+    change.set_direct(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}),
+                      test::place(mesh, at));
+    change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
+    change.exchange_with_room();
   }
   std::uint32_t floor_at(const glm::dvec3& x) const {
     RayHit hit;
@@ -91,6 +94,84 @@ TEST(IndirectShadow, kept_values_agree_with_many_rays_at_each_point) {
     }
   EXPECT_GT(largest, 0.3 * 0.6 * kPi * Surrounded::kRadiance) << "under the sphere most of the light is gone";
   EXPECT_LT(std::sqrt(square / count), 0.02 * largest);
+}
+
+/// A cube of that edge around the origin, its faces cut into squares.
+ObjectMesh cube(float edge) {
+  constexpr int kCut = 24;
+  ObjectMesh mesh;
+  for (int face = 0; face < 6; ++face) {
+    const int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+    const float side = face % 2 ? 1.0f : -1.0f;
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (int j = 0; j <= kCut; ++j)
+      for (int i = 0; i <= kCut; ++i) {
+        glm::vec3 p(0.0f), n(0.0f);
+        n[axis] = side;
+        p[axis] = 0.5f * edge * side;
+        p[u] = edge * (static_cast<float>(i) / kCut - 0.5f) * side;
+        p[v] = edge * (static_cast<float>(j) / kCut - 0.5f);
+        mesh.positions.push_back(p);
+        mesh.normals.push_back(n);
+        mesh.reflectance.emplace_back(0.5f);
+      }
+    for (std::uint32_t j = 0; j < kCut; ++j)
+      for (std::uint32_t i = 0; i < kCut; ++i) {
+        const std::uint32_t a = first + j * (kCut + 1) + i;
+        mesh.triangles.push_back({a, a + 1, a + kCut + 2});
+        mesh.triangles.push_back({a, a + kCut + 2, a + kCut + 1});
+      }
+  }
+  return mesh;
+}
+
+TEST(IndirectShadow, beside_a_cube_on_the_floor_the_change_follows_the_closed_form_up_to_the_contact_line) {
+  // From a point c before the middle of an upright rectangle of width 2 w and height h that stands on the floor:
+  // F = 1/pi (atan(w / c) - c / sqrt(c^2 + h^2) atan(w / sqrt(c^2 + h^2))) (Howell B-5, twice).
+  constexpr double kEdge = 0.2;
+  Surrounded s(0.1f);
+  s.mesh = cube(static_cast<float>(kEdge));
+  s.mesh_rays = Surrounded::rays_of(s.mesh);
+  s.place({2.0, 2.5, 0.5 * kEdge}, 3.0f);
+  const double contrast = kPi * (3.0 - 0.6 * Surrounded::kRadiance);
+  for (const double c : {0.001, 0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.12}) {
+    const double slant = std::hypot(c, kEdge), w = 0.5 * kEdge;
+    const double expected = contrast / kPi * (std::atan(w / c) - c / slant * std::atan(w / slant));
+    EXPECT_NEAR(s.at({2.0, 2.5 + 0.5 * kEdge + c, 0.0}).irradiance.g, expected, 0.03 * contrast) << c;
+    EXPECT_NEAR(s.at({2.0 + 0.5 * kEdge + c, 2.5, 0.0}).irradiance.g, expected, 0.03 * contrast)
+        << c << ": 48 rays, each 2 % of the hemisphere";
+  }
+}
+
+TEST(IndirectShadow, hides_the_sunlit_wall_behind_an_object_as_many_rays_say) {
+  // The low sun lights the wall y = 0 up to 1.1 m; a black ball stands between it and the floor.
+  Surrounded s(0.2f, test::box_window());
+  s.mesh.reflectance.assign(s.mesh.reflectance.size(), Rgb(0.0f));
+  DetectedSun sun;
+  sun.direction = glm::normalize(glm::dvec3(0.0, 1.0, 0.2));
+  sun.normal_irradiance = Rgb(1000.0f);
+  const glm::dvec3 ball(2.0, 0.6, 0.21);
+  for (const glm::dvec3& x : {glm::dvec3(2.0, 1.0, 0.0), glm::dvec3(2.1, 0.85, 0.0), glm::dvec3(2.0, 1.6, 0.0)}) {
+    s.place(ball, 0.0f, sun);
+    const double with_sun = static_cast<double>(s.at(x).irradiance.g);
+    double lost = 0.0; // (Malley 1988) cosine-weighted directions
+    constexpr int kRays = 1 << 14;
+    for (int k = 0; k < kRays; ++k) {
+      const glm::dvec2 u = lattice_point(k, kRays);
+      const double r = std::sqrt(u.x), turn = 2.0 * kPi * u.y;
+      const glm::dvec3 w(r * std::cos(turn), r * std::sin(turn), std::sqrt(1.0 - u.x)), to = ball - x;
+      const double along = glm::dot(to, w);
+      RayHit hit;
+      if (along <= 0.0 || glm::dot(to, to) - along * along > 0.04 ||
+          !s.rays.closest(s.rays.to_local(x + 1e-3 * w), glm::vec3(w), 0.0f, 100.0f, hit))
+        continue;
+      const glm::dvec3 there = x + (1e-3 + static_cast<double>(hit.distance)) * w;
+      lost += 0.6 / kRays * static_cast<double>(s.change.sun_irradiance(hit.triangle, there, w).g);
+    }
+    ASSERT_GT(lost, 1.0);
+    s.place(ball, 0.0f);
+    EXPECT_NEAR(static_cast<double>(s.at(x).irradiance.g) - with_sun, lost, 0.08 * lost) << "36 points of the window";
+  }
 }
 
 TEST(IndirectShadow, falls_off_without_a_step_where_cells_grow) {
@@ -151,7 +232,8 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
   EXPECT_TRUE(s.change.objects_see_each_other());
   for (const float radiance : {0.0f, 4.0f}) {
     s.change.set_sky(s.pyramid, {});
-    s.change.set_light(std::vector<TwoSided>(both.positions.size(), {Rgb(radiance), Rgb(0.0f)}), both);
+    s.change.set_direct(std::vector<TwoSided>(both.positions.size(), {Rgb(radiance), Rgb(0.0f)}), both);
+    s.change.set_indirect(std::vector<TwoSided>(both.positions.size()));
     s.change.exchange();
     const double contrast = kPi * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
     for (const double turn : {0.0, 0.3, 0.6}) {
@@ -274,15 +356,17 @@ TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
     }
   EXPECT_GT(behind, 100) << "nothing is looked up behind the object";
   // A frame that does not say which blocks it shows is composed pixel by pixel: what it leaves out shows nothing.
+  RenderedFrame every{frame.width_px, frame.height_px, frame.box, {}, {}, {}, {}, frame.origin, {}, {}};
   for (int y = frame.box.y0; y < frame.box.y1; ++y)
-    for (int x = frame.box.x0; x < frame.box.x1; ++x)
-      if (!frame.shown(x, y)) {
-        for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
-          (*pass)[frame.index(x, y)] = glm::vec4(0.0f);
-        frame.surface[frame.index(x, y)] = {};
-      }
-  frame.shows.clear();
-  compose(photo, frame, camera, look_up, {}, pixels, &change);
+    for (int x = frame.box.x0; x < frame.box.x1; ++x) {
+      const bool shown = frame.shown(x, y);
+      const std::size_t i = shown ? frame.index(x, y) : 0;
+      every.object.push_back(shown ? frame.object[i] : glm::vec4(0.0f));
+      every.lost_sky.push_back(shown ? frame.lost_sky[i] : glm::vec4(0.0f));
+      every.room.push_back(shown ? frame.room[i] : glm::vec4(0.0f));
+      every.surface.push_back(shown ? frame.surface[i] : RoomSurface{});
+    }
+  compose(photo, every, camera, look_up, {}, pixels, &change);
   double square = 0.0, largest = 0.0, darkest = 1.0;
   int touched = 0, otherwise = 0;
   for (std::size_t i = 0; i < photo.texels.size(); ++i) {

@@ -197,6 +197,42 @@ TEST(TracedRenderer, the_grid_loses_no_shadow_where_two_parts_touch) {
   EXPECT_LT(compare(*shared, *all).object, 0.02);
 }
 
+/// An upright sheet of 30 x 30 cm before the window, its foot on the floor.
+ObjectMesh sheet() {
+  constexpr int kCut = 30;
+  ObjectMesh mesh;
+  for (int j = 0; j <= kCut; ++j)
+    for (int i = 0; i <= kCut; ++i) {
+      mesh.positions.emplace_back(0.3f * (static_cast<float>(i) / kCut - 0.5f), 0.0f,
+                                  0.3f * static_cast<float>(j) / kCut);
+      mesh.normals.emplace_back(0.0f, -1.0f, 0.0f);
+      mesh.reflectance.emplace_back(0.5f);
+    }
+  for (std::uint32_t j = 0; j < kCut; ++j)
+    for (std::uint32_t i = 0; i < kCut; ++i) {
+      const std::uint32_t a = j * (kCut + 1) + i;
+      mesh.triangles.push_back({a, a + 1, a + kCut + 2});
+      mesh.triangles.push_back({a, a + kCut + 2, a + kCut + 1});
+    }
+  return mesh;
+}
+
+TEST(TracedRenderer, light_behind_a_thin_sheet_does_not_come_through_at_its_foot) {
+  Scene scene;
+  scene.object = test::place(sheet(), {2.0, 3.3, 0.0});
+  scene.camera = test::look_at({2.3, 2.0, 0.9}, {2.0, 3.3, 0.05}, 300, 300, 0.4);
+  const auto grid = scene.trace(), every = scene.trace(false);
+  ASSERT_TRUE(grid && every);
+  int foot = 0;
+  for (int y = 0; y < grid->height_px; ++y)
+    for (int x = 0; x < grid->width_px; ++x)
+      if (const glm::vec4 a = at(grid->lost_sky, *grid, x, y), b = at(every->lost_sky, *every, x, y); b.y > 0.05f) {
+        ASSERT_NEAR(a.y, b.y, 0.2f * b.w) << x << ", " << y;
+        ++foot;
+      }
+  EXPECT_GT(foot, 3000);
+}
+
 TEST(TracedRenderer, the_picture_does_not_depend_on_what_was_drawn_before) {
   Scene scene;
   auto renderer = TracedRenderer::make(scene.room, scene.windows);

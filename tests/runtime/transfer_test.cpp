@@ -9,6 +9,7 @@
 #include "runtime/object/relight.h"
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/core/checksum.h"
 #include "sh/sh9.h"
 #include "test_scene.h"

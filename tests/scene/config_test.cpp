@@ -141,10 +141,10 @@ TEST_F(ConfigTest, all_problems_are_reported_together) {
   auto text = replaced(kRun, "samples = 128", "samples = -3");
   text = replaced(text, "scale = 2.0", "scale = nan");
   text = replaced(text, "albedo = 0.3", "albedo = 3");
-  text = replaced(text, "model = \"room.obj\"", "modell = \"room.obj\"");
+  text = replaced(text, "volume = ", "volum = ");
   const auto c = run(text);
   ASSERT_FALSE(c);
-  for (const char* part : {"samples", "scale", "albedo", "needs model", "unknown key '[room] modell'"})
+  for (const char* part : {"samples", "scale", "albedo", "needs volume", "unknown key '[room] volum'"})
     EXPECT_NE(c.error().message().find(part), std::string::npos) << part << " in " << c.error().message();
 }
 
@@ -193,6 +193,24 @@ TEST_F(ConfigTest, pose_may_be_position_and_target) {
   EXPECT_NEAR(glm::distance(glm::dvec3(m[0]), glm::dvec3(0, -1, 0)), 0.0, 1e-15); // right of +x, seen from above
   EXPECT_NEAR(glm::distance(glm::dvec3(m[1]), glm::dvec3(0, 0, -1)), 0.0, 1e-15); // down
   EXPECT_NEAR(glm::determinant(glm::dmat3(m)), 1.0, 1e-12);
+}
+
+TEST_F(ConfigTest, what_would_have_no_effect_is_refused) {
+  const std::string pose = "[pose]\nposition = [0, 0, 1.5]\nlook_at = [3, 0, 1.5]\n";
+  EXPECT_TRUE(run(kRun + pose)) << "the marker gives the scale";
+  const auto beside = run(replaced(kRun, "scale = \"marker\"", "scale = 2") + pose);
+  ASSERT_FALSE(beside);
+  EXPECT_NE(beside.error().message().find("marker: has no effect beside [pose]"), std::string::npos);
+  const auto ground = run(replaced(replaced(kRun, "lens = \"sky.yaml\"\n", ""), "fisheye", "equirect"));
+  ASSERT_FALSE(ground);
+  EXPECT_NE(ground.error().message().find("[sky] ground: has no effect"), std::string::npos);
+}
+
+TEST_F(ConfigTest, the_room_s_model_may_be_left_out) {
+  const auto c = run(replaced(kRun, "model = \"room.obj\"\n", ""));
+  ASSERT_TRUE(c) << c.error().message();
+  EXPECT_TRUE(c->room_model.empty());
+  EXPECT_TRUE(run(to_toml(*c)));
 }
 
 TEST_F(ConfigTest, object_turns_about_x_then_y_then_z) {

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/sky/sky_image.h"
 
 namespace daylit {
@@ -132,8 +133,19 @@ TEST(RadianceHdr, exposure_and_colour_correction_are_divided_out) {
   const float v = rgbe(128, 129);
   EXPECT_EQ(image->radiance.at(0, 0), Rgb(v / 8, v / 16, v / 32));
   EXPECT_EQ(image->attributes.at("SOFTWARE"), "test");
-  EXPECT_FALSE(read_hdr_image(rgbe_header("EXPOSURE=0\n", "-Y 1 +X 1") + Bytes{1, 2, 3, 128}, "a.hdr"));
   EXPECT_FALSE(read_hdr_image(rgbe_header("EXPOSURE=x\n", "-Y 1 +X 1") + Bytes{1, 2, 3, 128}, "a.hdr"));
+}
+
+TEST(RadianceHdr, an_exposure_of_zero_is_taken_as_one_with_a_note) {
+  const Bytes pixel{128, 64, 32, 129};
+  const auto unset = read_hdr_image(rgbe_header("EXPOSURE=0.0\nEXPOSURE=2\n", "-Y 1 +X 1") + pixel, "a.hdr");
+  const auto twice = read_hdr_image(rgbe_header("EXPOSURE=2\n", "-Y 1 +X 1") + pixel, "b.hdr");
+  ASSERT_TRUE(unset && twice);
+  EXPECT_EQ(unset->radiance.texels, twice->radiance.texels);
+  ASSERT_EQ(unset->notes.size(), 1u);
+  EXPECT_NE(unset->notes[0].find("a.hdr: EXPOSURE=0"), std::string::npos);
+  EXPECT_TRUE(twice->notes.empty());
+  EXPECT_FALSE(read_hdr_image(rgbe_header("EXPOSURE=-1\n", "-Y 1 +X 1") + pixel, "c.hdr"));
 }
 
 TEST(RadianceHdr, run_lengths_old_and_new_give_the_same_image) {
@@ -191,6 +203,21 @@ TEST(RadianceHdr, bad_files_are_errors) {
   const auto xyz = read_hdr_image(ascii("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n") + pixel, "xyz.hdr");
   ASSERT_FALSE(xyz);
   EXPECT_NE(xyz.error().hint.find("ra_xyze"), std::string::npos);
+}
+
+TEST(ImageLimits, a_picture_above_the_limit_is_refused_by_its_header) {
+  // 16,000 x 12,000: the header of a PNG, and of an .hdr, before half a megabyte of anything.
+  const Bytes png = ascii("\x89PNG\r\n\x1a\n") + Bytes{0, 0, 0, 13} + ascii("IHDR") +
+                    Bytes{0, 0, 0x3e, 0x80, 0, 0, 0x2e, 0xe0, 8, 0, 0, 0, 0, 0x0b, 0x3f, 0x13, 0x96} +
+                    Bytes{0, 8, 0, 0} + ascii("IDAT") + Bytes(600'000);
+  const auto photo = read_ldr_image(png, "a.png");
+  ASSERT_FALSE(photo);
+  EXPECT_EQ(photo.error().code, ErrorCode::limit_exceeded);
+  EXPECT_NE(photo.error().message().find("16000 x 12000"), std::string::npos) << photo.error().message();
+  EXPECT_NE(photo.error().message().find("67,108,864"), std::string::npos) << photo.error().message();
+  const auto sky = read_hdr_image(rgbe_header("", "-Y 8192 +X 16384") + Bytes(600'000), "a.hdr");
+  ASSERT_FALSE(sky);
+  EXPECT_EQ(sky.error().code, ErrorCode::limit_exceeded);
 }
 
 TEST(RadianceHdr, damaged_files_never_crash) {

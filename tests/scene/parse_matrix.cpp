@@ -1,4 +1,5 @@
 #include "tests/scene/parse_matrix.h"
+#include "scene/core/read_file.h"
 
 #include <algorithm>
 #include <array>

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "scene/core/atomic_file.h"
+#include "scene/core/read_file.h"
 #include "scene/volume/volume_file.h"
 #include "tests/scene/allocations.h"
 #include "tests/scene/volume_kinds.h"

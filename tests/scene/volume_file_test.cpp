@@ -10,6 +10,7 @@
 
 #include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
+#include "scene/core/read_file.h"
 #include "tests/scene/volume_kinds.h"
 
 namespace daylit {

@@ -8,6 +8,7 @@
 #include "scene/room/aperture.h"
 #include "scene/room/room_formats.h"
 #include "scene/sky/sky_image.h"
+#include "simulate/contact_error.h"
 #include "simulate/picture.h"
 #include "simulate/picture_error.h"
 #include "simulate/sample_scene.h"
@@ -144,6 +145,29 @@ TEST(SkyFrame, sum_over_pixels_holds_sky_and_sun) {
   EXPECT_NEAR(sun / expected, 1.0, 1e-3);
   // What a program derives from the picture for the unseen ground is what lit the truth.
   EXPECT_NEAR(static_cast<double>(image->fill_radiance().g / sky.ground_radiance().g), 1.0, 5e-3);
+}
+
+TEST(ContactError, a_glow_beside_the_object_is_found_and_one_further_away_is_not) {
+  RgbImage truth(60, 60, Rgb(2.0f)), coverage(60, 60);
+  for (int y = 20; y < 40; ++y)
+    for (int x = 20; x < 40; ++x)
+      coverage.at(x, y) = Rgb(1.0f);
+  RgbImage result = truth;
+  for (int y = 0; y < 60; ++y)
+    for (int x = 0; x < 60; ++x)
+      if (coverage.at(x, y).r > 0.0f || x > 52)
+        result.at(x, y) = Rgb(50.0f); // on the object, and far from it
+  EXPECT_EQ(measure_contact(result, truth, coverage).relative_rms, 0.0) << "the object takes no part in the smoothing";
+  EXPECT_EQ(measure_contact(result, truth, coverage).pixels, 4u * 4 * 20 + 4u * 10) << "sides, and corners in a disc";
+  for (int y = 20; y < 40; ++y)
+    for (int x = 40; x < 44; ++x)
+      result.at(x, y) = Rgb(3.0f);
+  const ContactError e = measure_contact(result, truth, coverage);
+  EXPECT_NEAR(e.brightest, 0.5, 0.06);
+  EXPECT_EQ(e.darkest, 0.0);
+  EXPECT_GT(e.bias, 0.08);
+  EXPECT_LT(e.bias, 0.125) << "a quarter of the band";
+  EXPECT_GT(e.relative_rms, 0.15);
 }
 
 TEST(PictureError, uniform_gain_error_is_reported_as_such) {

@@ -1,0 +1,136 @@
+#include "runtime/indirect/indirect_feedback.h"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/object/ray_fan.h"
+#include "runtime/sky/window_sampler.h"
+#include "scene/core/parallel.h"
+#include "sh/sh9.h"
+
+namespace daylit {
+
+namespace {
+constexpr int kSide = 8;          // points of the lattice
+constexpr int kDirections = 64;   // from each
+constexpr double kInset = 0.02;   // of the box: floors and walls touch it
+constexpr double kFarRadii = 2.5; // a change further away is not looked for
+constexpr int kPacket = 16;       // rays
+static_assert(kDirections % kPacket == 0);
+
+std::vector<glm::dvec3> even_directions() {
+  std::vector<glm::dvec3> directions;
+  for (int i = 0; i < kDirections; ++i) {
+    const glm::dvec2 u = lattice_point(i, kDirections);
+    const double z = 1.0 - 2.0 * u.x, r = std::sqrt(std::max(0.0, 1.0 - z * z)), turn = 2.0 * std::numbers::pi * u.y;
+    directions.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
+  }
+  return directions;
+}
+
+} // namespace
+
+/// On all used points of all lattices, in parallel: work(part, point number, point).
+template <class Work>
+void IndirectFeedback::for_each_used(const Work& work) {
+  constexpr std::size_t kPoints = kSide * kSide * kSide;
+  parallel_for(std::size_t{0}, kPoints * surrounds_.size(), [&](std::size_t k) {
+    if (LatticePoint& point = surrounds_[k / kPoints].points[k % kPoints]; point.used)
+      work(k / kPoints, k % kPoints, point);
+  });
+}
+
+void IndirectFeedback::objects_moved() {
+  const PlacedParts& parts = scene_.parts;
+  surrounds_.clear();
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    Surround s{BoxLattice(parts.box(part), kSide, kInset), {}};
+    s.points.resize(s.lattice.point_count());
+    for (const glm::vec3& p : parts.positions(part))
+      for (const BoxLattice::Corner& c : s.lattice.around(glm::dvec3(p)))
+        s.points[c.point].used = true;
+    surrounds_.push_back(std::move(s));
+  }
+  for_each_used([&](std::size_t part, std::size_t k, LatticePoint& point) {
+    point.seen = look_around(part, parts.to_world(part, surrounds_[part].lattice.position(k)));
+  });
+  list_nodes();
+}
+
+void IndirectFeedback::list_nodes() {
+  std::vector<std::uint8_t> listed(receivers_.node_count(), 0);
+  changes_.assign(listed.size(), Rgb(0.0f));
+  nodes_.clear();
+  for (const Surround& s : surrounds_)
+    for (const LatticePoint& point : s.points)
+      for (const SeenPoint& p : point.seen)
+        for (std::size_t k = 0; k < 4; ++k)
+          if (p.link.weight[k] > 0.0f && !std::exchange(listed[receivers_.number_of(*p.link.node[k])], 1))
+            nodes_.push_back(p.link.node[k]);
+}
+
+/// Evenly over the sphere of directions. The room is looked at as if the object did not stand there: what it hides is
+/// in its transfer vectors.
+std::vector<IndirectFeedback::SeenPoint> IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye) const {
+  static const std::vector<glm::dvec3> directions = even_directions();
+  std::vector<SeenPoint> seen;
+  const BoundingSphere& sphere = scene_.parts.sphere(part);
+  const glm::vec3 from = scene_.rays.to_local(eye);
+  for (std::size_t first = 0; first < directions.size(); first += kPacket) {
+    RayHits16 hits;
+    const std::uint32_t met = scene_.rays.closest16(
+        ray_fan(from, kPacket, [&](std::size_t k) { return glm::vec3(directions[first + k]); }), kPacket, hits);
+    for (std::size_t k = 0; k < kPacket; ++k) {
+      if (!(met >> k & 1u))
+        continue;
+      const glm::dvec3& w = directions[first + k];
+      const double distance = static_cast<double>(hits.distance[k]);
+      const glm::dvec3 position = eye + distance * w;
+      if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius &&
+          (scene_.parts.size() == 1 || !scene_.parts.hidden(eye, w, distance, part))) // by another: see OtherObjects
+        seen.push_back(
+            {glm::vec3(w), scene_.reflectance(hits.triangle[k]), receivers_.link(hits.triangle[k], position, w)});
+    }
+  }
+  return seen;
+}
+
+/// Delta L_lm = sum over the directions of dw Y_lm(w) rho / pi Delta E of the point seen there.
+Sh9Rgb IndirectFeedback::change_of(const std::vector<SeenPoint>& seen) const {
+  constexpr float kWeight = 4.0f / kDirections; // 4 pi sr between the directions, over pi
+  Sh9Rgb sum{};
+  for (const SeenPoint& p : seen) {
+    Rgb change(0.0f);
+    for (std::size_t k = 0; k < 4; ++k)
+      if (p.link.weight[k] > 0.0f)
+        change += p.link.weight[k] * changes_[receivers_.number_of(*p.link.node[k])];
+    const Rgb radiance = kWeight * p.reflectance * change;
+    const std::array<float, 9> y = sh::evaluate9(p.direction);
+    for (int i = 0; i < 9; ++i)
+      sum[i] += y[i] * radiance;
+  }
+  return sum;
+}
+
+void IndirectFeedback::light_changed() {
+  parallel_for(tbb::blocked_range<std::size_t>(0, nodes_.size(), 16), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k)
+      changes_[receivers_.number_of(*nodes_[k])] = receivers_.whole_change(*nodes_[k]);
+  });
+  for_each_used([&](std::size_t, std::size_t, LatticePoint& point) { point.change = change_of(point.seen); });
+}
+
+/// L_lm(x) = sum_k w_k L_lm,k of the points around.
+Sh9Rgb IndirectFeedback::change(std::size_t part, const glm::dvec3& x) const {
+  const Surround& s = surrounds_[part];
+  Sh9Rgb sum{};
+  for (const BoxLattice::Corner& c : s.lattice.around(scene_.parts.to_own(part, x)))
+    for (int i = 0; i < 9; ++i)
+      sum[i] += c.weight * s.points[c.point].change[i];
+  return sum;
+}
+
+} // namespace daylit

@@ -1,0 +1,349 @@
+#include "runtime/indirect/receiver_lattice.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <utility>
+
+#include <glm/geometric.hpp>
+#include <tbb/concurrent_unordered_map.h>
+
+namespace daylit {
+
+namespace {
+
+constexpr int kRays = 48, kFarRays = 24; // per object and node
+/// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
+/// `blend_to` it has taken over; the last level has none.
+struct Level {
+  double cell, blend_from, blend_to;
+  int rays;
+};
+/// The first levels reach as far from the objects' surfaces, the others from their middles.
+constexpr std::size_t kContactLevels = 2;
+constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
+                                        {1.0 / 18.0, 0.22, 0.30, kRays},
+                                        {1.0 / 8.0, 1.1, 1.3, kRays},
+                                        {1.0 / 4.0, 1.8, 2.2, kRays},
+                                        {1.0 / 2.0, 5.0, 6.5, kRays},
+                                        {1.0, 10.0, 13.0, kFarRays},
+                                        {2.0, 0.0, 0.0, kFarRays}}};
+constexpr double kWidestCell_m = 0.5;
+constexpr float kLeastWeight = 0.02f; // of the corners in view
+constexpr double kFarthest = 0.5;     // surfaces are looked for, radii
+
+struct Cell {
+  bool open = false; ///< its corners lie in the same air
+  std::array<ReceiverLattice::Node*, 4> corner{};
+};
+
+} // namespace
+
+struct ReceiverLattice::Node {
+  std::size_t number = 0;
+  std::uint32_t triangle = 0; ///< one of its plane
+  glm::dvec3 x{0.0}, n{0.0};
+  double cell_m = 0;
+  const DirectionPattern* pattern = nullptr;
+  Receiver receiver;
+  Rgb hidden{0.0f}; ///< irradiance from what the objects hide
+  Rgb before{0.0f}; ///< without the objects, sun excepted
+  IndirectChange change;
+  Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
+  float distance = 0.0f; ///< to the nearest surface of an object, radii
+  std::atomic<std::uint64_t> light_version{0}, lost_version{0}, distance_version{0};
+  std::uint64_t placement_version = 0, sky_version = 0;
+  std::mutex renewing;
+};
+
+struct ReceiverLattice::State {
+  struct Lattice {
+    double cell_m = 0.1;
+    mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
+    mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash> nodes;
+  };
+  const LitScene& scene;
+  std::uint64_t light_version = 0, sky_version = 1, placement_version = 1;
+  DirectionPattern near_pattern{kRays}, far_pattern{kFarRays};
+  std::array<Lattice, kLevels.size()> lattices;
+
+  mutable std::atomic<std::size_t> nodes_made{0};
+
+  explicit State(const LitScene& s) : scene(s) {}
+  Node* node(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
+  const Cell& cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
+  void renew(Node& node) const;
+  const IndirectChange& current(Node& node) const;
+  float current_distance(Node& node) const;
+
+  /// A point of a plane.
+  struct Place {
+    std::uint32_t triangle = 0, facing = 0;
+    glm::dvec3 x{0.0};
+  };
+  /// The cell that it lies in.
+  struct Found {
+    const Cell* cell = nullptr;
+    LatticeSquare square;
+    double distance = 0.0; ///< to the nearest surface of an object, between those of the corners, radii
+  };
+  Found find(std::size_t level, const Place& place) const;
+  std::array<float, 4> weights(std::size_t level, const Found& found, const Place& place) const;
+  std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;
+  /// Which level holds at a place, and how much of the next one is mixed in.
+  struct Mix {
+    std::size_t level = kContactLevels;
+    float next = 0.0f;
+    std::array<Found, kContactLevels + 1> found{}; ///< of the levels looked at on the way; others have no cell
+  };
+  Mix mix_at(const Place& place) const;
+  static Mix mix_of(std::size_t level, double away);
+};
+
+/// Two threads may make it: one of the two is kept.
+ReceiverLattice::Node* ReceiverLattice::State::node(std::size_t level, const LatticeKey& key,
+                                                    std::uint32_t triangle) const {
+  const Lattice& lattice = lattices[level];
+  auto found = lattice.nodes.find(key);
+  if (found != lattice.nodes.end())
+    return found->second.get();
+  auto made = std::make_unique<Node>();
+  const RoomFacing& f = scene.planes[key.facing];
+  made->number = nodes_made++;
+  made->triangle = triangle;
+  made->x = f.corner(key.i, key.j, lattice.cell_m);
+  made->n = f.normal;
+  made->cell_m = lattice.cell_m;
+  made->pattern = kLevels[level].rays == kRays ? &near_pattern : &far_pattern;
+  return lattice.nodes.emplace(key, std::move(made)).first->second.get();
+}
+
+/// Made when first looked up.
+const Cell& ReceiverLattice::State::cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const {
+  const Lattice& lattice = lattices[level];
+  const auto found = lattice.cells.find(key);
+  if (found != lattice.cells.end())
+    return *found->second;
+  auto made = std::make_unique<Cell>();
+  std::array<glm::dvec3, 4> air;
+  for (int k = 0; k < 4; ++k) {
+    Node* corner = node(level, {key.i + (k & 1), key.j + (k >> 1), key.facing}, triangle);
+    air[static_cast<std::size_t>(k)] = corner->x + kAirGap_m * corner->n;
+    made->corner[static_cast<std::size_t>(k)] = corner;
+  }
+  made->open = see_each_other(scene.rays, air);
+  return *lattice.cells.emplace(key, std::move(made)).first->second;
+}
+
+/// Traced anew when an object moved; what is behind the objects anew under another sky.
+void ReceiverLattice::State::renew(Node& node) const {
+  if (std::exchange(node.placement_version, placement_version) != placement_version) {
+    scene.trace(node.x + kAirGap_m * node.n, node.n, *node.pattern, node.receiver);
+    node.sky_version = 0;
+  }
+  if (std::exchange(node.sky_version, sky_version) != sky_version) {
+    node.hidden = scene.hidden_irradiance(node.receiver, node.x, node.n);
+    node.before = scene.before(node.receiver, node.triangle, node.x, -node.n);
+  }
+  node.change = {scene.sent_irradiance(node.receiver) - node.hidden, node.before};
+}
+
+/// make() once per version, by the first thread that needs it.
+template <class Make>
+void once(std::atomic<std::uint64_t>& made, std::uint64_t version, std::mutex& mutex, const Make& make) {
+  if (made.load(std::memory_order_acquire) == version)
+    return;
+  const std::lock_guard lock(mutex);
+  if (made.load(std::memory_order_relaxed) == version)
+    return;
+  make();
+  made.store(version, std::memory_order_release);
+}
+
+const IndirectChange& ReceiverLattice::State::current(Node& node) const {
+  once(node.light_version, light_version, node.renewing, [&] { renew(node); });
+  return node.change;
+}
+
+float ReceiverLattice::State::current_distance(Node& node) const {
+  once(node.distance_version, placement_version, node.renewing, [&] {
+    const double radius = lattices[0].cell_m / kLevels[0].cell;
+    node.distance = static_cast<float>(scene.parts.distance(node.x, kFarthest * radius) / radius);
+  });
+  return node.distance;
+}
+
+ReceiverLattice::State::Found ReceiverLattice::State::find(std::size_t level, const Place& place) const {
+  const LatticeSquare square = scene.planes[place.facing].square(place.x, lattices[level].cell_m);
+  Found found{&cell(level, {square.i, square.j, place.facing}, place.triangle), square, 0.0};
+  if (level <= kContactLevels)
+    for (std::size_t k = 0; k < 4; ++k)
+      found.distance += static_cast<double>(square.weight[k] * current_distance(*found.cell->corner[k]));
+  return found;
+}
+
+/// Bilinear; corners that the point does not see count nothing. An object's surface can pass between them only where it
+/// is nearer than the cell is wide.
+std::array<float, 4> ReceiverLattice::State::weights(std::size_t level, const Found& found, const Place& place) const {
+  const glm::dvec3 gap = kAirGap_m * scene.planes[place.facing].normal, air = place.x + gap;
+  const bool touched = level < kContactLevels && found.distance < 2.0 * kLevels[level].cell;
+  std::array<float, 4> weight{};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const glm::dvec3 there = found.cell->corner[k]->x + gap;
+    const bool seen =
+        (found.cell->open || scene.windows.visible(air, there)) && (!touched || !scene.parts.between(air, there));
+    weight[k] = seen ? found.square.weight[k] : 0.0f;
+  }
+  return weight;
+}
+
+/// Empty where none of the corners sees x.
+std::optional<IndirectChange> ReceiverLattice::State::between_nodes(std::size_t level, const Found& found,
+                                                                    const Place& place) const {
+  const std::array<float, 4> weight = weights(level, found, place);
+  IndirectChange sum;
+  float whole = 0.0f;
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (weight[k] == 0.0f)
+      continue;
+    const IndirectChange& c = current(*found.cell->corner[k]);
+    sum.irradiance += weight[k] * c.irradiance;
+    sum.before += weight[k] * c.before;
+    whole += weight[k];
+  }
+  if (whole < kLeastWeight)
+    return std::nullopt;
+  return IndirectChange{sum.irradiance / whole, sum.before / whole};
+}
+
+/// From that level on; 3 t^2 - 2 t^3, t = (d - from) / (to - from), of the next one: no step where cells grow.
+ReceiverLattice::State::Mix ReceiverLattice::State::mix_of(std::size_t level, double away) {
+  const std::size_t last = level < kContactLevels ? kContactLevels : kLevels.size() - 1;
+  while (level < last && away >= kLevels[level].blend_to)
+    ++level;
+  const Level& l = kLevels[level];
+  const double t = level < last ? std::max(0.0, (away - l.blend_from) / (l.blend_to - l.blend_from)) : 0.0;
+  return {level, static_cast<float>(t * t * (3.0 - 2.0 * t)), {}};
+}
+
+/// Near objects the distance is first taken from wide cells, then, where these are too wide for it, from finer ones.
+ReceiverLattice::State::Mix ReceiverLattice::State::mix_at(const Place& place) const {
+  const double middle = scene.radii_away(place.x);
+  if (middle >= kLevels[kContactLevels].blend_to)
+    return mix_of(kContactLevels, middle);
+  std::array<Found, kContactLevels + 1> found{};
+  std::size_t finest = kContactLevels;
+  for (std::size_t k = kContactLevels + 1; k-- > 0;) {
+    found[k] = find(k, place);
+    finest = k;
+    if (k == 0 || found[k].distance > kLevels[k - 1].blend_to + kLevels[k].cell)
+      break;
+  }
+  Mix mix = finest < kContactLevels ? mix_of(finest, found[finest].distance) : mix_of(kContactLevels, middle);
+  mix.found = found;
+  return mix;
+}
+
+ReceiverLattice::ReceiverLattice(const LitScene& scene) : state_(std::make_unique<State>(scene)) {}
+ReceiverLattice::ReceiverLattice(ReceiverLattice&&) noexcept = default;
+ReceiverLattice& ReceiverLattice::operator=(ReceiverLattice&&) noexcept = default;
+ReceiverLattice::~ReceiverLattice() = default;
+
+/// The width of the cells follows the smallest object, whose shadow is the sharpest.
+void ReceiverLattice::objects_moved() {
+  State& s = *state_;
+  ++s.placement_version;
+  ++s.light_version;
+  double smallest = s.scene.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < s.scene.parts.size(); ++k)
+    smallest = std::min(smallest, std::max(s.scene.parts.sphere(k).radius, 1e-3));
+  if (std::fabs(s.lattices[0].cell_m - kLevels[0].cell * smallest) < 1e-9 * smallest)
+    return; // the lattices stand in the room: what they know of the room holds
+  for (std::size_t k = 0; k < kLevels.size(); ++k) {
+    State::Lattice& lattice = s.lattices[k];
+    lattice.cell_m = std::max(std::min(kLevels[k].cell * smallest, kWidestCell_m), kLevels[0].cell * smallest);
+    lattice.cells.clear();
+    lattice.nodes.clear();
+  }
+  s.nodes_made = 0;
+}
+
+void ReceiverLattice::sky_changed() {
+  ++state_->sky_version;
+  ++state_->light_version;
+}
+
+void ReceiverLattice::light_changed() { ++state_->light_version; }
+
+bool ReceiverLattice::near(const glm::dvec3& x) const {
+  return state_->scene.radii_away(x) < kLevels[kContactLevels].blend_to;
+}
+
+double ReceiverLattice::surface_distance(std::uint32_t triangle, const glm::dvec3& x,
+                                         const glm::dvec3& direction) const {
+  const State& s = *state_;
+  const double radius = s.lattices[0].cell_m / kLevels[0].cell;
+  return radius * s.find(kContactLevels, {triangle, s.scene.facing_of(triangle, direction), x}).distance;
+}
+
+double ReceiverLattice::contact_distance() const {
+  return kLevels[0].blend_to * state_->lattices[0].cell_m / kLevels[0].cell;
+}
+
+IndirectChange ReceiverLattice::at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
+  const State& s = *state_;
+  const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
+  const State::Mix mix = s.mix_at(place);
+  IndirectChange change;
+  for (const auto& [k, weight] : {std::pair(mix.level, 1.0f - mix.next), std::pair(mix.level + 1, mix.next)}) {
+    if (weight == 0.0f)
+      continue;
+    const bool known = k <= kContactLevels && mix.found[k].cell;
+    const auto part = s.between_nodes(k, known ? mix.found[k] : s.find(k, place), place);
+    if (!part)
+      return evaluate(triangle, x, direction, kRays);
+    change.irradiance += weight * part->irradiance;
+    change.before += weight * part->before;
+  }
+  return change;
+}
+
+/// Every direction of the pattern, traced here.
+IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
+                                         int count) const {
+  const State& s = *state_;
+  const glm::dvec3 n = s.scene.normal_of(triangle, direction);
+  Receiver receiver;
+  s.scene.trace(x + kAirGap_m * n, n, count == kRays ? s.near_pattern : DirectionPattern(count), receiver);
+  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, x, n),
+          s.scene.before(receiver, triangle, x, direction)};
+}
+
+/// In no finer cells than an eighth of the radius: what an object sees of the room is not narrower.
+ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x,
+                                            const glm::dvec3& direction) const {
+  const State& s = *state_;
+  const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
+  const std::size_t level = State::mix_of(kContactLevels, s.scene.radii_away(x)).level;
+  const State::Found found = s.find(level, place);
+  Link link{found.cell->corner, s.weights(level, found, place)};
+  const float whole = link.weight[0] + link.weight[1] + link.weight[2] + link.weight[3];
+  for (float& w : link.weight)
+    w = whole < kLeastWeight ? 0.0f : w / whole;
+  return link;
+}
+
+std::size_t ReceiverLattice::node_count() const { return state_->nodes_made; }
+std::size_t ReceiverLattice::number_of(const Node& node) { return node.number; }
+
+/// Delta E + E_direct lost, negative.
+Rgb ReceiverLattice::whole_change(Node& node) const {
+  const State& s = *state_;
+  once(node.lost_version, (s.placement_version << 32) + s.sky_version, node.renewing,
+       [&] { node.lost = s.scene.lost_direct(node.triangle, node.x, node.n, node.cell_m); });
+  return s.current(node).irradiance - node.lost;
+}
+
+} // namespace daylit

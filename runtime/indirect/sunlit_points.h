@@ -1,0 +1,27 @@
+#pragma once
+
+// Where the sun strikes the room: its patches of light as points of known power.
+
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "runtime/indirect/room_planes.h"
+#include "runtime/sky/direct_light.h"
+#include "scene/room/ray_scene.h"
+
+namespace daylit {
+
+struct SunlitPoint {
+  glm::dvec3 position{0.0}; ///< in the air before the surface, world metres
+  glm::dvec3 normal{0.0};   ///< of the lit side
+  Rgb power{0.0f};          ///< that it sends back, in the unit of irradiance x m^2
+};
+
+/// One for each cell of a window through which the sun shines; of very many a regular choice, heavier.
+std::vector<SunlitPoint> sunlit_points(const Room& room, const RayScene& rays, const RoomPlanes& planes,
+                                       std::span<const Aperture> apertures, std::span<const ApertureCell> cells,
+                                       const DetectedSun& sun);
+
+} // namespace daylit
