@@ -110,11 +110,11 @@ Result<const Frame*> draw(Session& session, const FrameInput& input) {
 /// The files are one picture: the same frame again and again.
 Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo) {
   for (int k = 0; k < options.frames; ++k) {
-    if (interrupted())
-      return interrupted_error("frame " + std::to_string(k));
     const auto frame = draw(session, {sky, photo, 1, 1});
     if (!frame)
       return frame.error();
+    if (interrupted())
+      return interrupted_error("frame " + std::to_string(k));
     const FrameReport& report = (*frame)->report;
     if (k == 0)
       print_notes(report.warnings);

@@ -23,6 +23,7 @@ struct Side {
   float normal; ///< times the vertex's
   std::vector<std::vector<SeenPoint>> seen{};
   std::vector<std::uint8_t> buried{};
+  std::vector<float> first{}; ///< L_00 of the light that is reflected once
 };
 
 /// C_lm = A_l Y_lm(n) - integral over the blocked directions of cos Y_lm.
@@ -122,24 +123,43 @@ Leaving leaving(const std::vector<VertexTransfer>& transfer) {
   return sum;
 }
 
-/// S = G (C + rho S), G the mean over the rays, by Jacobi steps: (rho again)^kSteps of the light is left out. With S_1
-/// of the first step and a geometric series, S = S_1 / (1 - rho again): the ratio of L_00 gives `again`.
+/// Sum of L_00 over the vertices.
+double all_of(const std::vector<VertexTransfer>& transfer, TransferVector VertexTransfer::*vector) {
+  double sum = 0.0;
+  for (const VertexTransfer& t : transfer)
+    sum += static_cast<double>((t.*vector)[0]);
+  return sum;
+}
+
+/// S = G (C + rho S), G the mean over the rays, by Jacobi steps until one adds next to nothing. With S_1 of the first
+/// step and a geometric series, S = S_1 / (1 - rho again): the ratio of L_00 gives `again`.
 void reflect(const ObjectMesh& mesh, int rays, std::span<Side> sides, std::vector<VertexTransfer>& transfer) {
-  constexpr int kSteps = 5;
-  for (int step = 0; step < kSteps; ++step) {
+  constexpr int kMostSteps = 10;
+  constexpr double kSettled = 0.005; // of the sum
+  for (Side& side : sides)
+    side.first.resize(transfer.size());
+  bool settled = false;
+  for (int step = 0; step < kMostSteps && !settled; ++step) {
     const Leaving light = leaving(transfer);
-    for (const Side& side : sides) {
+    settled = true;
+    for (Side& side : sides) {
+      const double before = all_of(transfer, side.bounce);
       for_each_vertex(transfer, [&](std::size_t v) {
-        const TransferVector sum = transfer[v].*side.bounce = mean_behind(mesh, side.seen[v], rays, light);
-        float& again = transfer[v].*side.again; // until the last step: L_00 of S_1
+        transfer[v].*side.bounce = mean_behind(mesh, side.seen[v], rays, light);
         if (step == 0)
-          again = std::max(sum[0], 0.0f);
-        else if (step + 1 == kSteps)
-          again = sum[0] > again ? std::min((1.0f - again / sum[0]) / kBounceReflectance, 1.0f) : 0.0f;
+          side.first[v] = std::max((transfer[v].*side.bounce)[0], 0.0f);
       });
       fill_buried(mesh, side.buried, side.bounce, transfer);
+      const double after = all_of(transfer, side.bounce);
+      settled = settled && after - before <= kSettled * after;
     }
   }
+  for (const Side& side : sides)
+    for_each_vertex(transfer, [&](std::size_t v) {
+      const float all = (transfer[v].*side.bounce)[0];
+      if (all > side.first[v])
+        transfer[v].*side.again = std::min((1.0f - side.first[v] / all) / kBounceReflectance, 1.0f);
+    });
 }
 
 } // namespace

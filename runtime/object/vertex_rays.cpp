@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 
 #include "runtime/base/orthonormal.h"
 #include "runtime/base/sh_rotation.h"
@@ -65,8 +66,15 @@ void list_faces(const ObjectMesh& mesh, const std::vector<std::uint32_t>& group,
       face[next[group[v]]++] = i;
 }
 
+/// Barycentric weights of corners 1 and 2 where a line meets the plane of a triangle (Moeller & Trumbore 1997).
+glm::vec2 weights(const glm::vec3 (&corner)[3], const glm::vec3& origin, const glm::vec3& w) {
+  const glm::vec3 a = corner[1] - corner[0], b = corner[2] - corner[0], s = origin - corner[0], p = glm::cross(w, b);
+  return glm::vec2(glm::dot(s, p), glm::dot(w, glm::cross(s, a))) / glm::dot(a, p);
+}
+
+/// In 65535ths; 0 of what is no number (a triangle without area).
 std::uint16_t fraction16(float f) {
-  return static_cast<std::uint16_t>(std::lround(65535.0f * std::clamp(f, 0.0f, 1.0f)));
+  return f > 0.0f ? static_cast<std::uint16_t>(65535.0f * std::min(f, 1.0f) + 0.5f) : std::uint16_t{0};
 }
 
 } // namespace
@@ -124,6 +132,14 @@ VertexRays::Hit VertexRays::classify(std::uint32_t vertex, const glm::vec3& norm
   return dips_below(vertex, normal, w) ? Hit::none : Hit::back;
 }
 
+SeenPoint VertexRays::seen_point(const glm::vec3& origin, const glm::vec3& w, std::uint32_t triangle,
+                                 bool on_back) const {
+  const auto& t = mesh_->triangles[triangle];
+  const auto local = [&](std::uint32_t v) { return scene_.to_local(glm::dvec3(mesh_->positions[v])); };
+  const glm::vec2 at = weights({local(t[0]), local(t[1]), local(t[2])}, origin, w);
+  return {triangle & 0x7FFFFFFFu, on_back, fraction16(at.x), fraction16(at.y)};
+}
+
 /// The sum over blocked directions is taken around +z and turned once: Y_lm of the fans' directions is known. Rays
 /// start off the facets that meet at the vertex.
 SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
@@ -134,19 +150,19 @@ SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
   SideView view;
   std::array<float, 9> sum{};
   RayPacket16 packet;
-  RayHits16 hits;
+  std::array<std::uint32_t, kFan> triangle;
   for (const Fan& fan : fans_) {
     for (std::size_t k = 0; k < kFan; ++k)
       packet.set(k, origin, frame * glm::vec3(fan.x[k], fan.y[k], fan.z[k]), offset,
                  std::numeric_limits<float>::infinity());
-    for (std::uint32_t met = scene_.closest16(packet, kFan, hits); met != 0; met &= met - 1) {
-      const int k = std::countr_zero(met);
-      const Hit hit = classify(vertex, normal, packet.direction(static_cast<std::size_t>(k)), hits.triangle[k]);
+    for (std::uint32_t met = scene_.closest16(packet, kFan, triangle); met != 0; met &= met - 1) {
+      const auto k = static_cast<std::size_t>(std::countr_zero(met));
+      const glm::vec3 w = packet.direction(k);
+      const Hit hit = classify(vertex, normal, w, triangle[k]);
       if (hit == Hit::none)
         continue;
-      view.seen.push_back(
-          {hits.triangle[k] & 0x7FFFFFFFu, hit == Hit::back, fraction16(hits.u[k]), fraction16(hits.v[k])});
-      for (int i = 0; i < 9; ++i)
+      view.seen.push_back(seen_point(origin, w, triangle[k], hit == Hit::back));
+      for (std::size_t i = 0; i < sum.size(); ++i)
         sum[i] += fan.harmonics[i][k];
     }
   }

@@ -49,6 +49,8 @@ private:
   Hit classify(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w, std::uint32_t triangle) const;
   bool dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const;
 
+  SeenPoint seen_point(const glm::vec3& origin, const glm::vec3& w, std::uint32_t triangle, bool on_back) const;
+
   const ObjectMesh* mesh_;
   RayScene scene_;
   std::vector<Fan> fans_;

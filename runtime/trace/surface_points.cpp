@@ -9,14 +9,18 @@ namespace daylit {
 namespace {
 
 constexpr float kGrazing = 0.1f; // cosine
+constexpr float kTurned = 0.6f;  // of the facet's cosine
 
 /// The winding decides what is a back, not the normal: interpolated normals turn away at silhouettes. There a ray can
-/// also slip between a facet and its neighbour that just faces away: a grazing back is the front.
-/// dot(facet, to_eye) = cosine times both lengths.
-bool is_back(const glm::vec3& facet, const glm::vec3& to_eye) {
-  const float towards_eye = glm::dot(facet, to_eye);
-  return towards_eye < 0.0f &&
-         towards_eye * towards_eye > kGrazing * kGrazing * glm::dot(facet, facet) * glm::dot(to_eye, to_eye);
+/// also slip between a facet and its neighbour that just faces away: a grazing back is the front where the normal of a
+/// corner, a mean over its facets, faces away clearly less than the facet. A flat sheet seen from behind keeps its
+/// back.
+bool is_back(const glm::vec3& facet, const glm::vec3 (&normals)[3], const glm::vec3& to_eye) {
+  const float away = -glm::dot(facet, to_eye) / std::max(glm::length(facet), 1e-30f); // cosine times the distance
+  if (away <= 0.0f)
+    return false;
+  const auto turned = [&](const glm::vec3& n) { return -glm::dot(n, to_eye) < kTurned * away; };
+  return away > kGrazing * glm::length(to_eye) || !std::any_of(normals, normals + 3, turned);
 }
 
 } // namespace
@@ -32,22 +36,23 @@ PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, cons
   const auto& t = scene.triangles[hit.triangle];
   const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
   const glm::vec3 p[3] = {scene.positions[t[0]], scene.positions[t[1]], scene.positions[t[2]]};
+  const glm::vec3 n[3] = {scene.normals[t[0]], scene.normals[t[1]], scene.normals[t[2]]};
   PixelSurface s;
   s.exists = s.receives = true;
   for (int k = 0; k < 3; ++k) {
     s.position += b[k] * p[k];
-    s.normal += b[k] * scene.normals[t[k]];
+    s.normal += b[k] * n[k];
   }
   const glm::vec3 facet = glm::cross(p[1] - p[0], p[2] - p[0]);
   const float length = glm::length(s.normal);
   s.normal = length > 0.0f ? s.normal / length : facet / std::max(glm::length(facet), 1e-30f);
-  s.back = is_back(facet, eye - s.position);
+  s.back = is_back(facet, n, eye - s.position);
   const float side = s.back ? -1.0f : 1.0f;
   s.normal *= side;
   s.start = s.position + start_offset(scene) * s.normal;
   for (int k = 0; k < 3; ++k) {
-    const glm::vec3 n = side * scene.normals[t[k]];
-    s.start -= b[k] * std::min(0.0f, glm::dot(s.position - p[k], n)) * n;
+    const float below = std::min(0.0f, side * glm::dot(s.position - p[k], n[k]));
+    s.start -= b[k] * below * side * n[k];
   }
   return s;
 }

@@ -337,23 +337,33 @@ TEST(OpenSky, many_points_at_once_agree_with_one_by_one) {
   }
 }
 
-TEST(ObjectSurface, a_facet_that_just_faces_away_is_still_the_front) {
+/// Whether a facet in the plane z = 0 shows its back to an eye far away: `cosine` of the angle from +z. One corner's
+/// normal is turned by `turn` radians towards that eye.
+bool shows_back(float cosine, float turn) {
   TracedScene scene;
   scene.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  scene.normals.assign(3, {0, 0, 1});
+  scene.normals = {{std::sin(turn), 0, std::cos(turn)}, {0, 0, 1}, {0, 0, 1}};
   scene.triangles = {{0, 1, 2}};
   scene.sphere = {{0.3, 0.3, 0}, 1.0};
   ObjectHit hit;
   hit.triangle = 0;
   hit.u = hit.v = 0.3f;
-  const auto back_from = [&](float cosine) {
-    const glm::vec3 eye(0.3f + 10.0f * std::sqrt(1.0f - cosine * cosine), 0.3f, 10.0f * cosine);
-    return object_surface(scene, eye, hit).back;
-  };
+  return object_surface(scene, {0.3f + 10.0f * std::sqrt(1.0f - cosine * cosine), 0.3f, 10.0f * cosine}, hit).back;
+}
+
+// At a silhouette the corners' normals are means with a facet that faces the eye.
+TEST(ObjectSurface, a_facet_beside_a_silhouette_that_just_faces_away_is_still_the_front) {
   for (const float cosine : {1.0f, 0.1f, 0.0f, -0.05f})
-    EXPECT_FALSE(back_from(cosine)) << cosine;
+    EXPECT_FALSE(shows_back(cosine, 0.05f)) << cosine;
   for (const float cosine : {-0.2f, -1.0f})
-    EXPECT_TRUE(back_from(cosine)) << cosine;
+    EXPECT_TRUE(shows_back(cosine, 0.05f)) << cosine;
+}
+
+TEST(ObjectSurface, a_flat_sheet_shows_its_back_as_soon_as_it_faces_away) {
+  for (const float cosine : {1.0f, 0.02f})
+    EXPECT_FALSE(shows_back(cosine, 0.0f)) << cosine;
+  for (const float cosine : {-0.02f, -0.05f, -0.2f})
+    EXPECT_TRUE(shows_back(cosine, 0.0f)) << cosine;
 }
 
 } // namespace
