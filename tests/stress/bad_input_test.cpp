@@ -250,7 +250,7 @@ TEST_F(BadInput, faces_without_area_and_duplicates_are_refused_unless_the_user_d
   const Outcome found = run_in(folder, "daylit-precompute check room.obj");
   EXPECT_EQ(found.exit_code, 1);
   EXPECT_NE(found.out.find("1 without area, 2 duplicate"), std::string::npos) << found.out << found.err;
-  const std::string bake = "daylit-precompute room.obj -o bad.volume --quality draft --grid 2,2,2";
+  const std::string bake = "daylit-precompute room.obj -o bad.volume --quality draft --grid 4,4,4";
   const Outcome refused = run_in(folder, bake);
   EXPECT_EQ(refused.exit_code, 1);
   for (const char* part : {"room.obj, line", "1 faces without area and 2 duplicate", "--drop-bad-faces"})

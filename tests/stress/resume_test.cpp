@@ -59,7 +59,8 @@ TEST_F(Resume, damaged_or_foreign_checkpoint_is_refused_or_computed_again) {
   std::ofstream(checkpoint) << "not a checkpoint";
   EXPECT_NE(run(kBake + " --resume" + to(output)), 0);
   EXPECT_FALSE(fs::exists(output));
-  EXPECT_EQ(run(kBake + to(output)), 0); // without --resume it starts anew
+  EXPECT_NE(run(kBake + to(output)), 0) << "somebody else's file";
+  EXPECT_EQ(run(kBake + " --force" + to(output)), 0); // without --resume it starts anew
   EXPECT_TRUE(content(output) == content(folder / "whole.volume"));
 }
 
