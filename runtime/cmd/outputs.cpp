@@ -79,9 +79,7 @@ Result<void> write_outputs(const OutputConfig& output, const Photograph& photo, 
   const RgbImage& picture = composite.picture;
   const bool as_it_is =
       output.width_px == 0 || (output.width_px == picture.width && output.height_px == picture.height);
-  const auto sized = [&](const RgbImage& image) {
-    return resampled_by_area(image, output.width_px, output.height_px);
-  };
+  const auto sized = [&](const RgbImage& image) { return resampled_by_area(image, output.width_px, output.height_px); };
   const auto write_linear = [&](const std::filesystem::path& path, const RgbImage& image) {
     return as_it_is ? write_exr(path, image) : write_exr(path, sized(image));
   };

@@ -62,8 +62,8 @@ GlFramebuffer make_framebuffer(const Gl& gl);
 GlBuffer make_buffer(const Gl& gl, std::span<const std::byte> bytes);
 void refill_buffer(const Gl& gl, const GlBuffer& buffer, std::span<const std::byte> bytes);
 
-/// Float attributes at locations 0, 1, ... with the given component counts, interleaved in one buffer. `indices` 0: drawn
-/// without.
+/// Float attributes at locations 0, 1, ... with the given component counts, interleaved in one buffer. `indices` 0:
+/// drawn without.
 GlVertexArray make_vertex_array(const Gl& gl, const GlBuffer& buffer, const std::vector<int>& components,
                                 GLuint indices = 0);
 

@@ -5,8 +5,8 @@
 
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
-#include "scene/core/read_file.h"
 #include "scene/core/checksum.h"
+#include "scene/core/read_file.h"
 
 namespace daylit {
 

@@ -84,9 +84,9 @@ PortalLights::PortalLights(std::span<const DirectionalLight> lights, std::span<c
 
 LaneMask PortalLights::received(std::size_t light, const PointBlock& points, LaneRgb& e) const {
   const PortalLight& l = lights_[light];
-  return points.lanes &
-         lanes::receive(points, l.direction, portals().subspan(l.first_portal, l.last_portal - l.first_portal),
-                        planes_.data(), e);
+  return points.lanes & lanes::receive(points, l.direction,
+                                       portals().subspan(l.first_portal, l.last_portal - l.first_portal),
+                                       planes_.data(), e);
 }
 
 } // namespace daylit

@@ -13,10 +13,9 @@ PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outli
     return {};
   const std::size_t block =
       static_cast<std::size_t>(y / kBlockSide) * view_.block_columns() + static_cast<std::size_t>(x / kBlockSide);
-  PixelSurface surface =
-      room_surface(scene_, view_.eye(), room.triangle,
-                   view_.eye() + room.depth * view_.direction(static_cast<float>(x), static_cast<float>(y)),
-                   receives_[block] != 0);
+  PixelSurface surface = room_surface(
+      scene_, view_.eye(), room.triangle,
+      view_.eye() + room.depth * view_.direction(static_cast<float>(x), static_cast<float>(y)), receives_[block] != 0);
   surface.hidden = hit.samples > 0 || view_.is_edge(x, y);
   return surface;
 }

@@ -5,8 +5,8 @@
 
 #include <fmt/format.h>
 
-#include "scene/core/read_file.h"
 #include "scene/core/checksum.h"
+#include "scene/core/read_file.h"
 #include "scene/format/obj_text.h"
 #include "scene/room/face_collector.h"
 #include "scene/room/glass.h"

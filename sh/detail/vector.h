@@ -1,6 +1,6 @@
 // Included by kernels.cpp inside a namespace of each instruction set: its vector type. Everything has internal
-// linkage and calls no library function, so no code compiled for a wider instruction set can be picked by the linker for
-// the rest of the program.
+// linkage and calls no library function, so no code compiled for a wider instruction set can be picked by the linker
+// for the rest of the program.
 
 constexpr int kLanes = HWY_MAX_BYTES >= 16 ? HWY_MAX_BYTES / 8 : 2;
 /// Ring vectors per loaded coefficient: two where 32 registers allow it.

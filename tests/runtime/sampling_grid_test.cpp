@@ -79,7 +79,8 @@ TEST(SamplingGrid, a_smooth_light_is_evaluated_at_coarse_points_and_interpolated
   const Floor floor([](const glm::vec3& p) { return Rgb(0.9f - 0.01f * p.x, 0.9f - 0.02f * p.y, 0.9f); }, 0.9f);
   SamplingGrid grid;
   grid.evaluate(floor, picture(100.0f));
-  EXPECT_LT(floor.evaluated, kColumns * kRows / 4 + kColumns + kRows) << "one point in four, and those at the far sides";
+  EXPECT_LT(floor.evaluated, kColumns * kRows / 4 + kColumns + kRows)
+      << "one point in four, and those at the far sides";
   EXPECT_GE(floor.evaluated, kColumns * kRows / 4);
   for (int y = 0; y < (kRows - 1) * kSide; ++y)
     for (int x = 0; x < (kColumns - 1) * kSide; ++x) {
@@ -171,7 +172,8 @@ TEST(PortalLights, clip_planes_agree_with_the_crossing_of_each_ray) {
   RandomPoints random;
   std::vector<DirectionalLight> directions;
   for (int j = 0; j < 40; ++j)
-    directions.push_back({glm::normalize(glm::dvec3(random.uniform(-0.3f, 1), random.uniform(-0.2f, 1), 0.3)), Rgb(1.0f)});
+    directions.push_back(
+        {glm::normalize(glm::dvec3(random.uniform(-0.3f, 1), random.uniform(-0.2f, 1), 0.3)), Rgb(1.0f)});
   const PortalLights lights(directions, windows, origin);
   int lit = 0, differ = 0;
   for (int round = 0; round < 50; ++round) {

@@ -9,8 +9,8 @@
 #include "runtime/object/relight.h"
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
-#include "scene/core/read_file.h"
 #include "scene/core/checksum.h"
+#include "scene/core/read_file.h"
 #include "sh/sh9.h"
 #include "test_scene.h"
 

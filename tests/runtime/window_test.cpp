@@ -94,7 +94,8 @@ TEST_F(Window, viewer_draws_frames_until_it_has_enough) {
       changed += picture.texels[i] != studio.photo.texels[i];
     return to_srgb8(picture, 1.0f);
   };
-  const auto done = run_viewer(*session, *sky, studio.photo, encode, [] {}, 4);
+  const auto done = run_viewer(
+      *session, *sky, studio.photo, encode, [] {}, 4);
   ASSERT_TRUE(done) << done.error().message();
   EXPECT_EQ(frames, 4);
   EXPECT_GT(changed, 400u);

@@ -21,8 +21,8 @@ double angle_deg(const SunPosition& sun, double azimuth_deg, double altitude_deg
 TEST(SunPosition, agrees_with_the_worked_example_of_the_solar_position_algorithm) {
   const SunPosition sun =
       sun_position({39.742476, -105.1786, -7.0}, {.year = 2003, .month = 10, .day = 17, .hour = 12.0 + 30.5 / 60.0});
-  EXPECT_LT(angle_deg(sun, 194.34024, 39.872046), 1e-4);    // measured 7e-5
-  EXPECT_NEAR(sun.distance, 0.9965422, 3e-7); // measured 2e-7
+  EXPECT_LT(angle_deg(sun, 194.34024, 39.872046), 1e-4); // measured 7e-5
+  EXPECT_NEAR(sun.distance, 0.9965422, 3e-7);            // measured 2e-7
 }
 
 // Made by another chain of the IAU SOFA routines (Earth by epv00, precession and nutation by pnm06a, sidereal time by
