@@ -124,7 +124,7 @@ double mesh_difference(const AuditReport& coarse, const AuditReport& fine) {
 
 /// Keeps the first kPoints candidates at which the volume interpolates; an empty volume of these probes decides.
 Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
-                             std::vector<glm::dvec3> candidates) {
+                             std::vector<glm::dvec3> candidates, const std::vector<glm::dvec3>& standing) {
   BasisVolume empty{.partition = held_out_partition(),
                     .probes = probes,
                     .stored_region = {},
@@ -143,9 +143,15 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
     candidates = candidates_in(room, probes);
   std::array<std::uint32_t, 8> probe;
   std::array<float, 8> weight;
-  for (const glm::dvec3& p : candidates)
-    if (audit.points_.size() < kPoints && sampler->weights(p, probe, weight) > 0)
-      audit.points_.push_back(p);
+  const auto keep = [&](const std::vector<glm::dvec3>& list) {
+    const std::size_t most = audit.points_.size() + kPoints;
+    for (const glm::dvec3& p : list)
+      if (audit.points_.size() < most && sampler->weights(p, probe, weight) > 0)
+        audit.points_.push_back(p);
+  };
+  keep(candidates);
+  audit.in_air_ = audit.points_.size();
+  keep(standing);
   return audit;
 }
 
@@ -162,7 +168,7 @@ std::vector<std::size_t> Audit::probes() const {
   std::vector<std::size_t> list;
   std::array<std::uint32_t, 8> probe;
   std::array<float, 8> weight;
-  for (std::size_t p = 0; p < points_.size(); p += grid_step_)
+  for (std::size_t p = 0; p < in_air_; p += grid_step_)
     list.insert(list.end(), probe.begin(), probe.begin() + sampler_.weights(points_[p], probe, weight));
   std::ranges::sort(list);
   const auto repeated = std::ranges::unique(list);
@@ -182,7 +188,7 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
   const Column at_points{exact_at_points, skies_.size(), s}, band4{band4_at_points, skies_.size(), s},
       at_probes{exact_at_probes, skies_.size(), s};
   LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
-  Ratio total, sky_part, grid_part, received, nine_leave;
+  Ratio total, sky_part, grid_part, received, nine_leave, standing;
   for (std::size_t p = 0; p < probes.size(); ++p) {
     exact.probe[probes[p]] = at_probes.at(p);
     add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
@@ -190,26 +196,31 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const Sh9Rgb truth = at_points.at(p);
     const ShRadiance all{truth, band4.at(p)}, got = sampler_.sample_all(field, points_[p]).value_or(ShRadiance{});
+    if (p >= in_air_) {
+      add_irradiance(standing, got, all);
+      continue;
+    }
     add(total, got.nine, truth);
     if (p % grid_step_ == 0)
       add(grid_part, sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth);
     add_irradiance(received, got, all);
     add_irradiance(nine_leave, {truth, {}}, all);
   }
-  return {skies_[s].name,   skies_[s].is_sun, total.nrms(),     sky_part.nrms(),
-          grid_part.nrms(), received.nrms(),  nine_leave.nrms()};
+  return {skies_[s].name,   skies_[s].is_sun, total.nrms(),      sky_part.nrms(),
+          grid_part.nrms(), received.nrms(),  nine_leave.nrms(), standing.nrms()};
 }
 
 /// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.
 AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
                          std::span<const std::size_t> probes) const {
-  AuditReport report{points_, std::vector<SkyError>(skies_.size()), {}};
+  const auto middle = points_.begin() + static_cast<std::ptrdiff_t>(in_air_);
+  AuditReport report{{points_.begin(), middle}, {middle, points_.end()}, std::vector<SkyError>(skies_.size()), {}};
   parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
     report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes);
   });
   for (std::size_t s = 0; s < skies_.size(); ++s)
-    for (std::size_t p = 0; p < points_.size(); ++p) {
+    for (std::size_t p = 0; p < in_air_; ++p) {
       const Sh9Rgb truth = Column{exact_at_points, skies_.size(), s}.at(p);
       for (std::size_t l = 0; l < 9; ++l)
         for (int c = 0; c < 3; ++c)

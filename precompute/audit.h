@@ -27,10 +27,12 @@ struct SkyError {
   double grid_part = 0; ///< exact probes, interpolated to the points (to every second of them, where the grid is large)
   double irradiance = 0; ///< as irradiance on six axes, to order 4; of a volume of nine coefficients too
   double band4 = 0;      ///< what l = 4 is of the irradiance there: what nine true coefficients leave
+  double standing = 0;   ///< irradiance on six axes where objects stand: AuditReport::standing
 };
 
 struct AuditReport {
-  std::vector<glm::dvec3> points; ///< where, world metres; empty: no audit
+  std::vector<glm::dvec3> points;   ///< where, world metres; empty: no audit
+  std::vector<glm::dvec3> standing; ///< more of them, 1 to 30 cm above level faces (points_above())
   std::vector<SkyError> sky;
   std::vector<float> exact; ///< [sky][point][lm][channel], the direct transport
 
@@ -47,10 +49,11 @@ double mesh_difference(const AuditReport& coarse, const AuditReport& fine);
 class Audit {
 public:
   /// Keeps those of `candidates` at which the volume has a value; empty: 128 points spread over the room's air, or some
-  /// of the given probes. `probes` with their validity. Errors of LightFieldSampler.
+  /// of the given probes. The same of `standing`. `probes` with their validity. Errors of LightFieldSampler.
   static Result<Audit> prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
-                               std::vector<glm::dvec3> candidates);
+                               std::vector<glm::dvec3> candidates, const std::vector<glm::dvec3>& standing = {});
 
+  /// Those in the air first, then those where objects stand.
   const std::vector<glm::dvec3>& points() const { return points_; }
   /// Those that points are interpolated from, increasing: where exact light is wanted too.
   std::vector<std::size_t> probes() const;
@@ -70,6 +73,7 @@ private:
                      std::span<const std::size_t> probes) const;
   LightFieldSampler sampler_;
   std::vector<glm::dvec3> points_;
+  std::size_t in_air_ = 0; ///< of points_, the first; the others are where objects stand
   std::vector<HeldOutSky> skies_;
   std::size_t grid_step_ = 1; ///< between points for which SkyError::grid_part is measured
 };

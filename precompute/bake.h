@@ -10,6 +10,7 @@
 #include "precompute/audit.h"
 #include "precompute/compact_sky.h"
 #include "precompute/probe_density.h"
+#include "precompute/standing_faces.h"
 #include "precompute/surface_light.h"
 #include "radiosity/energy.h"
 #include "radiosity/first_bounce.h"
@@ -34,6 +35,7 @@ struct BakeOptions {
   glm::ivec3 grid{0};               ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
   ProbeDensity density;                  ///< of the grid; empty: regular
+  Planes near_surfaces;                  ///< that the grid has beside, world metres (standing_faces.h)
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double compact_error = 0.03;           ///< of the factors of a fine sky
@@ -42,6 +44,7 @@ struct BakeOptions {
   ShOrder sh_order = ShOrder::second;    ///< fourth: the coefficients of l = 4 too
   bool audit = false;                    ///< measure the error at held-out points and skies
   std::vector<glm::dvec3> held_out;      ///< world metres, of the audit; empty: chosen
+  std::vector<glm::dvec3> held_out_standing = {}; ///< the same where objects stand (points_above())
 };
 
 /// "draft", "normal", "high". At given points the transport is finer: no interpolation hides its error there, and no

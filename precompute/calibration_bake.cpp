@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "precompute/cost_model.h"
+#include "precompute/probes.h"
 #include "precompute/room_frame.h"
 
 namespace daylit::precompute {
@@ -88,15 +89,27 @@ double mean_spacing(const Bounds& room, const glm::ivec3& probes) {
 /// Two bakes at fixed settings, 320 and 640 facets, about 330 and 900 probes, 64 regions: their
 /// differences show what of the error belongs to the mesh and what to the grid.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
-                                             const Progress& progress) {
+                                             const std::string& stand_on, const Progress& progress) {
   CalibrationBake calibration;
   calibration.bounds = room.room.bounds();
+  const auto faces = standing_faces(room.room, stand_on);
+  if (!faces)
+    return faces.error();
+  calibration.near_surfaces = planes_near(*faces, calibration.bounds);
+  if (points.empty()) {
+    auto standing = points_above(room.room, *faces, 4 * kPoints);
+    if (!standing)
+      return standing.error();
+    calibration.standing = std::move(*standing);
+  }
   const SkyPartition sky = *SkyPartition::uniform(kRegions);
   BakeOptions options;
   options.visibility_rays = kVisibilityRays;
   options.gather_rays = kGatherRays;
   options.audit = true;
   options.held_out = thinned(points);
+  if (points.empty())
+    options.near_surfaces = calibration.near_surfaces;
   GridLaw grid;
   BakeReport report;
   // Mesh and grid of the first are coarser: two meshes whose difference shows the error, two spacings for one law.
@@ -110,7 +123,7 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
     calibration.seconds += report.total_seconds;
     options.held_out = report.audit.points;
     (finer ? calibration.fine : calibration.coarse) = {report.facets, report.facet_edge_m, report.audit};
-    calibration.spacing_m = mean_spacing(calibration.bounds, volume->probes.count);
+    calibration.spacing_m = mean_spacing(calibration.bounds, grid_size(calibration.bounds, options.spacing_m));
     grid.add(report, calibration.spacing_m);
     if (finer) {
       auto density = probe_density(*volume);

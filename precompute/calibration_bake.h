@@ -23,18 +23,22 @@ struct CalibrationBake {
   double air_fraction = 1;    ///< of the grid's probes
   double stored_fraction = 1; ///< of the regions: those that windows see
   int channels = 3;
-  double mesh_error = 0; ///< of the finer mesh
-  double grid_error = 0; ///< at `spacing_m`, worst smooth sky
-  double grid_sun = 0;   ///< the same, rms over small suns; 0: no sun comes in
-  ProbeDensity density;  ///< where the light of the finer bake is curved
+  double mesh_error = 0;            ///< of the finer mesh
+  double grid_error = 0;            ///< at `spacing_m`, worst smooth sky
+  double grid_sun = 0;              ///< the same, rms over small suns; 0: no sun comes in
+  ProbeDensity density;             ///< where the light of the finer bake is curved
+  Planes near_surfaces;             ///< where probes must be, whatever the light is
+  std::vector<glm::dvec3> standing; ///< points for the audits to come: where objects stand
   double gather_rays = 0, visibility_rays = 0;
   std::vector<StageTime> stages; ///< of the finer bake
   double seconds = 0;            ///< of both
 };
 
 /// `points`: where the volume is wanted; empty: anywhere in the room's air. Errors of the bake.
+/// `stand_on`: material of the faces on which objects will stand; empty: all level ones. Probes and points of audits
+/// stand close above these.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
-                                             const Progress& progress);
+                                             const std::string& stand_on, const Progress& progress);
 
 /// Geometric mean of the distances of neighbouring probes.
 double mean_spacing(const Bounds& room, const glm::ivec3& probes);

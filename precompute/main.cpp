@@ -60,7 +60,7 @@ int check_command(int argc, char** argv) {
 
 struct Arguments {
   std::filesystem::path room, output, points;
-  std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto";
+  std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto", stand_on;
   double spacing_m = 0, patch_size_m = 0;
   int threads = 0, facets = 0;
   bool quiet = false, json = false, drop_bad_faces = false, resume = false, force = false;
@@ -118,6 +118,7 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   request.spacing_m = a.spacing_m;
   if (a.density != "auto")
     request.graded = a.density == "graded";
+  request.stand_on = a.stand_on;
   request.facet_edge_m = a.patch_size_m;
   request.facets = a.facets;
   request.regions = a.regions;
@@ -275,6 +276,12 @@ int main(int argc, char** argv) {
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
   density->excludes(points);
+  app.add_option("--stand-on", a.stand_on,
+                 "material on which objects will stand: probes and the measurement are closer above its level faces\n"
+                 "(default: all level faces with 10 cm of air above)")
+      ->excludes(points)
+      ->excludes(grid)
+      ->excludes(spacing);
   auto* patch_size =
       app.add_option("--patch-size", a.patch_size_m, "longest edge of the mesh, metres (default: planned)")
           ->check(CLI::PositiveNumber);

@@ -14,8 +14,8 @@ namespace daylit::precompute {
 
 namespace {
 
-// Parts of the target. Together 0.82 of it; a bake that misses is repeated with better knowledge.
-constexpr double kMeshPart = 0.45, kGridPart = 0.64;
+// Parts of the target. Together 0.73 of it; a bake that misses is repeated with better knowledge.
+constexpr double kMeshPart = 0.45, kGridPart = 0.5;
 constexpr double kPointsPart = 0.30; ///< of the mesh at given points, where no grid adds to it
 constexpr double kSunPart = 2.0;
 constexpr double kOrderPart = 0.25; ///< of the target: what nine coefficients may leave of irradiance
@@ -48,6 +48,7 @@ public:
     plan.options.points = request_.points;
     plan.options.audit = true;
     plan.options.held_out = calibration_.fine.audit.points;
+    plan.options.held_out_standing = calibration_.standing;
     choose_effort(target, plan.options);
     choose_mesh(target, plan.options);
     choose_grid(target, plan.options);
@@ -105,8 +106,11 @@ private:
   void choose_grid(double target, BakeOptions& options) const {
     options.grid = request_.grid;
     options.spacing_m = request_.spacing_m;
-    if (request_.points.empty() && request_.graded.value_or(options.grid.x == 0 && options.spacing_m == 0))
+    if (request_.points.empty() && request_.graded.value_or(options.grid.x == 0 && options.spacing_m == 0)) {
       options.density = calibration_.density;
+      if (options.grid.x == 0)
+        options.near_surfaces = calibration_.near_surfaces;
+    }
     if (options.grid.x > 0 || options.spacing_m > 0 || !request_.points.empty())
       return;
     const glm::dvec3 size = calibration_.bounds.size();
@@ -114,7 +118,7 @@ private:
     // Steps of 1.5 %: the number of probes jumps where one more fits along an axis.
     for (double spacing = 0.5 * std::max({size.x, size.y, size.z});; spacing /= 1.015) {
       const glm::ivec3 count = grid_size(calibration_.bounds, spacing);
-      const double probes = cells(count);
+      const double probes = cells(grid_size(calibration_.bounds, spacing, options.density, options.near_surfaces));
       if (probes > kMostProbes || probes * 27 / 3 * columns * calibration_.air_fraction > kMostFloats)
         return;
       options.spacing_m = spacing;
@@ -125,11 +129,14 @@ private:
   }
 
   glm::ivec3 grid_of(const BakeOptions& options) const {
-    return options.grid.x > 0 ? options.grid : grid_size(calibration_.bounds, options.spacing_m);
+    return options.grid.x > 0
+               ? options.grid
+               : grid_size(calibration_.bounds, options.spacing_m, options.density, options.near_surfaces);
   }
+  /// Planes near surfaces are for what is there: they change nothing between the others.
   double grid_part(const BakeOptions& options, double at_calibration) const {
-    return grid_error(calibration_, mean_spacing(calibration_.bounds, grid_of(options)), options.gather_rays,
-                      at_calibration);
+    const glm::ivec3 count = options.grid.x > 0 ? options.grid : grid_size(calibration_.bounds, options.spacing_m);
+    return grid_error(calibration_, mean_spacing(calibration_.bounds, count), options.gather_rays, at_calibration);
   }
 
   /// Mesh error of `facets`, refined by the elements under a fine sky.

@@ -114,6 +114,11 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
   m.irradiance = std::hypot(report.audit.smooth(&SkyError::irradiance), m.mesh);
   const double sun = report.audit.sun(&SkyError::total);
   m.sun = sun > 0 ? std::hypot(sun, m.mesh) : 0.0;
+  m.standing_points = report.audit.standing.size();
+  if (m.standing_points > 0)
+    m.standing = std::hypot(report.audit.smooth(&SkyError::standing), m.mesh);
+  if (m.standing_points > 0 && sun > 0)
+    m.standing_sun = std::hypot(report.audit.sun(&SkyError::standing), m.mesh);
   m.points = report.audit.points.size();
   for (const SkyError& s : report.audit.sky)
     if (!s.is_sun && s.total >= m.volume)
@@ -122,7 +127,7 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
 }
 
 Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, const Progress& progress) {
-  auto calibration = run_calibration_bake(room, request.points, progress);
+  auto calibration = run_calibration_bake(room, request.points, request.stand_on, progress);
   if (!calibration)
     return calibration.error();
   auto plan = make_plan(*calibration, request);
@@ -185,6 +190,13 @@ std::string to_text(const Plan& plan, const Measured& m) {
   if (m.sun > 0)
     text += format("; under a small sun %.1f %%", 100 * m.sun);
   text += "\n";
+  if (m.standing_points > 0)
+    text += format("           where objects stand (%zu points 1 to 30 cm above level faces) irradiance %.2f %%",
+                   m.standing_points, 100 * m.standing);
+  if (m.standing_sun > 0)
+    text += format("; under a small sun %.1f %%", 100 * m.standing_sun);
+  if (m.standing_points > 0)
+    text += "\n";
   if (m.total > plan.max_error)
     text += format("warning    the measured error is above the %.3g %% that were wanted\n", 100 * plan.max_error);
   if (m.sun > 2 * plan.max_error)
@@ -212,8 +224,16 @@ std::string to_json(const PlannedBake& bake, bool times) {
                     {"sky", p.sky},     {"sun", p.sun},   {"bytes", p.bytes}};
   if (times)
     j["predicted"]["seconds"] = p.seconds;
-  j["measured"] = {{"error", m.total}, {"mesh", m.mesh},           {"volume", m.volume}, {"irradiance", m.irradiance},
-                   {"sun", m.sun},     {"worst_sky", m.worst_sky}, {"points", m.points}};
+  j["measured"] = {{"error", m.total},
+                   {"mesh", m.mesh},
+                   {"volume", m.volume},
+                   {"irradiance", m.irradiance},
+                   {"sun", m.sun},
+                   {"worst_sky", m.worst_sky},
+                   {"points", m.points},
+                   {"standing", m.standing},
+                   {"standing_sun", m.standing_sun},
+                   {"standing_points", m.standing_points}};
   return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

@@ -14,8 +14,9 @@ namespace daylit::precompute {
 /// own.
 struct Measured {
   double mesh = 0, volume = 0, total = 0, irradiance = 0, sun = 0;
+  double standing = 0, standing_sun = 0; ///< irradiance 1 to 30 cm above level faces
   std::string worst_sky;
-  std::size_t points = 0;
+  std::size_t points = 0, standing_points = 0;
 };
 Measured measured_error(const CalibrationBake& calibration, const BakeReport& report);
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "precompute/probes.h"
+#include "scene/volume/probe_planes.h"
 
 namespace daylit::precompute {
 
@@ -12,6 +13,7 @@ namespace {
 
 constexpr double kExponent = 0.07;
 constexpr double kThinnest = 0.5;      ///< of the mean density
+constexpr double kLongStep = 0.3;      ///< so much longer than planned may a step be that ends at a fixed plane
 constexpr double kFaintest2 = 0.01;    ///< of the brightest region's squared light: what fainter ones count against
 constexpr double kBelowHorizon2 = 0.1; ///< no sun stands there
 
@@ -31,21 +33,43 @@ std::vector<double> region_weights(const BasisVolume& volume) {
   return weight;
 }
 
-/// sum_r w_r |L_a - 2 L_b + L_c|^2 over the 27 coefficients: squared second difference, what linear interpolation
-/// misses.
-double curvature2(const BasisVolume& volume, const std::vector<double>& weight, std::size_t a, std::size_t b,
-                  std::size_t c) {
+/// Probes a, b, c in a row, and the distances between them.
+struct Row {
+  std::size_t a, b, c;
+  double to_a, to_c;
+};
+
+/// sum_r w_r |L''|^2 over the 27 coefficients, L'' = 2 ((L_c - L_b) / h_c - (L_b - L_a) / h_a) / (h_a + h_c): what
+/// linear interpolation misses.
+double curvature2(const BasisVolume& volume, const std::vector<double>& weight, const Row& at) {
   double sum = 0;
   for (std::size_t r = 0; r < weight.size(); ++r) {
     const float* row = volume.basis.data() + r * volume.row_floats();
     double of_region = 0;
     for (std::size_t k = 0; k < 27; ++k) {
-      const double d = static_cast<double>(row[27 * a + k] - 2.0f * row[27 * b + k] + row[27 * c + k]);
+      const double b = static_cast<double>(row[27 * at.b + k]);
+      const double d = 2.0 *
+                       ((static_cast<double>(row[27 * at.c + k]) - b) / at.to_c -
+                        (b - static_cast<double>(row[27 * at.a + k])) / at.to_a) /
+                       (at.to_a + at.to_c);
       of_region += d * d;
     }
     sum += weight[r] * of_region;
   }
   return sum;
+}
+
+/// Values at uneven, increasing places as values at as many equal steps from the first to the last.
+std::vector<double> at_equal_steps(const std::vector<double>& place, const std::vector<double>& value) {
+  std::vector<double> out;
+  std::size_t i = 0;
+  for (std::size_t k = 0; k < place.size(); ++k) {
+    const double x = std::lerp(place.front(), place.back(), static_cast<double>(k) / double(place.size() - 1));
+    while (i + 2 < place.size() && place[i + 1] < x)
+      ++i;
+    out.push_back(std::lerp(value[i], value[i + 1], std::clamp((x - place[i]) / (place[i + 1] - place[i]), 0.0, 1.0)));
+  }
+  return out;
 }
 
 } // namespace
@@ -64,48 +88,96 @@ Result<ProbeDensity> probe_density(const BasisVolume& coarse) {
     return probes.valid[a] && probes.valid[b] && open_between(at(a), at(b), *scene, coarse.apertures);
   };
   const std::vector<double> weight = region_weights(coarse);
+  const ProbePlanes planes(probes);
   std::size_t stride = 1;
   for (int axis = 0; axis < 3; ++axis) {
     const auto count = static_cast<std::size_t>(probes.count[axis]);
+    const std::vector<double>& place = planes.along(axis);
     std::vector<double> g(count, 0.0);
     for (std::size_t i = 0; i < probes.size(); ++i)
       if (const std::size_t at = i / stride % count;
           at > 0 && at + 1 < count && open(i - stride, i) && open(i, i + stride))
-        g[at] += curvature2(coarse, weight, i - stride, i, i + stride);
+        g[at] += curvature2(coarse, weight,
+                            {i - stride, i, i + stride, place[at] - place[at - 1], place[at + 1] - place[at]});
     stride *= count;
     if (count < 3 || !(*std::ranges::max_element(g) > 0.0))
       continue; // nothing is known: regular along this axis
     g.front() = g[1];
     g.back() = g[count - 2];
-    for (const double x : g)
+    for (const double x : at_equal_steps(place, g))
       density[static_cast<std::size_t>(axis)].push_back(std::pow(x, kExponent));
   }
   return density;
 }
 
-/// Planes at equal parts of the integral of the piecewise linear density, first and last at the ends.
-std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last) {
-  std::vector<double> value = density.empty() ? std::vector<double>(2, 1.0) : density;
-  const double mean = std::accumulate(value.begin(), value.end(), 0.0) / static_cast<double>(value.size());
-  std::vector<double> before{0.0}; // integral up to each value, in steps
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    value[i] = std::max(value[i], kThinnest * mean);
-    if (i > 0)
-      before.push_back(before.back() + 0.5 * (value[i - 1] + value[i]));
+namespace {
+
+/// Integral of the piecewise linear density from the first plane on, in units of its mean.
+class DensityIntegral {
+public:
+  explicit DensityIntegral(const std::vector<double>& density)
+      : value_(density.empty() ? std::vector<double>(2, 1.0) : density) {
+    const double mean = std::accumulate(value_.begin(), value_.end(), 0.0) / static_cast<double>(value_.size());
+    for (std::size_t i = 0; i < value_.size(); ++i) {
+      value_[i] = std::max(value_[i], kThinnest * mean);
+      if (i > 0)
+        before_.push_back(before_.back() + 0.5 * (value_[i - 1] + value_[i]));
+    }
   }
-  const double steps = static_cast<double>(value.size() - 1);
-  std::vector<double> planes{first};
-  std::size_t step = 0;
-  for (int k = 1; k + 1 < count; ++k) {
-    const double wanted = before.back() * k / (count - 1);
-    while (step + 2 < value.size() && before[step + 1] <= wanted)
+
+  double whole() const { return before_.back(); }
+
+  /// At a part 0..1 of the way: sum of the steps before and a t + (b - a) t^2 / 2 of its own.
+  double at(double way) const {
+    const double x = std::clamp(way, 0.0, 1.0) * steps();
+    const std::size_t step = std::min(static_cast<std::size_t>(x), value_.size() - 2);
+    const double t = x - static_cast<double>(step);
+    return before_[step] + t * (value_[step] + 0.5 * t * (value_[step + 1] - value_[step]));
+  }
+
+  /// The part of the way at which the integral is `wanted`: a t + (b - a) t^2 / 2 = rest, in the form that keeps its
+  /// digits.
+  double way_of(double wanted) const {
+    std::size_t step = 0;
+    while (step + 2 < value_.size() && before_[step + 1] <= wanted)
       ++step;
-    // a t + (b - a) t^2 / 2 = rest, in the form that keeps its digits
-    const double a = value[step], rise = value[step + 1] - a, rest = wanted - before[step];
+    const double a = value_[step], rise = value_[step + 1] - a, rest = wanted - before_[step];
     const double t = 2.0 * rest / (a + std::sqrt(std::max(a * a + 2.0 * rise * rest, 0.0)));
-    planes.push_back(first + (last - first) * (static_cast<double>(step) + t) / steps);
+    return (static_cast<double>(step) + t) / steps();
   }
+
+private:
+  double steps() const { return static_cast<double>(value_.size() - 1); }
+  std::vector<double> value_, before_{0.0};
+};
+
+} // namespace
+
+/// Planes at equal parts of the integral of the density, first and last at the ends.
+std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last) {
+  const DensityIntegral integral(density);
+  std::vector<double> planes{first};
+  for (int k = 1; k + 1 < count; ++k)
+    planes.push_back(first + (last - first) * integral.way_of(integral.whole() * k / (count - 1)));
   planes.push_back(last);
+  return planes;
+}
+
+/// Between two fixed planes with n steps' worth of density between them: ceil(n - 0.3) equal parts.
+std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last,
+                              const std::vector<double>& fixed) {
+  const DensityIntegral integral(density);
+  const double per_step = integral.whole() / std::max(count - 1, 1);
+  std::vector<double> planes{first}, ends = fixed;
+  ends.push_back(last);
+  for (const double end : ends) {
+    const double begin = planes.back();
+    const double from = integral.at((begin - first) / (last - first)), to = integral.at((end - first) / (last - first));
+    const int parts = std::max(1, static_cast<int>(std::ceil((to - from) / per_step - kLongStep)));
+    for (int k = 1; k < parts; ++k)
+      planes.push_back(first + (last - first) * integral.way_of(from + (to - from) * k / parts));
+    planes.push_back(end);
+  }
   return planes;
 }
 

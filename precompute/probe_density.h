@@ -29,4 +29,9 @@ Result<ProbeDensity> probe_density(const BasisVolume& coarse);
 /// further apart than about twice the mean.
 std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last);
 
+/// The same through `fixed` planes (increasing, between first and last): between two of them equally much density, so
+/// that neighbours have at most 1.3 times as much between them as `count` planes without them would.
+std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last,
+                              const std::vector<double>& fixed);
+
 } // namespace daylit::precompute

@@ -104,36 +104,69 @@ glm::ivec3 grid_size(const Bounds& room, double spacing_m) {
   return count;
 }
 
+namespace {
+
+/// Planes of one axis relative to the centre of the room: from margin to margin, and from the lowest to the highest of
+/// those that are given.
+std::vector<double> axis_planes(const Bounds& room, int axis, int count, double spacing_m, const ProbeDensity& density,
+                                const Planes& near_surfaces) {
+  const double size = room.size()[axis], high = 0.5 * size - wall_margin(size, spacing_m), centre = room.centre()[axis];
+  std::vector<double> fixed;
+  for (const double x : near_surfaces[static_cast<std::size_t>(axis)])
+    if (std::abs(x - centre) < 0.5 * size)
+      fixed.push_back(x - centre);
+  const double first = fixed.empty() ? -high : std::min(-high, fixed.front()),
+               last = fixed.empty() ? high : std::max(high, fixed.back());
+  std::erase_if(fixed, [&](double x) { return x <= first || x >= last; });
+  const std::vector<double>& dense = density[static_cast<std::size_t>(axis)];
+  return fixed.empty() ? planes_of(dense, count, first, last) : planes_of(dense, count, first, last, fixed);
+}
+
+} // namespace
+
+glm::ivec3 grid_size(const Bounds& room, double spacing_m, const ProbeDensity& density, const Planes& near_surfaces) {
+  glm::ivec3 count = grid_size(room, spacing_m);
+  for (int k = 0; k < 3; ++k)
+    if (!near_surfaces[static_cast<std::size_t>(k)].empty())
+      count[k] = static_cast<int>(axis_planes(room, k, count[k], spacing_m, density, near_surfaces).size());
+  return count;
+}
+
 /// Position of probe (x, y, z): -span / 2 + i span / (count - 1) per axis from the centre of the room, or the planes of
-/// the density.
-Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density) {
+/// the density and those near surfaces.
+Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density,
+                           const Planes& near_surfaces) {
   const glm::dvec3 size = room.size();
   ProbeSet grid;
   grid.is_grid = true;
   grid.origin = room.centre();
-  glm::dvec3 low;
+  const bool graded =
+      is_graded(density) || std::ranges::any_of(near_surfaces, [](const auto& along) { return !along.empty(); });
+  std::array<std::vector<double>, 3> planes;
+  double total = 1;
   for (int k = 0; k < 3; ++k) {
     const double span = size[k] - 2.0 * wall_margin(size[k], spacing_m);
     grid.count[k] = count[k] > 0 ? count[k] : axis_count(span, spacing_m);
+    total *= grid.count[k];
+    if (!(total <= static_cast<double>(kMaxProbes)))
+      return Error{ErrorCode::limit_exceeded, "the grid would have more than 4 million probes", "probe grid",
+                   "use a larger --spacing; is the room really in metres?"};
+    auto& along = planes[static_cast<std::size_t>(k)];
     grid.spacing[k] = grid.count[k] > 1 ? span / (grid.count[k] - 1) : span;
-    low[k] = -0.5 * span;
+    for (int i = 0; !graded && i < grid.count[k]; ++i)
+      along.push_back(-0.5 * span + i * grid.spacing[k]);
+    if (graded) {
+      along = axis_planes(room, k, grid.count[k], spacing_m, density, near_surfaces);
+      grid.count[k] = static_cast<int>(along.size());
+      grid.spacing[k] = (along.back() - along.front()) / (grid.count[k] - 1);
+    }
   }
-  const double total = static_cast<double>(grid.count.x) * grid.count.y * grid.count.z;
-  if (!(total <= static_cast<double>(kMaxProbes)))
-    return Error{ErrorCode::limit_exceeded, "the grid would have more than 4 million probes", "probe grid",
-                 "use a larger --spacing; is the room really in metres?"};
-  const bool graded = is_graded(density);
-  for (int k = 0; graded && k < 3; ++k)
-    grid.planes[static_cast<std::size_t>(k)] =
-        planes_of(density[static_cast<std::size_t>(k)], grid.count[k], low[k], -low[k]);
-  const auto along = [&](int k, int i) {
-    return graded ? grid.planes[static_cast<std::size_t>(k)][static_cast<std::size_t>(i)]
-                  : low[k] + i * grid.spacing[k];
-  };
-  for (int z = 0; z < grid.count.z; ++z)
-    for (int y = 0; y < grid.count.y; ++y)
-      for (int x = 0; x < grid.count.x; ++x)
-        grid.positions.emplace_back(along(0, x), along(1, y), along(2, z));
+  for (const double z : planes[2])
+    for (const double y : planes[1])
+      for (const double x : planes[0])
+        grid.positions.emplace_back(x, y, z);
+  if (graded)
+    grid.planes = std::move(planes);
   grid.valid.assign(grid.positions.size(), 0);
   return grid;
 }

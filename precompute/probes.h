@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include "precompute/probe_density.h"
+#include "precompute/standing_faces.h"
 #include "scene/core/result.h"
 #include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
@@ -14,14 +15,17 @@
 
 namespace daylit::precompute {
 
-/// Probes per axis of make_grid() with this spacing.
+/// Probes per axis of make_grid() with this spacing, without planes near surfaces.
 glm::ivec3 grid_size(const Bounds& room, double spacing_m);
+/// With the planes that it has near surfaces.
+glm::ivec3 grid_size(const Bounds& room, double spacing_m, const ProbeDensity& density, const Planes& near_surfaces);
 
 /// Grid over the room's bounds whose outer probes stand a small margin off the walls.
 /// `count` per axis >= 2, or zero on all axes: the spacing decides (metres, at most `spacing_m` apart). Without a
-/// density the grid is regular; with one it is graded and has as many probes.
+/// density the grid is regular; with one it is graded and has as many probes. `near_surfaces` (planes_near()): planes
+/// that it has beside those, which may then be 1.3 times as far apart.
 Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m,
-                           const ProbeDensity& density = {});
+                           const ProbeDensity& density = {}, const Planes& near_surfaces = {});
 
 /// Marks the probes that stand in the air of the room: those that light can reach from the apertures, found by
 /// walking from probe to neighbouring probe along unobstructed segments that cross no aperture. Inside of furniture,

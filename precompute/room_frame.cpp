@@ -17,10 +17,14 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
   // Where the grid is given the spacing only bounds the distance from the walls: the same part of every room.
   if (std::min({world.grid.x, world.grid.y, world.grid.z}) <= 0)
     local.spacing_m /= frame.unit_m;
+  for (int k = 0; k < 3; ++k)
+    for (double& x : local.near_surfaces[static_cast<std::size_t>(k)])
+      x = (x - frame.origin[k]) / frame.unit_m;
   for (glm::dvec3& p : local.points)
     p = frame.to_local(p);
-  for (glm::dvec3& p : local.held_out)
-    p = frame.to_local(p);
+  for (std::vector<glm::dvec3>* points : {&local.held_out, &local.held_out_standing})
+    for (glm::dvec3& p : *points)
+      p = frame.to_local(p);
   return local;
 }
 
@@ -29,8 +33,9 @@ void report_in_world(const RoomFrame& frame, BakeReport& report) {
   report.doubled_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.window_area_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.hole_area_m2 *= frame.unit_m * frame.unit_m;
-  for (glm::dvec3& p : report.audit.points)
-    p = frame.to_world(p);
+  for (std::vector<glm::dvec3>* points : {&report.audit.points, &report.audit.standing})
+    for (glm::dvec3& p : *points)
+      p = frame.to_world(p);
 }
 
 void volume_in_world(const RoomFrame& frame, const RoomFile& file, const BakeOptions& options, BasisVolume& volume) {

@@ -16,7 +16,8 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
                               const BakeOptions& options) {
   if (!options.points.empty())
     return make_points(options.points, room.bounds(), scene, apertures);
-  Result<ProbeSet> grid = make_grid(room.bounds(), options.grid, options.spacing_m, options.density);
+  Result<ProbeSet> grid =
+      make_grid(room.bounds(), options.grid, options.spacing_m, options.density, options.near_surfaces);
   if (!grid)
     return grid;
   mark_air(*grid, scene, apertures);

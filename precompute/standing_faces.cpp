@@ -1,0 +1,181 @@
+#include "precompute/standing_faces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include <glm/geometric.hpp>
+
+#include "scene/room/ray_scene.h"
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr double kLevel = 0.99;      ///< |normal z| of a face on which things stand
+constexpr double kSameHeight = 2e-3; ///< metres
+constexpr double kFreeHeight = 0.10; ///< metres of air above
+constexpr double kLeastArea_m2 = 0.05;
+constexpr double kLowest = 0.01, kHighest = 0.30; ///< metres above a face: where objects are
+constexpr float kClear = 0.009f; ///< metres from everything: nothing touches a wall
+constexpr std::array<double, 3> kHeights{0.015, 0.08, 0.25};
+constexpr double kInside = 0.015;       ///< metres from the edge of a table top
+constexpr double kSharedHeight = 0.3;   ///< of its height: so far a plane may be from where a face wants it
+constexpr double kSharedEdge = 0.02;    ///< metres, the same of planes inside an edge
+constexpr double kRectangle = 0.98;     ///< area / that of the box around it
+constexpr std::size_t kMostPlanes = 24; ///< per axis
+
+bool is_level(const Room& room, const RoomTriangle& t) {
+  const glm::dvec3 n = area_normal(room, t);
+  return !room.is_window(t) && std::abs(n.z) > kLevel * glm::length(n);
+}
+
+double height_of(const Room& room, const RoomTriangle& t) {
+  return (room.corner(t, 0).z + room.corner(t, 1).z + room.corner(t, 2).z) / 3.0;
+}
+
+bool has_air_above(const Room& room, const RayScene& rays, const RoomTriangle& t) {
+  const glm::dvec3 middle = (room.corner(t, 0) + room.corner(t, 1) + room.corner(t, 2)) / 3.0;
+  const float off = std::max(1e-3f, 4.0f * rays.surface_offset());
+  return !rays.occluded(rays.to_local(middle), {0.0f, 0.0f, 1.0f}, off, static_cast<float>(kFreeHeight));
+}
+
+/// Union-find over corners that lie at one place.
+class Joined {
+public:
+  std::size_t place(const glm::dvec3& p) {
+    const auto key =
+        std::array{std::llround(p.x / kSameHeight), std::llround(p.y / kSameHeight), std::llround(p.z / kSameHeight)};
+    const auto [found, added] = places_.try_emplace(key, parent_.size());
+    if (added)
+      parent_.push_back(parent_.size());
+    return found->second;
+  }
+  std::size_t root(std::size_t i) const {
+    while (parent_[i] != i)
+      i = parent_[i];
+    return i;
+  }
+  void join(std::size_t a, std::size_t b) { parent_[root(a)] = root(b); }
+
+private:
+  std::map<std::array<long long, 3>, std::size_t> places_;
+  std::vector<std::size_t> parent_;
+};
+
+void include(const Room& room, const RoomTriangle& t, StandingFace& face) {
+  const double area = area_m2(room, t);
+  face.z = (face.z * face.area_m2 + height_of(room, t) * area) / std::max(face.area_m2 + area, 1e-300);
+  face.area_m2 += area;
+  for (int k = 0; k < 3; ++k) {
+    const glm::dvec3 c = room.corner(t, k);
+    for (int axis = 0; axis < 2; ++axis) {
+      face.low[axis] = face.triangles.empty() && k == 0 ? c[axis] : std::min(face.low[axis], c[axis]);
+      face.high[axis] = face.triangles.empty() && k == 0 ? c[axis] : std::max(face.high[axis], c[axis]);
+    }
+  }
+  face.triangles.push_back(t);
+}
+
+/// Adds a coordinate unless one is there already within the tolerance.
+void add_plane(std::vector<double>& planes, double at, double tolerance) {
+  if (planes.size() < kMostPlanes &&
+      std::ranges::none_of(planes, [&](double x) { return std::abs(x - at) <= tolerance; }))
+    planes.push_back(at);
+}
+
+bool is_rectangle(const StandingFace& face) {
+  const glm::dvec2 size = face.high - face.low;
+  return face.area_m2 > kRectangle * size.x * size.y;
+}
+
+/// Triangle of a place `u` in 0..1 along the summed areas.
+const RoomTriangle& triangle_at(const Room& room, const std::vector<StandingFace>& faces, double u) {
+  double total = 0;
+  for (const StandingFace& f : faces)
+    total += f.area_m2;
+  double left = u * total;
+  for (const StandingFace& f : faces)
+    for (const RoomTriangle& t : f.triangles)
+      if ((left -= area_m2(room, t)) <= 0.0)
+        return t;
+  return faces.back().triangles.back();
+}
+
+} // namespace
+
+/// Level triangles with air above, joined where they share a corner.
+Result<std::vector<StandingFace>> standing_faces(const Room& room, const std::string& material) {
+  const Result<RayScene> rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  Joined corners;
+  std::vector<const RoomTriangle*> level;
+  for (const RoomTriangle& t : room.triangles)
+    if (is_level(room, t) && (material.empty() || room.material(t).name == material) && has_air_above(room, *rays, t)) {
+      level.push_back(&t);
+      const std::size_t first = corners.place(room.corner(t, 0));
+      corners.join(first, corners.place(room.corner(t, 1)));
+      corners.join(first, corners.place(room.corner(t, 2)));
+    }
+  std::map<std::size_t, StandingFace> joined;
+  for (const RoomTriangle* t : level)
+    include(room, *t, joined[corners.root(corners.place(room.corner(*t, 0)))]);
+  std::vector<StandingFace> faces;
+  for (auto& [root, face] : joined)
+    if (face.area_m2 >= kLeastArea_m2)
+      faces.push_back(std::move(face));
+  if (faces.empty() && !material.empty())
+    return Error{ErrorCode::value_invalid, "no level face of at least 0.05 m2 has the material '" + material + "'",
+                 "--stand-on", "name the material of a floor, a table top or a shelf"};
+  std::ranges::stable_sort(faces, [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
+  return faces;
+}
+
+/// z: 1.5, 8 and 25 cm above each face (docs/notes/bake.md says why these). x and y: 1.5 cm inside rectangles.
+Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
+  Planes planes;
+  for (const StandingFace& f : faces) {
+    for (const double h : kHeights)
+      if (f.z + h < room.max.z)
+        add_plane(planes[2], f.z + h, kSharedHeight * h);
+    for (int axis = 0; axis < 2 && is_rectangle(f); ++axis) {
+      auto& across = planes[static_cast<std::size_t>(axis)];
+      if (f.low[axis] > room.min[axis] + kSharedEdge)
+        add_plane(across, f.low[axis] + kInside, kSharedEdge);
+      if (f.high[axis] < room.max[axis] - kSharedEdge)
+        add_plane(across, f.high[axis] - kInside, kSharedEdge);
+    }
+  }
+  for (std::vector<double>& along : planes)
+    std::ranges::sort(along);
+  return planes;
+}
+
+/// Point k of the R3 sequence: place in the summed areas, place in the triangle, height kLowest (kHighest / kLowest)^u.
+Result<std::vector<glm::dvec3>> points_above(const Room& room, const std::vector<StandingFace>& faces, std::size_t count) {
+  constexpr std::array<double, 4> kStep{0.8566748838545029, 0.7338918566271260, 0.6287067210378087,
+                                        0.5385972572236101}; // 1/g .. 1/g^4, g^5 = g + 1
+  const Result<RayScene> rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  std::vector<glm::dvec3> points;
+  for (std::size_t k = 1; k <= count && !faces.empty(); ++k) {
+    std::array<double, 4> u;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const double x = 0.5 + static_cast<double>(k) * kStep[i];
+      u[i] = x - std::floor(x);
+    }
+    const RoomTriangle& t = triangle_at(room, faces, u[0]);
+    const double s = std::sqrt(u[1]); // uniform over the triangle (Turk 1990)
+    const glm::dvec3 on =
+        (1.0 - s) * room.corner(t, 0) + s * (1.0 - u[2]) * room.corner(t, 1) + s * u[2] * room.corner(t, 2);
+    const glm::dvec3 p = on + glm::dvec3(0.0, 0.0, kLowest * std::pow(kHighest / kLowest, u[3]));
+    if (rays->distance(rays->to_local(p), kClear) >= kClear)
+      points.push_back(p);
+  }
+  return points;
+}
+
+} // namespace daylit::precompute

@@ -1,0 +1,42 @@
+#pragma once
+
+// Where objects stand: level faces with air above. Close above them the light changes within centimetres, and people
+// look there; probes and points of the audit are placed by them.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "scene/core/result.h"
+#include "scene/room/room.h"
+
+namespace daylit::precompute {
+
+/// Level faces of one height that touch each other.
+struct StandingFace {
+  std::vector<RoomTriangle> triangles;
+  double z = 0; ///< world metres
+  glm::dvec2 low{0.0}, high{0.0};
+  double area_m2 = 0;
+};
+
+/// Faces of at least 0.05 m^2 with 10 cm of free height, largest first. `material` not empty: those of that material
+/// alone. Errors: value_invalid, no such face of the material; those of RayScene.
+Result<std::vector<StandingFace>> standing_faces(const Room& room, const std::string& material = "");
+
+/// Coordinates per axis, world metres, increasing.
+using Planes = std::array<std::vector<double>, 3>;
+
+/// Planes of probes close above those faces and just inside the edges of those that are rectangles along the axes.
+/// Few: one plane serves all faces that ask for about the same one.
+Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room);
+
+/// Points 1 to 30 cm above the faces (R3 sequence over area and the logarithm of height, Roberts 2018), world metres:
+/// those of `count` that are at least 9 mm from everything. Errors of RayScene.
+Result<std::vector<glm::dvec3>> points_above(const Room& room, const std::vector<StandingFace>& faces,
+                                             std::size_t count);
+
+} // namespace daylit::precompute
