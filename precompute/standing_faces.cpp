@@ -20,7 +20,8 @@ constexpr double kLeastArea_m2 = 0.05;
 constexpr double kLowest = 0.01, kHighest = 0.30; ///< metres above a face: where objects are
 constexpr float kClear = 0.009f; ///< metres from everything: nothing touches a wall
 constexpr std::array<double, 3> kHeights{0.015, 0.08, 0.25};
-constexpr double kInside = 0.015;       ///< metres from the edge of a table top
+constexpr double kOffWall = 0.12;
+constexpr std::array<double, 2> kInside{0.015, 0.1}; ///< metres from the edge of a table top
 constexpr double kSharedHeight = 0.3;   ///< of its height: so far a plane may be from where a face wants it
 constexpr double kSharedEdge = 0.02;    ///< metres, the same of planes inside an edge
 constexpr double kRectangle = 0.98;     ///< area / that of the box around it
@@ -142,10 +143,18 @@ Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
         add_plane(planes[2], f.z + h, kSharedHeight * h);
     for (int axis = 0; axis < 2 && is_rectangle(f); ++axis) {
       auto& across = planes[static_cast<std::size_t>(axis)];
-      if (f.low[axis] > room.min[axis] + kSharedEdge)
-        add_plane(across, f.low[axis] + kInside, kSharedEdge);
-      if (f.high[axis] < room.max[axis] - kSharedEdge)
-        add_plane(across, f.high[axis] - kInside, kSharedEdge);
+      const bool wall_below = f.low[axis] < room.min[axis] + kSharedEdge,
+                 wall_above = f.high[axis] > room.max[axis] - kSharedEdge;
+      for (const double inside : kInside) {
+        if (!wall_below)
+          add_plane(across, f.low[axis] + inside, kSharedEdge);
+        if (!wall_above)
+          add_plane(across, f.high[axis] - inside, kSharedEdge);
+      }
+      if (wall_below)
+        add_plane(across, f.low[axis] + kOffWall, 0.3 * kOffWall);
+      if (wall_above)
+        add_plane(across, f.high[axis] - kOffWall, 0.3 * kOffWall);
     }
   }
   for (std::vector<double>& along : planes)
