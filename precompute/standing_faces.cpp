@@ -17,13 +17,13 @@ constexpr double kLevel = 0.99;      ///< |normal z| of a face on which things s
 constexpr double kSameHeight = 2e-3; ///< metres
 constexpr double kFreeHeight = 0.10; ///< metres of air above
 constexpr double kLeastArea_m2 = 0.05;
-constexpr double kLowest = 0.01, kHighest = 0.30; ///< metres above a face: where objects are
-constexpr float kClear = 0.009f; ///< metres from everything: nothing touches a wall
-constexpr std::array<double, 3> kHeights{0.015, 0.08, 0.25};
-constexpr double kOffWall = 0.12;
-constexpr std::array<double, 2> kInside{0.015, 0.1}; ///< metres from the edge of a table top
-constexpr double kSharedHeight = 0.3;   ///< of its height: so far a plane may be from where a face wants it
-constexpr double kSharedEdge = 0.02;    ///< metres, the same of planes inside an edge
+constexpr double kLowest = 0.01, kHighest = 0.30;            ///< metres above a face: where objects are
+constexpr float kClear = 0.009f;                             ///< metres from everything: nothing touches a wall
+constexpr std::array<double, 3> kHeights{0.015, 0.08, 0.25}; ///< metres of planes above a face
+constexpr std::array<double, 3> kInside{0.015, 0.045, 0.1};  ///< metres from an edge
+constexpr double kNarrow = 0.5;                              ///< metres, of a shelf or a sill
+constexpr double kShared = 0.3;         ///< so far, of its distance from a face or wall, may a plane be elsewhere
+constexpr double kSharedEdge = 0.02;    ///< metres, the same inside an edge
 constexpr double kRectangle = 0.98;     ///< area / that of the box around it
 constexpr std::size_t kMostPlanes = 24; ///< per axis
 
@@ -32,14 +32,15 @@ bool is_level(const Room& room, const RoomTriangle& t) {
   return !room.is_window(t) && std::abs(n.z) > kLevel * glm::length(n);
 }
 
-double height_of(const Room& room, const RoomTriangle& t) {
-  return (room.corner(t, 0).z + room.corner(t, 1).z + room.corner(t, 2).z) / 3.0;
-}
-
+/// Above the middle, or halfway from it to a corner: something may stand on a table already.
 bool has_air_above(const Room& room, const RayScene& rays, const RoomTriangle& t) {
   const glm::dvec3 middle = (room.corner(t, 0) + room.corner(t, 1) + room.corner(t, 2)) / 3.0;
   const float off = std::max(1e-3f, 4.0f * rays.surface_offset());
-  return !rays.occluded(rays.to_local(middle), {0.0f, 0.0f, 1.0f}, off, static_cast<float>(kFreeHeight));
+  const auto free = [&](const glm::dvec3& p) {
+    return !rays.occluded(rays.to_local(p), {0.0f, 0.0f, 1.0f}, off, static_cast<float>(kFreeHeight));
+  };
+  return free(middle) || free(0.5 * (middle + room.corner(t, 0))) || free(0.5 * (middle + room.corner(t, 1))) ||
+         free(0.5 * (middle + room.corner(t, 2)));
 }
 
 /// Union-find over corners that lie at one place.
@@ -66,16 +67,9 @@ private:
 };
 
 void include(const Room& room, const RoomTriangle& t, StandingFace& face) {
-  const double area = area_m2(room, t);
-  face.z = (face.z * face.area_m2 + height_of(room, t) * area) / std::max(face.area_m2 + area, 1e-300);
-  face.area_m2 += area;
-  for (int k = 0; k < 3; ++k) {
-    const glm::dvec3 c = room.corner(t, k);
-    for (int axis = 0; axis < 2; ++axis) {
-      face.low[axis] = face.triangles.empty() && k == 0 ? c[axis] : std::min(face.low[axis], c[axis]);
-      face.high[axis] = face.triangles.empty() && k == 0 ? c[axis] : std::max(face.high[axis], c[axis]);
-    }
-  }
+  face.area_m2 += area_m2(room, t);
+  for (int k = 0; k < 3; ++k)
+    face.box.include(room.corner(t, k));
   face.triangles.push_back(t);
 }
 
@@ -87,8 +81,24 @@ void add_plane(std::vector<double>& planes, double at, double tolerance) {
 }
 
 bool is_rectangle(const StandingFace& face) {
-  const glm::dvec2 size = face.high - face.low;
+  const glm::dvec3 size = face.box.size();
   return face.area_m2 > kRectangle * size.x * size.y;
+}
+
+/// Planes beside both ends of a rectangle: inside an edge that objects can stand at, or off a wall of the room, where
+/// the outermost probes stand anyway. What is close to an edge is most of a sill or shelf, little of a floor.
+void add_beside_edges(const StandingFace& face, const Bounds& room, int axis, std::vector<double>& planes) {
+  const bool narrow = face.box.size()[axis] < kNarrow;
+  for (const double inwards : {1.0, -1.0}) {
+    const double edge = inwards > 0 ? face.box.min[axis] : face.box.max[axis],
+                 wall = inwards > 0 ? room.min[axis] : room.max[axis];
+    const bool at_wall = std::abs(edge - wall) < kSharedEdge;
+    if (!at_wall)
+      add_plane(planes, edge + inwards * kInside[0], kSharedEdge);
+    if (narrow)
+      add_plane(planes, edge + inwards * kInside[1], kSharedEdge);
+    add_plane(planes, edge + inwards * kInside[2], at_wall ? kShared * kInside[2] : kSharedEdge);
+  }
 }
 
 /// Triangle of a place `u` in 0..1 along the summed areas.
@@ -124,8 +134,9 @@ Result<std::vector<StandingFace>> standing_faces(const Room& room, const std::st
   for (const RoomTriangle* t : level)
     include(room, *t, joined[corners.root(corners.place(room.corner(*t, 0)))]);
   std::vector<StandingFace> faces;
+  const double top = room.bounds().max.z - kHighest; // a ceiling has air above it, too
   for (auto& [root, face] : joined)
-    if (face.area_m2 >= kLeastArea_m2)
+    if (face.area_m2 >= kLeastArea_m2 && face.box.max.z < top)
       faces.push_back(std::move(face));
   if (faces.empty() && !material.empty())
     return Error{ErrorCode::value_invalid, "no level face of at least 0.05 m2 has the material '" + material + "'",
@@ -134,28 +145,15 @@ Result<std::vector<StandingFace>> standing_faces(const Room& room, const std::st
   return faces;
 }
 
-/// z: 1.5, 8 and 25 cm above each face (docs/notes/bake.md says why these). x and y: 1.5 cm inside rectangles.
+/// z: 1.5, 8 and 25 cm above each face. x and y: 1.5, 4.5 and 10 cm inside rectangles (docs/notes/bake.md
+/// says what was measured).
 Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
   Planes planes;
   for (const StandingFace& f : faces) {
     for (const double h : kHeights)
-      if (f.z + h < room.max.z)
-        add_plane(planes[2], f.z + h, kSharedHeight * h);
-    for (int axis = 0; axis < 2 && is_rectangle(f); ++axis) {
-      auto& across = planes[static_cast<std::size_t>(axis)];
-      const bool wall_below = f.low[axis] < room.min[axis] + kSharedEdge,
-                 wall_above = f.high[axis] > room.max[axis] - kSharedEdge;
-      for (const double inside : kInside) {
-        if (!wall_below)
-          add_plane(across, f.low[axis] + inside, kSharedEdge);
-        if (!wall_above)
-          add_plane(across, f.high[axis] - inside, kSharedEdge);
-      }
-      if (wall_below)
-        add_plane(across, f.low[axis] + kOffWall, 0.3 * kOffWall);
-      if (wall_above)
-        add_plane(across, f.high[axis] - kOffWall, 0.3 * kOffWall);
-    }
+      add_plane(planes[2], f.box.max.z + h, kShared * h);
+    for (int axis = 0; axis < 2 && is_rectangle(f); ++axis)
+      add_beside_edges(f, room, axis, planes[static_cast<std::size_t>(axis)]);
   }
   for (std::vector<double>& along : planes)
     std::ranges::sort(along);
@@ -163,7 +161,8 @@ Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
 }
 
 /// Point k of the R3 sequence: place in the summed areas, place in the triangle, height kLowest (kHighest / kLowest)^u.
-Result<std::vector<glm::dvec3>> points_above(const Room& room, const std::vector<StandingFace>& faces, std::size_t count) {
+Result<std::vector<glm::dvec3>> points_above(const Room& room, const std::vector<StandingFace>& faces,
+                                             std::size_t count) {
   constexpr std::array<double, 4> kStep{0.8566748838545029, 0.7338918566271260, 0.6287067210378087,
                                         0.5385972572236101}; // 1/g .. 1/g^4, g^5 = g + 1
   const Result<RayScene> rays = RayScene::build(room);

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "scene/core/result.h"
@@ -18,8 +17,7 @@ namespace daylit::precompute {
 /// Level faces of one height that touch each other.
 struct StandingFace {
   std::vector<RoomTriangle> triangles;
-  double z = 0; ///< world metres
-  glm::dvec2 low{0.0}, high{0.0};
+  Bounds box; ///< world metres
   double area_m2 = 0;
 };
 
