@@ -246,23 +246,8 @@ std::string content_arguments(int argc, char** argv) {
   return text;
 }
 
-} // namespace
-
-/// Options of a bake; `check` has its own (check_command).
-int main(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "check")
-    return check_command(argc - 1, argv + 1);
-  Arguments a;
-  a.command_line = content_arguments(argc, argv);
-  CLI::App app{"Computes the basis irradiance volume of a room.\n"
-               "Example: daylit-precompute room.obj -o room.volume\n"
-               "`daylit-precompute check ROOM` says what a bake would find, without baking."};
-  app.set_version_flag("--version", DAYLIT_VERSION);
-  app.add_option("ROOM", a.room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
-  app.add_option("-o,--output", a.output, "the .volume file to write")->required();
-  app.add_option("--regions", a.regions,
-                 "uniform:N, tregenza, reinhart:K, adaptive:N (small where the room's light changes with the\n"
-                 "direction), or fine:N for a sharp sun (default: planned)");
+/// Where probes stand.
+void add_probe_options(CLI::App& app, Arguments& a) {
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
       app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
@@ -282,6 +267,26 @@ int main(int argc, char** argv) {
       ->excludes(points)
       ->excludes(grid)
       ->excludes(spacing);
+}
+
+} // namespace
+
+/// Options of a bake; `check` has its own (check_command).
+int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "check")
+    return check_command(argc - 1, argv + 1);
+  Arguments a;
+  a.command_line = content_arguments(argc, argv);
+  CLI::App app{"Computes the basis irradiance volume of a room.\n"
+               "Example: daylit-precompute room.obj -o room.volume\n"
+               "`daylit-precompute check ROOM` says what a bake would find, without baking."};
+  app.set_version_flag("--version", DAYLIT_VERSION);
+  app.add_option("ROOM", a.room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
+  app.add_option("-o,--output", a.output, "the .volume file to write")->required();
+  app.add_option("--regions", a.regions,
+                 "uniform:N, tregenza, reinhart:K, adaptive:N (small where the room's light changes with the\n"
+                 "direction), or fine:N for a sharp sun (default: planned)");
+  add_probe_options(app, a);
   auto* patch_size =
       app.add_option("--patch-size", a.patch_size_m, "longest edge of the mesh, metres (default: planned)")
           ->check(CLI::PositiveNumber);
