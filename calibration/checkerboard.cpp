@@ -1,0 +1,179 @@
+#include "calibration/checkerboard.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+namespace daylit::calibration {
+
+namespace {
+
+constexpr int kSearchSide = 1400;     ///< pixels, longest side of the picture that is searched
+constexpr double kOverExposed = 0.35; ///< of the pixels at their largest value
+constexpr double kDark = 12.0;        ///< of 255: brightest twentieth
+constexpr double kSharp = 30.0;       ///< variance of the Laplacian at the search size
+constexpr double kDarkBorder = 0.12;  ///< of the mean brightness: outside of the circle
+constexpr double kRound = 0.012;      ///< rms distance of the border from the circle / radius
+constexpr std::size_t kBorderPoints = 60;
+
+cv::Mat grey_of(const Rgb8Image& picture) {
+  const cv::Mat rgb(picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.bytes.data()));
+  cv::Mat grey;
+  cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
+  return grey;
+}
+
+/// The picture at most kSearchSide wide and high, and its pixels per pixel of the original.
+std::pair<cv::Mat, double> to_search_size(const cv::Mat& grey) {
+  const double scale = std::min(1.0, double(kSearchSide) / std::max(grey.cols, grey.rows));
+  cv::Mat small = grey;
+  if (scale < 1.0)
+    cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
+  return {small, scale};
+}
+
+/// The method that looks for squares, quickly.
+std::vector<cv::Point2f> quick_search(const cv::Mat& small, BoardSize size) {
+  std::vector<cv::Point2f> corners;
+  const int how = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
+  return cv::findChessboardCorners(small, {size.columns, size.rows}, corners, how) ? corners
+                                                                                   : std::vector<cv::Point2f>{};
+}
+
+/// The quick way; without its short cut; and the method that looks for saddle points (Duda & Frese 2018), which finds
+/// boards that the other does not.
+std::vector<cv::Point2f> search(const cv::Mat& small, BoardSize size) {
+  const cv::Size board(size.columns, size.rows);
+  std::vector<cv::Point2f> corners = quick_search(small, size);
+  if (!corners.empty() ||
+      cv::findChessboardCorners(small, board, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) ||
+      cv::findChessboardCornersSB(small, board, corners, cv::CALIB_CB_NORMALIZE_IMAGE))
+    return corners;
+  return {};
+}
+
+/// Half of the shortest distance between neighbouring corners: a window that holds one corner.
+int window_of(const std::vector<cv::Point2f>& corners, BoardSize size) {
+  double shortest = 1e9;
+  for (int y = 0; y < size.rows; ++y)
+    for (int x = 0; x + 1 < size.columns; ++x) {
+      const auto i = static_cast<std::size_t>(y * size.columns + x);
+      shortest = std::min(shortest, cv::norm(corners[i + 1] - corners[i]));
+    }
+  for (std::size_t i = 0; i + static_cast<std::size_t>(size.columns) < corners.size(); ++i)
+    shortest = std::min(shortest, cv::norm(corners[i + static_cast<std::size_t>(size.columns)] - corners[i]));
+  return std::clamp(static_cast<int>(0.4 * shortest), 2, 11);
+}
+
+/// Algebraic circle through points: least squares of x^2 + y^2 + a x + b y + c (Kasa 1976).
+ImageCircle circle_through(const std::vector<glm::dvec2>& points) {
+  cv::Mat m(static_cast<int>(points.size()), 3, CV_64F), b(static_cast<int>(points.size()), 1, CV_64F), x;
+  for (int i = 0; i < m.rows; ++i) {
+    const glm::dvec2& p = points[static_cast<std::size_t>(i)];
+    m.at<double>(i, 0) = p.x;
+    m.at<double>(i, 1) = p.y;
+    m.at<double>(i, 2) = 1.0;
+    b.at<double>(i, 0) = -(p.x * p.x + p.y * p.y);
+  }
+  if (!cv::solve(m, b, x, cv::DECOMP_SVD))
+    return {};
+  const glm::dvec2 centre(-0.5 * x.at<double>(0), -0.5 * x.at<double>(1));
+  return {centre, std::sqrt(std::max(centre.x * centre.x + centre.y * centre.y - x.at<double>(2), 0.0))};
+}
+
+double rms_distance(const std::vector<glm::dvec2>& points, const ImageCircle& circle) {
+  double sum = 0;
+  for (const glm::dvec2& p : points)
+    sum += std::pow(std::hypot(p.x - circle.centre.x, p.y - circle.centre.y) - circle.radius, 2);
+  return std::sqrt(sum / static_cast<double>(points.size()));
+}
+
+} // namespace
+
+std::optional<FoundBoard> find_checkerboard(const Rgb8Image& picture, BoardSize size) {
+  const cv::Mat grey = grey_of(picture);
+  const auto [small, scale] = to_search_size(grey);
+  std::vector<cv::Point2f> corners = search(small, size);
+  if (corners.empty())
+    return std::nullopt;
+  for (cv::Point2f& c : corners) // pixel centres are whole numbers on either side
+    c = {static_cast<float>((double(c.x) + 0.5) / scale - 0.5), static_cast<float>((double(c.y) + 0.5) / scale - 0.5)};
+  const int half = window_of(corners, size);
+  cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 60, 1e-3});
+  FoundBoard found;
+  for (const cv::Point2f& c : corners)
+    found.corner_px.emplace_back(double(c.x), double(c.y));
+  return found;
+}
+
+/// Larger boards first: a part of one passes for a smaller one.
+std::string why_not_found(const Rgb8Image& picture, BoardSize size) {
+  const cv::Mat small = to_search_size(grey_of(picture)).first;
+  for (const auto& [dx, dy] : {std::pair{2, 2},
+                               {1, 1},
+                               {1, 0},
+                               {0, 1},
+                               {size.rows - size.columns, size.columns - size.rows},
+                               {-1, 0},
+                               {0, -1},
+                               {-1, -1},
+                               {-2, -2}}) {
+    const BoardSize other{size.columns + dx, size.rows + dy};
+    if ((dx != 0 || dy != 0) && other.columns >= 3 && other.rows >= 3 && !quick_search(small, other).empty())
+      return fmt::format("shows a board of {} x {} inner corners, not {} x {}", other.columns, other.rows, size.columns,
+                         size.rows);
+  }
+  const double pixels = static_cast<double>(small.total());
+  if (cv::countNonZero(small >= 254) > kOverExposed * pixels)
+    return "over-exposed: a third of the picture is white; expose less";
+  if (cv::countNonZero(small > kDark) < 0.05 * pixels)
+    return "too dark; expose more";
+  cv::Mat laplacian;
+  cv::Laplacian(small, laplacian, CV_64F);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(laplacian, mean, deviation);
+  if (deviation[0] * deviation[0] < kSharp)
+    return "blurred: no sharp edge in it; hold the camera still, or use more light";
+  return "the whole board is not visible";
+}
+
+void CircleFinder::add(const Rgb8Image& picture) {
+  if (brightest_.empty()) {
+    width_ = picture.width;
+    height_ = picture.height;
+    brightest_.assign(static_cast<std::size_t>(width_) * height_, 0);
+  }
+  if (picture.width != width_ || picture.height != height_)
+    return;
+  for (std::size_t i = 0; i < brightest_.size(); ++i)
+    brightest_[i] = std::max({brightest_[i], picture.bytes[3 * i], picture.bytes[3 * i + 1], picture.bytes[3 * i + 2]});
+}
+
+/// Largest outline of what is bright; its points that do not lie on the picture's border, and the circle through them.
+ImageCircle CircleFinder::find() const {
+  if (brightest_.empty())
+    return {};
+  cv::Mat bright = cv::Mat(height_, width_, CV_8U, const_cast<std::uint8_t*>(brightest_.data())).clone(), mask;
+  cv::medianBlur(bright, bright, 5);
+  cv::threshold(bright, mask, std::max(kDarkBorder * cv::mean(bright)[0], 8.0), 255, cv::THRESH_BINARY);
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  if (outlines.empty())
+    return {};
+  const auto& largest = *std::ranges::max_element(
+      outlines, {}, [](const std::vector<cv::Point>& o) { return std::abs(cv::contourArea(o)); });
+  std::vector<glm::dvec2> border;
+  for (const cv::Point& p : largest)
+    if (p.x > 2 && p.y > 2 && p.x < width_ - 3 && p.y < height_ - 3)
+      border.emplace_back(p.x, p.y);
+  if (border.size() < kBorderPoints)
+    return {};
+  const ImageCircle circle = circle_through(border);
+  const bool round = circle.radius > 0 && rms_distance(border, circle) < kRound * circle.radius;
+  return round && circle.radius < std::hypot(width_, height_) ? circle : ImageCircle{};
+}
+
+} // namespace daylit::calibration

@@ -1,0 +1,44 @@
+#pragma once
+
+// Checkerboards in photographs, and what keeps one from being found.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec2.hpp>
+
+#include "calibration/lens_fit.h"
+#include "scene/image/image_formats.h"
+
+namespace daylit::calibration {
+
+/// Inner corners, columns by rows.
+struct BoardSize {
+  int columns = 0, rows = 0;
+};
+
+struct FoundBoard {
+  std::vector<glm::dvec2> corner_px; ///< row by row, subpixel; pixel centres are whole numbers
+};
+
+/// The board in a picture of 8 bits; nothing where it is not wholly visible.
+std::optional<FoundBoard> find_checkerboard(const Rgb8Image& picture, BoardSize size);
+
+/// Why a picture shows no such board, in plain words: over-exposed, blurred, too dark, or a board of another size.
+std::string why_not_found(const Rgb8Image& picture, BoardSize size);
+
+/// Circle of a fish-eye picture: what is never dark in any of the pictures (their brightest value per pixel).
+class CircleFinder {
+public:
+  /// Pictures of one size; others are left out.
+  void add(const Rgb8Image& picture);
+  /// Radius 0: the pictures are bright up to their corners.
+  ImageCircle find() const;
+
+private:
+  int width_ = 0, height_ = 0;
+  std::vector<std::uint8_t> brightest_;
+};
+
+} // namespace daylit::calibration

@@ -1,0 +1,270 @@
+#include "calibration/lens_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+namespace daylit::calibration {
+
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kOdd = 3.5; ///< times the median of the views' errors: a view that does not belong
+constexpr double kOddLeast_px = 0.3;
+constexpr std::size_t kFewest = 3, kEnough = 6;
+constexpr double kLargeRms = 1.0 / 1000; ///< of the picture's width, and at least a pixel
+constexpr double kHeldOut = 1.5;         ///< held-out error / error: beyond, the lens follows single pictures
+constexpr double kSure = 0.01;           ///< standard deviation of the focal length / focal length
+constexpr double kAlike_deg = 10.0;      ///< largest tilt between two boards
+constexpr double kReach = 0.7;           ///< of the circle's radius
+constexpr double kCovered = 0.4;         ///< of the parts of the picture
+constexpr int kParts = 8;
+
+Error interrupted() { return interrupted_error("calibration"); }
+
+std::vector<double> sorted(std::vector<double> values) {
+  std::ranges::sort(values);
+  return values;
+}
+
+/// Leaves out the worst view while it is far worse than the usual one, and fits again.
+Result<LensFit> fit_without_odd_views(LensKind kind, int width_px, int height_px, const ImageCircle& circle,
+                                      std::vector<BoardView>& views, std::span<const glm::dvec3> board,
+                                      std::vector<DroppedPicture>& dropped) {
+  Result<LensFit> fit = fit_lens(kind, width_px, height_px, circle, views, board);
+  while (fit && views.size() > kFewest) {
+    const std::vector<double>& rms = fit->view_rms_px;
+    const auto worst = static_cast<std::size_t>(std::ranges::max_element(rms) - rms.begin());
+    const double usual = sorted(rms)[(rms.size() - 1) / 2];
+    if (rms[worst] < kOdd * usual || rms[worst] < usual + kOddLeast_px)
+      break;
+    dropped.push_back({views[worst].name,
+                       fmt::format("its corners are {:.2g} px off where the others are {:.2g}: another board, another "
+                                   "camera, or a board that is bent or was moved",
+                                   rms[worst], usual)});
+    views.erase(views.begin() + static_cast<std::ptrdiff_t>(worst));
+    const auto again = refit_lens(fit->lens, views, board);
+    fit = again ? Result<LensFit>(*again) : fit_lens(kind, width_px, height_px, circle, views, board);
+  }
+  return fit;
+}
+
+/// Rms over the views of what each is off by when the lens is fitted to the others.
+Result<double> held_out_error(const LensFit& fit, const std::vector<BoardView>& views,
+                              std::span<const glm::dvec3> board, const Progress& progress) {
+  double sum = 0;
+  std::size_t counted = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    if (!progress("held-out pictures", static_cast<double>(v) / static_cast<double>(views.size())))
+      return interrupted();
+    std::vector<BoardView> others = views;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
+    const auto lens = refit_lens(fit.lens, others, board);
+    const auto rms = lens ? held_out_rms(lens->lens, views[v], board) : std::nullopt;
+    if (rms) {
+      sum += *rms * *rms;
+      ++counted;
+    }
+  }
+  return counted > 0 ? std::sqrt(sum / static_cast<double>(counted)) : 0.0;
+}
+
+/// Largest angle between the normals of two boards.
+double tilt_spread(const LensFit& fit) {
+  std::vector<glm::dvec3> normal;
+  for (const BoardPose& p : fit.pose)
+    normal.push_back(p.apply({0, 0, 1}) - p.apply({0, 0, 0}));
+  double widest = 0;
+  for (const glm::dvec3& a : normal)
+    for (const glm::dvec3& b : normal)
+      widest = std::max(widest, std::acos(std::clamp(std::abs(glm::dot(a, b)), 0.0, 1.0)));
+  return widest / kDegree;
+}
+
+/// Fraction of kParts x kParts parts that hold a corner: of the picture, or of those whose middle lies in the circle.
+double coverage_of(const LensCalibration& c) {
+  const glm::dvec2 size(c.fit.lens.width_px, c.fit.lens.height_px);
+  const bool round = c.circle.radius > 0;
+  const glm::dvec2 low = round ? c.circle.centre - c.circle.radius : glm::dvec2(0.0),
+                   side = round ? glm::dvec2(2.0 * c.circle.radius) : size;
+  std::set<std::pair<int, int>> hit;
+  for (const BoardView& view : c.views)
+    for (const glm::dvec2& p : view.corner_px) {
+      const glm::dvec2 at = static_cast<double>(kParts) * (p - low) / side;
+      hit.insert({static_cast<int>(std::floor(at.x)), static_cast<int>(std::floor(at.y))});
+    }
+  int all = 0, covered = 0;
+  for (int y = 0; y < kParts; ++y)
+    for (int x = 0; x < kParts; ++x) {
+      const glm::dvec2 middle = glm::dvec2(x + 0.5, y + 0.5) / static_cast<double>(kParts);
+      if (round && glm::length(middle - 0.5) > 0.5)
+        continue;
+      ++all;
+      covered += hit.contains({x, y}) ? 1 : 0;
+    }
+  return static_cast<double>(covered) / all;
+}
+
+/// The angle up to which the lens may be used: the edge of the circle where there is one, else the outermost corner.
+double field_of(const LensCalibration& c) {
+  const LensModel& lens = c.fit.lens;
+  double field = c.reach_deg * kDegree;
+  if (c.circle.radius > 0) {
+    double sum = 0;
+    int found = 0;
+    for (int k = 0; k < 16; ++k) {
+      const double a = 2.0 * std::numbers::pi * k / 16;
+      const auto d = lens.unproject(c.circle.centre + c.circle.radius * glm::dvec2(std::cos(a), std::sin(a)));
+      if (d) {
+        sum += std::acos(std::clamp(d->z, -1.0, 1.0));
+        ++found;
+      }
+    }
+    field = found > 0 ? std::max(sum / found, field) : field;
+  }
+  return std::min(field, lens.max_theta);
+}
+
+double reach_of(const LensCalibration& c) {
+  double reach = 0;
+  for (const BoardView& view : c.views)
+    for (const glm::dvec2& p : view.corner_px)
+      if (const auto d = c.fit.lens.unproject(p))
+        reach = std::max(reach, std::acos(std::clamp(d->z, -1.0, 1.0)));
+  return reach / kDegree;
+}
+
+/// Outermost corner / radius of the circle.
+double reach_in_circle(const LensCalibration& c) {
+  double reach = 0;
+  for (const BoardView& view : c.views)
+    for (const glm::dvec2& p : view.corner_px)
+      reach = std::max(reach, glm::distance(p, c.circle.centre));
+  return reach / c.circle.radius;
+}
+
+/// Reasons against the result, each with what to do.
+std::vector<std::string> faults_of(const LensCalibration& c) {
+  std::vector<std::string> faults;
+  const LensModel& lens = c.fit.lens;
+  if (c.views.size() < kEnough)
+    faults.push_back(fmt::format("only {} pictures count; take at least {}", c.views.size(), kEnough));
+  if (c.tilt_spread_deg < kAlike_deg)
+    faults.push_back("all pictures are alike: the boards differ by less than 10 degrees; tilt the board by 20 to 40 "
+                     "degrees to all sides");
+  if (const double sure = c.fit.sigma[0] / lens.fx; sure > kSure)
+    faults.push_back(
+        fmt::format("the focal length is only known to {:.1f} %; tilt the board more, and come closer", 100 * sure));
+  if (c.fit.rms_px > std::max(1.0, kLargeRms * lens.width_px))
+    faults.push_back(fmt::format("corners are {:.2f} px off: blurred pictures, a bent board or a wrong --square; hold "
+                                 "the board on something flat",
+                                 c.fit.rms_px));
+  if (c.held_out_rms_px > kHeldOut * c.fit.rms_px + 0.05)
+    faults.push_back(fmt::format("a picture that was left out is {:.2f} px off, those that count {:.2f}: too few "
+                                 "pictures, or too much alike",
+                                 c.held_out_rms_px, c.fit.rms_px));
+  if (c.circle.radius > 0 && reach_in_circle(c) < kReach)
+    faults.push_back(fmt::format("corners reach {:.0f} % of the circle's radius; bring the board to its edge",
+                                 100 * reach_in_circle(c)));
+  if (c.coverage < kCovered)
+    faults.push_back(fmt::format("corners cover {:.0f} % of the picture; bring the board to all sides and corners",
+                                 100 * c.coverage));
+  return faults;
+}
+
+void judge(LensCalibration& c) {
+  c.tilt_spread_deg = tilt_spread(c.fit);
+  c.reach_deg = reach_of(c);
+  c.coverage = coverage_of(c);
+  c.why = faults_of(c);
+  c.pass = c.why.empty();
+  if (c.kind == LensKind::equidistant)
+    c.fit.lens.max_theta = field_of(c);
+  if (!c.pass)
+    return;
+  c.why.push_back(fmt::format("{} pictures agree within {:.2f} px, pictures that were left out within {:.2f}",
+                              c.views.size(), c.fit.rms_px, c.held_out_rms_px));
+  if (const double field = c.fit.lens.max_theta / kDegree; c.kind == LensKind::equidistant && field > c.reach_deg + 1.0)
+    c.why.push_back(fmt::format("corners reach {:.0f} degrees from the axis; from there to {:.0f}, the edge of the "
+                                "circle, the lens is continued",
+                                c.reach_deg, field));
+}
+
+Error too_few(const std::vector<DroppedPicture>& dropped, BoardSize board) {
+  std::string reasons;
+  for (const DroppedPicture& d : dropped)
+    reasons += "\n  " + d.file + ": " + d.why;
+  return Error{ErrorCode::value_invalid,
+               fmt::format("fewer than three pictures show the board of {} x {} inner corners{}", board.columns,
+                           board.rows, reasons),
+               "--board", "count the inner corners, not the squares"};
+}
+
+} // namespace
+
+Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double square_m, int width_px, int height_px,
+                                        const ImageCircle& circle, std::vector<BoardView> views,
+                                        std::vector<DroppedPicture> dropped, const Progress& progress) {
+  if (views.size() < kFewest)
+    return too_few(dropped, board);
+  LensCalibration c;
+  c.kind = kind;
+  c.board = board;
+  c.square_m = square_m;
+  c.circle = kind == LensKind::equidistant ? circle : ImageCircle{};
+  const std::vector<glm::dvec3> points = board_points(board.columns, board.rows, square_m);
+  if (!progress("lens", 0.0))
+    return interrupted();
+  auto fit = fit_without_odd_views(kind, width_px, height_px, c.circle, views, points, dropped);
+  if (!fit)
+    return fit.error();
+  const auto held_out = held_out_error(*fit, views, points, progress);
+  if (!held_out)
+    return held_out.error();
+  c.fit = std::move(*fit);
+  c.held_out_rms_px = *held_out;
+  c.views = std::move(views);
+  c.dropped = std::move(dropped);
+  judge(c);
+  return c;
+}
+
+Result<LensCalibration> calibrate_lens(LensKind kind, BoardSize board, double square_m, std::size_t count,
+                                       const std::function<Result<BoardPicture>(std::size_t)>& read,
+                                       const Progress& progress) {
+  std::vector<BoardView> views;
+  std::vector<DroppedPicture> dropped;
+  CircleFinder circle;
+  int width_px = 0, height_px = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (!progress("pictures", static_cast<double>(i) / static_cast<double>(count)))
+      return interrupted();
+    const Result<BoardPicture> taken = read(i);
+    if (!taken)
+      return taken.error();
+    const Rgb8Image& picture = taken->picture;
+    if (width_px == 0) {
+      width_px = picture.width;
+      height_px = picture.height;
+    }
+    if (picture.width != width_px || picture.height != height_px) {
+      dropped.push_back({taken->file, fmt::format("is {} x {} pixels, the first one {} x {}", picture.width,
+                                                  picture.height, width_px, height_px)});
+      continue;
+    }
+    circle.add(picture);
+    auto found = find_checkerboard(picture, board);
+    if (found)
+      views.push_back({taken->file, std::move(found->corner_px)});
+    else
+      dropped.push_back({taken->file, why_not_found(picture, board)});
+  }
+  return calibrate_views(kind, board, square_m, width_px, height_px, circle.find(), std::move(views),
+                         std::move(dropped), progress);
+}
+
+} // namespace daylit::calibration

@@ -1,0 +1,60 @@
+#pragma once
+
+// One sitting with a board in front of a camera: which pictures count, the lens, how sure it is, and a verdict in plain
+// words.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "calibration/checkerboard.h"
+#include "calibration/lens_fit.h"
+#include "scene/core/program.h"
+#include "scene/core/result.h"
+
+namespace daylit::calibration {
+
+struct DroppedPicture {
+  std::string file, why;
+};
+
+struct LensCalibration {
+  LensKind kind = LensKind::pinhole;
+  BoardSize board;
+  double square_m = 0;
+  LensFit fit;                  ///< of the pictures that count
+  std::vector<BoardView> views; ///< the same pictures, as fit.pose
+  std::vector<DroppedPicture> dropped;
+  ImageCircle circle;         ///< of a fish-eye; radius 0: none found
+  double held_out_rms_px = 0; ///< over views, each by a lens fitted to the others
+  double reach_deg = 0;       ///< largest angle of a corner from the axis
+  double coverage = 0;        ///< of 8 x 8 parts of the picture (of the circle): those with a corner
+  double tilt_spread_deg = 0; ///< largest angle between two boards
+  bool pass = false;
+  std::vector<std::string> why; ///< the reasons for the verdict, and what to do
+};
+
+struct BoardPicture {
+  std::string file;
+  Rgb8Image picture;
+};
+
+/// Pictures are asked for one after another: `read(i)` of `count`. A picture that cannot be used is named in `dropped`.
+/// Errors: fewer than three pictures can be used (names the reason of each), interrupted.
+Result<LensCalibration> calibrate_lens(LensKind kind, BoardSize board, double square_m, std::size_t count,
+                                       const std::function<Result<BoardPicture>(std::size_t)>& read,
+                                       const Progress& progress);
+
+/// The same from corners that were found already. `dropped` so far; `width_px` x `height_px` pictures.
+Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double square_m, int width_px, int height_px,
+                                        const ImageCircle& circle, std::vector<BoardView> views,
+                                        std::vector<DroppedPicture> dropped, const Progress& progress);
+
+/// One JSON object, one line: verdict, why, rms_px, held_out_rms_px, used, dropped, lens with uncertainties.
+std::string to_json(const LensCalibration& calibration);
+/// What a person reads.
+std::string to_text(const LensCalibration& calibration);
+/// A page that needs no other file: verdict, corners with their errors, each picture's error.
+std::string to_html(const LensCalibration& calibration, const std::string& command_line);
+
+} // namespace daylit::calibration

@@ -1,0 +1,136 @@
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "calibration/lens_calibration.h"
+
+namespace daylit::calibration {
+
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kEnlarged = 30.0; ///< errors in the drawing / errors
+
+const char* verdict(const LensCalibration& c) { return c.pass ? "pass" : "repeat"; }
+
+std::vector<std::string> names_of(const LensCalibration& c) {
+  const bool equidistant = c.kind == LensKind::equidistant;
+  return equidistant ? std::vector<std::string>{"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"}
+                     : std::vector<std::string>{"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"};
+}
+
+double value_of(const LensModel& lens, std::size_t i) {
+  const double first[] = {lens.fx, lens.fy, lens.cx, lens.cy};
+  return i < 4 ? first[i] : lens.distortion[i - 4];
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
+  return out;
+}
+
+/// Corners, and their errors kEnlarged times as long.
+std::string drawing(const LensCalibration& c) {
+  const LensModel& lens = c.fit.lens;
+  std::string svg = fmt::format("<svg viewBox='0 0 {} {}' role='img' aria-label='corners and their errors'>\n"
+                                "<rect width='100%' height='100%' fill='#111'/>\n",
+                                lens.width_px, lens.height_px);
+  const double line = 0.0015 * lens.width_px;
+  if (c.circle.radius > 0)
+    svg += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='{:.1f}' fill='none' stroke='#888' stroke-width='{:.2f}'/>\n",
+                       c.circle.centre.x, c.circle.centre.y, c.circle.radius, line);
+  const auto board = board_points(c.board.columns, c.board.rows, c.square_m);
+  for (std::size_t v = 0; v < c.views.size(); ++v)
+    for (std::size_t k = 0; k < board.size(); ++k) {
+      const glm::dvec2 p = c.views[v].corner_px[k];
+      const glm::dvec2 q = lens.project(c.fit.pose[v].apply(board[k])).value_or(p);
+      const glm::dvec2 end = p + kEnlarged * (q - p);
+      svg += fmt::format("<path d='M{:.1f} {:.1f}L{:.1f} {:.1f}' stroke='#f93' stroke-width='{:.2f}'/>"
+                         "<circle cx='{:.1f}' cy='{:.1f}' r='{:.2f}' fill='hsl({},70%,65%)'/>\n",
+                         p.x, p.y, end.x, end.y, line, p.x, p.y, 1.4 * line, 360 * v / c.views.size());
+    }
+  return svg + "</svg>\n";
+}
+
+std::string tables(const LensCalibration& c) {
+  std::string html = "<table><tr><th>picture</th><th>corners off by, rms px</th></tr>\n";
+  for (std::size_t v = 0; v < c.views.size(); ++v)
+    html += fmt::format("<tr><td>{}</td><td>{:.3f}</td></tr>\n", escaped(c.views[v].name), c.fit.view_rms_px[v]);
+  for (const DroppedPicture& d : c.dropped)
+    html += fmt::format("<tr><td>{}</td><td>left out: {}</td></tr>\n", escaped(d.file), escaped(d.why));
+  html += "</table>\n<table><tr><th>number</th><th>value</th><th>standard deviation</th></tr>\n";
+  const auto names = names_of(c);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    html += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{:.2g}</td></tr>\n", names[i], value_of(c.fit.lens, i),
+                        c.fit.sigma[i]);
+  return html + "</table>\n";
+}
+
+} // namespace
+
+std::string to_json(const LensCalibration& c) {
+  nlohmann::ordered_json j;
+  j["verdict"] = verdict(c);
+  j["why"] = c.why;
+  j["rms_px"] = c.fit.rms_px;
+  j["held_out_rms_px"] = c.held_out_rms_px;
+  j["used"] = nlohmann::json::array();
+  for (std::size_t v = 0; v < c.views.size(); ++v)
+    j["used"].push_back(c.views[v].name);
+  j["view_rms_px"] = c.fit.view_rms_px;
+  j["dropped"] = nlohmann::json::array();
+  for (const DroppedPicture& d : c.dropped)
+    j["dropped"].push_back({{"file", d.file}, {"why", d.why}});
+  j["model"] = c.kind == LensKind::equidistant ? "equidistant" : "plumb_bob";
+  const auto names = names_of(c);
+  for (std::size_t i = 0; i < names.size(); ++i)
+    j["lens"][names[i]] = {{"value", value_of(c.fit.lens, i)}, {"sigma", c.fit.sigma[i]}};
+  j["reach_deg"] = c.reach_deg;
+  j["max_theta_deg"] = c.fit.lens.max_theta / kDegree;
+  j["coverage"] = c.coverage;
+  j["tilt_spread_deg"] = c.tilt_spread_deg;
+  if (c.circle.radius > 0)
+    j["circle_px"] = {{"x", c.circle.centre.x}, {"y", c.circle.centre.y}, {"radius", c.circle.radius}};
+  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string to_text(const LensCalibration& c) {
+  const LensModel& lens = c.fit.lens;
+  std::string text = fmt::format("pictures   {} count, {} left out\n", c.views.size(), c.dropped.size());
+  for (const DroppedPicture& d : c.dropped)
+    text += fmt::format("           {}: {}\n", d.file, d.why);
+  text +=
+      fmt::format("corners    off by {:.3f} px rms ({} x {} pixels); pictures that were left out in turn {:.3f} px\n",
+                  c.fit.rms_px, lens.width_px, lens.height_px, c.held_out_rms_px);
+  text +=
+      fmt::format("lens       fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f}, cx {:.2f} +- {:.2f}, cy {:.2f} +- {:.2f} px\n",
+                  lens.fx, c.fit.sigma[0], lens.fy, c.fit.sigma[1], lens.cx, c.fit.sigma[2], lens.cy, c.fit.sigma[3]);
+  text += fmt::format("reach      corners up to {:.1f} degrees from the axis, in {:.0f} % of the picture\n",
+                      c.reach_deg, 100 * c.coverage);
+  text += fmt::format("verdict    {}\n", verdict(c));
+  for (const std::string& why : c.why)
+    text += "           " + why + "\n";
+  return text;
+}
+
+std::string to_html(const LensCalibration& c, const std::string& command_line) {
+  std::string html = "<!doctype html><html lang='en'><meta charset='utf-8'><title>Lens calibration</title>\n"
+                     "<style>body{font:16px sans-serif;max-width:60em;margin:2em auto}svg{width:100%}"
+                     "td,th{padding:.2em .8em;text-align:left}</style>\n";
+  html += fmt::format("<h1>Lens calibration: {}</h1>\n<ul>\n", verdict(c));
+  for (const std::string& why : c.why)
+    html += "<li>" + escaped(why) + "</li>\n";
+  html +=
+      fmt::format("</ul>\n<p>Corners are off by {:.3f} px rms; pictures that were left out in turn by {:.3f} px.</p>\n",
+                  c.fit.rms_px, c.held_out_rms_px);
+  html += drawing(c);
+  html += fmt::format("<p>Every corner that counts, one colour per picture; lines: errors, {:.0f} times as long.</p>\n",
+                      kEnlarged);
+  return html + tables(c) + "<p>Run again: <code>" + escaped(command_line) + "</code></p></html>\n";
+}
+
+} // namespace daylit::calibration

@@ -1,0 +1,145 @@
+// Lenses from boards: known lenses found again, wrong pictures named, verdicts in plain words.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "calibration/lens_calibration.h"
+#include "tests/calibration/board_case.h"
+
+namespace daylit::calibration {
+namespace {
+
+using test::angle_error;
+using test::circle_of;
+using test::fisheye_views;
+using test::kBoard;
+using test::kDegree;
+using test::kSquare_m;
+
+bool go_on(const std::string&, double) { return true; }
+
+TEST(FisheyeCalibration, lens_without_noise_is_found_exactly_and_its_field_is_the_circle) {
+  const LensModel truth = test::true_fisheye();
+  const ImageCircle circle = circle_of(truth, 95 * kDegree);
+  std::mt19937 random(3);
+  const auto found = calibrate_views(LensKind::equidistant, kBoard, kSquare_m, truth.width_px, truth.height_px, circle,
+                                     fisheye_views(random, 0.0, false), {}, go_on);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_LT(found->fit.rms_px, 1e-4);
+  EXPECT_LT(angle_error(found->fit.lens, truth, circle, 0.99), 0.002);
+  EXPECT_NEAR(found->fit.lens.max_theta / kDegree, 95.0, 0.1);
+}
+
+std::vector<BoardView> camera_views(int count, double tilt, std::mt19937& random) {
+  const auto board = board_points(kBoard.columns, kBoard.rows, kSquare_m);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  std::vector<BoardView> views;
+  while (static_cast<int>(views.size()) < count) {
+    std::vector<glm::dvec2> corners;
+    const auto pose =
+        test::board_at(board, 18 * kDegree * u(random) * (tilt > 0.1 ? 1.0 : 0.05), 6.28 * u(random),
+                       0.45 + 0.15 * u(random), tilt * (0.4 + 0.6 * u(random)), tilt > 0.1 ? 6.28 * u(random) : 0.0);
+    if (test::look(test::true_camera(), pose, board, 0.1, random, corners))
+      views.push_back({"view" + std::to_string(views.size()), corners});
+  }
+  return views;
+}
+
+TEST(CameraCalibration, lens_is_found_and_the_verdict_is_pass) {
+  std::mt19937 random(5);
+  const LensModel truth = test::true_camera();
+  const auto found = calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {},
+                                     camera_views(14, 0.7, random), {}, go_on);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_TRUE(found->pass) << found->why[0];
+  EXPECT_NEAR(found->fit.lens.fx, truth.fx, 4 * found->fit.sigma[0]);
+  EXPECT_NEAR(found->fit.lens.cy, truth.cy, 4 * found->fit.sigma[3]);
+  EXPECT_LT(angle_error(found->fit.lens, truth, {{640, 480}, 480}, 0.9), 0.05);
+  EXPECT_LT(found->held_out_rms_px, 1.3 * found->fit.rms_px);
+}
+
+bool says(const std::vector<std::string>& why, const char* what) {
+  return std::ranges::any_of(why, [&](const std::string& w) { return w.find(what) != std::string::npos; });
+}
+
+TEST(CameraCalibration, verdict_says_what_is_wrong) {
+  std::mt19937 random(6);
+  const LensModel truth = test::true_camera();
+  const auto sitting = [&](std::vector<BoardView> views) {
+    return calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {}, std::move(views),
+                           {{"dark.png", "too dark"}}, go_on);
+  };
+  const auto alike = sitting(camera_views(10, 0.02, random)), few = sitting(camera_views(4, 0.7, random));
+  ASSERT_TRUE(alike) << alike.error().message();
+  ASSERT_TRUE(few) << few.error().message();
+  EXPECT_FALSE(alike->pass);
+  EXPECT_TRUE(says(alike->why, "alike")) << alike->why[0];
+  EXPECT_FALSE(few->pass);
+  EXPECT_TRUE(says(few->why, "only 4 pictures")) << few->why[0];
+  const auto too_few = sitting(camera_views(2, 0.7, random));
+  ASSERT_FALSE(too_few);
+  EXPECT_NE(too_few.error().what.find("dark.png"), std::string::npos);
+  const auto stopped =
+      calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {},
+                      camera_views(5, 0.7, random), {}, [](const std::string&, double) { return false; });
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, ErrorCode::interrupted);
+}
+
+TEST(CameraCalibration, report_is_one_page_and_one_object) {
+  std::mt19937 random(7);
+  const LensModel truth = test::true_camera();
+  const auto found = calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {},
+                                     camera_views(8, 0.7, random), {{"<b>.png", "blurred"}}, go_on);
+  ASSERT_TRUE(found);
+  const auto j = nlohmann::json::parse(to_json(*found));
+  EXPECT_EQ(j["used"].size(), 8u);
+  EXPECT_EQ(j["dropped"][0]["file"], "<b>.png");
+  EXPECT_TRUE(j.contains("verdict") && j.contains("rms_px") && j.contains("held_out_rms_px") && j.contains("why"));
+  const std::string page = to_html(*found, "daylit-calibrate camera");
+  EXPECT_EQ(page.find("<b>.png"), std::string::npos) << "names are escaped";
+  EXPECT_EQ(page.find("http"), std::string::npos) << "nothing is loaded from elsewhere";
+}
+
+/// Real photographs: what OpenCV's own fit reaches on them, and how many of them.
+void expect_on_photographs(const char* folder, LensKind kind, BoardSize board, double square_m, double rms_px,
+                           std::size_t at_least) {
+  const auto data = std::filesystem::path(DAYLIT_SOURCE_DIR) / "../shared/data" / folder;
+  if (!std::filesystem::exists(data))
+    GTEST_SKIP() << "the shared photographs are not here";
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(data))
+    if (entry.path().extension() == ".jpg")
+      files.push_back(entry.path());
+  std::ranges::sort(files);
+  const auto found = calibrate_lens(
+      kind, board, square_m, files.size(),
+      [&](std::size_t i) -> Result<BoardPicture> {
+        auto picture = read_ldr_image(files[i]);
+        if (!picture)
+          return picture.error();
+        return BoardPicture{files[i].filename().string(), std::move(*picture)};
+      },
+      go_on);
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_TRUE(found->pass) << found->why[0];
+  EXPECT_GE(found->views.size(), at_least);
+  EXPECT_LE(found->fit.rms_px, rms_px);
+  EXPECT_LE(found->held_out_rms_px, 1.3 * found->fit.rms_px);
+}
+
+TEST(LensCalibration, photographs_of_a_fisheye_give_what_is_known_of_it) {
+  expect_on_photographs("fisheye-calib", LensKind::equidistant, {6, 8}, 0.0325, 0.5, 13);
+}
+
+TEST(LensCalibration, photographs_of_an_ordinary_camera_give_what_is_known_of_it) {
+  expect_on_photographs("chessboard", LensKind::pinhole, {9, 6}, 0.025, 0.2, 12);
+}
+
+} // namespace
+} // namespace daylit::calibration
