@@ -1,8 +1,9 @@
-#include <gtest/gtest.h>
-
+#include <atomic>
 #include <cstring>
 #include <filesystem>
 #include <random>
+
+#include <gtest/gtest.h>
 
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/mesh_topology.h"
@@ -140,7 +141,7 @@ TEST(Transfer, a_closed_mesh_has_no_back_and_seams_leave_it_closed) {
 
 TEST(Transfer, stops_when_asked_and_leaves_no_file) {
   const auto folder = scratch_folder();
-  int calls = 0;
+  std::atomic<int> calls = 0; // progress is reported from every worker
   const auto stop = [&](const std::string&, double) { return ++calls < 3; };
   const auto transfer = cached_transfer(test::torus(0.15f, 0.06f), folder, "torus", {}, stop);
   ASSERT_FALSE(transfer);

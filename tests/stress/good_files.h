@@ -17,6 +17,13 @@ namespace daylit::test {
 
 namespace fs = std::filesystem;
 
+/// Seconds after which a program hangs; sanitizers make programs ten times slower.
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+inline const std::string kLimit_s = "600";
+#else
+inline const std::string kLimit_s = "60";
+#endif
+
 struct Outcome {
   int exit_code = -1;
   std::string out, err;
@@ -35,8 +42,8 @@ inline bool has_program(const std::string& name) { return fs::exists(fs::path(DA
 
 /// Runs "daylit-probe arguments" in `folder`; a crash or a hang is no exit code of ours.
 inline Outcome run_in(const fs::path& folder, const std::string& command) {
-  const std::string line = "cd " + folder.string() + " && timeout 60 " DAYLIT_PROGRAM_FOLDER "/" + command +
-                           " > ../stdout.txt 2> ../stderr.txt";
+  const std::string line = "cd " + folder.string() + " && timeout " + kLimit_s + " " DAYLIT_PROGRAM_FOLDER "/" +
+                           command + " > ../stdout.txt 2> ../stderr.txt";
   const int status = std::system(line.c_str());
   Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), slurp(folder / "../stdout.txt"),
                   slurp(folder / "../stderr.txt")};
