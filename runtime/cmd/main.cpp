@@ -4,10 +4,12 @@
 #include <cstdlib>
 #include <map>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
 #include "runtime/cmd/outputs.h"
+#include "runtime/cmd/pose_command.h"
 #include "runtime/input/interior_input.h"
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
@@ -175,9 +177,13 @@ Result<void> run(const Options& options) {
 } // namespace
 } // namespace daylit
 
+/// Options of a run; `pose` has its own (pose_command).
 int main(int argc, char** argv) {
+  if (argc > 1 && std::string_view(argv[1]) == "pose")
+    return daylit::pose_command(argc - 1, argv + 1);
   daylit::Options options;
-  CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside"};
+  CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside.\n"
+               "`daylit-run pose IMAGE` finds the markers of a picture and says where they are."};
   app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
   app.add_flag("--replay", options.replay, "refused: there is no live program yet, the files are always what is run");
   app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));

@@ -64,8 +64,9 @@ Result<void> use_marker(const RunConfig& config, const MarkerConfig& marker, Int
     return Error{ErrorCode::value_invalid, "one marker id is needed, its centre is the board's origin", "[marker] ids",
                  "for example ids = [23]"};
   const BoardLayout board = BoardLayout::single(marker.dictionary, marker.ids.front(), marker.size_m);
-  auto pose = marker_pose(marker_search_image(input.photo), input.lens, board, marker.world_from_board,
-                          config.interior.image.string());
+  auto pose =
+      marker_pose(marker_search_image(input.photo), input.lens, board, marker.world_from_board,
+                  config.interior.image.string(), marker_search_exponent(input.photo, config.interior.response));
   if (!pose)
     return pose.error();
   if (config.interior.scale_from_marker) {

@@ -8,8 +8,8 @@
 
 #include <glm/mat4x4.hpp>
 
+#include "capture/markers/marker_pose.h"
 #include "runtime/base/photo_scale.h"
-#include "runtime/input/marker_pose.h"
 #include "runtime/input/photograph.h"
 #include "scene/config/config.h"
 #include "scene/core/result.h"
