@@ -24,6 +24,11 @@ set(DAYLIT_MAY_USE_scene_volume core image format room sky)
 set(DAYLIT_MAY_USE_scene_config core image format sky)
 set(DAYLIT_MAY_USE_scene_placing core image room model config)
 
+# Floors of capture, lowest first.
+set(DAYLIT_FOLDERS_capture markers frames)
+set(DAYLIT_MAY_USE_capture_markers "")
+set(DAYLIT_MAY_USE_capture_frames "")
+
 # Floors of runtime, lowest first.
 set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window cmd)
 set(DAYLIT_MAY_USE_runtime_base "")

@@ -10,6 +10,7 @@
 
 #include "runtime/cmd/outputs.h"
 #include "runtime/cmd/pose_command.h"
+#include "runtime/cmd/record_command.h"
 #include "runtime/input/interior_input.h"
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
@@ -177,13 +178,17 @@ Result<void> run(const Options& options) {
 } // namespace
 } // namespace daylit
 
-/// Options of a run; `pose` has its own (pose_command).
+/// Options of a run; the sub-commands have their own.
 int main(int argc, char** argv) {
-  if (argc > 1 && std::string_view(argv[1]) == "pose")
-    return daylit::pose_command(argc - 1, argv + 1);
+  const std::map<std::string_view, int (*)(int, char**)> commands{
+      {"cameras", daylit::cameras_command}, {"pose", daylit::pose_command}, {"record", daylit::record_command}};
+  if (argc > 1)
+    if (const auto command = commands.find(argv[1]); command != commands.end())
+      return command->second(argc - 1, argv + 1);
   daylit::Options options;
   CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside.\n"
-               "`daylit-run pose IMAGE` finds the markers of a picture and says where they are."};
+               "Also: daylit-run pose IMAGE, where the markers of a picture are; daylit-run cameras, which cameras\n"
+               "answer; daylit-run record CAMERA, a sequence of a camera's frames. Each has its own --help."};
   app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
   app.add_flag("--replay", options.replay, "refused: there is no live program yet, the files are always what is run");
   app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));
