@@ -113,7 +113,7 @@ public:
   explicit AravisSource(const CameraSettings& settings)
       : settings_(settings), worker_([this](const std::stop_token& stop) { work(stop); }) {}
 
-  Result<std::optional<Frame>> next(std::chrono::milliseconds wait) override {
+  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) override {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, wait, [&] { return newest_.has_value(); });
     return std::exchange(newest_, std::nullopt);
@@ -223,14 +223,14 @@ private:
     last_id_ = id;
   }
 
-  std::optional<Frame> frame_of(ArvBuffer* buffer) const {
+  std::optional<CameraFrame> frame_of(ArvBuffer* buffer) const {
     const auto format = format_of(arv_buffer_get_image_pixel_format(buffer), settings_.mosaic);
     std::size_t size = 0;
     const void* data = arv_buffer_get_image_data(buffer, &size);
     const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
     if (!format || !data || width < 1 || height < 1 || size < frame_bytes(width, height, *format))
       return std::nullopt;
-    Frame frame{width, height, *format, std::vector<std::uint8_t>(frame_bytes(width, height, *format))};
+    CameraFrame frame{width, height, *format, std::vector<std::uint8_t>(frame_bytes(width, height, *format))};
     std::memcpy(frame.bytes.data(), data, frame.bytes.size());
     frame.id = arv_buffer_get_frame_id(buffer);
     frame.time_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
@@ -241,7 +241,7 @@ private:
   const CameraSettings settings_;
   mutable std::mutex mutex_; ///< of newest_ and report_; held for a move at most
   std::condition_variable changed_;
-  std::optional<Frame> newest_;
+  std::optional<CameraFrame> newest_;
   SourceReport report_;
   std::optional<std::uint64_t> last_id_; ///< of the worker
   double exposure_us_ = 0.0;             ///< of the worker

@@ -61,7 +61,7 @@ std::size_t frame_bytes(int width_px, int height_px, const PixelFormat& format) 
          static_cast<std::size_t>(format.samples_per_pixel() * format.bytes_per_sample());
 }
 
-Result<RgbImage> linear_picture(const Frame& frame) {
+Result<RgbImage> linear_picture(const CameraFrame& frame) {
   const int method = demosaicing_of(frame.format.mosaic);
   const int least = method >= 0 ? 3 : 1;
   if (frame.width_px < least || frame.height_px < least || frame.format.bits < 8 || frame.format.bits > 16 ||

@@ -27,14 +27,14 @@ struct PixelFormat {
 std::string name_of(Mosaic mosaic);
 Result<Mosaic> mosaic_named(const std::string& name);
 
-struct Frame {
+struct CameraFrame {
   int width_px = 0, height_px = 0;
   PixelFormat format;
   std::vector<std::uint8_t> bytes; ///< row by row without padding, frame_bytes() of them
   std::uint64_t id = 0;            ///< the camera's counter; gaps are lost frames
   std::int64_t time_ns = 0;        ///< when it reached this machine, UTC nanoseconds since 1970
   double exposure_us = 0.0;        ///< as set when it was taken; 0: not known
-  bool operator==(const Frame&) const = default;
+  bool operator==(const CameraFrame&) const = default;
 };
 
 /// Bytes that a frame of this size has.
@@ -43,6 +43,6 @@ std::size_t frame_bytes(int width_px, int height_px, const PixelFormat& format);
 /// Linear RGB, 1 = the largest code value; a mosaic is filled in by an edge-aware method. Mono: three equal channels.
 /// Takes the code values as linear. Error value_invalid: the number of bytes does not fit the size, or a mosaic smaller
 /// than 3 x 3.
-Result<RgbImage> linear_picture(const Frame& frame);
+Result<RgbImage> linear_picture(const CameraFrame& frame);
 
 } // namespace daylit

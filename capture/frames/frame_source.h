@@ -29,7 +29,7 @@ public:
   virtual ~FrameSource() = default;
   /// Waits up to `wait` for a frame that was not given out yet. Nothing: none came; the source goes on by itself.
   /// Error: it cannot go on (a damaged recording).
-  virtual Result<std::optional<Frame>> next(std::chrono::milliseconds wait) = 0;
+  virtual Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) = 0;
   /// No further frame will come: the recording is over.
   virtual bool finished() const = 0;
   virtual SourceReport report() const = 0;

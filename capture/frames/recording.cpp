@@ -31,7 +31,7 @@ std::vector<std::uint8_t> swapped(std::vector<std::uint8_t> bytes, const PixelFo
   return bytes;
 }
 
-std::string header_of(const Frame& frame) {
+std::string header_of(const CameraFrame& frame) {
   return (frame.format.mosaic == Mosaic::rgb ? "P6\n" : "P5\n") + std::to_string(frame.width_px) + " " +
          std::to_string(frame.height_px) + "\n" + std::to_string((1 << frame.format.bits) - 1) + "\n";
 }
@@ -47,8 +47,8 @@ Error malformed(const std::string& what, const std::string& where) {
 }
 
 /// The header that header_of() writes; what follows it are the samples.
-Result<Frame> parse_picture(const std::vector<std::uint8_t>& file, Mosaic mosaic, const std::string& name) {
-  Frame frame;
+Result<CameraFrame> parse_picture(const std::vector<std::uint8_t>& file, Mosaic mosaic, const std::string& name) {
+  CameraFrame frame;
   int largest = 0;
   const std::string_view text(reinterpret_cast<const char*>(file.data()), std::min<std::size_t>(file.size(), 64));
   if (!text.starts_with(mosaic == Mosaic::rgb ? "P6\n" : "P5\n"))
@@ -85,7 +85,7 @@ Result<RecordingWriter> RecordingWriter::create(const std::filesystem::path& fol
   return RecordingWriter(folder);
 }
 
-Result<void> RecordingWriter::add(const Frame& frame) {
+Result<void> RecordingWriter::add(const CameraFrame& frame) {
   char name[32];
   std::snprintf(name, sizeof(name), "%08llu.%s", static_cast<unsigned long long>(count_),
                 frame.format.mosaic == Mosaic::rgb ? "ppm" : "pgm");
@@ -152,7 +152,7 @@ Result<Recording> Recording::open(const std::filesystem::path& folder) {
   return Recording(folder, std::move(entries));
 }
 
-Result<Frame> Recording::read(std::size_t k) const {
+Result<CameraFrame> Recording::read(std::size_t k) const {
   const Entry& entry = entries_[k];
   const std::filesystem::path path = folder_ / entry.file;
   const auto file = read_whole_file(path, kMostFrameBytes);
@@ -175,16 +175,16 @@ class Replay final : public FrameSource {
 public:
   Replay(Recording recording, ReplayTiming timing) : recording_(std::move(recording)), timing_(timing) {}
 
-  Result<std::optional<Frame>> next(std::chrono::milliseconds wait) override {
+  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) override {
     if (finished())
-      return std::optional<Frame>();
+      return std::optional<CameraFrame>();
     if (timing_ == ReplayTiming::original && !wait_for_due_frame(wait))
-      return std::optional<Frame>();
+      return std::optional<CameraFrame>();
     auto frame = recording_.read(next_++);
     if (!frame)
       return frame.error();
     ++report_.whole;
-    return std::optional<Frame>(std::move(*frame));
+    return std::optional<CameraFrame>(std::move(*frame));
   }
   bool finished() const override { return next_ >= recording_.size(); }
   SourceReport report() const override {

@@ -21,7 +21,7 @@ public:
   /// Makes the folder. Error io: it cannot be made, or holds a recording already.
   static Result<RecordingWriter> create(const std::filesystem::path& folder);
   /// Error io: the disk is full, say; frames written so far stay.
-  Result<void> add(const Frame& frame);
+  Result<void> add(const CameraFrame& frame);
   std::uint64_t frames() const { return count_; }
 
 private:
@@ -37,7 +37,7 @@ public:
   std::size_t size() const { return entries_.size(); }
   std::int64_t time_ns(std::size_t k) const { return entries_[k].time_ns; }
   /// Errors: the file is missing, is no such picture, or not the one that was recorded (checksum).
-  Result<Frame> read(std::size_t k) const;
+  Result<CameraFrame> read(std::size_t k) const;
 
 private:
   struct Entry {

@@ -25,6 +25,10 @@ struct InteriorInput {
   std::vector<std::string> notes;  ///< one line per thing a user should know
 };
 
+/// The lens of [interior] for the size of the picture: scaled when the calibration was made at another resolution of
+/// the same view. Errors: of the lens file; a picture of another shape.
+Result<LensModel> interior_lens(const InteriorConfig& interior, const Photograph& photo);
+
 /// Reads and locates the picture of [interior] with [pose] or [marker]. A given [pose] wins over the marker's.
 /// `ids` must name one marker: its centre is the board's origin.
 Result<InteriorInput> read_interior(const RunConfig& config);

@@ -71,7 +71,7 @@ protected:
     s.packet_bytes = 8192;
     return s;
   }
-  static std::optional<Frame> frame_within(FrameSource& source, double seconds) {
+  static std::optional<CameraFrame> frame_within(FrameSource& source, double seconds) {
     const double end = wall_seconds() + seconds;
     while (wall_seconds() < end)
       if (auto frame = source.next(std::chrono::milliseconds(50)); frame && *frame)
@@ -79,7 +79,7 @@ protected:
     return std::nullopt;
   }
   /// As it was served: bit for bit what fill() wrote for the number in its first bytes.
-  static void expect_untouched(const Frame& frame) {
+  static void expect_untouched(const CameraFrame& frame) {
     std::uint64_t n = 0;
     std::memcpy(&n, frame.bytes.data(), sizeof(n));
     std::size_t wrong = 0;

@@ -18,17 +18,17 @@ protected:
     folder_ = pattern;
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
-  void write(const std::vector<Frame>& frames) const {
+  void write(const std::vector<CameraFrame>& frames) const {
     auto writer = RecordingWriter::create(folder_);
     ASSERT_TRUE(writer) << writer.error().message();
-    for (const Frame& frame : frames)
+    for (const CameraFrame& frame : frames)
       ASSERT_TRUE(writer->add(frame));
   }
   std::filesystem::path folder_;
 };
 
-Frame frame_of(Mosaic mosaic, int bits, std::uint64_t id) {
-  Frame frame{
+CameraFrame frame_of(Mosaic mosaic, int bits, std::uint64_t id) {
+  CameraFrame frame{
       7, 5, {mosaic, bits}, {}, id, 1'700'000'000'000'000'000 + std::int64_t(id) * 100'000'000, 1234.5 + double(id)};
   const std::size_t samples = frame_bytes(7, 5, frame.format) / frame.format.bytes_per_sample();
   for (std::size_t i = 0; i < samples; ++i) {
@@ -40,8 +40,8 @@ Frame frame_of(Mosaic mosaic, int bits, std::uint64_t id) {
   return frame;
 }
 
-std::vector<Frame> all_kinds() {
-  std::vector<Frame> frames;
+std::vector<CameraFrame> all_kinds() {
+  std::vector<CameraFrame> frames;
   for (const Mosaic mosaic : {Mosaic::mono, Mosaic::rgb, Mosaic::rggb, Mosaic::grbg, Mosaic::gbrg, Mosaic::bggr})
     for (const int bits : {8, 10, 12, 16})
       frames.push_back(frame_of(mosaic, bits, frames.size()));
@@ -54,7 +54,7 @@ TEST_F(RecordingFolder, every_kind_of_frame_comes_back_bit_for_bit) {
   ASSERT_TRUE(recording) << recording.error().message();
   ASSERT_EQ(recording->size(), all_kinds().size());
   const auto source = replay(*recording, ReplayTiming::fast);
-  for (const Frame& frame : all_kinds()) {
+  for (const CameraFrame& frame : all_kinds()) {
     EXPECT_FALSE(source->finished());
     const auto again = source->next(std::chrono::milliseconds(0));
     ASSERT_TRUE(again && *again);
@@ -66,7 +66,7 @@ TEST_F(RecordingFolder, every_kind_of_frame_comes_back_bit_for_bit) {
 }
 
 TEST_F(RecordingFolder, original_timing_gives_the_newest_frame_that_is_due) {
-  std::vector<Frame> frames;
+  std::vector<CameraFrame> frames;
   for (std::uint64_t id = 0; id < 6; ++id) // 100 ms apart
     frames.push_back(frame_of(Mosaic::mono, 8, id));
   write(frames);
@@ -137,7 +137,7 @@ TEST(LinearPicture, a_mosaic_is_filled_in_with_the_right_colours) {
   const double value[3] = {100, 2000, 4095}; // R G B, 12 bits
   for (const Case& c : {Case{Mosaic::rggb, "rggb"}, Case{Mosaic::grbg, "grbg"}, Case{Mosaic::gbrg, "gbrg"},
                         Case{Mosaic::bggr, "bggr"}}) {
-    Frame frame{10, 8, {c.mosaic, 12}, {}, 0, 0, 0};
+    CameraFrame frame{10, 8, {c.mosaic, 12}, {}, 0, 0, 0};
     for (int y = 0; y < 8; ++y)
       for (int x = 0; x < 10; ++x) {
         const char colour = c.cells[2 * (y % 2) + x % 2];
@@ -154,11 +154,11 @@ TEST(LinearPicture, a_mosaic_is_filled_in_with_the_right_colours) {
 }
 
 TEST(LinearPicture, a_frame_of_the_wrong_length_is_an_error) {
-  Frame frame = frame_of(Mosaic::rggb, 12, 0);
+  CameraFrame frame = frame_of(Mosaic::rggb, 12, 0);
   EXPECT_TRUE(linear_picture(frame));
   frame.bytes.pop_back();
   EXPECT_FALSE(linear_picture(frame));
-  EXPECT_FALSE(linear_picture(Frame{}));
+  EXPECT_FALSE(linear_picture(CameraFrame{}));
 }
 
 } // namespace
