@@ -104,18 +104,14 @@ struct Tally {
   int poses = 0, found = 0, uncertain = 0, lost = 0;
 };
 
-void follow(const Arguments& a, const PrintedBoard& board, const HandHeldPath& path, std::uint32_t seed, int frames,
-            Tally& tally) {
-  const LensModel lens = ideal_pinhole(a.width, a.height, a.fov_deg * kDegree);
-  CameraQuality quality;
-  quality.blur_px = a.blur_px;
-  quality.noise.floor *= a.noise, quality.noise.photon *= a.noise * a.noise;
+void follow(const LensModel& lens, const BoardCamera& camera, const PrintedBoard& board, const HandHeldPath& path,
+            std::uint32_t seed, int frames, Tally& tally) {
   MarkerTracker tracker(board.layout);
   PoseFilter filter(lens, board.layout, glm::dmat4(1.0));
   for (int frame = 0; frame < frames; ++frame) {
     const double seconds = frame / kFramesPerSecond;
     const glm::dmat4 truth = path.camera_from_board(seconds);
-    const Rgb8Image picture = board_picture(board, lens, truth, quality, seed + static_cast<std::uint32_t>(frame));
+    const Rgb8Image picture = camera.picture(board, truth, seed + static_cast<std::uint32_t>(frame));
     Result<MarkerPose> pose = Error{};
     tally.search_ms.push_back(1e3 * wall_time_once([&] {
                                 const auto seen = tracker.find(picture);
@@ -147,13 +143,18 @@ Result<nlohmann::json> measure(const Arguments& a, const std::string& dictionary
   const auto board = PrintedBoard::print(*layout, 0.5 * a.gap_m + 1e-6);
   if (!board)
     return board.error();
+  CameraQuality quality;
+  quality.blur_px = a.blur_px;
+  quality.noise.floor *= a.noise, quality.noise.photon *= a.noise * a.noise;
+  const LensModel lens = ideal_pinhole(a.width, a.height, a.fov_deg * kDegree);
+  const BoardCamera camera(lens, quality);
   Tally tally;
   for (int first = 0; first < a.poses; first += a.frames) {
     if (interrupted())
       return interrupted_error("pose " + std::to_string(first));
     std::mt19937 random(static_cast<unsigned>(first) + 1);
-    follow(a, *board, HandHeldPath(a, random), static_cast<std::uint32_t>(first), std::min(a.frames, a.poses - first),
-           tally);
+    follow(lens, camera, *board, HandHeldPath(a, random), static_cast<std::uint32_t>(first),
+           std::min(a.frames, a.poses - first), tally);
   }
   return nlohmann::json{{"dictionary", dictionary},
                         {"poses", tally.poses},

@@ -19,24 +19,16 @@ namespace {
 
 constexpr int kSamples = 16; ///< per pixel, a lattice: no two of them in one row or column
 
-/// Rays with z = 1 through the corners of all pixels; in between they are interpolated, exact for a pinhole.
+constexpr std::size_t kLightSteps = 65535;
+
+/// The rays with z = 1 through the corners of all pixels; in between they are interpolated, exact for a pinhole.
 struct RayGrid {
-  int columns = 0;
-  std::vector<glm::dvec2> ray;
+  const std::vector<glm::dvec2>& ray;
+  int columns;
   const glm::dvec2& at(int x, int y) const {
     return ray[static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x)];
   }
 };
-
-RayGrid ray_grid(const LensModel& lens) {
-  RayGrid grid{lens.width_px + 1, {}};
-  for (int y = 0; y <= lens.height_px; ++y)
-    for (int x = 0; x <= lens.width_px; ++x) {
-      const auto r = lens.unproject({x - 0.5, y - 0.5});
-      grid.ray.push_back(r && r->z > 1e-3 ? glm::dvec2(r->x / r->z, r->y / r->z) : glm::dvec2(NAN));
-    }
-  return grid;
-}
 
 /// The plane z = 0 of the board: a ray r meets it at (h.x, h.y) / h.z with h = H (r, 1), H the inverse of the matrix of
 /// the first two columns and the translation of camera_from_board (a homography). h.z < 0: behind the camera.
@@ -142,36 +134,50 @@ double PrintedBoard::at(double x, double y) const {
   return value;
 }
 
-Rgb8Image board_picture(const PrintedBoard& board, const LensModel& lens, const glm::dmat4& camera_from_board,
-                        const CameraQuality& quality, std::uint32_t seed) {
-  const int width = lens.width_px, height = lens.height_px;
-  const RayGrid rays = ray_grid(lens);
+BoardCamera::BoardCamera(const LensModel& lens, const CameraQuality& quality)
+    : width_(lens.width_px), height_(lens.height_px), quality_(quality) {
+  for (int y = 0; y <= height_; ++y)
+    for (int x = 0; x <= width_; ++x) {
+      const auto r = lens.unproject({x - 0.5, y - 0.5});
+      ray_.push_back(r && r->z > 1e-3 ? glm::dvec2(r->x / r->z, r->y / r->z) : glm::dvec2(NAN));
+    }
+  for (std::size_t k = 0; k <= kLightSteps; ++k)
+    code_.push_back(static_cast<std::uint8_t>(std::lround(255.0f * srgb_encode(static_cast<float>(k) / kLightSteps))));
+}
+
+Rgb8Image BoardCamera::developed(const std::vector<double>& light, std::uint32_t seed) const {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  Rgb8Image picture{width_, height_, {}};
+  picture.bytes.reserve(3 * light.size());
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    const double v = light[i] * (1 - quality_.uneven * double(i % static_cast<std::size_t>(width_)) / width_);
+    const double noisy = v + std::sqrt(quality_.noise.variance(v)) * normal(random);
+    const auto step = static_cast<std::size_t>(std::lround(kLightSteps * std::clamp(noisy, 0.0, 1.0)));
+    picture.bytes.insert(picture.bytes.end(), 3, code_[step]);
+  }
+  return picture;
+}
+
+Rgb8Image BoardCamera::picture(const PrintedBoard& board, const glm::dmat4& camera_from_board,
+                               std::uint32_t seed) const {
+  const RayGrid rays{ray_, width_ + 1};
   const glm::dmat3 to_board = board_from_ray(camera_from_board);
   // The front is seen where the board's z axis points towards the camera.
   const bool front = glm::dot(glm::dvec3(camera_from_board[2]), glm::dvec3(camera_from_board[3])) < 0;
-  std::vector<double> value(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), board.wall);
+  std::vector<double> light(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), board.wall);
   const glm::dvec2 half = board.half_paper();
   if (front)
-    parallel_for(0, height, [&](int y) {
-      for (int x = 0; x < width; ++x)
-        value[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)] =
+    parallel_for(0, height_, [&](int y) {
+      for (int x = 0; x < width_; ++x)
+        light[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)] =
             pixel_value(board, half, rays, to_board, x, y);
     });
-  blur_rows(value, width, height, quality.blur_px);
-  value = transposed(value, width, height);
-  blur_rows(value, height, width, quality.blur_px);
-  value = transposed(value, height, width);
-  std::mt19937 random(seed);
-  std::normal_distribution<double> normal;
-  Rgb8Image picture{width, height, {}};
-  picture.bytes.reserve(3 * value.size());
-  for (std::size_t i = 0; i < value.size(); ++i) {
-    const double light = value[i] * (1 - quality.uneven * double(i % static_cast<std::size_t>(width)) / width);
-    const double noisy = light + std::sqrt(quality.noise.variance(light)) * normal(random);
-    const float code = 255.0f * srgb_encode(std::clamp(static_cast<float>(noisy), 0.0f, 1.0f));
-    picture.bytes.insert(picture.bytes.end(), 3, static_cast<std::uint8_t>(std::lround(code)));
-  }
-  return picture;
+  blur_rows(light, width_, height_, quality_.blur_px);
+  light = transposed(light, width_, height_);
+  blur_rows(light, height_, width_, quality_.blur_px);
+  light = transposed(light, height_, width_);
+  return developed(light, seed);
 }
 
 } // namespace daylit

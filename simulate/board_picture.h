@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
 
 #include "capture/markers/board.h"
 #include "capture/markers/find_markers.h"
@@ -38,9 +39,21 @@ struct CameraQuality {
   double uneven = 0.2;                 ///< light falls by this fraction from the left edge of the picture to the right
 };
 
-/// The 8-bit sRGB picture of the board; camera_from_board is rigid, metres. The board's back is wall. 16 samples per
-/// pixel. The same seed, the same noise.
-Rgb8Image board_picture(const PrintedBoard& board, const LensModel& lens, const glm::dmat4& camera_from_board,
-                        const CameraQuality& quality, std::uint32_t seed);
+/// A camera before printed boards.
+class BoardCamera {
+public:
+  BoardCamera(const LensModel& lens, const CameraQuality& quality);
+  /// The 8-bit sRGB picture of the board; camera_from_board is rigid, metres. The board's back is wall. 16 samples per
+  /// pixel. The same seed, the same noise.
+  Rgb8Image picture(const PrintedBoard& board, const glm::dmat4& camera_from_board, std::uint32_t seed) const;
+
+private:
+  Rgb8Image developed(const std::vector<double>& light, std::uint32_t seed) const;
+
+  int width_, height_;
+  CameraQuality quality_;
+  std::vector<glm::dvec2> ray_;    ///< with z = 1, through the corners of all pixels
+  std::vector<std::uint8_t> code_; ///< of 65536 steps of light
+};
 
 } // namespace daylit

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <optional>
 
 #include <glm/common.hpp>
@@ -66,26 +67,71 @@ std::vector<SeenMarker> find_on_board(const Rgb8Image& picture, const LensModel&
   return fitted(detail::linear_grey(picture, exponent), picture, lens, board, camera_from_board);
 }
 
-Result<MarkerPose> refined_marker_pose(const Rgb8Image& picture, const std::vector<SeenMarker>& seen,
-                                       const LensModel& lens, const BoardLayout& board,
-                                       const glm::dmat4& world_from_board, double exponent) {
-  auto pose = marker_pose(seen, lens, board, world_from_board);
-  if (!pose || board.markers.size() < 2)
-    return pose;
-  const detail::GreyImage light = detail::linear_grey(picture, exponent);
+namespace {
+
+struct View {
+  const detail::GreyImage& light;
+  const Rgb8Image& picture;
+  const LensModel& lens;
+  const BoardLayout& board;
+  const glm::dmat4& world_from_board;
+};
+
+/// Fits the squares where the pose puts them, solves again, until the corners stay.
+MarkerPose settled(const View& v, MarkerPose pose, const glm::dmat4& start) {
+  glm::dmat4 world_from_camera = start;
   std::vector<SeenMarker> before;
   for (int round = 0; round < kRounds; ++round) {
-    const glm::dmat4 camera_from_board = glm::inverse(pose->world_from_camera) * world_from_board;
-    const std::vector<SeenMarker> again = fitted(light, picture, lens, board, camera_from_board);
-    auto better = marker_pose(again, lens, board, world_from_board);
-    if (!better || better->ids_used.size() < pose->ids_used.size())
+    const glm::dmat4 camera_from_board = glm::inverse(world_from_camera) * v.world_from_board;
+    const std::vector<SeenMarker> again = fitted(v.light, v.picture, v.lens, v.board, camera_from_board);
+    auto better = marker_pose(again, v.lens, v.board, v.world_from_board);
+    if (!better || better->ids_used.size() < pose.ids_used.size())
       break;
-    better->seen = seen;
-    pose = std::move(better);
+    better->seen = pose.seen;
+    pose = std::move(*better);
+    world_from_camera = pose.world_from_camera;
     if (largest_move(before, again) < kRoundEnough_px)
       break;
     before = again;
   }
+  return pose;
+}
+
+bool is_better(const MarkerPose& a, const MarkerPose& b) {
+  return a.ids_used.size() != b.ids_used.size() ? a.ids_used.size() > b.ids_used.size()
+                                                : a.reprojection_rms_px < b.reprojection_rms_px;
+}
+
+/// Fewer than half of the markers that the pose puts into the picture are there.
+bool contradicts_board(const View& v, const MarkerPose& pose) {
+  const glm::dmat4 camera_from_board = glm::inverse(pose.world_from_camera) * v.world_from_board;
+  const auto expected = std::count_if(v.board.markers.begin(), v.board.markers.end(), [&](const PlacedMarker& m) {
+    return projected(m, v.lens, camera_from_board, v.picture).has_value();
+  });
+  return 2 * pose.ids_used.size() < static_cast<std::size_t>(expected);
+}
+
+} // namespace
+
+Result<MarkerPose> refined_marker_pose(const Rgb8Image& picture, const std::vector<SeenMarker>& seen,
+                                       const LensModel& lens, const BoardLayout& board,
+                                       const glm::dmat4& world_from_board, double exponent) {
+  auto first = marker_pose(seen, lens, board, world_from_board);
+  if (!first || board.markers.size() < 2)
+    return first;
+  const detail::GreyImage light = detail::linear_grey(picture, exponent);
+  const View view{light, picture, lens, board, world_from_board};
+  MarkerPose pose = settled(view, *first, first->world_from_camera);
+  // Few or oblique markers allow two poses: the rest of the board decides.
+  if (std::isfinite(first->second_rms_px) && pose.ids_used.size() < board.markers.size()) {
+    MarkerPose other = settled(view, *first, first->second_world_from_camera);
+    if (is_better(other, pose))
+      pose = std::move(other);
+  }
+  if (contradicts_board(view, pose))
+    return Error{ErrorCode::not_found,
+                 "only " + std::to_string(pose.ids_used.size()) + " markers are where the pose puts the board",
+                 "picture", "check the layout of the board; come nearer, or look at it less obliquely"};
   return pose;
 }
 

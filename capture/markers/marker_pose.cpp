@@ -163,11 +163,11 @@ double turned_by(const glm::dmat4& a, const glm::dmat4& b) {
 }
 
 /// Both solutions may be refined to the same pose: then there is no other.
-double second_rms(const std::vector<Candidate>& candidates) {
+const Candidate* second_candidate(const std::vector<Candidate>& candidates) {
   for (std::size_t k = 1; k < candidates.size(); ++k)
     if (turned_by(candidates[0].camera_from_board, candidates[k].camera_from_board) > kSamePose)
-      return candidates[k].rms_px;
-  return std::numeric_limits<double>::infinity();
+      return &candidates[k];
+  return nullptr;
 }
 
 /// Over the error of the first, which a perfect picture makes zero: 0.01 px at least.
@@ -230,7 +230,10 @@ Result<MarkerPose> marker_pose(const std::vector<SeenMarker>& seen, const LensMo
     MarkerPose pose;
     pose.world_from_camera = world_from_board * glm::inverse(solutions.refined.front().camera_from_board);
     pose.reprojection_rms_px = solutions.refined.front().rms_px;
-    pose.second_rms_px = second_rms(solutions.refined);
+    const Candidate* second = second_candidate(solutions.refined);
+    pose.second_rms_px = second ? second->rms_px : std::numeric_limits<double>::infinity();
+    if (second)
+      pose.second_world_from_camera = world_from_board * glm::inverse(second->camera_from_board);
     pose.ambiguity = ambiguity_of(solutions, pose.second_rms_px);
     pose.seen = seen;
     pose.ids_used = c.ids;

@@ -20,6 +20,7 @@ struct MarkerPose {
   double reprojection_rms_px = 0;
   /// Of another pose that nearly fits, as a planar board often has: its tilt mirrored. Infinite: there is none.
   double second_rms_px = 0;
+  glm::dmat4 second_world_from_camera{1.0}; ///< that other pose, where second_rms_px is finite
   /// Reprojection error of the second solution of the planar problem over that of the first, at least 1. Unlike
   /// second_rms_px it counts a second solution that a refinement would lead back to the first.
   double ambiguity = 1;
@@ -41,7 +42,8 @@ Result<MarkerPose> marker_pose(const std::vector<SeenMarker>& seen, const LensMo
 std::vector<SeenMarker> find_on_board(const Rgb8Image& picture, const LensModel& lens, const BoardLayout& board,
                                       const glm::dmat4& camera_from_board, double exponent = kPhotographExponent);
 
-/// Markers already found, and where the board has several of them, found again on the board.
+/// Markers already found, and where the board has several of them, found again on the board, from both poses that the
+/// markers allow. Error not_found also where most of the markers that the pose puts into the picture are not there.
 Result<MarkerPose> refined_marker_pose(const Rgb8Image& picture, const std::vector<SeenMarker>& seen,
                                        const LensModel& lens, const BoardLayout& board,
                                        const glm::dmat4& world_from_board, double exponent = kPhotographExponent);

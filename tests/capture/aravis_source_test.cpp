@@ -99,7 +99,7 @@ TEST_F(CameraTest, frames_arrive_bit_for_bit_in_the_declared_format) {
   auto source = open_camera(s);
   ASSERT_TRUE(source) << source.error().message();
   for (int k = 0; k < 5; ++k) {
-    const auto frame = frame_within(**source, 5);
+    const auto frame = frame_within(**source, 15);
     ASSERT_TRUE(frame) << (*source)->report().trouble;
     EXPECT_EQ(frame->width_px, 160);
     EXPECT_EQ(frame->height_px, 120);
@@ -122,7 +122,7 @@ TEST_F(CameraTest, discovery_names_the_camera_and_its_id_opens_it) {
   s.pixel_format = "RGB8";
   auto source = open_camera(s);
   ASSERT_TRUE(source);
-  const auto frame = frame_within(**source, 5);
+  const auto frame = frame_within(**source, 15);
   ASSERT_TRUE(frame) << (*source)->report().trouble;
   EXPECT_EQ(frame->format, (PixelFormat{Mosaic::rgb, 8}));
   expect_untouched(*frame);
@@ -131,7 +131,7 @@ TEST_F(CameraTest, discovery_names_the_camera_and_its_id_opens_it) {
 TEST_F(CameraTest, a_slow_reader_gets_the_newest_frame_and_the_rest_are_counted) {
   auto source = open_camera(settings());
   ASSERT_TRUE(source);
-  const auto first = frame_within(**source, 5);
+  const auto first = frame_within(**source, 15);
   ASSERT_TRUE(first) << (*source)->report().trouble;
   usleep(500'000);
   const std::uint64_t before = (*source)->report().whole;
@@ -147,31 +147,39 @@ TEST_F(CameraTest, frames_with_lost_packets_are_counted_and_never_given_out) {
   s.packet_bytes = 4096; // ten packets a frame: a third of them whole
   auto source = open_camera(s);
   ASSERT_TRUE(source);
-  const double end = wall_seconds() + 1.5;
-  int whole = 0;
-  while (wall_seconds() < end)
-    if (const auto frame = (*source)->next(std::chrono::milliseconds(20)); frame && *frame) {
+  const double end = wall_seconds() + 15; // a machine under load takes its time
+  std::uint64_t whole = 0;
+  SourceReport report;
+  while (wall_seconds() < end && (report.damaged < 10 || report.whole < 10)) {
+    const auto frame = (*source)->next(std::chrono::milliseconds(20));
+    if (frame && *frame) {
       expect_untouched(**frame);
       ++whole;
     }
-  const SourceReport report = (*source)->report();
-  EXPECT_GT(report.damaged, 5u) << report.trouble;
-  EXPECT_GT(report.whole, 5u);
-  EXPECT_EQ(report.whole, static_cast<std::uint64_t>(whole) + report.superseded);
+    report = (*source)->report();
+  }
+  EXPECT_GE(report.damaged, 10u) << report.trouble;
+  EXPECT_GE(report.whole, 10u);
+  EXPECT_GE(whole, 1u);
+  EXPECT_LE(whole + report.superseded, report.whole);
+  EXPECT_GE(whole + report.superseded + 1, report.whole) << "each was given out, superseded, or waits";
 }
 
 TEST_F(CameraTest, an_unplugged_camera_is_said_to_be_gone_and_taken_up_again) {
   auto source = open_camera(settings());
   ASSERT_TRUE(source);
-  ASSERT_TRUE(frame_within(**source, 5)) << (*source)->report().trouble;
+  ASSERT_TRUE(frame_within(**source, 15)) << (*source)->report().trouble;
   unplug();
-  frame_within(**source, 0.1); // one may still be there
-  EXPECT_FALSE(frame_within(**source, 2.6));
+  const double end = wall_seconds() + 15;
+  while ((*source)->report().connected && wall_seconds() < end)
+    (void)(*source)->next(std::chrono::milliseconds(20)); // frames that were under way
   EXPECT_FALSE((*source)->report().connected);
   EXPECT_FALSE((*source)->report().trouble.empty());
+  (void)(*source)->next(std::chrono::milliseconds(0));
+  EXPECT_FALSE(frame_within(**source, 0.2));
   ASSERT_TRUE(plug_in());
   const double back = wall_seconds();
-  EXPECT_TRUE(frame_within(**source, 6)) << (*source)->report().trouble;
+  EXPECT_TRUE(frame_within(**source, 15)) << (*source)->report().trouble;
   RecordProperty("seconds_until_back", std::to_string(wall_seconds() - back));
   EXPECT_EQ((*source)->report().connections, 2u);
 }

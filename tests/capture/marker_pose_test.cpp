@@ -19,7 +19,7 @@ namespace {
 /// Without blur and noise: what the method itself leaves.
 Rgb8Image clean_picture(const PrintedBoard& board, const LensModel& lens, const glm::dmat4& world_from_board,
                         const glm::dmat4& world_from_camera) {
-  return board_picture(board, lens, glm::inverse(world_from_camera) * world_from_board, {0.0, {}, 0.0}, 1);
+  return BoardCamera(lens, {0.0, {}, 0.0}).picture(board, glm::inverse(world_from_camera) * world_from_board, 1);
 }
 
 /// White paper up to a fifth of the side around each marker.
@@ -163,8 +163,9 @@ TEST(MarkerPose, a_grid_is_solved_as_one_and_is_better_than_one_marker) {
 TEST(MarkerPose, the_curve_of_a_photograph_does_not_shrink_the_squares) {
   const BoardLayout board = BoardLayout::single("6X6_250", 23, 0.12);
   const glm::dmat4 true_pose = look_at({3.2, 2.4, 1.5}, {4, 2, 1.2}, {0, 0, 1});
-  const Rgb8Image blurred = board_picture(*PrintedBoard::print(board, 0.024), interior_lens(),
-                                          glm::inverse(true_pose) * board_on_wall(), {1.0, {}, 0.0}, 1);
+  const Rgb8Image blurred =
+      BoardCamera(interior_lens(), {1.0, {}, 0.0})
+          .picture(*PrintedBoard::print(board, 0.024), glm::inverse(true_pose) * board_on_wall(), 1);
   const auto distance = [&](double exponent) {
     const auto pose = marker_pose(blurred, interior_lens(), board, board_on_wall(), "", exponent);
     return pose ? glm::length(glm::dvec3(pose->world_from_camera[3]) - glm::dvec3(4, 2, 1.2)) : 0.0;
