@@ -14,7 +14,8 @@
 #include "bench/flicker.h"
 #include "bench/frame_scene.h"
 #include "bench/timing.h"
-#include "runtime/input/marker_tracker.h"
+#include "capture/markers/marker_pose.h"
+#include "capture/markers/marker_tracker.h"
 
 namespace daylit::bench {
 

@@ -1,14 +1,15 @@
 # The direction of dependencies (docs/design.md). An entry lists what a module, or a folder of a module, may use: nothing
 # else may be linked, and nothing else may be included. The build stops when a source file reaches upwards.
-set(DAYLIT_MODULES sh scene radiosity precompute runtime calibration simulate bench)
+set(DAYLIT_MODULES sh scene radiosity precompute capture runtime calibration simulate bench)
 set(DAYLIT_MAY_USE_sh "")
 set(DAYLIT_MAY_USE_scene sh)
 set(DAYLIT_MAY_USE_radiosity sh scene)
 set(DAYLIT_MAY_USE_precompute sh scene radiosity)
-set(DAYLIT_MAY_USE_runtime sh scene)
-set(DAYLIT_MAY_USE_calibration sh scene radiosity)
-set(DAYLIT_MAY_USE_simulate sh scene radiosity precompute runtime calibration)
-set(DAYLIT_MAY_USE_bench sh scene radiosity precompute runtime calibration simulate)
+set(DAYLIT_MAY_USE_capture sh scene)
+set(DAYLIT_MAY_USE_runtime sh scene capture)
+set(DAYLIT_MAY_USE_calibration sh scene capture radiosity)
+set(DAYLIT_MAY_USE_simulate sh scene radiosity precompute capture runtime calibration)
+set(DAYLIT_MAY_USE_bench sh scene radiosity precompute capture runtime calibration simulate)
 
 # Floors of scene, lowest first.
 set(DAYLIT_FOLDERS_scene core image lens format room sky model volume config placing)
@@ -22,6 +23,11 @@ set(DAYLIT_MAY_USE_scene_model core image format)
 set(DAYLIT_MAY_USE_scene_volume core image format room sky)
 set(DAYLIT_MAY_USE_scene_config core image format sky)
 set(DAYLIT_MAY_USE_scene_placing core image room model config)
+
+# Floors of capture, lowest first.
+set(DAYLIT_FOLDERS_capture markers frames)
+set(DAYLIT_MAY_USE_capture_markers "")
+set(DAYLIT_MAY_USE_capture_frames "")
 
 # Floors of runtime, lowest first.
 set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window cmd)

@@ -1,13 +1,18 @@
 // daylit-run: draws the virtual objects of a CONFIG.toml into its camera picture with the daylight of its sky image.
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <string>
+#include <string_view>
 
 #include <nlohmann/json.hpp>
 
 #include "runtime/cmd/outputs.h"
+#include "runtime/cmd/pose_command.h"
+#include "runtime/cmd/record_command.h"
+#include "runtime/cmd/replay.h"
 #include "runtime/input/interior_input.h"
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
@@ -20,9 +25,9 @@ namespace daylit {
 namespace {
 
 struct Options {
-  std::string config;
-  int frames = 1, threads = 0;
-  bool replay = false, window = false, quiet = false, json = false, force = false;
+  std::string config, replay;
+  int frames = 0, threads = 0;
+  bool window = false, quiet = false, json = false, force = false;
   Backend backend = Backend::automatic;
 };
 
@@ -109,7 +114,7 @@ Result<const Frame*> draw(Session& session, const FrameInput& input) {
 
 /// The files are one picture: the same frame again and again.
 Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo) {
-  for (int k = 0; k < options.frames; ++k) {
+  for (int k = 0; k < std::max(1, options.frames); ++k) {
     const auto frame = draw(session, {sky, photo, 1, 1});
     if (!frame)
       return frame.error();
@@ -133,6 +138,36 @@ void save_placements(const std::filesystem::path& config, const Session& session
   print_notes({written ? config.string() + ": the objects' places are written" : written.error().message()});
 }
 
+const char* name_of(TrackingState state) {
+  switch (state) {
+  case TrackingState::measured:
+    return "measured";
+  case TrackingState::ambiguous:
+    return "ambiguous";
+  case TrackingState::predicted:
+    return "predicted";
+  case TrackingState::lost:
+    break;
+  }
+  return "lost";
+}
+
+void print_replayed(const ReplayedFrame& f, const Options& options) {
+  if (options.json)
+    std::printf("%s\n", nlohmann::ordered_json{{"frame", f.index},
+                                               {"interior_id", f.interior_id},
+                                               {"sky_id", f.sky_id},
+                                               {"sky_age_s", f.sky_age_s},
+                                               {"tracking", name_of(f.tracking)},
+                                               {"drawn", f.drawn},
+                                               {"total_ms", f.total_ms}}
+                            .dump()
+                            .c_str());
+  else if (!options.quiet)
+    std::printf("frame %zu: sky %.3f s old, pose %s%s, %.1f ms\n", f.index, f.sky_age_s, name_of(f.tracking),
+                f.drawn ? "" : " (the photograph is left as it is)", f.total_ms);
+}
+
 Result<void> run(const Options& options) {
   set_thread_count(options.threads);
   if (options.threads > 0)
@@ -140,6 +175,9 @@ Result<void> run(const Options& options) {
   const auto given = read_run_config(options.config);
   if (!given)
     return given.error();
+  if (!options.replay.empty())
+    return replay_recording(*given, {options.replay, options.frames, options.backend},
+                            [&](const ReplayedFrame& frame) { print_replayed(frame, options); });
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
@@ -175,12 +213,26 @@ Result<void> run(const Options& options) {
 } // namespace
 } // namespace daylit
 
+/// Options of a run; the sub-commands have their own.
 int main(int argc, char** argv) {
+  const std::map<std::string_view, int (*)(int, char**)> commands{
+      {"cameras", daylit::cameras_command}, {"pose", daylit::pose_command}, {"record", daylit::record_command}};
+  if (argc > 1)
+    if (const auto command = commands.find(argv[1]); command != commands.end())
+      return command->second(argc - 1, argv + 1);
   daylit::Options options;
-  CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside"};
+  CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside.\n"
+               "Also: daylit-run pose IMAGE, where the markers of a picture are; daylit-run cameras, which cameras\n"
+               "answer; daylit-run record CAMERA, a sequence of a camera's frames. Each has its own --help."};
   app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
-  app.add_flag("--replay", options.replay, "refused: there is no live program yet, the files are always what is run");
-  app.add_option("--frames", options.frames, "how often the frame is drawn")->check(CLI::Range(1, 1000000));
+  app.add_option(
+         "--replay", options.replay,
+         "folder with the recordings sky and interior (daylit-run record): drawn frame by frame in the place of\n"
+         "the configuration's pictures, the outputs numbered")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--frames", options.frames,
+                 "how often the frame is drawn (default: once); with --replay: the first so many (default: all)")
+      ->check(CLI::Range(1, 1000000));
   const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
                                                         {"gl", daylit::Backend::opengl},
                                                         {"osmesa", daylit::Backend::osmesa},
@@ -201,11 +253,6 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("daylit-run ") + DAYLIT_VERSION);
   if (const auto code = daylit::parse_command_line(app, argc, argv))
     return *code;
-  if (options.replay) {
-    std::fprintf(stderr, "daylit-run: --replay: there is no live camera yet, nothing is recorded; leave it out, "
-                         "the files of the configuration are drawn\n");
-    return daylit::kExitUsage;
-  }
   daylit::watch_for_interrupt();
   return daylit::run_program("daylit-run", options.json, [&] { return daylit::run(options); });
 }

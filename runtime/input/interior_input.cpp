@@ -15,8 +15,9 @@ namespace {
 /// The paper lies on a surface of the model, give or take the tape measure: light is looked up a little above it.
 constexpr double kOffPaper_m = 0.02;
 
-/// The lens for the size of the picture: scaled when the calibration was made at another resolution of the same view.
-Result<LensModel> lens_for(const InteriorConfig& interior, const Photograph& photo) {
+} // namespace
+
+Result<LensModel> interior_lens(const InteriorConfig& interior, const Photograph& photo) {
   auto lens = read_lens(interior.lens);
   if (!lens)
     return lens.error();
@@ -37,6 +38,8 @@ Result<LensModel> lens_for(const InteriorConfig& interior, const Photograph& pho
   lens->height_px = height;
   return lens;
 }
+
+namespace {
 
 std::string pose_note(const MarkerPose& pose) {
   char text[200];
@@ -64,8 +67,9 @@ Result<void> use_marker(const RunConfig& config, const MarkerConfig& marker, Int
     return Error{ErrorCode::value_invalid, "one marker id is needed, its centre is the board's origin", "[marker] ids",
                  "for example ids = [23]"};
   const BoardLayout board = BoardLayout::single(marker.dictionary, marker.ids.front(), marker.size_m);
-  auto pose = marker_pose(marker_search_image(input.photo), input.lens, board, marker.world_from_board,
-                          config.interior.image.string());
+  auto pose =
+      marker_pose(marker_search_image(input.photo), input.lens, board, marker.world_from_board,
+                  config.interior.image.string(), marker_search_exponent(input.photo, config.interior.response));
   if (!pose)
     return pose.error();
   if (config.interior.scale_from_marker) {
@@ -88,7 +92,7 @@ Result<InteriorInput> read_interior(const RunConfig& config) {
   auto photo = read_photograph(config.interior.image, config.interior.response);
   if (!photo)
     return photo.error();
-  auto lens = lens_for(config.interior, *photo);
+  auto lens = interior_lens(config.interior, *photo);
   if (!lens)
     return lens.error();
   InteriorInput input{std::move(*photo), *lens, glm::dmat4(1.0), {}, {}, {}};

@@ -8,8 +8,8 @@
 
 #include <glm/mat4x4.hpp>
 
+#include "capture/markers/marker_pose.h"
 #include "runtime/base/photo_scale.h"
-#include "runtime/input/marker_pose.h"
 #include "runtime/input/photograph.h"
 #include "scene/config/config.h"
 #include "scene/core/result.h"
@@ -24,6 +24,10 @@ struct InteriorInput {
   std::optional<Rgb> marker_white; ///< linear RGB of the paper around it, for scale = "marker"
   std::vector<std::string> notes;  ///< one line per thing a user should know
 };
+
+/// The lens of [interior] for the size of the picture: scaled when the calibration was made at another resolution of
+/// the same view. Errors: of the lens file; a picture of another shape.
+Result<LensModel> interior_lens(const InteriorConfig& interior, const Photograph& photo);
 
 /// Reads and locates the picture of [interior] with [pose] or [marker]. A given [pose] wins over the marker's.
 /// `ids` must name one marker: its centre is the board's origin.

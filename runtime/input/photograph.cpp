@@ -1,5 +1,7 @@
 #include "runtime/input/photograph.h"
 
+#include "capture/markers/find_markers.h"
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -202,6 +204,10 @@ Rgb8Image marker_search_image(const Photograph& photo) {
   const auto p95 = brightness.begin() + static_cast<std::ptrdiff_t>(brightness.size() * 95 / 100);
   std::nth_element(brightness.begin(), p95, brightness.end());
   return to_srgb8(photo.linear, *p95 > 0 ? 1.0f / *p95 : 1.0f);
+}
+
+double marker_search_exponent(const Photograph& photo, const std::string& response) {
+  return !photo.is_hdr() && response == "linear" ? kLinearExponent : kPhotographExponent;
 }
 
 } // namespace daylit

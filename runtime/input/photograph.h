@@ -65,6 +65,8 @@ Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& cha
 
 /// The picture for finding markers in: the original bytes, or an EXR exposed so that its 95th percentile is white.
 Rgb8Image marker_search_image(const Photograph& photo);
+/// Its curve, light ~ (code value)^exponent, for find_markers(): 1 for bytes of response "linear".
+double marker_search_exponent(const Photograph& photo, const std::string& response);
 
 /// Median linear RGB of the paper just around a marker: a ring outside its black square (corners as in SeenMarker).
 /// Errors (value_invalid): saturated, outside the picture, or not brighter than the black of the square.

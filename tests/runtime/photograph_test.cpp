@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "capture/markers/find_markers.h"
+
 namespace daylit {
 namespace {
 
@@ -164,6 +166,24 @@ TEST(MarkerScale, paper_in_the_photograph_over_paper_in_the_simulation) {
   EXPECT_EQ(kept->colour_matrix, warm);
   EXPECT_NEAR(luminance(kept->apply(Rgb(0.8f))), luminance(Rgb(0.4f, 0.2f, 0.1f)), 1e-6f);
   EXPECT_FALSE(scale_from_marker(Rgb(0.4f), Rgb(0.0f), 0.8, glm::dmat3(1.0)));
+}
+
+TEST(MarkerWhite, shared_photograph_shows_white_paper_around_each_marker) {
+  const std::filesystem::path file =
+      std::filesystem::path(DAYLIT_SOURCE_DIR) / "../shared/data/markers/singlemarkersoriginal.jpg";
+  if (!std::filesystem::exists(file))
+    GTEST_SKIP() << "the shared photograph is not here";
+  const auto photo = read_photograph(file, "srgb");
+  ASSERT_TRUE(photo) << photo.error().message();
+  const auto seen = find_markers(photo->original, "6X6_250");
+  ASSERT_TRUE(seen);
+  EXPECT_EQ(seen->size(), 6u);
+  for (const SeenMarker& m : *seen) {
+    const auto white = marker_white(*photo, m.corner_px);
+    ASSERT_TRUE(white) << m.id << ": " << white.error().message();
+    EXPECT_GT(white->g, 0.2f) << m.id;
+    EXPECT_LT(white->g, 1.0f) << m.id;
+  }
 }
 
 } // namespace

@@ -233,13 +233,15 @@ TEST_F(BadInput, run_configurations_are_refused_with_what_where_and_hint) {
     check(root_, c);
 }
 
-TEST_F(BadInput, replay_is_refused_in_one_line_as_long_as_nothing_is_recorded) {
+TEST_F(BadInput, a_replay_without_a_recording_is_refused_and_writes_nothing) {
   if (!has_program("daylit-run"))
     GTEST_SKIP() << "this build has no daylit-run";
-  const Outcome outcome = run_in(root_ / "good", "daylit-run config.toml --replay");
-  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_EQ(run_in(root_ / "good", "daylit-run config.toml --replay").exit_code, 2);
+  EXPECT_EQ(run_in(root_ / "good", "daylit-run config.toml --replay nowhere").exit_code, 2);
+  const Outcome outcome = run_in(root_ / "good", "daylit-run config.toml --replay .");
+  EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
-  EXPECT_NE(outcome.err.find("--replay"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("interior/frames.jsonl"), std::string::npos) << outcome.err;
   EXPECT_FALSE(fs::exists(root_ / "good/out.png"));
 }
 

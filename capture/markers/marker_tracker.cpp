@@ -1,4 +1,4 @@
-#include "runtime/input/marker_tracker.h"
+#include "capture/markers/marker_tracker.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,7 +54,7 @@ Result<std::vector<SeenMarker>> MarkerTracker::find(const Rgb8Image& picture) {
   if (same_size && knows_all()) {
     const Crop crop = surroundings(last_, width_, height_);
     if (2 * (crop.x1 - crop.x0) * (crop.y1 - crop.y0) < width_ * height_) {
-      auto near = find_markers(cut(picture, crop), board_.dictionary);
+      auto near = find_markers(cut(picture, crop), board_.dictionary, exponent_);
       if (!near)
         return near;
       for (SeenMarker& m : *near)
@@ -65,7 +65,7 @@ Result<std::vector<SeenMarker>> MarkerTracker::find(const Rgb8Image& picture) {
         return last_;
     }
   }
-  auto found = find_markers(picture, board_.dictionary);
+  auto found = find_markers(picture, board_.dictionary, exponent_);
   if (found)
     last_ = *found;
   return found;

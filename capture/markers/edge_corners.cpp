@@ -4,7 +4,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/input/edge_corners.h"
+#include "capture/markers/edge_corners.h"
 
 namespace daylit::detail {
 
@@ -13,8 +13,9 @@ namespace {
 constexpr int kCellsPerSide = 8;        ///< of the common dictionaries; 6 to 9 occur
 constexpr double kCornerFraction = 0.1; ///< of a side, left out at both ends: the neighbouring edge blurs in
 constexpr double kProfileStep_px = 0.25;
-constexpr double kLeastContrast = 30; ///< of 3 x 255
+constexpr double kLeastContrast = 0.01; ///< of 1
 constexpr double kLargestMove_px = 3.0;
+constexpr double kLeastReach_px = 1.5; ///< of the profile across an edge, to each side
 
 struct Line {
   glm::dvec2 point, direction;
@@ -56,10 +57,12 @@ double distance(const Line& line, const glm::dvec2& p) {
   return std::abs(d.x * line.direction.y - d.y * line.direction.x);
 }
 
-/// The side between two corners; `outward` is the unit normal away from the square.
+/// The side between two corners; `outward` is the unit normal away from the square, `depth` the square's extent along
+/// it.
 std::optional<Line> fit_side(const GreyImage& image, const glm::dvec2& a, const glm::dvec2& b,
-                             const glm::dvec2& outward) {
-  const double length = glm::length(b - a), extent = std::clamp(0.6 * length / kCellsPerSide, 1.5, 5.0);
+                             const glm::dvec2& outward, double depth) {
+  // The profile ends in the outermost cell, which is `depth` / kCellsPerSide wide, but covers the blur of the edge.
+  const double length = glm::length(b - a), extent = std::clamp(0.6 * depth / kCellsPerSide, kLeastReach_px, 5.0);
   const int samples = std::clamp(static_cast<int>(length), 12, 96);
   std::vector<glm::dvec2> points;
   for (int i = 0; i < samples; ++i) {
@@ -105,25 +108,40 @@ double GreyImage::at(const glm::dvec2& p) const {
   return (1 - v) * ((1 - u) * texel(x0, y0) + u * texel(x1, y0)) + v * ((1 - u) * texel(x0, y1) + u * texel(x1, y1));
 }
 
-void fit_square_edges(const GreyImage& image, std::array<glm::dvec2, 4>& corner_px) {
+int fit_square_edges(const GreyImage& image, std::array<glm::dvec2, 4>& corner_px) {
+  int moved = 0;
   const std::array<glm::dvec2, 4> start = corner_px;
   for (int pass = 0; pass < 2; ++pass) {
     const glm::dvec2 centre = 0.25 * (corner_px[0] + corner_px[1] + corner_px[2] + corner_px[3]);
     std::array<std::optional<Line>, 4> side;
+    moved = 0;
     for (std::size_t i = 0; i < 4; ++i) {
       const glm::dvec2 a = corner_px[i], b = corner_px[(i + 1) % 4], along = glm::normalize(b - a);
       glm::dvec2 outward(along.y, -along.x);
       if (glm::dot(outward, 0.5 * (a + b) - centre) < 0)
         outward = -outward;
-      side[i] = fit_side(image, a, b, outward);
+      const double depth = 2 * glm::dot(outward, 0.5 * (a + b) - centre);
+      side[i] = fit_side(image, a, b, outward, depth);
     }
     for (std::size_t i = 0; i < 4; ++i) {
       const auto& before = side[(i + 3) % 4];
       const auto p = before && side[i] ? crossing(*before, *side[i]) : std::nullopt;
       if (p && glm::length(*p - start[i]) < kLargestMove_px)
-        corner_px[i] = *p;
+        corner_px[i] = *p, ++moved;
     }
   }
+  return moved;
+}
+
+GreyImage linear_grey(const Rgb8Image& picture, double exponent) {
+  std::array<float, 256> light;
+  for (std::size_t code = 0; code < light.size(); ++code)
+    light[code] = static_cast<float>(std::pow(double(code) / 255, exponent));
+  GreyImage image{picture.width, picture.height, std::vector<float>(picture.bytes.size() / 3)};
+  for (std::size_t i = 0; i < image.value.size(); ++i)
+    image.value[i] =
+        (light[picture.bytes[3 * i]] + light[picture.bytes[3 * i + 1]] + light[picture.bytes[3 * i + 2]]) / 3;
+  return image;
 }
 
 } // namespace daylit::detail

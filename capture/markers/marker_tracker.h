@@ -4,13 +4,15 @@
 
 #include <vector>
 
-#include "runtime/input/marker_pose.h"
+#include "capture/markers/find_markers.h"
 
 namespace daylit {
 
 class MarkerTracker {
 public:
-  explicit MarkerTracker(BoardLayout board) : board_(std::move(board)) {}
+  /// `exponent`: of the camera's curve, as in find_markers().
+  explicit MarkerTracker(BoardLayout board, double exponent = kPhotographExponent)
+      : board_(std::move(board)), exponent_(exponent) {}
 
   /// As find_markers() for the markers of the board. The whole picture is searched for the first frame, while a marker
   /// of the board is not in view, and when one left the surroundings of its last position.
@@ -21,6 +23,7 @@ private:
   bool knows_all() const;
 
   BoardLayout board_;
+  double exponent_;
   std::vector<SeenMarker> last_;
   int width_ = 0, height_ = 0;
 };

@@ -1,0 +1,273 @@
+#include "capture/frames/aravis_source.h"
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstring>
+#include <mutex>
+#include <thread>
+
+#include <arv.h>
+
+namespace daylit {
+
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kBuffers = 6;
+constexpr std::uint64_t kPop_us = 200'000;
+constexpr auto kSilence = 2s; ///< without a frame: the camera is opened again
+constexpr auto kRetry = 500ms;
+
+struct Unref {
+  void operator()(void* object) const { g_object_unref(object); }
+};
+template <class T>
+using Owned = std::unique_ptr<T, Unref>;
+
+/// GError that says what was being done when it came.
+class Attempt {
+public:
+  ~Attempt() { g_clear_error(&error_); }
+  GError** out() { return &error_; }
+  /// True when the call before failed; the first failure is kept.
+  bool failed(const std::string& what) {
+    if (!error_)
+      return false;
+    if (text_.empty())
+      text_ = what + ": " + error_->message;
+    g_clear_error(&error_);
+    return true;
+  }
+  const std::string& text() const { return text_; }
+
+private:
+  GError* error_ = nullptr;
+  std::string text_;
+};
+
+struct KnownFormat {
+  ArvPixelFormat code;
+  PixelFormat format;
+};
+constexpr std::array kFormats{KnownFormat{ARV_PIXEL_FORMAT_MONO_8, {Mosaic::mono, 8}},
+                              KnownFormat{ARV_PIXEL_FORMAT_MONO_10, {Mosaic::mono, 10}},
+                              KnownFormat{ARV_PIXEL_FORMAT_MONO_12, {Mosaic::mono, 12}},
+                              KnownFormat{ARV_PIXEL_FORMAT_MONO_14, {Mosaic::mono, 14}},
+                              KnownFormat{ARV_PIXEL_FORMAT_MONO_16, {Mosaic::mono, 16}},
+                              KnownFormat{ARV_PIXEL_FORMAT_RGB_8_PACKED, {Mosaic::rgb, 8}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_RG_8, {Mosaic::rggb, 8}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GR_8, {Mosaic::grbg, 8}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GB_8, {Mosaic::gbrg, 8}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_BG_8, {Mosaic::bggr, 8}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_RG_10, {Mosaic::rggb, 10}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GR_10, {Mosaic::grbg, 10}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GB_10, {Mosaic::gbrg, 10}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_BG_10, {Mosaic::bggr, 10}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_RG_12, {Mosaic::rggb, 12}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GR_12, {Mosaic::grbg, 12}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GB_12, {Mosaic::gbrg, 12}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_BG_12, {Mosaic::bggr, 12}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_RG_16, {Mosaic::rggb, 16}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GR_16, {Mosaic::grbg, 16}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_GB_16, {Mosaic::gbrg, 16}},
+                              KnownFormat{ARV_PIXEL_FORMAT_BAYER_BG_16, {Mosaic::bggr, 16}}};
+
+std::optional<PixelFormat> format_of(ArvPixelFormat code, const std::optional<Mosaic>& mosaic) {
+  for (const KnownFormat& known : kFormats)
+    if (known.code == code) {
+      PixelFormat format = known.format;
+      if (mosaic && format.mosaic == Mosaic::mono)
+        format.mosaic = *mosaic;
+      return format;
+    }
+  return std::nullopt;
+}
+
+/// Empty: set; else what the camera did not take.
+std::string apply(const CameraSettings& s, ArvCamera* camera) {
+  Attempt a;
+  if (!s.pixel_format.empty())
+    arv_camera_set_pixel_format_from_string(camera, s.pixel_format.c_str(), a.out()), a.failed("pixel format");
+  if (s.width_px && s.height_px)
+    arv_camera_set_region(camera, -1, -1, *s.width_px, *s.height_px, a.out()), a.failed("size");
+  if (s.frame_rate_hz)
+    arv_camera_set_frame_rate(camera, *s.frame_rate_hz, a.out()), a.failed("frame rate");
+  if (s.exposure_us)
+    arv_camera_set_exposure_time(camera, *s.exposure_us, a.out()), a.failed("exposure");
+  if (s.gain)
+    arv_camera_set_gain(camera, *s.gain, a.out()), a.failed("gain");
+  if (arv_camera_is_gv_device(camera)) {
+    if (s.packet_bytes > 0)
+      arv_camera_gv_set_packet_size(camera, s.packet_bytes, a.out());
+    else
+      arv_camera_gv_auto_packet_size(camera, a.out());
+    a.failed("packet size");
+  }
+  return a.text();
+}
+
+class AravisSource final : public FrameSource {
+public:
+  explicit AravisSource(const CameraSettings& settings)
+      : settings_(settings), worker_([this](const std::stop_token& stop) { work(stop); }) {}
+
+  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) override {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, wait, [&] { return newest_.has_value(); });
+    return std::exchange(newest_, std::nullopt);
+  }
+  bool finished() const override { return false; }
+  SourceReport report() const override {
+    const std::lock_guard lock(mutex_);
+    return report_;
+  }
+
+private:
+  void work(const std::stop_token& stop) {
+    while (!stop.stop_requested()) {
+      say_lost(stream_until_lost(stop));
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kRetry, [&] { return stop.stop_requested(); });
+    }
+  }
+
+  void say_lost(const std::string& trouble) {
+    const std::lock_guard lock(mutex_);
+    report_.connected = false;
+    report_.trouble = trouble;
+  }
+
+  /// Opens the camera and takes its frames until it is lost. Why it ended, or could not begin.
+  std::string stream_until_lost(const std::stop_token& stop) {
+    Attempt a;
+    const Owned<ArvCamera> camera(
+        arv_camera_new(settings_.camera.empty() ? nullptr : settings_.camera.c_str(), a.out()));
+    if (a.failed("cannot be opened") || !camera)
+      return a.text();
+    if (const std::string refused = apply(settings_, camera.get()); !refused.empty())
+      return refused;
+    const char* name = arv_camera_get_pixel_format_as_string(camera.get(), nullptr);
+    if (!format_of(arv_camera_get_pixel_format(camera.get(), a.out()), settings_.mosaic))
+      return std::string("its pixel format ") + (name ? name : "") +
+             " is not read; choose one of Mono, RGB8 or Bayer that is not packed";
+    const Owned<ArvStream> stream(arv_camera_create_stream(camera.get(), nullptr, nullptr, a.out()));
+    if (a.failed("another program may be using it") || !stream)
+      return a.text();
+    const auto payload = arv_camera_get_payload(camera.get(), a.out());
+    exposure_us_ = arv_camera_get_exposure_time(camera.get(), nullptr);
+    for (int k = 0; k < kBuffers; ++k)
+      arv_stream_push_buffer(stream.get(), arv_buffer_new(payload, nullptr));
+    arv_camera_set_acquisition_mode(camera.get(), ARV_ACQUISITION_MODE_CONTINUOUS, a.out());
+    a.failed("continuous acquisition");
+    arv_camera_start_acquisition(camera.get(), a.out());
+    if (a.failed("cannot be started"))
+      return a.text();
+    const std::string trouble = take_frames(stop, camera.get(), stream.get());
+    arv_camera_stop_acquisition(camera.get(), nullptr);
+    return trouble;
+  }
+
+  std::string take_frames(const std::stop_token& stop, ArvCamera* camera, ArvStream* stream) {
+    std::atomic<bool> lost = false;
+    const gulong signal =
+        g_signal_connect(arv_camera_get_device(camera), "control-lost",
+                         G_CALLBACK(+[](ArvDevice*, std::atomic<bool>* flag) { *flag = true; }), &lost);
+    {
+      const std::lock_guard lock(mutex_);
+      ++report_.connections;
+      report_.connected = true;
+      report_.trouble.clear();
+    }
+    last_id_.reset();
+    auto last = std::chrono::steady_clock::now();
+    while (!stop.stop_requested() && !lost && std::chrono::steady_clock::now() - last < kSilence)
+      if (ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream, kPop_us)) {
+        take(buffer);
+        arv_stream_push_buffer(stream, buffer);
+        last = std::chrono::steady_clock::now();
+      }
+    g_signal_handler_disconnect(arv_camera_get_device(camera), signal);
+    const std::string trouble =
+        lost ? "the camera is gone: unplugged, or taken by another program" : "no frame came for two seconds";
+    say_lost(trouble); // at once: to end the acquisition of a camera that is gone takes a second
+    return trouble;
+  }
+
+  /// Counts the buffer and keeps its frame as the newest, if it is whole.
+  void take(ArvBuffer* buffer) {
+    auto frame = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS ? frame_of(buffer) : std::nullopt;
+    const std::lock_guard lock(mutex_);
+    count_gap(arv_buffer_get_frame_id(buffer));
+    if (!frame) {
+      ++report_.damaged;
+      return;
+    }
+    ++report_.whole;
+    report_.superseded += newest_.has_value();
+    newest_ = std::move(frame);
+    changed_.notify_all();
+  }
+
+  /// The counter of GigE Vision 1.x has 16 bits and leaves 0 out when it wraps.
+  void count_gap(std::uint64_t id) {
+    if (last_id_ && id <= 0xffff && *last_id_ <= 0xffff) {
+      std::uint64_t step = (id - *last_id_) & 0xffff;
+      if (id < *last_id_ && step > 1)
+        --step;
+      report_.missing += step > 1 && step < 0x8000 ? step - 1 : 0;
+    } else if (last_id_ && id > *last_id_) {
+      report_.missing += id - *last_id_ - 1;
+    }
+    last_id_ = id;
+  }
+
+  std::optional<CameraFrame> frame_of(ArvBuffer* buffer) const {
+    const auto format = format_of(arv_buffer_get_image_pixel_format(buffer), settings_.mosaic);
+    std::size_t size = 0;
+    const void* data = arv_buffer_get_image_data(buffer, &size);
+    const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
+    if (!format || !data || width < 1 || height < 1 || size < frame_bytes(width, height, *format))
+      return std::nullopt;
+    CameraFrame frame{width, height, *format, std::vector<std::uint8_t>(frame_bytes(width, height, *format))};
+    std::memcpy(frame.bytes.data(), data, frame.bytes.size());
+    frame.id = arv_buffer_get_frame_id(buffer);
+    frame.time_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
+    frame.exposure_us = exposure_us_;
+    return frame;
+  }
+
+  const CameraSettings settings_;
+  mutable std::mutex mutex_; ///< of newest_ and report_; held for a move at most
+  std::condition_variable changed_;
+  std::optional<CameraFrame> newest_;
+  SourceReport report_;
+  std::optional<std::uint64_t> last_id_; ///< of the worker
+  double exposure_us_ = 0.0;             ///< of the worker
+  std::jthread worker_;                  ///< last: it uses all of the above
+};
+
+} // namespace
+
+std::vector<FoundCamera> find_cameras() {
+  arv_update_device_list();
+  std::vector<FoundCamera> found;
+  for (unsigned k = 0; k < arv_get_n_devices(); ++k) {
+    const char* address = arv_get_device_address(k);
+    found.push_back({arv_get_device_id(k), address ? address : ""});
+  }
+  return found;
+}
+
+Result<std::unique_ptr<FrameSource>> open_camera(const CameraSettings& s) {
+  const auto bad = [](const std::optional<double>& value) { return value && !(*value > 0 && *value < 1e9); };
+  if (bad(s.exposure_us) || bad(s.frame_rate_hz) || (s.gain && !(*s.gain >= 0 && *s.gain < 1e6)) ||
+      s.width_px.has_value() != s.height_px.has_value() || s.width_px.value_or(1) < 1 || s.height_px.value_or(1) < 1 ||
+      s.packet_bytes < 0 || s.packet_bytes > 65535)
+    return Error{ErrorCode::value_invalid, "exposure, gain, frame rate, size or packet size is out of range",
+                 s.camera.empty() ? "camera" : s.camera, "give microseconds, hertz, pixels and bytes"};
+  return std::unique_ptr<FrameSource>(std::make_unique<AravisSource>(s));
+}
+
+} // namespace daylit
