@@ -103,7 +103,7 @@ Result<std::vector<double>> drawn(Lit& lit, TracedRenderer& renderer, int sample
       return step.error();
   std::vector<double> radiance;
   for (const SeenPixel& p : lit.pixels)
-    radiance.push_back(static_cast<double>(frame.object[frame.index(p.x, p.y)].y));
+    radiance.push_back(static_cast<double>(frame.at(p.x, p.y).object.y));
   return radiance;
 }
 
