@@ -15,13 +15,14 @@ namespace daylit {
 
 namespace {
 constexpr int kSide = 8;          // points of the lattice
-constexpr int kDirections = 64;   // from each
+constexpr int kDirections = 48;   // from each
+constexpr int kPhases = 8;        // sets of directions: the points around a vertex have one each
 constexpr double kInset = 0.02;   // of the box: floors and walls touch it
 constexpr double kFarRadii = 2.5; // a change further away is not looked for
 constexpr int kPacket = 16;       // rays
 static_assert(kDirections % kPacket == 0);
 
-/// Evenly over the sphere, with the nine harmonics of each.
+/// Evenly over the sphere, one set after another, with the nine harmonics of each.
 struct Directions {
   std::vector<glm::dvec3> w;
   std::vector<std::array<float, 9>> harmonics;
@@ -30,8 +31,10 @@ struct Directions {
 const Directions& directions() {
   static const Directions made = [] {
     Directions d;
-    for (int i = 0; i < kDirections; ++i) {
-      const glm::dvec2 u = lattice_point(i, kDirections);
+    for (int i = 0; i < kPhases * kDirections; ++i) {
+      const double part = static_cast<double>(i / kDirections) / kPhases;
+      const glm::dvec2 u =
+          glm::fract(lattice_point(i % kDirections, kDirections) + glm::dvec2(part, part / kDirections));
       const double z = 1.0 - 2.0 * u.x, r = std::sqrt(std::max(0.0, 1.0 - z * z)), turn = 2.0 * std::numbers::pi * u.y;
       d.w.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
       d.harmonics.push_back(sh::evaluate9(glm::vec3(d.w.back())));
@@ -65,7 +68,8 @@ void IndirectFeedback::objects_moved() {
     surrounds_.push_back(std::move(s));
   }
   for_each_used([&](std::size_t part, std::size_t k, LatticePoint& point) {
-    look_around(part, parts.to_world(part, surrounds_[part].lattice.position(k)), point);
+    const std::size_t phase = k % 2 + k / kSide % 2 * 2 + k / (kSide * kSide) % 2 * 4;
+    look_around(part, parts.to_world(part, surrounds_[part].lattice.position(k)), phase, point);
   });
   list_nodes();
 }
@@ -97,10 +101,11 @@ void IndirectFeedback::see(LatticePoint& point, std::uint32_t direction, const R
 
 /// Evenly over the sphere of directions. The room is looked at as if the object did not stand there: what it hides is
 /// in its transfer vectors.
-void IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye, LatticePoint& point) const {
+void IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye, std::size_t phase,
+                                   LatticePoint& point) const {
   const BoundingSphere& sphere = scene_.parts.sphere(part);
   const glm::vec3 from = scene_.rays.to_local(eye);
-  for (std::size_t first = 0; first < kDirections; first += kPacket) {
+  for (std::size_t first = phase * kDirections; first < (phase + 1) * kDirections; first += kPacket) {
     RayHits16 hits;
     const std::uint32_t met = scene_.rays.closest16(
         ray_fan(from, kPacket, [&](std::size_t k) { return glm::vec3(directions().w[first + k]); }), kPacket, hits);

@@ -41,7 +41,7 @@ private:
     BoxLattice lattice;
     std::vector<LatticePoint> points;
   };
-  void look_around(std::size_t part, const glm::dvec3& eye, LatticePoint& point) const;
+  void look_around(std::size_t part, const glm::dvec3& eye, std::size_t phase, LatticePoint& point) const;
   void see(LatticePoint& point, std::uint32_t direction, const Rgb& reflectance,
            const ReceiverLattice::Link& link) const;
   void list_nodes();

@@ -14,7 +14,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kRays = 48, kFarRays = 24; // per object and node
+constexpr int kContactRays = 32, kRays = 48, kFarRays = 24; // per object and node
 /// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
 /// `blend_to` it has taken over; the last level has none.
 struct Level {
@@ -23,8 +23,8 @@ struct Level {
 };
 /// The first levels reach as far from the objects' surfaces, the others from their middles.
 constexpr std::size_t kContactLevels = 2;
-constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
-                                        {1.0 / 18.0, 0.22, 0.30, kRays},
+constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kContactRays},
+                                        {1.0 / 18.0, 0.22, 0.30, kContactRays},
                                         {1.0 / 8.0, 1.1, 1.3, kRays},
                                         {1.0 / 4.0, 1.8, 2.2, kRays},
                                         {1.0 / 2.0, 5.0, 6.5, kRays},
@@ -65,17 +65,21 @@ struct ReceiverLattice::Node {
 struct ReceiverLattice::State {
   struct Lattice {
     double cell_m = 0.1;
+    std::vector<DirectionPattern> patterns; ///< by phase
     mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
     mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash> nodes;
   };
   const LitScene& scene;
   std::uint64_t light_version = 0, sky_version = 1, placement_version = 1;
-  DirectionPattern near_pattern{kRays}, far_pattern{kFarRays};
   std::array<Lattice, kLevels.size()> lattices;
 
   mutable std::atomic<std::size_t> nodes_made{0};
 
-  explicit State(const LitScene& s) : scene(s) {}
+  explicit State(const LitScene& s) : scene(s) {
+    for (std::size_t k = 0; k < kLevels.size(); ++k)
+      for (int phase = 0; phase < DirectionPattern::kPhases; ++phase)
+        lattices[k].patterns.emplace_back(kLevels[k].rays, phase);
+  }
   Node* node(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
   const Cell& cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
   void renew(Node& node) const;
@@ -122,7 +126,9 @@ ReceiverLattice::Node* ReceiverLattice::State::node(std::size_t level, const Lat
   made->n = f.normal;
   made->cell_m = lattice.cell_m;
   made->farthest = farthest(level);
-  made->pattern = kLevels[level].rays == kRays ? &near_pattern : &far_pattern;
+  // The corners of a fine cell have all four; wide cells are seen one by one, and have no steps between them.
+  const auto phase = level < kContactLevels ? static_cast<std::size_t>((key.i & 1) + 2 * (key.j & 1)) : 0;
+  made->pattern = &lattice.patterns[phase];
   return lattice.nodes.emplace(key, std::move(made)).first->second.get();
 }
 
@@ -326,7 +332,7 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   const State& s = *state_;
   const glm::dvec3 n = s.scene.normal_of(triangle, direction);
   Receiver receiver;
-  s.scene.trace(x + kAirGap_m * n, n, count == kRays ? s.near_pattern : DirectionPattern(count), receiver);
+  s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
   return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, x, n),
           s.scene.before(receiver, triangle, x, direction)};
 }
