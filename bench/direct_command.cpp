@@ -45,7 +45,7 @@ struct Lit {
 };
 
 Result<Lit> prepare(const Arguments& a, const std::string& object, const std::string& sky, const Progress& progress) {
-  const std::filesystem::path folder = std::filesystem::path(a.folder) / sky;
+  const std::filesystem::path folder = std::filesystem::path(a.folder) / (object + "-" + sky);
   auto frame = make_frame_scene(folder, object, sky, 1, 1, progress);
   if (!frame)
     return frame.error();

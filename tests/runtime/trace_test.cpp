@@ -305,6 +305,26 @@ TEST(TracedRenderer, extreme_skies_and_empty_objects_are_defined) {
   EXPECT_TRUE(empty.trace()->box.empty()) << "nothing to draw, no pixel is looked at";
 }
 
+TEST(TracedRenderer, blocks_that_show_nothing_are_not_kept) {
+  Scene scene;
+  scene.sun = sun_through_the_window(); // then every block it reaches is looked at
+  const auto frame = scene.trace();
+  ASSERT_TRUE(frame) << frame.error().message();
+  int kept = 0, idle = 0;
+  for (int row = 0; row < frame->rows(); ++row)
+    for (int column = 0; column < frame->columns(); ++column) {
+      bool any = false;
+      for (int k = 0; k < 16 && frame->shows(column, row); ++k) {
+        const DrawnPixel& p = frame->at(4 * column + k % 4, 4 * row + k / 4);
+        any = any || p.object.w > 0.0f || p.room.z > 0.0f || glm::vec3(p.lost_sky) != glm::vec3(0.0f);
+      }
+      kept += frame->shows(column, row);
+      idle += frame->shows(column, row) && !any;
+    }
+  EXPECT_GT(kept, 200);
+  EXPECT_LE(idle, kept / 50) << "all but some beside the outline";
+}
+
 TEST(TracedRenderer, edges_are_covered_in_eighths) {
   Scene scene;
   const auto frame = scene.trace();
