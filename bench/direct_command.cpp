@@ -45,7 +45,7 @@ struct Lit {
 };
 
 Result<Lit> prepare(const Arguments& a, const std::string& object, const std::string& sky, const Progress& progress) {
-  const std::filesystem::path folder = std::filesystem::path(a.folder) / sky;
+  const std::filesystem::path folder = std::filesystem::path(a.folder) / (object + "-" + sky);
   auto frame = make_frame_scene(folder, object, sky, 1, 1, progress);
   if (!frame)
     return frame.error();
@@ -103,7 +103,7 @@ Result<std::vector<double>> drawn(Lit& lit, TracedRenderer& renderer, int sample
       return step.error();
   std::vector<double> radiance;
   for (const SeenPixel& p : lit.pixels)
-    radiance.push_back(static_cast<double>(frame.object[frame.index(p.x, p.y)].y));
+    radiance.push_back(static_cast<double>(frame.at(p.x, p.y).object.y));
   return radiance;
 }
 

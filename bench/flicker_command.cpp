@@ -101,7 +101,8 @@ Result<std::vector<double>> response(const FrameScene& scene, const std::string&
 Result<nlohmann::ordered_json> one_row(const Arguments& a, const std::string& object, const std::string& sky,
                                        const CommonOptions& options) {
   ProgressLine progress(options.quiet || options.json);
-  auto scene = make_frame_scene(std::filesystem::path(a.folder) / sky, object, sky, a.frames, 1, progress.callback());
+  auto scene = make_frame_scene(std::filesystem::path(a.folder) / (object + "-" + sky), object, sky, a.frames, 1,
+                                progress.callback());
   progress.clear();
   if (!scene)
     return scene.error();

@@ -212,7 +212,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   for (const std::string& object : a.objects)
     for (const std::string& sky : a.skies) {
       ProgressLine progress(options.quiet || options.json);
-      auto scene = make_frame_scene(std::filesystem::path(a.folder) / sky, object, sky,
+      auto scene = make_frame_scene(std::filesystem::path(a.folder) / (object + "-" + sky), object, sky,
                                     std::max(kPhotos, a.flicker_frames), kPhotos, progress.callback());
       progress.clear();
       if (!scene)

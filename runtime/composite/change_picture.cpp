@@ -53,17 +53,16 @@ Rgb ratio(const Rgb& change, const Rgb& before) {
 bool covers(const RenderedFrame& drawn, const PixelBox& pixels) {
   for (int y = pixels.y0; y < pixels.y1; ++y)
     for (int x = pixels.x0; x < pixels.x1; ++x)
-      if (!drawn.shown(x, y) || drawn.object[drawn.index(x, y)].w < 1.0f)
+      if (!drawn.shown(x, y) || drawn.at(x, y).object.w < 1.0f)
         return false;
   return true;
 }
 
 } // namespace
 
-ViewCorners::ViewCorners(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer,
-                         const glm::dvec3& origin)
-    : camera_(&camera), rays_(&room_rays), renderer_(renderer), origin_(origin),
-      columns_((camera.photo_width_px + kBlock - 1) / kBlock), rows_((camera.photo_height_px + kBlock - 1) / kBlock),
+ViewCorners::ViewCorners(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer)
+    : camera_(&camera), rays_(&room_rays), renderer_(renderer), columns_((camera.photo_width_px + kBlock - 1) / kBlock),
+      rows_((camera.photo_height_px + kBlock - 1) / kBlock),
       corners_(static_cast<std::size_t>(columns_ + 1) * (rows_ + 1)) {
   parallel_for(0, rows_ + 1, [&](int row) {
     for (int column = 0; column <= columns_; ++column)
@@ -83,9 +82,9 @@ ViewPoint ViewCorners::look(int x, int y) const {
   }
   point.direction = camera_->direction(drawn);
   if (RoomSurface known; !distorted() && renderer_ && renderer_->room_point(x, y, known)) {
-    point.seen = known.triangle != RoomSurface{}.triangle;
+    point.seen = known.triangle != kUnknownTriangle;
     point.triangle = known.triangle;
-    point.position = origin_ + glm::dvec3(known.position);
+    point.position = known.position;
     return point;
   }
   RayHit hit;

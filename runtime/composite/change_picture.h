@@ -48,9 +48,8 @@ public:
   static constexpr int kBlock = 8; ///< pixels on a side of a block
 
   ViewCorners() = default;
-  /// `renderer`: may know what its pixels, relative to `origin`, show of the room; else rays are cast. May be null.
-  ViewCorners(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer,
-              const glm::dvec3& origin);
+  /// `renderer`: may know what its pixels show of the room; else rays are cast. May be null.
+  ViewCorners(const RenderCamera& camera, const RayScene& room_rays, const PictureRenderer* renderer);
 
   /// Through any pixel.
   ViewPoint look(int x, int y) const;
@@ -65,7 +64,6 @@ private:
   const RenderCamera* camera_ = nullptr;
   const RayScene* rays_ = nullptr;
   const PictureRenderer* renderer_ = nullptr;
-  glm::dvec3 origin_{0.0}; ///< of the renderer's points
   int columns_ = 0, rows_ = 0;
   std::vector<ViewPoint> corners_;
 };

@@ -27,7 +27,7 @@ struct RoomLoss {
 inline RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
   const float whole = 1.0f / drawn.lost_sky.w;
   const Rgb lost_sky = whole * Rgb(drawn.lost_sky);
-  const glm::vec3 received = whole * glm::vec3(drawn.room);
+  const glm::vec3 received = whole * drawn.room;
   return {point.open_sky_irradiance * received.x + point.sun_normal_irradiance * received.y + point.indirect_irradiance,
           point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * received.z};
 }
@@ -151,16 +151,15 @@ private:
       return std::nullopt;
     for (int y = block.y0; y < block.y1; ++y) {
       for (int x = block.x0; x < block.x1; ++x) {
-        const std::size_t i = drawn_.frame.index(x, y);
-        const std::uint32_t seen = drawn_.frame.surface[i].triangle;
-        if (drawn_.frame.object[i].w >= kLeastCoverage || std::find(plane->begin(), plane->end(), seen) == plane->end())
+        const DrawnPixel& pixel = drawn_.frame.at(x, y);
+        if (pixel.object.w >= kLeastCoverage || std::find(plane->begin(), plane->end(), pixel.triangle) == plane->end())
           return std::nullopt;
       }
     }
     std::array<RoomPoint, 4> corner;
     for (int k = 0; k < 4; ++k) {
       const int x = k & 1 ? block.x1 - 1 : block.x0, y = k & 2 ? block.y1 - 1 : block.y0;
-      const auto point = room_(drawn_.camera.direction(glm::dvec2(x, y)), drawn_.surface(x, y));
+      const auto point = room_(drawn_.camera.direction(glm::dvec2(x, y)), drawn_.triangle(x, y));
       if (!point)
         return std::nullopt;
       corner[static_cast<std::size_t>(k)] = *point;
@@ -232,7 +231,7 @@ private:
     const auto change = change_ ? change_->at(x, y) : std::nullopt;
     const bool needs_room = shadow || (change && settings_.mode == ShadowMode::difference);
     const auto point = needs_room
-                           ? room_(drawn_.camera.direction(glm::dvec2(drawn_.position(x, y))), drawn_.surface(x, y))
+                           ? room_(drawn_.camera.direction(glm::dvec2(drawn_.position(x, y))), drawn_.triangle(x, y))
                            : std::nullopt;
     if ((needs_room && !point) || (!needs_room && !change))
       return std::nullopt;

@@ -37,9 +37,9 @@ struct Composite {
   std::size_t object_pixels = 0, shadow_pixels = 0; ///< shadow: every pixel of the room that changes
 };
 
-/// What the room shows along a world direction from the camera; empty where there is no surface. `seen`: the point, or
-/// null where the frame does not know it.
-using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& direction, const RoomSurface* seen)>;
+/// What the room shows along a world direction from the camera; empty where there is no surface. `triangle`: that is
+/// seen there, or kUnknownTriangle.
+using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& direction, std::uint32_t triangle)>;
 
 /// What the objects do to the indirect light of the room, where it is known (change_picture.h).
 class ChangePicture;

@@ -11,32 +11,22 @@
 
 namespace daylit {
 
-/// What a renderer drew at a pixel of the photograph (RenderedFrame).
-struct DrawnPixel {
-  glm::vec4 object{0.0f}, lost_sky{0.0f}, room{0.0f};
-};
-
 /// A drawn frame in the photograph's pixels.
 struct DrawnPicture {
   const RenderedFrame& frame;
   const RenderCamera& camera;
 
-  DrawnPixel at(int x, int y) const {
-    if (!frame.shown(x, y))
-      return {};
-    const std::size_t i = frame.index(x, y);
-    return {frame.object[i], frame.lost_sky[i], frame.room[i]};
-  }
+  DrawnPixel at(int x, int y) const { return frame.shown(x, y) ? frame.at(x, y) : DrawnPixel{}; }
 
   /// Every pixel of the photograph's box was drawn, by an undistorted camera.
   bool shows_all(const PixelBox& photo) const {
     const PixelBox box = photo.common(frame.box);
-    if (!camera.drawn_position.empty() || frame.surface.empty() || frame.shows.empty() || box.x0 != photo.x0 ||
-        box.y0 != photo.y0 || box.x1 != photo.x1 || box.y1 != photo.y1)
+    if (!camera.drawn_position.empty() || box.x0 != photo.x0 || box.y0 != photo.y0 || box.x1 != photo.x1 ||
+        box.y1 != photo.y1)
       return false;
     for (int y = box.y0; y < box.y1; y += RenderedFrame::kBlock)
       for (int x = box.x0; x < box.x1; x += RenderedFrame::kBlock)
-        if (!frame.shows[frame.block_index(x, y)])
+        if (!frame.shown(x, y))
           return false;
     return true;
   }
@@ -46,21 +36,17 @@ struct DrawnPicture {
     if (!camera.drawn_position.empty())
       return true;
     const PixelBox box = photo.common(frame.box);
-    if (box.empty() || frame.shows.empty())
-      return !box.empty();
     constexpr int kBlock = RenderedFrame::kBlock;
     for (int y = box.y0 - box.y0 % kBlock; y < box.y1; y += kBlock)
       for (int x = box.x0 - box.x0 % kBlock; x < box.x1; x += kBlock)
-        if (frame.shows[frame.block_index(x, y)])
+        if (frame.shows(x / kBlock, y / kBlock))
           return true;
     return false;
   }
 
-  const RoomSurface* surface(int x, int y) const {
-    if (!camera.drawn_position.empty() || frame.surface.empty() || !frame.shown(x, y))
-      return nullptr;
-    const RoomSurface& seen = frame.surface[frame.index(x, y)];
-    return seen.triangle == 0xFFFFFFFFu ? nullptr : &seen;
+  /// Of the room, that a pixel of an undistorted photograph shows.
+  std::uint32_t triangle(int x, int y) const {
+    return camera.drawn_position.empty() ? at(x, y).triangle : kUnknownTriangle;
   }
 
   glm::vec2 position(int x, int y) const {
@@ -80,11 +66,11 @@ struct DrawnPicture {
     const int y0 = std::min(static_cast<int>(p.y), frame.height_px - 1), y1 = std::min(y0 + 1, frame.height_px - 1);
     const float s = p.x - static_cast<float>(x0), t = p.y - static_cast<float>(y0);
     const DrawnPixel a = at(x0, y0), b = at(x1, y0), c = at(x0, y1), d = at(x1, y1);
-    const auto mix = [&](const glm::vec4& pa, const glm::vec4& pb, const glm::vec4& pc, const glm::vec4& pd) {
+    const auto mix = [&](const auto& pa, const auto& pb, const auto& pc, const auto& pd) {
       return (1.0f - t) * ((1.0f - s) * pa + s * pb) + t * ((1.0f - s) * pc + s * pd);
     };
     return {mix(a.object, b.object, c.object, d.object), mix(a.lost_sky, b.lost_sky, c.lost_sky, d.lost_sky),
-            mix(a.room, b.room, c.room, d.room)};
+            mix(a.room, b.room, c.room, d.room), kUnknownTriangle};
   }
 };
 

@@ -54,6 +54,9 @@ struct Renderer::State {
     return static_cast<std::size_t>(targets.width_px()) * static_cast<std::size_t>(targets.height_px());
   }
   /// Of the room's triangle that a pixel shows, from 1; 0: none.
+  std::size_t pixel_index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(targets.width_px()) + static_cast<std::size_t>(x);
+  }
   std::uint32_t room_id(std::size_t pixel) const {
     return static_cast<std::uint32_t>(passes_read[2 * pixels() + pixel].w);
   }
@@ -189,20 +192,10 @@ Result<void> Renderer::draw(RenderedFrame& frame) {
 Result<void> Renderer::State::read(RenderedFrame& frame) {
   if (const auto read = targets.read_picture(passes_read); !read)
     return read;
-  frame.width_px = targets.width_px();
-  frame.height_px = targets.height_px();
-  frame.box = {0, 0, frame.width_px, frame.height_px};
-  frame.origin = origin;
-  for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
-    pass->resize(pixels());
-  frame.surface.resize(pixels());
-  frame.place.clear();
-  const int columns = (frame.width_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock,
-            rows = (frame.height_px + RenderedFrame::kBlock - 1) / RenderedFrame::kBlock;
-  frame.shows.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  parallel_for(tbb::blocked_range<int>(0, rows, 4), [&](const tbb::blocked_range<int>& range) {
+  frame.start(targets.width_px(), targets.height_px(), {0, 0, targets.width_px(), targets.height_px()});
+  parallel_for(tbb::blocked_range<int>(0, frame.rows(), 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
-      for (int column = 0; column < columns; ++column)
+      for (int column = 0; column < frame.columns(); ++column)
         fill_block(column, row, frame);
   });
   return {};
@@ -216,17 +209,16 @@ void Renderer::State::fill_block(int column, int row, RenderedFrame& frame) cons
   bool shows = false;
   for (int y = block.y0; y < block.y1; ++y)
     for (int x = block.x0; x < block.x1; ++x) {
-      const std::size_t i = frame.index(x, y);
+      const std::size_t i = pixel_index(x, y);
       shows = shows || changes(object[i], lost_sky[i], room_light[i]);
     }
-  frame.shows[frame.block_index(block.x0, block.y0)] = shows ? 1 : 0;
-  for (int y = block.y0; shows && y < block.y1; ++y)
+  if (!shows)
+    return;
+  frame.show(column, row);
+  for (int y = block.y0; y < block.y1; ++y)
     for (int x = block.x0; x < block.x1; ++x) {
-      const std::size_t i = frame.index(x, y);
-      frame.object[i] = object[i];
-      frame.lost_sky[i] = lost_sky[i];
-      frame.room[i] = glm::vec4(glm::vec3(room_light[i]), 0.0f);
-      frame.surface[i] = room.surface(room_id(i), rays.eye, rays.ray(static_cast<float>(x), static_cast<float>(y)));
+      const std::size_t i = pixel_index(x, y);
+      frame.at(x, y) = {object[i], lost_sky[i], glm::vec3(room_light[i]), room.triangle(room_id(i))};
     }
 }
 
@@ -234,9 +226,11 @@ bool Renderer::room_point(int x, int y, RoomSurface& point) const {
   const State& s = *state_;
   if (s.passes_read.empty())
     return false;
-  const std::size_t i =
-      static_cast<std::size_t>(y) * static_cast<std::size_t>(s.targets.width_px()) + static_cast<std::size_t>(x);
-  point = s.room.surface(s.room_id(i), s.rays.eye, s.rays.ray(static_cast<float>(x), static_cast<float>(y)));
+  const std::uint32_t id = s.room_id(s.pixel_index(x, y));
+  point.triangle = s.room.triangle(id);
+  if (point.triangle != kUnknownTriangle)
+    point.position = s.origin + glm::dvec3(s.room.position(id, s.rays.eye,
+                                                           s.rays.ray(static_cast<float>(x), static_cast<float>(y))));
   return true;
 }
 

@@ -123,11 +123,14 @@ void RoomBuffers::draw(const Gl& gl) const {
 
 void RoomBuffers::bind(const Gl& gl) const { bind_list(gl, kRoomPlanes, plane_list_); }
 
-RoomSurface RoomBuffers::surface(std::uint32_t id, const glm::vec3& eye, const glm::vec3& ray) const {
-  if (id == 0 || id > source_.size())
-    return {};
+std::uint32_t RoomBuffers::triangle(std::uint32_t id) const {
+  return id == 0 || id > source_.size() ? kUnknownTriangle : source_[id - 1];
+}
+
+/// x = eye - (n.eye + w) / (n.ray) ray on the plane n.x + w = 0.
+glm::vec3 RoomBuffers::position(std::uint32_t id, const glm::vec3& eye, const glm::vec3& ray) const {
   const glm::vec3 n(planes_[id - 1]);
-  return {source_[id - 1], eye - (glm::dot(n, eye) + planes_[id - 1].w) / glm::dot(n, ray) * ray};
+  return eye - (glm::dot(n, eye) + planes_[id - 1].w) / glm::dot(n, ray) * ray;
 }
 
 Result<void> ObjectBuffers::set(const Gl& gl, const ObjectSurface& objects, const glm::dvec3& origin) {

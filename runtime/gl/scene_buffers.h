@@ -50,8 +50,10 @@ public:
                                   const glm::dvec3& origin);
   void draw(const Gl& gl) const;
   void bind(const Gl& gl) const; ///< lists of shaders/picture_fragment.glsl
-  /// Where a ray from `eye` meets the plane of a triangle; id 0: not known.
-  RoomSurface surface(std::uint32_t id, const glm::vec3& eye, const glm::vec3& ray) const;
+  /// Of the room; kUnknownTriangle for id 0.
+  std::uint32_t triangle(std::uint32_t id) const;
+  /// Where a ray from `eye` meets its plane, relative to the origin; ids from 1.
+  glm::vec3 position(std::uint32_t id, const glm::vec3& eye, const glm::vec3& ray) const;
   /// What can stand between the objects and the sky.
   ShadowCaster occluder() const { return {occluder_array_.name(), occluder_vertex_count_, false}; }
   std::size_t occluders() const { return static_cast<std::size_t>(occluder_vertex_count_) / 3; }

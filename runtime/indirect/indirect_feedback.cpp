@@ -15,20 +15,33 @@ namespace daylit {
 
 namespace {
 constexpr int kSide = 8;          // points of the lattice
-constexpr int kDirections = 64;   // from each
+constexpr int kDirections = 48;   // from each
+constexpr int kPhases = 8;        // sets of directions: the points around a vertex have one each
 constexpr double kInset = 0.02;   // of the box: floors and walls touch it
 constexpr double kFarRadii = 2.5; // a change further away is not looked for
 constexpr int kPacket = 16;       // rays
 static_assert(kDirections % kPacket == 0);
 
-std::vector<glm::dvec3> even_directions() {
-  std::vector<glm::dvec3> directions;
-  for (int i = 0; i < kDirections; ++i) {
-    const glm::dvec2 u = lattice_point(i, kDirections);
-    const double z = 1.0 - 2.0 * u.x, r = std::sqrt(std::max(0.0, 1.0 - z * z)), turn = 2.0 * std::numbers::pi * u.y;
-    directions.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
-  }
-  return directions;
+/// Evenly over the sphere, one set after another, with the nine harmonics of each.
+struct Directions {
+  std::vector<glm::dvec3> w;
+  std::vector<std::array<float, 9>> harmonics;
+};
+
+const Directions& directions() {
+  static const Directions made = [] {
+    Directions d;
+    for (int i = 0; i < kPhases * kDirections; ++i) {
+      const double part = static_cast<double>(i / kDirections) / kPhases;
+      const glm::dvec2 u =
+          glm::fract(lattice_point(i % kDirections, kDirections) + glm::dvec2(part, part / kDirections));
+      const double z = 1.0 - 2.0 * u.x, r = std::sqrt(std::max(0.0, 1.0 - z * z)), turn = 2.0 * std::numbers::pi * u.y;
+      d.w.emplace_back(r * std::cos(turn), r * std::sin(turn), z);
+      d.harmonics.push_back(sh::evaluate9(glm::vec3(d.w.back())));
+    }
+    return d;
+  }();
+  return made;
 }
 
 } // namespace
@@ -55,7 +68,8 @@ void IndirectFeedback::objects_moved() {
     surrounds_.push_back(std::move(s));
   }
   for_each_used([&](std::size_t part, std::size_t k, LatticePoint& point) {
-    point.seen = look_around(part, parts.to_world(part, surrounds_[part].lattice.position(k)));
+    const std::size_t phase = k % 2 + k / kSide % 2 * 2 + k / (kSide * kSide) % 2 * 4;
+    look_around(part, parts.to_world(part, surrounds_[part].lattice.position(k)), phase, point);
   });
   list_nodes();
 }
@@ -64,38 +78,49 @@ void IndirectFeedback::list_nodes() {
   std::vector<std::uint8_t> listed(receivers_.node_count(), 0);
   changes_.assign(listed.size(), Rgb(0.0f));
   nodes_.clear();
-  for (const Surround& s : surrounds_)
-    for (const LatticePoint& point : s.points)
-      for (const SeenPoint& p : point.seen)
-        for (std::size_t k = 0; k < 4; ++k)
-          if (p.link.weight[k] > 0.0f && !std::exchange(listed[receivers_.number_of(*p.link.node[k])], 1))
-            nodes_.push_back(p.link.node[k]);
+  for (Surround& s : surrounds_)
+    for (LatticePoint& point : s.points)
+      for (ReceiverLattice::Node* node : std::exchange(point.nodes, {}))
+        if (!std::exchange(listed[receivers_.number_of(*node)], 1))
+          nodes_.push_back(node);
+}
+
+void IndirectFeedback::see(LatticePoint& point, std::uint32_t direction, const Rgb& reflectance,
+                           const ReceiverLattice::Link& link) const {
+  SeenPoint& seen = point.seen.emplace_back();
+  seen.direction = direction;
+  seen.reflectance = reflectance;
+  seen.weight = link.weight;
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (link.weight[k] == 0.0f)
+      continue;
+    seen.node[k] = static_cast<std::uint32_t>(receivers_.number_of(*link.node[k]));
+    point.nodes.push_back(link.node[k]);
+  }
 }
 
 /// Evenly over the sphere of directions. The room is looked at as if the object did not stand there: what it hides is
 /// in its transfer vectors.
-std::vector<IndirectFeedback::SeenPoint> IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye) const {
-  static const std::vector<glm::dvec3> directions = even_directions();
-  std::vector<SeenPoint> seen;
+void IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye, std::size_t phase,
+                                   LatticePoint& point) const {
   const BoundingSphere& sphere = scene_.parts.sphere(part);
   const glm::vec3 from = scene_.rays.to_local(eye);
-  for (std::size_t first = 0; first < directions.size(); first += kPacket) {
+  for (std::size_t first = phase * kDirections; first < (phase + 1) * kDirections; first += kPacket) {
     RayHits16 hits;
     const std::uint32_t met = scene_.rays.closest16(
-        ray_fan(from, kPacket, [&](std::size_t k) { return glm::vec3(directions[first + k]); }), kPacket, hits);
+        ray_fan(from, kPacket, [&](std::size_t k) { return glm::vec3(directions().w[first + k]); }), kPacket, hits);
     for (std::size_t k = 0; k < kPacket; ++k) {
       if (!(met >> k & 1u))
         continue;
-      const glm::dvec3& w = directions[first + k];
+      const glm::dvec3& w = directions().w[first + k];
       const double distance = static_cast<double>(hits.distance[k]);
       const glm::dvec3 position = eye + distance * w;
       if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius &&
           (scene_.parts.size() == 1 || !scene_.parts.hidden(eye, w, distance, part))) // by another: see OtherObjects
-        seen.push_back(
-            {glm::vec3(w), scene_.reflectance(hits.triangle[k]), receivers_.link(hits.triangle[k], position, w)});
+        see(point, static_cast<std::uint32_t>(first + k), scene_.reflectance(hits.triangle[k]),
+            receivers_.link(hits.triangle[k], position, w));
     }
   }
-  return seen;
 }
 
 /// Delta L_lm = sum over the directions of dw Y_lm(w) rho / pi Delta E of the point seen there.
@@ -105,10 +130,9 @@ Sh9Rgb IndirectFeedback::change_of(const std::vector<SeenPoint>& seen) const {
   for (const SeenPoint& p : seen) {
     Rgb change(0.0f);
     for (std::size_t k = 0; k < 4; ++k)
-      if (p.link.weight[k] > 0.0f)
-        change += p.link.weight[k] * changes_[receivers_.number_of(*p.link.node[k])];
+      change += p.weight[k] * changes_[p.node[k]];
     const Rgb radiance = kWeight * p.reflectance * change;
-    const std::array<float, 9> y = sh::evaluate9(p.direction);
+    const std::array<float, 9>& y = directions().harmonics[p.direction];
     for (int i = 0; i < 9; ++i)
       sum[i] += y[i] * radiance;
   }

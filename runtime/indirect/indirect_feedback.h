@@ -26,20 +26,24 @@ public:
 
 private:
   struct SeenPoint {
-    glm::vec3 direction{0.0f};
+    std::uint32_t direction = 0;
     Rgb reflectance{0.5f};
-    ReceiverLattice::Link link;
+    std::array<std::uint32_t, 4> node{}; ///< numbers and weights
+    std::array<float, 4> weight{};
   };
   struct LatticePoint {
     bool used = false; ///< some vertex lies beside it
     std::vector<SeenPoint> seen;
+    std::vector<ReceiverLattice::Node*> nodes; ///< that it sees, until they are listed
     Sh9Rgb change{};
   };
   struct Surround {
     BoxLattice lattice;
     std::vector<LatticePoint> points;
   };
-  std::vector<SeenPoint> look_around(std::size_t part, const glm::dvec3& eye) const;
+  void look_around(std::size_t part, const glm::dvec3& eye, std::size_t phase, LatticePoint& point) const;
+  void see(LatticePoint& point, std::uint32_t direction, const Rgb& reflectance,
+           const ReceiverLattice::Link& link) const;
   void list_nodes();
   Sh9Rgb change_of(const std::vector<SeenPoint>& seen) const;
   template <class Work>

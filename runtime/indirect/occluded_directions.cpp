@@ -88,12 +88,13 @@ struct Candidates {
 
 } // namespace
 
-/// A low-discrepancy set, the same for every point: neighbours differ by the scene alone.
-DirectionPattern::DirectionPattern(int count) {
+/// A low-discrepancy set, shifted by (1/4, 1/4n) from phase to phase (Cranley & Patterson 1976).
+DirectionPattern::DirectionPattern(int count, int phase) {
   for (int k = 0; k < count; ++k) {
     const glm::dvec2 u = lattice_point(k, count);
-    const double turn = 2.0 * std::numbers::pi * u.y;
-    points_.push_back({u.x, std::cos(turn), std::sin(turn)});
+    const double part = static_cast<double>(phase) / kPhases, height = u.x + part - std::floor(u.x + part);
+    const double turn = 2.0 * std::numbers::pi * (u.y + part / count);
+    points_.push_back({height, std::cos(turn), std::sin(turn)});
   }
 }
 

@@ -28,7 +28,8 @@ struct OccludedDirection {
 /// Points spread evenly over the unit square, as what directions in a cone are made of.
 class DirectionPattern {
 public:
-  explicit DirectionPattern(int count);
+  static constexpr int kPhases = 4; ///< patterns that fill each other's gaps
+  explicit DirectionPattern(int count, int phase = 0);
   struct Point {
     double height = 0.0, cosine = 1.0, sine = 0.0; ///< first coordinate; of the angle that the second stands for
   };

@@ -21,10 +21,13 @@ constexpr double kSkin = 0.01; // of an object's radius: its own facets cast no 
 /// Directions with the same patch behind them are summed: it is looked up once per light.
 void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
                      Receiver& receiver) const {
-  receiver.occluded.clear();
-  find_occluded(rays, patches, parts, x, n, pattern, receiver.occluded);
+  std::vector<OccludedDirection> occluded;
+  find_occluded(rays, patches, parts, x, n, pattern, occluded);
+  receiver.senders.clear();
   receiver.hidden.clear();
-  for (const OccludedDirection& d : receiver.occluded) {
+  for (const OccludedDirection& d : occluded) {
+    const PartHit& o = d.object;
+    receiver.senders.push_back({o.vertex, d.weight * glm::vec3(1.0f - o.u - o.v, o.u, o.v), o.back});
     if (!d.behind)
       continue;
     auto same = std::find_if(receiver.hidden.begin(), receiver.hidden.end(),
@@ -40,8 +43,11 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
 /// sum over the occluded directions of cos dw L_object.
 Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
   Rgb sum(0.0f);
-  for (const OccludedDirection& d : receiver.occluded)
-    sum += d.weight * object_radiance(d, radiance);
+  for (const Receiver::Sender& s : receiver.senders)
+    for (int k = 0; k < 3; ++k) {
+      const TwoSided& vertex = radiance[s.vertex[static_cast<std::size_t>(k)]];
+      sum += s.weight[k] * (s.back ? vertex.back : vertex.front);
+    }
   return sum;
 }
 

@@ -29,9 +29,15 @@ struct Receiver {
     RoomPatch* patch = nullptr;
     float weight = 0.0f;
   };
-  std::vector<OccludedDirection> occluded; ///< until an object moves
-  std::vector<Hidden> hidden;              ///< the same
-  std::optional<float> window_visibility;  ///< past the room
+  /// A point of an object that sends light here: weights of its corners, times cos dw in sr.
+  struct Sender {
+    std::array<std::uint32_t, 3> vertex{};
+    glm::vec3 weight{0.0f};
+    bool back = false;
+  };
+  std::vector<Sender> senders;            ///< until an object moves
+  std::vector<Hidden> hidden;             ///< the same
+  std::optional<float> window_visibility; ///< past the room
 };
 
 /// The room and the objects in it, with their light. Keeps references to what the constructor is given.

@@ -14,7 +14,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kRays = 48, kFarRays = 24; // per object and node
+constexpr int kContactRays = 32, kRays = 48, kFarRays = 24; // per object and node
 /// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
 /// `blend_to` it has taken over; the last level has none.
 struct Level {
@@ -23,8 +23,8 @@ struct Level {
 };
 /// The first levels reach as far from the objects' surfaces, the others from their middles.
 constexpr std::size_t kContactLevels = 2;
-constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
-                                        {1.0 / 18.0, 0.22, 0.30, kRays},
+constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kContactRays},
+                                        {1.0 / 18.0, 0.22, 0.30, kContactRays},
                                         {1.0 / 8.0, 1.1, 1.3, kRays},
                                         {1.0 / 4.0, 1.8, 2.2, kRays},
                                         {1.0 / 2.0, 5.0, 6.5, kRays},
@@ -32,7 +32,11 @@ constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
                                         {2.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
 constexpr float kLeastWeight = 0.02f; // of the corners in view
-constexpr double kFarthest = 0.5;     // surfaces are looked for, radii
+
+/// How far from a cell's corner surfaces are looked for, radii: beyond it the next level holds.
+constexpr double farthest(std::size_t level) {
+  return level < kContactLevels ? kLevels[level].blend_to + 2.0 * kLevels[level].cell : 0.5;
+}
 
 struct Cell {
   bool open = false; ///< its corners lie in the same air
@@ -45,7 +49,7 @@ struct ReceiverLattice::Node {
   std::size_t number = 0;
   std::uint32_t triangle = 0; ///< one of its plane
   glm::dvec3 x{0.0}, n{0.0};
-  double cell_m = 0;
+  double cell_m = 0, farthest = 0.0; ///< of its level; farthest: radii
   const DirectionPattern* pattern = nullptr;
   Receiver receiver;
   Rgb hidden{0.0f}; ///< irradiance from what the objects hide
@@ -61,17 +65,21 @@ struct ReceiverLattice::Node {
 struct ReceiverLattice::State {
   struct Lattice {
     double cell_m = 0.1;
+    std::vector<DirectionPattern> patterns; ///< by phase
     mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
     mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash> nodes;
   };
   const LitScene& scene;
   std::uint64_t light_version = 0, sky_version = 1, placement_version = 1;
-  DirectionPattern near_pattern{kRays}, far_pattern{kFarRays};
   std::array<Lattice, kLevels.size()> lattices;
 
   mutable std::atomic<std::size_t> nodes_made{0};
 
-  explicit State(const LitScene& s) : scene(s) {}
+  explicit State(const LitScene& s) : scene(s) {
+    for (std::size_t k = 0; k < kLevels.size(); ++k)
+      for (int phase = 0; phase < DirectionPattern::kPhases; ++phase)
+        lattices[k].patterns.emplace_back(kLevels[k].rays, phase);
+  }
   Node* node(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
   const Cell& cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
   void renew(Node& node) const;
@@ -87,9 +95,10 @@ struct ReceiverLattice::State {
   struct Found {
     const Cell* cell = nullptr;
     LatticeSquare square;
-    double distance = 0.0; ///< to the nearest surface of an object, between those of the corners, radii
+    double distance = 0.0; ///< to the nearest surface of an object, radii, where it was looked for
   };
   Found find(std::size_t level, const Place& place) const;
+  double distance(const Found& found) const;
   std::array<float, 4> weights(std::size_t level, const Found& found, const Place& place) const;
   std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;
   /// Which level holds at a place, and how much of the next one is mixed in.
@@ -116,7 +125,10 @@ ReceiverLattice::Node* ReceiverLattice::State::node(std::size_t level, const Lat
   made->x = f.corner(key.i, key.j, lattice.cell_m);
   made->n = f.normal;
   made->cell_m = lattice.cell_m;
-  made->pattern = kLevels[level].rays == kRays ? &near_pattern : &far_pattern;
+  made->farthest = farthest(level);
+  // The corners of a fine cell have all four; wide cells are seen one by one, and have no steps between them.
+  const auto phase = level < kContactLevels ? static_cast<std::size_t>((key.i & 1) + 2 * (key.j & 1)) : 0;
+  made->pattern = &lattice.patterns[phase];
   return lattice.nodes.emplace(key, std::move(made)).first->second.get();
 }
 
@@ -170,18 +182,21 @@ const IndirectChange& ReceiverLattice::State::current(Node& node) const {
 float ReceiverLattice::State::current_distance(Node& node) const {
   once(node.distance_version, placement_version, node.renewing, [&] {
     const double radius = lattices[0].cell_m / kLevels[0].cell;
-    node.distance = static_cast<float>(scene.parts.distance(node.x, kFarthest * radius) / radius);
+    node.distance = static_cast<float>(scene.parts.distance(node.x, node.farthest * radius) / radius);
   });
   return node.distance;
 }
 
 ReceiverLattice::State::Found ReceiverLattice::State::find(std::size_t level, const Place& place) const {
   const LatticeSquare square = scene.planes[place.facing].square(place.x, lattices[level].cell_m);
-  Found found{&cell(level, {square.i, square.j, place.facing}, place.triangle), square, 0.0};
-  if (level <= kContactLevels)
-    for (std::size_t k = 0; k < 4; ++k)
-      found.distance += static_cast<double>(square.weight[k] * current_distance(*found.cell->corner[k]));
-  return found;
+  return {&cell(level, {square.i, square.j, place.facing}, place.triangle), square, 0.0};
+}
+
+double ReceiverLattice::State::distance(const Found& found) const {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < 4; ++k)
+    sum += static_cast<double>(found.square.weight[k] * current_distance(*found.cell->corner[k]));
+  return sum;
 }
 
 /// Bilinear; corners that the point does not see count nothing. An object's surface can pass between them only where it
@@ -237,6 +252,7 @@ ReceiverLattice::State::Mix ReceiverLattice::State::mix_at(const Place& place) c
   std::size_t finest = kContactLevels;
   for (std::size_t k = kContactLevels + 1; k-- > 0;) {
     found[k] = find(k, place);
+    found[k].distance = distance(found[k]);
     finest = k;
     if (k == 0 || found[k].distance > kLevels[k - 1].blend_to + kLevels[k].cell)
       break;
@@ -285,7 +301,7 @@ double ReceiverLattice::surface_distance(std::uint32_t triangle, const glm::dvec
                                          const glm::dvec3& direction) const {
   const State& s = *state_;
   const double radius = s.lattices[0].cell_m / kLevels[0].cell;
-  return radius * s.find(kContactLevels, {triangle, s.scene.facing_of(triangle, direction), x}).distance;
+  return radius * s.distance(s.find(kContactLevels, {triangle, s.scene.facing_of(triangle, direction), x}));
 }
 
 double ReceiverLattice::contact_distance() const {
@@ -316,7 +332,7 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   const State& s = *state_;
   const glm::dvec3 n = s.scene.normal_of(triangle, direction);
   Receiver receiver;
-  s.scene.trace(x + kAirGap_m * n, n, count == kRays ? s.near_pattern : DirectionPattern(count), receiver);
+  s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
   return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, x, n),
           s.scene.before(receiver, triangle, x, direction)};
 }

@@ -166,6 +166,17 @@ std::optional<RoomPoint> RoomLight::at(const glm::dvec3& eye, const glm::dvec3& 
   return at_surface(hit.triangle, eye + static_cast<double>(hit.distance) * direction, direction);
 }
 
+/// The plane n.x = h is met after t = (h - n.eye) / (n.w).
+std::optional<RoomPoint> RoomLight::at_plane(std::uint32_t triangle, const glm::dvec3& eye,
+                                             const glm::dvec3& direction) const {
+  const RoomPlanes& planes = state_->planes;
+  const RoomFacing& plane = planes[planes.facing_of(triangle, direction)];
+  const double t = (plane.height - glm::dot(plane.normal, eye)) / glm::dot(plane.normal, direction);
+  if (!(t > 0.0 && std::isfinite(t)))
+    return at(eye, direction); // seen at its edge only
+  return at_surface(triangle, eye + t * direction, direction);
+}
+
 /// Bilinear between the corners of an open cell.
 RoomPoint RoomLight::at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const State& s = *state_;

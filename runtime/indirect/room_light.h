@@ -46,6 +46,8 @@ public:
 
   /// Light at the surface that a ray from the camera meets first; empty where it meets none.
   std::optional<RoomPoint> at(const glm::dvec3& eye, const glm::dvec3& direction) const;
+  /// The same where it is known to meet a triangle, or one beside it in its plane.
+  std::optional<RoomPoint> at_plane(std::uint32_t triangle, const glm::dvec3& eye, const glm::dvec3& direction) const;
   /// Light at world point x of a triangle of the room, on the side that `direction` meets.
   RoomPoint at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same without cells: the slow twin.

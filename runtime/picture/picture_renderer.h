@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -20,42 +21,74 @@
 
 namespace daylit {
 
+constexpr std::uint32_t kUnknownTriangle = 0xFFFFFFFFu;
+
 /// The point of the room that a drawn pixel shows.
 struct RoomSurface {
-  std::uint32_t triangle = 0xFFFFFFFFu; ///< of the room; 0xFFFFFFFF: not known here
-  glm::vec3 position{0.0f};             ///< relative to RenderedFrame::origin, metres
+  std::uint32_t triangle = kUnknownTriangle; ///< of the room
+  glm::dvec3 position{0.0};                  ///< world metres
 };
 
-/// One value per drawn pixel of `box`, averaged over the coverage samples of the pixel. Pixels outside the box, and in
-/// blocks where `shows` is 0, show neither an object nor a new shadow; values of such blocks are not defined, or not
-/// even kept.
-struct RenderedFrame {
-  static constexpr int kBlock = 4; ///< pixels; the first block starts at pixel 0, wherever the box does
-  int width_px = 0, height_px = 0;
-  PixelBox box;
-  std::vector<glm::vec4> object; ///< reflected radiance x coverage; w = coverage by visible virtual objects
+/// What a renderer draws at a pixel, averaged over its coverage samples.
+struct DrawnPixel {
+  glm::vec4 object{0.0f}; ///< reflected radiance x coverage; w = coverage by visible virtual objects
   /// Fractions of the room's direct light, each times w of `lost_sky` = part of the pixel that shows the room.
-  std::vector<glm::vec4> lost_sky;  ///< of the open sky irradiance, taken by the objects, per channel
-  std::vector<glm::vec4> room;      ///< x: of the open sky, received without the objects; y, z: irradiance received
-                                    ///< without the objects and taken by them, in normal irradiances of the sun
-  std::vector<RoomSurface> surface; ///< empty, or where the room is seen; saves the composite a ray
-  glm::dvec3 origin{0.0};
-  std::vector<std::uint8_t> shows; ///< per block of the whole picture, row-major; empty: every block of the box shows
-  /// Per block of the whole picture: its place among the blocks whose values are kept, sixteen one after another.
-  /// Empty: the values are those of the box, row-major.
-  std::vector<std::uint32_t> place;
+  glm::vec4 lost_sky{0.0f}; ///< of the open sky irradiance, taken by the objects, per channel
+  glm::vec3 room{0.0f};     ///< x: of the open sky, received without the objects; y, z: irradiance received without
+                            ///< the objects and taken by them, in normal irradiances of the sun
+  std::uint32_t triangle = kUnknownTriangle; ///< of the room, where it is seen: saves a ray
+};
 
-  /// Of the values of a pixel that is shown.
-  std::size_t index(int x, int y) const {
-    if (place.empty())
-      return static_cast<std::size_t>(y - box.y0) * box.width() + static_cast<std::size_t>(x - box.x0);
-    return static_cast<std::size_t>(place[block_index(x, y)]) * kBlock * kBlock +
-           static_cast<std::size_t>(y % kBlock * kBlock + x % kBlock);
+/// Values are kept of the blocks that show an object or a new shadow, in rows of blocks: a large picture shows few.
+/// Different rows may be filled by different threads.
+struct RenderedFrame {
+  static constexpr int kBlock = 4; ///< pixels on a side
+  int width_px = 0, height_px = 0;
+  PixelBox box; ///< nothing is shown outside it
+
+  /// Nothing is shown yet; memory is kept.
+  void start(int width, int height, const PixelBox& shown_box) {
+    width_px = width;
+    height_px = height;
+    box = shown_box;
+    place_.assign(static_cast<std::size_t>(columns()) * rows(), kNotShown);
+    pixels_.resize(static_cast<std::size_t>(rows()));
+    for (auto& row : pixels_)
+      row.clear();
   }
-  std::size_t block_index(int x, int y) const {
-    return static_cast<std::size_t>(y / kBlock) * ((width_px + kBlock - 1) / kBlock) + x / kBlock;
+  /// The row will show so many blocks at most. Memory counts only where it is written.
+  void expect(int row, std::size_t blocks) { pixels_[static_cast<std::size_t>(row)].reserve(blocks * kPixels); }
+  /// Sixteen pixels, row by row; valid until the next show() in the row.
+  std::span<DrawnPixel> show(int column, int row) {
+    auto& pixels = pixels_[static_cast<std::size_t>(row)];
+    place_[block(column, row)] = static_cast<std::uint32_t>(pixels.size());
+    pixels.resize(pixels.size() + kPixels);
+    return {&pixels[pixels.size() - kPixels], kPixels};
   }
-  bool shown(int x, int y) const { return box.contains(x, y) && (shows.empty() || shows[block_index(x, y)] != 0); }
+  /// Takes back the last show() of the row.
+  void take_back(int column, int row) {
+    auto& pixels = pixels_[static_cast<std::size_t>(row)];
+    pixels.resize(pixels.size() - kPixels);
+    place_[block(column, row)] = kNotShown;
+  }
+
+  bool shows(int column, int row) const { return place_[block(column, row)] != kNotShown; }
+  bool shown(int x, int y) const { return box.contains(x, y) && shows(x / kBlock, y / kBlock); }
+  /// Of a pixel that is shown.
+  const DrawnPixel& at(int x, int y) const {
+    return pixels_[static_cast<std::size_t>(y / kBlock)][place_[block(x / kBlock, y / kBlock)] + in_block(x, y)];
+  }
+  DrawnPixel& at(int x, int y) { return const_cast<DrawnPixel&>(std::as_const(*this).at(x, y)); }
+  int columns() const { return (width_px + kBlock - 1) / kBlock; }
+  int rows() const { return (height_px + kBlock - 1) / kBlock; }
+
+private:
+  static constexpr std::size_t kPixels = kBlock * kBlock;
+  static constexpr std::uint32_t kNotShown = 0xFFFFFFFFu;
+  std::size_t block(int column, int row) const { return static_cast<std::size_t>(row) * columns() + column; }
+  static std::size_t in_block(int x, int y) { return static_cast<std::size_t>(y % kBlock * kBlock + x % kBlock); }
+  std::vector<std::vector<DrawnPixel>> pixels_; ///< per row of blocks: sixteen of each that is shown
+  std::vector<std::uint32_t> place_;            ///< per block: its first pixel in the row
 };
 
 /// Not thread-safe. After an Error the renderer is spent: make a new one.

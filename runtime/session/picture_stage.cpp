@@ -66,9 +66,8 @@ Result<void> PictureStage::light_objects(const PictureInputs& in, std::size_t& l
 
 /// What the objects do to the room's indirect light, in the camera's view.
 void PictureStage::change_room(const PictureInputs& in) {
-  view_.update({renderer_.version(), in.camera.version()}, [&](ViewCorners& view) {
-    view = ViewCorners(*in.camera, room_.rays, renderer_->get(), drawn_->origin);
-  });
+  view_.update({renderer_.version(), in.camera.version()},
+               [&](ViewCorners& view) { view = ViewCorners(*in.camera, room_.rays, renderer_->get()); });
   change_.update({drawn_.version()},
                  [&](ChangePicture& change) { change.update(*view_, *room_.indirect_shadow, &*drawn_); });
 }
@@ -108,10 +107,9 @@ void PictureStage::compose_with(const PhotoPixels& photo, std::uint64_t noise_se
   ComposeSettings settings{{interior.scale, interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = in.shown->differential;
   const glm::dvec3 eye = in.camera->eye();
-  const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) -> std::optional<RoomPoint> {
-    if (!seen)
-      return room_.light.at(eye, direction);
-    return room_.light.at_surface(seen->triangle, drawn_->origin + glm::dvec3(seen->position), direction);
+  const auto look_up = [&](const glm::dvec3& direction, std::uint32_t triangle) {
+    return triangle == kUnknownTriangle ? room_.light.at(eye, direction)
+                                        : room_.light.at_plane(triangle, eye, direction);
   };
   compose(photo, *drawn_, *in.camera, look_up, settings, result, room_.indirect_shadow ? &*change_ : nullptr);
   match_blur(photo, interior.blur_px, settings.threshold, result);

@@ -69,7 +69,7 @@ struct PixelSurface {
   glm::vec3 position{0.0f}, normal{0.0f};
   glm::vec3 start{0.0f}; ///< of its shadow rays
   bool back = false;     ///< the inside of a thin shell
-  bool hidden = false;   ///< of the room: an object covers the pixel, or some of it
+  bool hidden = false;   ///< of the room: an object close before it covers the pixel, or some of it
 };
 
 /// Fractions of the open sky's irradiance that a point receives past the room, and past room and objects.

@@ -33,9 +33,9 @@ BlockShader::ObjectLight BlockShader::light_at(const ObjectHit& hit, bool back) 
 }
 
 /// Radiance of a diffuse surface: indirect + reflectance / pi x irradiance.
-void BlockShader::show(const ObjectLight& light, const Rgb& direct, std::size_t pixel, float coverage) {
+void BlockShader::show(const ObjectLight& light, const Rgb& direct, const glm::ivec2& pixel, float coverage) {
   const Rgb radiance = light.indirect + light.reflectance * std::numbers::inv_pi_v<float> * direct;
-  frame_.object[pixel] += glm::vec4(coverage * radiance, coverage);
+  frame_.at(pixel.x, pixel.y).object += glm::vec4(coverage * radiance, coverage);
 }
 
 /// Returns the point's lane. What is not known of the sky will be looked for.
@@ -44,7 +44,7 @@ int BlockShader::add_point(Batch& batch, const PixelSurface& at, const SamplingG
   const int lane = batch.set.add(at);
   batch.set.sky[lane] = sky.sky;
   batch.unknown |= sky.is_known ? 0u : 1u << lane;
-  batch.pixel[lane] = frame_.index(x, y);
+  batch.pixel[lane] = {x, y};
   batch.coverage[lane] = coverage;
   return lane;
 }
@@ -55,7 +55,7 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const ObjectLight light = light_at(hit, at.back);
   const float coverage = static_cast<float>(hit.samples) / kCoverageSamples;
   if (sky.is_known && scene_.sun.size() == 0) // nothing is left to look for
-    return show(light, light.open_sky * sky.sky.past_both, frame_.index(x, y), coverage);
+    return show(light, light.open_sky * sky.sky.past_both, {x, y}, coverage);
   Batch& b = sky.is_known ? objects_ : outlines_;
   const int lane = add_point(b, at, sky, x, y, coverage);
   b.light[lane] = light;
@@ -128,7 +128,6 @@ void BlockShader::shade_objects(Batch& b, const SamplingGrid::SunCorners& corner
 
 void BlockShader::shade_room() {
   Batch& b = room_;
-  const PointBlock& p = b.set.points;
   b.set.points.close(b.set.count);
   see_sky(b, Layer::room);
   const lanes::LightSums sun = sum_sun(b, Layer::room, sun_corners_);
@@ -137,16 +136,17 @@ void BlockShader::shade_room() {
   for (int i = 0; i < b.set.count; ++i) {
     const float w = b.coverage[i];
     const SkyFractions& sky = b.set.sky[i];
-    glm::vec4 room(0.0f);
+    DrawnPixel& pixel = frame_.at(b.pixel[i].x, b.pixel[i].y);
+    glm::vec3 room(0.0f);
     for (int c = 0; c < 3; ++c) {
       const float past_room = sun.past_room.channel[c][i];
       room.x += w * sky.past_room[c] / 3.0f;
       room.y += w * per_sun * past_room;
       room.z += w * per_sun * (past_room - sun.past_both.channel[c][i]);
     }
-    frame_.lost_sky[b.pixel[i]] = glm::vec4(w * (sky.past_room - sky.past_both), w);
-    frame_.room[b.pixel[i]] = room;
-    frame_.surface[b.pixel[i]] = {b.triangle[i], glm::vec3(p.x[i], p.y[i], p.z[i])};
+    pixel.lost_sky = glm::vec4(w * (sky.past_room - sky.past_both), w);
+    pixel.room = room;
+    pixel.triangle = b.triangle[i];
   }
   b.set.count = 0;
 }
@@ -163,26 +163,20 @@ void BlockShader::shade_plain(const SamplingGrid::Corners& corners, const PixelB
                        right = mix(corners[1]->sky, corners[3]->sky, t);
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const SkyFractions sky = mix(left, right, kStep * static_cast<float>(x % kBlockSide));
-      const RoomHit hit = view_.room(x, y);
-      const std::size_t i = frame_.index(x, y);
-      frame_.object[i] = glm::vec4(0.0f);
-      frame_.lost_sky[i] = glm::vec4(sky.past_room - sky.past_both, 1.0f);
-      frame_.room[i] = glm::vec4((sky.past_room.r + sky.past_room.g + sky.past_room.b) / 3.0f, 0.0f, 0.0f, 0.0f);
-      frame_.surface[i] = {scene_.room_triangle[hit.triangle],
-                           view_.eye() + hit.depth * view_.direction(static_cast<float>(x), static_cast<float>(y))};
+      frame_.at(x, y) = {glm::vec4(0.0f), glm::vec4(sky.past_room - sky.past_both, 1.0f),
+                         glm::vec3((sky.past_room.r + sky.past_room.g + sky.past_room.b) / 3.0f, 0.0f, 0.0f),
+                         scene_.room_triangle[view_.room(x, y).triangle]};
     }
   }
 }
 
-/// The pixels of a block show nothing yet.
-void BlockShader::start_block(const PixelBox& pixels) {
-  frame_.shows[frame_.block_index(pixels.x0, pixels.y0)] = 1;
-  for (int y = pixels.y0; y < pixels.y1; ++y) {
-    const std::size_t first = frame_.index(pixels.x0, y);
-    for (auto* pass : {&frame_.object, &frame_.lost_sky, &frame_.room})
-      std::fill_n(&(*pass)[first], pixels.width(), glm::vec4(0.0f));
-    std::fill_n(&frame_.surface[first], pixels.width(), RoomSurface{});
-  }
+/// Some pixel of the room loses light.
+bool BlockShader::shows_shadow(const PixelBox& pixels) const {
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x)
+      if (const DrawnPixel& p = frame_.at(x, y); p.room.z > 0.0f || Rgb(p.lost_sky) != Rgb(0.0f))
+        return true;
+  return false;
 }
 
 void BlockShader::shade_pixels(const PixelBox& pixels, bool receives) {
@@ -226,14 +220,16 @@ void BlockShader::shade(int column, int row) {
   if (plain[0]) {
     if (std::ranges::all_of(plain, [](const GridPoint* g) { return g->sky.past_room == g->sky.past_both; }))
       return;
-    frame_.shows[frame_.block_index(pixels.x0, pixels.y0)] = 1;
+    frame_.show(column, row);
     return shade_plain(plain, pixels);
   }
-  start_block(pixels);
+  frame_.show(column, row);
   sun_corners_ = {};
   if (!has_edge)
     sun_corners_ = grid_.sun_corners(has_object ? Layer::object : Layer::room, column, row);
   shade_pixels(pixels, receives);
+  if (!has_object && !has_edge && !shows_shadow(pixels))
+    frame_.take_back(column, row);
 }
 
 void BlockShader::finish_row() {

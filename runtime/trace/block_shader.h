@@ -26,15 +26,15 @@ private:
   /// Points of one layer, and what is drawn of them.
   struct Batch {
     PointSet set;
-    LaneMask unknown = 0;           ///< lanes whose sky is to be looked at
-    std::size_t pixel[kLanes] = {}; ///< in the frame
-    float coverage[kLanes] = {};    ///< of the pixel
+    LaneMask unknown = 0; ///< lanes whose sky is to be looked at
+    glm::ivec2 pixel[kLanes] = {};
+    float coverage[kLanes] = {}; ///< of the pixel
     std::uint32_t triangle[kLanes] = {};
     ObjectLight light[kLanes];
   };
 
   ObjectLight light_at(const ObjectHit& hit, bool back) const;
-  void show(const ObjectLight& light, const Rgb& direct, std::size_t pixel, float coverage);
+  void show(const ObjectLight& light, const Rgb& direct, const glm::ivec2& pixel, float coverage);
   void add_object(const ObjectHit& hit, int x, int y);
   void add_room(int x, int y, float coverage);
   int add_point(Batch& batch, const PixelSurface& at, const SamplingGrid::Interpolated& sky, int x, int y,
@@ -44,7 +44,7 @@ private:
   void shade_objects(Batch& batch, const SamplingGrid::SunCorners& corners);
   void shade_room();
   void shade_pixels(const PixelBox& pixels, bool receives);
-  void start_block(const PixelBox& pixels);
+  bool shows_shadow(const PixelBox& pixels) const;
   void shade_plain(const SamplingGrid::Corners& corners, const PixelBox& pixels);
 
   const SamplingGrid& grid_;

@@ -1,8 +1,14 @@
 #include "runtime/trace/ray_visibility.h"
 
+#include <glm/geometric.hpp>
+
 #include "runtime/trace/surface_points.h"
 
 namespace daylit {
+
+namespace {
+constexpr float kContact_px = 32.0f; // an object nearer than eight blocks casts a shadow as narrow as one
+}
 
 PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outline) const {
   const ObjectHit& hit = view_.object(x, y);
@@ -16,7 +22,9 @@ PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outli
   PixelSurface surface = room_surface(
       scene_, view_.eye(), room.triangle,
       view_.eye() + room.depth * view_.direction(static_cast<float>(x), static_cast<float>(y)), receives_[block] != 0);
-  surface.hidden = hit.samples > 0 || view_.is_edge(x, y);
+  const float gap =
+      (room.depth - hit.depth) * glm::length(view_.direction(static_cast<float>(x), static_cast<float>(y)));
+  surface.hidden = hit.samples > 0 && view_.radius_px(surface.position, gap) < kContact_px;
   return surface;
 }
 

@@ -28,7 +28,7 @@ public:
 
 private:
   PixelBox affected_box(const TracedScene& scene, const VisibleSurfaces& view);
-  void keep_blocks(const VisibleSurfaces& view, RenderedFrame& frame) const;
+  void expect_blocks(const VisibleSurfaces& view, RenderedFrame& frame) const;
   SampledPicture sampled_picture(const TracedScene& scene, const VisibleSurfaces& view, const PixelBox& box);
 
   std::vector<std::uint8_t> receives_; ///< per block of the picture: some light may lose its way to it
@@ -72,31 +72,23 @@ SampledPicture PictureShader::sampled_picture(const TracedScene& scene, const Vi
       scene.sky.size(),     scene.sun.size(),  outline_};
 }
 
-/// Makes room for the blocks that may show something: those that receive, and those of the objects.
-void PictureShader::keep_blocks(const VisibleSurfaces& view, RenderedFrame& frame) const {
+/// Those that receive, and those of the objects.
+void PictureShader::expect_blocks(const VisibleSurfaces& view, RenderedFrame& frame) const {
   const PixelBox objects = view.object_box();
-  frame.place.assign(receives_.size(), 0);
-  std::uint32_t kept = 0;
-  for (int row = 0; row < view.block_rows(); ++row)
+  for (int row = 0; row < view.block_rows(); ++row) {
+    std::size_t blocks = 0;
     for (int column = 0; column < view.block_columns(); ++column) {
-      const std::size_t block = static_cast<std::size_t>(row) * view.block_columns() + column;
       const PixelBox pixels{column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide};
-      if (receives_[block] || !pixels.common(objects).empty())
-        frame.place[block] = kept++;
+      blocks +=
+          receives_[static_cast<std::size_t>(row) * view.block_columns() + column] || !pixels.common(objects).empty();
     }
-  const std::size_t pixels = static_cast<std::size_t>(kept) * kBlockSide * kBlockSide;
-  for (auto* pass : {&frame.object, &frame.lost_sky, &frame.room})
-    pass->resize(pixels);
-  frame.surface.resize(pixels);
+    frame.expect(row, blocks);
+  }
 }
 
 std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfaces& view, RenderedFrame& frame) {
-  frame.width_px = view.width_px();
-  frame.height_px = view.height_px();
-  frame.box = affected_box(scene, view);
-  frame.origin = scene.origin;
-  frame.shows.assign(receives_.size(), 0);
-  keep_blocks(view, frame);
+  frame.start(view.width_px(), view.height_px(), affected_box(scene, view));
+  expect_blocks(view, frame);
   if (frame.box.empty())
     return 0;
   const RayVisibility visibility(scene, view, receives_);
@@ -113,6 +105,7 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
     }
     rays += shader.rays();
   });
+  grid_ = {}; // as large as a third of the picture's values: not kept beside them
   return rays;
 }
 
@@ -310,8 +303,9 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
 bool TracedRenderer::room_point(int x, int y, RoomSurface& point) const {
   const State& s = *state_;
   const RoomHit hit = s.view.room(x, y);
-  point.triangle = hit.triangle == kNoTriangle ? RoomSurface{}.triangle : s.scene.room_triangle[hit.triangle];
-  point.position = s.view.eye() + hit.depth * s.view.direction(static_cast<float>(x), static_cast<float>(y));
+  point.triangle = hit.triangle == kNoTriangle ? kUnknownTriangle : s.scene.room_triangle[hit.triangle];
+  point.position = s.scene.origin + glm::dvec3(s.view.eye() + hit.depth * s.view.direction(static_cast<float>(x),
+                                                                                           static_cast<float>(y)));
   return true;
 }
 

@@ -11,21 +11,17 @@ namespace {
 struct Case {
   RenderCamera camera = test::look_at({2, 1, 1}, {2, 4, 1}, 4, 2, 0.8);
   RgbImage photo{4, 2, Rgb(0.5f, 0.25f, 0.125f)};
-  RenderedFrame frame{4,
-                      2,
-                      {0, 0, 4, 2},
-                      std::vector<glm::vec4>(8, glm::vec4(0)),
-                      std::vector<glm::vec4>(8, glm::vec4(0, 0, 0, 1)),
-                      std::vector<glm::vec4>(8, glm::vec4(1, 0, 0, 0)),
-                      {},
-                      {},
-                      {},
-                      {}};
+  RenderedFrame frame;
   RoomPoint point{Rgb(1.0f), Rgb(3.0f), Rgb(10.0f), Rgb(0.5f)};
 
+  Case() {
+    frame.start(4, 2, {0, 0, 4, 2});
+    for (DrawnPixel& p : frame.show(0, 0))
+      p = {glm::vec4(0.0f), glm::vec4(0, 0, 0, 1), glm::vec3(1, 0, 0), kUnknownTriangle};
+  }
   Composite run(const ComposeSettings& settings = {}) const {
     return compose(
-        photo, frame, camera, [&](const glm::dvec3&, const RoomSurface*) { return std::optional(point); }, settings);
+        photo, frame, camera, [&](const glm::dvec3&, std::uint32_t) { return std::optional(point); }, settings);
   }
 };
 
@@ -39,8 +35,8 @@ TEST(Compose, an_untouched_picture_is_bit_identical) {
 
 TEST(Compose, the_ratio_is_light_with_over_light_without_the_object) {
   Case c;
-  c.frame.lost_sky[5] = glm::vec4(0.5f, 0.25f, 0.0f, 1.0f);
-  c.frame.room[5] = glm::vec4(0.8f, 0.1f, 0.05f, 0.0f);
+  c.frame.at(1, 1).lost_sky = glm::vec4(0.5f, 0.25f, 0.0f, 1.0f);
+  c.frame.at(1, 1).room = glm::vec3(0.8f, 0.1f, 0.05f);
   // Without: 3 x 0.8 + 10 x 0.1 + 1 = 4.4; lost: 3 x (0.5, 0.25, 0) + 10 x 0.05.
   const Rgb expected = c.photo.at(1, 1) * (Rgb(4.4f) - Rgb(2.0f, 1.25f, 0.5f)) / 4.4f;
   const Composite result = c.run();
@@ -52,7 +48,7 @@ TEST(Compose, the_ratio_is_light_with_over_light_without_the_object) {
 
 TEST(Compose, the_difference_takes_reflected_radiance_through_scale_and_colours) {
   Case c;
-  c.frame.lost_sky[0] = glm::vec4(0.1f, 0.1f, 0.1f, 1.0f);
+  c.frame.at(0, 0).lost_sky = glm::vec4(0.1f, 0.1f, 0.1f, 1.0f);
   ComposeSettings settings{{2.0, glm::dmat3(1.0)}, ShadowMode::difference};
   settings.photo.colour_matrix[0][0] = 0.5; // red of the picture from red of the scene
   const float change = 0.5f * 0.3f / std::numbers::pi_v<float>;
@@ -63,16 +59,16 @@ TEST(Compose, the_difference_takes_reflected_radiance_through_scale_and_colours)
 
 TEST(Compose, a_change_below_half_a_code_value_is_not_written) {
   Case c;
-  c.frame.lost_sky[2] = glm::vec4(glm::vec3(4.0f / 3.0f * 0.9f / 510.0f), 1.0f);
+  c.frame.at(2, 0).lost_sky = glm::vec4(glm::vec3(4.0f / 3.0f * 0.9f / 510.0f), 1.0f);
   EXPECT_EQ(c.run().shadow_pixels, 0u);
-  c.frame.lost_sky[2] = glm::vec4(glm::vec3(4.0f / 3.0f * 1.2f / 510.0f), 1.0f);
+  c.frame.at(2, 0).lost_sky = glm::vec4(glm::vec3(4.0f / 3.0f * 1.2f / 510.0f), 1.0f);
   EXPECT_EQ(c.run().shadow_pixels, 1u);
 }
 
 TEST(Compose, object_edges_blend_by_coverage) {
   Case c;
-  c.frame.object[3] = glm::vec4(0.6f, 0.6f, 0.6f, 0.25f); // radiance 2.4, a quarter covered
-  c.frame.lost_sky[3] = glm::vec4(0, 0, 0, 0.75f);
+  c.frame.at(3, 0).object = glm::vec4(0.6f, 0.6f, 0.6f, 0.25f); // radiance 2.4, a quarter covered
+  c.frame.at(3, 0).lost_sky = glm::vec4(0, 0, 0, 0.75f);
   const Composite result = c.run();
   EXPECT_NEAR(result.picture.at(3, 0).r, 0.75f * 0.5f + 0.6f, 1e-6f);
   EXPECT_EQ(result.touched[3], 2);
@@ -81,7 +77,7 @@ TEST(Compose, object_edges_blend_by_coverage) {
 TEST(Compose, no_light_anywhere_changes_nothing_and_makes_no_nan) {
   Case c;
   c.point = {Rgb(0.0f), Rgb(0.0f), Rgb(0.0f), Rgb(0.5f)};
-  c.frame.lost_sky[4] = glm::vec4(1.0f, 1.0f, 1.0f, 1.0f);
+  c.frame.at(0, 1).lost_sky = glm::vec4(1.0f, 1.0f, 1.0f, 1.0f);
   c.photo.at(0, 1) = Rgb(0.0f);
   const Composite result = c.run();
   EXPECT_EQ(result.shadow_pixels, 0u);

@@ -289,7 +289,7 @@ TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_i
       make_render_camera(ideal_pinhole(320, 320, 0.9), look_at({2.0, 2.4, 2.2}, {2.0, 2.5, 0.0}), 320, 320);
   ASSERT_TRUE(camera);
   ChangePicture picture;
-  const ViewCorners picture_view(*camera, s.rays, nullptr, {});
+  const ViewCorners picture_view(*camera, s.rays, nullptr);
   picture.update(picture_view, s.change, nullptr);
   EXPECT_GT(picture.left_out(), 0.5f * ChangePicture::kThreshold) << "the window of the share was met";
   EXPECT_LT(picture.left_out(), ChangePicture::kThreshold * 2.0f / 3.0f);
@@ -332,13 +332,12 @@ TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
                            renderer->draw(frame)})
     ASSERT_TRUE(step) << step.error().message();
   ChangePicture change;
-  const ViewCorners change_view(camera, s.rays, nullptr, {});
+  const ViewCorners change_view(camera, s.rays, nullptr);
   change.update(change_view, s.change, nullptr);
   const RgbImage photo(kSide, kSide, Rgb(0.4f, 0.5f, 0.6f));
-  const auto look_up = [&](const glm::dvec3& direction, const RoomSurface* seen) {
-    return seen ? std::optional(
-                      s.room_light.at_surface(seen->triangle, frame.origin + glm::dvec3(seen->position), direction))
-                : s.room_light.at(camera.eye(), direction);
+  const auto look_up = [&](const glm::dvec3& direction, std::uint32_t triangle) {
+    return triangle == kUnknownTriangle ? s.room_light.at(camera.eye(), direction)
+                                        : s.room_light.at_plane(triangle, camera.eye(), direction);
   };
   Composite blocks, pixels;
   compose(photo, frame, camera, look_up, {}, blocks, &change);
@@ -355,16 +354,14 @@ TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {
       ASSERT_TRUE(!change.at(x, y) || beside.at(x, y) || blocks.coverage[i] == 1.0f);
     }
   EXPECT_GT(behind, 100) << "nothing is looked up behind the object";
-  // A frame that does not say which blocks it shows is composed pixel by pixel: what it leaves out shows nothing.
-  RenderedFrame every{frame.width_px, frame.height_px, frame.box, {}, {}, {}, {}, frame.origin, {}, {}};
-  for (int y = frame.box.y0; y < frame.box.y1; ++y)
-    for (int x = frame.box.x0; x < frame.box.x1; ++x) {
-      const bool shown = frame.shown(x, y);
-      const std::size_t i = shown ? frame.index(x, y) : 0;
-      every.object.push_back(shown ? frame.object[i] : glm::vec4(0.0f));
-      every.lost_sky.push_back(shown ? frame.lost_sky[i] : glm::vec4(0.0f));
-      every.room.push_back(shown ? frame.room[i] : glm::vec4(0.0f));
-      every.surface.push_back(shown ? frame.surface[i] : RoomSurface{});
+  // A frame that does not know its triangles, and shows every block, is composed pixel by pixel.
+  RenderedFrame every = frame;
+  for (int row = 0; row < frame.rows(); ++row)
+    for (int column = 0; column < frame.columns(); ++column) {
+      if (!frame.shows(column, row))
+        every.show(column, row);
+      for (int k = 0; k < RenderedFrame::kBlock * RenderedFrame::kBlock; ++k)
+        every.at(4 * column + k % 4, 4 * row + k / 4).triangle = kUnknownTriangle;
     }
   compose(photo, every, camera, look_up, {}, pixels, &change);
   double square = 0.0, largest = 0.0, darkest = 1.0;

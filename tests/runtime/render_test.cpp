@@ -78,10 +78,10 @@ Deviation compare_with_rays(Scene& scene, const RenderedFrame& frame) {
   double object_mean = 0, room_mean = 0;
   for (int y = 0; y < kHeight; y += 2)
     for (int x = 0; x < kWidth; x += 2) {
-      const std::size_t i = static_cast<std::size_t>(y) * kWidth + static_cast<std::size_t>(x);
+      const DrawnPixel shown = frame.shown(x, y) ? frame.at(x, y) : DrawnPixel{};
       const glm::dvec3 w = scene.camera.direction({x, y});
       RayHit hit;
-      if (frame.object[i].w > 0.999f && object.closest(object.to_local(eye), glm::vec3(w), 0, 100, hit)) {
+      if (shown.object.w > 0.999f && object.closest(object.to_local(eye), glm::vec3(w), 0, 100, hit)) {
         const auto& t = scene.object.triangles[hit.triangle];
         const auto& normals = scene.object.normals;
         const glm::dvec3 n(
@@ -89,11 +89,11 @@ Deviation compare_with_rays(Scene& scene, const RenderedFrame& frame) {
         const glm::dvec3 p = eye + w * static_cast<double>(hit.distance);
         const double exact =
             static_cast<double>(reference.estimate(scene.lights, scene.pyramid, scene.cells, p, n).with.g);
-        const double drawn = static_cast<double>(frame.object[i].y) / 0.5 * std::numbers::pi;
+        const double drawn = static_cast<double>(shown.object.y) / 0.5 * std::numbers::pi;
         d.object += (drawn - exact) * (drawn - exact);
         object_mean += exact;
         ++d.object_pixels;
-      } else if (frame.lost_sky[i].w > 0.999f && room.closest(room.to_local(eye), glm::vec3(w), 0, 100, hit)) {
+      } else if (shown.lost_sky.w > 0.999f && room.closest(room.to_local(eye), glm::vec3(w), 0, 100, hit)) {
         glm::dvec3 n = glm::normalize(area_normal(scene.room, scene.room.triangles[hit.triangle]));
         n = glm::dot(n, w) > 0 ? -n : n;
         const glm::dvec3 p = eye + w * static_cast<double>(hit.distance);
@@ -101,8 +101,7 @@ Deviation compare_with_rays(Scene& scene, const RenderedFrame& frame) {
         const double lost = static_cast<double>(e.without.g - e.with.g);
         const double sun = scene.sun ? static_cast<double>(scene.sun->normal_irradiance.g) : 0.0;
         const double open = static_cast<double>(open_sky_irradiance(scene.pyramid, scene.cells, p, n).g);
-        const double drawn =
-            static_cast<double>(frame.lost_sky[i].y) * open + static_cast<double>(frame.room[i].z) * sun;
+        const double drawn = static_cast<double>(shown.lost_sky.y) * open + static_cast<double>(shown.room.z) * sun;
         if (lost <= 0.02 * static_cast<double>(e.without.g) && drawn <= 0.0)
           continue;
         d.shadow += (drawn - lost) * (drawn - lost);
@@ -166,9 +165,8 @@ TEST(Renderer, an_object_behind_a_real_wall_changes_nothing_but_its_shadow) {
   const auto frame = scene.render();
   ASSERT_TRUE(frame) << frame.error().message();
   const RgbImage photo(kWidth, kHeight, Rgb(0.25f));
-  const Composite composite =
-      compose(photo, *frame, scene.camera,
-              [](const glm::dvec3&, const RoomSurface*) { return std::optional(RoomPoint{}); }, {});
+  const Composite composite = compose(photo, *frame, scene.camera,
+                                      [](const glm::dvec3&, std::uint32_t) { return std::optional(RoomPoint{}); }, {});
   EXPECT_EQ(composite.object_pixels, 0u);
   EXPECT_EQ(composite.shadow_pixels, 0u);
   EXPECT_EQ(0, std::memcmp(composite.picture.texels.data(), photo.texels.data(), photo.texels.size() * sizeof(Rgb)));
@@ -182,11 +180,12 @@ TEST(Renderer, a_black_sky_and_no_object_are_defined) {
   for (Scene* scene : {&black, &empty}) {
     const auto frame = scene->render();
     ASSERT_TRUE(frame) << frame.error().message();
-    for (const auto* pixels : {&frame->object, &frame->lost_sky, &frame->room})
-      for (const glm::vec4& p : *pixels)
-        ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.w));
-    for (const glm::vec4& p : frame->lost_sky)
-      ASSERT_EQ(glm::vec3(p), glm::vec3(0.0f));
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        if (frame->shown(x, y)) {
+          ASSERT_TRUE(test::is_finite(frame->at(x, y)));
+          ASSERT_EQ(glm::vec3(frame->at(x, y).lost_sky), glm::vec3(0.0f));
+        }
   }
 }
 
@@ -197,11 +196,11 @@ TEST(Renderer, object_edges_are_covered_in_part) {
   std::size_t partly = 0;
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {
-      const std::size_t i = frame->index(x, y);
-      partly += frame->shown(x, y) && frame->object[i].w > 0.1f && frame->object[i].w < 0.9f;
-      if (frame->shown(x, y)) {
-        ASSERT_NEAR(frame->object[i].w + frame->lost_sky[i].w, 1.0f, 1e-6f) << "every sample shows object or room";
-      }
+      if (!frame->shown(x, y))
+        continue;
+      const DrawnPixel& p = frame->at(x, y);
+      partly += p.object.w > 0.1f && p.object.w < 0.9f;
+      ASSERT_NEAR(p.object.w + p.lost_sky.w, 1.0f, 1e-6f) << "every sample shows object or room";
     }
   EXPECT_GT(partly, 50u);
 }

@@ -56,9 +56,7 @@ DetectedSun sun_through_the_window() {
   return sun;
 }
 
-glm::vec4 at(const std::vector<glm::vec4>& pass, const RenderedFrame& frame, int x, int y) {
-  return frame.shown(x, y) ? pass[frame.index(x, y)] : glm::vec4(0.0f);
-}
+DrawnPixel at(const RenderedFrame& frame, int x, int y) { return frame.shown(x, y) ? frame.at(x, y) : DrawnPixel{}; }
 
 struct Difference {
   double object = 0, lost = 0; ///< RMS: radiance of the object by its mean; share of the sky's light lost, where any is
@@ -69,20 +67,21 @@ Difference compare(const RenderedFrame& a, const RenderedFrame& b) {
   double object = 0, object_mean = 0, lost = 0;
   for (int y = 0; y < a.height_px; ++y)
     for (int x = 0; x < a.width_px; ++x) {
-      const glm::vec4 p = at(a.object, a, x, y), q = at(b.object, b, x, y);
+      const glm::vec4 p = at(a, x, y).object, q = at(b, x, y).object;
       if (p.w > 0.999f && q.w > 0.999f) {
         object += static_cast<double>((p.y - q.y) * (p.y - q.y));
         object_mean += static_cast<double>(q.y);
       } else if (p.w < 0.001f && q.w < 0.001f) {
-        const float s = at(a.lost_sky, a, x, y).y, t = at(b.lost_sky, b, x, y).y;
+        const float s = at(a, x, y).lost_sky.y, t = at(b, x, y).lost_sky.y;
         lost += static_cast<double>((s - t) * (s - t)) * static_cast<double>(t > 0.0f || s > 0.0f);
       }
     }
   double object_count = 0, lost_count = 0;
-  for (const glm::vec4& p : b.object)
-    object_count += p.w > 0.999f;
-  for (const glm::vec4& p : b.lost_sky)
-    lost_count += p.y > 0.0f;
+  for (int y = 0; y < b.height_px; ++y)
+    for (int x = 0; x < b.width_px; ++x) {
+      object_count += at(b, x, y).object.w > 0.999f;
+      lost_count += at(b, x, y).lost_sky.y > 0.0f;
+    }
   return {std::sqrt(object / object_count) / (object_mean / object_count), std::sqrt(lost / lost_count)};
 }
 
@@ -96,7 +95,7 @@ TEST(TracedRenderer, lost_light_equals_the_slow_twin_at_every_pixel) {
   int shadowed = 0, wrong = 0;
   for (int y = 0; y < kHeight; y += 3)
     for (int x = 0; x < kWidth; x += 3) {
-      if (at(frame->object, *frame, x, y).w > 0.0f)
+      if (at(*frame, x, y).object.w > 0.0f)
         continue;
       RayHit hit;
       const glm::dvec3 w = scene.camera.direction({x, y});
@@ -106,7 +105,7 @@ TEST(TracedRenderer, lost_light_equals_the_slow_twin_at_every_pixel) {
       n = glm::dot(n, w) > 0 ? -n : n;
       const glm::dvec3 p = eye + w * static_cast<double>(hit.distance);
       const auto e = reference.estimate(scene.lights, scene.pyramid, scene.cells, p, n);
-      const float exact = 1.0f - e.with.g / e.without.g, drawn = at(frame->lost_sky, *frame, x, y).y;
+      const float exact = 1.0f - e.with.g / e.without.g, drawn = at(*frame, x, y).lost_sky.y;
       shadowed += exact > 0.0f;
       wrong += std::fabs(exact - drawn) > 1e-3f;
     }
@@ -132,7 +131,7 @@ TEST(TracedRenderer, agrees_with_open_gl) {
     double covered = 0, both = 0;
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
-        const float p = at(traced->object, *traced, x, y).w, q = at(drawn->object, *drawn, x, y).w;
+        const float p = at(*traced, x, y).object.w, q = at(*drawn, x, y).object.w;
         covered += static_cast<double>(std::max(p, q));
         both += static_cast<double>(std::min(p, q));
       }
@@ -173,17 +172,15 @@ TEST(TracedRenderer, blocks_of_one_plane_lose_what_their_pixels_lose_one_by_one)
   int shadowed = 0;
   for (int y = 0; y < blocks->height_px; ++y)
     for (int x = 0; x < blocks->width_px; ++x) {
-      const glm::vec4 a = at(blocks->lost_sky, *blocks, x, y), b = at(pixels.lost_sky, pixels, x, y);
+      const glm::vec4 a = at(*blocks, x, y).lost_sky, b = at(pixels, x, y).lost_sky;
       for (int c = 0; c < 3; ++c)
         ASSERT_NEAR(a[c], b[c], 2e-6f) << x << ", " << y;
       if (!(b.y > 0.0f))
         continue;
       ++shadowed;
       ASSERT_NEAR(a.w, b.w, 1e-6f);
-      ASSERT_NEAR(at(blocks->room, *blocks, x, y).x, at(pixels.room, pixels, x, y).x, 2e-6f) << x << ", " << y;
-      const RoomSurface &p = blocks->surface[blocks->index(x, y)], &q = pixels.surface[pixels.index(x, y)];
-      ASSERT_EQ(p.triangle, q.triangle);
-      ASSERT_LT(glm::length(p.position - q.position), 1e-5f);
+      ASSERT_NEAR(at(*blocks, x, y).room.x, at(pixels, x, y).room.x, 2e-6f) << x << ", " << y;
+      ASSERT_EQ(at(*blocks, x, y).triangle, at(pixels, x, y).triangle);
     }
   EXPECT_GT(shadowed, 10000);
 }
@@ -226,7 +223,7 @@ TEST(TracedRenderer, light_behind_a_thin_sheet_does_not_come_through_at_its_foot
   int foot = 0;
   for (int y = 0; y < grid->height_px; ++y)
     for (int x = 0; x < grid->width_px; ++x)
-      if (const glm::vec4 a = at(grid->lost_sky, *grid, x, y), b = at(every->lost_sky, *every, x, y); b.y > 0.05f) {
+      if (const glm::vec4 a = at(*grid, x, y).lost_sky, b = at(*every, x, y).lost_sky; b.y > 0.05f) {
         ASSERT_NEAR(a.y, b.y, 0.2f * b.w) << x << ", " << y;
         ++foot;
       }
@@ -267,8 +264,8 @@ TEST(TracedRenderer, grid_points_of_another_view_are_forgotten) {
   EXPECT_EQ(moved->shadow_rays(), still->shadow_rays());
   for (int y = 0; y < kSide; ++y)
     for (int x = 0; x < kSide; ++x) {
-      ASSERT_EQ(at(a->object, *a, x, y), at(b->object, *b, x, y)) << x << " " << y;
-      ASSERT_EQ(at(a->lost_sky, *a, x, y), at(b->lost_sky, *b, x, y)) << x << " " << y;
+      ASSERT_EQ(at(*a, x, y).object, at(*b, x, y).object) << x << " " << y;
+      ASSERT_EQ(at(*a, x, y).lost_sky, at(*b, x, y).lost_sky) << x << " " << y;
     }
 }
 
@@ -281,9 +278,8 @@ TEST(TracedRenderer, an_object_where_none_can_be_seen_is_defined) {
     const auto frame = scene.trace();
     ASSERT_TRUE(frame) << frame.error().message();
     const RgbImage photo(kWidth, kHeight, Rgb(0.25f));
-    const Composite composite =
-        compose(photo, *frame, scene.camera,
-                [](const glm::dvec3&, const RoomSurface*) { return std::optional(RoomPoint{}); }, {});
+    const Composite composite = compose(
+        photo, *frame, scene.camera, [](const glm::dvec3&, std::uint32_t) { return std::optional(RoomPoint{}); }, {});
     for (std::size_t i = 0; i < photo.texels.size(); ++i) {
       const Rgb& c = composite.picture.texels[i];
       ASSERT_TRUE(std::isfinite(c.r) && std::isfinite(c.g) && std::isfinite(c.b));
@@ -302,11 +298,31 @@ TEST(TracedRenderer, extreme_skies_and_empty_objects_are_defined) {
   for (Scene* scene : {&black, &empty, &flash}) {
     const auto frame = scene->trace();
     ASSERT_TRUE(frame) << frame.error().message();
-    for (const auto* pass : {&frame->object, &frame->lost_sky, &frame->room})
-      for (const glm::vec4& p : *pass)
-        ASSERT_TRUE(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z) && std::isfinite(p.w));
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        ASSERT_TRUE(test::is_finite(at(*frame, x, y)));
   }
   EXPECT_TRUE(empty.trace()->box.empty()) << "nothing to draw, no pixel is looked at";
+}
+
+TEST(TracedRenderer, blocks_that_show_nothing_are_not_kept) {
+  Scene scene;
+  scene.sun = sun_through_the_window(); // then every block it reaches is looked at
+  const auto frame = scene.trace();
+  ASSERT_TRUE(frame) << frame.error().message();
+  int kept = 0, idle = 0;
+  for (int row = 0; row < frame->rows(); ++row)
+    for (int column = 0; column < frame->columns(); ++column) {
+      bool any = false;
+      for (int k = 0; k < 16 && frame->shows(column, row); ++k) {
+        const DrawnPixel& p = frame->at(4 * column + k % 4, 4 * row + k / 4);
+        any = any || p.object.w > 0.0f || p.room.z > 0.0f || glm::vec3(p.lost_sky) != glm::vec3(0.0f);
+      }
+      kept += frame->shows(column, row);
+      idle += frame->shows(column, row) && !any;
+    }
+  EXPECT_GT(kept, 200);
+  EXPECT_LE(idle, kept / 50) << "all but some beside the outline";
 }
 
 TEST(TracedRenderer, edges_are_covered_in_eighths) {
@@ -314,10 +330,12 @@ TEST(TracedRenderer, edges_are_covered_in_eighths) {
   const auto frame = scene.trace();
   ASSERT_TRUE(frame);
   int partly = 0;
-  for (const glm::vec4& p : frame->object) {
-    partly += p.w > 0.1f && p.w < 0.9f;
-    ASSERT_LE(p.w, 1.0f + 1e-5f);
-  }
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const float covered = at(*frame, x, y).object.w;
+      partly += covered > 0.1f && covered < 0.9f;
+      ASSERT_LE(covered, 1.0f + 1e-5f);
+    }
   EXPECT_GT(partly, 50);
 }
 
