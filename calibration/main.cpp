@@ -86,7 +86,7 @@ CLI::App* add_command(CLI::App& app, const char* name, const char* what, Argumen
   command->add_option("PICTURES", a.inputs, "photographs of the board, PNG or JPEG, of one camera")->required();
   command->add_option("-o,--output", a.output, "the lens file to write, YAML as ROS and Kalibr have it")->required();
   command->add_option("--board", a.board, "inner corners of the checkerboard, COLSxROWS")->required();
-  command->add_option("--square", a.square_m, "side of a square, metres")->required()->check(CLI::PositiveNumber);
+  command->add_option("--square", a.square_m, "side of a square, metres")->required()->check(positive_number());
   command->add_option("--report", a.report, "folder for report.html and report.json");
   add_force_option(*command, a.force);
   command->add_flag("--quiet", a.quiet, "no progress, no summary");

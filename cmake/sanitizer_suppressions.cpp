@@ -21,6 +21,7 @@ extern "C" const char* __tsan_default_suppressions() {
          "race:libembree3.so\n"
          "called_from_lib:libembree3.so\n"
          "race:libopencv_aruco.so\n"
+         "race:libopenblas.so\n"
          "called_from_lib:libopencv_core.so\n";
 }
 

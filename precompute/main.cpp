@@ -250,7 +250,7 @@ std::string content_arguments(int argc, char** argv) {
 void add_probe_options(CLI::App& app, Arguments& a) {
   auto* grid = app.add_option("--grid", a.grid, "probes per axis, NX,NY,NZ");
   auto* spacing =
-      app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(CLI::PositiveNumber);
+      app.add_option("--spacing", a.spacing_m, "largest distance of probes, metres")->check(positive_number());
   auto* points = app.add_option("--points", a.points, "file of probe positions, x y z per line: no grid");
   auto* density =
       app.add_option("--density", a.density,
@@ -289,7 +289,7 @@ int main(int argc, char** argv) {
   add_probe_options(app, a);
   auto* patch_size =
       app.add_option("--patch-size", a.patch_size_m, "longest edge of the mesh, metres (default: planned)")
-          ->check(CLI::PositiveNumber);
+          ->check(positive_number());
   app.add_option("--patches", a.facets, "about this many facets in the mesh; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);

@@ -228,7 +228,7 @@ void add_output_options(CLI::App& app, Arguments& a) {
                      "prints illuminance in lx, one value; lumens per watt of the sky (179 if none is given; 1 for a "
                      "sky in cd/m2)")
                   ->expected(0, 1)
-                  ->check(CLI::PositiveNumber)
+                  ->check(positive_number())
                   ->excludes(sh);
   const std::map<std::string, ShLayout> layouts{
       {"unity", ShLayout::unity}, {"unreal", ShLayout::unreal}, {"three", ShLayout::three}};

@@ -22,8 +22,10 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
     return grid;
   mark_air(*grid, scene, apertures);
   if (std::ranges::count(grid->valid, 1) == 0)
-    return Error{ErrorCode::geometry_invalid, "no point of the room's inside can be reached from an opening", "room",
-                 "check that the walls enclose a space and that the windows lie in them"};
+    return Error{
+        ErrorCode::geometry_invalid, "no point of the room's inside can be reached from an opening", "room",
+        "check that the walls enclose a space and that the windows lie in them; a coarse --grid or --spacing can "
+        "miss a small room"};
   return grid;
 }
 

@@ -95,7 +95,7 @@ int pose_command(int argc, char** argv) {
       ->required();
   app.add_option("--size", options.size_m, "outer side of the black square, metres")
       ->required()
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   app.add_option("--response", options.response, "srgb, or linear: the code values of a PNG or JPEG are linear")
       ->check(CLI::IsMember({"srgb", "linear"}))
       ->capture_default_str();

@@ -98,9 +98,9 @@ void add_camera_options(CLI::App& app, CameraSettings& c, std::string& mosaic) {
   app.add_option("--pixel-format", c.pixel_format,
                  "name in the camera: Mono16, BayerRG12, RGB8, ... (default: as it is)");
   app.add_option("--mosaic", mosaic, "what a camera that says Mono really sends: rggb, grbg, gbrg or bggr");
-  app.add_option("--exposure-us", c.exposure_us, "microseconds")->check(CLI::PositiveNumber);
+  app.add_option("--exposure-us", c.exposure_us, "microseconds")->check(positive_number());
   app.add_option("--gain", c.gain, "in the unit of the camera")->check(CLI::NonNegativeNumber);
-  app.add_option("--frame-rate", c.frame_rate_hz, "frames per second")->check(CLI::PositiveNumber);
+  app.add_option("--frame-rate", c.frame_rate_hz, "frames per second")->check(positive_number());
   auto* width = app.add_option("--width", c.width_px, "pixels")->check(CLI::Range(1, 32768));
   auto* height = app.add_option("--height", c.height_px, "pixels")->check(CLI::Range(1, 32768));
   width->needs(height), height->needs(width);
@@ -136,7 +136,7 @@ int record_command(int argc, char** argv) {
   app.add_option("-o,--output", o.folder, "the folder, new or without a recording")->required();
   app.add_option("--frames", o.frames, "how many (default: until Ctrl-C)")->check(CLI::Range(1, 100000000));
   app.add_option("--first-frame", o.first_frame_s, "seconds that the first frame may take")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
   app.add_flag("--quiet", o.quiet, "print errors only");
   app.add_flag("--json", o.json, "what became of the frames as one JSON object");

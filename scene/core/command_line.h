@@ -24,6 +24,15 @@ inline CLI::Option* add_force_option(CLI::App& app, bool& force) {
   return app.add_flag("--force", force, "replace a file to be written that holds something else");
 }
 
+/// For check(): a number above zero; CLI::PositiveNumber prints the 309 digits of the largest one.
+inline CLI::Validator positive_number() {
+  const auto refuse = [](const std::string& text) {
+    const auto number = parse_number(text);
+    return number && std::isfinite(*number) && *number > 0 ? std::string() : text + " is not a positive number";
+  };
+  return CLI::Validator(refuse, "POSITIVE");
+}
+
 /// Throws CLI::ValidationError where an option that takes numbers was given NaN or infinity; ranges let NaN pass.
 inline void refuse_numbers_that_are_not_finite(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options())
