@@ -21,7 +21,10 @@ extern "C" const char* __tsan_default_suppressions() {
          "race:libembree3.so\n"
          "called_from_lib:libembree3.so\n"
          "race:libopencv_aruco.so\n"
+         "mutex:libopencv_imgproc.so\n"
          "race:libopenblas.so\n"
+         "race:libaravis-0.8.so\n"
+         "race:libglib-2.0.so\n"
          "called_from_lib:libopencv_core.so\n";
 }
 
