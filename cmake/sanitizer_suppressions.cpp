@@ -25,6 +25,8 @@ extern "C" const char* __tsan_default_suppressions() {
          "race:libopenblas.so\n"
          "race:libaravis-0.8.so\n"
          "race:libglib-2.0.so\n"
+         "race:libgio-2.0.so\n"
+         "race:libgobject-2.0.so\n"
          "called_from_lib:libopencv_core.so\n";
 }
 
