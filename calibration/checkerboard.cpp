@@ -93,7 +93,7 @@ double rms_distance(const std::vector<glm::dvec2>& points, const ImageCircle& ci
 
 } // namespace
 
-std::optional<FoundBoard> find_checkerboard(const Rgb8Image& picture, BoardSize size) {
+std::optional<std::vector<glm::dvec2>> find_checkerboard(const Rgb8Image& picture, BoardSize size) {
   const cv::Mat grey = grey_of(picture);
   const auto [small, scale] = to_search_size(grey);
   std::vector<cv::Point2f> corners = search(small, size);
@@ -103,9 +103,9 @@ std::optional<FoundBoard> find_checkerboard(const Rgb8Image& picture, BoardSize 
     c = {static_cast<float>((double(c.x) + 0.5) / scale - 0.5), static_cast<float>((double(c.y) + 0.5) / scale - 0.5)};
   const int half = window_of(corners, size);
   cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 60, 1e-3});
-  FoundBoard found;
+  std::vector<glm::dvec2> found;
   for (const cv::Point2f& c : corners)
-    found.corner_px.emplace_back(double(c.x), double(c.y));
+    found.emplace_back(double(c.x), double(c.y));
   return found;
 }
 

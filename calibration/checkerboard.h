@@ -18,12 +18,9 @@ struct BoardSize {
   int columns = 0, rows = 0;
 };
 
-struct FoundBoard {
-  std::vector<glm::dvec2> corner_px; ///< row by row, subpixel; pixel centres are whole numbers
-};
-
-/// The board in a picture of 8 bits; nothing where it is not wholly visible.
-std::optional<FoundBoard> find_checkerboard(const Rgb8Image& picture, BoardSize size);
+/// Inner corners of the board in a picture of 8 bits, row by row, subpixel (pixel centres are whole numbers); nothing
+/// where the board is not wholly visible.
+std::optional<std::vector<glm::dvec2>> find_checkerboard(const Rgb8Image& picture, BoardSize size);
 
 /// Why a picture shows no such board, in plain words: over-exposed, blurred, too dark, or a board of another size.
 std::string why_not_found(const Rgb8Image& picture, BoardSize size);

@@ -15,7 +15,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kOdd = 3.5; ///< times the median of the views' errors: a view that does not belong
 constexpr double kOddLeast_px = 0.3;
-constexpr std::size_t kFewest = 3, kEnough = 6;
+constexpr std::size_t kEnough = 6;       ///< views
 constexpr double kLargeRms = 1.0 / 1000; ///< of the picture's width, and at least a pixel
 constexpr double kHeldOut = 1.5;         ///< held-out error / error: beyond, the lens follows single pictures
 constexpr double kSure = 0.01;           ///< standard deviation of the focal length / focal length
@@ -36,7 +36,7 @@ Result<LensFit> fit_without_odd_views(LensKind kind, int width_px, int height_px
                                       std::vector<BoardView>& views, std::span<const glm::dvec3> board,
                                       std::vector<DroppedPicture>& dropped) {
   Result<LensFit> fit = fit_lens(kind, width_px, height_px, circle, views, board);
-  while (fit && views.size() > kFewest) {
+  while (fit && views.size() > kFewestViews) {
     const std::vector<double>& rms = fit->view_rms_px;
     const auto worst = static_cast<std::size_t>(std::ranges::max_element(rms) - rms.begin());
     const double usual = sorted(rms)[(rms.size() - 1) / 2];
@@ -209,7 +209,7 @@ Error too_few(const std::vector<DroppedPicture>& dropped, BoardSize board) {
 Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double square_m, int width_px, int height_px,
                                         const ImageCircle& circle, std::vector<BoardView> views,
                                         std::vector<DroppedPicture> dropped, const Progress& progress) {
-  if (views.size() < kFewest)
+  if (views.size() < kFewestViews)
     return too_few(dropped, board);
   LensCalibration c;
   c.kind = kind;
@@ -259,7 +259,7 @@ Result<LensCalibration> calibrate_lens(LensKind kind, BoardSize board, double sq
     circle.add(picture);
     auto found = find_checkerboard(picture, board);
     if (found)
-      views.push_back({taken->file, std::move(found->corner_px)});
+      views.push_back({taken->file, std::move(*found)});
     else
       dropped.push_back({taken->file, why_not_found(picture, board)});
   }

@@ -18,7 +18,6 @@ constexpr int kPose = 6;
 constexpr double kRobust = 1.5, kAlmostAll = 4.0; ///< times the median distance: from there on corners count linearly
 constexpr int kRounds = 40;                       ///< of Levenberg-Marquardt
 constexpr double kConverged = 1e-8;               ///< relative change of the cost
-constexpr std::size_t kFewestViews = 3;
 
 /// Free numbers of a lens: fx, fy, cx, cy and as many coefficients as its model has.
 int lens_numbers(LensKind kind) { return kind == LensKind::equidistant ? 8 : 9; }
@@ -86,7 +85,7 @@ public:
   }
 
   /// Levenberg-Marquardt (More 1978) with central differences; false where a corner has no image to begin with.
-  bool solve(LensModel& lens, std::vector<BoardPose>& poses, double bound) const {
+  bool solve(LensModel& lens, std::vector<BoardPose>& poses, double bound) {
     double lambda = 1e-3, best = cost(lens, poses, bound);
     if (!std::isfinite(best))
       return false;
@@ -101,7 +100,7 @@ public:
   }
 
   /// Diagonal of (J^T J)^-1 of the lens.
-  std::array<double, 12> variances(const LensModel& lens, const std::vector<BoardPose>& poses) const {
+  std::array<double, 12> variances(const LensModel& lens, const std::vector<BoardPose>& poses) {
     std::array<double, 12> out{};
     cv::Mat inverse;
     if (!linearise(lens, poses, kNone) || cv::invert(normal_, inverse, cv::DECOMP_SVD) == 0.0)
@@ -133,7 +132,7 @@ private:
   int size() const { return lens_count_ + kPose * static_cast<int>(views_.size()); }
 
   /// J^T W J and -J^T W r, view by view: a view depends on the lens and its own pose.
-  bool linearise(const LensModel& lens, const std::vector<BoardPose>& poses, double bound) const {
+  bool linearise(const LensModel& lens, const std::vector<BoardPose>& poses, double bound) {
     normal_ = cv::Mat::zeros(size(), size(), CV_64F);
     gradient_ = cv::Mat::zeros(size(), 1, CV_64F);
     std::vector<double> r;
@@ -167,8 +166,7 @@ private:
     return columns;
   }
 
-  void add_view(std::size_t v, const std::vector<std::vector<double>>& j, const std::vector<double>& r,
-                double bound) const {
+  void add_view(std::size_t v, const std::vector<std::vector<double>>& j, const std::vector<double>& r, double bound) {
     const int pose = lens_count_ + kPose * static_cast<int>(v);
     const auto place = [&](int i) { return i < lens_count_ ? i : pose + i - lens_count_; };
     const int count = lens_count_ + kPose;
@@ -206,7 +204,7 @@ private:
   std::span<const BoardView> views_;
   std::span<const glm::dvec3> board_;
   int lens_count_;
-  mutable cv::Mat normal_, gradient_;
+  cv::Mat normal_, gradient_;
 };
 
 /// Pose by a homography of the corners' directions, turned so that their mean is the axis (cv::solvePnP).

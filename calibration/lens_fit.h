@@ -43,6 +43,8 @@ struct LensFit {
   std::array<double, 12> sigma{};
 };
 
+inline constexpr std::size_t kFewestViews = 3; ///< from which a lens follows
+
 /// Where to begin: an image circle, pixels; radius 0: not known.
 struct ImageCircle {
   glm::dvec2 centre{0.0};

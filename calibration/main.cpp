@@ -1,9 +1,9 @@
 // daylit-calibrate: what the runtime assumes about cameras, measured.
 
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
+#include <string>
+#include <vector>
 
 #include "calibration/lens_calibration.h"
 #include "scene/core/atomic_file.h"
@@ -22,7 +22,6 @@ struct Arguments {
   std::filesystem::path output, report;
   std::string board, command_line;
   double square_m = 0;
-  int threads = 0;
   bool json = false, quiet = false, force = false;
 };
 
@@ -37,7 +36,7 @@ Result<calibration::BoardSize> parse_board(const std::string& text) {
   return size;
 }
 
-/// Lens file and report; both are checked before the work begins.
+/// Lens file and report, when all pictures have been read: neither may be one of them.
 Result<void> check_outputs(const Arguments& a) {
   if (const Result<void> good = check_output(a.output, kLensKind, a.force); !good)
     return good;

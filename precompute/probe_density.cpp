@@ -153,17 +153,7 @@ private:
 
 } // namespace
 
-/// Planes at equal parts of the integral of the density, first and last at the ends.
-std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last) {
-  const DensityIntegral integral(density);
-  std::vector<double> planes{first};
-  for (int k = 1; k + 1 < count; ++k)
-    planes.push_back(first + (last - first) * integral.way_of(integral.whole() * k / (count - 1)));
-  planes.push_back(last);
-  return planes;
-}
-
-/// Between two fixed planes with n steps' worth of density between them: ceil(n - 0.3) equal parts.
+/// Between two fixed planes, or ends, with n steps' worth of density between them: ceil(n - 0.3) equal parts.
 std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last,
                               const std::vector<double>& fixed) {
   const DensityIntegral integral(density);

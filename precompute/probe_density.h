@@ -26,12 +26,9 @@ inline bool is_graded(const ProbeDensity& density) {
 Result<ProbeDensity> probe_density(const BasisVolume& coarse);
 
 /// `count` coordinates from `first` to `last` (both among them) with equally much density between neighbours; nowhere
-/// further apart than about twice the mean.
-std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last);
-
-/// The same through `fixed` planes (increasing, between first and last): between two of them equally much density, so
-/// that neighbours have at most 1.3 times as much between them as `count` planes without them would.
+/// further apart than about twice the mean. With `fixed` planes (increasing, between first and last) more: through
+/// these, and so that neighbours have at most 1.3 times as much between them.
 std::vector<double> planes_of(const std::vector<double>& density, int count, double first, double last,
-                              const std::vector<double>& fixed);
+                              const std::vector<double>& fixed = {});
 
 } // namespace daylit::precompute

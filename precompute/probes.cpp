@@ -118,8 +118,7 @@ std::vector<double> axis_planes(const Bounds& room, int axis, int count, double 
   const double first = fixed.empty() ? -high : std::min(-high, fixed.front()),
                last = fixed.empty() ? high : std::max(high, fixed.back());
   std::erase_if(fixed, [&](double x) { return x <= first || x >= last; });
-  const std::vector<double>& dense = density[static_cast<std::size_t>(axis)];
-  return fixed.empty() ? planes_of(dense, count, first, last) : planes_of(dense, count, first, last, fixed);
+  return planes_of(density[static_cast<std::size_t>(axis)], count, first, last, fixed);
 }
 
 } // namespace

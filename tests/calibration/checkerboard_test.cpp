@@ -55,7 +55,7 @@ TEST(Checkerboard, corners_are_found_to_a_tenth_of_a_pixel) {
   const auto found = find_checkerboard(picture_of(c.lens, c.pose, 1.0), {kColumns, kRows});
   ASSERT_TRUE(found);
   double worst = 0;
-  for (const glm::dvec2& p : found->corner_px) {
+  for (const glm::dvec2& p : *found) {
     double nearest = 1e9;
     for (const glm::dvec3& b : c.board)
       nearest = std::min(nearest, glm::distance(p, *c.lens.project(c.pose.apply(b))));

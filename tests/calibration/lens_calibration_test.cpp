@@ -17,11 +17,10 @@ namespace {
 using test::angle_error;
 using test::circle_of;
 using test::fisheye_views;
+using test::go_on;
 using test::kBoard;
 using test::kDegree;
 using test::kSquare_m;
-
-bool go_on(const std::string&, double) { return true; }
 
 TEST(FisheyeCalibration, lens_without_noise_is_found_exactly_and_its_field_is_the_circle) {
   const LensModel truth = test::true_fisheye();

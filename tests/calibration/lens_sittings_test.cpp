@@ -14,11 +14,10 @@ namespace {
 using test::angle_error;
 using test::circle_of;
 using test::fisheye_views;
+using test::go_on;
 using test::kBoard;
 using test::kDegree;
 using test::kSquare_m;
-
-bool go_on(const std::string&, double) { return true; }
 
 TEST(FisheyeCalibration, angles_are_right_to_a_twentieth_of_a_degree_and_wrong_pictures_are_named) {
   const LensModel truth = test::true_fisheye();

@@ -8,6 +8,7 @@
 #include "precompute/planned_bake.h"
 #include "precompute/probe_fit.h"
 #include "scene/room/room_formats.h"
+#include "tests/scene/test_rooms.h"
 
 namespace daylit::precompute {
 namespace {
@@ -160,6 +161,38 @@ TEST(PlannedBake, prediction_and_measurement_agree_within_a_factor_of_two_and_th
   EXPECT_LE(baked->measured.total, 0.04);
   EXPECT_GE(baked->measured.points, 32u);
   EXPECT_LT(std::abs(std::log2(baked->measured.total / baked->plan.predicted.total)), 1.0);
+}
+
+/// A white table before a window.
+RoomFile room_with_table() {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall", Rgb(0.6f)), dark = b.material("floor", Rgb(0.2f)),
+             white = b.material("white", Rgb(0.8f));
+  b.box({0, 0, 0}, {3, 3, 2.4}, wall, 63 & ~(8u | 16u));
+  b.quad({0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, dark);
+  b.wall_with_hole(3, 0, 3, 0, 2.4, 0.8, 2.2, 0.9, 2.0, wall);
+  b.box({0.9, 1.4, 0.71}, {2.1, 2.2, 0.74}, white);
+  RoomFile file;
+  file.room = std::move(b.room);
+  return file;
+}
+
+TEST(BakeToError, light_where_objects_stand_is_measured_and_near_planes_are_what_makes_it_right) {
+  PlanRequest request;
+  request.max_error = 0.04;
+  const auto go_on = [](const std::string&, double) { return true; };
+  const auto bake = [&] {
+    return bake_to_error(room_with_table(), request, nullptr, go_on, [](const std::string&) {});
+  };
+  const auto with = bake();
+  request.graded = false;
+  const auto without = bake();
+  ASSERT_TRUE(with) << with.error().message();
+  ASSERT_TRUE(without) << without.error().message();
+  EXPECT_EQ(with->measured.standing_points, 128u);
+  EXPECT_GT(with->measured.standing, 0.003);
+  EXPECT_LT(with->measured.standing, 0.05);
+  EXPECT_LT(with->measured.standing, 0.6 * without->measured.standing);
 }
 
 struct Row {
