@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <numbers>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
 #include "runtime/trace/surface_points.h"
 
 namespace daylit {
@@ -59,6 +63,8 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   Batch& b = sky.is_known ? objects_ : outlines_;
   const int lane = add_point(b, at, sky, x, y, coverage);
   b.light[lane] = light;
+  b.footprint[lane] =
+      coverage < 1.0f || scene_.sun.size() == 0 ? PixelFootprint{} : object_footprint(scene_, view_, at, x, y);
   if (!sky.is_known)
     grid_.add_hints(Layer::object, x, y, at.position, at.normal, lane, b.set.hints);
   if (b.set.count == kLanes)
@@ -76,6 +82,8 @@ void BlockShader::add_room(int x, int y, float coverage) {
     return; // nothing is lost here
   const int lane = add_point(room_, at, sky, x, y, coverage);
   room_.triangle[lane] = scene_.room_triangle[hit.triangle];
+  room_.footprint[lane] =
+      coverage < 1.0f || scene_.sun.size() == 0 ? PixelFootprint{} : room_footprint(view_, at, x, y);
   if (!sky.is_known && sky.is_between)
     grid_.add_hints(Layer::room, x, y, at.position, at.normal, lane, room_.set.hints);
 }
@@ -95,12 +103,35 @@ void BlockShader::see_sky(Batch& b, Layer layer) {
   b.unknown = 0;
 }
 
+/// Each light of the sun starts elsewhere in the pixel (R2 sequence, Roberts 2018): the edge of a shadow is smoothed
+/// over the pixel, as a camera does.
+RayStarts BlockShader::spread_over_pixels(const Batch& b, const PointBlock& starts) {
+  float widest = 0.0f;
+  for (int k = 0; k < b.set.count; ++k)
+    widest = std::max(widest, glm::length(b.footprint[k].right) + glm::length(b.footprint[k].down));
+  if (widest == 0.0f)
+    return RayStarts(starts);
+  sun_starts_.assign(scene_.sun.size(), starts);
+  for (std::size_t j = 0; j < sun_starts_.size(); ++j) {
+    const glm::vec2 place = glm::fract(0.5f + static_cast<float>(j) * glm::vec2(0.754877666f, 0.569840291f)) - 0.5f;
+    for (int k = 0; k < b.set.count; ++k) {
+      const glm::vec3 step = b.footprint[k].step(place);
+      sun_starts_[j].x[k] += step.x;
+      sun_starts_[j].y[k] += step.y;
+      sun_starts_[j].z[k] += step.z;
+    }
+    sun_starts_[j].radius += widest;
+  }
+  return RayStarts(std::span<const PointBlock>(sun_starts_));
+}
+
 /// Irradiance from the sun; zero without one.
 lanes::LightSums BlockShader::sum_sun(const Batch& b, Layer layer, const SamplingGrid::SunCorners& corners) {
   lanes::LightSums sums;
   if (scene_.sun.size() == 0)
     return sums;
-  const PointBlock &points = b.set.points, &starts = layer == Layer::object ? b.set.starts : points;
+  const PointBlock& points = b.set.points;
+  const RayStarts starts = spread_over_pixels(b, layer == Layer::object ? b.set.starts : points);
   for (auto [hints, known] : {std::pair{&sun_hints_, &corners.objects}, {&sun_room_hints_, &corners.room}}) {
     hints->reset(scene_.sun.size());
     hints->believe_corners({known->data(), corners.count});

@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "runtime/shading/sampling_grid.h"
 #include "runtime/trace/ray_visibility.h"
+#include "runtime/trace/surface_points.h"
 
 namespace daylit {
 
@@ -28,7 +30,8 @@ private:
     PointSet set;
     LaneMask unknown = 0; ///< lanes whose sky is to be looked at
     glm::ivec2 pixel[kLanes] = {};
-    float coverage[kLanes] = {}; ///< of the pixel
+    PixelFootprint footprint[kLanes]; ///< of whole pixels, for the sun
+    float coverage[kLanes] = {};      ///< of the pixel
     std::uint32_t triangle[kLanes] = {};
     ObjectLight light[kLanes];
   };
@@ -41,6 +44,7 @@ private:
                 float coverage);
   void see_sky(Batch& batch, Layer layer);
   lanes::LightSums sum_sun(const Batch& batch, Layer layer, const SamplingGrid::SunCorners& corners);
+  RayStarts spread_over_pixels(const Batch& batch, const PointBlock& starts);
   void shade_objects(Batch& batch, const SamplingGrid::SunCorners& corners);
   void shade_room();
   void shade_pixels(const PixelBox& pixels, bool receives);
@@ -58,6 +62,7 @@ private:
   SamplingGrid::SunCorners sun_corners_; ///< of the block
   BlockedLights sun_blocked_;
   LightHints sun_hints_, sun_room_hints_;
+  std::vector<PointBlock> sun_starts_; ///< of each light
   std::uint64_t rays_ = 0;
 };
 

@@ -113,6 +113,42 @@ TEST(TracedRenderer, lost_light_equals_the_slow_twin_at_every_pixel) {
   EXPECT_LE(wrong, shadowed / 50) << "rays that graze the object's facets may fall to either side";
 }
 
+/// Share of the sun that the objects take from the room, and the objects' brightness, in a picture of that width.
+Result<RenderedFrame> in_the_sun(int width) {
+  Scene scene;
+  scene.sun = sun_through_the_window();
+  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, width, width * kHeight / kWidth, 0.6);
+  return scene.trace();
+}
+
+TEST(TracedRenderer, a_pixel_at_the_edge_of_the_suns_shadow_shows_the_mean_over_its_area) {
+  constexpr int kFiner = 4;
+  const auto coarse = in_the_sun(kWidth), fine = in_the_sun(kFiner * kWidth);
+  ASSERT_TRUE(coarse && fine);
+  int room_edges = 0, object_edges = 0;
+  double room_error = 0, object_error = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      float lost = 0, least = 1, most = 0, bright = 0, darkest = 1e9f, brightest = 0, cover = 0, least_cover = 1;
+      for (int k = 0; k < kFiner * kFiner; ++k) {
+        const DrawnPixel p = at(*fine, kFiner * x + k % kFiner, kFiner * y + k / kFiner);
+        lost += p.room.z / (kFiner * kFiner), least = std::min(least, p.room.z), most = std::max(most, p.room.z);
+        bright += p.object.y / (kFiner * kFiner), cover = std::max(cover, p.object.w);
+        least_cover = std::min(least_cover, p.object.w);
+        darkest = std::min(darkest, p.object.y), brightest = std::max(brightest, p.object.y);
+      }
+      const DrawnPixel p = at(*coarse, x, y);
+      if (cover == 0.0f && most - least > 0.2f)
+        ++room_edges, room_error += std::pow(static_cast<double>(p.room.z - lost) / static_cast<double>(most), 2);
+      if (least_cover == 1.0f && p.object.w == 1.0f && brightest > 2.0f * darkest)
+        ++object_edges, object_error += std::pow(static_cast<double>((p.object.y - bright) / (brightest - darkest)), 2);
+    }
+  EXPECT_GT(room_edges, 50);
+  EXPECT_LT(std::sqrt(room_error / room_edges), 0.13) << "0.19 where all lights start in the middle of the pixel";
+  EXPECT_GT(object_edges, 100);
+  EXPECT_LT(std::sqrt(object_error / object_edges), 0.1) << "0.11";
+}
+
 TEST(TracedRenderer, agrees_with_open_gl) {
   for (const bool with_sun : {false, true}) {
     Scene scene;
