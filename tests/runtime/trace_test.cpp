@@ -361,6 +361,59 @@ TEST(TracedRenderer, blocks_that_show_nothing_are_not_kept) {
   EXPECT_LE(idle, kept / 50) << "all but some beside the outline";
 }
 
+/// An upright sheet, 0.3 m wide and high, in `folds` waves of that depth.
+ObjectMesh folded_sheet(int folds, float depth) {
+  ObjectMesh mesh;
+  const int across = 16 * folds;
+  for (int i = 0; i <= across; ++i) {
+    const float s = static_cast<float>(i) / static_cast<float>(across);
+    const float turn = 2.0f * std::numbers::pi_v<float> * static_cast<float>(folds);
+    const glm::vec3 n = glm::normalize(glm::vec3(-depth * turn * std::cos(turn * s), 0.3f, 0.0f));
+    for (const float z : {0.0f, 0.3f}) {
+      mesh.positions.emplace_back(0.3f * s - 0.15f, depth * std::sin(turn * s), z);
+      mesh.normals.push_back(n);
+      mesh.reflectance.emplace_back(0.6f);
+    }
+    const auto k = static_cast<std::uint32_t>(2 * i);
+    if (i < across)
+      mesh.triangles.insert(mesh.triangles.end(), {{k, k + 3, k + 2}, {k, k + 1, k + 3}});
+  }
+  return mesh;
+}
+
+/// RMS over the mean square: brightness of the sheet's pixels, against the mean over their area of a finer picture.
+double error_of_folds(int folds, const std::optional<DetectedSun>& sun) {
+  constexpr int kFiner = 4;
+  const auto drawn = [&](int width) {
+    Scene scene;
+    scene.sun = sun;
+    scene.object = test::place(folded_sheet(folds, 0.01f), {2.0, 3.4, 0.02});
+    scene.camera = test::look_at({2.0, 4.6, 0.5}, {2.0, 3.4, 0.17}, width, width * kHeight / kWidth, 0.6);
+    return scene.trace();
+  };
+  const auto coarse = drawn(kWidth), fine = drawn(kFiner * kWidth);
+  if (!coarse || !fine)
+    return 1e9;
+  double error = 0, light = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      float mean = 0, cover = 0;
+      for (int k = 0; k < kFiner * kFiner; ++k) {
+        const DrawnPixel p = at(*fine, kFiner * x + k % kFiner, kFiner * y + k / kFiner);
+        mean += p.object.y / (kFiner * kFiner), cover += p.object.w / (kFiner * kFiner);
+      }
+      if (cover < 1.0f)
+        continue;
+      error += std::pow(static_cast<double>(at(*coarse, x, y).object.y - mean), 2);
+      light += static_cast<double>(mean * mean);
+    }
+  return std::sqrt(error / light);
+}
+
+TEST(TracedRenderer, folds_as_narrow_as_pixels_show_the_mean_over_the_pixels) {
+  EXPECT_LT(error_of_folds(20, sun_through_the_window()), 0.25) << "0.48 with one point per pixel";
+}
+
 TEST(TracedRenderer, edges_are_covered_in_eighths) {
   Scene scene;
   const auto frame = scene.trace();
