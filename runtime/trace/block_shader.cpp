@@ -63,8 +63,6 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   Batch& b = sky.is_known ? objects_ : outlines_;
   const int lane = add_point(b, at, sky, x, y, coverage);
   b.light[lane] = light;
-  b.footprint[lane] =
-      coverage < 1.0f || scene_.sun.size() == 0 ? PixelFootprint{} : object_footprint(scene_, view_, at, x, y);
   if (!sky.is_known)
     grid_.add_hints(Layer::object, x, y, at.position, at.normal, lane, b.set.hints);
   if (b.set.count == kLanes)
@@ -82,8 +80,6 @@ void BlockShader::add_room(int x, int y, float coverage) {
     return; // nothing is lost here
   const int lane = add_point(room_, at, sky, x, y, coverage);
   room_.triangle[lane] = scene_.room_triangle[hit.triangle];
-  room_.footprint[lane] =
-      coverage < 1.0f || scene_.sun.size() == 0 ? PixelFootprint{} : room_footprint(view_, at, x, y);
   if (!sky.is_known && sky.is_between)
     grid_.add_hints(Layer::room, x, y, at.position, at.normal, lane, room_.set.hints);
 }
@@ -104,23 +100,26 @@ void BlockShader::see_sky(Batch& b, Layer layer) {
 }
 
 /// Each light of the sun starts elsewhere in the pixel (R2 sequence, Roberts 2018): the edge of a shadow is smoothed
-/// over the pixel, as a camera does.
-RayStarts BlockShader::spread_over_pixels(const Batch& b, const PointBlock& starts) {
-  float widest = 0.0f;
-  for (int k = 0; k < b.set.count; ++k)
-    widest = std::max(widest, glm::length(b.footprint[k].right) + glm::length(b.footprint[k].down));
-  if (widest == 0.0f)
-    return RayStarts(starts);
+/// over the pixel, as a camera does. Not in pixels that are covered in part, whose points stand for less.
+RayStarts BlockShader::spread_over_pixels(const Batch& b, Layer layer, const PointBlock& starts) {
   sun_starts_.assign(scene_.sun.size(), starts);
-  for (std::size_t j = 0; j < sun_starts_.size(); ++j) {
-    const glm::vec2 place = glm::fract(0.5f + static_cast<float>(j) * glm::vec2(0.754877666f, 0.569840291f)) - 0.5f;
-    for (int k = 0; k < b.set.count; ++k) {
-      const glm::vec3 step = b.footprint[k].step(place);
-      sun_starts_[j].x[k] += step.x;
-      sun_starts_[j].y[k] += step.y;
-      sun_starts_[j].z[k] += step.z;
+  for (int k = 0; k < b.set.count; ++k) {
+    if (b.coverage[k] < 1.0f)
+      continue;
+    const PointBlock& p = b.set.points;
+    const glm::vec3 x(p.x[k], p.y[k], p.z[k]), n(p.nx[k], p.ny[k], p.nz[k]);
+    const PixelFootprint footprint = layer == Layer::room ? room_footprint(view_, x, n, b.pixel[k])
+                                                          : object_footprint(scene_, view_, x, n, b.pixel[k]);
+    const float reach = glm::length(footprint.right) + glm::length(footprint.down);
+    for (std::size_t j = 0; j < sun_starts_.size(); ++j) {
+      const glm::vec3 step =
+          footprint.step(glm::fract(0.5f + static_cast<float>(j) * glm::vec2(0.754877666f, 0.569840291f)) - 0.5f);
+      PointBlock& block = sun_starts_[j];
+      block.x[k] += step.x;
+      block.y[k] += step.y;
+      block.z[k] += step.z;
+      block.radius = std::max(block.radius, starts.radius + reach);
     }
-    sun_starts_[j].radius += widest;
   }
   return RayStarts(std::span<const PointBlock>(sun_starts_));
 }
@@ -130,12 +129,13 @@ lanes::LightSums BlockShader::sum_sun(const Batch& b, Layer layer, const Samplin
   lanes::LightSums sums;
   if (scene_.sun.size() == 0)
     return sums;
-  const PointBlock& points = b.set.points;
-  const RayStarts starts = spread_over_pixels(b, layer == Layer::object ? b.set.starts : points);
   for (auto [hints, known] : {std::pair{&sun_hints_, &corners.objects}, {&sun_room_hints_, &corners.room}}) {
     hints->reset(scene_.sun.size());
     hints->believe_corners({known->data(), corners.count});
   }
+  const PointBlock &points = b.set.points, &middle = layer == Layer::object ? b.set.starts : points;
+  const bool known = sun_hints_.know_all(points.lanes);
+  const RayStarts starts = known ? RayStarts(middle) : spread_over_pixels(b, layer, middle);
   rays_ += find_blocked_lights(scene_.sun, casters_, layer, points, starts, sun_hints_.verdicts(), sun_blocked_);
   const auto room_hints = layer == Layer::object ? sun_room_hints_.verdicts() : std::span<const LaneVerdict>{};
   rays_ +=

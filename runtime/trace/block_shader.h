@@ -30,8 +30,7 @@ private:
     PointSet set;
     LaneMask unknown = 0; ///< lanes whose sky is to be looked at
     glm::ivec2 pixel[kLanes] = {};
-    PixelFootprint footprint[kLanes]; ///< of whole pixels, for the sun
-    float coverage[kLanes] = {};      ///< of the pixel
+    float coverage[kLanes] = {}; ///< of the pixel
     std::uint32_t triangle[kLanes] = {};
     ObjectLight light[kLanes];
   };
@@ -44,7 +43,7 @@ private:
                 float coverage);
   void see_sky(Batch& batch, Layer layer);
   lanes::LightSums sum_sun(const Batch& batch, Layer layer, const SamplingGrid::SunCorners& corners);
-  RayStarts spread_over_pixels(const Batch& batch, const PointBlock& starts);
+  RayStarts spread_over_pixels(const Batch& batch, Layer layer, const PointBlock& starts);
   void shade_objects(Batch& batch, const SamplingGrid::SunCorners& corners);
   void shade_room();
   void shade_pixels(const PixelBox& pixels, bool receives);

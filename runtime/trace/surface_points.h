@@ -29,11 +29,12 @@ struct PixelFootprint {
     return place.x * right + place.y * down + std::max(std::abs(place.x), std::abs(place.y)) * bend;
   }
 };
-/// Of the plane through the point that pixel (x, y) shows; at most kMostStretched times as long as seen face on.
-PixelFootprint room_footprint(const VisibleSurfaces& view, const PixelSurface& at, int x, int y);
+/// Of the plane through the point x that a pixel shows; at most kMostStretched times as long as seen face on.
+PixelFootprint room_footprint(const VisibleSurfaces& view, const glm::vec3& x, const glm::vec3& normal,
+                              const glm::ivec2& pixel);
 constexpr float kMostStretched = 8.0f;
 /// Of an object, towards its points in the pixels around; zero towards edges of what is seen and across creases.
-PixelFootprint object_footprint(const TracedScene& scene, const VisibleSurfaces& view, const PixelSurface& at, int x,
-                                int y);
+PixelFootprint object_footprint(const TracedScene& scene, const VisibleSurfaces& view, const glm::vec3& x,
+                                const glm::vec3& normal, const glm::ivec2& pixel);
 
 } // namespace daylit
