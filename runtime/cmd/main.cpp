@@ -9,11 +9,12 @@
 
 #include <nlohmann/json.hpp>
 
-#include "runtime/cmd/outputs.h"
 #include "runtime/cmd/pose_command.h"
 #include "runtime/cmd/record_command.h"
-#include "runtime/cmd/replay.h"
+#include "runtime/input/camera_pose.h"
 #include "runtime/input/interior_input.h"
+#include "runtime/live/replay.h"
+#include "runtime/output/outputs.h"
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
 #include "scene/config/config.h"
@@ -101,21 +102,10 @@ void print_notes(const std::vector<std::string>& notes) {
     std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
 }
 
-/// A renderer that lost its device is started again, once.
-Result<const Frame*> draw(Session& session, const FrameInput& input) {
-  auto frame = session.render(input);
-  if (frame || frame.error().code != ErrorCode::device)
-    return frame;
-  std::fprintf(stderr, "daylit-run: %s; starting the renderer again\n", frame.error().message().c_str());
-  if (const auto again = session.recreate_renderer(); !again)
-    return again.error();
-  return session.render(input);
-}
-
 /// The files are one picture: the same frame again and again.
 Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo) {
   for (int k = 0; k < std::max(1, options.frames); ++k) {
-    const auto frame = draw(session, {sky, photo, 1, 1});
+    const auto frame = render_again_once(session, {sky, photo, 1, 1});
     if (!frame)
       return frame.error();
     if (interrupted())
@@ -138,21 +128,7 @@ void save_placements(const std::filesystem::path& config, const Session& session
   print_notes({written ? config.string() + ": the objects' places are written" : written.error().message()});
 }
 
-const char* name_of(TrackingState state) {
-  switch (state) {
-  case TrackingState::measured:
-    return "measured";
-  case TrackingState::ambiguous:
-    return "ambiguous";
-  case TrackingState::predicted:
-    return "predicted";
-  case TrackingState::lost:
-    break;
-  }
-  return "lost";
-}
-
-void print_replayed(const ReplayedFrame& f, const Options& options) {
+void print_replayed(const DrawnFrame& f, const Options& options) {
   if (options.json)
     std::printf("%s\n", nlohmann::ordered_json{{"frame", f.index},
                                                {"interior_id", f.interior_id},
@@ -177,7 +153,7 @@ Result<void> run(const Options& options) {
     return given.error();
   if (!options.replay.empty())
     return replay_recording(*given, {options.replay, options.frames, options.backend},
-                            [&](const ReplayedFrame& frame) { print_replayed(frame, options); });
+                            [&](const DrawnFrame& frame) { print_replayed(frame, options); });
   if (given->is_live())
     return Error{ErrorCode::usage, "cameras are not drawn live yet", options.config,
                  "record them with daylit-run record, and give --replay"};
