@@ -46,7 +46,7 @@ set(DAYLIT_MAY_USE_runtime_window base gl session)
 set(DAYLIT_MAY_USE_runtime_output composite input)
 set(DAYLIT_MAY_USE_runtime_live base composite input session output)
 set(DAYLIT_MAY_USE_runtime_http "")
-set(DAYLIT_MAY_USE_runtime_cmd composite input session window output live http)
+set(DAYLIT_MAY_USE_runtime_cmd base composite input session window output live http)
 
 function(daylit_check_uses name)
   foreach(used IN LISTS ARGN)

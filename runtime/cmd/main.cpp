@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/cmd/live_command.h"
 #include "runtime/cmd/pose_command.h"
 #include "runtime/cmd/record_command.h"
 #include "runtime/input/camera_pose.h"
@@ -26,7 +27,7 @@ namespace daylit {
 namespace {
 
 struct Options {
-  std::string config, replay;
+  std::string config, replay, record;
   int frames = 0, threads = 0;
   bool window = false, quiet = false, json = false, force = false;
   Backend backend = Backend::automatic;
@@ -128,7 +129,7 @@ void save_placements(const std::filesystem::path& config, const Session& session
   print_notes({written ? config.string() + ": the objects' places are written" : written.error().message()});
 }
 
-void print_replayed(const DrawnFrame& f, const Options& options) {
+void print_drawn(const DrawnFrame& f, const Options& options) {
   if (options.json)
     std::printf("%s\n", nlohmann::ordered_json{{"frame", f.index},
                                                {"interior_id", f.interior_id},
@@ -144,6 +145,12 @@ void print_replayed(const DrawnFrame& f, const Options& options) {
                 f.drawn ? "" : " (the photograph is left as it is)", f.total_ms);
 }
 
+/// A daemon says a line per picture only where it was told to draw so many.
+void print_live(const DrawnFrame& frame, const Options& options) {
+  if (options.json || options.frames > 0)
+    print_drawn(frame, options);
+}
+
 Result<void> run(const Options& options) {
   set_thread_count(options.threads);
   if (options.threads > 0)
@@ -153,10 +160,15 @@ Result<void> run(const Options& options) {
     return given.error();
   if (!options.replay.empty())
     return replay_recording(*given, {options.replay, options.frames, options.backend},
-                            [&](const DrawnFrame& frame) { print_replayed(frame, options); });
+                            [&](const DrawnFrame& frame) { print_drawn(frame, options); });
+  if (!options.record.empty() && !given->is_live())
+    return Error{ErrorCode::usage, "--record is for cameras", options.config, "set [sky] camera and [interior] camera"};
+  if (options.window && given->is_live())
+    return Error{ErrorCode::usage, "--window shows single pictures", options.config,
+                 "look at live ones in a browser: add a section [http]"};
   if (given->is_live())
-    return Error{ErrorCode::usage, "cameras are not drawn live yet", options.config,
-                 "record them with daylit-run record, and give --replay"};
+    return run_live(*given, {options.config, options.record, options.frames, options.backend, options.quiet},
+                    [&](const DrawnFrame& frame) { print_live(frame, options); });
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
@@ -209,8 +221,10 @@ int main(int argc, char** argv) {
          "folder with the recordings sky and interior (daylit-run record): drawn frame by frame in the place of\n"
          "the configuration's pictures, the outputs numbered")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--record", options.record, "with cameras: folder for recordings of both, for --replay");
   app.add_option("--frames", options.frames,
-                 "how often the frame is drawn (default: once); with --replay: the first so many (default: all)")
+                 "how often the frame is drawn (default: once); with --replay: the first so many (default: all);\n"
+                 "with cameras: so many, written to [output] and numbered (default: none is written, and no end)")
       ->check(CLI::Range(1, 1000000));
   const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
                                                         {"gl", daylit::Backend::opengl},
