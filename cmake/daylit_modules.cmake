@@ -30,7 +30,7 @@ set(DAYLIT_MAY_USE_capture_markers "")
 set(DAYLIT_MAY_USE_capture_frames "")
 
 # Floors of runtime, lowest first.
-set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window cmd)
+set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window doctor cmd)
 set(DAYLIT_MAY_USE_runtime_base "")
 set(DAYLIT_MAY_USE_runtime_sky base)
 set(DAYLIT_MAY_USE_runtime_object base sky)
@@ -43,7 +43,8 @@ set(DAYLIT_MAY_USE_runtime_composite base picture indirect)
 set(DAYLIT_MAY_USE_runtime_input base)
 set(DAYLIT_MAY_USE_runtime_session base sky object picture indirect trace gl composite)
 set(DAYLIT_MAY_USE_runtime_window base gl session)
-set(DAYLIT_MAY_USE_runtime_cmd composite input session window)
+set(DAYLIT_MAY_USE_runtime_doctor gl input)
+set(DAYLIT_MAY_USE_runtime_cmd composite input session window doctor)
 
 function(daylit_check_uses name)
   foreach(used IN LISTS ARGN)
