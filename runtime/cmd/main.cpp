@@ -179,6 +179,9 @@ Result<void> run(const Options& options) {
   if (!options.replay.empty())
     return replay_recording(*given, {options.replay, options.frames, options.backend},
                             [&](const ReplayedFrame& frame) { print_replayed(frame, options); });
+  if (given->is_live())
+    return Error{ErrorCode::usage, "cameras are not drawn live yet", options.config,
+                 "record them with daylit-run record, and give --replay"};
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
