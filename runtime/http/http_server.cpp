@@ -35,7 +35,8 @@ public:
   void enqueue(std::function<void()> serve) override {
     {
       const std::lock_guard lock(mutex_);
-      if (jobs_.size() < idle_) {
+      if (clients_ < kMostClients) {
+        ++clients_;
         jobs_.push_back(std::move(serve));
         come_.notify_one();
         return;
@@ -59,9 +60,7 @@ private:
   void work() {
     std::unique_lock lock(mutex_);
     for (;;) {
-      ++idle_;
       come_.wait(lock, [&] { return over_ || !jobs_.empty(); });
-      --idle_;
       if (jobs_.empty())
         return;
       const auto serve = std::move(jobs_.front());
@@ -69,13 +68,14 @@ private:
       lock.unlock();
       serve();
       lock.lock();
+      --clients_;
     }
   }
 
   std::mutex mutex_;
   std::condition_variable come_;
   std::deque<std::function<void()>> jobs_;
-  std::size_t idle_ = 0;
+  std::size_t clients_ = 0; ///< served, or waiting for a thread that has just served
   bool over_ = false;
   std::vector<std::thread> threads_;
 };
