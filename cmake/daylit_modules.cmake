@@ -30,7 +30,7 @@ set(DAYLIT_MAY_USE_capture_markers "")
 set(DAYLIT_MAY_USE_capture_frames "")
 
 # Floors of runtime, lowest first.
-set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window output live http cmd)
+set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window output live http doctor cmd)
 set(DAYLIT_MAY_USE_runtime_base "")
 set(DAYLIT_MAY_USE_runtime_sky base)
 set(DAYLIT_MAY_USE_runtime_object base sky)
@@ -46,7 +46,8 @@ set(DAYLIT_MAY_USE_runtime_window base gl session)
 set(DAYLIT_MAY_USE_runtime_output composite input)
 set(DAYLIT_MAY_USE_runtime_live base composite input session output)
 set(DAYLIT_MAY_USE_runtime_http "")
-set(DAYLIT_MAY_USE_runtime_cmd base composite input session window output live http)
+set(DAYLIT_MAY_USE_runtime_doctor gl input)
+set(DAYLIT_MAY_USE_runtime_cmd base composite input session window output live http doctor)
 
 function(daylit_check_uses name)
   foreach(used IN LISTS ARGN)

@@ -87,9 +87,9 @@ INSTANTIATE_TEST_SUITE_P(Programs, Pages,
                                          Page{"daylit-probe", ""}, Page{"daylit-simulate", ""},
                                          Page{"daylit-simulate", "irradiance"}, Page{"daylit-run", ""},
                                          Page{"daylit-run", "pose"}, Page{"daylit-run", "cameras"},
-                                         Page{"daylit-run", "record"}, Page{"daylit-calibrate", ""},
-                                         Page{"daylit-calibrate", "fisheye"}, Page{"daylit-bench", ""},
-                                         Page{"daylit-bench", "frame"}));
+                                         Page{"daylit-run", "record"}, Page{"daylit-run", "doctor"},
+                                         Page{"daylit-calibrate", ""}, Page{"daylit-calibrate", "fisheye"},
+                                         Page{"daylit-bench", ""}, Page{"daylit-bench", "frame"}));
 
 TEST(Completion, offers_the_values_of_an_option_and_the_commands_of_a_program) {
   EXPECT_EQ(completions({"daylit-precompute", ""}, "--density", ""),
