@@ -44,7 +44,10 @@ CodeNoise usual_noise(int bits) {
 }
 
 BracketMerger::BracketMerger(int width_px, int height_px, MergeSettings settings)
-    : width_(width_px), height_(height_px), settings_(std::move(settings)) {}
+    : width_(width_px), height_(height_px), settings_(std::move(settings)) {
+  for (int c = 0; c < 3; ++c)
+    foot_[c] = settings_.response.exposure(settings_.response.black(c) + static_cast<float>(settings_.noise.floor), c);
+}
 
 Result<void> BracketMerger::add(const RgbImage& code, double time, const std::vector<std::uint8_t>& ignored) {
   if (code.width != width_ || code.height != height_)
@@ -86,9 +89,8 @@ Rgb BracketMerger::variance_of(const Rgb& code, float per_time) const {
   Rgb variance;
   for (int c = 0; c < 3; ++c) {
     const float slope = settings_.response.slope(code[c], c);
-    const float foot = settings_.response.exposure(static_cast<float>(settings_.noise.floor), c);
     const auto noise = static_cast<float>(settings_.noise.variance(std::max(code[c], 0.0f)));
-    variance[c] = per_time * per_time * (slope * slope * noise + foot * foot);
+    variance[c] = per_time * per_time * (slope * slope * noise + foot_[c] * foot_[c]);
   }
   return variance;
 }

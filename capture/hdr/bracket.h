@@ -65,6 +65,7 @@ private:
 
   int width_, height_;
   MergeSettings settings_;
+  Rgb foot_{0.0f}; ///< exposure that one noise floor above black stands for
   double last_time_ = 0.0;
   std::vector<Sums> sums_;
   std::vector<std::uint8_t> over_range_, ghost_;

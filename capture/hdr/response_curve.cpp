@@ -156,6 +156,14 @@ float ResponseCurve::slope(float code, int channel) const {
   return 255.0f * (t[low + 1] - t[low]);
 }
 
+float ResponseCurve::black(int channel) const {
+  const auto& t = table_[static_cast<std::size_t>(channel)];
+  std::size_t last = 0;
+  while (t[last + 1] <= 0.0f)
+    ++last;
+  return static_cast<float>(last) / 255.0f;
+}
+
 std::string ResponseCurve::text() const {
   std::string out = "# Response of a camera: exposure of code 0, 1, ... 255 for R G B; code 255 is 1\n";
   for (std::size_t code = 0; code < 256; ++code) {

@@ -30,6 +30,8 @@ public:
   float exposure(float code, int channel) const;
   /// d exposure / d code, over the interval of the table in which the code lies.
   float slope(float code, int channel) const;
+  /// The largest code, as a fraction, that stands for no light; 0 as a rule, more where a camera adds a pedestal.
+  float black(int channel) const;
   const Table& table() const { return table_; }
   bool is_linear() const { return linear_; }
   /// 256 lines of three numbers, as parse() reads.
