@@ -1,5 +1,9 @@
 // daylit-calibrate: what the runtime assumes about cameras, measured.
 
+#include <algorithm>
+
+#include <cblas.h>
+
 #include "calibration/command.h"
 
 int main(int argc, char** argv) {
@@ -17,6 +21,7 @@ int main(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
+  openblas_set_num_threads(1); // OpenCV's small systems: starting its threads costs more than they save
   const auto named = std::ranges::find_if(commands, [](const auto& c) { return c.app->parsed(); });
   const int code = run_program("daylit-calibrate", options.json, named->run);
   return code == kExitDone && options.nothing_written ? kExitFailed : code;

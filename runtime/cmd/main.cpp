@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "runtime/cmd/doctor_command.h"
 #include "runtime/cmd/outputs.h"
 #include "runtime/cmd/pose_command.h"
 #include "runtime/cmd/record_command.h"
@@ -178,6 +179,9 @@ Result<void> run(const Options& options) {
   if (!options.replay.empty())
     return replay_recording(*given, {options.replay, options.frames, options.backend},
                             [&](const ReplayedFrame& frame) { print_replayed(frame, options); });
+  if (given->is_live())
+    return Error{ErrorCode::usage, "cameras are not drawn live yet", options.config,
+                 "record them with daylit-run record, and give --replay"};
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
@@ -215,15 +219,19 @@ Result<void> run(const Options& options) {
 
 /// Options of a run; the sub-commands have their own.
 int main(int argc, char** argv) {
-  const std::map<std::string_view, int (*)(int, char**)> commands{
-      {"cameras", daylit::cameras_command}, {"pose", daylit::pose_command}, {"record", daylit::record_command}};
+  const std::map<std::string_view, int (*)(int, char**)> commands{{"cameras", daylit::cameras_command},
+                                                                  {"doctor", daylit::doctor_command},
+                                                                  {"pose", daylit::pose_command},
+                                                                  {"record", daylit::record_command}};
   if (argc > 1)
     if (const auto command = commands.find(argv[1]); command != commands.end())
       return command->second(argc - 1, argv + 1);
   daylit::Options options;
-  CLI::App app{"Draws virtual objects into a camera picture of a real room, lit by the daylight outside.\n"
-               "Also: daylit-run pose IMAGE, where the markers of a picture are; daylit-run cameras, which cameras\n"
-               "answer; daylit-run record CAMERA, a sequence of a camera's frames. Each has its own --help."};
+  CLI::App app{
+      "Draws virtual objects into a camera picture of a real room, lit by the daylight outside.\n"
+      "Also: daylit-run pose IMAGE, where the markers of a picture are; daylit-run cameras, which cameras\n"
+      "answer; daylit-run record CAMERA, a sequence of a camera's frames; daylit-run doctor CONFIG, what is wrong\n"
+      "on this machine and what to change. Each has its own --help."};
   app.add_option("config", options.config, "CONFIG.toml: sky, camera, room, objects, output")->required();
   app.add_option(
          "--replay", options.replay,

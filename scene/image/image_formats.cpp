@@ -86,6 +86,9 @@ Result<Rgb8Image> read_ldr_image(std::span<const std::uint8_t> bytes, const std:
                "check the path, or export the image as PNG"};
 }
 
+Result<std::vector<std::uint8_t>> encoded_png(const Rgb8Image& image) { return detail::encode_png(image, "picture"); }
+Result<std::vector<std::uint8_t>> encoded_exr(const RgbImage& image) { return detail::encode_exr(image, {}); }
+
 Result<void> write_png(const std::filesystem::path& path, const Rgb8Image& image) {
   const auto bytes = detail::encode_png(image, path.string());
   if (!bytes)
