@@ -25,8 +25,9 @@ set(DAYLIT_MAY_USE_scene_config core image format sky)
 set(DAYLIT_MAY_USE_scene_placing core image room model config)
 
 # Floors of capture, lowest first.
-set(DAYLIT_FOLDERS_capture markers frames)
+set(DAYLIT_FOLDERS_capture markers hdr frames)
 set(DAYLIT_MAY_USE_capture_markers "")
+set(DAYLIT_MAY_USE_capture_hdr "")
 set(DAYLIT_MAY_USE_capture_frames "")
 
 # Floors of runtime, lowest first.
