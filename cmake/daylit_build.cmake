@@ -51,13 +51,15 @@ function(daylit_module name)
   endforeach()
 endfunction()
 
-# daylit_program(daylit-probe SOURCES probe_main.cpp LINK daylit_scene)
+# daylit_program(daylit-probe PACKAGE bake SOURCES probe_main.cpp LINK daylit_scene)
+# PACKAGE: the Debian package that it is part of (packaging/CMakeLists.txt).
 function(daylit_program name)
-  cmake_parse_arguments(P "" "" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(P "" "PACKAGE" "SOURCES;LINK" ${ARGN})
   add_executable(${name} ${P_SOURCES})
   target_link_libraries(${name} PRIVATE daylit_warnings ${P_LINK} $<TARGET_NAME_IF_EXISTS:daylit_sanitizers>)
   target_compile_definitions(${name} PRIVATE DAYLIT_VERSION="${PROJECT_VERSION}")
-  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${P_PACKAGE})
+  set_property(GLOBAL APPEND PROPERTY DAYLIT_PROGRAMS_${P_PACKAGE} ${name})
 endfunction()
 
 # daylit_test(scene_volume SOURCES volume_test.cpp LINK daylit_scene [LABELS long])

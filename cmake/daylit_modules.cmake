@@ -25,12 +25,13 @@ set(DAYLIT_MAY_USE_scene_config core image format sky)
 set(DAYLIT_MAY_USE_scene_placing core image room model config)
 
 # Floors of capture, lowest first.
-set(DAYLIT_FOLDERS_capture markers frames)
+set(DAYLIT_FOLDERS_capture markers hdr frames)
 set(DAYLIT_MAY_USE_capture_markers "")
+set(DAYLIT_MAY_USE_capture_hdr "")
 set(DAYLIT_MAY_USE_capture_frames "")
 
 # Floors of runtime, lowest first.
-set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window cmd)
+set(DAYLIT_FOLDERS_runtime base sky object picture indirect shading trace gl composite input session window output live http doctor cmd)
 set(DAYLIT_MAY_USE_runtime_base "")
 set(DAYLIT_MAY_USE_runtime_sky base)
 set(DAYLIT_MAY_USE_runtime_object base sky)
@@ -43,7 +44,11 @@ set(DAYLIT_MAY_USE_runtime_composite base picture indirect)
 set(DAYLIT_MAY_USE_runtime_input base)
 set(DAYLIT_MAY_USE_runtime_session base sky object picture indirect trace gl composite)
 set(DAYLIT_MAY_USE_runtime_window base gl session)
-set(DAYLIT_MAY_USE_runtime_cmd composite input session window)
+set(DAYLIT_MAY_USE_runtime_output composite input)
+set(DAYLIT_MAY_USE_runtime_live base composite input session output)
+set(DAYLIT_MAY_USE_runtime_http "")
+set(DAYLIT_MAY_USE_runtime_doctor gl input)
+set(DAYLIT_MAY_USE_runtime_cmd base composite input session window output live http doctor)
 
 function(daylit_check_uses name)
   foreach(used IN LISTS ARGN)

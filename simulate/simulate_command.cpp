@@ -111,11 +111,11 @@ std::filesystem::path seen_from(const std::filesystem::path& folder, const std::
 SkyConfig sky_config(const SimulateConfig& config, const std::filesystem::path& folder, int frame) {
   SkyConfig sky = config.run.sky;
   if (!config.has_sky_picture())
-    return {"sky" + frame_suffix(frame) + ".exr",
-            "fisheye",
-            "sky.yaml",
-            0.0,
-            {GroundFill::Kind::albedo, std::max(0.0f, config.sky_model.ground_albedo)}};
+    return {.image = "sky" + frame_suffix(frame) + ".exr",
+            .camera = {},
+            .projection = "fisheye",
+            .lens = "sky.yaml",
+            .ground = {GroundFill::Kind::albedo, std::max(0.0f, config.sky_model.ground_albedo)}};
   sky.image = seen_from(folder, sky.image);
   if (!sky.lens.empty())
     sky.lens = seen_from(folder, sky.lens);

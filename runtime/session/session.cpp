@@ -8,7 +8,7 @@
 #include "runtime/session/picture_stage.h"
 #include "runtime/session/stage_clock.h"
 #include "scene/placing/set_down.h"
-#include "scene/room/room_formats.h"
+#include "scene/volume/room_model.h"
 #include "scene/volume/volume.h"
 
 namespace daylit {
@@ -58,21 +58,6 @@ std::vector<std::string> skipped_exactly(const BasisVolume& volume, std::size_t 
     skipped.push_back(std::to_string(regions - stored) + " of " + std::to_string(regions) +
                       " sky regions: no window sees them (exact)");
   return skipped;
-}
-
-/// A volume keeps the hash of its room. The model is read with either axis up: the configuration does not say which.
-Result<void> check_room_model(const std::filesystem::path& model, const VolumeProvenance& volume) {
-  if (model.empty() || volume.room_hash.empty())
-    return {};
-  for (const UpAxis up : {UpAxis::z, UpAxis::y}) {
-    const auto room = read_room(model, up);
-    if (!room)
-      return room.error();
-    if (room->content_hash == volume.room_hash)
-      return {};
-  }
-  return Error{ErrorCode::value_invalid, "the volume was baked from another room (" + volume.room_name + ")",
-               model.string() + ", [room] model", "bake the room again, or correct [room]"};
 }
 
 } // namespace

@@ -59,8 +59,11 @@ void read_noise(TomlSection& interior, CameraNoise& noise) {
 }
 
 void read_interior_section(TomlSection interior, InteriorConfig& config) {
-  if (!interior.read("image", config.image) && !interior.has("image"))
-    interior.problem("", "needs image, the camera picture");
+  detail::read_camera(interior, config.camera);
+  if (!interior.read("image", config.image) && !interior.has("image") && !interior.has("camera"))
+    interior.problem("", "needs image, the camera picture, or camera");
+  if (interior.has("image") && interior.has("camera"))
+    interior.problem("camera", "given together with image; keep one");
   if (!interior.read("lens", config.lens) && !interior.has("lens"))
     interior.problem("", "needs lens, the camera's YAML file");
   read_response(interior, config.response);
@@ -93,6 +96,7 @@ RunConfig read_sections(TomlSection& root, ConfigFile& file) {
   detail::read_objects(root, config.objects);
   detail::read_light(root.section("light"), config);
   detail::read_output(root.section("output"), config.output);
+  detail::read_http(root.section("http"), config.http);
   root.finish();
   return config;
 }
@@ -107,6 +111,13 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
   const RunConfig config = read_sections(root, *file);
   if (!root.has("marker") && !root.has("pose"))
     file->report(1, "neither [marker] nor [pose]: the camera's pose is not known");
+  if (config.sky.camera.has_value() != config.interior.camera.has_value())
+    file->report(1, fmt::format("[{}] has a camera and [{}] has none: give both a camera, or both an image",
+                                config.sky.camera ? "sky" : "interior", config.sky.camera ? "interior" : "sky"));
+  if (config.is_live() && config.interior.scale_from_marker)
+    file->report(1, "[interior] scale = \"marker\" is for single pictures: draw one with it, and give the number here");
+  if (config.http && !config.is_live())
+    root.problem("http", "has no effect without [sky] camera and [interior] camera");
   if (config.interior.scale_from_marker && !config.marker)
     file->report(1, "[interior] scale = \"marker\" needs a [marker] section");
   if (config.marker && config.world_from_camera && !config.interior.scale_from_marker)
@@ -120,8 +131,10 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
 
 std::string to_toml(const RunConfig& c) {
   std::string out = detail::sky_picture_toml(c.sky);
-  out += fmt::format("\n[interior]\nimage = {}\nlens = {}\nresponse = {}\nscale = {}\n",
-                     detail::quoted(c.interior.image.string()), detail::quoted(c.interior.lens.string()),
+  out +=
+      "\n[interior]\n" + (c.interior.camera ? detail::camera_toml(c.interior.camera)
+                                            : fmt::format("image = {}\n", detail::quoted(c.interior.image.string())));
+  out += fmt::format("lens = {}\nresponse = {}\nscale = {}\n", detail::quoted(c.interior.lens.string()),
                      detail::quoted(c.interior.response),
                      c.interior.scale_from_marker ? "\"marker\"" : detail::text(c.interior.scale));
   if (c.interior.colour_matrix != glm::dmat3(1.0)) {
@@ -140,7 +153,7 @@ std::string to_toml(const RunConfig& c) {
   out += fmt::format("volume = {}\n", detail::quoted(c.volume.string()));
   out += detail::objects_toml(c.objects);
   out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.light_samples, c.indirect_shadow);
-  return out + detail::output_toml(c.output);
+  return out + detail::output_toml(c.output) + detail::http_toml(c.http);
 }
 
 Result<SkyImage> read_sky(const SkyConfig& sky, std::vector<std::string>* notes) {

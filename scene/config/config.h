@@ -6,9 +6,13 @@
 //
 //   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
 //              ground = "none" | { albedo = 0.2 } (fisheye only: what the lens does not see)
-//   [interior] image, lens, response = "linear" | "srgb" | file, scale = number | "marker", colour_matrix,
+//              camera in the place of image: its id or network address; beside it pixel_format, mosaic, exposure_us,
+//              gain, frame_rate (Hz), packet_size (bytes), size = [width, height] (default: the lens file's)
+//   [interior] image, or camera as in [sky] (both sections have a camera, or neither); lens, response = "linear" |
+//   "srgb" | file, scale = number | "marker", colour_matrix,
 //              blur_px, noise = relative deviation | { floor, photon, relative }
-//   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board
+//   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board; for a board of several markers of one size
+//              columns and gap_m: ids row by row from the top left, the board's origin in its middle
 //   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
 //   [room]     volume; model (optional): the volume must have been baked from it
 //   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance;
@@ -17,6 +21,8 @@
 //   [light]    samples, indirect_shadow = true | false
 //   [output]   png, exr, mask; size = [width, height], pixels: what is written is resampled to it by area, in linear
 //              light; of the picture's own shape, at most four times as wide; left out: as [interior] image
+//   [http]     port, address = "127.0.0.1", token_file: the live pictures over HTTP; needed for any address but
+//   loopback
 // SCENE.toml has no [interior] image or lens and no volume; it adds
 //   [sky]      the sky in words (scene/sky/sky_description.h), or a picture as above
 //   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
@@ -40,8 +46,19 @@
 
 namespace daylit {
 
+/// camera = "..." and the settings beside it; what is not given stays as the camera has it.
+struct CameraConfig {
+  std::string camera;       ///< id or network address
+  std::string pixel_format; ///< name in the camera, "Mono16", "BayerRG8", "RGB8"
+  std::string mosaic;       ///< "rggb", "grbg", "gbrg" or "bggr" where the camera says mono; else empty
+  std::optional<double> exposure_us, gain, frame_rate_hz;
+  int packet_bytes = 0;            ///< 0: as large as the network takes
+  int width_px = 0, height_px = 0; ///< 0: the lens file's
+};
+
 struct SkyConfig {             // [sky]
-  std::filesystem::path image; ///< EXR or .hdr
+  std::filesystem::path image; ///< EXR or .hdr; empty where there is a camera
+  std::optional<CameraConfig> camera;
   std::string projection = "equirect";
   std::filesystem::path lens; ///< for projection = "fisheye"
   double rotation = 0.0;      ///< radians in the struct, degrees in the file
@@ -58,8 +75,9 @@ struct CameraNoise {
   double variance(double v) const { return floor * floor + photon * std::max(v, 0.0) + relative * relative * v * v; }
 };
 
-struct InteriorConfig {            // [interior]
-  std::filesystem::path image;     ///< linear EXR, or an LDR photograph (PNG, JPEG)
+struct InteriorConfig {        // [interior]
+  std::filesystem::path image; ///< linear EXR, or an LDR photograph (PNG, JPEG); empty where there is a camera
+  std::optional<CameraConfig> camera;
   std::filesystem::path lens;      ///< camera YAML
   std::string response = "linear"; ///< "linear", "srgb", or a response file
   double scale = 1.0;              ///< photograph = scale * colour_matrix * radiance
@@ -72,9 +90,10 @@ struct InteriorConfig {            // [interior]
 struct MarkerConfig { // [marker]
   std::string dictionary = "6X6_250";
   std::vector<int> ids;
-  double size_m = 0.05;
-  double white_reflectance = 0.8;   ///< of the paper around the marker, for scale = "marker"
-  glm::dmat4 world_from_board{1.0}; ///< board: x right, y up, z out of the board
+  int columns = 0;                   ///< of a board of several markers; 0: not given
+  double size_m = 0.05, gap_m = 0.0; ///< side of a marker; between neighbours
+  double white_reflectance = 0.8;    ///< of the paper around the marker, for scale = "marker"
+  glm::dmat4 world_from_board{1.0};  ///< board: x right, y up, z out of the board
 };
 
 /// [[object]] on: the height of the object follows from what it stands on.
@@ -98,6 +117,12 @@ struct OutputConfig { // [output]
   int width_px = 0, height_px = 0; ///< size = [w, h], pixels of what is written; 0: the interior image's
 };
 
+struct HttpConfig { // [http]
+  int port = 8080;
+  std::string address = "127.0.0.1";
+  std::filesystem::path token_file; ///< empty: none is needed, the address is loopback
+};
+
 struct RunConfig {
   SkyConfig sky;
   InteriorConfig interior;
@@ -108,6 +133,8 @@ struct RunConfig {
   int light_samples = 64;      ///< [light] samples
   bool indirect_shadow = true; ///< [light] indirect_shadow: the objects' effect on the room's indirect light is drawn
   OutputConfig output;
+  std::optional<HttpConfig> http;
+  bool is_live() const { return interior.camera.has_value(); } ///< frames come from cameras, not from files
 };
 
 /// Where the camera is and what it looks at, world metres.

@@ -48,8 +48,11 @@ bool is_rigid(const glm::dmat4& m) {
 }
 
 void read_sky_picture(TomlSection sky, SkyConfig& config) {
-  if (!sky.read("image", config.image) && !sky.has("image"))
-    sky.problem("", "needs image, an EXR or Radiance .hdr file");
+  read_camera(sky, config.camera);
+  if (!sky.read("image", config.image) && !sky.has("image") && !sky.has("camera"))
+    sky.problem("", "needs image, an EXR or Radiance .hdr file, or camera");
+  if (sky.has("image") && sky.has("camera"))
+    sky.problem("camera", "given together with image; keep one");
   sky.read_word("projection", config.projection, {"equirect", "angular", "fisheye"});
   sky.read("lens", config.lens);
   double degrees = 0.0;
@@ -100,6 +103,10 @@ void read_marker(TomlSection root, std::optional<MarkerConfig>& marker) {
   if (!root.read("ids", m.ids, {0, 100000}) && !root.has("ids"))
     root.problem("", "needs ids, for example ids = [23]");
   root.read("size_m", m.size_m, {1e-4, 100.0});
+  if (root.read("columns", m.columns, {1, 1000}) && m.ids.size() % static_cast<std::size_t>(m.columns) != 0)
+    root.problem("columns", fmt::format("{} ids do not fill rows of {}", m.ids.size(), m.columns));
+  if (root.read("gap_m", m.gap_m, {0.0, 100.0}) && !root.has("columns"))
+    root.problem("gap_m", "is only used with columns");
   root.read("white_reflectance", m.white_reflectance, {0.01, 1.0});
   if (root.read("world_from_board", m.world_from_board))
     check_rigid(root, "world_from_board", m.world_from_board);
@@ -163,8 +170,9 @@ void read_output(TomlSection root, OutputConfig& output) {
 }
 
 std::string sky_picture_toml(const SkyConfig& sky) {
-  std::string out =
-      fmt::format("[sky]\nimage = {}\nprojection = {}\n", quoted(sky.image.string()), quoted(sky.projection));
+  std::string out = (sky.camera ? "[sky]\n" + camera_toml(sky.camera)
+                                : fmt::format("[sky]\nimage = {}\n", quoted(sky.image.string()))) +
+                    fmt::format("projection = {}\n", quoted(sky.projection));
   if (!sky.lens.empty())
     out += fmt::format("lens = {}\n", quoted(sky.lens.string()));
   out += fmt::format("rotation = {}\n", text(sky.rotation / kRadians));
@@ -180,9 +188,11 @@ std::string pose_toml(const std::optional<glm::dmat4>& world_from_camera) {
 std::string marker_toml(const std::optional<MarkerConfig>& marker) {
   if (!marker)
     return "";
-  return fmt::format("\n[marker]\ndictionary = {}\nids = [{}]\nsize_m = {}\nwhite_reflectance = {}\n"
+  const std::string grid =
+      marker->columns > 0 ? fmt::format("columns = {}\ngap_m = {}\n", marker->columns, text(marker->gap_m)) : "";
+  return fmt::format("\n[marker]\ndictionary = {}\nids = [{}]\n{}size_m = {}\nwhite_reflectance = {}\n"
                      "world_from_board = {}",
-                     quoted(marker->dictionary), fmt::join(marker->ids, ", "), text(marker->size_m),
+                     quoted(marker->dictionary), fmt::join(marker->ids, ", "), grid, text(marker->size_m),
                      text(marker->white_reflectance), text(marker->world_from_board));
 }
 

@@ -12,6 +12,9 @@ namespace daylit::detail {
 
 // The sections that CONFIG.toml and SCENE.toml have in common. Each reads what is there and reports what is wrong.
 void read_sky_picture(TomlSection sky, SkyConfig& config);
+/// camera and its settings, or none; the keys are known in both cases.
+void read_camera(TomlSection& section, std::optional<CameraConfig>& camera);
+void read_http(TomlSection root, std::optional<HttpConfig>& http);
 void read_pose(TomlSection root, std::optional<glm::dmat4>& world_from_camera);
 void read_marker(TomlSection root, std::optional<MarkerConfig>& marker);
 void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects);
@@ -21,6 +24,8 @@ void read_output(TomlSection root, OutputConfig& output);
 /// True for a rotation and translation; scale and mirror images are refused.
 bool is_rigid(const glm::dmat4& m);
 
+std::string camera_toml(const std::optional<CameraConfig>& camera);
+std::string http_toml(const std::optional<HttpConfig>& http);
 std::string sky_picture_toml(const SkyConfig& sky);
 std::string pose_toml(const std::optional<glm::dmat4>& world_from_camera);
 std::string marker_toml(const std::optional<MarkerConfig>& marker);

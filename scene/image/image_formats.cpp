@@ -86,6 +86,9 @@ Result<Rgb8Image> read_ldr_image(std::span<const std::uint8_t> bytes, const std:
                "check the path, or export the image as PNG"};
 }
 
+Result<std::vector<std::uint8_t>> encoded_png(const Rgb8Image& image) { return detail::encode_png(image, "picture"); }
+Result<std::vector<std::uint8_t>> encoded_exr(const RgbImage& image) { return detail::encode_exr(image, {}); }
+
 Result<void> write_png(const std::filesystem::path& path, const Rgb8Image& image) {
   const auto bytes = detail::encode_png(image, path.string());
   if (!bytes)
@@ -93,6 +96,8 @@ Result<void> write_png(const std::filesystem::path& path, const Rgb8Image& image
   const std::span<const std::byte> part = std::as_bytes(std::span(*bytes));
   return write_file_atomically(path, std::span(&part, 1));
 }
+
+Result<std::vector<std::uint8_t>> png_bytes(const Rgb8Image& image) { return detail::encode_png(image, "picture"); }
 
 float srgb_encode(float linear) {
   return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;

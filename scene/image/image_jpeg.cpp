@@ -1,6 +1,7 @@
 #include "scene/image/image_codecs.h"
 
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
 #include <memory>
 
@@ -95,6 +96,41 @@ Result<Rgb8Image> decode_with(JpegState& state, Bytes bytes, const std::string& 
   return image;
 }
 
+struct JpegWriter {
+  jpeg_compress_struct encoder{};
+  jpeg_error_mgr errors{};
+  std::jmp_buf jump{};
+  unsigned char* out = nullptr; ///< by malloc
+  unsigned long size = 0;
+};
+
+void on_write_error(j_common_ptr info) { std::longjmp(static_cast<JpegWriter*>(info->client_data)->jump, 1); }
+
+bool write_rows(JpegWriter& w, const Rgb8Image* image, int quality) {
+  w.encoder.err = jpeg_std_error(&w.errors);
+  w.errors.error_exit = on_write_error;
+  w.encoder.client_data = &w;
+  if (setjmp(w.jump))
+    return false;
+  jpeg_create_compress(&w.encoder);
+  w.encoder.client_data = &w;
+  jpeg_mem_dest(&w.encoder, &w.out, &w.size);
+  w.encoder.image_width = static_cast<JDIMENSION>(image->width);
+  w.encoder.image_height = static_cast<JDIMENSION>(image->height);
+  w.encoder.input_components = 3;
+  w.encoder.in_color_space = JCS_RGB;
+  jpeg_set_defaults(&w.encoder);
+  jpeg_set_quality(&w.encoder, quality, TRUE);
+  jpeg_start_compress(&w.encoder, TRUE);
+  while (w.encoder.next_scanline < w.encoder.image_height) {
+    // libjpeg's rows are not const, but writing does not change them.
+    JSAMPROW row = const_cast<JSAMPROW>(image->bytes.data()) + std::size_t{3} * image->width * w.encoder.next_scanline;
+    jpeg_write_scanlines(&w.encoder, &row, 1);
+  }
+  jpeg_finish_compress(&w.encoder);
+  return true;
+}
+
 } // namespace
 
 bool is_jpeg(Bytes bytes) { return bytes.size() >= 3 && bytes[0] == 0xff && bytes[1] == 0xd8 && bytes[2] == 0xff; }
@@ -107,3 +143,21 @@ Result<Rgb8Image> decode_jpeg(Bytes bytes, const std::string& name) {
 }
 
 } // namespace daylit::detail
+
+namespace daylit {
+
+Result<std::vector<std::uint8_t>> encoded_jpeg(const Rgb8Image& image, int quality) {
+  const std::size_t expected = 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  if (image.width < 1 || image.height < 1 || image.bytes.size() != expected)
+    return Error{ErrorCode::value_invalid, "an empty image cannot be written", "picture", ""};
+  const auto writer = std::make_unique<detail::JpegWriter>();
+  const bool written = detail::write_rows(*writer, &image, quality);
+  jpeg_destroy_compress(&writer->encoder);
+  std::vector<std::uint8_t> out(writer->out, writer->out + (written ? writer->size : 0));
+  std::free(writer->out);
+  if (!written)
+    return Error{ErrorCode::limit_exceeded, "cannot be encoded as JPEG", "picture", "JPEG holds 65500 pixels a side"};
+  return out;
+}
+
+} // namespace daylit

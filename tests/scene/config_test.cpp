@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <tuple>
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -112,6 +113,64 @@ TEST_F(ConfigTest, written_text_reads_back_the_same) {
   EXPECT_EQ(second->interior.noise.photon, first->interior.noise.photon);
   EXPECT_EQ(second->interior.blur_px, first->interior.blur_px);
   EXPECT_EQ(second->marker->world_from_board, first->marker->world_from_board);
+}
+
+TEST_F(ConfigTest, cameras_take_the_place_of_images_with_their_settings) {
+  auto text = replaced(kRun, "image = \"sky.exr\"",
+                       "camera = \"192.168.0.10\"\npixel_format = \"Mono16\"\nmosaic = \"rggb\"\nexposure_us = 2000\n"
+                       "gain = 1.5\nframe_rate = 25\npacket_size = 8192\nsize = [640, 480]");
+  text = replaced(text, "image = \"photo.png\"", "camera = \"Basler-1234\"");
+  text = replaced(text, "scale = \"marker\"", "scale = 0.5");
+  text = replaced(text, "ids = [23, 40]", "ids = [23, 40]\ncolumns = 2\ngap_m = 0.01");
+  text += "[http]\nport = 0\naddress = \"0.0.0.0\"\ntoken_file = \"token\"\n";
+  const auto first = run(text);
+  ASSERT_TRUE(first) << first.error().message();
+  const auto c = run(to_toml(*first));
+  ASSERT_TRUE(c) << c.error().message();
+  EXPECT_EQ(to_toml(*first), to_toml(*c));
+  ASSERT_TRUE(c->is_live() && c->sky.camera && c->http);
+  EXPECT_EQ(c->sky.camera->camera, "192.168.0.10");
+  EXPECT_EQ(c->sky.camera->pixel_format, "Mono16");
+  EXPECT_EQ(c->sky.camera->mosaic, "rggb");
+  EXPECT_EQ(c->sky.camera->exposure_us, 2000.0);
+  EXPECT_EQ(c->sky.camera->gain, 1.5);
+  EXPECT_EQ(c->sky.camera->frame_rate_hz, 25.0);
+  EXPECT_EQ(c->sky.camera->packet_bytes, 8192);
+  EXPECT_EQ(c->sky.camera->width_px, 640);
+  EXPECT_EQ(c->interior.camera->camera, "Basler-1234");
+  EXPECT_FALSE(c->interior.camera->exposure_us) << "as the camera has it";
+  EXPECT_EQ(c->marker->columns, 2);
+  EXPECT_EQ(c->marker->gap_m, 0.01);
+  EXPECT_EQ(c->http->token_file, folder_ / "token");
+}
+
+TEST_F(ConfigTest, impossible_cameras_boards_and_servers_are_refused_with_their_line) {
+  auto live = replaced(kRun, "image = \"sky.exr\"", "camera = \"127.0.0.1\"\nframe_rate = 25");
+  live = replaced(live, "image = \"photo.png\"", "camera = \"127.0.0.2\"");
+  live = replaced(live, "scale = \"marker\"", "scale = 1.0");
+  live = replaced(live, "ids = [23, 40]", "ids = [23, 40]\ncolumns = 2");
+  live += "[http]\nport = 8080\n";
+  ASSERT_TRUE(run(live)) << run(live).error().message();
+  const std::tuple<const char*, const char*, const char*> changes[] = {
+      {"frame_rate = 25", "frame_rte = 25", "line 3: unknown key '[sky] frame_rte', did you mean 'frame_rate'?"},
+      {"frame_rate = 25", "frame_rate = 0", "line 3: [sky] frame_rate"},
+      {"frame_rate = 25", "exposure_us = \"long\"", "line 3: [sky] exposure_us: expected a number"},
+      {"frame_rate = 25", "mosaic = \"rgbg\"", "did you mean 'rggb'"},
+      {"frame_rate = 25", "image = \"sky.exr\"", "given together with image"},
+      {"camera = \"127.0.0.1\"", "image = \"sky.exr\"", "is only used with camera"},
+      {"camera = \"127.0.0.2\"", "image = \"photo.png\"", "[sky] has a camera and [interior] has none"},
+      {"camera = \"127.0.0.2\"", "camera = \"\"", "is empty"},
+      {"scale = 1.0", "scale = \"marker\"", "is for single pictures"},
+      {"columns = 2", "columns = 3", "2 ids do not fill rows of 3"},
+      {"columns = 2", "gap_m = 0.1", "is only used with columns"},
+      {"port = 8080", "port = 70000", "[http] port"},
+      {"port = 8080", "address = \"0.0.0.0\"", "needs token_file"},
+  };
+  for (const auto& [from, to, part] : changes) {
+    const auto c = run(replaced(live, from, to));
+    ASSERT_FALSE(c) << from << " -> " << to;
+    EXPECT_NE(c.error().message().find(part), std::string::npos) << c.error().message();
+  }
 }
 
 TEST_F(ConfigTest, noise_may_be_one_number_and_must_be_one) {

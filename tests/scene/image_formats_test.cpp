@@ -251,6 +251,21 @@ std::filesystem::path shared(const std::string& path) {
   return std::filesystem::path(DAYLIT_SOURCE_DIR) / "../shared/data" / path;
 }
 
+TEST_F(ImageFormats, an_encoded_jpeg_reads_back_alike_and_an_empty_picture_is_refused) {
+  Rgb8Image image{40, 24, std::vector<std::uint8_t>(3 * 40 * 24)};
+  for (std::size_t i = 0; i < image.bytes.size(); ++i) // a slope: no edges that the colour resolution could blur
+    image.bytes[i] = static_cast<std::uint8_t>(60 + i / 3 % 40 * 3);
+  const auto bytes = encoded_jpeg(image, 95);
+  ASSERT_TRUE(bytes) << bytes.error().message();
+  const auto back = read_ldr_image(*bytes, "back.jpg");
+  ASSERT_TRUE(back) << back.error().message();
+  ASSERT_EQ(back->bytes.size(), image.bytes.size());
+  for (std::size_t i = 0; i < image.bytes.size(); ++i)
+    EXPECT_NEAR(back->bytes[i], image.bytes[i], 4) << i;
+  EXPECT_FALSE(encoded_jpeg({}, 95));
+  EXPECT_FALSE(encoded_jpeg({70000, 1, std::vector<std::uint8_t>(3 * 70000)}, 95)) << "wider than the format allows";
+}
+
 TEST_F(ImageFormats, jpeg_photograph_is_read_and_a_truncated_one_refused) {
   const auto path = shared("markers/singlemarkersoriginal.jpg");
   if (!std::filesystem::exists(path))

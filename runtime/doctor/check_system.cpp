@@ -1,0 +1,117 @@
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <set>
+
+#include <fmt/format.h>
+
+#include "runtime/doctor/doctor.h"
+#include "runtime/gl/gl_context.h"
+#include "scene/core/read_file.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr std::uint64_t kLittle_bytes = 1'000'000'000, kNothing_bytes = 50'000'000;
+constexpr std::size_t kTokenCharacters = 16;
+
+/// "llvmpipe (LLVM 15.0.6, 256 bits)"
+std::string graphics_name(GlContext& context) {
+  constexpr unsigned kRenderer = 0x1F01; // GL_RENDERER
+  using GetString = const unsigned char* (*)(unsigned);
+  const auto get = reinterpret_cast<GetString>(context.resolve("glGetString"));
+  const unsigned char* text = get ? get(kRenderer) : nullptr;
+  return text ? reinterpret_cast<const char*>(text) : "a driver without a name";
+}
+
+Finding no_card(const Machine& machine, const std::string& found) {
+  if (!machine.has_graphics_card)
+    return all_well("graphics", found + "; rays on the processor draw the picture");
+  return warning("graphics", found + ", though there is a graphics card; rays on the processor draw the picture",
+                 "install the card's driver, and let the daemon's user into the groups video and render");
+}
+
+/// True where nobody listens there yet.
+bool is_port_free(const HttpConfig& http) {
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(http.port));
+  if (inet_pton(AF_INET, http.address.c_str(), &address.sin_addr) != 1)
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int reuse = 1;
+  setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &reuse, sizeof reuse);
+  const bool free = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  ::close(socket);
+  return free;
+}
+
+Finding check_token(const std::filesystem::path& file) {
+  const auto text = read_whole_file(file);
+  if (!text)
+    return failure("http token", text.error());
+  if (text->size() < kTokenCharacters)
+    return failure("http token", fmt::format("{} has {} characters", file.string(), text->size()),
+                   fmt::format("{} at least: openssl rand -hex 16 > {}", kTokenCharacters, file.string()));
+  std::error_code none;
+  const auto rights = std::filesystem::status(file, none).permissions();
+  if ((rights & std::filesystem::perms::others_read) != std::filesystem::perms::none)
+    return warning("http token", file.string() + " can be read by every user of this machine",
+                   "chmod 600 " + file.string());
+  return all_well("http token", file.string());
+}
+
+} // namespace
+
+Finding check_graphics(const Machine& machine) {
+  auto context = create_egl_context();
+  if (!context)
+    return no_card(machine, "no OpenGL (" + context.error().what + ")");
+  if (const auto current = (*context)->make_current(); !current)
+    return no_card(machine, "no OpenGL (" + current.error().what + ")");
+  const std::string name = graphics_name(**context);
+  const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
+  return software ? no_card(machine, "OpenGL is software (" + name + ")") : all_well("graphics", "OpenGL on " + name);
+}
+
+Findings check_disks(const RunConfig& config) {
+  std::set<std::filesystem::path> folders;
+  // Transfer vectors of the objects are kept beside the volume.
+  for (const auto& file : {config.volume, config.output.png, config.output.exr, config.output.mask})
+    if (!file.empty())
+      folders.insert(std::filesystem::absolute(file).parent_path());
+  Findings all;
+  for (const auto& folder : folders) {
+    const auto disk = disk_of(folder);
+    const std::string found =
+        disk ? fmt::format("{}: {:.1f} GB free", folder.string(), 1e-9 * static_cast<double>(disk->free_bytes)) : "";
+    if (!disk)
+      all.push_back(failure("disk", folder.string() + " does not exist", "mkdir -p " + folder.string()));
+    else if (!disk->writable)
+      all.push_back(failure("disk", folder.string() + " cannot be written to", "give its rights to the daemon's user"));
+    else if (disk->free_bytes < kNothing_bytes)
+      all.push_back(failure("disk", found, "make room"));
+    else if (disk->free_bytes < kLittle_bytes)
+      all.push_back(warning("disk", found, "make room: a recording fills it within minutes"));
+    else
+      all.push_back(all_well("disk", found));
+  }
+  return all;
+}
+
+Findings check_http(const HttpConfig& http) {
+  Findings all;
+  const std::string where = fmt::format("{}:{}", http.address, http.port);
+  if (http.port == 0 || is_port_free(http))
+    all.push_back(all_well("http", where));
+  else
+    all.push_back(warning("http", where + " cannot be had, another program listens there",
+                          "end it (another daylit-run?), or choose another port"));
+  if (!http.token_file.empty())
+    all.push_back(check_token(http.token_file));
+  return all;
+}
+
+} // namespace daylit

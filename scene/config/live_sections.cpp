@@ -1,0 +1,86 @@
+// The sections of CONFIG.toml that only a live run has.
+
+#include <fmt/format.h>
+
+#include "scene/config/config_sections.h"
+
+namespace daylit::detail {
+
+namespace {
+
+/// Only this machine reaches it.
+bool is_loopback(const std::string& address) {
+  return address == "localhost" || address == "::1" || address.starts_with("127.");
+}
+
+} // namespace
+
+void read_camera(TomlSection& section, std::optional<CameraConfig>& camera) {
+  CameraConfig c;
+  const bool named = section.read("camera", c.camera);
+  if (named && c.camera.empty())
+    section.problem("camera", "is empty; daylit-run cameras lists ids and addresses");
+  if (!section.has("camera"))
+    for (const char* key : {"pixel_format", "mosaic", "exposure_us", "gain", "frame_rate", "packet_size", "size"})
+      if (section.has(key))
+        section.problem(key, "is only used with camera");
+  section.read("pixel_format", c.pixel_format);
+  section.read_word("mosaic", c.mosaic, {"rggb", "grbg", "gbrg", "bggr"});
+  double number = 0.0;
+  if (section.read("exposure_us", number, {1e-3, 1e9}))
+    c.exposure_us = number;
+  if (section.read("gain", number, {0.0, 1e6}))
+    c.gain = number;
+  if (section.read("frame_rate", number, {1e-3, 1e5}))
+    c.frame_rate_hz = number;
+  section.read("packet_size", c.packet_bytes, {0, 65535});
+  section.read_size("size", c.width_px, c.height_px);
+  if (named)
+    camera = c;
+}
+
+void read_http(TomlSection root, std::optional<HttpConfig>& http) {
+  if (!root)
+    return;
+  HttpConfig h;
+  root.read("port", h.port, {0, 65535});
+  root.read("address", h.address);
+  root.read("token_file", h.token_file);
+  if (!is_loopback(h.address) && h.token_file.empty())
+    root.problem("address",
+                 "other machines may reach it: it needs token_file, a file with a secret of 16 characters at least");
+  root.finish();
+  http = h;
+}
+
+std::string camera_toml(const std::optional<CameraConfig>& camera) {
+  if (!camera)
+    return "";
+  std::string out = fmt::format("camera = {}\n", quoted(camera->camera));
+  if (!camera->pixel_format.empty())
+    out += fmt::format("pixel_format = {}\n", quoted(camera->pixel_format));
+  if (!camera->mosaic.empty())
+    out += fmt::format("mosaic = {}\n", quoted(camera->mosaic));
+  if (camera->exposure_us)
+    out += fmt::format("exposure_us = {}\n", text(*camera->exposure_us));
+  if (camera->gain)
+    out += fmt::format("gain = {}\n", text(*camera->gain));
+  if (camera->frame_rate_hz)
+    out += fmt::format("frame_rate = {}\n", text(*camera->frame_rate_hz));
+  if (camera->packet_bytes > 0)
+    out += fmt::format("packet_size = {}\n", camera->packet_bytes);
+  if (camera->width_px > 0)
+    out += fmt::format("size = [{}, {}]\n", camera->width_px, camera->height_px);
+  return out;
+}
+
+std::string http_toml(const std::optional<HttpConfig>& http) {
+  if (!http)
+    return "";
+  std::string out = fmt::format("\n[http]\nport = {}\naddress = {}\n", http->port, quoted(http->address));
+  if (!http->token_file.empty())
+    out += fmt::format("token_file = {}\n", quoted(http->token_file.string()));
+  return out;
+}
+
+} // namespace daylit::detail
