@@ -239,7 +239,7 @@ Command add_frame(CLI::App& program) {
   auto a = std::make_shared<Arguments>();
   CLI::App* parser = program.add_subcommand("frame", "time of an augmented frame against its error");
   parser->add_option("--folder", a->folder, "where the scenes are written and kept")->capture_default_str();
-  parser->add_option("--objects", a->objects, "teapot, blob")->delimiter(',')->capture_default_str();
+  parser->add_option("--objects", a->objects, "teapot, blob, folds")->delimiter(',')->capture_default_str();
   parser->add_option("--skies", a->skies, "overcast, sun, shade")->delimiter(',')->capture_default_str();
   parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
   parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();

@@ -8,6 +8,7 @@
 #include "precompute/bake.h"
 #include "scene/core/atomic_file.h"
 #include "scene/image/image_formats.h"
+#include "scene/model/object_mesh.h"
 #include "scene/room/room_formats.h"
 #include "scene/volume/volume_file.h"
 #include "simulate/picture.h"
@@ -70,34 +71,62 @@ Result<void> bake_room(const std::filesystem::path& room, const std::filesystem:
 
 } // namespace
 
-ObjectMesh blob_mesh(double width_m, Rgb reflectance) {
-  constexpr int kAround = 120, kAcross = 64;
+namespace {
+
+/// A ball whose radius in direction (u, v) is half of 0.84 of the width times `bumps`.
+template <class Bumps>
+ObjectMesh bumpy_ball(int around, int across, double width_m, Rgb reflectance, const Bumps& bumps) {
   const float pi = std::numbers::pi_v<float>, half = static_cast<float>(0.42 * width_m);
-  const auto radius = [&](float u, float v) {
-    return half * (1.0f + 0.12f * std::sin(5.0f * u) * std::cos(v) * std::cos(v) * std::cos(4.0f * v));
-  };
   const auto point = [&](float u, float v) {
-    return radius(u, v) * glm::vec3(std::cos(u) * std::cos(v), std::sin(u) * std::cos(v), std::sin(v));
+    return half * bumps(u, v) * glm::vec3(std::cos(u) * std::cos(v), std::sin(u) * std::cos(v), std::sin(v));
   };
   ObjectMesh mesh;
-  for (int i = 0; i <= kAround; ++i)
-    for (int j = 0; j <= kAcross; ++j) {
-      const float u = 2.0f * pi * static_cast<float>(i) / kAround, v = pi * (static_cast<float>(j) / kAcross - 0.5f);
+  for (int i = 0; i <= around; ++i)
+    for (int j = 0; j <= across; ++j) {
+      const float u = 2.0f * pi * static_cast<float>(i) / static_cast<float>(around),
+                  v = pi * (static_cast<float>(j) / static_cast<float>(across) - 0.5f);
       constexpr float h = 1e-3f;
       const glm::vec3 n = glm::cross(point(u + h, v) - point(u - h, v), point(u, v + h) - point(u, v - h));
-      const bool pole = j == 0 || j == kAcross;
+      const bool pole = j == 0 || j == across;
       mesh.positions.push_back(point(u, v) + glm::vec3(0.0f, 0.0f, half));
       mesh.normals.push_back(pole ? glm::vec3(0.0f, 0.0f, j == 0 ? -1.0f : 1.0f) : glm::normalize(n));
       mesh.reflectance.push_back(reflectance);
     }
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (kAcross + 1) + j); };
-  for (int i = 0; i < kAround; ++i)
-    for (int j = 0; j < kAcross; ++j) {
+  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (across + 1) + j); };
+  for (int i = 0; i < around; ++i)
+    for (int j = 0; j < across; ++j) {
       mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
       mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
     }
   return mesh;
 }
+
+/// Bumps: 120 x 64 quads, 15,360 triangles.
+ObjectMesh blob_mesh(double width_m, Rgb reflectance) {
+  return bumpy_ball(120, 64, width_m, reflectance, [](float u, float v) {
+    return 1.0f + 0.12f * std::sin(5.0f * u) * std::cos(v) * std::cos(v) * std::cos(4.0f * v);
+  });
+}
+
+/// 40 folds around: 320 x 160 quads, 102,400 triangles.
+ObjectMesh folded_mesh(double width_m, Rgb reflectance) {
+  return bumpy_ball(320, 160, width_m, reflectance, [](float u, float v) {
+    return 1.0f + 0.1f * std::sin(40.0f * u + 3.0f * std::sin(4.0f * v)) * std::cos(v) * std::cos(v);
+  });
+}
+
+Result<ObjectMesh> object_named(const std::string& name) {
+  const Rgb white(0.7f, 0.68f, 0.62f);
+  if (name == "teapot")
+    return tessellate_teapot(8, kTeapotWidth, white);
+  if (name == "blob")
+    return blob_mesh(kBlobWidth, white);
+  if (name == "folds")
+    return folded_mesh(kBlobWidth, white);
+  return Error{ErrorCode::usage, "there is no object \"" + name + "\"", "--objects", "teapot, blob or folds"};
+}
+
+} // namespace
 
 Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
                                     const std::string& sky, int skies, int photos, const Progress& progress) {
@@ -116,13 +145,11 @@ Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const s
   scene.config.objects[0].model = folder / (object + ".obj");
   if (const auto baked = bake_room(folder / "room.obj", scene.config.volume, progress); !baked)
     return baked.error();
-  const Rgb white(0.7f, 0.68f, 0.62f);
-  if (const auto r =
-          write_object(scene.config.objects[0].model,
-                       object == "blob" ? blob_mesh(kBlobWidth, white) : tessellate_teapot(8, kTeapotWidth, white));
-      !r)
+  const auto mesh = object_named(object);
+  if (!mesh)
+    return mesh.error();
+  if (const auto r = write_object(scene.config.objects[0].model, *mesh); !r)
     return r.error();
-
   scene.interior_lens = ideal_pinhole(kFrameWidth, kFrameHeight, sample->interior_fov);
   scene.config.interior.lens = folder / "interior.yaml";
   if (const auto r = write_lens(scene.config.interior.lens, scene.interior_lens); !r)

@@ -1,6 +1,6 @@
 #pragma once
 
-// The scene of daylit-bench frame: the demo's room and sky, one of two objects, and pictures with fresh sensor noise.
+// The scene of daylit-bench frame: the demo's room and sky, one of three objects, and pictures with fresh sensor noise.
 
 #include <filesystem>
 #include <string>
@@ -11,7 +11,6 @@
 #include "scene/core/program.h"
 #include "scene/image/image_formats.h"
 #include "scene/lens/lens.h"
-#include "scene/model/object_mesh.h"
 #include "scene/sky/sky_model.h"
 
 namespace daylit::bench {
@@ -27,11 +26,9 @@ struct FrameScene {
   std::vector<Rgb8Image> photo_bytes; ///< what the marker is looked for in
 };
 
-/// `object`: "teapot" (4 K triangles) or "blob" (15 K triangles, closed, bumpy). `sky`: "overcast", "sun" or "shade".
+/// `object`: "teapot" (4 K triangles), "blob" (15 K, closed, bumpy) or "folds" (102 K, 40 folds around). `sky`:
+/// "overcast", "sun" or "shade".
 Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
                                     const std::string& sky, int skies, int photos, const Progress& progress);
-
-/// A sphere with bumps, 120 x 64 quads, standing on z = 0.
-ObjectMesh blob_mesh(double width_m, Rgb reflectance);
 
 } // namespace daylit::bench
