@@ -31,6 +31,7 @@ async function light() {
   if (!room) {
     await refresh();
     room = new Room(document.getElementById("room"), await get("/scene/room"));
+    window.daylitRoom = room; // for tests and the console
   }
   const now = await get("/scene/light");
   room.light(now);

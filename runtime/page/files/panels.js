@@ -94,7 +94,8 @@ export async function showSky(light) {
 
 // Time per stage
 
-const COLOURS = ["#4da3ff", "#ffb02e", "#63d471", "#ff6f91", "#b388ff", "#4dd0c8", "#e0c068", "#9aa7b4"];
+const COLOURS = ["#4da3ff", "#ffb02e", "#63d471", "#ff6f91", "#b388ff", "#4dd0c8", "#e0c068", "#9aa7b4",
+                 "#d96c3b", "#8bc34a", "#5c6bc0", "#f48fb1", "#a1887f", "#ffffff"];
 const KEPT = 160;
 const history = []; // { stage: ms }
 const stageNames = [];

@@ -36,7 +36,7 @@ export class Room {
     this.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 500);
     this.camera.up.set(0, 0, 1);
     this.target = this.low.clone().add(this.high).multiplyScalar(0.5);
-    this.orbit = { azimuth: -0.9, elevation: 0.45, distance: this.high.distanceTo(this.low) * 1.05 };
+    this.orbit = { azimuth: -0.9, elevation: 0.45, distance: this.high.distanceTo(this.low) * 1.3 };
     this.renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
     view.append(this.renderer.domElement);
     this.addRoom(room);
@@ -158,6 +158,12 @@ export class Room {
     caster.setFromCamera(new THREE.Vector2(2 * (event.clientX - box.left) / box.width - 1,
                                            1 - 2 * (event.clientY - box.top) / box.height), this.camera);
     return caster;
+  }
+
+  /// Pixel of the view that shows an object's middle.
+  pixelOf(k) {
+    const p = vector(scene.objects[k].centre).project(this.camera);
+    return [(p.x + 1) / 2 * this.view.clientWidth, (1 - p.y) / 2 * this.view.clientHeight];
   }
 
   turn(dx, dy) {
