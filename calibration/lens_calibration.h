@@ -9,14 +9,11 @@
 
 #include "calibration/checkerboard.h"
 #include "calibration/lens_fit.h"
+#include "calibration/report.h"
 #include "scene/core/program.h"
 #include "scene/core/result.h"
 
 namespace daylit::calibration {
-
-struct DroppedPicture {
-  std::string file, why;
-};
 
 struct LensCalibration {
   LensKind kind = LensKind::pinhole;
@@ -50,11 +47,7 @@ Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double s
                                         const ImageCircle& circle, std::vector<BoardView> views,
                                         std::vector<DroppedPicture> dropped, const Progress& progress);
 
-/// One JSON object, one line: verdict, why, rms_px, held_out_rms_px, used, dropped, lens with uncertainties.
-std::string to_json(const LensCalibration& calibration);
-/// What a person reads.
-std::string to_text(const LensCalibration& calibration);
-/// A page that needs no other file: verdict, corners with their errors, each picture's error.
-std::string to_html(const LensCalibration& calibration, const std::string& command_line);
+/// rms_px, held_out_rms_px, lens with uncertainties; corners with their errors, each picture's error.
+Report report_of(const LensCalibration& calibration);
 
 } // namespace daylit::calibration

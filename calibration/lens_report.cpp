@@ -13,8 +13,6 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kEnlarged = 30.0; ///< errors in the drawing / errors
 
-const char* verdict(const LensCalibration& c) { return c.pass ? "pass" : "repeat"; }
-
 std::vector<std::string> names_of(const LensCalibration& c) {
   const bool equidistant = c.kind == LensKind::equidistant;
   return equidistant ? std::vector<std::string>{"fx", "fy", "cx", "cy", "k1", "k2", "k3", "k4"}
@@ -24,13 +22,6 @@ std::vector<std::string> names_of(const LensCalibration& c) {
 double value_of(const LensModel& lens, std::size_t i) {
   const double first[] = {lens.fx, lens.fy, lens.cx, lens.cy};
   return i < 4 ? first[i] : lens.distortion[i - 4];
-}
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
 }
 
 /// Corners, and their errors kEnlarged times as long.
@@ -57,34 +48,22 @@ std::string drawing(const LensCalibration& c) {
 }
 
 std::string tables(const LensCalibration& c) {
-  std::string html = "<table><tr><th>picture</th><th>corners off by, rms px</th></tr>\n";
+  std::vector<std::vector<std::string>> views{{"picture", "corners off by, rms px"}},
+      numbers{{"number", "value", "standard deviation"}};
   for (std::size_t v = 0; v < c.views.size(); ++v)
-    html += fmt::format("<tr><td>{}</td><td>{:.3f}</td></tr>\n", escaped(c.views[v].name), c.fit.view_rms_px[v]);
-  for (const DroppedPicture& d : c.dropped)
-    html += fmt::format("<tr><td>{}</td><td>left out: {}</td></tr>\n", escaped(d.file), escaped(d.why));
-  html += "</table>\n<table><tr><th>number</th><th>value</th><th>standard deviation</th></tr>\n";
+    views.push_back({c.views[v].name, fmt::format("{:.3f}", c.fit.view_rms_px[v])});
   const auto names = names_of(c);
   for (std::size_t i = 0; i < names.size(); ++i)
-    html += fmt::format("<tr><td>{}</td><td>{:.6g}</td><td>{:.2g}</td></tr>\n", names[i], value_of(c.fit.lens, i),
-                        c.fit.sigma[i]);
-  return html + "</table>\n";
+    numbers.push_back(
+        {names[i], fmt::format("{:.6g}", value_of(c.fit.lens, i)), fmt::format("{:.2g}", c.fit.sigma[i])});
+  return html_table(views) + html_table(numbers);
 }
 
-} // namespace
-
-std::string to_json(const LensCalibration& c) {
+std::string figures(const LensCalibration& c) {
   nlohmann::ordered_json j;
-  j["verdict"] = verdict(c);
-  j["why"] = c.why;
   j["rms_px"] = c.fit.rms_px;
   j["held_out_rms_px"] = c.held_out_rms_px;
-  j["used"] = nlohmann::json::array();
-  for (std::size_t v = 0; v < c.views.size(); ++v)
-    j["used"].push_back(c.views[v].name);
   j["view_rms_px"] = c.fit.view_rms_px;
-  j["dropped"] = nlohmann::json::array();
-  for (const DroppedPicture& d : c.dropped)
-    j["dropped"].push_back({{"file", d.file}, {"why", d.why}});
   j["model"] = c.kind == LensKind::equidistant ? "equidistant" : "plumb_bob";
   const auto names = names_of(c);
   for (std::size_t i = 0; i < names.size(); ++i)
@@ -95,42 +74,43 @@ std::string to_json(const LensCalibration& c) {
   j["tilt_spread_deg"] = c.tilt_spread_deg;
   if (c.circle.radius > 0)
     j["circle_px"] = {{"x", c.circle.centre.x}, {"y", c.circle.centre.y}, {"radius", c.circle.radius}};
-  return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return j.dump();
 }
 
-std::string to_text(const LensCalibration& c) {
+std::string text(const LensCalibration& c) {
   const LensModel& lens = c.fit.lens;
-  std::string text = fmt::format("pictures   {} count, {} left out\n", c.views.size(), c.dropped.size());
-  for (const DroppedPicture& d : c.dropped)
-    text += fmt::format("           {}: {}\n", d.file, d.why);
-  text +=
-      fmt::format("corners    off by {:.3f} px rms ({} x {} pixels); pictures that were left out in turn {:.3f} px\n",
-                  c.fit.rms_px, lens.width_px, lens.height_px, c.held_out_rms_px);
-  text +=
-      fmt::format("lens       fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f}, cx {:.2f} +- {:.2f}, cy {:.2f} +- {:.2f} px\n",
-                  lens.fx, c.fit.sigma[0], lens.fy, c.fit.sigma[1], lens.cx, c.fit.sigma[2], lens.cy, c.fit.sigma[3]);
-  text += fmt::format("reach      corners up to {:.1f} degrees from the axis, in {:.0f} % of the picture\n",
-                      c.reach_deg, 100 * c.coverage);
-  text += fmt::format("verdict    {}\n", verdict(c));
-  for (const std::string& why : c.why)
-    text += "           " + why + "\n";
-  return text;
+  return fmt::format(
+             "corners    off by {:.3f} px rms ({} x {} pixels); pictures that were left out in turn {:.3f} px\n",
+             c.fit.rms_px, lens.width_px, lens.height_px, c.held_out_rms_px) +
+         fmt::format(
+             "lens       fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f}, cx {:.2f} +- {:.2f}, cy {:.2f} +- {:.2f} px\n",
+             lens.fx, c.fit.sigma[0], lens.fy, c.fit.sigma[1], lens.cx, c.fit.sigma[2], lens.cy, c.fit.sigma[3]) +
+         fmt::format("reach      corners up to {:.1f} degrees from the axis, in {:.0f} % of the picture\n", c.reach_deg,
+                     100 * c.coverage);
 }
 
-std::string to_html(const LensCalibration& c, const std::string& command_line) {
-  std::string html = "<!doctype html><html lang='en'><meta charset='utf-8'><title>Lens calibration</title>\n"
-                     "<style>body{font:16px sans-serif;max-width:60em;margin:2em auto}svg{width:100%}"
-                     "td,th{padding:.2em .8em;text-align:left}</style>\n";
-  html += fmt::format("<h1>Lens calibration: {}</h1>\n<ul>\n", verdict(c));
-  for (const std::string& why : c.why)
-    html += "<li>" + escaped(why) + "</li>\n";
-  html +=
-      fmt::format("</ul>\n<p>Corners are off by {:.3f} px rms; pictures that were left out in turn by {:.3f} px.</p>\n",
-                  c.fit.rms_px, c.held_out_rms_px);
-  html += drawing(c);
-  html += fmt::format("<p>Every corner that counts, one colour per picture; lines: errors, {:.0f} times as long.</p>\n",
-                      kEnlarged);
-  return html + tables(c) + "<p>Run again: <code>" + escaped(command_line) + "</code></p></html>\n";
+} // namespace
+
+Report report_of(const LensCalibration& c) {
+  Report report{.title = "Lens calibration",
+                .pass = c.pass,
+                .why = c.why,
+                .used = {},
+                .dropped = c.dropped,
+                .figures = figures(c),
+                .text = text(c),
+                .html = {}};
+  for (const BoardView& view : c.views)
+    report.used.push_back(view.name);
+  report.html =
+      fmt::format("<p>Corners are off by {:.3f} px rms; pictures that were left out in turn by {:.3f} px.</p>\n",
+                  c.fit.rms_px, c.held_out_rms_px) +
+      drawing(c) +
+      fmt::format("<p>Every corner that counts, one colour per picture; lines: errors, {:.0f} times as "
+                  "long.</p>\n",
+                  kEnlarged) +
+      tables(c);
+  return report;
 }
 
 } // namespace daylit::calibration

@@ -25,8 +25,9 @@ set(DAYLIT_MAY_USE_scene_config core image format sky)
 set(DAYLIT_MAY_USE_scene_placing core image room model config)
 
 # Floors of capture, lowest first.
-set(DAYLIT_FOLDERS_capture markers frames)
+set(DAYLIT_FOLDERS_capture markers hdr frames)
 set(DAYLIT_MAY_USE_capture_markers "")
+set(DAYLIT_MAY_USE_capture_hdr "")
 set(DAYLIT_MAY_USE_capture_frames "")
 
 # Floors of runtime, lowest first.
@@ -48,7 +49,7 @@ set(DAYLIT_MAY_USE_runtime_live base composite input session output)
 set(DAYLIT_MAY_USE_runtime_http "")
 set(DAYLIT_MAY_USE_runtime_page base object session window http)
 set(DAYLIT_MAY_USE_runtime_doctor gl input)
-set(DAYLIT_MAY_USE_runtime_cmd composite input session window output live http page doctor)
+set(DAYLIT_MAY_USE_runtime_cmd base composite input session window output live http page doctor)
 
 function(daylit_check_uses name)
   foreach(used IN LISTS ARGN)

@@ -82,6 +82,24 @@ void SceneEditor::reset(const RunConfig& config) {
   in_file_.clear();
   for (std::size_t k = 0; k < was_; ++k)
     in_file_.emplace_back(k);
+  const std::lock_guard lock_shown(shown_mutex_);
+  shown_ = {};
+}
+
+ShownParts SceneEditor::shown() const {
+  const std::lock_guard lock(shown_mutex_);
+  return shown_;
+}
+
+Result<void> SceneEditor::show(const ShownParts& parts) {
+  const auto done = desk_.ask([parts](const BetweenFrames& now) -> Result<void> {
+    now.session.show(parts);
+    return {};
+  });
+  const std::lock_guard lock(shown_mutex_);
+  if (done)
+    shown_ = parts;
+  return done;
 }
 
 Result<std::optional<PickedObject>> SceneEditor::pick(const glm::dvec2& pixel) {

@@ -42,6 +42,9 @@ public:
   /// An object of models()[model] at `position`, upright. Loads it first: seconds for one that was never drawn here.
   Result<void> add(std::size_t model, const glm::dvec3& position);
   Result<void> remove(std::size_t object);
+  /// One choice for all who look.
+  Result<void> show(const ShownParts& parts);
+  ShownParts shown() const;
   /// Writes the configuration file; comments and order stay.
   Result<void> save();
   /// The session was opened anew from the file.
@@ -58,6 +61,8 @@ private:
   std::mutex mutex_;                                ///< one change of the list of objects at a time
   std::vector<std::optional<std::size_t>> in_file_; ///< of each object
   std::size_t was_ = 0;                             ///< objects of the file
+  mutable std::mutex shown_mutex_;
+  ShownParts shown_;
 };
 
 } // namespace daylit

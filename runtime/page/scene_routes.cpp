@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -100,33 +99,15 @@ HttpReply pick(SceneEditor& editor, const HttpRequest& request) {
               : Json{{"object", nullptr}}.dump());
 }
 
-/// The parts of the light that are drawn; one for all who look.
-class Parts {
-public:
-  ShownParts get() const {
-    const std::lock_guard lock(mutex_);
-    return parts_;
-  }
-  HttpReply set(SessionDesk& desk, const HttpRequest& request) {
-    const Json json = parse(request);
-    ShownParts parts = get();
-    for (const auto& [key, part] :
-         {std::pair{"direct", &parts.direct}, {"indirect", &parts.indirect}, {"differential", &parts.differential}})
-      if (const auto at = json.find(key); at != json.end() && at->is_boolean())
-        *part = at->get<bool>();
-    const auto done = desk.ask([parts](const BetweenFrames& now) -> Result<void> {
-      now.session.show(parts);
-      return {};
-    });
-    const std::lock_guard lock(mutex_);
-    parts_ = done ? parts : parts_;
-    return reply_of(done);
-  }
-
-private:
-  mutable std::mutex mutex_;
-  ShownParts parts_;
-};
+HttpReply show(SceneEditor& editor, const HttpRequest& request) {
+  const Json json = parse(request);
+  ShownParts parts = editor.shown();
+  for (const auto& [key, part] :
+       {std::pair{"direct", &parts.direct}, {"indirect", &parts.indirect}, {"differential", &parts.differential}})
+    if (const auto at = json.find(key); at != json.end() && at->is_boolean())
+      *part = at->get<bool>();
+  return reply_of(editor.show(parts));
+}
 
 /// Text made of the session between two frames.
 template <class Make>
@@ -167,12 +148,12 @@ HttpReply sky_picture(SessionDesk& desk) {
 
 std::vector<HttpRoute> scene_routes(SessionDesk& desk, SceneEditor& editor) {
   using Method = HttpRoute::Method;
-  const auto parts = std::make_shared<Parts>();
   return {
       {Method::get, "/scene",
-       [&desk, &editor, parts](const HttpRequest&) {
-         return made_between_frames(
-             desk, [&](const BetweenFrames& now) { return objects_json(now.session, parts->get(), editor.models()); });
+       [&desk, &editor](const HttpRequest&) {
+         return made_between_frames(desk, [&](const BetweenFrames& now) {
+           return objects_json(now.session, editor.shown(), editor.models());
+         });
        }},
       {Method::get, "/scene/room",
        [&desk](const HttpRequest&) {
@@ -189,7 +170,7 @@ std::vector<HttpRoute> scene_routes(SessionDesk& desk, SceneEditor& editor) {
       {Method::post, "/scene/change", [&editor](const HttpRequest& request) { return change(editor, request); }},
       {Method::post, "/scene/add", [&editor](const HttpRequest& request) { return add(editor, request); }},
       {Method::post, "/scene/remove", [&editor](const HttpRequest& request) { return remove(editor, request); }},
-      {Method::post, "/scene/show", [&desk, parts](const HttpRequest& request) { return parts->set(desk, request); }},
+      {Method::post, "/scene/show", [&editor](const HttpRequest& request) { return show(editor, request); }},
       {Method::post, "/scene/save", [&editor](const HttpRequest&) { return reply_of(editor.save()); }},
   };
 }

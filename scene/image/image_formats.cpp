@@ -97,6 +97,8 @@ Result<void> write_png(const std::filesystem::path& path, const Rgb8Image& image
   return write_file_atomically(path, std::span(&part, 1));
 }
 
+Result<std::vector<std::uint8_t>> png_bytes(const Rgb8Image& image) { return detail::encode_png(image, "picture"); }
+
 float srgb_encode(float linear) {
   return linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
 }

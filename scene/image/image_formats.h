@@ -45,6 +45,8 @@ struct Rgb8Image {
 Result<Rgb8Image> read_ldr_image(const std::filesystem::path& path);
 Result<Rgb8Image> read_ldr_image(std::span<const std::uint8_t> bytes, const std::string& name);
 Result<void> write_png(const std::filesystem::path& path, const Rgb8Image& image);
+/// The bytes of such a file.
+Result<std::vector<std::uint8_t>> png_bytes(const Rgb8Image& image);
 
 /// The bytes of such files. Error value_invalid: an empty picture.
 Result<std::vector<std::uint8_t>> encoded_png(const Rgb8Image& image);

@@ -96,11 +96,11 @@ TEST(CameraCalibration, report_is_one_page_and_one_object) {
   const auto found = calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {},
                                      camera_views(8, 0.7, random), {{"<b>.png", "blurred"}}, go_on);
   ASSERT_TRUE(found);
-  const auto j = nlohmann::json::parse(to_json(*found));
+  const auto j = nlohmann::json::parse(to_json(report_of(*found)));
   EXPECT_EQ(j["used"].size(), 8u);
   EXPECT_EQ(j["dropped"][0]["file"], "<b>.png");
   EXPECT_TRUE(j.contains("verdict") && j.contains("rms_px") && j.contains("held_out_rms_px") && j.contains("why"));
-  const std::string page = to_html(*found, "daylit-calibrate camera");
+  const std::string page = to_html(report_of(*found), "daylit-calibrate camera");
   EXPECT_EQ(page.find("<b>.png"), std::string::npos) << "names are escaped";
   EXPECT_EQ(page.find("http"), std::string::npos) << "nothing is loaded from elsewhere";
 }

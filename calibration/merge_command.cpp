@@ -1,0 +1,213 @@
+// daylit-calibrate merge: a bracket and a response to one HDR picture.
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "calibration/bracket_options.h"
+#include "calibration/fisheye_picture.h"
+#include "capture/hdr/bracket.h"
+#include "scene/image/image_formats.h"
+
+namespace daylit::calibration {
+
+namespace {
+
+constexpr double kStated = 1.25;    ///< measured over stated exposure
+constexpr double kOverRange = 0.02; ///< of the light in pixels that are brighter than the shortest exposure holds
+constexpr double kGhosts = 0.05;    ///< of the pixels
+constexpr double kMiddleGrey = 0.18;
+
+struct MergeOptions {
+  BracketOptions bracket;
+  std::string response = "linear";
+  double scale = 1.0, illuminance = 0.0;
+  std::filesystem::path lens, vignette;
+};
+
+/// What was merged, and what is known about it.
+struct Merged {
+  MergedBracket bracket;
+  std::vector<double> measured_over_stated; ///< of each exposure beside the one before; 0: not known
+  double over_range_light = 0.0;            ///< share of the picture's light
+  double scale = 1.0;
+  std::optional<double> illuminance; ///< on the plane through the lens, across its axis
+};
+
+std::vector<double> exposure_ratios(const std::vector<PlaceCodes>& places, const ResponseCurve& response) {
+  std::vector<double> ratios{1.0};
+  for (std::size_t p = 1; p < places.size(); ++p) {
+    const auto ratio = measured_ratio(places[p - 1], places[p], response);
+    ratios.push_back(ratio ? *ratio * places[p - 1].time / places[p].time : 0.0);
+  }
+  return ratios;
+}
+
+double light_over_range(const MergedBracket& merged) {
+  double over = 0, all = 0;
+  for (std::size_t i = 0; i < merged.radiance.texels.size(); ++i) {
+    const auto y = static_cast<double>(luminance(merged.radiance.texels[i]));
+    all += y;
+    over += merged.over_range_mask[i] ? y : 0.0;
+  }
+  return all > 0 ? over / all : 0.0;
+}
+
+std::vector<std::string> faults_of(const Merged& m, const Bracket& bracket) {
+  std::vector<std::string> faults;
+  const auto pixels = static_cast<double>(m.bracket.radiance.texels.size());
+  if (m.over_range_light > kOverRange)
+    faults.push_back(
+        fmt::format("{} pixels are brighter than the shortest exposure holds, with {:.0f} % of the light or "
+                    "more; add a shorter exposure",
+                    m.bracket.over_range, 100 * m.over_range_light));
+  if (static_cast<double>(m.bracket.ghosts) > kGhosts * pixels)
+    faults.push_back(
+        fmt::format("{:.0f} % of the pixels saw different things in different exposures: the camera moved, "
+                    "the light changed, or the response is not this camera's",
+                    100 * static_cast<double>(m.bracket.ghosts) / pixels));
+  for (std::size_t p = 1; p < m.measured_over_stated.size(); ++p)
+    if (const double r = m.measured_over_stated[p]; r > 0 && (r > kStated || r < 1 / kStated))
+      faults.push_back(fmt::format("{} was exposed {:.2f} times as long as stated beside {}: a wrong time, another "
+                                   "response, or the light changed",
+                                   bracket.places[p].file, r, bracket.places[p - 1].file));
+  return faults;
+}
+
+std::string figures(const Merged& m, const Bracket& bracket) {
+  nlohmann::ordered_json j;
+  j["over_range_pixels"] = m.bracket.over_range;
+  j["over_range_light"] = m.over_range_light;
+  j["ghost_pixels"] = m.bracket.ghosts;
+  j["unit"] = bracket.files.luminance || m.illuminance ? "cd/m2" : "relative";
+  j["scale"] = m.scale;
+  if (m.illuminance)
+    j["illuminance_lx"] = *m.illuminance;
+  for (std::size_t p = 0; p < bracket.places.size(); ++p)
+    j["exposures"].push_back({{"file", bracket.places[p].file},
+                              {"exposure", bracket.places[p].time},
+                              {"measured_over_stated", m.measured_over_stated[p]}});
+  return j.dump();
+}
+
+/// Exposed so that the median is middle grey; over-range pixels magenta.
+Rgb8Image preview(const MergedBracket& merged) {
+  std::vector<float> y;
+  for (std::size_t i = 0; i < merged.radiance.texels.size(); i += 17)
+    if (const float l = luminance(merged.radiance.texels[i]); l > 0.0f)
+      y.push_back(l);
+  float exposure = 1.0f;
+  if (!y.empty()) {
+    std::ranges::nth_element(y, y.begin() + static_cast<std::ptrdiff_t>(y.size() / 2));
+    exposure = static_cast<float>(kMiddleGrey) / y[y.size() / 2];
+  }
+  Rgb8Image view = to_srgb8(merged.radiance, exposure);
+  for (std::size_t i = 0; i < merged.over_range_mask.size(); ++i)
+    if (merged.over_range_mask[i]) {
+      view.bytes[3 * i] = view.bytes[3 * i + 2] = 255;
+      view.bytes[3 * i + 1] = 0;
+    }
+  return view;
+}
+
+/// Merges while the pictures are read, so that one is in memory at a time.
+Result<Bracket> merge_files(const CommonOptions& o, const BracketOptions& options, const ResponseCurve& response,
+                            Merged& out) {
+  std::optional<BracketMerger> merger;
+  const auto take = [&](const CodePicture& picture, double time, const std::vector<std::uint8_t>& ignored) {
+    if (!merger)
+      merger.emplace(picture.code.width, picture.code.height, MergeSettings{response, usual_noise(picture.bits)});
+    return merger->add(picture.code, time, ignored);
+  };
+  auto bracket = read_bracket(o, options, take);
+  if (bracket && merger)
+    out.bracket = merger->result();
+  return bracket;
+}
+
+/// Divides the fall-off out, measures the illuminance, sets the scale.
+Result<void> calibrate_light(const MergeOptions& options, Merged& m) {
+  m.scale = options.scale;
+  if (options.lens.empty() && (!options.vignette.empty() || options.illuminance > 0))
+    return Error{ErrorCode::usage, "needs the lens of the pictures",
+                 options.vignette.empty() ? "--illuminance" : "--vignette", "give --lens FILE"};
+  if (!options.lens.empty()) {
+    const auto lens = read_lens(options.lens);
+    if (!lens)
+      return lens.error();
+    const auto fall_off = options.vignette.empty() ? Result<FallOff>(FallOff{}) : read_fall_off(options.vignette);
+    if (!fall_off)
+      return fall_off.error();
+    if (const Result<void> good = divide_fall_off(m.bracket.radiance, *lens, *fall_off); !good)
+      return good;
+    const double measured = illuminance_at(m.bracket.radiance, *lens);
+    if (options.illuminance > 0)
+      m.scale = options.illuminance / measured;
+    m.illuminance = m.scale * measured;
+  }
+  for (Rgb& texel : m.bracket.radiance.texels)
+    texel *= static_cast<float>(m.scale);
+  return {};
+}
+
+std::string text_of(const Merged& m, const Bracket& bracket) {
+  std::string text = fmt::format("range      {} pixels over it, {:.2f} % of the light\n", m.bracket.over_range,
+                                 100 * m.over_range_light) +
+                     fmt::format("ghosts     {} pixels shown as the shortest exposure that is not too dark saw them\n",
+                                 m.bracket.ghosts) +
+                     fmt::format("unit       {}, scale {:.4g}\n",
+                                 bracket.files.luminance || m.illuminance ? "cd/m2" : "relative", m.scale);
+  if (m.illuminance)
+    text += fmt::format("light      {:.1f} lx on the plane across the lens axis\n", *m.illuminance);
+  return text;
+}
+
+Result<void> run(CommonOptions& o, const MergeOptions& options) {
+  const auto response = ResponseCurve::named(options.response);
+  if (!response)
+    return response.error();
+  Merged m;
+  const auto bracket = merge_files(o, options.bracket, *response, m);
+  if (!bracket)
+    return bracket.error();
+  Report report = report_on("Exposure merge", *bracket);
+  if (const auto fault = no_bracket(*bracket))
+    return deliver_without_result(o, std::move(report), {*fault});
+  m.measured_over_stated = exposure_ratios(bracket->places, *response);
+  if (const Result<void> good = calibrate_light(options, m); !good)
+    return good;
+  m.over_range_light = light_over_range(m.bracket);
+  report.figures = figures(m, *bracket);
+  report.text = text_of(m, *bracket);
+  report.html =
+      html_picture(preview(m.bracket), "The merged picture; what is brighter than the shortest exposure holds is "
+                                       "magenta.") +
+      fmt::format("<pre>{}</pre>\n", html_escaped(report.text));
+  judge(report, faults_of(m, *bracket), fmt::format("{} exposures agree", bracket->places.size()));
+  if (const Result<void> good = check_outputs(o, kExrKind); !good)
+    return good;
+  if (const Result<void> written = write_exr(o.output, m.bracket.radiance); !written)
+    return written;
+  return deliver(o, report);
+}
+
+} // namespace
+
+Command add_merge_command(CLI::App& app, CommonOptions& o) {
+  const auto options = std::make_shared<MergeOptions>();
+  CLI::App* command = app.add_subcommand("merge", "an exposure bracket to one HDR picture (EXR, float)");
+  add_common_options(*command, o, "pictures of one scene at several exposures", "the EXR picture to write");
+  add_bracket_options(*command, options->bracket);
+  command->add_option("--response", options->response, "linear, srgb, or a response file");
+  command->add_option("--lens", options->lens, "lens file: the illuminance at the lens is printed");
+  command->add_option("--vignette", options->vignette, "fall-off file, divided out");
+  command->add_option("--scale", options->scale, "factor on the result")->check(positive_number());
+  command->add_option("--illuminance", options->illuminance, "reading at the lens, lx: the result is scaled to it")
+      ->check(positive_number());
+  return {command, [&o, options] { return run(o, *options); }};
+}
+
+} // namespace daylit::calibration

@@ -1,0 +1,205 @@
+// Responses from exposure brackets: known curves found again, real ones beside what is published.
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "calibration/fisheye_picture.h"
+#include "calibration/response_fit.h"
+#include "capture/hdr/bracket.h"
+#include "scene/image/image_formats.h"
+#include "tests/calibration/calibrate_program.h"
+
+namespace daylit::calibration {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kData = fs::path(DAYLIT_SOURCE_DIR) / "../shared/data";
+
+/// A soft scene over four orders of magnitude, exposed for `time`, through the curve `code_of`.
+template <class Curve>
+CodePicture exposed(double time, int bits, const Curve& code_of, std::mt19937& random) {
+  std::normal_distribution<double> noise(0.0, bits == 8 ? 0.4 : 20.0);
+  CodePicture picture{"picture", RgbImage(320, 240), bits, {}};
+  const double largest = (1 << bits) - 1;
+  for (int y = 0; y < 240; ++y)
+    for (int x = 0; x < 320; ++x)
+      for (int c = 0; c < 3; ++c) {
+        const double radiance = std::pow(10.0, 2.0 * std::sin(0.015 * x + c) + 2.0 * std::sin(0.02 * y));
+        const double value = static_cast<double>(code_of(std::min(radiance * time, 1.0)));
+        const double code = std::round(largest * value + noise(random));
+        picture.code.at(x, y)[c] = static_cast<float>(std::clamp(code, 0.0, largest) / largest);
+      }
+  return picture;
+}
+
+template <class Curve>
+std::vector<PlaceCodes> bracket(int bits, const Curve& code_of) {
+  std::mt19937 random(4);
+  std::vector<PlaceCodes> places;
+  for (int k = -5; k <= 5; ++k)
+    places.push_back(place_codes(exposed(std::pow(3.0, k), bits, code_of, random), std::pow(3.0, k), {}));
+  return places;
+}
+
+class Response : public testing::TestWithParam<ResponseMethod> {};
+
+TEST_P(Response, a_known_curve_is_found_within_two_per_cent) {
+  const auto fit =
+      fit_response(bracket(8, [](double e) { return srgb_encode(static_cast<float>(e)); }), GetParam(), false);
+  ASSERT_TRUE(fit) << fit.error().message();
+  EXPECT_LT(fit->residual, 0.03);
+  EXPECT_GT(fit->linear_deviation, 0.3);
+  for (int c = 0; c < 3; ++c)
+    for (int code = 30; code <= 235; ++code) {
+      const auto v = static_cast<float>(code) / 255.0f;
+      const float found = fit->curve.exposure(v, c) / fit->curve.exposure(0.5f, c);
+      EXPECT_NEAR(found, srgb_decode(v) / srgb_decode(0.5f), 0.02f * found) << "code " << code;
+    }
+}
+
+TEST_P(Response, a_linear_sensor_of_16_bits_is_seen_to_be_linear) {
+  const auto fit = fit_response(bracket(16, [](double e) { return e; }), GetParam(), true);
+  ASSERT_TRUE(fit) << fit.error().message();
+  EXPECT_LT(fit->linear_deviation, 0.01);
+  EXPECT_LT(fit->residual, 0.02);
+}
+
+TEST_P(Response, a_pedestal_is_no_light) {
+  const double pedestal = 20.0 / 255;
+  const auto fit = fit_response(bracket(8, [&](double e) { return pedestal + (1 - pedestal) * e; }), GetParam(), false);
+  ASSERT_TRUE(fit) << fit.error().message();
+  EXPECT_NEAR(fit->curve.black(1), pedestal, 2.5 / 255);
+  EXPECT_NEAR(fit->curve.exposure(0.75f, 1) / fit->curve.exposure(0.4f, 1), (0.75 - pedestal) / (0.4 - pedestal), 0.03);
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, Response, testing::Values(ResponseMethod::debevec, ResponseMethod::robertson));
+
+TEST(ResponseFit, a_wrong_exposure_time_is_named) {
+  auto places = bracket(8, [](double e) { return e; });
+  places[6].time *= 2.0;
+  const auto fit = fit_response(places, ResponseMethod::debevec, false);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(fit->stated_ratio[6], 0.7);
+  for (const double ratio : fit->stated_ratio)
+    EXPECT_TRUE(ratio == 0 || ratio >= fit->stated_ratio[6]) << "the wrong one is the farthest";
+}
+
+/// Correlation of ln luminance.
+double log_correlation(const RgbImage& a, const RgbImage& b) {
+  double n = 0, sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
+  for (std::size_t i = 0; i < a.texels.size(); ++i) {
+    const auto ya = static_cast<double>(luminance(a.texels[i])), yb = static_cast<double>(luminance(b.texels[i]));
+    if (ya <= 0 || yb <= 0)
+      continue;
+    const double x = std::log(ya), y = std::log(yb);
+    n += 1;
+    sa += x;
+    sb += y;
+    saa += x * x;
+    sbb += y * y;
+    sab += x * y;
+  }
+  return (n * sab - sa * sb) / std::sqrt((n * saa - sa * sa) * (n * sbb - sb * sb));
+}
+
+/// The church of Debevec and Malik, every `step`th exposure.
+void expect_memorial(int step) {
+  const fs::path data = kData / "exposures-memorial";
+  if (!fs::exists(data))
+    GTEST_SKIP() << "the shared photographs are not here";
+  std::vector<fs::path> files;
+  for (int k = 61; k <= 76; k += step)
+    files.push_back(data / ("memorial00" + std::to_string(k) + ".png"));
+  const auto list = bracket_files(files, {}, data / "image_list.txt");
+  ASSERT_TRUE(list) << list.error().message();
+  std::vector<CodePicture> pictures;
+  std::vector<PlaceCodes> places;
+  for (const BracketFile& f : list->file) {
+    pictures.push_back(*read_code_picture(f.path));
+    places.push_back(place_codes(pictures.back(), f.time, pixels_of_colour(pictures.back().code, Rgb(0, 0, 255))));
+  }
+  const auto fit = fit_response(places, ResponseMethod::debevec, false);
+  ASSERT_TRUE(fit) << fit.error().message();
+  BracketMerger merger(512, 768, {fit->curve, usual_noise(8)});
+  for (std::size_t k = 0; k < pictures.size(); ++k)
+    ASSERT_TRUE(merger.add(pictures[k].code, list->file[k].time, pixels_of_colour(pictures[k].code, Rgb(0, 0, 255))));
+  const auto published = read_hdr_image(data / "memorial.hdr");
+  ASSERT_TRUE(published);
+  EXPECT_GE(log_correlation(merger.result().radiance, published->radiance), 0.994);
+}
+
+TEST(ResponseFit, the_published_radiance_map_of_the_church_is_found) { expect_memorial(1); }
+TEST(ResponseFit, eight_exposures_of_the_church_suffice) { expect_memorial(2); }
+
+TEST(CodePictures, a_photograph_tells_its_luminance) {
+  EXPECT_FALSE(full_scale_luminance({0.1, 0.0, 100.0}));
+  EXPECT_NEAR(*full_scale_luminance({0.05, 5.6, 100.0}), 87 * 5.6 * 5.6 / 5.0, 1e-9);
+}
+
+TEST(FallOffOfALens, illuminance_of_a_uniform_sky_is_pi_whatever_fell_off) {
+  const LensModel lens = ideal_fisheye(201, 201, 3.14159265358979);
+  const FallOff fall_off{{-0.1, 0.01}};
+  RgbImage sky(201, 201);
+  for (int y = 0; y < 201; ++y)
+    for (int x = 0; x < 201; ++x)
+      if (const auto d = lens.unproject({x, y}))
+        sky.at(x, y) = Rgb(static_cast<float>(fall_off.at(std::acos(d->z))));
+  ASSERT_TRUE(divide_fall_off(sky, lens, fall_off));
+  EXPECT_NEAR(illuminance_at(sky, lens), 3.14159265, 0.003);
+  EXPECT_FALSE(divide_fall_off(sky, lens, FallOff{{-1.0}})) << "not positive at the edge";
+  const fs::path file = test::fresh_folder("falloff") / "fall.txt";
+  ASSERT_TRUE(write_fall_off(file, fall_off));
+  const auto read = read_fall_off(file);
+  ASSERT_TRUE(read);
+  EXPECT_EQ(read->coefficient, fall_off.coefficient);
+}
+
+/// Three exposures as PNG files; their names, in one line.
+std::string png_bracket(const fs::path& folder) {
+  std::mt19937 random(8);
+  std::string names;
+  for (int k = 0; k < 5; ++k) {
+    const auto picture = exposed(
+        std::pow(4.0, k - 2), 8, [](double e) { return e; }, random);
+    const std::string name = "e" + std::to_string(k) + ".png";
+    EXPECT_TRUE(write_png(folder / name, view_of(picture.code, false)));
+    names += name + " ";
+  }
+  return names;
+}
+
+TEST(ResponseProgram, one_exposure_only_is_said) {
+  const fs::path folder = test::fresh_folder("one");
+  const std::string names = png_bracket(folder);
+  for (const char* command : {"response ", "merge "}) {
+    const auto same = test::calibrate(folder, command + names + "--exposures 1,1,1,1,1 -o out.txt");
+    EXPECT_EQ(same.exit_code, 1);
+    EXPECT_EQ(same.json.value("verdict", ""), "repeat");
+    EXPECT_TRUE(test::says(same, "one exposure only")) << same.json;
+    EXPECT_FALSE(fs::exists(folder / "out.txt"));
+  }
+}
+
+TEST(ResponseProgram, a_bracket_becomes_a_response_and_a_picture) {
+  const fs::path folder = test::fresh_folder("bracket");
+  const std::string names = png_bracket(folder), times = "--exposures 0.0625,0.25,1,4,16 --report r ";
+  const auto response = test::calibrate(folder, "response " + names + times + "-o response.txt");
+  EXPECT_EQ(response.exit_code, 0);
+  EXPECT_EQ(response.json.value("verdict", ""), "pass") << response.json;
+  EXPECT_TRUE(response.json.value("linear", false));
+  const auto merged = test::calibrate(folder, "merge " + names + times + "--response response.txt -o out.exr");
+  EXPECT_EQ(merged.exit_code, 0);
+  EXPECT_EQ(merged.json["exposures"].size(), 5u);
+  const auto picture = read_hdr_image(folder / "out.exr");
+  ASSERT_TRUE(picture);
+  EXPECT_NEAR(picture->radiance.at(0, 0).r, 1.0f, 0.05f);
+  EXPECT_TRUE(fs::exists(folder / "r/report.html"));
+  const auto wrong = test::calibrate(folder, "merge " + names + "-o out.exr");
+  EXPECT_EQ(wrong.exit_code, 1) << "no exposure times";
+}
+
+} // namespace
+} // namespace daylit::calibration
