@@ -13,7 +13,7 @@ namespace daylit {
 namespace {
 
 constexpr int kJumbo_bytes = 8000; ///< from here on a network takes jumbo frames
-constexpr double kFrameWait_s = 5.0;
+constexpr double kFrameWait_s = 10.0;
 
 std::string list_of(const std::vector<FoundCamera>& found) {
   std::string text;
