@@ -24,18 +24,19 @@ namespace {
 struct Arguments {
   std::vector<std::filesystem::path> pictures;
   std::string address = "127.0.0.1", serial = "daylit", mosaic = "mono", response = "linear";
-  double white = 1.0, lost_ratio = 0.0;
+  double white = 1.0, lost_ratio = 0.0, seconds_each = 0.0;
 };
 
 /// Code values of picture k for an exposure and a format, made when they are first asked for.
 class Codes {
 public:
   Codes(const Arguments& a, Mosaic mosaic, std::vector<RgbImage> pictures)
-      : white_(a.white), srgb_(a.response == "srgb"), mosaic_(mosaic), pictures_(std::move(pictures)) {}
+      : white_(a.white), seconds_each_(a.seconds_each), srgb_(a.response == "srgb"), mosaic_(mosaic),
+        pictures_(std::move(pictures)) {}
 
   /// The next picture's, as large as the buffer.
   void fill(ArvBuffer* buffer, double exposure_us, ArvPixelFormat format) {
-    const std::size_t k = served_++ % pictures_.size();
+    const std::size_t k = (seconds_each_ > 0 ? by_the_clock() : served_++) % pictures_.size();
     auto& codes = made_[{k, exposure_us, format}];
     const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
     if (codes.empty())
@@ -46,6 +47,11 @@ public:
   }
 
 private:
+  /// The same of all cameras of this machine.
+  std::size_t by_the_clock() const {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    return static_cast<std::size_t>(std::chrono::duration<double>(now).count() / seconds_each_);
+  }
   /// Colour of a sample: 0, 1, 2 for R, G, B; -1: all of them alike.
   static int channel(Mosaic mosaic, int x, int y) {
     constexpr int kTiles[4][4] = {{0, 1, 1, 2}, {1, 0, 2, 1}, {1, 2, 0, 1}, {2, 1, 1, 0}};
@@ -82,7 +88,7 @@ private:
     return bytes;
   }
 
-  double white_;
+  double white_, seconds_each_;
   bool srgb_;
   Mosaic mosaic_;
   std::vector<RgbImage> pictures_;
@@ -139,6 +145,8 @@ Command add_camera(CLI::App& app) {
   command->add_option("--white", a->white, "radiance of the largest code value, exposed for a millisecond")
       ->check(positive_number())
       ->capture_default_str();
+  command->add_option("--seconds-each", a->seconds_each, "a picture for so long, by the clock (default: one per frame)")
+      ->check(positive_number());
   command->add_option("--mosaic", a->mosaic, "that Mono formats carry: mono, rggb, grbg, gbrg or bggr")
       ->capture_default_str();
   command->add_option("--response", a->response, "of its code values")
