@@ -57,8 +57,7 @@ struct Surrounded {
     change.exchange_with_room();
   }
   std::size_t lowest_vertex() const {
-    const auto low = std::ranges::min_element(mesh.positions, {}, [](const glm::vec3& p) { return p.z; });
-    return static_cast<std::size_t>(low - mesh.positions.begin());
+    return std::ranges::min_element(mesh.positions, {}, &glm::vec3::z) - mesh.positions.begin();
   }
   std::uint32_t floor_at(const glm::dvec3& x) const {
     RayHit hit;
@@ -210,15 +209,13 @@ TEST(IndirectShadow, an_object_loses_the_light_of_the_floor_that_it_shades) {
   Surrounded s(0.2f, test::box_window(), 1.0f);
   s.place({2.0, 3.3, 0.21}, 0.0f);
   const std::size_t lowest = s.lowest_vertex();
-  const Sh9Rgb below = s.change.feedback(0, lowest);
-  EXPECT_LT(irradiance(below, {0, 0, -1}).g, 0.0f);
+  EXPECT_LT(irradiance(s.change.feedback(0, lowest), {0, 0, -1}).g, 0.0f);
   s.place({2.0, 3.3, 1.6}, 0.0f); // high up its shadow is far away
   EXPECT_NEAR(irradiance(s.change.feedback(0, lowest), {0, 0, -1}).g, 0.0f, 1e-6f);
 }
 
 TEST(IndirectShadow, where_a_sphere_touches_the_floor_it_sees_no_light_from_below) {
-  // Black, and the floor at its foot sees nothing else: it loses the light of walls of reflectance 0.6 under the
-  // irradiance pi L, and the sphere 0.6 of that.
+  // Black, it hides walls of reflectance 0.6 under pi L from the floor at its foot, and loses 0.6 of that.
   Surrounded s(0.2f);
   s.place({2.0, 2.5, 0.2}, 0.0f);
   const double lost = 0.6 * 0.6 * kPi * Surrounded::kRadiance;
