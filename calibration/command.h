@@ -46,5 +46,6 @@ std::vector<Command> add_lens_commands(CLI::App& app, CommonOptions& options);
 Command add_response_command(CLI::App& app, CommonOptions& options);
 Command add_merge_command(CLI::App& app, CommonOptions& options);
 Command add_colour_command(CLI::App& app, CommonOptions& options);
+Command add_align_command(CLI::App& app, CommonOptions& options);
 
 } // namespace daylit::calibration
