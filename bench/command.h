@@ -33,6 +33,7 @@ struct Command {
 
 using AddCommand = Command (*)(CLI::App& program);
 
+Command add_camera(CLI::App& program); ///< only where capture is built
 Command add_combine(CLI::App& program);
 Command add_direct(CLI::App& program);        ///< only where everything is built
 Command add_error_vs_time(CLI::App& program); ///< only where radiosity and simulate are built

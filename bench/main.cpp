@@ -18,6 +18,9 @@ constexpr bench::AddCommand kCommands[] = {
 #ifdef DAYLIT_BENCH_FRAME
     bench::add_direct,          bench::add_flicker,  bench::add_frame,          bench::add_sequence,
 #endif
+#ifdef DAYLIT_BENCH_CAMERA
+    bench::add_camera,
+#endif
 #ifdef DAYLIT_BENCH_MARKERS
     bench::add_markers,
 #endif

@@ -48,7 +48,7 @@ set(DAYLIT_MAY_USE_runtime_output composite input)
 set(DAYLIT_MAY_USE_runtime_live base composite input session output)
 set(DAYLIT_MAY_USE_runtime_http "")
 set(DAYLIT_MAY_USE_runtime_doctor gl input)
-set(DAYLIT_MAY_USE_runtime_cmd composite input session window output live http doctor)
+set(DAYLIT_MAY_USE_runtime_cmd base composite input session window output live http doctor)
 
 function(daylit_check_uses name)
   foreach(used IN LISTS ARGN)

@@ -1,5 +1,6 @@
 #include "capture/frames/aravis_source.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <condition_variable>
@@ -16,9 +17,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kBuffers = 6;
-constexpr std::uint64_t kPop_us = 200'000;
+constexpr std::uint64_t kPop_us = 50'000;
 constexpr auto kSilence = 2s; ///< without a frame: the camera is opened again
 constexpr auto kRetry = 500ms;
+constexpr auto kLeave = 250ms; ///< that long the thread may take to end; to open a camera that is away takes 2.5 s
 
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
@@ -108,31 +110,69 @@ std::string apply(const CameraSettings& s, ArvCamera* camera) {
   return a.text();
 }
 
-class AravisSource final : public FrameSource {
-public:
-  explicit AravisSource(const CameraSettings& settings)
-      : settings_(settings), worker_([this](const std::stop_token& stop) { work(stop); }) {}
+std::int64_t steady_ns() { return std::chrono::steady_clock::now().time_since_epoch() / 1ns; }
 
-  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) override {
+/// The camera's clock on ours. The way of a time stamp to this machine takes at least as long as the fastest did, and
+/// that long is taken for nothing: offset = min over frames of (arrival - stamp). The minimum is let rise by 100 parts
+/// in a million, more than two quartz clocks drift apart.
+class CameraClock {
+public:
+  std::int64_t on_ours(std::int64_t stamp_ns, std::int64_t arrival_ns) {
+    const std::int64_t offset = arrival_ns - stamp_ns;
+    const std::int64_t risen = offset_ns_ + (arrival_ns - last_ns_) / 10'000;
+    offset_ns_ = last_ns_ == 0 || offset < risen ? offset : risen;
+    last_ns_ = arrival_ns;
+    return stamp_ns + offset_ns_;
+  }
+
+private:
+  std::int64_t offset_ns_ = 0, last_ns_ = 0;
+};
+
+/// A camera and what its thread shares with those who read it.
+class OpenCamera {
+public:
+  OpenCamera(const CameraSettings& settings, std::function<void(const CameraFrame&)> each)
+      : settings_(settings), each_(std::move(each)) {}
+
+  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) {
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, wait, [&] { return newest_.has_value(); });
     return std::exchange(newest_, std::nullopt);
   }
-  bool finished() const override { return false; }
-  SourceReport report() const override {
+  SourceReport report() const {
     const std::lock_guard lock(mutex_);
     return report_;
   }
-
-private:
-  void work(const std::stop_token& stop) {
-    while (!stop.stop_requested()) {
-      say_lost(stream_until_lost(stop));
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, kRetry, [&] { return stop.stop_requested(); });
+  /// Ends work() as soon as Aravis lets it. No frame is given to anybody from here on.
+  void leave() {
+    {
+      const std::lock_guard lock(each_mutex_);
+      each_ = {};
     }
+    std::unique_lock lock(mutex_);
+    stop_ = true;
+    changed_.notify_all();
+    changed_.wait_for(lock, kLeave, [&] { return over_; });
+  }
+  bool is_over() const {
+    const std::lock_guard lock(mutex_);
+    return over_;
   }
 
+  /// The thread of the camera.
+  void work() {
+    while (!stop_) {
+      say_lost(stream_until_lost());
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kRetry, [&] { return stop_.load(); });
+    }
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+    changed_.notify_all();
+  }
+
+private:
   void say_lost(const std::string& trouble) {
     const std::lock_guard lock(mutex_);
     report_.connected = false;
@@ -140,7 +180,7 @@ private:
   }
 
   /// Opens the camera and takes its frames until it is lost. Why it ended, or could not begin.
-  std::string stream_until_lost(const std::stop_token& stop) {
+  std::string stream_until_lost() {
     Attempt a;
     const Owned<ArvCamera> camera(
         arv_camera_new(settings_.camera.empty() ? nullptr : settings_.camera.c_str(), a.out()));
@@ -164,12 +204,12 @@ private:
     arv_camera_start_acquisition(camera.get(), a.out());
     if (a.failed("cannot be started"))
       return a.text();
-    const std::string trouble = take_frames(stop, camera.get(), stream.get());
+    const std::string trouble = take_frames(camera.get(), stream.get());
     arv_camera_stop_acquisition(camera.get(), nullptr);
     return trouble;
   }
 
-  std::string take_frames(const std::stop_token& stop, ArvCamera* camera, ArvStream* stream) {
+  std::string take_frames(ArvCamera* camera, ArvStream* stream) {
     std::atomic<bool> lost = false;
     const gulong signal =
         g_signal_connect(arv_camera_get_device(camera), "control-lost",
@@ -181,8 +221,9 @@ private:
       report_.trouble.clear();
     }
     last_id_.reset();
+    clock_ = {};
     auto last = std::chrono::steady_clock::now();
-    while (!stop.stop_requested() && !lost && std::chrono::steady_clock::now() - last < kSilence)
+    while (!stop_ && !lost && std::chrono::steady_clock::now() - last < kSilence)
       if (ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream, kPop_us)) {
         take(buffer);
         arv_stream_push_buffer(stream, buffer);
@@ -198,6 +239,8 @@ private:
   /// Counts the buffer and keeps its frame as the newest, if it is whole.
   void take(ArvBuffer* buffer) {
     auto frame = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS ? frame_of(buffer) : std::nullopt;
+    if (const std::lock_guard lock(each_mutex_); frame && each_)
+      each_(*frame);
     const std::lock_guard lock(mutex_);
     count_gap(arv_buffer_get_frame_id(buffer));
     if (!frame) {
@@ -223,7 +266,7 @@ private:
     last_id_ = id;
   }
 
-  std::optional<CameraFrame> frame_of(ArvBuffer* buffer) const {
+  std::optional<CameraFrame> frame_of(ArvBuffer* buffer) {
     const auto format = format_of(arv_buffer_get_image_pixel_format(buffer), settings_.mosaic);
     std::size_t size = 0;
     const void* data = arv_buffer_get_image_data(buffer, &size);
@@ -235,17 +278,50 @@ private:
     frame.id = arv_buffer_get_frame_id(buffer);
     frame.time_ns = static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
     frame.exposure_us = exposure_us_;
+    // Its first packet came when Aravis says, by a clock that may be set meanwhile: only how long ago counts.
+    const std::int64_t since_ns = std::max<std::int64_t>(g_get_real_time() * 1000 - frame.time_ns, 0);
+    const std::int64_t arrival_ns = steady_ns() - std::min<std::int64_t>(since_ns, 1s / 1ns);
+    frame.taken_ns = clock_.on_ours(static_cast<std::int64_t>(arv_buffer_get_timestamp(buffer)), arrival_ns);
     return frame;
   }
 
   const CameraSettings settings_;
-  mutable std::mutex mutex_; ///< of newest_ and report_; held for a move at most
+  std::mutex each_mutex_; ///< of each_
+  std::function<void(const CameraFrame&)> each_;
+  mutable std::mutex mutex_; ///< of newest_, report_ and over_; held for a move at most
   std::condition_variable changed_;
   std::optional<CameraFrame> newest_;
   SourceReport report_;
   std::optional<std::uint64_t> last_id_; ///< of the worker
   double exposure_us_ = 0.0;             ///< of the worker
-  std::jthread worker_;                  ///< last: it uses all of the above
+  CameraClock clock_;                    ///< of the worker
+  std::atomic<bool> stop_ = false;
+  bool over_ = false; ///< work() has ended
+};
+
+/// Its thread keeps the camera's state, and outlives the source where Aravis waits for a camera that is away.
+class AravisSource final : public FrameSource {
+public:
+  AravisSource(const CameraSettings& settings, std::function<void(const CameraFrame&)> each)
+      : camera_(std::make_shared<OpenCamera>(settings, std::move(each))),
+        worker_([camera = camera_] { camera->work(); }) {}
+  ~AravisSource() override {
+    camera_->leave();
+    if (camera_->is_over())
+      worker_.join();
+    else
+      worker_.detach();
+  }
+  AravisSource(const AravisSource&) = delete;
+  AravisSource& operator=(const AravisSource&) = delete;
+
+  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) override { return camera_->next(wait); }
+  bool finished() const override { return false; }
+  SourceReport report() const override { return camera_->report(); }
+
+private:
+  std::shared_ptr<OpenCamera> camera_;
+  std::thread worker_;
 };
 
 } // namespace
@@ -260,14 +336,15 @@ std::vector<FoundCamera> find_cameras() {
   return found;
 }
 
-Result<std::unique_ptr<FrameSource>> open_camera(const CameraSettings& s) {
+Result<std::unique_ptr<FrameSource>> open_camera(const CameraSettings& s,
+                                                 std::function<void(const CameraFrame&)> each) {
   const auto bad = [](const std::optional<double>& value) { return value && !(*value > 0 && *value < 1e9); };
   if (bad(s.exposure_us) || bad(s.frame_rate_hz) || (s.gain && !(*s.gain >= 0 && *s.gain < 1e6)) ||
       s.width_px.has_value() != s.height_px.has_value() || s.width_px.value_or(1) < 1 || s.height_px.value_or(1) < 1 ||
       s.packet_bytes < 0 || s.packet_bytes > 65535)
     return Error{ErrorCode::value_invalid, "exposure, gain, frame rate, size or packet size is out of range",
                  s.camera.empty() ? "camera" : s.camera, "give microseconds, hertz, pixels and bytes"};
-  return std::unique_ptr<FrameSource>(std::make_unique<AravisSource>(s));
+  return std::unique_ptr<FrameSource>(std::make_unique<AravisSource>(s, std::move(each)));
 }
 
 } // namespace daylit

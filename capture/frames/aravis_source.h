@@ -2,6 +2,7 @@
 
 // Frames of a GigE Vision or USB3 Vision camera, through Aravis.
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,7 +33,9 @@ struct CameraSettings {
 
 /// Opens the camera in a thread of its own and keeps it open: while it does not answer, is unplugged or frozen, next()
 /// gives nothing and report().trouble says why; it is tried again every half second until the source goes.
-/// Damaged frames are counted and never given out. Error value_invalid: settings that no camera can have.
-Result<std::unique_ptr<FrameSource>> open_camera(const CameraSettings& settings);
+/// Damaged frames are counted and never given out. `each`, if given, is called in that thread with every whole frame,
+/// also those that are superseded; it must be quick. Error value_invalid: settings that no camera can have.
+Result<std::unique_ptr<FrameSource>> open_camera(const CameraSettings& settings,
+                                                 std::function<void(const CameraFrame&)> each = {});
 
 } // namespace daylit

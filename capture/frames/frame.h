@@ -34,6 +34,8 @@ struct CameraFrame {
   std::uint64_t id = 0;            ///< the camera's counter; gaps are lost frames
   std::int64_t time_ns = 0;        ///< when it reached this machine, UTC nanoseconds since 1970
   double exposure_us = 0.0;        ///< as set when it was taken; 0: not known
+  /// When the camera took it, on this machine's clock that never jumps (std::chrono::steady_clock); 0: a recorded one.
+  std::int64_t taken_ns = 0;
   bool operator==(const CameraFrame&) const = default;
 };
 

@@ -8,7 +8,7 @@ namespace daylit {
 
 enum class ServiceState {
   ready,     ///< everything is loaded; also after reloading
-  picture,   ///< a picture was drawn: feeds the watchdog, so call it for nothing else
+  picture,   ///< pictures are drawn, or frames come that nobody wants to see: feeds the watchdog
   reloading, ///< SIGHUP has come; `ready` follows
   stopping,
 };

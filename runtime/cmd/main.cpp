@@ -10,11 +10,13 @@
 #include <nlohmann/json.hpp>
 
 #include "runtime/cmd/doctor_command.h"
-#include "runtime/cmd/outputs.h"
+#include "runtime/cmd/live_command.h"
 #include "runtime/cmd/pose_command.h"
 #include "runtime/cmd/record_command.h"
-#include "runtime/cmd/replay.h"
+#include "runtime/input/camera_pose.h"
 #include "runtime/input/interior_input.h"
+#include "runtime/live/replay.h"
+#include "runtime/output/outputs.h"
 #include "runtime/session/session.h"
 #include "runtime/window/viewer.h"
 #include "scene/config/config.h"
@@ -26,7 +28,7 @@ namespace daylit {
 namespace {
 
 struct Options {
-  std::string config, replay;
+  std::string config, replay, record;
   int frames = 0, threads = 0;
   bool window = false, quiet = false, json = false, force = false;
   Backend backend = Backend::automatic;
@@ -102,21 +104,10 @@ void print_notes(const std::vector<std::string>& notes) {
     std::fprintf(stderr, "daylit-run: %s\n", note.c_str());
 }
 
-/// A renderer that lost its device is started again, once.
-Result<const Frame*> draw(Session& session, const FrameInput& input) {
-  auto frame = session.render(input);
-  if (frame || frame.error().code != ErrorCode::device)
-    return frame;
-  std::fprintf(stderr, "daylit-run: %s; starting the renderer again\n", frame.error().message().c_str());
-  if (const auto again = session.recreate_renderer(); !again)
-    return again.error();
-  return session.render(input);
-}
-
 /// The files are one picture: the same frame again and again.
 Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo) {
   for (int k = 0; k < std::max(1, options.frames); ++k) {
-    const auto frame = draw(session, {sky, photo, 1, 1});
+    const auto frame = render_again_once(session, {sky, photo, 1, 1});
     if (!frame)
       return frame.error();
     if (interrupted())
@@ -139,21 +130,7 @@ void save_placements(const std::filesystem::path& config, const Session& session
   print_notes({written ? config.string() + ": the objects' places are written" : written.error().message()});
 }
 
-const char* name_of(TrackingState state) {
-  switch (state) {
-  case TrackingState::measured:
-    return "measured";
-  case TrackingState::ambiguous:
-    return "ambiguous";
-  case TrackingState::predicted:
-    return "predicted";
-  case TrackingState::lost:
-    break;
-  }
-  return "lost";
-}
-
-void print_replayed(const ReplayedFrame& f, const Options& options) {
+void print_drawn(const DrawnFrame& f, const Options& options) {
   if (options.json)
     std::printf("%s\n", nlohmann::ordered_json{{"frame", f.index},
                                                {"interior_id", f.interior_id},
@@ -169,6 +146,12 @@ void print_replayed(const ReplayedFrame& f, const Options& options) {
                 f.drawn ? "" : " (the photograph is left as it is)", f.total_ms);
 }
 
+/// A daemon says a line per picture only where it was told to draw so many.
+void print_live(const DrawnFrame& frame, const Options& options) {
+  if (options.json || options.frames > 0)
+    print_drawn(frame, options);
+}
+
 Result<void> run(const Options& options) {
   set_thread_count(options.threads);
   if (options.threads > 0)
@@ -178,10 +161,15 @@ Result<void> run(const Options& options) {
     return given.error();
   if (!options.replay.empty())
     return replay_recording(*given, {options.replay, options.frames, options.backend},
-                            [&](const ReplayedFrame& frame) { print_replayed(frame, options); });
+                            [&](const DrawnFrame& frame) { print_drawn(frame, options); });
+  if (!options.record.empty() && !given->is_live())
+    return Error{ErrorCode::usage, "--record is for cameras", options.config, "set [sky] camera and [interior] camera"};
+  if (options.window && given->is_live())
+    return Error{ErrorCode::usage, "--window shows single pictures", options.config,
+                 "look at live ones in a browser: add a section [http]"};
   if (given->is_live())
-    return Error{ErrorCode::usage, "cameras are not drawn live yet", options.config,
-                 "record them with daylit-run record, and give --replay"};
+    return run_live(*given, {options.config, options.record, options.frames, options.backend, options.quiet},
+                    [&](const DrawnFrame& frame) { print_live(frame, options); });
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
@@ -238,8 +226,10 @@ int main(int argc, char** argv) {
          "folder with the recordings sky and interior (daylit-run record): drawn frame by frame in the place of\n"
          "the configuration's pictures, the outputs numbered")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--record", options.record, "with cameras: folder for recordings of both, for --replay");
   app.add_option("--frames", options.frames,
-                 "how often the frame is drawn (default: once); with --replay: the first so many (default: all)")
+                 "how often the frame is drawn (default: once); with --replay: the first so many (default: all);\n"
+                 "with cameras: so many, written to [output] and numbered (default: none is written, and no end)")
       ->check(CLI::Range(1, 1000000));
   const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
                                                         {"gl", daylit::Backend::opengl},

@@ -1,4 +1,5 @@
 #include "runtime/input/interior_input.h"
+#include "runtime/input/camera_pose.h"
 
 #include <cmath>
 #include <cstdio>
@@ -17,11 +18,10 @@ constexpr double kOffPaper_m = 0.02;
 
 } // namespace
 
-Result<LensModel> interior_lens(const InteriorConfig& interior, const Photograph& photo) {
+Result<LensModel> interior_lens(const InteriorConfig& interior, int width, int height) {
   auto lens = read_lens(interior.lens);
   if (!lens)
     return lens.error();
-  const int width = photo.pixels().width(), height = photo.pixels().height();
   const double sx = lens->width_px > 0 ? static_cast<double>(width) / lens->width_px : 1.0;
   const double sy = lens->height_px > 0 ? static_cast<double>(height) / lens->height_px : 1.0;
   if (std::abs(sx / sy - 1) > 0.01)
@@ -29,7 +29,7 @@ Result<LensModel> interior_lens(const InteriorConfig& interior, const Photograph
                  "the picture is " + std::to_string(width) + " x " + std::to_string(height) +
                      " but the lens file is for " + std::to_string(lens->width_px) + " x " +
                      std::to_string(lens->height_px),
-                 interior.image.string(), "use the lens file of this camera mode; do not crop the picture"};
+                 interior.lens.string(), "use the lens file of this camera mode; do not crop the picture"};
   lens->fx *= sx;
   lens->fy *= sy;
   lens->cx = (lens->cx + 0.5) * sx - 0.5;
@@ -63,12 +63,11 @@ Result<Rgb> white_of(const Photograph& photo, const std::vector<SeenMarker>& see
 }
 
 Result<void> use_marker(const RunConfig& config, const MarkerConfig& marker, InteriorInput& input) {
-  if (marker.ids.size() != 1)
-    return Error{ErrorCode::value_invalid, "one marker id is needed, its centre is the board's origin", "[marker] ids",
-                 "for example ids = [23]"};
-  const BoardLayout board = BoardLayout::single(marker.dictionary, marker.ids.front(), marker.size_m);
+  const auto board = board_of(marker);
+  if (!board)
+    return board.error();
   auto pose =
-      marker_pose(marker_search_image(input.photo), input.lens, board, marker.world_from_board,
+      marker_pose(marker_search_image(input.photo), input.lens, *board, marker.world_from_board,
                   config.interior.image.string(), marker_search_exponent(input.photo, config.interior.response));
   if (!pose)
     return pose.error();
@@ -92,7 +91,7 @@ Result<InteriorInput> read_interior(const RunConfig& config) {
   auto photo = read_photograph(config.interior.image, config.interior.response);
   if (!photo)
     return photo.error();
-  auto lens = interior_lens(config.interior, *photo);
+  auto lens = interior_lens(config.interior, photo->pixels().width(), photo->pixels().height());
   if (!lens)
     return lens.error();
   InteriorInput input{std::move(*photo), *lens, glm::dmat4(1.0), {}, {}, {}};

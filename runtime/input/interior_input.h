@@ -25,12 +25,11 @@ struct InteriorInput {
   std::vector<std::string> notes;  ///< one line per thing a user should know
 };
 
-/// The lens of [interior] for the size of the picture: scaled when the calibration was made at another resolution of
+/// The lens of [interior] for pictures of that size: scaled when the calibration was made at another resolution of
 /// the same view. Errors: of the lens file; a picture of another shape.
-Result<LensModel> interior_lens(const InteriorConfig& interior, const Photograph& photo);
+Result<LensModel> interior_lens(const InteriorConfig& interior, int width_px, int height_px);
 
 /// Reads and locates the picture of [interior] with [pose] or [marker]. A given [pose] wins over the marker's.
-/// `ids` must name one marker: its centre is the board's origin.
 Result<InteriorInput> read_interior(const RunConfig& config);
 
 /// scale = "marker": the photograph's white divided by the radiance that paper of `white_reflectance` has under

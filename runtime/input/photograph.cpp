@@ -187,10 +187,12 @@ Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& cha
   const PhotoPixels pixels = photo.pixels();
   if (changed.width != pixels.width() || changed.height != pixels.height() || touched.size() != pixels.size())
     return Error{ErrorCode::value_invalid, "the changed picture has another size than the photograph", "", ""};
-  Rgb8Image out = encode_picture(photo.response, changed);
-  for (std::size_t i = 0; i < touched.size() && !photo.is_hdr(); ++i)
-    if (touched[i] == 0)
-      std::copy_n(&photo.original.bytes[3 * i], 3, &out.bytes[3 * i]);
+  if (photo.is_hdr())
+    return encode_picture(photo.response, changed);
+  Rgb8Image out = photo.original;
+  for (std::size_t i = 0; i < touched.size(); ++i)
+    for (int c = 0; c < 3 && touched[i] != 0; ++c)
+      out.bytes[3 * i + static_cast<std::size_t>(c)] = photo.response.encode(changed.texels[i][c], c);
   return out;
 }
 

@@ -14,7 +14,9 @@ namespace daylit {
 
 namespace {
 std::atomic<bool> g_interrupted{false};
+std::atomic<bool> g_reload{false};
 void on_signal(int) { g_interrupted.store(true, std::memory_order_relaxed); }
+void on_reload(int) { g_reload.store(true, std::memory_order_relaxed); }
 
 int report(const std::string& name, bool json, const Error& error) {
   std::fprintf(stderr, "%s: %s\n", name.c_str(), error.message().c_str());
@@ -40,6 +42,15 @@ void watch_for_interrupt() {
 }
 
 bool interrupted() { return g_interrupted.load(std::memory_order_relaxed); }
+
+void watch_for_reload() {
+  struct sigaction action = {};
+  action.sa_handler = on_reload;
+  action.sa_flags = SA_RESTART;
+  sigaction(SIGHUP, &action, nullptr);
+}
+
+bool reload_requested() { return g_reload.exchange(false, std::memory_order_relaxed); }
 
 Error interrupted_error(const std::string& where) { return {ErrorCode::interrupted, "interrupted", where, ""}; }
 

@@ -20,6 +20,10 @@ int exit_code(const Error& error);
 /// Installs SIGINT/SIGTERM handlers that only set a flag.
 void watch_for_interrupt();
 bool interrupted();
+/// Installs a SIGHUP handler: what a service is told when its configuration was changed.
+void watch_for_reload();
+/// Whether SIGHUP has come since the last call.
+bool reload_requested();
 /// The Error that long work returns when interrupted() became true.
 Error interrupted_error(const std::string& where);
 

@@ -1,4 +1,4 @@
-#include "runtime/cmd/outputs.h"
+#include "runtime/output/outputs.h"
 
 #include <cstdlib>
 #include <filesystem>

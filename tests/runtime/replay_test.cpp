@@ -1,4 +1,4 @@
-#include "runtime/cmd/replay.h"
+#include "runtime/live/replay.h"
 
 #include <cstring>
 #include <fstream>
@@ -44,10 +44,10 @@ struct RecordedStudio : test::Studio {
             to_16_bits(radiance, k < 2 ? kSkyRange : 2 * kSkyRange, 7 + k, std::int64_t(k) * kFrame_ns - 5'000'000));
     }
   }
-  Result<std::vector<ReplayedFrame>> replay(int most = 0) const {
-    std::vector<ReplayedFrame> frames;
+  Result<std::vector<DrawnFrame>> replay(int most = 0) const {
+    std::vector<DrawnFrame> frames;
     const auto done = replay_recording(config, {folder / "tape", most, Backend::rays},
-                                       [&](const ReplayedFrame& f) { frames.push_back(f); });
+                                       [&](const DrawnFrame& f) { frames.push_back(f); });
     if (!done)
       return done.error();
     return frames;

@@ -1,7 +1,8 @@
-#include "runtime/cmd/outputs.h"
+#include "runtime/output/outputs.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <set>
 #include <string>
@@ -39,6 +40,21 @@ RgbImage object_mask(const Composite& composite) {
 
 Rgb8Image view_of(const Photograph& photo, const RgbImage& picture) {
   return photo.is_hdr() ? to_srgb8(picture, preview_exposure(photo.linear)) : encode_picture(photo.response, picture);
+}
+
+Result<Rgb8Image> view_of(const Photograph& photo, const Composite& composite) {
+  return photo.is_hdr() ? view_of(photo, composite.picture)
+                        : encode_photograph(photo, composite.picture, composite.touched);
+}
+
+OutputConfig numbered(const OutputConfig& output, std::size_t index) {
+  OutputConfig out = output;
+  char number[24];
+  std::snprintf(number, sizeof(number), "-%05zu", index);
+  for (std::filesystem::path* path : {&out.png, &out.exr, &out.mask})
+    if (!path->empty())
+      path->replace_filename(path->stem().string() + number + path->extension().string());
+  return out;
 }
 
 Result<void> check_output_size(const OutputConfig& output, int width, int height) {
@@ -93,7 +109,7 @@ Result<void> write_outputs(const OutputConfig& output, const Photograph& photo, 
     return {};
   if (!as_it_is)
     return write_png(output.png, view_of(photo, sized(picture)));
-  const auto png = photo.is_hdr() ? view_of(photo, picture) : encode_photograph(photo, picture, composite.touched);
+  const auto png = view_of(photo, composite);
   return png ? write_png(output.png, *png) : Result<void>(png.error());
 }
 

@@ -1,0 +1,213 @@
+#include "runtime/cmd/live_command.h"
+
+#include <chrono>
+#include <cstdio>
+#include <future>
+#include <memory>
+#include <string>
+
+#include "runtime/base/service_notify.h"
+#include "runtime/cmd/live_routes.h"
+#include "runtime/live/live_run.h"
+#include "scene/core/program.h"
+#include "scene/core/read_file.h"
+#include "scene/core/seconds.h"
+
+namespace daylit {
+
+namespace {
+
+using namespace std::chrono_literals;
+using LoadedRun = Result<std::unique_ptr<LiveRun>>;
+
+constexpr double kFeedEvery_s = 1;
+constexpr std::size_t kMostTokenBytes = 4096;
+
+void say(const std::string& text) { std::fprintf(stderr, "daylit-run: %s\n", text.c_str()); }
+
+bool go_on(const std::string&, double) { return !interrupted(); }
+
+/// The secret in the file, without the line's end.
+Result<std::string> read_token(const HttpConfig& http) {
+  if (http.token_file.empty())
+    return std::string();
+  const auto bytes = read_whole_file(http.token_file, kMostTokenBytes);
+  if (!bytes)
+    return bytes.error();
+  std::string token(bytes->begin(), bytes->end());
+  token.erase(token.find_last_not_of(" \t\r\n") + 1);
+  if (token.empty())
+    return Error{ErrorCode::value_invalid, "is empty", http.token_file.string(), "make one with: openssl rand -hex 16"};
+  return token;
+}
+
+/// From the start to the end, through any number of configurations.
+class Daemon {
+public:
+  Daemon(const RunConfig& config, const LiveOptions& options, const std::function<void(const DrawnFrame&)>& report)
+      : config_(config), options_(options), report_(report) {}
+
+  Result<void> run() {
+    auto loaded = LiveRun::load(config_, options_.backend, go_on);
+    if (!loaded)
+      return loaded.error();
+    if (const auto begun = begin_outputs(); !begun)
+      return begun;
+    run_ = std::move(*loaded);
+    notify_service(ServiceState::ready, "waiting for the cameras");
+    Result<void> ended;
+    do {
+      print_notes();
+      ended = run_->run(surroundings());
+    } while (ended && take_next());
+    notify_service(ServiceState::stopping);
+    if (ended && options_.frames > 0 && pictures_ < options_.frames)
+      return interrupted_error("picture " + std::to_string(pictures_));
+    return ended;
+  }
+
+private:
+  void print_notes() const {
+    for (const std::string& note : run_->notes())
+      say(note);
+  }
+
+  Result<void> begin_outputs() {
+    if (!options_.record.empty())
+      for (auto [recorder, name] : {std::pair{&sky_recorder_, "sky"}, std::pair{&interior_recorder_, "interior"}}) {
+        auto begun = Recorder::start(options_.record / name);
+        if (!begun)
+          return begun.error();
+        *recorder = std::move(*begun);
+      }
+    if (!config_.http) {
+      if (options_.frames == 0 && options_.record.empty())
+        return Error{ErrorCode::value_invalid, "nobody would see the pictures", options_.config.string(),
+                     "add a section [http], or give --frames or --record"};
+      return {};
+    }
+    return begin_server(*config_.http);
+  }
+
+  Result<void> begin_server(const HttpConfig& http) {
+    const auto token = read_token(http);
+    if (!token)
+      return token.error();
+    server_.reset(); // its port may be the new one
+    auto server = HttpServer::start({http.address, http.port, *token}, live_routes(board_, status_));
+    if (!server)
+      return server.error();
+    server_ = std::move(*server);
+    say("http://" + http.address + ":" + std::to_string(server_->port()) + "/stream.mjpg");
+    return {};
+  }
+
+  LiveSurroundings surroundings() {
+    LiveSurroundings around{board_, status_};
+    around.sky_recorder = sky_recorder_.get();
+    around.interior_recorder = interior_recorder_.get();
+    around.frames = options_.frames;
+    around.drawn = [this](const DrawnFrame& frame) {
+      ++pictures_;
+      report_(frame);
+    };
+    around.state_changed = [this](const std::string& state) {
+      if (!options_.quiet)
+        say(state);
+    };
+    around.go_on = [this] {
+      feed_watchdog();
+      return !interrupted() && !next_is_loaded();
+    };
+    return around;
+  }
+
+  /// While pictures are drawn, or frames come that nobody wants to see.
+  void feed_watchdog() {
+    if (wall_seconds() - last_fed_ < kFeedEvery_s)
+      return;
+    last_fed_ = wall_seconds();
+    const LiveReport r = status_.report();
+    const std::uint64_t flow = r.viewers > 0 ? r.drawn + r.untouched : r.interior.source.whole;
+    if (flow != last_flow_)
+      notify_service(ServiceState::picture, r.state);
+    last_flow_ = flow;
+  }
+
+  /// SIGHUP has the configuration read and loaded beside the run, which goes on until all of it is there.
+  bool next_is_loaded() {
+    if (reload_requested() && !loading_.valid()) {
+      notify_service(ServiceState::reloading);
+      loading_ = std::async(std::launch::async, [this]() -> LoadedRun {
+        auto config = read_run_config(options_.config);
+        if (!config)
+          return config.error();
+        if (!config->is_live())
+          return Error{ErrorCode::value_invalid, "it names no cameras any more", options_.config.string(), ""};
+        next_config_ = std::move(*config);
+        return LiveRun::load(next_config_, options_.backend, go_on);
+      });
+    }
+    if (!loading_.valid() || loading_.wait_for(0ms) != std::future_status::ready)
+      return false;
+    auto loaded = loading_.get();
+    notify_service(ServiceState::ready);
+    if (!loaded) {
+      refuse_reload(loaded.error().message());
+      return false;
+    }
+    next_ = std::move(*loaded);
+    return true;
+  }
+
+  void refuse_reload(const std::string& why) {
+    say("the configuration in use stays: " + why);
+    status_.reloaded(why);
+  }
+
+  /// False: there is none, the daemon ends.
+  bool take_next() {
+    if (!next_ || interrupted())
+      return false;
+    run_ = std::move(next_);
+    const std::optional<HttpConfig> before = std::exchange(config_, next_config_).http;
+    const bool same = before.has_value() == config_.http.has_value() &&
+                      (!before || (before->port == config_.http->port && before->address == config_.http->address &&
+                                   before->token_file == config_.http->token_file));
+    std::string trouble;
+    if (!same && !config_.http)
+      server_.reset();
+    else if (!same)
+      if (const auto begun = begin_server(*config_.http); !begun)
+        trouble = begun.error().message();
+    if (trouble.empty())
+      say("the new configuration is in use");
+    else
+      say("the new configuration is in use, but not its [http]: " + trouble);
+    status_.reloaded(trouble);
+    return true;
+  }
+
+  RunConfig config_, next_config_; ///< the next one: of the thread that loads it until it is done
+  const LiveOptions options_;
+  const std::function<void(const DrawnFrame&)> report_;
+  PictureBoard board_;
+  LiveStatus status_;
+  std::unique_ptr<Recorder> sky_recorder_, interior_recorder_;
+  std::unique_ptr<LiveRun> run_, next_;
+  std::future<LoadedRun> loading_;
+  std::unique_ptr<HttpServer> server_; ///< after what it shows
+  int pictures_ = 0;
+  double last_fed_ = 0;
+  std::uint64_t last_flow_ = 0;
+};
+
+} // namespace
+
+Result<void> run_live(const RunConfig& config, const LiveOptions& options,
+                      const std::function<void(const DrawnFrame&)>& report) {
+  watch_for_reload();
+  return Daemon(config, options, report).run();
+}
+
+} // namespace daylit

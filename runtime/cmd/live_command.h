@@ -1,0 +1,26 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+
+#include "runtime/live/frame_drawer.h"
+#include "scene/config/config.h"
+#include "scene/core/result.h"
+
+namespace daylit {
+
+struct LiveOptions {
+  std::filesystem::path config; ///< read again on SIGHUP
+  std::filesystem::path record; ///< folder for recordings of both cameras; empty: none
+  int frames = 0;               ///< so many pictures are drawn and written to [output]; 0: until it is told to stop
+  Backend backend = Backend::automatic;
+  bool quiet = false;
+};
+
+/// daylit-run CONFIG.toml with cameras: draws until SIGINT, SIGTERM or the last of `frames`. `report` is called after
+/// each picture; changes of state are told on stderr. Errors: of the configuration and what it names, before a camera
+/// is touched; interrupted before the last of `frames`.
+Result<void> run_live(const RunConfig& config, const LiveOptions& options,
+                      const std::function<void(const DrawnFrame&)>& report);
+
+} // namespace daylit

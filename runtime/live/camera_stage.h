@@ -1,0 +1,64 @@
+#pragma once
+
+// The thread between a camera and the picture: the camera's newest frame, made ready to be drawn from.
+
+#include <atomic>
+#include <functional>
+#include <thread>
+
+#include "capture/frames/frame_source.h"
+#include "runtime/live/camera_watch.h"
+#include "runtime/live/newest.h"
+
+namespace daylit {
+
+/// It begins with the newest frame there is when its last result was taken, and only while results are wanted: nothing
+/// is made ready that nobody will see. `Ready`: what a frame becomes.
+template <class Ready>
+class CameraStage {
+public:
+  using MakeReady = std::function<Result<Ready>(const CameraFrame&)>;
+
+  /// `source` and `watch` must outlive it. Frames older than `oldest_s` are left out.
+  CameraStage(FrameSource& source, CameraWatch& watch, double oldest_s, MakeReady make_ready)
+      : source_(source), watch_(watch), oldest_s_(oldest_s), make_ready_(std::move(make_ready)),
+        thread_([this](const std::stop_token& stop) { work(stop); }) {}
+
+  void want(bool wanted) { wanted_ = wanted; }
+  Newest<Ready>& ready() { return ready_; }
+  CameraReport report() const { return watch_.report(source_.report()); }
+
+private:
+  void work(const std::stop_token& stop) {
+    using namespace std::chrono_literals;
+    while (!stop.stop_requested()) {
+      if (!wanted_)
+        std::this_thread::sleep_for(5ms);
+      else if (ready_.wait_until_taken(50ms))
+        take(50ms);
+    }
+  }
+
+  void take(std::chrono::milliseconds wait) {
+    const auto next = source_.next(wait);
+    if (!next)
+      return watch_.refuse(next.error().message());
+    if (!*next || age_s(**next) > oldest_s_ || !watch_.accept(**next))
+      return;
+    auto made = make_ready_(**next);
+    if (!made)
+      return watch_.refuse(made.error().message());
+    watch_.used(**next);
+    ready_.put(std::move(*made));
+  }
+
+  FrameSource& source_;
+  CameraWatch& watch_;
+  const double oldest_s_;
+  const MakeReady make_ready_;
+  std::atomic<bool> wanted_ = false;
+  Newest<Ready> ready_;
+  std::jthread thread_; ///< last: it uses all of the above
+};
+
+} // namespace daylit

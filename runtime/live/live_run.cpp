@@ -1,0 +1,237 @@
+#include "runtime/live/live_run.h"
+
+#include <chrono>
+#include <utility>
+
+#include "capture/frames/aravis_source.h"
+#include "runtime/input/camera_pictures.h"
+#include "runtime/input/camera_pose.h"
+#include "runtime/input/interior_input.h"
+#include "runtime/live/camera_stage.h"
+#include "runtime/output/outputs.h"
+
+namespace daylit {
+
+namespace {
+
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+/// A photograph this old is of another moment; a sky is the last good one, however old.
+constexpr double kOldestPhoto_s = 1.0, kOldestSky_s = 1e9;
+
+std::int64_t now_ns() { return Clock::now().time_since_epoch() / 1ns; }
+double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
+
+struct ReadySky {
+  SkyImage sky;
+  std::uint64_t frame_id = 0;
+  std::int64_t taken_ns = 0;
+};
+
+struct ReadyPhoto {
+  Photograph photo;
+  TrackedPose pose;
+  std::uint64_t frame_id = 0;
+  std::int64_t taken_ns = 0;
+};
+
+} // namespace
+
+struct LiveRun::State {
+  RunConfig config;
+  CameraSettings sky_camera, interior_camera;
+  SkyReader sky_reader;
+  PhotographReader photograph_reader;
+  CameraPose pose;
+  FrameDrawer drawer;
+  std::optional<ReadySky> sky;            ///< the last good one
+  std::uint64_t sky_id = 0, photo_id = 0; ///< count those that were drawn with
+  TrackingState last_tracking = TrackingState::measured;
+
+  Result<DrawnFrame> draw(const ReadyPhoto& photo, const LiveSurroundings& around);
+  Result<void> draw_until_the_end(const LiveSurroundings& around, CameraStage<ReadySky>& skies,
+                                  CameraStage<ReadyPhoto>& photos);
+};
+
+namespace {
+
+std::function<void(const CameraFrame&)> offer_to(Recorder* recorder) {
+  if (!recorder)
+    return {};
+  return [recorder](const CameraFrame& frame) { recorder->offer(frame); };
+}
+
+/// The first thing that matters to whoever looks after it.
+std::string state_in_words(const CameraReport& sky, const CameraReport& interior, bool wanted, bool has_sky,
+                           TrackingState tracking) {
+  if (!interior.source.connected)
+    return interior.source.trouble.empty() ? "opening the cameras" : "interior camera away: " + interior.source.trouble;
+  if (!interior.trouble.empty())
+    return "interior camera: " + interior.trouble;
+  if (!wanted)
+    return "idle: nobody looks";
+  if (!has_sky)
+    return "no sky yet" + (sky.trouble.empty() ? "" : ": " + sky.trouble);
+  if (!sky.source.connected)
+    return "sky camera away, its last picture is used: " + sky.source.trouble;
+  if (!sky.trouble.empty())
+    return "sky camera, its last good picture is used: " + sky.trouble;
+  if (interior.frozen || sky.frozen)
+    return std::string(sky.frozen ? "sky" : "interior") + " camera frozen: the same picture for five seconds";
+  if (tracking == TrackingState::lost)
+    return "marker lost: the photograph is left as it is";
+  return "drawing";
+}
+
+} // namespace
+
+/// What follows from files alone, so that a mistake is told before a camera is touched.
+Result<std::unique_ptr<LiveRun>> LiveRun::load(const RunConfig& config, Backend backend, const Progress& progress) {
+  if (!config.sky.camera || !config.interior.camera)
+    return Error{ErrorCode::value_invalid, "a live run needs two cameras", "[sky] camera, [interior] camera",
+                 "daylit-run cameras lists those that answer"};
+  auto sky_reader = SkyReader::open(config.sky);
+  if (!sky_reader)
+    return sky_reader.error();
+  LensModel sky_lens;
+  if (!config.sky.lens.empty()) {
+    const auto read = read_lens(config.sky.lens);
+    if (!read)
+      return read.error();
+    sky_lens = *read;
+  }
+  const auto sky_camera = camera_settings(*config.sky.camera, sky_lens);
+  if (!sky_camera)
+    return sky_camera.error();
+  const auto given_lens = read_lens(config.interior.lens);
+  if (!given_lens)
+    return given_lens.error();
+  const auto interior_camera = camera_settings(*config.interior.camera, *given_lens);
+  if (!interior_camera)
+    return interior_camera.error();
+  const int width = *interior_camera->width_px, height = *interior_camera->height_px;
+  if (const auto fits = check_output_size(config.output, width, height); !fits)
+    return fits.error();
+  const auto lens = interior_lens(config.interior, width, height);
+  if (!lens)
+    return lens.error();
+  auto reader = PhotographReader::open(config.interior.response);
+  if (!reader)
+    return reader.error();
+  auto pose = CameraPose::make(config, *lens);
+  if (!pose)
+    return pose.error();
+  auto drawer = FrameDrawer::open(config, width, height, backend, progress);
+  if (!drawer)
+    return drawer.error();
+  return std::unique_ptr<LiveRun>(new LiveRun(
+      std::make_unique<State>(State{config, *sky_camera, *interior_camera, std::move(*sky_reader), std::move(*reader),
+                                    std::move(*pose), std::move(*drawer), std::nullopt, 0, 0})));
+}
+
+LiveRun::LiveRun(std::unique_ptr<State> state) : state_(std::move(state)) {}
+LiveRun::~LiveRun() = default;
+const std::vector<std::string>& LiveRun::notes() const { return state_->drawer.notes(); }
+
+Result<DrawnFrame> LiveRun::State::draw(const ReadyPhoto& p, const LiveSurroundings& around) {
+  const FrameToDraw next{p.photo, ++photo_id, p.pose, sky ? &sky->sky : nullptr, sky_id};
+  const auto composite = drawer.draw(next);
+  if (!composite)
+    return composite.error();
+  DrawnFrame done;
+  done.index = around.board.last_index();
+  done.interior_id = p.frame_id;
+  done.sky_id = sky ? sky->frame_id : 0;
+  done.sky_age_s = sky ? seconds(p.taken_ns - sky->taken_ns) : 0.0;
+  done.tracking = p.pose.state;
+  done.drawn = next.can_be_drawn();
+  done.total_ms = done.drawn ? drawer.report().total_ms : 0.0;
+  if (around.frames > 0)
+    if (const auto written = write_outputs(numbered(config.output, done.index), p.photo, **composite); !written)
+      return written.error();
+  auto view = view_of(p.photo, **composite);
+  if (!view)
+    return view.error();
+  around.board.publish(std::move(*view), around.board.wants_linear() ? (*composite)->picture : RgbImage{});
+  return done;
+}
+
+namespace {
+
+/// Tells everybody how it stands.
+void tell(const LiveSurroundings& around, const std::string& state, double sky_age_s, const CameraReport& sky,
+          const CameraReport& interior) {
+  const auto recording = [](const Recorder* r) { return r ? std::optional(r->report()) : std::nullopt; };
+  if (around.status.set(state, sky_age_s, around.board.viewers(), sky, interior, recording(around.sky_recorder),
+                        recording(around.interior_recorder)) &&
+      around.state_changed)
+    around.state_changed(state);
+}
+
+} // namespace
+
+Result<void> LiveRun::State::draw_until_the_end(const LiveSurroundings& around, CameraStage<ReadySky>& skies,
+                                                CameraStage<ReadyPhoto>& photos) {
+  const auto take_sky = [&] {
+    if (auto newer = skies.ready().take(0ms)) {
+      sky = std::move(*newer);
+      ++sky_id;
+    }
+  };
+  for (int drawn = 0; around.go_on() && (around.frames == 0 || drawn < around.frames);) {
+    const bool wanted = around.frames > 0 || around.board.viewers() > 0;
+    skies.want(wanted);
+    photos.want(wanted);
+    take_sky();
+    const CameraReport sky_report = skies.report(), interior_report = photos.report();
+    tell(around, state_in_words(sky_report, interior_report, wanted, sky.has_value(), last_tracking),
+         sky ? seconds(now_ns() - sky->taken_ns) : -1.0, sky_report, interior_report);
+    const auto photo = photos.ready().take(wanted ? 50ms : 20ms);
+    if (!photo || !wanted || seconds(now_ns() - photo->taken_ns) > kOldestPhoto_s)
+      continue;
+    take_sky();
+    if (around.frames > 0 && !sky)
+      continue;
+    const auto done = draw(*photo, around);
+    if (!done)
+      return done.error();
+    last_tracking = done->tracking;
+    around.status.picture(*done, drawer.report(), seconds(now_ns() - photo->taken_ns));
+    if (around.drawn)
+      around.drawn(*done);
+    ++drawn;
+  }
+  return {};
+}
+
+Result<void> LiveRun::run(const LiveSurroundings& around) {
+  State& s = *state_;
+  const auto sky_source = open_camera(s.sky_camera, offer_to(around.sky_recorder));
+  if (!sky_source)
+    return sky_source.error();
+  const auto interior_source = open_camera(s.interior_camera, offer_to(around.interior_recorder));
+  if (!interior_source)
+    return interior_source.error();
+  CameraWatch sky_watch(*s.sky_camera.width_px, *s.sky_camera.height_px, true);
+  CameraWatch interior_watch(*s.interior_camera.width_px, *s.interior_camera.height_px, false);
+  CameraStage<ReadySky> skies(**sky_source, sky_watch, kOldestSky_s, [&](const CameraFrame& f) -> Result<ReadySky> {
+    auto sky = s.sky_reader.read(f);
+    if (!sky)
+      return sky.error();
+    return ReadySky{std::move(*sky), f.id, f.taken_ns};
+  });
+  CameraStage<ReadyPhoto> photos(**interior_source, interior_watch, kOldestPhoto_s,
+                                 [&](const CameraFrame& f) -> Result<ReadyPhoto> {
+                                   auto photo = s.photograph_reader.read(f);
+                                   if (!photo)
+                                     return photo.error();
+                                   const auto pose = s.pose.at(*photo, seconds(f.taken_ns));
+                                   if (!pose)
+                                     return pose.error();
+                                   return ReadyPhoto{std::move(*photo), *pose, f.id, f.taken_ns};
+                                 });
+  return s.draw_until_the_end(around, skies, photos);
+}
+
+} // namespace daylit
