@@ -47,5 +47,6 @@ Command add_response_command(CLI::App& app, CommonOptions& options);
 Command add_merge_command(CLI::App& app, CommonOptions& options);
 Command add_colour_command(CLI::App& app, CommonOptions& options);
 Command add_align_command(CLI::App& app, CommonOptions& options);
+Command add_vignette_command(CLI::App& app, CommonOptions& options);
 
 } // namespace daylit::calibration

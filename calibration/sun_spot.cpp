@@ -112,4 +112,20 @@ std::optional<SunSpot> find_sun(const RgbImage& picture, const LensModel& lens, 
   return sun;
 }
 
+// The ring is as far from the spot as the reach of its light, and half as wide.
+double spot_light(const RgbImage& picture, const LensModel& lens, const SunSpot& spot) {
+  double inside = 0, around = 0, inside_angle = 0, around_angle = 0;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) {
+      const auto d = lens.unproject({x, y});
+      if (!d || glm::dot(*d, spot.direction) < std::cos(1.5 * kReach_deg * kDegree))
+        continue;
+      const double w = lens.solid_angle_density({x, y}), light = w * static_cast<double>(luminance(picture.at(x, y)));
+      const bool in = glm::dot(*d, spot.direction) > std::cos(kReach_deg * kDegree);
+      (in ? inside : around) += light;
+      (in ? inside_angle : around_angle) += w;
+    }
+  return inside - (around_angle > 0 ? inside_angle * around / around_angle : 0.0);
+}
+
 } // namespace daylit::calibration

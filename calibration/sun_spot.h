@@ -23,4 +23,7 @@ struct SunSpot {
 /// is clipped; infinite for an HDR picture. Nothing, and `why`: there is none.
 std::optional<SunSpot> find_sun(const RgbImage& picture, const LensModel& lens, float saturated, std::string& why);
 
+/// Light of the spot: its radiance above that of the ring around it, times solid angle.
+double spot_light(const RgbImage& picture, const LensModel& lens, const SunSpot& spot);
+
 } // namespace daylit::calibration
