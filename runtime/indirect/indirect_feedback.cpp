@@ -1,6 +1,9 @@
 #include "runtime/indirect/indirect_feedback.h"
 
+#include <algorithm>
 #include <cmath>
+#include <compare>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -21,6 +24,22 @@ constexpr double kInset = 0.02;   // of the box: floors and walls touch it
 constexpr double kFarRadii = 2.5; // a change further away is not looked for
 constexpr int kPacket = 16;       // rays
 static_assert(kDirections % kPacket == 0);
+
+// All in radii of the object:
+constexpr double kContact = 0.08; // a vertex nearer than that to the room has an eye of its own,
+constexpr double kEyeCell = 0.025; // one for those that lie in the same cube of that side;
+constexpr double kLift = 0.002;   // off the surface that the vertex may lie on;
+constexpr double kFine = 0.12;    // what it sees nearer than that is looked up in fine cells
+constexpr double kCoarseCell = 0.25;
+
+/// Of cubes of that side.
+struct CellKey {
+  std::int64_t x = 0, y = 0, z = 0;
+  CellKey(const glm::dvec3& p, double side)
+      : x(std::llround(p.x / side)), y(std::llround(p.y / side)), z(std::llround(p.z / side)) {}
+  auto operator<=>(const CellKey&) const = default;
+  glm::dvec3 centre(double side) const { return side * glm::dvec3(x, y, z); }
+};
 
 /// Evenly over the sphere, one set after another, with the nine harmonics of each.
 struct Directions {
@@ -46,48 +65,73 @@ const Directions& directions() {
 
 } // namespace
 
-/// On all used points of all lattices, in parallel: work(part, point number, point).
-template <class Work>
-void IndirectFeedback::for_each_used(const Work& work) {
-  constexpr std::size_t kPoints = kSide * kSide * kSide;
-  parallel_for(std::size_t{0}, kPoints * surrounds_.size(), [&](std::size_t k) {
-    if (LatticePoint& point = surrounds_[k / kPoints].points[k % kPoints]; point.used)
-      work(k / kPoints, k % kPoints, point);
-  });
+void IndirectFeedback::objects_moved() {
+  surrounds_.clear();
+  eyes_.clear();
+  for (std::size_t part = 0; part < scene_.parts.size(); ++part) {
+    surrounds_.push_back({BoxLattice(scene_.parts.box(part), kSide, kInset), {}, {}});
+    add_lattice(part, surrounds_.back());
+    add_contact(part, surrounds_.back());
+  }
+  parallel_for(std::size_t{0}, eyes_.size(), [&](std::size_t k) { look_around(eyes_[k]); });
+  list_nodes();
 }
 
-void IndirectFeedback::objects_moved() {
-  const PlacedParts& parts = scene_.parts;
-  surrounds_.clear();
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    Surround s{BoxLattice(parts.box(part), kSide, kInset), {}};
-    s.points.resize(s.lattice.point_count());
-    for (const glm::vec3& p : parts.positions(part))
-      for (const BoxLattice::Corner& c : s.lattice.around(glm::dvec3(p)))
-        s.points[c.point].used = true;
-    surrounds_.push_back(std::move(s));
+void IndirectFeedback::add_lattice(std::size_t part, Surround& surround) {
+  surround.eye.assign(surround.lattice.point_count(), kNone);
+  for (const glm::vec3& p : scene_.parts.positions(part))
+    for (const BoxLattice::Corner& c : surround.lattice.around(glm::dvec3(p))) {
+      if (surround.eye[c.point] != kNone)
+        continue;
+      surround.eye[c.point] = static_cast<std::uint32_t>(eyes_.size());
+      const std::size_t k = c.point, phase = k % 2 + k / kSide % 2 * 2 + k / (kSide * kSide) % 2 * 4;
+      const glm::dvec3 at = scene_.parts.to_world(part, surround.lattice.position(k));
+      eyes_.push_back({part, at, static_cast<int>(phase), false, {}, {}, {}});
+    }
+}
+
+/// The distance to the room is found for coarse cells first: most of a dense mesh is far from it.
+void IndirectFeedback::add_contact(std::size_t part, Surround& surround) {
+  const double radius = scene_.parts.sphere(part).radius, reach = kContact * radius, coarse = kCoarseCell * radius;
+  if (radius <= 0.0)
+    return;
+  const auto distance = [&](const glm::dvec3& x, double within) {
+    return static_cast<double>(scene_.rays.distance(scene_.rays.to_local(x), static_cast<float>(within)));
+  };
+  const std::span<const glm::vec3> positions = scene_.parts.positions(part);
+  std::map<CellKey, bool> is_near;
+  std::map<CellKey, std::uint32_t> eye_of;
+  surround.contact.assign(positions.size(), {});
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    const glm::dvec3 x = scene_.parts.to_world(part, glm::dvec3(positions[v]));
+    const CellKey cell(x, coarse);
+    auto known = is_near.find(cell);
+    if (known == is_near.end())
+      known = is_near.emplace(cell, distance(cell.centre(coarse), coarse + reach) < 0.9 * coarse + reach).first;
+    const double away = known->second ? distance(x, reach) : reach;
+    const double t = std::clamp(4.0 - 4.0 * away / reach, 0.0, 1.0);
+    if (t <= 0.0)
+      continue;
+    const auto [eye, made] = eye_of.emplace(CellKey(x, kEyeCell * radius), static_cast<std::uint32_t>(eyes_.size()));
+    if (made)
+      eyes_.push_back({part, x, 0, true, {}, {}, {}});
+    surround.contact[v] = {eye->second, static_cast<float>(t)};
   }
-  for_each_used([&](std::size_t part, std::size_t k, LatticePoint& point) {
-    const std::size_t phase = k % 2 + k / kSide % 2 * 2 + k / (kSide * kSide) % 2 * 4;
-    look_around(part, parts.to_world(part, surrounds_[part].lattice.position(k)), phase, point);
-  });
-  list_nodes();
 }
 
 void IndirectFeedback::list_nodes() {
   std::vector<std::uint8_t> listed(receivers_.node_count(), 0);
   changes_.assign(listed.size(), Rgb(0.0f));
   nodes_.clear();
-  for (Surround& s : surrounds_)
-    for (LatticePoint& point : s.points)
-      for (ReceiverLattice::Node* node : std::exchange(point.nodes, {}))
-        if (!std::exchange(listed[receivers_.number_of(*node)], 1))
-          nodes_.push_back(node);
+  for (Eye& eye : eyes_)
+    for (ReceiverLattice::Node* node : std::exchange(eye.nodes, {}))
+      if (!std::exchange(listed[receivers_.number_of(*node)], 1))
+        nodes_.push_back(node);
 }
 
-void IndirectFeedback::see(LatticePoint& point, std::uint32_t direction, const Rgb& reflectance,
+void IndirectFeedback::see(Eye& eye, std::uint32_t direction, const Rgb& reflectance,
                            const ReceiverLattice::Link& link) const {
-  SeenPoint& seen = point.seen.emplace_back();
+  SeenPoint& seen = eye.seen.emplace_back();
   seen.direction = direction;
   seen.reflectance = reflectance;
   seen.weight = link.weight;
@@ -95,17 +139,17 @@ void IndirectFeedback::see(LatticePoint& point, std::uint32_t direction, const R
     if (link.weight[k] == 0.0f)
       continue;
     seen.node[k] = static_cast<std::uint32_t>(receivers_.number_of(*link.node[k]));
-    point.nodes.push_back(link.node[k]);
+    eye.nodes.push_back(link.node[k]);
   }
 }
 
 /// Evenly over the sphere of directions. The room is looked at as if the object did not stand there: what it hides is
 /// in its transfer vectors.
-void IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye, std::size_t phase,
-                                   LatticePoint& point) const {
-  const BoundingSphere& sphere = scene_.parts.sphere(part);
-  const glm::vec3 from = scene_.rays.to_local(eye);
-  for (std::size_t first = phase * kDirections; first < (phase + 1) * kDirections; first += kPacket) {
+void IndirectFeedback::look_around(Eye& eye) const {
+  const BoundingSphere& sphere = scene_.parts.sphere(eye.part);
+  const glm::vec3 from = scene_.rays.to_local(eye.position + glm::dvec3(0.0, 0.0, kLift * sphere.radius * eye.at_contact));
+  const std::size_t start = static_cast<std::size_t>(eye.phase) * kDirections;
+  for (std::size_t first = start; first < start + kDirections; first += kPacket) {
     RayHits16 hits;
     const std::uint32_t met = scene_.rays.closest16(
         ray_fan(from, kPacket, [&](std::size_t k) { return glm::vec3(directions().w[first + k]); }), kPacket, hits);
@@ -114,11 +158,11 @@ void IndirectFeedback::look_around(std::size_t part, const glm::dvec3& eye, std:
         continue;
       const glm::dvec3& w = directions().w[first + k];
       const double distance = static_cast<double>(hits.distance[k]);
-      const glm::dvec3 position = eye + distance * w;
+      const glm::dvec3 position = eye.position + distance * w;
       if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius &&
-          (scene_.parts.size() == 1 || !scene_.parts.hidden(eye, w, distance, part))) // by another: see OtherObjects
-        see(point, static_cast<std::uint32_t>(first + k), scene_.reflectance(hits.triangle[k]),
-            receivers_.link(hits.triangle[k], position, w));
+          (scene_.parts.size() == 1 || !scene_.parts.hidden(eye.position, w, distance, eye.part))) // see OtherObjects
+        see(eye, static_cast<std::uint32_t>(first + k), scene_.reflectance(hits.triangle[k]),
+            receivers_.link(hits.triangle[k], position, w, eye.at_contact && distance < kFine * sphere.radius));
     }
   }
 }
@@ -144,16 +188,26 @@ void IndirectFeedback::light_changed() {
     for (std::size_t k = range.begin(); k != range.end(); ++k)
       changes_[receivers_.number_of(*nodes_[k])] = receivers_.whole_change(*nodes_[k]);
   });
-  for_each_used([&](std::size_t, std::size_t, LatticePoint& point) { point.change = change_of(point.seen); });
+  parallel_for(tbb::blocked_range<std::size_t>(0, eyes_.size(), 16), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k)
+      eyes_[k].change = change_of(eyes_[k].seen);
+  });
 }
 
-/// L_lm(x) = sum_k w_k L_lm,k of the points around.
-Sh9Rgb IndirectFeedback::change(std::size_t part, const glm::dvec3& x) const {
+/// L_lm(x) = sum_k w_k L_lm,k of the points around, mixed with its own.
+Sh9Rgb IndirectFeedback::change(std::size_t part, std::size_t vertex) const {
   const Surround& s = surrounds_[part];
+  const Contact own = s.contact.empty() ? Contact{} : s.contact[vertex];
   Sh9Rgb sum{};
-  for (const BoxLattice::Corner& c : s.lattice.around(scene_.parts.to_own(part, x)))
+  const auto add = [&](std::uint32_t eye, float weight) {
     for (int i = 0; i < 9; ++i)
-      sum[i] += c.weight * s.points[c.point].change[i];
+      sum[i] += weight * eyes_[eye].change[i];
+  };
+  if (own.eye != kNone)
+    add(own.eye, own.weight);
+  if (own.weight < 1.0f)
+    for (const BoxLattice::Corner& c : s.lattice.around(glm::dvec3(scene_.parts.positions(part)[vertex])))
+      add(s.eye[c.point], (1.0f - own.weight) * c.weight);
   return sum;
 }
 

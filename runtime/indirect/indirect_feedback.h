@@ -11,8 +11,9 @@
 
 namespace daylit {
 
-/// Nine coefficients of the change at the points of a lattice in each object's box, beside its vertices. Keeps
-/// references to everything given.
+/// Nine coefficients of the change at points of a lattice in each object's box, beside its vertices. Where these are
+/// close to a surface of the room the light changes within millimetres, and each few of them have a point of their own.
+/// Keeps references to everything given.
 class IndirectFeedback {
 public:
   IndirectFeedback(const LitScene& scene, const ReceiverLattice& receivers) : scene_(scene), receivers_(receivers) {}
@@ -21,8 +22,9 @@ public:
   void objects_moved();
   /// After the receivers have another light.
   void light_changed();
-  /// Change of the radiance that arrives at a point of a part: trilinear between the points.
-  Sh9Rgb change(std::size_t part, const glm::dvec3& x) const;
+  /// Change of the radiance that arrives at a vertex of a part: trilinear between the points of the lattice, or that of
+  /// its own.
+  Sh9Rgb change(std::size_t part, std::size_t vertex) const;
 
 private:
   struct SeenPoint {
@@ -31,28 +33,39 @@ private:
     std::array<std::uint32_t, 4> node{}; ///< numbers and weights
     std::array<float, 4> weight{};
   };
-  struct LatticePoint {
-    bool used = false; ///< some vertex lies beside it
+  /// From where it is looked around.
+  struct Eye {
+    std::size_t part = 0;
+    glm::dvec3 position{0.0}; ///< world metres
+    int phase = 0;            ///< of the directions
+    bool at_contact = false;
     std::vector<SeenPoint> seen;
     std::vector<ReceiverLattice::Node*> nodes; ///< that it sees, until they are listed
     Sh9Rgb change{};
   };
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
+  /// Of a vertex close to the room: its eye, and how much that counts beside the lattice.
+  struct Contact {
+    std::uint32_t eye = kNone;
+    float weight = 0.0f;
+  };
   struct Surround {
     BoxLattice lattice;
-    std::vector<LatticePoint> points;
+    std::vector<std::uint32_t> eye; ///< of each point of the lattice that lies beside a vertex
+    std::vector<Contact> contact;   ///< of each vertex
   };
-  void look_around(std::size_t part, const glm::dvec3& eye, std::size_t phase, LatticePoint& point) const;
-  void see(LatticePoint& point, std::uint32_t direction, const Rgb& reflectance,
-           const ReceiverLattice::Link& link) const;
+  void add_lattice(std::size_t part, Surround& surround);
+  void add_contact(std::size_t part, Surround& surround);
+  void look_around(Eye& eye) const;
+  void see(Eye& eye, std::uint32_t direction, const Rgb& reflectance, const ReceiverLattice::Link& link) const;
   void list_nodes();
   Sh9Rgb change_of(const std::vector<SeenPoint>& seen) const;
-  template <class Work>
-  void for_each_used(const Work& work);
 
   const LitScene& scene_;
   const ReceiverLattice& receivers_;
-  std::vector<Surround> surrounds_;
-  std::vector<ReceiverLattice::Node*> nodes_; ///< all that some point sees
+  std::vector<Surround> surrounds_; ///< of each part
+  std::vector<Eye> eyes_;
+  std::vector<ReceiverLattice::Node*> nodes_; ///< all that some eye sees
   std::vector<Rgb> changes_;                  ///< of the irradiance, by the nodes' numbers
 };
 

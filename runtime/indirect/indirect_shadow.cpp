@@ -76,8 +76,8 @@ void IndirectShadow::set_indirect(std::span<const TwoSided> indirect) {
 }
 
 void IndirectShadow::exchange_with_room() { state_->indirect_feedback.light_changed(); }
-Sh9Rgb IndirectShadow::feedback(std::size_t part, const glm::dvec3& x) const {
-  return state_->indirect_feedback.change(part, x);
+Sh9Rgb IndirectShadow::feedback(std::size_t part, std::size_t vertex) const {
+  return state_->indirect_feedback.change(part, vertex);
 }
 
 bool IndirectShadow::objects_see_each_other() const { return state_->other_objects.any(); }

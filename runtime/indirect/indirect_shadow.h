@@ -44,9 +44,9 @@ public:
   void set_indirect(std::span<const TwoSided> indirect);
 
   /// What the objects do to the room comes back to them: after exchange_with_room(), nine coefficients of the change
-  /// of radiance that arrives at a point of a part from the surfaces around, under the light of set_indirect().
+  /// of radiance that arrives at a vertex of a part from the surfaces around, under the light of set_indirect().
   void exchange_with_room();
-  Sh9Rgb feedback(std::size_t part, const glm::dvec3& x) const;
+  Sh9Rgb feedback(std::size_t part, std::size_t vertex) const;
   /// Light between the objects: whether there is any, and after set_indirect(), what it changes of the radiance that
   /// arrives at a point of a part.
   bool objects_see_each_other() const;

@@ -14,7 +14,7 @@ namespace daylit {
 
 namespace {
 
-constexpr int kContactRays = 32, kRays = 48, kFarRays = 24; // per object and node
+constexpr int kRays = 32, kFarRays = 24; // per object and node
 /// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
 /// `blend_to` it has taken over; the last level has none.
 struct Level {
@@ -23,8 +23,8 @@ struct Level {
 };
 /// The first levels reach as far from the objects' surfaces, the others from their middles.
 constexpr std::size_t kContactLevels = 2;
-constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kContactRays},
-                                        {1.0 / 18.0, 0.22, 0.30, kContactRays},
+constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
+                                        {1.0 / 18.0, 0.22, 0.30, kRays},
                                         {1.0 / 8.0, 1.1, 1.3, kRays},
                                         {1.0 / 4.0, 1.8, 2.2, kRays},
                                         {1.0 / 2.0, 5.0, 6.5, kRays},
@@ -100,6 +100,7 @@ struct ReceiverLattice::State {
   Found find(std::size_t level, const Place& place) const;
   double distance(const Found& found) const;
   std::array<float, 4> weights(std::size_t level, const Found& found, const Place& place) const;
+  Link link(std::size_t level, const Found& found, const Place& place) const;
   std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;
   /// Which level holds at a place, and how much of the next one is mixed in.
   struct Mix {
@@ -337,18 +338,27 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
           s.scene.before(receiver, triangle, x, direction)};
 }
 
-/// In no finer cells than an eighth of the radius: what an object sees of the room is not narrower.
-ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x,
-                                            const glm::dvec3& direction) const {
-  const State& s = *state_;
-  const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
-  const std::size_t level = State::mix_of(kContactLevels, s.scene.radii_away(x)).level;
-  const State::Found found = s.find(level, place);
-  Link link{found.cell->corner, s.weights(level, found, place)};
+ReceiverLattice::Link ReceiverLattice::State::link(std::size_t level, const Found& found, const Place& place) const {
+  Link link{found.cell->corner, weights(level, found, place)};
   const float whole = link.weight[0] + link.weight[1] + link.weight[2] + link.weight[3];
   for (float& w : link.weight)
     w = whole < kLeastWeight ? 0.0f : w / whole;
   return link;
+}
+
+/// In cells of an eighth of the radius or wider: what an object sees of the room is not narrower but where it touches
+/// it.
+ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
+                                            bool fine) const {
+  const State& s = *state_;
+  const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
+  if (fine) { // a surface may pass between the corners of any such cell: its distance, 0, is not looked for
+    const Link link = s.link(kContactLevels - 1, s.find(kContactLevels - 1, place), place);
+    if (std::ranges::any_of(link.weight, [](float w) { return w > 0.0f; }))
+      return link;
+  }
+  const std::size_t level = State::mix_of(kContactLevels, s.scene.radii_away(x)).level;
+  return s.link(level, s.find(level, place), place);
 }
 
 std::size_t ReceiverLattice::node_count() const { return state_->nodes_made; }

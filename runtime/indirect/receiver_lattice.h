@@ -44,7 +44,8 @@ public:
     std::array<Node*, 4> node{};
     std::array<float, 4> weight{};
   };
-  Link link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// `fine`: in narrower cells where an object's surface is near.
+  Link link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, bool fine) const;
   /// Nodes are numbered from 0 as they are made.
   std::size_t node_count() const;
   static std::size_t number_of(const Node& node);

@@ -6,7 +6,7 @@ namespace daylit {
 
 namespace {
 
-/// `change`: nine coefficients at a point of a part.
+/// `change`: nine coefficients at a vertex of a part, which is at a point.
 template <class Change>
 void add_change(const VirtualObjects& objects, const Change& change, std::span<TwoSided> radiance) {
   const ObjectSurface& surface = objects.surface;
@@ -14,7 +14,7 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
     const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
     parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const Sh9Rgb arriving = change(k, surface.positions[i]);
+        const Sh9Rgb arriving = change(k, i - first, surface.positions[i]);
         const Rgb& rho = surface.reflectance[i];
         radiance[i].front = add_reflected(radiance[i].front, arriving, objects.transfer[i].front, rho);
         if (objects.has_back[i])
@@ -29,12 +29,13 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
 /// L += rho / pi sum_lm dL_lm C_lm at each vertex.
 void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
-      objects, [&](std::size_t part, const glm::dvec3& x) { return field.feedback(part, x); }, radiance);
+      objects, [&](std::size_t part, std::size_t vertex, const glm::dvec3&) { return field.feedback(part, vertex); },
+      radiance);
 }
 
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   add_change(
-      objects, [&](std::size_t part, const glm::dvec3& x) { return field.exchanged(part, x); }, radiance);
+      objects, [&](std::size_t part, std::size_t, const glm::dvec3& x) { return field.exchanged(part, x); }, radiance);
 }
 
 /// All points that need the window integral are gathered first, and integrated together.

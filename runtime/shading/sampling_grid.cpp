@@ -16,16 +16,21 @@ namespace {
 constexpr float kLeastRadius_px = 32.0f, kLeastCoarseRadius_px = 72.0f; // of the objects in the picture
 constexpr float kSmooth = 0.04f;      // coarse points that differ by less are valid for the fine ones between
 constexpr float kNearby = 0.2f;       // of the objects' radius, on them
+constexpr float kOffPlane = 0.22f;    // sine of the angle with a tangent plane, on an object
 constexpr float kSamePlane_m = 1e-3f; // on the room
 constexpr float kSameSideCosine = 0.8f;
 
 } // namespace
 
-/// It lies close by, on the room in the same plane.
+/// On the room in the same plane; on an object close by, and neither lies far off the other's tangent plane: a fold
+/// between them would have turned it (the second term of Ward's error, for normals that are alike by chance).
 bool SamplingGrid::is_near(const GridPoint& g, Layer layer, const glm::vec3& position, const glm::vec3& normal) const {
   const glm::vec3 d = position - g.surface.position;
-  const float near = kNearby * radius_;
-  return layer == Layer::room ? std::fabs(glm::dot(d, normal)) < kSamePlane_m : glm::dot(d, d) < near * near;
+  const float off = std::max(std::fabs(glm::dot(d, normal)), std::fabs(glm::dot(d, g.surface.normal)));
+  if (layer == Layer::room)
+    return off < kSamePlane_m;
+  const float near = kNearby * radius_, far2 = glm::dot(d, d);
+  return far2 < near * near && off * off <= kOffPlane * kOffPlane * far2;
 }
 
 /// It lies on the same smooth piece of surface.

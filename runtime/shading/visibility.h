@@ -53,6 +53,10 @@ public:
   /// Of all lanes: what all corners of their block say.
   void believe_corners(std::span<const KnownLights* const> corners);
   std::span<const LaneVerdict> verdicts() const { return verdicts_; }
+  /// Nothing is left to be traced at these lanes.
+  bool know_all(LaneMask lanes) const {
+    return std::ranges::all_of(verdicts_, [&](const LaneVerdict& v) { return !(lanes & ~(v.clear | v.blocked)); });
+  }
 
 private:
   std::vector<LaneVerdict> verdicts_;

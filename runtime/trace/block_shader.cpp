@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <numbers>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+
 #include "runtime/trace/surface_points.h"
 
 namespace daylit {
@@ -95,16 +99,43 @@ void BlockShader::see_sky(Batch& b, Layer layer) {
   b.unknown = 0;
 }
 
+/// Each light of the sun starts elsewhere in the pixel (R2 sequence, Roberts 2018): the edge of a shadow is smoothed
+/// over the pixel, as a camera does. Not in pixels that are covered in part, whose points stand for less.
+RayStarts BlockShader::spread_over_pixels(const Batch& b, Layer layer, const PointBlock& starts) {
+  sun_starts_.assign(scene_.sun.size(), starts);
+  for (int k = 0; k < b.set.count; ++k) {
+    if (b.coverage[k] < 1.0f)
+      continue;
+    const PointBlock& p = b.set.points;
+    const glm::vec3 x(p.x[k], p.y[k], p.z[k]), n(p.nx[k], p.ny[k], p.nz[k]);
+    const PixelFootprint footprint = layer == Layer::room ? room_footprint(view_, x, n, b.pixel[k])
+                                                          : object_footprint(scene_, view_, x, n, b.pixel[k]);
+    const float reach = glm::length(footprint.right) + glm::length(footprint.down);
+    for (std::size_t j = 0; j < sun_starts_.size(); ++j) {
+      const glm::vec3 step =
+          footprint.step(glm::fract(0.5f + static_cast<float>(j) * glm::vec2(0.754877666f, 0.569840291f)) - 0.5f);
+      PointBlock& block = sun_starts_[j];
+      block.x[k] += step.x;
+      block.y[k] += step.y;
+      block.z[k] += step.z;
+      block.radius = std::max(block.radius, starts.radius + reach);
+    }
+  }
+  return RayStarts(std::span<const PointBlock>(sun_starts_));
+}
+
 /// Irradiance from the sun; zero without one.
 lanes::LightSums BlockShader::sum_sun(const Batch& b, Layer layer, const SamplingGrid::SunCorners& corners) {
   lanes::LightSums sums;
   if (scene_.sun.size() == 0)
     return sums;
-  const PointBlock &points = b.set.points, &starts = layer == Layer::object ? b.set.starts : points;
   for (auto [hints, known] : {std::pair{&sun_hints_, &corners.objects}, {&sun_room_hints_, &corners.room}}) {
     hints->reset(scene_.sun.size());
     hints->believe_corners({known->data(), corners.count});
   }
+  const PointBlock &points = b.set.points, &middle = layer == Layer::object ? b.set.starts : points;
+  const bool known = sun_hints_.know_all(points.lanes);
+  const RayStarts starts = known ? RayStarts(middle) : spread_over_pixels(b, layer, middle);
   rays_ += find_blocked_lights(scene_.sun, casters_, layer, points, starts, sun_hints_.verdicts(), sun_blocked_);
   const auto room_hints = layer == Layer::object ? sun_room_hints_.verdicts() : std::span<const LaneVerdict>{};
   rays_ +=

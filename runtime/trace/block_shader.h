@@ -2,9 +2,11 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "runtime/shading/sampling_grid.h"
 #include "runtime/trace/ray_visibility.h"
+#include "runtime/trace/surface_points.h"
 
 namespace daylit {
 
@@ -41,6 +43,7 @@ private:
                 float coverage);
   void see_sky(Batch& batch, Layer layer);
   lanes::LightSums sum_sun(const Batch& batch, Layer layer, const SamplingGrid::SunCorners& corners);
+  RayStarts spread_over_pixels(const Batch& batch, Layer layer, const PointBlock& starts);
   void shade_objects(Batch& batch, const SamplingGrid::SunCorners& corners);
   void shade_room();
   void shade_pixels(const PixelBox& pixels, bool receives);
@@ -58,6 +61,7 @@ private:
   SamplingGrid::SunCorners sun_corners_; ///< of the block
   BlockedLights sun_blocked_;
   LightHints sun_hints_, sun_room_hints_;
+  std::vector<PointBlock> sun_starts_; ///< of each light
   std::uint64_t rays_ = 0;
 };
 

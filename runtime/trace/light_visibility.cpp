@@ -68,19 +68,18 @@ bool block_is_near(const PointBlock& p, const glm::vec3& w, const ShadowCasters&
 class BlockedSearch {
 public:
   BlockedSearch(const PortalLights& lights, const ShadowCasters& casters, Layer layer, const PointBlock& points,
-                const PointBlock& starts)
-      : lights_(lights), casters_(casters), points_(points), layer_(layer) {
-    aim(block_, starts, nearest_hit(layer));
+                const RayStarts& starts)
+      : lights_(lights), casters_(casters), points_(points), starts_(starts), layer_(layer) {
+    aim(block_, starts.of(0), nearest_hit(layer));
   }
   /// Lanes that face the light. `clear`: of these, points of the room whose rays miss the objects' box.
   LaneMask facing(std::size_t light, LaneMask& clear) const {
     const glm::vec3& w = lights_.direction(light);
     const LaneMask all = lanes::facing(points_, w);
     clear = 0;
-    if (layer_ == Layer::room)
-      clear = block_is_near(points_, w, casters_)
-                  ? all & ~lanes::facing_through_box(points_, w, casters_.low, casters_.high)
-                  : all;
+    if (const PointBlock& from = starts_.of(light); layer_ == Layer::room)
+      clear = block_is_near(from, w, casters_) ? all & ~lanes::facing_through_box(from, w, casters_.low, casters_.high)
+                                               : all;
     return all;
   }
   /// Of the lanes, those that receive the light with nothing in the way: much cheaper than a ray.
@@ -90,6 +89,8 @@ public:
   LaneMask trace(std::size_t light, LaneMask lanes, std::uint64_t& rays) {
     if (lanes == 0)
       return 0;
+    if (starts_.differ())
+      aim(block_, starts_.of(light), nearest_hit(layer_));
     turn(block_, lights_.direction(light));
     rays += count(lanes);
     return casters_.objects->occluded(lanes, block_);
@@ -99,6 +100,7 @@ private:
   const PortalLights& lights_;
   const ShadowCasters& casters_;
   const PointBlock& points_;
+  const RayStarts& starts_;
   Layer layer_;
   RayPacket16 block_;
   LaneRgb e_;
@@ -191,8 +193,8 @@ std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters
 }
 
 std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCasters& casters, Layer layer,
-                                  const PointBlock& points, const PointBlock& starts,
-                                  std::span<const LaneVerdict> hints, BlockedLights& blocked) {
+                                  const PointBlock& points, const RayStarts& starts, std::span<const LaneVerdict> hints,
+                                  BlockedLights& blocked) {
   blocked.entries.clear();
   blocked.verdicts.resize(lights.size());
   blocked.lanes = 0;
@@ -215,13 +217,13 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
 }
 
 std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocked, const ShadowCasters& casters,
-                         Layer layer, const PointBlock& points, const PointBlock& starts, RoomShadow room_shadow,
+                         Layer layer, const PointBlock& points, const RayStarts& starts, RoomShadow room_shadow,
                          std::span<const LaneVerdict> room_hints, lanes::LightSums& sums) {
   const bool on_objects = layer == Layer::object;
   const bool room_blocks = on_objects ? lights.room_may_block_any : !casters.occluders->empty();
   RayPacket16 block;
   if (room_blocks)
-    aim(block, starts, nearest_hit(layer));
+    aim(block, starts.of(0), nearest_hit(layer));
   LaneRgb e;
   std::uint64_t rays = 0;
   auto next = blocked.entries.begin();
@@ -236,6 +238,8 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
     const LaneVerdict known = room_hints.empty() ? LaneVerdict{} : room_hints[j];
     LaneMask by_room = wanted & known.blocked;
     if (const LaneMask asked = wanted & ~known.clear & ~known.blocked; asked) {
+      if (starts.differ())
+        aim(block, starts.of(j), nearest_hit(layer));
       turn(block, lights.portal.direction(j));
       by_room |= casters.occluders->occluded(asked, block);
       rays += count(asked);

@@ -67,11 +67,23 @@ bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const 
 std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters, Layer layer, const PixelSurface& at,
                         std::span<KnownLights> objects, std::span<KnownLights> room);
 
-/// Replaces `blocked`: the lights that objects take from the points. `starts`: where the rays of the points begin;
-/// `hints`: what needs no rays, may be empty. Returns the number of rays.
+/// Where the rays of the points begin: one block for all lights, or one for each.
+class RayStarts {
+public:
+  explicit RayStarts(const PointBlock& all) : blocks_(&all, 1) {}
+  explicit RayStarts(std::span<const PointBlock> each) : blocks_(each) {}
+  const PointBlock& of(std::size_t light) const { return blocks_[blocks_.size() == 1 ? 0 : light]; }
+  bool differ() const { return blocks_.size() > 1; }
+
+private:
+  std::span<const PointBlock> blocks_;
+};
+
+/// Replaces `blocked`: the lights that objects take from the points. `hints`: what needs no rays, may be empty. Returns
+/// the number of rays.
 std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCasters& casters, Layer layer,
-                                  const PointBlock& points, const PointBlock& starts,
-                                  std::span<const LaneVerdict> hints, BlockedLights& blocked);
+                                  const PointBlock& points, const RayStarts& starts, std::span<const LaneVerdict> hints,
+                                  BlockedLights& blocked);
 
 /// Along which rays the room is looked for.
 enum class RoomShadow {
@@ -81,7 +93,7 @@ enum class RoomShadow {
 /// Adds all lights. Light that the room keeps from a point is lost to nobody. `room_hints`: of the room, may be empty.
 /// Returns the number of rays.
 std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocked, const ShadowCasters& casters,
-                         Layer layer, const PointBlock& points, const PointBlock& starts, RoomShadow room_shadow,
+                         Layer layer, const PointBlock& points, const RayStarts& starts, RoomShadow room_shadow,
                          std::span<const LaneVerdict> room_hints, lanes::LightSums& sums);
 
 } // namespace daylit

@@ -13,7 +13,7 @@ constexpr float kContact_px = 32.0f; // an object nearer than eight blocks casts
 PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outline) const {
   const ObjectHit& hit = view_.object(x, y);
   if (layer == Layer::object)
-    return view_.is_edge(x, y) || hit.samples == 0 ? PixelSurface{} : object_surface(scene_, view_.eye(), hit);
+    return view_.is_outline(x, y) || hit.samples == 0 ? PixelSurface{} : object_surface(scene_, view_.eye(), hit);
   const RoomHit room = view_.room(x, y);
   if (room.triangle == kNoTriangle || (hit.samples > 0 && !beside_outline))
     return {};
@@ -31,7 +31,7 @@ PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outli
 /// Fraction = sum over lights of e V / sum of e (runtime/sky/direct_light.h); 1 where no light arrives. Where no light
 /// is blocked nothing is lost, and the sums are not needed.
 std::uint64_t RayVisibility::see_sky(Layer layer, PointSet& set) const {
-  const PointBlock& starts = layer == Layer::object ? set.starts : set.points;
+  const RayStarts starts(layer == Layer::object ? set.starts : set.points);
   std::uint64_t rays =
       find_blocked_lights(scene_.sky, casters_, layer, set.points, starts, set.hints.verdicts(), set.blocked);
   for (SkyFractions& s : set.sky)

@@ -63,4 +63,57 @@ PixelSurface room_surface(const TracedScene& scene, const glm::vec3& eye, std::u
   return {true, receives, position, glm::dot(n, eye - position) < 0.0f ? -n : n, position, false};
 }
 
+/// The ray eye + t w of the next pixel meets the plane n.x = n.p at t = n.(p - eye) / n.w.
+PixelFootprint room_footprint(const VisibleSurfaces& view, const glm::vec3& x, const glm::vec3& normal,
+                              const glm::ivec2& pixel) {
+  const auto direction = [&](int right, int down) {
+    return view.direction(static_cast<float>(pixel.x + right), static_cast<float>(pixel.y + down));
+  };
+  const glm::vec3 eye = view.eye(), own = direction(0, 0);
+  const float height = glm::dot(normal, x - eye), distance = glm::length(x - eye) / glm::length(own);
+  const auto step = [&](const glm::vec3& next) {
+    const float along = glm::dot(normal, next);
+    const glm::vec3 on_plane =
+        along * height > 0.0f ? next * (height / along) - own * (height / glm::dot(normal, own)) : glm::vec3(0.0f);
+    const float most = kMostStretched * distance * glm::length(next - own), length = glm::length(on_plane);
+    return length > most ? on_plane * (most / length) : on_plane;
+  };
+  return {step(direction(1, 0)), step(direction(0, 1)), glm::vec3(0.0f)};
+}
+
+namespace {
+constexpr float kOneSurface = 0.8f; // cosine between the normals of neighbouring pixels
+
+/// From the point of a pixel to that of the next, or the way back from the one before; nothing where neither shows the
+/// same smooth surface.
+glm::vec3 to_next(const TracedScene& scene, const VisibleSurfaces& view, const glm::vec3& x, const glm::vec3& normal,
+                  const glm::ivec2& pixel, const glm::ivec2& next) {
+  for (const int sign : {1, -1}) {
+    const glm::ivec2 other = pixel + sign * next;
+    const ObjectHit& hit = view.object(other.x, other.y);
+    if (hit.samples == 0 || view.is_edge(other.x, other.y))
+      continue;
+    const PixelSurface there = object_surface(scene, view.eye(), hit);
+    if (glm::dot(there.normal, normal) > kOneSurface)
+      return static_cast<float>(sign) * (there.position - x);
+  }
+  return glm::vec3(0.0f);
+}
+} // namespace
+
+/// d - (n.d) n of both ways d along the tangent plane, and |n.d| by which the surface leaves it.
+PixelFootprint object_footprint(const TracedScene& scene, const VisibleSurfaces& view, const glm::vec3& x,
+                                const glm::vec3& normal, const glm::ivec2& pixel) {
+  PixelFootprint f{to_next(scene, view, x, normal, pixel, {1, 0}), to_next(scene, view, x, normal, pixel, {0, 1}),
+                   glm::vec3(0.0f)};
+  float rise = 0.0f;
+  for (glm::vec3* d : {&f.right, &f.down}) {
+    const float height = glm::dot(normal, *d);
+    rise = std::max(rise, std::abs(height));
+    *d -= height * normal;
+  }
+  f.bend = rise * normal;
+  return f;
+}
+
 } // namespace daylit

@@ -1,5 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
 #include "runtime/trace/traced_scene.h"
 #include "runtime/trace/visible_surfaces.h"
 
@@ -12,5 +18,23 @@ PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, cons
 /// `triangle`: of the room's ray scene.
 PixelSurface room_surface(const TracedScene& scene, const glm::vec3& eye, std::uint32_t triangle,
                           const glm::vec3& position, bool receives);
+
+/// The piece of surface that a pixel shows: a parallelogram around its point, lifted off a hollow surface by `bend`.
+struct PixelFootprint {
+  glm::vec3 right{0.0f}, down{0.0f}; ///< to the next pixels, along the surface, metres
+  glm::vec3 bend{0.0f};              ///< how far the surface leaves its tangent plane on that way
+
+  /// From the middle to the place (x, y) of the pixel, each -0.5 to 0.5: never below the surface.
+  glm::vec3 step(const glm::vec2& place) const {
+    return place.x * right + place.y * down + std::max(std::abs(place.x), std::abs(place.y)) * bend;
+  }
+};
+/// Of the plane through the point x that a pixel shows; at most kMostStretched times as long as seen face on.
+PixelFootprint room_footprint(const VisibleSurfaces& view, const glm::vec3& x, const glm::vec3& normal,
+                              const glm::ivec2& pixel);
+constexpr float kMostStretched = 8.0f;
+/// Of an object, towards its points in the pixels around; zero towards edges of what is seen and across creases.
+PixelFootprint object_footprint(const TracedScene& scene, const VisibleSurfaces& view, const glm::vec3& x,
+                                const glm::vec3& normal, const glm::ivec2& pixel);
 
 } // namespace daylit

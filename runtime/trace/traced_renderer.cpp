@@ -154,7 +154,7 @@ void TracedRenderer::State::find_surfaces() {
   if (!room_is_traced)
     view.trace_room(room, mesh);
   if (!objects_are_traced)
-    view.trace_objects(scene.objects, room, mesh,
+    view.trace_objects(scene.objects, {scene.triangles, scene.normals}, room, mesh,
                        scene.triangles.empty() ? PixelBox{} : projected_box(camera, scene.origin, scene.positions),
                        kApart * static_cast<float>(scene.sphere.radius));
   room_is_traced = objects_are_traced = true;

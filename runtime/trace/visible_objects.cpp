@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <tbb/blocked_range.h>
 
@@ -17,6 +19,7 @@ constexpr float kSampleX[kCoverageSamples] = {0.0625f,  -0.0625f, 0.3125f, -0.18
 constexpr float kSampleY[kCoverageSamples] = {-0.1875f, 0.1875f,  0.0625f, -0.3125f,
                                               0.3125f,  -0.0625f, 0.4375f, -0.4375f};
 constexpr int kEdgesPerBlock = kLanes / kCoverageSamples;
+constexpr float kTurned = 0.95f; // cosine between normals: more and one pixel's light is not the next one's
 
 } // namespace
 
@@ -40,7 +43,20 @@ void VisibleSurfaces::trace_object_block(const PacketScene& objects, int x0, int
                                                                          hits.distance[k], kCoverageSamples};
 }
 
-bool VisibleSurfaces::neighbours_differ(int x, int y, float apart_m) const {
+/// n.m < kTurned |n| |m| of the shading normals.
+bool VisibleSurfaces::turned(const ObjectHit& a, const ObjectHit& b) const {
+  const auto normal = [&](const ObjectHit& hit) {
+    const auto& t = shape_.triangles[hit.triangle];
+    return (1.0f - hit.u - hit.v) * shape_.normals[t[0]] + hit.u * shape_.normals[t[1]] + hit.v * shape_.normals[t[2]];
+  };
+  if (a.triangle == b.triangle)
+    return false;
+  const glm::vec3 n = normal(a), m = normal(b);
+  const float cosine = glm::dot(n, m);
+  return cosine < 0.0f || cosine * cosine < kTurned * kTurned * glm::dot(n, n) * glm::dot(m, m);
+}
+
+bool VisibleSurfaces::neighbours_differ(int x, int y) const {
   const ObjectHit& here = object(x, y);
   const bool covered = here.triangle != kNoTriangle;
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height_ - 1); ++v)
@@ -49,20 +65,24 @@ bool VisibleSurfaces::neighbours_differ(int x, int y, float apart_m) const {
         return true;
   if (!covered || x == 0 || y == 0 || x + 1 >= width_ || y + 1 >= height_)
     return false;
+  const std::array<const ObjectHit*, 4> around{&object(x - 1, y), &object(x + 1, y), &object(x, y - 1),
+                                               &object(x, y + 1)};
+  if (std::ranges::any_of(around, [&](const ObjectHit* next) { return turned(here, *next); }))
+    return true;
   // The inverse depth of a plane is linear in the picture: its second difference shows a step.
   const auto bend = [&](const ObjectHit& before, const ObjectHit& after) {
     return std::fabs(1.0f / before.depth - 2.0f / here.depth + 1.0f / after.depth);
   };
-  const float limit = apart_m / (here.depth * here.depth);
-  return bend(object(x - 1, y), object(x + 1, y)) > limit || bend(object(x, y - 1), object(x, y + 1)) > limit;
+  const float limit = apart_m_ / (here.depth * here.depth);
+  return bend(*around[0], *around[1]) > limit || bend(*around[2], *around[3]) > limit;
 }
 
-void VisibleSurfaces::find_edges(float apart_m) {
+void VisibleSurfaces::find_edges() {
   std::vector<std::vector<std::uint32_t>> rows(static_cast<std::size_t>(object_box_.height()));
   parallel_for(tbb::blocked_range<int>(object_box_.y0, object_box_.y1, 8), [&](const auto& range) {
     for (int y = range.begin(); y != range.end(); ++y)
       for (int x = object_box_.x0; x < object_box_.x1; ++x)
-        if (neighbours_differ(x, y, apart_m))
+        if (neighbours_differ(x, y))
           rows[static_cast<std::size_t>(y - object_box_.y0)].push_back(static_cast<std::uint32_t>(y * width_ + x));
   });
   for (const auto& row : rows)
@@ -73,18 +93,20 @@ void VisibleSurfaces::find_edges(float apart_m) {
     }
 }
 
-void VisibleSurfaces::add_sample(Edge& edge, const ObjectHit& sample, float apart_m) const {
-  for (int h = 0; h < edge.hit_count; ++h)
-    if (std::fabs(edge.hits[h].depth - sample.depth) < apart_m || h + 1 == kMostEdgeHits) {
+void VisibleSurfaces::add_sample(Edge& edge, const ObjectHit& sample) const {
+  for (int h = 0; h < edge.hit_count; ++h) {
+    const bool alike = std::fabs(edge.hits[h].depth - sample.depth) < apart_m_ && !turned(edge.hits[h], sample);
+    if (alike || h + 1 == kMostEdgeHits) {
       ++edge.hits[h].samples;
       return;
     }
+  }
   edge.hits[edge.hit_count] = sample;
   edge.hits[edge.hit_count++].samples = 1;
 }
 
 void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
-                                   std::size_t first, std::size_t count, float apart_m) {
+                                   std::size_t first, std::size_t count) {
   RayPacket16 rays;
   RayHits16 room_hits, object_hits;
   std::uint32_t lanes = 0;
@@ -121,8 +143,7 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
     for (int s = 0; s < kCoverageSamples; ++s) {
       const std::size_t k = e * kCoverageSamples + s;
       if (object_hits.triangle[k] != kNoTriangle)
-        add_sample(edge, {object_hits.triangle[k], object_hits.u[k], object_hits.v[k], object_hits.distance[k], 1},
-                   apart_m);
+        add_sample(edge, {object_hits.triangle[k], object_hits.u[k], object_hits.v[k], object_hits.distance[k], 1});
       else if (edge.room.triangle == kNoTriangle) {
         edge.room = {room_hits.triangle[k], room_hits.distance[k]};
         edge.room_sample = static_cast<std::uint8_t>(s);
@@ -133,8 +154,10 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
   }
 }
 
-void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
-                                    const PixelBox& box, float apart_m) {
+void VisibleSurfaces::trace_objects(const PacketScene& objects, const ObjectShape& shape, const PacketScene& room,
+                                    const RoomMesh& mesh, const PixelBox& box, float apart_m) {
+  shape_ = shape;
+  apart_m_ = apart_m;
   // One pixel around, so that the edges of the objects lie in the box.
   object_box_ =
       box.empty() ? PixelBox{} : PixelBox{box.x0 - 1, box.y0 - 1, box.x1 + 1, box.y1 + 1}.clipped(width_, height_);
@@ -150,12 +173,12 @@ void VisibleSurfaces::trace_objects(const PacketScene& objects, const PacketScen
       for (int x = object_box_.x0 - object_box_.x0 % kBlockSide; x < object_box_.x1; x += kBlockSide)
         trace_object_block(objects, x, row * kBlockSide);
   });
-  find_edges(apart_m);
+  find_edges();
   parallel_for(tbb::blocked_range<std::size_t>(0, (edges_.size() + kEdgesPerBlock - 1) / kEdgesPerBlock, 32),
                [&](const auto& range) {
                  for (std::size_t b = range.begin(); b != range.end(); ++b)
                    sample_edges(objects, room, mesh, b * kEdgesPerBlock,
-                                std::min<std::size_t>(kEdgesPerBlock, edges_.size() - b * kEdgesPerBlock), apart_m);
+                                std::min<std::size_t>(kEdgesPerBlock, edges_.size() - b * kEdgesPerBlock));
                });
 }
 

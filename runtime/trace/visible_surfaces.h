@@ -32,6 +32,12 @@ struct RoomMesh {
 std::vector<std::uint8_t> blocks_with_outlines(const RoomMesh& room, const PinholeCamera& camera,
                                                const glm::dvec3& origin, int side);
 
+/// The objects' surface as it is shaded: a normal per vertex.
+struct ObjectShape {
+  std::span<const std::array<std::uint32_t, 3>> triangles;
+  std::span<const glm::vec3> normals;
+};
+
 constexpr int kBlockSide = 4; ///< pixels: a block of pixels fills the lanes of a ray block
 constexpr int kCoverageSamples = 8;
 
@@ -54,9 +60,9 @@ struct BlockBound {
   float radius = -1.0f; ///< negative: the block shows nothing of the room
 };
 
-/// Pixels inside an object are sampled at their centre. A pixel at an object's outline, or where one part of it stands
-/// before another, is an edge: it takes kCoverageSamples, and as many points as lie apart in depth. Positions are
-/// metres relative to `origin`.
+/// Pixels inside an object are sampled at their centre. A pixel at an object's outline, where one part of it stands
+/// before another, or where it bends sharply, is an edge: it takes kCoverageSamples, and as many points as lie apart in
+/// depth or are turned another way. Positions are metres relative to `origin`.
 class VisibleSurfaces {
 public:
   void set_camera(const PinholeCamera& camera, const glm::dvec3& origin);
@@ -64,8 +70,8 @@ public:
   void trace_room(const PacketScene& room, const RoomMesh& mesh);
   /// `box`: pixels that the objects may cover; everything outside it shows none.
   /// `apart_m`: surfaces further apart in depth are shaded separately.
-  void trace_objects(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh, const PixelBox& box,
-                     float apart_m);
+  void trace_objects(const PacketScene& objects, const ObjectShape& shape, const PacketScene& room,
+                     const RoomMesh& mesh, const PixelBox& box, float apart_m);
 
   int width_px() const { return width_; }
   int height_px() const { return height_; }
@@ -88,6 +94,11 @@ public:
     return object_box_.contains(x, y) ? object_[object_index(x, y)] : kNone;
   }
   bool is_edge(int x, int y) const { return edge_of(x, y) != kNoEdge; }
+  /// The room shows beside an object.
+  bool is_outline(int x, int y) const {
+    const std::uint32_t edge = edge_of(x, y);
+    return edge != kNoEdge && edges_[edge].room.triangle != kNoTriangle;
+  }
   /// All points of the objects in an edge pixel.
   std::span<const ObjectHit> edge_hits(int x, int y) const {
     const Edge& e = edges_[edge_of(x, y)];
@@ -153,11 +164,12 @@ private:
   void trace_room_block(const PacketScene& room, int column, int row);
   void bound_block(int column, int row);
   void trace_object_block(const PacketScene& objects, int x0, int y0);
-  bool neighbours_differ(int x, int y, float apart_m) const;
-  void find_edges(float apart_m);
+  bool neighbours_differ(int x, int y) const;
+  bool turned(const ObjectHit& a, const ObjectHit& b) const;
+  void find_edges();
   void sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh, std::size_t first,
-                    std::size_t count, float apart_m);
-  void add_sample(Edge& edge, const ObjectHit& sample, float apart_m) const;
+                    std::size_t count);
+  void add_sample(Edge& edge, const ObjectHit& sample) const;
 
   int width_ = 0, height_ = 0;
   PinholeCamera camera_;
@@ -173,6 +185,8 @@ private:
   std::vector<Edge> edges_;                  ///< ascending pixels
   std::vector<std::uint32_t> edge_of_pixel_; ///< in the objects' box
   PixelBox object_box_;
+  ObjectShape shape_; ///< while the objects are traced
+  float apart_m_ = 0.0f;
 };
 
 } // namespace daylit

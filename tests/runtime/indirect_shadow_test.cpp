@@ -56,6 +56,10 @@ struct Surrounded {
     change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
     change.exchange_with_room();
   }
+  std::size_t lowest_vertex() const {
+    const auto low = std::ranges::min_element(mesh.positions, {}, [](const glm::vec3& p) { return p.z; });
+    return static_cast<std::size_t>(low - mesh.positions.begin());
+  }
   std::uint32_t floor_at(const glm::dvec3& x) const {
     RayHit hit;
     EXPECT_TRUE(rays.closest(rays.to_local(x + glm::dvec3(0, 0, 0.5)), glm::vec3(0, 0, -1), 0.0f, 1.0f, hit));
@@ -205,10 +209,20 @@ TEST(IndirectShadow, a_sunlit_sphere_brightens_the_floor_beside_it) {
 TEST(IndirectShadow, an_object_loses_the_light_of_the_floor_that_it_shades) {
   Surrounded s(0.2f, test::box_window(), 1.0f);
   s.place({2.0, 3.3, 0.21}, 0.0f);
-  const Sh9Rgb below = s.change.feedback(0, {2.0, 3.3, 0.05});
+  const std::size_t lowest = s.lowest_vertex();
+  const Sh9Rgb below = s.change.feedback(0, lowest);
   EXPECT_LT(irradiance(below, {0, 0, -1}).g, 0.0f);
   s.place({2.0, 3.3, 1.6}, 0.0f); // high up its shadow is far away
-  EXPECT_NEAR(irradiance(s.change.feedback(0, {2.0, 3.3, 1.6}), {0, 0, -1}).g, 0.0f, 1e-6f);
+  EXPECT_NEAR(irradiance(s.change.feedback(0, lowest), {0, 0, -1}).g, 0.0f, 1e-6f);
+}
+
+TEST(IndirectShadow, where_a_sphere_touches_the_floor_it_sees_no_light_from_below) {
+  // Black, and the floor at its foot sees nothing else: it loses the light of walls of reflectance 0.6 under the
+  // irradiance pi L, and the sphere 0.6 of that.
+  Surrounded s(0.2f);
+  s.place({2.0, 2.5, 0.2}, 0.0f);
+  const double lost = 0.6 * 0.6 * kPi * Surrounded::kRadiance;
+  EXPECT_NEAR(irradiance(s.change.feedback(0, s.lowest_vertex()), {0, 0, -1}).g, -lost, 0.06 * lost);
 }
 
 TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_factor) {

@@ -125,6 +125,37 @@ TEST(SamplingGrid, an_edge_in_any_one_channel_is_not_interpolated) {
   }
 }
 
+/// Terraces 2 cm high, one block wide: all points of the grid face the same way.
+class Terraces final : public Visibility {
+public:
+  PixelSurface surface(Layer layer, int x, int y, bool) const override {
+    if (layer == Layer::room)
+      return {};
+    const glm::vec3 p = Floor::position(x, y) + glm::vec3(0.0f, 0.0f, 0.02f * static_cast<float>(x / kSide % 2));
+    return {true, true, p, {0.0f, 0.0f, 1.0f}, p, false};
+  }
+  std::uint64_t see_sky(Layer, PointSet& set) const override {
+    set.blocked = {};
+    set.blocked.verdicts.resize(3);
+    std::ranges::fill(set.sky, SkyFractions{});
+    return 0;
+  }
+  std::uint64_t see_sun(Layer, const PixelSurface&, std::span<KnownLights>, std::span<KnownLights>) const override {
+    return 0;
+  }
+};
+
+TEST(SamplingGrid, nothing_is_interpolated_across_a_fold_between_points_that_face_the_same_way) {
+  const Terraces terraces;
+  SamplingGrid grid;
+  grid.evaluate(terraces, picture(100.0f));
+  const glm::vec3 up(0.0f, 0.0f, 1.0f);
+  const int x = 4 * kSide + 2, y = 4 * kSide + 2;
+  EXPECT_FALSE(grid.interpolate(Layer::object, x, y, Floor::position(x, y), up).is_known);
+  EXPECT_TRUE(grid.interpolate(Layer::object, 4 * kSide, y, Floor::position(4 * kSide, y), up).is_known)
+      << "on one step";
+}
+
 TEST(LightHints, two_neighbours_must_agree_and_none_may_differ) {
   const KnownLights both_clear{0b0011, 0b0100}, one_differs{0b0001, 0b0110}, silent{};
   const KnownLights* two[] = {&both_clear, &one_differs, &silent};

@@ -113,6 +113,42 @@ TEST(TracedRenderer, lost_light_equals_the_slow_twin_at_every_pixel) {
   EXPECT_LE(wrong, shadowed / 50) << "rays that graze the object's facets may fall to either side";
 }
 
+/// Share of the sun that the objects take from the room, and the objects' brightness, in a picture of that width.
+Result<RenderedFrame> in_the_sun(int width) {
+  Scene scene;
+  scene.sun = sun_through_the_window();
+  scene.camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, width, width * kHeight / kWidth, 0.6);
+  return scene.trace();
+}
+
+TEST(TracedRenderer, a_pixel_at_the_edge_of_the_suns_shadow_shows_the_mean_over_its_area) {
+  constexpr int kFiner = 4;
+  const auto coarse = in_the_sun(kWidth), fine = in_the_sun(kFiner * kWidth);
+  ASSERT_TRUE(coarse && fine);
+  int room_edges = 0, object_edges = 0;
+  double room_error = 0, object_error = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      float lost = 0, least = 1, most = 0, bright = 0, darkest = 1e9f, brightest = 0, cover = 0, least_cover = 1;
+      for (int k = 0; k < kFiner * kFiner; ++k) {
+        const DrawnPixel p = at(*fine, kFiner * x + k % kFiner, kFiner * y + k / kFiner);
+        lost += p.room.z / (kFiner * kFiner), least = std::min(least, p.room.z), most = std::max(most, p.room.z);
+        bright += p.object.y / (kFiner * kFiner), cover = std::max(cover, p.object.w);
+        least_cover = std::min(least_cover, p.object.w);
+        darkest = std::min(darkest, p.object.y), brightest = std::max(brightest, p.object.y);
+      }
+      const DrawnPixel p = at(*coarse, x, y);
+      if (cover == 0.0f && most - least > 0.2f)
+        ++room_edges, room_error += std::pow(static_cast<double>(p.room.z - lost) / static_cast<double>(most), 2);
+      if (least_cover == 1.0f && p.object.w == 1.0f && brightest > 2.0f * darkest)
+        ++object_edges, object_error += std::pow(static_cast<double>((p.object.y - bright) / (brightest - darkest)), 2);
+    }
+  EXPECT_GT(room_edges, 50);
+  EXPECT_LT(std::sqrt(room_error / room_edges), 0.13) << "0.19 where all lights start in the middle of the pixel";
+  EXPECT_GT(object_edges, 100);
+  EXPECT_LT(std::sqrt(object_error / object_edges), 0.1) << "0.11";
+}
+
 TEST(TracedRenderer, agrees_with_open_gl) {
   for (const bool with_sun : {false, true}) {
     Scene scene;
@@ -323,6 +359,59 @@ TEST(TracedRenderer, blocks_that_show_nothing_are_not_kept) {
     }
   EXPECT_GT(kept, 200);
   EXPECT_LE(idle, kept / 50) << "all but some beside the outline";
+}
+
+/// An upright sheet, 0.3 m wide and high, in `folds` waves of that depth.
+ObjectMesh folded_sheet(int folds, float depth) {
+  ObjectMesh mesh;
+  const int across = 16 * folds;
+  for (int i = 0; i <= across; ++i) {
+    const float s = static_cast<float>(i) / static_cast<float>(across);
+    const float turn = 2.0f * std::numbers::pi_v<float> * static_cast<float>(folds);
+    const glm::vec3 n = glm::normalize(glm::vec3(-depth * turn * std::cos(turn * s), 0.3f, 0.0f));
+    for (const float z : {0.0f, 0.3f}) {
+      mesh.positions.emplace_back(0.3f * s - 0.15f, depth * std::sin(turn * s), z);
+      mesh.normals.push_back(n);
+      mesh.reflectance.emplace_back(0.6f);
+    }
+    const auto k = static_cast<std::uint32_t>(2 * i);
+    if (i < across)
+      mesh.triangles.insert(mesh.triangles.end(), {{k, k + 3, k + 2}, {k, k + 1, k + 3}});
+  }
+  return mesh;
+}
+
+/// RMS over the mean square: brightness of the sheet's pixels, against the mean over their area of a finer picture.
+double error_of_folds(int folds, const std::optional<DetectedSun>& sun) {
+  constexpr int kFiner = 4;
+  const auto drawn = [&](int width) {
+    Scene scene;
+    scene.sun = sun;
+    scene.object = test::place(folded_sheet(folds, 0.01f), {2.0, 3.4, 0.02});
+    scene.camera = test::look_at({2.0, 4.6, 0.5}, {2.0, 3.4, 0.17}, width, width * kHeight / kWidth, 0.6);
+    return scene.trace();
+  };
+  const auto coarse = drawn(kWidth), fine = drawn(kFiner * kWidth);
+  if (!coarse || !fine)
+    return 1e9;
+  double error = 0, light = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      float mean = 0, cover = 0;
+      for (int k = 0; k < kFiner * kFiner; ++k) {
+        const DrawnPixel p = at(*fine, kFiner * x + k % kFiner, kFiner * y + k / kFiner);
+        mean += p.object.y / (kFiner * kFiner), cover += p.object.w / (kFiner * kFiner);
+      }
+      if (cover < 1.0f)
+        continue;
+      error += std::pow(static_cast<double>(at(*coarse, x, y).object.y - mean), 2);
+      light += static_cast<double>(mean * mean);
+    }
+  return std::sqrt(error / light);
+}
+
+TEST(TracedRenderer, folds_as_narrow_as_pixels_show_the_mean_over_the_pixels) {
+  EXPECT_LT(error_of_folds(20, sun_through_the_window()), 0.25) << "0.48 with one point per pixel";
 }
 
 TEST(TracedRenderer, edges_are_covered_in_eighths) {
