@@ -67,6 +67,25 @@ License: GPL-3+
  These binaries contain parts of CGAL, which are under the GNU General Public License, version 3 or later, in
  /usr/share/common-licenses/GPL-3.")
   endif()
+  if(DAYLIT_RUNTIME AND component MATCHES "^(run|dev)$")
+    set(daylit_licence_of_binary "
+Files: usr/bin/daylit-run usr/lib/libdaylit_runtime.a
+Comment: the page that they serve contains three.js
+Copyright: 2010-2019 three.js authors
+License: MIT
+ Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
+ documentation files (the \"Software\"), to deal in the Software without restriction, including without limitation the
+ rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to permit
+ persons to whom the Software is furnished to do so, subject to the following conditions:
+ .
+ The above copyright notice and this permission notice shall be included in all copies or substantial portions of the
+ Software.
+ .
+ THE SOFTWARE IS PROVIDED \"AS IS\", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO THE
+ WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR
+ COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR
+ OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.")
+  endif()
   string(TOUPPER ${component} upper)
   set(package ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
   configure_file(copyright.in "${CMAKE_CURRENT_BINARY_DIR}/${package}/copyright" @ONLY)

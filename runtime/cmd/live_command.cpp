@@ -9,6 +9,8 @@
 #include "runtime/base/service_notify.h"
 #include "runtime/cmd/live_routes.h"
 #include "runtime/live/live_run.h"
+#include "runtime/page/page_files.h"
+#include "runtime/page/scene_routes.h"
 #include "scene/core/program.h"
 #include "scene/core/read_file.h"
 #include "scene/core/seconds.h"
@@ -45,7 +47,7 @@ Result<std::string> read_token(const HttpConfig& http) {
 class Daemon {
 public:
   Daemon(const RunConfig& config, const LiveOptions& options, const std::function<void(const DrawnFrame&)>& report)
-      : config_(config), options_(options), report_(report) {}
+      : config_(config), options_(options), report_(report), editor_(desk_, options.config, config) {}
 
   Result<void> run() {
     auto loaded = LiveRun::load(config_, options_.backend, go_on);
@@ -94,12 +96,19 @@ private:
     if (!token)
       return token.error();
     server_.reset(); // its port may be the new one
-    auto server = HttpServer::start({http.address, http.port, *token}, live_routes(board_, status_));
+    auto server = HttpServer::start({http.address, http.port, *token}, routes());
     if (!server)
       return server.error();
     server_ = std::move(*server);
-    say("http://" + http.address + ":" + std::to_string(server_->port()) + "/stream.mjpg");
+    say("http://" + http.address + ":" + std::to_string(server_->port()) + "/");
     return {};
+  }
+
+  std::vector<HttpRoute> routes() {
+    auto routes = live_routes(board_, status_);
+    for (auto& more : {page_files(), scene_routes(desk_, editor_)})
+      routes.insert(routes.end(), more.begin(), more.end());
+    return routes;
   }
 
   LiveSurroundings surroundings() {
@@ -115,6 +124,7 @@ private:
       if (!options_.quiet)
         say(state);
     };
+    around.between_frames = [this](Session& session, const SkyImage* sky) { desk_.serve({session, sky}); };
     around.go_on = [this] {
       feed_watchdog();
       return !interrupted() && !next_is_loaded();
@@ -170,6 +180,7 @@ private:
     if (!next_ || interrupted())
       return false;
     run_ = std::move(next_);
+    editor_.reset(next_config_);
     const std::optional<HttpConfig> before = std::exchange(config_, next_config_).http;
     const bool same = before.has_value() == config_.http.has_value() &&
                       (!before || (before->port == config_.http->port && before->address == config_.http->address &&
@@ -196,6 +207,8 @@ private:
   std::unique_ptr<Recorder> sky_recorder_, interior_recorder_;
   std::unique_ptr<LiveRun> run_, next_;
   std::future<LoadedRun> loading_;
+  SessionDesk desk_;
+  SceneEditor editor_;
   std::unique_ptr<HttpServer> server_; ///< after what it shows
   int pictures_ = 0;
   double last_fed_ = 0;

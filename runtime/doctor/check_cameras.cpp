@@ -3,8 +3,8 @@
 
 #include <fmt/format.h>
 
-#include "capture/frames/camera_settings.h"
 #include "runtime/doctor/doctor.h"
+#include "runtime/input/camera_pictures.h"
 #include "scene/core/seconds.h"
 #include "scene/lens/lens.h"
 
@@ -13,7 +13,7 @@ namespace daylit {
 namespace {
 
 constexpr int kJumbo_bytes = 8000; ///< from here on a network takes jumbo frames
-constexpr double kFrameWait_s = 5.0;
+constexpr double kFrameWait_s = 10.0;
 
 std::string list_of(const std::vector<FoundCamera>& found) {
   std::string text;
@@ -76,7 +76,7 @@ Findings check_camera(const CameraConfig& camera, const std::string& subject, co
 
 Finding check_frame(const CameraConfig& camera, const std::string& subject, const std::filesystem::path& lens_file) {
   const auto lens = read_lens(lens_file);
-  const auto settings = camera_settings(camera, lens ? lens->width_px : 0, lens ? lens->height_px : 0);
+  const auto settings = camera_settings(camera, lens ? *lens : LensModel{});
   auto source = settings ? open_camera(*settings) : Result<std::unique_ptr<FrameSource>>(settings.error());
   if (!source)
     return failure(subject, source.error());

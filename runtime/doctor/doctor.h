@@ -22,7 +22,7 @@ Findings check_camera(const CameraConfig& camera, const std::string& subject, co
                       const Machine& machine, std::size_t frame_bytes);
 
 /// Opens the camera with the settings of the configuration and waits for a frame: its size against the lens file's.
-/// Up to five seconds.
+/// Up to ten seconds.
 Finding check_frame(const CameraConfig& camera, const std::string& subject, const std::filesystem::path& lens);
 
 /// OpenGL, or why there is none.

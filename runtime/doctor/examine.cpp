@@ -1,7 +1,7 @@
 #include <string>
 
-#include "capture/frames/camera_settings.h"
 #include "runtime/doctor/doctor.h"
+#include "runtime/input/camera_pictures.h"
 #include "scene/lens/lens.h"
 
 namespace daylit {
@@ -22,7 +22,7 @@ std::size_t pixel_bytes(const std::string& format) {
 /// 0 where neither the configuration nor the lens file says how large pictures are.
 std::size_t frame_bytes(const CameraConfig& camera, const std::filesystem::path& lens_file) {
   const auto lens = read_lens(lens_file);
-  const auto settings = camera_settings(camera, lens ? lens->width_px : 0, lens ? lens->height_px : 0);
+  const auto settings = camera_settings(camera, lens ? *lens : LensModel{});
   if (!settings || !settings->width_px)
     return 0;
   return static_cast<std::size_t>(*settings->width_px) * static_cast<std::size_t>(*settings->height_px) *

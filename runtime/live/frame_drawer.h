@@ -45,6 +45,7 @@ public:
   /// Of the last frame that was drawn.
   const FrameReport& report() const { return report_; }
   const std::vector<std::string>& notes() const { return session_.notes(); }
+  Session& session() { return session_; }
 
 private:
   explicit FrameDrawer(Session session) : session_(std::move(session)) {}

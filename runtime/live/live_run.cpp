@@ -48,6 +48,7 @@ struct LiveRun::State {
   std::optional<ReadySky> sky;            ///< the last good one
   std::uint64_t sky_id = 0, photo_id = 0; ///< count those that were drawn with
   TrackingState last_tracking = TrackingState::measured;
+  bool has_drawn = false; ///< the session has seen a sky
 
   Result<DrawnFrame> draw(const ReadyPhoto& photo, const LiveSurroundings& around);
   Result<void> draw_until_the_end(const LiveSurroundings& around, CameraStage<ReadySky>& skies,
@@ -187,6 +188,8 @@ Result<void> LiveRun::State::draw_until_the_end(const LiveSurroundings& around, 
     const CameraReport sky_report = skies.report(), interior_report = photos.report();
     tell(around, state_in_words(sky_report, interior_report, wanted, sky.has_value(), last_tracking),
          sky ? seconds(now_ns() - sky->taken_ns) : -1.0, sky_report, interior_report);
+    if (around.between_frames)
+      around.between_frames(drawer.session(), has_drawn ? &sky->sky : nullptr);
     const auto photo = photos.ready().take(wanted ? 50ms : 20ms);
     if (!photo || !wanted || seconds(now_ns() - photo->taken_ns) > kOldestPhoto_s)
       continue;
@@ -197,6 +200,7 @@ Result<void> LiveRun::State::draw_until_the_end(const LiveSurroundings& around, 
     if (!done)
       return done.error();
     last_tracking = done->tracking;
+    has_drawn |= done->drawn;
     around.status.picture(*done, drawer.report(), seconds(now_ns() - photo->taken_ns));
     if (around.drawn)
       around.drawn(*done);

@@ -29,7 +29,9 @@ struct LiveSurroundings {
   int frames = 0; ///< so many pictures are drawn and written to [output], numbered, from the first sky on; 0: no end
   std::function<void(const DrawnFrame&)> drawn{};          ///< after each picture
   std::function<void(const std::string&)> state_changed{}; ///< in words: see LiveReport::state
-  std::function<bool()> go_on{};                           ///< called ten times a second at least; false: it ends
+  /// Between two frames, twenty times a second at least: the session, and the sky of its last frame (null: none yet).
+  std::function<void(Session&, const SkyImage*)> between_frames{};
+  std::function<bool()> go_on{}; ///< called ten times a second at least; false: it ends
 };
 
 class LiveRun {

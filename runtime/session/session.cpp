@@ -206,6 +206,28 @@ Result<void> Session::set_placement(std::size_t k, const ObjectConfig& placement
   return state_->place(k, placement);
 }
 
+Result<void> Session::set_objects(VirtualObjects loaded, std::vector<ObjectConfig> objects) {
+  State& s = *state_;
+  for (std::size_t k = 0; k < objects.size(); ++k) {
+    auto placed =
+        set_down(objects[k], {loaded.parts[k].mesh, loaded.parts[k].centre_of_mass}, s.room->volume.room, s.room->rays);
+    if (!placed)
+      return placed.error();
+    if (const auto done = loaded.set_placement(k, *placed); !done)
+      return done;
+    objects[k] = std::move(*placed);
+  }
+  s.objects.set(std::move(loaded));
+  s.config.objects = std::move(objects);
+  return {};
+}
+
+const BasisVolume& Session::volume() const { return state_->room->volume; }
+
+const LightField& Session::light_field() const { return state_->sky.field(); }
+
+const LightSet& Session::lights() const { return state_->light.direct().lights; }
+
 const std::vector<ObjectConfig>& Session::placements() const { return state_->config.objects; }
 
 std::vector<std::string> Session::standing_warnings() const { return state_->standing_warnings(); }

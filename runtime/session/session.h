@@ -12,7 +12,9 @@
 #include "runtime/base/photo_pixels.h"
 #include "runtime/composite/compose.h"
 #include "runtime/object/relight.h"
+#include "runtime/object/virtual_objects.h"
 #include "runtime/session/choose_renderer.h"
+#include "runtime/sky/direct_light.h"
 #include "scene/config/config.h"
 #include "scene/core/program.h"
 #include "scene/core/result.h"
@@ -82,6 +84,9 @@ public:
   /// Moves, turns or scales object k of the configuration; with `on` it is set down. Error: no such object, or nothing
   /// there that it could stand on; it stays where it was then.
   Result<void> set_placement(std::size_t k, const ObjectConfig& placement);
+  /// In the place of all objects; `loaded`: what load_virtual_objects() makes of them. Those with `on` are set down.
+  /// Error: one has nothing to stand on; the objects are then as before.
+  Result<void> set_objects(VirtualObjects loaded, std::vector<ObjectConfig> objects);
   /// Where the objects are: as configured, with the height that `on` gave them.
   const std::vector<ObjectConfig>& placements() const;
   /// Objects with `on` that would tip over or that the room cuts through, a line each.
@@ -104,6 +109,10 @@ public:
   /// After render() has failed with ErrorCode::device (context lost, out of graphics memory): a new renderer for the
   /// same camera, objects and light. Error: it does not start either.
   Result<void> recreate_renderer();
+
+  const BasisVolume& volume() const;
+  const LightField& light_field() const; ///< at the volume's probes, under the last sky
+  const LightSet& lights() const;        ///< light samples at the objects, of the last frame
 
   const RenderCamera& camera() const;
   BoundingSphere object_bounds(std::size_t k) const; ///< world; radius 0 when there is no object k

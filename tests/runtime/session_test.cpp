@@ -144,5 +144,28 @@ TEST(Session, an_object_with_on_is_set_down_wherever_it_goes) {
   EXPECT_EQ(session->placements()[0].position.x, 1.0) << "it stays where it was";
 }
 
+TEST(Session, objects_that_come_and_go_leave_the_frame_of_a_new_session) {
+  Studio studio;
+  const auto one = studio.config.objects;
+  auto two = one;
+  two.push_back(one[0]);
+  two[1].position.x += 0.4;
+  auto session = *studio.open(Backend::rays);
+  const auto load = [&](const std::vector<ObjectConfig>& objects) {
+    return *load_virtual_objects(objects, studio.folder, [](const std::string&, double) { return true; });
+  };
+  const Frame first = *studio.render(session);
+  for (const auto& objects : {two, one, {}, two}) {
+    ASSERT_TRUE(session.set_objects(load(objects), objects));
+    const auto frame = studio.render(session);
+    ASSERT_TRUE(frame) << frame.error().message();
+    studio.config.objects = objects;
+    EXPECT_EQ(frame->composite.picture.texels, studio.render(Backend::rays)->composite.picture.texels)
+        << objects.size();
+  }
+  ASSERT_TRUE(session.set_objects(load(one), one));
+  EXPECT_EQ(studio.render(session)->composite.picture.texels, first.composite.picture.texels);
+}
+
 } // namespace
 } // namespace daylit

@@ -147,15 +147,72 @@ TEST(PlacementText, only_places_that_changed_are_rewritten) {
   objects[2].position = {1.125, 2.0, 0.4};
   objects[3].on = StandsOn{"table", true};
   objects[3].position = {3.0, 5.0, 0.4};
-  const auto after = with_placements(before, objects, "config.toml");
+  objects[0].scale = 2;
+  std::vector<EditedObject> edited;
+  for (const ObjectConfig& o : objects)
+    edited.push_back({o, edited.size()});
+  const auto after = with_objects(before, edited, 4, "config.toml");
   ASSERT_TRUE(after) << after.error().message();
   EXPECT_EQ(*after, "# my room\n[sky] # grün\nimage = \"a.hdr\"\n"
                     "[[object]] # first\nmodel = \"a.obj\"\nposition = [ 1.50, 2,\n   0 ] # here\nscale = 2\n"
                     "[[object]]\nmodel = \"ä.obj\" # no place yet\nposition = [0.25, 0.5, 0.75]\nscale = 1\n"
                     "[[object]]\non = [1.125, 2]  # anywhere\nmodel = \"c.obj\"\n"
                     "[[object]]\nposition = [3, 5]\non = \"table\"\nmodel = \"d.obj\"\n");
-  objects.pop_back();
-  EXPECT_FALSE(with_placements(before, objects, "config.toml"));
+  EXPECT_FALSE(with_objects(before, edited, 3, "config.toml")) << "the file has others than were read";
+}
+
+const std::string kThree = "[sky]\nimage = \"a.hdr\"\n\n# the pot\n[[object]]\nmodel = \"pot.obj\"\nscale = 2 # big\n\n"
+                           "# the blob\n[[object]]\nmodel = \"blob.obj\"\n\n[[object]]\nmodel = \"cube.obj\"\n\n"
+                           "# lights\n[light]\nsamples = 32\n";
+
+std::vector<EditedObject> three() {
+  std::vector<EditedObject> objects(3);
+  for (std::size_t k = 0; k < 3; ++k)
+    objects[k].in_file = k;
+  objects[0].object.scale = 2;
+  return objects;
+}
+
+TEST(PlacementText, rotation_and_scale_are_written_where_they_changed_only) {
+  auto objects = three();
+  objects[0].object.scale = 1.5;
+  objects[2].object.rotation_deg = {0, 0, 30};
+  const auto after = with_objects(kThree, objects, 3, "config.toml");
+  ASSERT_TRUE(after) << after.error().message();
+  std::string expected = kThree;
+  expected.replace(expected.find("scale = 2"), 9, "scale = 1.5");
+  expected.replace(expected.find("\"cube.obj\""), 10, "\"cube.obj\"\nrotation = [0, 0, 30]");
+  // An object without a place gets none as long as it stands at the origin.
+  EXPECT_EQ(*after, expected);
+}
+
+TEST(PlacementText, an_object_that_is_gone_takes_its_comment_along_and_nothing_else) {
+  auto objects = three();
+  objects.erase(objects.begin() + 1);
+  const auto after = with_objects(kThree, objects, 3, "config.toml");
+  ASSERT_TRUE(after) << after.error().message();
+  std::string expected = kThree;
+  const std::size_t from = expected.find("# the blob"), to = expected.find("[[object]]\nmodel = \"cube");
+  expected.erase(from, to - from);
+  EXPECT_EQ(*after, expected);
+}
+
+TEST(PlacementText, a_new_object_comes_after_the_last_and_reads_back) {
+  auto objects = three();
+  EditedObject added;
+  added.object.model = "room/new.obj";
+  added.object.position = {1, 2, 0.5};
+  objects.push_back(added);
+  const auto after = with_objects(kThree, objects, 3, "room/config.toml");
+  ASSERT_TRUE(after) << after.error().message();
+  std::string expected = kThree;
+  expected.insert(expected.find("\n\n# lights"), "\n\n[[object]]\nmodel = \"new.obj\"\nposition = [1, 2, 0.5]\n"
+                                                 "rotation = [0, 0, 0]\nscale = 1");
+  EXPECT_EQ(*after, expected);
+  const auto alone = with_objects("[light]\nsamples = 3", std::vector<EditedObject>{added}, 0, "room/config.toml");
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(alone->find("[light]\nsamples = 3\n\n[[object]]\nmodel = \"new.obj\""), 0u) << *alone;
+  EXPECT_FALSE(with_objects("object = [{ model = \"a.obj\" }]", std::vector<EditedObject>{}, 1, "c.toml"));
 }
 
 } // namespace
