@@ -141,7 +141,9 @@ Command add_camera(CLI::App& app) {
       "camera", "pictures (EXR) served one after another as a GigE Vision camera would, to try daylit-run without one");
   command->add_option("PICTURES", a->pictures, "EXR or .hdr, of the size that the client will ask for")->required();
   command->add_option("--address", a->address, "of this machine; a camera each")->capture_default_str();
-  command->add_option("--serial", a->serial, "its id is Aravis-Fake-SERIAL")->capture_default_str();
+  command->add_option("--serial", a->serial, "its id is Aravis-Fake-SERIAL")
+      ->check([](const std::string& s) { return s.size() < 16 ? std::string() : "15 characters at most"; })
+      ->capture_default_str();
   command->add_option("--white", a->white, "radiance of the largest code value, exposed for a millisecond")
       ->check(positive_number())
       ->capture_default_str();

@@ -20,7 +20,7 @@ constexpr int kBuffers = 6;
 constexpr std::uint64_t kPop_us = 50'000;
 constexpr auto kSilence = 2s; ///< without a frame: the camera is opened again
 constexpr auto kRetry = 500ms;
-constexpr auto kLeave = 250ms; ///< that long the thread may take to end; to open a camera that is away takes 2.5 s
+constexpr auto kLeave = 150ms; ///< that long the thread may take to end; to open a camera that is away takes 2.5 s
 
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }

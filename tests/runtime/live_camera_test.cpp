@@ -1,0 +1,313 @@
+// A live run from end to end: two cameras that send real GigE Vision packets over loopback, from Aravis' fake cameras
+// in this process.
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include <arpa/inet.h>
+#include <arv.h>
+#include <fcntl.h>
+#include <ifaddrs.h>
+#include <net/if.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "capture/frames/recording.h"
+#include "runtime/cmd/live_command.h"
+#include "runtime/http/http_server.h"
+#include "runtime/live/live_run.h"
+#include "runtime/live/replay.h"
+#include "scene/core/program.h"
+#include "scene/core/seconds.h"
+#include "scene/image/image_formats.h"
+#include "test_session.h"
+
+namespace daylit {
+namespace {
+
+using namespace std::chrono_literals;
+
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
+constexpr double kSlower = 10; ///< a picture takes seconds
+#else
+constexpr double kSlower = 1;
+#endif
+
+/// A camera at an address of this machine that always sends the same samples.
+class FakeCamera {
+public:
+  FakeCamera(std::string address, std::vector<std::uint8_t> samples)
+      : address_(std::move(address)), samples_(std::move(samples)) {
+    plug_in();
+  }
+  ~FakeCamera() { unplug(); }
+  FakeCamera(const FakeCamera&) = delete;
+  FakeCamera& operator=(const FakeCamera&) = delete;
+
+  void plug_in() {
+    camera_ = arv_gv_fake_camera_new(address_.c_str(), address_.c_str());
+    if (is_running())
+      arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera_), fill, this);
+  }
+  void unplug() {
+    if (camera_)
+      g_object_unref(camera_);
+    camera_ = nullptr;
+  }
+  bool is_running() const { return camera_ && arv_gv_fake_camera_is_running(camera_); }
+
+private:
+  static void fill(ArvBuffer* buffer, void* camera, guint32, guint32, ArvPixelFormat) {
+    const auto& samples = static_cast<FakeCamera*>(camera)->samples_;
+    std::size_t size = 0; // 0 here, although the pointer is right
+    if (void* data = const_cast<void*>(arv_buffer_get_data(buffer, &size)))
+      std::memcpy(data, samples.data(), samples.size());
+  }
+  std::string address_;
+  std::vector<std::uint8_t> samples_;
+  ArvGvFakeCamera* camera_ = nullptr;
+};
+
+/// Of this machine, besides 127.0.0.1; a camera needs an address of its own.
+std::string second_address() {
+  ifaddrs* all = nullptr;
+  std::string found;
+  if (getifaddrs(&all) != 0)
+    return found;
+  for (const ifaddrs* a = all; a && found.empty(); a = a->ifa_next)
+    if (a->ifa_addr && a->ifa_addr->sa_family == AF_INET && (a->ifa_flags & IFF_UP) != 0) {
+      char text[INET_ADDRSTRLEN] = {};
+      inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(a->ifa_addr)->sin_addr, text, sizeof(text));
+      if (std::strcmp(text, "127.0.0.1") != 0)
+        found = text;
+    }
+  freeifaddrs(all);
+  return found;
+}
+
+std::vector<std::uint8_t> sixteen_bits(const std::vector<Rgb>& texels, float largest) {
+  std::vector<std::uint8_t> bytes;
+  for (const Rgb& t : texels) {
+    const auto code = static_cast<unsigned>(65535 * std::clamp(t.g / largest, 0.0f, 1.0f));
+    bytes.push_back(static_cast<std::uint8_t>(code));
+    bytes.push_back(static_cast<std::uint8_t>(code >> 8));
+  }
+  return bytes;
+}
+
+std::vector<std::uint8_t> eight_bits(const std::vector<Rgb>& texels) {
+  std::vector<std::uint8_t> bytes;
+  for (const Rgb& t : texels)
+    for (int c = 0; c < 3; ++c)
+      bytes.push_back(static_cast<std::uint8_t>(255 * std::clamp(t[c], 0.0f, 1.0f)));
+  return bytes;
+}
+
+class LiveCamerasTest : public testing::Test {
+protected:
+  static constexpr float kSkyRange = 4.0f;
+
+  void SetUp() override {
+    // The port of the control channel is one per machine: tests that run beside this one wait.
+    lock_ = open("/tmp/daylit-camera-test.lock", O_CREAT | O_RDWR | O_CLOEXEC, 0666);
+    ASSERT_GE(lock_, 0);
+    flock(lock_, LOCK_EX);
+    const std::string second = second_address();
+    if (second.empty())
+      GTEST_SKIP() << "this machine has one address only";
+    sky_ = std::make_unique<FakeCamera>("127.0.0.1", sixteen_bits(studio_.sky.radiance, kSkyRange));
+    interior_ = std::make_unique<FakeCamera>(second, eight_bits(studio_.photo.texels));
+    if (!sky_->is_running() || !interior_->is_running())
+      GTEST_SKIP() << "no loopback network, or its port of GigE Vision is in use";
+    RunConfig& c = studio_.config;
+    c.sky.camera = camera("127.0.0.1", "Mono16", studio_.sky.width, studio_.sky.height);
+    c.interior.camera = camera(second, "RGB8", test::Studio::kWidth, test::Studio::kHeight);
+    c.interior.scale = 1.0 / double(kSkyRange);
+  }
+  void TearDown() override {
+    stop();
+    sky_.reset();
+    interior_.reset();
+    close(lock_);
+  }
+  static CameraConfig camera(const std::string& address, const std::string& format, int width, int height) {
+    CameraConfig c;
+    c.camera = address;
+    c.pixel_format = format;
+    c.exposure_us = 1000;
+    c.frame_rate_hz = 40 / kSlower;
+    c.packet_bytes = 8192;
+    c.width_px = width, c.height_px = height;
+    return c;
+  }
+  /// In a thread of its own.
+  void start() {
+    auto loaded = LiveRun::load(studio_.config, Backend::rays, [](const std::string&, double) { return true; });
+    ASSERT_TRUE(loaded) << loaded.error().message();
+    run_ = std::move(*loaded);
+    thread_ = std::thread([this] {
+      LiveSurroundings around{board_, status_};
+      around.sky_recorder = sky_recorder_.get();
+      around.interior_recorder = interior_recorder_.get();
+      around.go_on = [this] { return !over_; };
+      const auto ended = run_->run(around);
+      EXPECT_TRUE(ended) << ended.error().message();
+    });
+  }
+  void stop() {
+    over_ = true;
+    if (thread_.joinable())
+      thread_.join();
+    over_ = false;
+  }
+  bool within(double seconds, const std::function<bool(const LiveReport&)>& holds) const {
+    for (const double end = wall_seconds() + kSlower * seconds; wall_seconds() < end; std::this_thread::sleep_for(5ms))
+      if (holds(status_.report()))
+        return true;
+    return false;
+  }
+  static bool starts(const LiveReport& r, const char* words) { return r.state.starts_with(words); }
+
+  int lock_ = -1;
+  test::Studio studio_;
+  std::unique_ptr<FakeCamera> sky_, interior_;
+  PictureBoard board_;
+  LiveStatus status_;
+  std::unique_ptr<Recorder> sky_recorder_, interior_recorder_;
+  std::unique_ptr<LiveRun> run_;
+  std::atomic<bool> over_ = false;
+  std::thread thread_;
+};
+
+TEST_F(LiveCamerasTest, pictures_are_those_of_a_replay_bit_for_bit) {
+  const auto folder = studio_.folder / "tape";
+  sky_recorder_ = *Recorder::start(folder / "sky");
+  interior_recorder_ = *Recorder::start(folder / "interior");
+  start();
+  std::shared_ptr<const LivePicture> live;
+  {
+    PictureBoard::Viewer viewer(board_, PictureBoard::Wants::view);
+    ASSERT_TRUE(within(20, [](const LiveReport& r) { return r.drawn >= 3; })) << to_json(status_.report());
+    live = viewer.after(board_.last_index() - 1, 1000ms);
+  }
+  ASSERT_TRUE(live);
+  const LiveReport report = status_.report();
+  EXPECT_GT(report.latency_median_ms, 0.0);
+  EXPECT_EQ(report.sky.source.damaged + report.interior.source.damaged, 0u);
+  stop();
+  sky_recorder_.reset(), interior_recorder_.reset();
+  studio_.config.output.png = studio_.folder / "out.png";
+  const auto replayed = replay_recording(studio_.config, {folder, 2, Backend::rays}, [](const DrawnFrame&) {});
+  ASSERT_TRUE(replayed) << replayed.error().message();
+  const auto picture = read_ldr_image(studio_.folder / "out-00001.png");
+  ASSERT_TRUE(picture) << picture.error().message();
+  EXPECT_EQ(picture->bytes, live->view().bytes);
+  EXPECT_NE(picture->bytes, eight_bits(studio_.photo.texels)) << "an object stands in it";
+}
+
+TEST_F(LiveCamerasTest, nothing_is_made_ready_or_drawn_while_nobody_looks) {
+  start();
+  ASSERT_TRUE(within(20, [](const LiveReport& r) { return r.interior.source.whole > 10 && r.sky.source.whole > 10; }));
+  const LiveReport r = status_.report();
+  EXPECT_EQ(r.drawn + r.untouched + r.sky.used + r.interior.used, 0u);
+  EXPECT_TRUE(starts(r, "idle")) << r.state;
+}
+
+TEST_F(LiveCamerasTest, each_camera_may_go_and_come_back_and_the_other_is_not_disturbed) {
+  start();
+  const PictureBoard::Viewer viewer(board_, PictureBoard::Wants::view);
+  ASSERT_TRUE(within(20, [](const LiveReport& r) { return r.drawn > 0; })) << to_json(status_.report());
+
+  sky_->unplug();
+  ASSERT_TRUE(within(10, [](const LiveReport& r) { return starts(r, "sky camera away"); })) << status_.report().state;
+  const std::uint64_t drawn = status_.report().drawn;
+  EXPECT_TRUE(within(5, [&](const LiveReport& r) { return r.drawn > drawn + 5; })) << "under the last good sky";
+  EXPECT_GT(status_.report().sky_age_s, 1.0);
+  sky_->plug_in();
+  EXPECT_TRUE(within(10, [](const LiveReport& r) {
+    return r.sky.source.connections == 2 && r.sky_age_s < 0.5 * kSlower;
+  })) << to_json(status_.report());
+
+  interior_->unplug();
+  ASSERT_TRUE(within(10, [](const LiveReport& r) { return starts(r, "interior camera away"); }))
+      << status_.report().state;
+  EXPECT_GT(status_.report().picture_age_s, 0.5);
+  interior_->plug_in();
+  EXPECT_TRUE(within(10, [](const LiveReport& r) {
+    return r.interior.source.connections == 2 && r.picture_age_s < 0.5 * kSlower;
+  })) << to_json(status_.report());
+  EXPECT_EQ(status_.report().sky.source.connections, 2u) << "the sky's camera stayed open";
+}
+
+/// A port that was free a moment ago.
+int free_port() {
+  const auto server = HttpServer::start({"127.0.0.1", 0, ""}, {});
+  return server ? (*server)->port() : 0;
+}
+
+/// /status of the daemon at the port; empty: it does not answer.
+std::string status_at(int port) {
+  const int s = socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_port = htons(static_cast<std::uint16_t>(port));
+  inet_pton(AF_INET, "127.0.0.1", &to.sin_addr);
+  const std::string ask = "GET /status HTTP/1.1\r\nHost: localhost\r\n\r\n";
+  std::string text;
+  char buffer[4096];
+  if (connect(s, reinterpret_cast<sockaddr*>(&to), sizeof(to)) == 0 && send(s, ask.data(), ask.size(), 0) > 0)
+    for (ssize_t got = 0; (got = recv(s, buffer, sizeof(buffer), 0)) > 0;)
+      text.append(buffer, static_cast<std::size_t>(got));
+  close(s);
+  return text;
+}
+
+/// Last: SIGTERM ends everything that asks interrupted().
+TEST_F(LiveCamerasTest, z_signals_reload_the_configuration_and_end_the_run) {
+  const auto file = studio_.folder / "config.toml";
+  const int port = free_port();
+  studio_.config.http = HttpConfig{port, "127.0.0.1", {}};
+  const std::string good = to_toml(studio_.config);
+  std::ofstream(file) << good;
+  const auto config = read_run_config(file);
+  ASSERT_TRUE(config) << config.error().message();
+  Result<void> ended = Error{ErrorCode::io, "not ended", "", ""};
+  watch_for_interrupt();
+  std::thread daemon([&] {
+    LiveOptions options;
+    options.config = file;
+    options.backend = Backend::rays;
+    options.quiet = true;
+    ended = run_live(*config, options, [](const DrawnFrame&) {});
+  });
+  const auto says = [&](const std::string& words) {
+    for (const double end = wall_seconds() + 15 * kSlower; wall_seconds() < end; std::this_thread::sleep_for(5ms))
+      if (status_at(port).find(words) != std::string::npos)
+        return true;
+    return false;
+  };
+  EXPECT_TRUE(says(R"("connected":true)"));
+  std::ofstream(file) << good << "\n[lights]\n";
+  std::raise(SIGHUP);
+  EXPECT_TRUE(says("did you mean 'light'")) << status_at(port);
+  EXPECT_NE(status_at(port).find(R"("reloads":{"done":0,"refused":1)"), std::string::npos) << status_at(port);
+  std::ofstream(file) << good;
+  std::raise(SIGHUP);
+  EXPECT_TRUE(says(R"("reloads":{"done":1,"refused":1)")) << status_at(port);
+  const double begin = wall_seconds();
+  std::raise(SIGTERM);
+  daemon.join();
+  EXPECT_LT(wall_seconds() - begin, 0.5 * kSlower);
+  EXPECT_TRUE(ended) << ended.error().message();
+}
+
+} // namespace
+} // namespace daylit
