@@ -200,6 +200,8 @@ Result<void> run(const Arguments& a) {
     return room.error();
   if (const Result<void> clean = refuse_dropped_faces(room->report, a.room); !clean && !a.drop_bad_faces)
     return clean.error();
+  if (const Result<void> fits = precompute::check_extent(room->room); !fits)
+    return fits.error();
   std::filesystem::path checkpoint_path = a.output;
   checkpoint_path += ".checkpoint";
   for (const auto& [path, kind] :

@@ -82,6 +82,8 @@ CheckedOpening describe(const Aperture& aperture) {
   return out;
 }
 
+constexpr double kLongest_m = 1000.0;
+
 std::string metres(double value) { return detail::format("%.2f m", value); }
 
 void check_size(const Bounds& bounds, std::vector<std::string>& questions) {
@@ -123,6 +125,8 @@ Result<BakeEstimate> estimate_bake(const RoomFile& room, const Progress& progres
 /// Goes through the steps of a bake; the first that fails is the problem.
 std::optional<Error> find_problem(const RoomFile& file, RoomCheck& check, const Progress& progress) {
   const Room& room = file.room;
+  if (const auto fits = check_extent(room); !fits)
+    return fits.error();
   const auto scene = RayScene::build(room);
   if (!scene)
     return scene.error();
@@ -142,6 +146,16 @@ std::optional<Error> find_problem(const RoomFile& file, RoomCheck& check, const 
 }
 
 } // namespace
+
+Result<void> check_extent(const Room& room) {
+  const Bounds bounds = room.bounds();
+  const glm::dvec3 size = bounds.empty() ? glm::dvec3(0.0) : bounds.size();
+  const double longest = std::max({size.x, size.y, size.z});
+  if (longest > kLongest_m)
+    return Error{ErrorCode::value_invalid, "the room is " + metres(longest) + " long", "room",
+                 "the model must be in metres: scale it from millimetres or centimetres"};
+  return {};
+}
 
 Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, const Progress& progress) {
   const auto file = read_room(path, up);

@@ -48,6 +48,9 @@ struct RoomCheck {
   std::optional<Error> problem;         ///< why the room cannot be baked
 };
 
+/// Error value_invalid: a room longer than a kilometre, which is one in other units.
+Result<void> check_extent(const Room& room);
+
 /// Everything that a bake does before it computes its volume: openings, calibration bakes, plan, mesh and probes.
 /// Error: the file cannot be read as a room, or interrupted. A room that reads but cannot be baked is a RoomCheck with
 /// a problem.

@@ -57,6 +57,10 @@ Error interrupted_error(const std::string& where) { return {ErrorCode::interrupt
 int run_program(const std::string& name, bool json, const std::function<Result<void>()>& body) {
   try {
     const Result<void> result = body();
+    const bool written = std::fflush(stdout) == 0 && std::ferror(stdout) == 0;
+    if (result && !written)
+      return report(name, json,
+                    {ErrorCode::io, "what was printed could not be written", "stdout", "is the disk full?"});
     return result ? kExitDone : report(name, json, result.error());
   } catch (const std::bad_alloc&) {
     return report(name, json, {ErrorCode::limit_exceeded, "out of memory", "", "use a coarser setting"});

@@ -114,6 +114,13 @@ TEST_F(RoomCheckFile, a_room_in_centimetres_is_questioned) {
   EXPECT_NE(r->questions[0].find("centimetres"), std::string::npos) << r->questions[0];
 }
 
+TEST_F(RoomCheckFile, a_room_in_millimetres_cannot_be_baked) {
+  const auto r = check(box(1000, "window"));
+  ASSERT_TRUE(r) << r.error().message();
+  ASSERT_TRUE(r->problem);
+  EXPECT_NE(r->problem->message().find("must be in metres"), std::string::npos) << r->problem->message();
+}
+
 TEST_F(RoomCheckFile, an_unreadable_room_is_an_error) {
   EXPECT_FALSE(check("v 0 0 0\nf 1 2 3\n"));
   EXPECT_EQ(check_room(folder_ / "no.obj", UpAxis::z, kSilent).error().code, ErrorCode::file_missing);
