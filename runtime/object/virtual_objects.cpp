@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 
 #include "runtime/object/cut_mesh.h"
+#include "runtime/object/divide_mesh.h"
 #include "runtime/object/mesh_topology.h"
 #include "runtime/object/relight.h"
 #include "scene/core/parallel.h"
@@ -115,6 +116,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     wind_by_normals(*mesh);
     const glm::dvec3 mass = centre_of_mass(*mesh);
     const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
+    divide_long_edges(*mesh);
     if (const auto cut = cut_where_parts_cross(*mesh); !cut)
       return cut.error();
     auto transfer = cached_transfer(*mesh, cache_folder, objects[k].model.stem().string(), settings, progress);

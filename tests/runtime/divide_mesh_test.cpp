@@ -1,0 +1,69 @@
+#include "runtime/object/divide_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+namespace daylit {
+namespace {
+
+/// A box of that size, its corners shared, normals from the middle.
+ObjectMesh box(const glm::vec3& size) {
+  ObjectMesh mesh;
+  for (int k = 0; k < 8; ++k) {
+    mesh.positions.push_back(size * glm::vec3(k & 1, k >> 1 & 1, k >> 2 & 1));
+    mesh.normals.push_back(glm::normalize(mesh.positions.back() - 0.5f * size));
+    mesh.reflectance.emplace_back(0.1f * static_cast<float>(k));
+  }
+  mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                    {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  return mesh;
+}
+
+double area(const ObjectMesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles)
+    sum += 0.5 * static_cast<double>(glm::length(glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]],
+                                                            mesh.positions[t[2]] - mesh.positions[t[0]])));
+  return sum;
+}
+
+TEST(DivideMesh, no_edge_is_longer_than_a_sixth_of_the_radius_and_the_surface_stays_closed) {
+  const glm::vec3 size(0.3f, 0.2f, 0.9f);
+  ObjectMesh mesh = box(size);
+  const double before = area(mesh);
+  divide_long_edges(mesh);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
+  float longest = 0;
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+      longest = std::max(longest, glm::distance(mesh.positions[a], mesh.positions[b]));
+      ++sides[std::minmax(a, b)];
+    }
+  EXPECT_LE(longest, 0.5f * glm::length(size) / 6.0f * 1.0001f);
+  EXPECT_NEAR(area(mesh), before, 1e-5 * before);
+  EXPECT_TRUE(std::ranges::all_of(sides, [](const auto& side) { return side.second == 2; }));
+  EXPECT_EQ(mesh.positions.size(), mesh.normals.size());
+  EXPECT_EQ(mesh.positions.size(), mesh.reflectance.size());
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    ASSERT_NEAR(glm::length(mesh.normals[i]), 1.0f, 1e-5f);
+}
+
+TEST(DivideMesh, a_fine_mesh_keeps_every_vertex_and_an_empty_one_is_left) {
+  ObjectMesh mesh = box({1, 1, 1});
+  divide_long_edges(mesh);
+  const ObjectMesh fine = mesh;
+  divide_long_edges(mesh);
+  EXPECT_EQ(mesh.positions, fine.positions);
+  EXPECT_EQ(mesh.triangles, fine.triangles);
+  ObjectMesh none;
+  divide_long_edges(none);
+  EXPECT_TRUE(none.positions.empty());
+}
+
+} // namespace
+} // namespace daylit
