@@ -291,6 +291,8 @@ Result<void> run(CommonOptions& o, const MergeOptions& options) {
   if (const auto fault = no_bracket(*bracket))
     return deliver_without_result(o, std::move(report), {*fault});
   m.measured_over_stated = exposure_ratios(bracket->places, *response);
+  if (interrupted())
+    return interrupted_error("merge");
   if (const Result<void> good = calibrate_light(options, m); !good)
     return good;
   m.over_range_light = light_over_range(m.bracket);
@@ -301,6 +303,8 @@ Result<void> run(CommonOptions& o, const MergeOptions& options) {
                                        "magenta.") +
       fmt::format("<pre>{}</pre>\n", html_escaped(report.text));
   judge(report, faults_of(m, *bracket), fmt::format("{} exposures agree", bracket->places.size()));
+  if (interrupted())
+    return interrupted_error("merge");
   if (const Result<void> good = check_outputs(o, kExrKind); !good)
     return good;
   if (const Result<void> written = write_exr(o.output, m.bracket.radiance); !written)
