@@ -20,6 +20,9 @@ using Clock = std::chrono::steady_clock;
 /// A photograph this old is of another moment; a sky is the last good one, however old.
 constexpr double kOldestPhoto_s = 1.0, kOldestSky_s = 1e9;
 
+/// The next photograph is wanted ready after so many per cent of the time that the last picture took to draw.
+constexpr int kInTime = 80;
+
 std::int64_t now_ns() { return Clock::now().time_since_epoch() / 1ns; }
 double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
@@ -49,6 +52,7 @@ struct LiveRun::State {
   std::uint64_t sky_id = 0, photo_id = 0; ///< count those that were drawn with
   TrackingState last_tracking = TrackingState::measured;
   bool has_drawn = false; ///< the session has seen a sky
+  Clock::duration last_drawing{};
 
   Result<DrawnFrame> draw(const ReadyPhoto& photo, const LiveSurroundings& around);
   Result<void> draw_until_the_end(const LiveSurroundings& around, CameraStage<ReadySky>& skies,
@@ -196,7 +200,10 @@ Result<void> LiveRun::State::draw_until_the_end(const LiveSurroundings& around, 
     take_sky();
     if (around.frames > 0 && !sky)
       continue;
+    photos.expect_next_in(kInTime * last_drawing / 100);
+    const auto begin = Clock::now();
     const auto done = draw(*photo, around);
+    last_drawing = Clock::now() - begin;
     if (!done)
       return done.error();
     last_tracking = done->tracking;
