@@ -45,5 +45,8 @@ Result<std::vector<double>> parse_numbers(const std::string& text, std::size_t c
 std::vector<Command> add_lens_commands(CLI::App& app, CommonOptions& options);
 Command add_response_command(CLI::App& app, CommonOptions& options);
 Command add_merge_command(CLI::App& app, CommonOptions& options);
+Command add_colour_command(CLI::App& app, CommonOptions& options);
+Command add_align_command(CLI::App& app, CommonOptions& options);
+Command add_vignette_command(CLI::App& app, CommonOptions& options);
 
 } // namespace daylit::calibration

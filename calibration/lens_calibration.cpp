@@ -194,14 +194,20 @@ void judge(LensCalibration& c) {
                                 c.reach_deg, field));
 }
 
-Error too_few(const std::vector<DroppedPicture>& dropped, BoardSize board) {
-  std::string reasons;
+/// No lens: which pictures do not show the board, and why.
+LensCalibration too_few(LensKind kind, BoardSize board, std::vector<DroppedPicture> dropped) {
+  LensCalibration c;
+  c.kind = kind;
+  c.board = board;
+  c.why.push_back(
+      fmt::format("fewer than three pictures show the board of {} x {} inner corners; count the inner corners, "
+                  "not the squares",
+                  board.columns, board.rows));
   for (const DroppedPicture& d : dropped)
-    reasons += "\n  " + d.file + ": " + d.why;
-  return Error{ErrorCode::value_invalid,
-               fmt::format("fewer than three pictures show the board of {} x {} inner corners{}", board.columns,
-                           board.rows, reasons),
-               "--board", "count the inner corners, not the squares"};
+    if (std::ranges::find(c.why, d.why) == c.why.end())
+      c.why.push_back(d.why);
+  c.dropped = std::move(dropped);
+  return c;
 }
 
 } // namespace
@@ -210,7 +216,7 @@ Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double s
                                         const ImageCircle& circle, std::vector<BoardView> views,
                                         std::vector<DroppedPicture> dropped, const Progress& progress) {
   if (views.size() < kFewestViews)
-    return too_few(dropped, board);
+    return too_few(kind, board, std::move(dropped));
   LensCalibration c;
   c.kind = kind;
   c.board = board;

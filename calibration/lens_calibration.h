@@ -37,7 +37,8 @@ struct BoardPicture {
 };
 
 /// Pictures are asked for one after another: `read(i)` of `count`. A picture that cannot be used is named in `dropped`.
-/// Errors: fewer than three pictures can be used (names the reason of each), interrupted.
+/// Fewer than three pictures can be used:
+/// no views, and `why` says so. Error: interrupted.
 Result<LensCalibration> calibrate_lens(LensKind kind, BoardSize board, double square_m, std::size_t count,
                                        const std::function<Result<BoardPicture>(std::size_t)>& read,
                                        const Progress& progress);

@@ -26,8 +26,8 @@ Result<BoardSize> parse_board(const std::string& text) {
   return size;
 }
 
-/// Reads, finds, fits, judges; the lens file is written whatever the verdict, which is said.
-Result<void> calibrate(LensKind kind, const CommonOptions& o, const LensOptions& lens) {
+/// Reads, finds, fits, judges; a lens file is written whatever the verdict, which is said, when there is a lens.
+Result<void> calibrate(LensKind kind, CommonOptions& o, const LensOptions& lens) {
   const auto board = parse_board(lens.board);
   if (!board)
     return board.error();
@@ -42,6 +42,8 @@ Result<void> calibrate(LensKind kind, const CommonOptions& o, const LensOptions&
   progress.clear();
   if (!result)
     return result.error();
+  if (result->views.empty())
+    return deliver_without_result(o, report_of(*result), result->why);
   if (const Result<void> good = check_outputs(o, kLensKind); !good)
     return good;
   if (const Result<void> written = write_lens(o.output, result->fit.lens); !written)

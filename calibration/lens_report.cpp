@@ -92,6 +92,8 @@ std::string text(const LensCalibration& c) {
 } // namespace
 
 Report report_of(const LensCalibration& c) {
+  if (c.views.empty())
+    return {"Lens calibration", false, c.why, {}, c.dropped, "", "", ""};
   Report report{.title = "Lens calibration",
                 .pass = c.pass,
                 .why = c.why,

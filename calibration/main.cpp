@@ -18,6 +18,9 @@ int main(int argc, char** argv) {
   std::vector<calibration::Command> commands = calibration::add_lens_commands(app, options);
   commands.push_back(calibration::add_response_command(app, options));
   commands.push_back(calibration::add_merge_command(app, options));
+  commands.push_back(calibration::add_colour_command(app, options));
+  commands.push_back(calibration::add_align_command(app, options));
+  commands.push_back(calibration::add_vignette_command(app, options));
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "calibration/bracket_options.h"
 #include "calibration/fisheye_picture.h"
+#include "capture/frames/recording.h"
 #include "capture/hdr/bracket.h"
+#include "capture/hdr/bracket_cycle.h"
 #include "scene/image/image_formats.h"
 
 namespace daylit::calibration {
@@ -26,6 +29,7 @@ struct MergeOptions {
   std::string response = "linear";
   double scale = 1.0, illuminance = 0.0;
   std::filesystem::path lens, vignette;
+  bool every = false;
 };
 
 /// What was merged, and what is known about it.
@@ -165,10 +169,120 @@ std::string text_of(const Merged& m, const Bracket& bracket) {
   return text;
 }
 
+/// A frame of a recording: the exposure it was asked for, and the one that its pixels show (0: not known).
+struct LearnedFrame {
+  std::uint64_t id = 0;
+  double asked = 0.0, learned = 0.0;
+};
+
+/// Numbered names beside the output: out.exr becomes out-00012.exr.
+std::filesystem::path numbered(const std::filesystem::path& path, std::uint64_t number) {
+  return path.parent_path() / fmt::format("{}-{:05d}{}", path.stem().string(), number, path.extension().string());
+}
+
+/// Exposure times of the cycle, microseconds: as given, or as the recording says they were asked for.
+Result<std::vector<double>> cycle_times(const Recording& recording, const std::string& given) {
+  if (!given.empty())
+    return parse_numbers(given, 0, "--exposures");
+  std::set<double> asked;
+  for (std::size_t k = 0; k < recording.size(); ++k)
+    asked.insert(recording.exposure_us(k));
+  return std::vector<double>(asked.begin(), asked.end());
+}
+
+Report recording_report(const std::vector<LearnedFrame>& frames, const CycleReport& cycle, const Merged* m) {
+  Report report;
+  report.title = "Merge of a recording";
+  nlohmann::ordered_json j{{"unknown_frames", cycle.unknown}};
+  std::vector<std::vector<std::string>> rows{{"frame", "asked for, us", "exposed, us"}};
+  std::size_t late = 0;
+  for (const LearnedFrame& f : frames) {
+    j["frames"].push_back({{"id", f.id}, {"asked_us", f.asked}, {"exposed_us", f.learned}});
+    rows.push_back({std::to_string(f.id), fmt::format("{:g}", f.asked),
+                    f.learned > 0 ? fmt::format("{:g}", f.learned) : "not known"});
+    (f.learned > 0 ? report.used : report.why).push_back(std::to_string(f.id));
+    late += f.learned > 0 && f.learned != f.asked ? 1 : 0;
+  }
+  for (const std::string& id : std::exchange(report.why, {}))
+    report.dropped.push_back(
+        {"frame " + id, "its exposure is not known: the first two cycles, or none of the exposures"});
+  j["late_frames"] = late;
+  report.text = fmt::format("frames     {}, {} of them with another exposure than asked for\n", frames.size(), late);
+  if (m) {
+    j["over_range_pixels"] = m->bracket.over_range;
+    j["ghost_pixels"] = m->bracket.ghosts;
+    if (m->illuminance)
+      j["illuminance_lx"] = *m->illuminance;
+    report.html = html_picture(preview(m->bracket), "The last merged picture; over-range pixels are magenta.");
+  }
+  report.figures = j.dump();
+  report.html += html_table(rows);
+  return report;
+}
+
+/// Merges what a cycling camera recorded; the exposure of each frame is learned from its pixels.
+Result<void> run_recording(CommonOptions& o, const MergeOptions& options, const ResponseCurve& response) {
+  const auto recording = Recording::open(o.inputs.front());
+  if (!recording)
+    return recording.error();
+  const auto times = cycle_times(*recording, options.bracket.exposures);
+  if (!times)
+    return times.error();
+  const auto first = recording->read(0);
+  if (!first)
+    return first.error();
+  auto cycle = BracketCycle::create(*times, {response, usual_noise(first->format.bits)});
+  if (!cycle)
+    return times->size() < 2 ? deliver_without_result(o, recording_report({}, {}, nullptr),
+                                                      {"one exposure only: a bracket needs two at least"})
+                             : Result<void>(cycle.error());
+  if (const Result<void> good = check_outputs(o, kExrKind); !good)
+    return good;
+  std::vector<LearnedFrame> frames;
+  std::optional<Merged> last;
+  ProgressLine progress(o.quiet || o.json);
+  for (std::size_t k = 0; k < recording->size(); ++k) {
+    if (!progress.update("frames", static_cast<double>(k) / static_cast<double>(recording->size())))
+      return interrupted_error("recording");
+    const auto frame = recording->read(k);
+    if (!frame)
+      return frame.error();
+    auto code = linear_picture(*frame);
+    if (!code)
+      return code.error();
+    const auto time = cycle->add(std::move(*code), frame->time_ns);
+    if (!time)
+      return time.error();
+    frames.push_back({frame->id, frame->exposure_us, time->value_or(0.0)});
+    const bool wanted = options.every ? *time == *std::ranges::min_element(*times) : k + 1 == recording->size();
+    auto merged = wanted ? cycle->merged() : std::nullopt;
+    if (!merged)
+      continue;
+    last = Merged{};
+    last->bracket = std::move(merged->bracket);
+    if (const Result<void> good = calibrate_light(options, *last); !good)
+      return good;
+    const std::filesystem::path path = options.every ? numbered(o.output, k) : o.output;
+    if (const Result<void> written = write_exr(path, last->bracket.radiance); !written)
+      return written;
+  }
+  progress.clear();
+  Report report = recording_report(frames, cycle->report(), last ? &*last : nullptr);
+  if (!last)
+    return deliver_without_result(
+        o, std::move(report),
+        {"the exposures cannot be told apart: each has to be seen twice, and no two may be both "
+         "black or both white"});
+  judge(report, {}, fmt::format("the exposures of {} frames are known", report.used.size()));
+  return deliver(o, report);
+}
+
 Result<void> run(CommonOptions& o, const MergeOptions& options) {
   const auto response = ResponseCurve::named(options.response);
   if (!response)
     return response.error();
+  if (o.inputs.size() == 1 && std::filesystem::is_directory(o.inputs.front()))
+    return run_recording(o, options, *response);
   Merged m;
   const auto bracket = merge_files(o, options.bracket, *response, m);
   if (!bracket)
@@ -199,9 +313,12 @@ Result<void> run(CommonOptions& o, const MergeOptions& options) {
 Command add_merge_command(CLI::App& app, CommonOptions& o) {
   const auto options = std::make_shared<MergeOptions>();
   CLI::App* command = app.add_subcommand("merge", "an exposure bracket to one HDR picture (EXR, float)");
-  add_common_options(*command, o, "pictures of one scene at several exposures", "the EXR picture to write");
+  add_common_options(*command, o, "pictures of one scene at several exposures, or a recording of a camera that cycles",
+                     "the EXR picture to write");
   add_bracket_options(*command, options->bracket);
   command->add_option("--response", options->response, "linear, srgb, or a response file");
+  command->add_flag("--every", options->every,
+                    "of a recording: a picture for every frame of the shortest exposure, numbered as the frames");
   command->add_option("--lens", options->lens, "lens file: the illuminance at the lens is printed");
   command->add_option("--vignette", options->vignette, "fall-off file, divided out");
   command->add_option("--scale", options->scale, "factor on the result")->check(positive_number());

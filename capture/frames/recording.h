@@ -36,6 +36,7 @@ public:
   static Result<Recording> open(const std::filesystem::path& folder);
   std::size_t size() const { return entries_.size(); }
   std::int64_t time_ns(std::size_t k) const { return entries_[k].time_ns; }
+  double exposure_us(std::size_t k) const { return entries_[k].exposure_us; }
   /// Errors: the file is missing, is no such picture, or not the one that was recorded (checksum).
   Result<CameraFrame> read(std::size_t k) const;
 

@@ -7,6 +7,7 @@
 
 #include "calibration/fisheye_picture.h"
 #include "calibration/response_fit.h"
+#include "capture/frames/recording.h"
 #include "capture/hdr/bracket.h"
 #include "scene/image/image_formats.h"
 #include "tests/calibration/calibrate_program.h"
@@ -199,6 +200,40 @@ TEST(ResponseProgram, a_bracket_becomes_a_response_and_a_picture) {
   EXPECT_TRUE(fs::exists(folder / "r/report.html"));
   const auto wrong = test::calibrate(folder, "merge " + names + "-o out.exr");
   EXPECT_EQ(wrong.exit_code, 1) << "no exposure times";
+}
+
+/// A camera that cycles through three exposures, each setting a frame late, before a scene with a lamp.
+TEST(MergeProgram, exposures_of_a_recording_are_learned_and_its_settings_were_late) {
+  const fs::path folder = test::fresh_folder("recording");
+  auto writer = RecordingWriter::create(folder / "tape");
+  ASSERT_TRUE(writer);
+  const double times[] = {10, 640, 40960};
+  for (std::uint64_t k = 0; k < 12; ++k) {
+    CameraFrame frame{64, 48, {Mosaic::mono, 16}, {}, k, static_cast<std::int64_t>(k) * 1000, times[k % 3]};
+    const double exposed = times[(k + 2) % 3];
+    for (int y = 0; y < 48; ++y)
+      for (int x = 0; x < 64; ++x) {
+        const double radiance = (x > 30 && x < 34 && y > 20 && y < 24 ? 0.06 : 2e-6 * (1 + x));
+        const auto code = static_cast<std::uint16_t>(std::min(65535.0, std::round(65535 * radiance * exposed)));
+        frame.bytes.push_back(static_cast<std::uint8_t>(code & 255));
+        frame.bytes.push_back(static_cast<std::uint8_t>(code >> 8));
+      }
+    ASSERT_TRUE(writer->add(frame));
+  }
+  const auto merged = test::calibrate(folder, "merge tape -o out.exr --report r");
+  EXPECT_EQ(merged.exit_code, 0) << merged.json;
+  EXPECT_EQ(merged.json.value("verdict", ""), "pass") << merged.json;
+  for (const auto& frame : merged.json["frames"]) {
+    const double exposed = times[(frame["id"].get<std::size_t>() + 2) % 3];
+    EXPECT_TRUE(frame["id"] < 6 || frame["exposed_us"] == exposed) << frame;
+  }
+  const auto picture = read_hdr_image(folder / "out.exr");
+  ASSERT_TRUE(picture);
+  EXPECT_NEAR(picture->radiance.at(32, 22).g, 0.06f, 0.001f);
+  EXPECT_NEAR(picture->radiance.at(50, 40).g, 2e-6f * 51, 1e-6f);
+  const auto every = test::calibrate(folder, "merge tape -o all.exr --every");
+  EXPECT_EQ(every.exit_code, 0);
+  EXPECT_TRUE(fs::exists(folder / "all-00010.exr"));
 }
 
 } // namespace
