@@ -2,7 +2,10 @@
 
 // The thread between a camera and the picture: the camera's newest frame, made ready to be drawn from.
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cstdint>
 #include <functional>
 #include <thread>
 
@@ -12,8 +15,8 @@
 
 namespace daylit {
 
-/// It begins with the newest frame there is when its last result was taken, and only while results are wanted: nothing
-/// is made ready that nobody will see. `Ready`: what a frame becomes.
+/// It begins with the newest frame there is when its last result was taken, or as much later as the next is still in
+/// time, and only while results are wanted: nothing is made ready that nobody will see. `Ready`: what a frame becomes.
 template <class Ready>
 class CameraStage {
 public:
@@ -25,16 +28,22 @@ public:
         thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
   void want(bool wanted) { wanted_ = wanted; }
+  /// Said when a result was taken: the next is wanted in so long. A frame that is taken up later is a younger one.
+  void expect_next_in(std::chrono::nanoseconds time) { begin_ns_ = now_ns() + time.count() - work_ns_; }
   Newest<Ready>& ready() { return ready_; }
   CameraReport report() const { return watch_.report(source_.report()); }
 
 private:
+  static std::int64_t now_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
+
   void work(const std::stop_token& stop) {
     using namespace std::chrono_literals;
     while (!stop.stop_requested()) {
       if (!wanted_)
         std::this_thread::sleep_for(5ms);
-      else if (ready_.wait_until_taken(50ms))
+      else if (const std::chrono::nanoseconds early(begin_ns_ - now_ns()); early > 0ns)
+        std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(early, 50ms));
+      else if (ready_.wait_until_taken(50ms) && begin_ns_ <= now_ns())
         take(50ms);
     }
   }
@@ -45,7 +54,9 @@ private:
       return watch_.refuse(next.error().message());
     if (!*next || age_s(**next) > oldest_s_ || !watch_.accept(**next))
       return;
+    const std::int64_t begin = now_ns();
     auto made = make_ready_(**next);
+    work_ns_ = now_ns() - begin;
     if (!made)
       return watch_.refuse(made.error().message());
     watch_.used(**next);
@@ -57,6 +68,7 @@ private:
   const double oldest_s_;
   const MakeReady make_ready_;
   std::atomic<bool> wanted_ = false;
+  std::atomic<std::int64_t> begin_ns_ = 0, work_ns_ = 0; ///< not before that; what the last frame took
   Newest<Ready> ready_;
   std::jthread thread_; ///< last: it uses all of the above
 };

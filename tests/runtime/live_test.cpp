@@ -108,6 +108,19 @@ TEST(CameraStage, works_on_the_newest_frame_and_only_while_its_results_are_wante
   EXPECT_EQ(stage.report().used, 2u);
 }
 
+TEST(CameraStage, begins_as_late_as_the_next_result_is_in_time) {
+  HandedSource source;
+  CameraWatch watch(4, 2, false);
+  CameraStage<std::uint64_t> stage(source, watch, 1.0,
+                                   [](const CameraFrame& f) -> Result<std::uint64_t> { return f.id; });
+  stage.expect_next_in(100ms);
+  stage.want(true);
+  source.hand(frame_of(1));
+  std::this_thread::sleep_for(50ms);
+  source.hand(frame_of(2));
+  EXPECT_EQ(stage.ready().take(5000ms), 2u) << "the younger one";
+}
+
 TEST(CameraStage, what_cannot_be_read_is_counted_and_said) {
   HandedSource source;
   CameraWatch watch(4, 2, false);
