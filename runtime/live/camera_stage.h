@@ -28,9 +28,15 @@ public:
         thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
   void want(bool wanted) { wanted_ = wanted; }
-  /// Said when a result was taken: the next is wanted in so long. A frame that is taken up later is a younger one.
-  void expect_next_in(std::chrono::nanoseconds time) { begin_ns_ = now_ns() + time.count() - work_ns_; }
-  Newest<Ready>& ready() { return ready_; }
+  /// As Newest::take(). The one after it is wanted in `next_in`: a frame that is taken up later is a younger one.
+  std::optional<Ready> take(std::chrono::milliseconds wait, std::chrono::nanoseconds next_in = {}) {
+    auto taken = ready_.take(wait);
+    if (taken) {
+      begin_ns_ = now_ns() + next_in.count() - work_ns_;
+      told_ = true;
+    }
+    return taken;
+  }
   CameraReport report() const { return watch_.report(source_.report()); }
 
 private:
@@ -41,14 +47,18 @@ private:
     while (!stop.stop_requested()) {
       if (!wanted_)
         std::this_thread::sleep_for(5ms);
+      else if (!ready_.wait_until_taken(50ms))
+        continue;
+      else if (!told_)
+        std::this_thread::sleep_for(100us);
       else if (const std::chrono::nanoseconds early(begin_ns_ - now_ns()); early > 0ns)
         std::this_thread::sleep_for(std::min<std::chrono::nanoseconds>(early, 50ms));
-      else if (ready_.wait_until_taken(50ms) && begin_ns_ <= now_ns())
-        take(50ms);
+      else
+        make_next(50ms);
     }
   }
 
-  void take(std::chrono::milliseconds wait) {
+  void make_next(std::chrono::milliseconds wait) {
     const auto next = source_.next(wait);
     if (!next)
       return watch_.refuse(next.error().message());
@@ -60,6 +70,7 @@ private:
     if (!made)
       return watch_.refuse(made.error().message());
     watch_.used(**next);
+    told_ = false;
     ready_.put(std::move(*made));
   }
 
@@ -69,6 +80,7 @@ private:
   const MakeReady make_ready_;
   std::atomic<bool> wanted_ = false;
   std::atomic<std::int64_t> begin_ns_ = 0, work_ns_ = 0; ///< not before that; what the last frame took
+  std::atomic<bool> told_ = true;                        ///< begin_ns_ is of the result that was taken last
   Newest<Ready> ready_;
   std::jthread thread_; ///< last: it uses all of the above
 };

@@ -189,7 +189,7 @@ void tell(const LiveSurroundings& around, const std::string& state, double sky_a
 } // namespace
 
 void LiveRun::State::take_newer(CameraStage<ReadySky>& skies) {
-  if (auto newer = skies.ready().take(0ms)) {
+  if (auto newer = skies.take(0ms)) {
     sky = std::move(*newer);
     ++sky_id;
   }
@@ -214,13 +214,12 @@ Result<void> LiveRun::State::draw_until_the_end(const LiveSurroundings& around, 
                                                 CameraStage<ReadyPhoto>& photos) {
   for (int drawn = 0; around.go_on() && (around.frames == 0 || drawn < around.frames);) {
     const bool wanted = between_frames(around, skies, photos);
-    const auto photo = photos.ready().take(wanted ? 50ms : 20ms);
+    const auto photo = photos.take(wanted ? 50ms : 20ms, kInTime * last_drawing / 100);
     if (!photo || !wanted || seconds(now_ns() - photo->taken_ns) > kOldestPhoto_s)
       continue;
     take_newer(skies);
     if (around.frames > 0 && !sky)
       continue;
-    photos.expect_next_in(kInTime * last_drawing / 100);
     const auto begin = Clock::now();
     const auto done = draw(*photo, around);
     last_drawing = Clock::now() - begin;
