@@ -37,8 +37,8 @@ public:
   /// The next picture's, as large as the buffer.
   void fill(ArvBuffer* buffer, double exposure_us, ArvPixelFormat format) {
     const std::size_t k = (seconds_each_ > 0 ? by_the_clock() : served_++) % pictures_.size();
-    auto& codes = made_[{k, exposure_us, format}];
     const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
+    auto& codes = made_[{k, width, height, exposure_us, format}];
     if (codes.empty())
       codes = make(pictures_[k], width, height, exposure_us, format);
     std::size_t size = 0; // 0 here, although the pointer is right
@@ -93,7 +93,7 @@ private:
   Mosaic mosaic_;
   std::vector<RgbImage> pictures_;
   std::uint64_t served_ = 0;
-  std::map<std::tuple<std::size_t, double, ArvPixelFormat>, std::vector<std::uint8_t>> made_;
+  std::map<std::tuple<std::size_t, int, int, double, ArvPixelFormat>, std::vector<std::uint8_t>> made_;
 };
 
 void fill(ArvBuffer* buffer, void* codes, guint32 exposure_us, guint32, ArvPixelFormat format) {

@@ -56,6 +56,8 @@ Result<void> set_exif_times(BracketFiles& bracket) {
   bracket.luminance = std::ranges::all_of(exif, [](const auto& e) { return full_scale_luminance(e).has_value(); });
   for (std::size_t i = 0; i < exif.size(); ++i) {
     bracket.file[i].time = bracket.luminance ? 1.0 / *full_scale_luminance(exif[i]) : exif[i].time_s;
+    if (bracket.file.size() == 1 && !(bracket.file[i].time > 0))
+      bracket.file[i].time = 1.0; // no bracket, whatever its time: that is what is said
     if (!(bracket.file[i].time > 0))
       return no_time(bracket.file[i].path);
   }

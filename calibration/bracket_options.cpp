@@ -43,6 +43,8 @@ Result<Bracket> read_bracket(const CommonOptions& common, const BracketOptions& 
     const auto picture = read_code_picture(f.path, *mosaic);
     if (!picture)
       return picture.error();
+    if (interrupted())
+      return interrupted_error("exposure bracket");
     if (width == 0) {
       width = picture->code.width;
       height = picture->code.height;
@@ -81,9 +83,9 @@ std::optional<std::string> no_bracket(const Bracket& bracket) {
     return "no picture can be used";
   if (bracket.files.different_times() < 2 || bracket.places.size() < 2)
     return fmt::format(
-        "one exposure only: {} taken with the same exposure time; take the scene with at least three, one or "
-        "two stops apart, from a tripod",
-        bracket.places.size() == 1 ? "a single picture" : fmt::format("all {} pictures were", bracket.places.size()));
+        "one exposure only: {}; take the scene with at least three, one or two stops apart, from a tripod",
+        bracket.places.size() == 1 ? "there is a single picture"
+                                   : fmt::format("all {} pictures have the same exposure time", bracket.places.size()));
   return std::nullopt;
 }
 

@@ -22,7 +22,7 @@ namespace {
 constexpr double kStated = 1.25;    ///< measured over stated exposure
 constexpr double kOverRange = 0.02; ///< of the light in pixels that are brighter than the shortest exposure holds
 constexpr double kGhosts = 0.05;    ///< of the pixels
-constexpr double kMiddleGrey = 0.18;
+constexpr float kBright = 0.4f;     ///< of white: what the 80th percentile of the preview becomes
 
 struct MergeOptions {
   BracketOptions bracket;
@@ -91,13 +91,15 @@ std::string figures(const Merged& m, const Bracket& bracket) {
   if (m.illuminance)
     j["illuminance_lx"] = *m.illuminance;
   for (std::size_t p = 0; p < bracket.places.size(); ++p)
-    j["exposures"].push_back({{"file", bracket.places[p].file},
-                              {"exposure", bracket.places[p].time},
-                              {"measured_over_stated", m.measured_over_stated[p]}});
+    j["exposures"].push_back(
+        {{"file", bracket.places[p].file},
+         {"exposure", bracket.places[p].time},
+         {"measured_over_stated",
+          m.measured_over_stated[p] > 0 ? nlohmann::ordered_json(m.measured_over_stated[p]) : nullptr}});
   return j.dump();
 }
 
-/// Exposed so that the median is middle grey; over-range pixels magenta.
+/// Exposed by its brighter part, because around the circle of a fish-eye it is dark; over-range pixels magenta.
 Rgb8Image preview(const MergedBracket& merged) {
   std::vector<float> y;
   for (std::size_t i = 0; i < merged.radiance.texels.size(); i += 17)
@@ -105,8 +107,9 @@ Rgb8Image preview(const MergedBracket& merged) {
       y.push_back(l);
   float exposure = 1.0f;
   if (!y.empty()) {
-    std::ranges::nth_element(y, y.begin() + static_cast<std::ptrdiff_t>(y.size() / 2));
-    exposure = static_cast<float>(kMiddleGrey) / y[y.size() / 2];
+    const auto high = y.begin() + static_cast<std::ptrdiff_t>(y.size() * 4 / 5);
+    std::ranges::nth_element(y, high);
+    exposure = kBright / *high;
   }
   Rgb8Image view = to_srgb8(merged.radiance, exposure);
   for (std::size_t i = 0; i < merged.over_range_mask.size(); ++i)
@@ -291,6 +294,8 @@ Result<void> run(CommonOptions& o, const MergeOptions& options) {
   if (const auto fault = no_bracket(*bracket))
     return deliver_without_result(o, std::move(report), {*fault});
   m.measured_over_stated = exposure_ratios(bracket->places, *response);
+  if (interrupted())
+    return interrupted_error("merge");
   if (const Result<void> good = calibrate_light(options, m); !good)
     return good;
   m.over_range_light = light_over_range(m.bracket);
@@ -301,6 +306,8 @@ Result<void> run(CommonOptions& o, const MergeOptions& options) {
                                        "magenta.") +
       fmt::format("<pre>{}</pre>\n", html_escaped(report.text));
   judge(report, faults_of(m, *bracket), fmt::format("{} exposures agree", bracket->places.size()));
+  if (interrupted())
+    return interrupted_error("merge");
   if (const Result<void> good = check_outputs(o, kExrKind); !good)
     return good;
   if (const Result<void> written = write_exr(o.output, m.bracket.radiance); !written)

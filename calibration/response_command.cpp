@@ -66,9 +66,10 @@ std::string figures(const ResponseFit& fit, const Bracket& bracket, const std::s
   j["linear_deviation"] = fit.linear_deviation;
   j["codes_seen"] = {fit.lowest_code, fit.highest_code};
   for (std::size_t p = 0; p < bracket.places.size(); ++p)
-    j["exposures"].push_back({{"file", bracket.places[p].file},
-                              {"exposure", bracket.places[p].time},
-                              {"measured_over_stated", fit.stated_ratio[p]}});
+    j["exposures"].push_back(
+        {{"file", bracket.places[p].file},
+         {"exposure", bracket.places[p].time},
+         {"measured_over_stated", fit.stated_ratio[p] > 0 ? nlohmann::ordered_json(fit.stated_ratio[p]) : nullptr}});
   return j.dump();
 }
 
@@ -86,7 +87,7 @@ std::string page(const ResponseFit& fit, const Bracket& bracket) {
   std::vector<std::vector<std::string>> rows{{"picture", "exposure", "measured / stated"}};
   for (std::size_t p = 0; p < bracket.places.size(); ++p)
     rows.push_back({bracket.places[p].file, fmt::format("{:.4g}", bracket.places[p].time),
-                    fmt::format("{:.3f}", fit.stated_ratio[p])});
+                    fit.stated_ratio[p] > 0 ? fmt::format("{:.3f}", fit.stated_ratio[p]) : "not known"});
   return fmt::format("<p>Exposures agree within {:.1f} %, at places that had no part in the fit within {:.1f} %.</p>\n",
                      100 * fit.residual, 100 * fit.held_out) +
          html_plot(series, "log10 exposure", "code") + html_table(rows);

@@ -20,6 +20,9 @@ using Clock = std::chrono::steady_clock;
 /// A photograph this old is of another moment; a sky is the last good one, however old.
 constexpr double kOldestPhoto_s = 1.0, kOldestSky_s = 1e9;
 
+/// The next photograph is wanted ready after so many per cent of the time that the last picture took to draw.
+constexpr int kInTime = 80;
+
 std::int64_t now_ns() { return Clock::now().time_since_epoch() / 1ns; }
 double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
@@ -49,8 +52,16 @@ struct LiveRun::State {
   std::uint64_t sky_id = 0, photo_id = 0; ///< count those that were drawn with
   TrackingState last_tracking = TrackingState::measured;
   bool has_drawn = false; ///< the session has seen a sky
+  Clock::duration last_drawing{};
 
+  State(const RunConfig& c, CameraSettings sky_settings, CameraSettings interior_settings, SkyReader sky_read,
+        PhotographReader photograph_read, CameraPose camera_pose, FrameDrawer frame_drawer)
+      : config(c), sky_camera(std::move(sky_settings)), interior_camera(std::move(interior_settings)),
+        sky_reader(std::move(sky_read)), photograph_reader(std::move(photograph_read)), pose(std::move(camera_pose)),
+        drawer(std::move(frame_drawer)) {}
   Result<DrawnFrame> draw(const ReadyPhoto& photo, const LiveSurroundings& around);
+  void take_newer(CameraStage<ReadySky>& skies);
+  bool between_frames(const LiveSurroundings& around, CameraStage<ReadySky>& skies, CameraStage<ReadyPhoto>& photos);
   Result<void> draw_until_the_end(const LiveSurroundings& around, CameraStage<ReadySky>& skies,
                                   CameraStage<ReadyPhoto>& photos);
 };
@@ -87,6 +98,26 @@ std::string state_in_words(const CameraReport& sky, const CameraReport& interior
 
 } // namespace
 
+namespace {
+
+/// `lens`: its file, empty where the projection has none.
+Result<CameraSettings> settings_of(const CameraConfig& camera, const std::filesystem::path& lens) {
+  if (lens.empty())
+    return camera_settings(camera, {});
+  const auto read = read_lens(lens);
+  return read ? camera_settings(camera, *read) : Result<CameraSettings>(read.error());
+}
+
+/// Of frames of that size, that the outputs fit.
+Result<CameraPose> pose_of(const RunConfig& config, int width_px, int height_px) {
+  if (const auto fits = check_output_size(config.output, width_px, height_px); !fits)
+    return fits.error();
+  const auto lens = interior_lens(config.interior, width_px, height_px);
+  return lens ? CameraPose::make(config, *lens) : Result<CameraPose>(lens.error());
+}
+
+} // namespace
+
 /// What follows from files alone, so that a mistake is told before a camera is touched.
 Result<std::unique_ptr<LiveRun>> LiveRun::load(const RunConfig& config, Backend backend, const Progress& progress) {
   if (!config.sky.camera || !config.interior.camera)
@@ -95,40 +126,25 @@ Result<std::unique_ptr<LiveRun>> LiveRun::load(const RunConfig& config, Backend 
   auto sky_reader = SkyReader::open(config.sky);
   if (!sky_reader)
     return sky_reader.error();
-  LensModel sky_lens;
-  if (!config.sky.lens.empty()) {
-    const auto read = read_lens(config.sky.lens);
-    if (!read)
-      return read.error();
-    sky_lens = *read;
-  }
-  const auto sky_camera = camera_settings(*config.sky.camera, sky_lens);
+  const auto sky_camera = settings_of(*config.sky.camera, config.sky.lens);
   if (!sky_camera)
     return sky_camera.error();
-  const auto given_lens = read_lens(config.interior.lens);
-  if (!given_lens)
-    return given_lens.error();
-  const auto interior_camera = camera_settings(*config.interior.camera, *given_lens);
+  const auto interior_camera = settings_of(*config.interior.camera, config.interior.lens);
   if (!interior_camera)
     return interior_camera.error();
-  const int width = *interior_camera->width_px, height = *interior_camera->height_px;
-  if (const auto fits = check_output_size(config.output, width, height); !fits)
-    return fits.error();
-  const auto lens = interior_lens(config.interior, width, height);
-  if (!lens)
-    return lens.error();
   auto reader = PhotographReader::open(config.interior.response);
   if (!reader)
     return reader.error();
-  auto pose = CameraPose::make(config, *lens);
+  const int width = *interior_camera->width_px, height = *interior_camera->height_px;
+  auto pose = pose_of(config, width, height);
   if (!pose)
     return pose.error();
   auto drawer = FrameDrawer::open(config, width, height, backend, progress);
   if (!drawer)
     return drawer.error();
-  return std::unique_ptr<LiveRun>(new LiveRun(
-      std::make_unique<State>(State{config, *sky_camera, *interior_camera, std::move(*sky_reader), std::move(*reader),
-                                    std::move(*pose), std::move(*drawer), std::nullopt, 0, 0})));
+  return std::unique_ptr<LiveRun>(
+      new LiveRun(std::make_unique<State>(config, *sky_camera, *interior_camera, std::move(*sky_reader),
+                                          std::move(*reader), std::move(*pose), std::move(*drawer))));
 }
 
 LiveRun::LiveRun(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -172,31 +188,41 @@ void tell(const LiveSurroundings& around, const std::string& state, double sky_a
 
 } // namespace
 
+void LiveRun::State::take_newer(CameraStage<ReadySky>& skies) {
+  if (auto newer = skies.take(0ms)) {
+    sky = std::move(*newer);
+    ++sky_id;
+  }
+}
+
+/// What is to be done between two pictures. True: another one is wanted.
+bool LiveRun::State::between_frames(const LiveSurroundings& around, CameraStage<ReadySky>& skies,
+                                    CameraStage<ReadyPhoto>& photos) {
+  const CameraReport sky_report = skies.report(), interior_report = photos.report();
+  const bool wanted = around.frames > 0 || around.board.viewers() > 0;
+  photos.want(wanted);
+  skies.want(wanted && interior_report.source.connected);
+  take_newer(skies);
+  tell(around, state_in_words(sky_report, interior_report, wanted, sky.has_value(), last_tracking),
+       sky ? seconds(now_ns() - sky->taken_ns) : -1.0, sky_report, interior_report);
+  if (around.between_frames)
+    around.between_frames(drawer.session(), has_drawn ? &sky->sky : nullptr);
+  return wanted;
+}
+
 Result<void> LiveRun::State::draw_until_the_end(const LiveSurroundings& around, CameraStage<ReadySky>& skies,
                                                 CameraStage<ReadyPhoto>& photos) {
-  const auto take_sky = [&] {
-    if (auto newer = skies.ready().take(0ms)) {
-      sky = std::move(*newer);
-      ++sky_id;
-    }
-  };
   for (int drawn = 0; around.go_on() && (around.frames == 0 || drawn < around.frames);) {
-    const bool wanted = around.frames > 0 || around.board.viewers() > 0;
-    skies.want(wanted);
-    photos.want(wanted);
-    take_sky();
-    const CameraReport sky_report = skies.report(), interior_report = photos.report();
-    tell(around, state_in_words(sky_report, interior_report, wanted, sky.has_value(), last_tracking),
-         sky ? seconds(now_ns() - sky->taken_ns) : -1.0, sky_report, interior_report);
-    if (around.between_frames)
-      around.between_frames(drawer.session(), has_drawn ? &sky->sky : nullptr);
-    const auto photo = photos.ready().take(wanted ? 50ms : 20ms);
+    const bool wanted = between_frames(around, skies, photos);
+    const auto photo = photos.take(wanted ? 50ms : 20ms, kInTime * last_drawing / 100);
     if (!photo || !wanted || seconds(now_ns() - photo->taken_ns) > kOldestPhoto_s)
       continue;
-    take_sky();
+    take_newer(skies);
     if (around.frames > 0 && !sky)
       continue;
+    const auto begin = Clock::now();
     const auto done = draw(*photo, around);
+    last_drawing = Clock::now() - begin;
     if (!done)
       return done.error();
     last_tracking = done->tracking;

@@ -122,12 +122,40 @@ void add(std::string& out, const Metric& m, double value) {
   out += fmt::format("# HELP daylit_{0} {1}\n# TYPE daylit_{0} {2}\ndaylit_{0} {3}\n", m.name, m.help, m.type, value);
 }
 
-/// One metric of both cameras.
-template <class Value>
-void add_cameras(std::string& out, const Metric& m, const LiveReport& r, const Value& value) {
-  out += fmt::format("# HELP daylit_{0} {1}\n# TYPE daylit_{0} {2}\n", m.name, m.help, m.type);
-  out += fmt::format("daylit_{0}{{camera=\"sky\"}} {1}\ndaylit_{0}{{camera=\"interior\"}} {2}\n", m.name,
-                     static_cast<double>(value(r.sky)), static_cast<double>(value(r.interior)));
+using C = CameraReport;
+
+struct CameraMetric {
+  Metric metric;
+  double (*value)(const C& c);
+};
+
+constexpr CameraMetric kCameraMetrics[] = {
+    {{"camera_connected", "1: the camera is there", "gauge"},
+     [](const C& c) { return c.source.connected ? 1.0 : 0.0; }},
+    {{"camera_frozen", "1: the same picture for five seconds", "gauge"},
+     [](const C& c) { return c.frozen ? 1.0 : 0.0; }},
+    {{"camera_frames_whole_total", "Frames that arrived undamaged", "counter"},
+     [](const C& c) { return static_cast<double>(c.source.whole); }},
+    {{"camera_frames_used_total", "Frames made ready to draw from", "counter"},
+     [](const C& c) { return static_cast<double>(c.used); }},
+    {{"camera_frames_superseded_total", "Whole frames replaced by a newer one", "counter"},
+     [](const C& c) { return static_cast<double>(c.source.superseded); }},
+    {{"camera_frames_damaged_total", "Frames with packets lost, never used", "counter"},
+     [](const C& c) { return static_cast<double>(c.source.damaged); }},
+    {{"camera_frames_missing_total", "Gaps in the camera's counter", "counter"},
+     [](const C& c) { return static_cast<double>(c.source.missing); }},
+    {{"camera_frames_refused_total", "Frames of another size or format", "counter"},
+     [](const C& c) { return static_cast<double>(c.refused); }},
+    {{"camera_frames_black_total", "Sky frames without light, not used", "counter"},
+     [](const C& c) { return static_cast<double>(c.black); }},
+    {{"camera_connections_total", "How often the camera was opened", "counter"},
+     [](const C& c) { return static_cast<double>(c.source.connections); }}};
+
+void add_cameras(std::string& out, const LiveReport& r) {
+  for (const auto& [m, value] : kCameraMetrics)
+    out += fmt::format("# HELP daylit_{0} {1}\n# TYPE daylit_{0} {2}\ndaylit_{0}{{camera=\"sky\"}} {3}\n"
+                       "daylit_{0}{{camera=\"interior\"}} {4}\n",
+                       m.name, m.help, m.type, value(r.sky), value(r.interior));
 }
 
 void add_latency(std::string& out, const LiveReport& r) {
@@ -184,27 +212,7 @@ std::string to_prometheus(const LiveReport& r) {
   add(out, {"tracking_lost", "1: the last picture had no pose", "gauge"}, r.last.tracking == TrackingState::lost);
   add(out, {"viewers", "Who want to see pictures", "gauge"}, r.viewers);
   add_stages(out, r);
-  using C = CameraReport;
-  add_cameras(out, {"camera_connected", "1: the camera is there", "gauge"}, r,
-              [](const C& c) { return c.source.connected; });
-  add_cameras(out, {"camera_frozen", "1: the same picture for five seconds", "gauge"}, r,
-              [](const C& c) { return c.frozen; });
-  add_cameras(out, {"camera_frames_whole_total", "Frames that arrived undamaged", "counter"}, r,
-              [](const C& c) { return c.source.whole; });
-  add_cameras(out, {"camera_frames_used_total", "Frames made ready to draw from", "counter"}, r,
-              [](const C& c) { return c.used; });
-  add_cameras(out, {"camera_frames_superseded_total", "Whole frames replaced by a newer one", "counter"}, r,
-              [](const C& c) { return c.source.superseded; });
-  add_cameras(out, {"camera_frames_damaged_total", "Frames with packets lost, never used", "counter"}, r,
-              [](const C& c) { return c.source.damaged; });
-  add_cameras(out, {"camera_frames_missing_total", "Gaps in the camera's counter", "counter"}, r,
-              [](const C& c) { return c.source.missing; });
-  add_cameras(out, {"camera_frames_refused_total", "Frames of another size or format", "counter"}, r,
-              [](const C& c) { return c.refused; });
-  add_cameras(out, {"camera_frames_black_total", "Sky frames without light, not used", "counter"}, r,
-              [](const C& c) { return c.black; });
-  add_cameras(out, {"camera_connections_total", "How often the camera was opened", "counter"}, r,
-              [](const C& c) { return c.source.connections; });
+  add_cameras(out, r);
   return out;
 }
 

@@ -88,14 +88,14 @@ TEST(Alignment, a_day_with_sun_gives_the_orientation) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     double sigma = 0;
     const double error = error_after_day(seed, false, &sigma);
-    EXPECT_LT(error, 0.1) << seed;
+    EXPECT_LT(error, 0.03) << seed;
     EXPECT_LT(error, 4 * sigma) << "the stated uncertainty";
   }
 }
 
 TEST(Alignment, clouds_half_of_the_time_do_little_harm) {
   for (unsigned seed = 4; seed <= 6; ++seed)
-    EXPECT_LT(error_after_day(seed, true), 0.2) << seed;
+    EXPECT_LT(error_after_day(seed, true), 0.05) << seed;
 }
 
 std::vector<Sighting> random_sightings(const glm::dmat3& world_from_camera, int count, double noise, unsigned seed) {

@@ -181,6 +181,7 @@ TEST(ResponseProgram, one_exposure_only_is_said) {
     EXPECT_EQ(same.json.value("verdict", ""), "repeat");
     EXPECT_TRUE(test::says(same, "one exposure only")) << same.json;
     EXPECT_FALSE(fs::exists(folder / "out.txt"));
+    EXPECT_TRUE(test::says(test::calibrate(folder, std::string(command) + "e1.png -o out.txt"), "one exposure only"));
   }
 }
 

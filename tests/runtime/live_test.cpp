@@ -99,13 +99,27 @@ TEST(CameraStage, works_on_the_newest_frame_and_only_while_its_results_are_wante
   source.hand(frame_of(4));
   std::this_thread::sleep_for(20ms);
   EXPECT_EQ(made, 1) << "the last result was not taken";
-  EXPECT_EQ(stage.ready().take(0ms), 2u);
-  EXPECT_EQ(stage.ready().take(5000ms), 4u) << "frame 3 was superseded";
+  EXPECT_EQ(stage.take(0ms), 2u);
+  EXPECT_EQ(stage.take(5000ms), 4u) << "frame 3 was superseded";
   CameraFrame old = frame_of(5);
   old.taken_ns -= 2'000'000'000;
   source.hand(old);
-  EXPECT_FALSE(stage.ready().take(30ms)) << "of another moment";
+  EXPECT_FALSE(stage.take(30ms)) << "of another moment";
   EXPECT_EQ(stage.report().used, 2u);
+}
+
+TEST(CameraStage, begins_as_late_as_the_next_result_is_in_time) {
+  HandedSource source;
+  CameraWatch watch(4, 2, false);
+  CameraStage<std::uint64_t> stage(source, watch, 1.0,
+                                   [](const CameraFrame& f) -> Result<std::uint64_t> { return f.id; });
+  stage.want(true);
+  source.hand(frame_of(1));
+  EXPECT_EQ(stage.take(5000ms, 100ms), 1u);
+  source.hand(frame_of(2));
+  std::this_thread::sleep_for(50ms);
+  source.hand(frame_of(3));
+  EXPECT_EQ(stage.take(5000ms), 3u) << "the younger one";
 }
 
 TEST(CameraStage, what_cannot_be_read_is_counted_and_said) {

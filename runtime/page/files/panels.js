@@ -18,16 +18,21 @@ const placement = at("placement");
 const FIELDS = [["x", "position", 0], ["y", "position", 1], ["z", "position", 2],
                 ["rx", "rotation", 0], ["ry", "rotation", 1], ["rz", "rotation", 2]];
 
+/// Made anew only when names have changed: what is focused stays.
+function listObjects() {
+  const list = at("objects"), names = scene.objects.map((object, k) => `${k + 1} ${object.name}`);
+  if (names.join() !== [...list.children].map((item) => item.textContent).join())
+    list.replaceChildren(...names.map((name, k) => {
+      const item = document.createElement("li"), button = element("button", name, { type: "button" });
+      button.addEventListener("click", () => select(k));
+      item.append(button);
+      return item;
+    }));
+  [...list.children].forEach((item, k) => item.firstChild.setAttribute("aria-pressed", k === scene.selected));
+}
+
 function showObjects() {
-  const held = at("objects").contains(document.activeElement) ? document.activeElement.dataset.k : null;
-  at("objects").replaceChildren(...scene.objects.map((object, k) => {
-    const item = document.createElement("li");
-    const button = element("button", `${k + 1} ${object.name}`, { type: "button", "aria-pressed": k === scene.selected, "data-k": k });
-    button.addEventListener("click", () => select(k));
-    item.append(button);
-    return item;
-  }));
-  if (held !== null) at("objects").querySelector(`[data-k="${held}"]`)?.focus();
+  listObjects();
   const object = selected();
   placement.hidden = !object;
   if (object && !placement.contains(document.activeElement)) fillPlacement(object);

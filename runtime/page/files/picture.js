@@ -102,5 +102,7 @@ whenSceneChanges(() => {
   marks.append(ring);
 });
 
-watch();
+// Not before the page is there: the stream never ends loading.
+if (document.readyState === "complete") watch();
+else window.addEventListener("load", watch);
 export { watch };
