@@ -31,6 +31,8 @@ extern "C" const char* __tsan_default_suppressions() {
 }
 
 extern "C" const char* __lsan_default_suppressions() {
+  // OpenCV: buffers of its worker threads, below libtbb, whose frames a fast stack walk does not find.
   return "leak:libOSMesa.so\n"
+         "leak:libopencv_core.so\n"
          "leak:libtbb.so\n";
 }
