@@ -274,7 +274,7 @@ Result<void> run_recording(CommonOptions& o, const MergeOptions& options, const 
   if (!last)
     return deliver_without_result(
         o, std::move(report),
-        {"the exposures cannot be told apart: each has to be seen twice, and no two may be both "
+        {"the exposures cannot be distinguished: each has to be seen twice, and no two may be both "
          "black or both white"});
   judge(report, {}, fmt::format("the exposures of {} frames are known", report.used.size()));
   return deliver(o, report);

@@ -11,8 +11,8 @@
 
 namespace daylit::calibration {
 
-/// Light seen at an angle from the axis; `source`: samples of one source (a picture of a flat field) share a level that
-/// is not known.
+/// Light seen at an angle from the axis; `source`: samples of one source (a picture of a flat field) have one level
+/// that is not known.
 struct FallOffSample {
   double theta = 0.0; ///< radians
   double value = 0.0;

@@ -147,6 +147,7 @@ std::optional<Error> find_problem(const RoomFile& file, RoomCheck& check, const 
 
 } // namespace
 
+/// A kilometre is more than any room: what is longer was drawn in other units.
 Result<void> check_extent(const Room& room) {
   const Bounds bounds = room.bounds();
   const glm::dvec3 size = bounds.empty() ? glm::dvec3(0.0) : bounds.size();

@@ -26,10 +26,10 @@ constexpr int kPacket = 16;       // rays
 static_assert(kDirections % kPacket == 0);
 
 // All in radii of the object:
-constexpr double kContact = 0.08; // a vertex nearer than that to the room has an eye of its own,
+constexpr double kContact = 0.08;  // a vertex nearer than that to the room has an eye of its own,
 constexpr double kEyeCell = 0.025; // one for those that lie in the same cube of that side;
-constexpr double kLift = 0.002;   // off the surface that the vertex may lie on;
-constexpr double kFine = 0.12;    // what it sees nearer than that is looked up in fine cells
+constexpr double kLift = 0.002;    // off the surface that the vertex may lie on;
+constexpr double kFine = 0.12;     // what it sees nearer than that is looked up in fine cells
 constexpr double kCoarseCell = 0.25;
 
 /// Of cubes of that side.
@@ -147,7 +147,8 @@ void IndirectFeedback::see(Eye& eye, std::uint32_t direction, const Rgb& reflect
 /// in its transfer vectors.
 void IndirectFeedback::look_around(Eye& eye) const {
   const BoundingSphere& sphere = scene_.parts.sphere(eye.part);
-  const glm::vec3 from = scene_.rays.to_local(eye.position + glm::dvec3(0.0, 0.0, kLift * sphere.radius * eye.at_contact));
+  const glm::vec3 from =
+      scene_.rays.to_local(eye.position + glm::dvec3(0.0, 0.0, kLift * sphere.radius * eye.at_contact));
   const std::size_t start = static_cast<std::size_t>(eye.phase) * kDirections;
   for (std::size_t first = start; first < start + kDirections; first += kPacket) {
     RayHits16 hits;

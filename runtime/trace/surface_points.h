@@ -19,10 +19,10 @@ PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, cons
 PixelSurface room_surface(const TracedScene& scene, const glm::vec3& eye, std::uint32_t triangle,
                           const glm::vec3& position, bool receives);
 
-/// The piece of surface that a pixel shows: a parallelogram around its point, lifted off a hollow surface by `bend`.
+/// What a pixel shows of a surface: a parallelogram around its point, lifted off a hollow one by `bend`.
 struct PixelFootprint {
   glm::vec3 right{0.0f}, down{0.0f}; ///< to the next pixels, along the surface, metres
-  glm::vec3 bend{0.0f};              ///< how far the surface leaves its tangent plane on that way
+  glm::vec3 bend{0.0f};              ///< how far the surface is off its tangent plane there
 
   /// From the middle to the place (x, y) of the pixel, each -0.5 to 0.5: never below the surface.
   glm::vec3 step(const glm::vec2& place) const {
