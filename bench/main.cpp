@@ -13,7 +13,7 @@ constexpr bench::AddCommand kCommands[] = {
     bench::add_combine,         bench::add_sh,       bench::add_sky_projection,
 #ifdef DAYLIT_BENCH_BAKE
     bench::add_error_vs_time,   bench::add_fine_sky, bench::add_transport,      bench::add_transport_cost,
-    bench::add_transport_rooms, bench::add_selftest,
+    bench::add_transport_rooms, bench::add_rooms,    bench::add_selftest,
 #endif
 #ifdef DAYLIT_BENCH_FRAME
     bench::add_direct,          bench::add_flicker,  bench::add_frame,          bench::add_sequence,
