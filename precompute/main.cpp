@@ -12,6 +12,7 @@
 #include "precompute/probes.h"
 #include "precompute/room_check.h"
 #include "precompute/room_frame.h"
+#include "precompute/room_survey.h"
 #include "scene/core/checksum.h"
 #include "scene/core/command_line.h"
 #include "scene/core/output_file.h"
@@ -22,6 +23,23 @@ namespace {
 
 using namespace daylit;
 
+constexpr double kMillimetre = 1e-3, kWidestClosed_mm = 100;
+
+void add_close_gaps_option(CLI::App& app, double& millimetres) {
+  app.add_option("--close-gaps", millimetres,
+                 "fill joints through which light comes in, up to this wide, millimetres (default: they are told)")
+      ->check(CLI::Range(0.0, kWidestClosed_mm));
+}
+
+/// Notes and questions, before the work begins.
+void tell(const std::vector<std::string>& notes, const precompute::RoomSurvey& survey) {
+  for (const std::vector<std::string>* list : {&notes, &survey.apertures.report.notes})
+    for (const std::string& note : *list)
+      std::fprintf(stderr, "note       %s\n", note.c_str());
+  for (const std::string& question : survey.questions)
+    std::fprintf(stderr, "question   %s\n", question.c_str());
+}
+
 /// `daylit-precompute check ROOM [--up y|z] [--json] [--quiet]`: arguments from "check" on; the exit code of the
 /// program (0 the room can be baked, 1 it cannot, 2 usage). The report goes to stdout.
 int check_command(int argc, char** argv) {
@@ -29,11 +47,13 @@ int check_command(int argc, char** argv) {
   std::string up = "z";
   bool json = false, quiet = false;
   int threads = 0;
+  double close_gaps_mm = 0;
   CLI::App app{"Says what a bake would find in a room: openings, materials, faces, size, cost.\n"
                "Example: daylit-precompute check room.obj",
                "daylit-precompute check"};
   app.add_option("ROOM", room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
   app.add_option("--up", up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
+  add_close_gaps_option(app, close_gaps_mm);
   add_threads_option(app, threads);
   app.add_flag("--quiet", quiet, "only the exit code and the error");
   app.add_flag("--json", json, "the report as one JSON object");
@@ -43,8 +63,8 @@ int check_command(int argc, char** argv) {
   return run_program("daylit-precompute check", json, [&]() -> Result<void> {
     set_thread_count(threads);
     ProgressLine progress(quiet || json);
-    const Result<precompute::RoomCheck> check =
-        precompute::check_room(room, up == "y" ? UpAxis::y : UpAxis::z, progress.callback());
+    const Result<precompute::RoomCheck> check = precompute::check_room(
+        room, up == "y" ? UpAxis::y : UpAxis::z, kMillimetre * close_gaps_mm, progress.callback());
     progress.clear();
     if (!check)
       return check.error();
@@ -61,9 +81,9 @@ int check_command(int argc, char** argv) {
 struct Arguments {
   std::filesystem::path room, output, points;
   std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto", stand_on;
-  double spacing_m = 0, patch_size_m = 0;
+  double spacing_m = 0, patch_size_m = 0, close_gaps_mm = 0;
   int threads = 0, facets = 0;
-  bool quiet = false, json = false, drop_bad_faces = false, resume = false, force = false;
+  bool quiet = false, json = false, resume = false, force = false;
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
 };
 
@@ -195,13 +215,14 @@ Result<void> run(const Arguments& a) {
   const Result<precompute::PlanRequest> request = to_request(a);
   if (!request)
     return request.error();
-  const Result<RoomFile> room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
+  Result<RoomFile> room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
   if (!room)
     return room.error();
-  if (const Result<void> clean = refuse_dropped_faces(room->report, a.room); !clean && !a.drop_bad_faces)
-    return clean.error();
-  if (const Result<void> fits = precompute::check_extent(room->room); !fits)
-    return fits.error();
+  precompute::RoomSurvey survey;
+  if (const Result<void> good = precompute::survey_room(*room, kMillimetre * a.close_gaps_mm, survey); !good)
+    return good.error();
+  if (!a.quiet)
+    tell(room->report.notes, survey);
   std::filesystem::path checkpoint_path = a.output;
   checkpoint_path += ".checkpoint";
   for (const auto& [path, kind] :
@@ -307,7 +328,10 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::IsMember({"2", "4", "auto"}));
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
-  app.add_flag("--drop-bad-faces", a.drop_bad_faces, "leave out faces without area and duplicates, and report them");
+  add_close_gaps_option(app, a.close_gaps_mm);
+  app.add_flag_callback(
+         "--drop-bad-faces", [] {}, "what is done anyway; older scripts ask for it")
+      ->group("");
   add_force_option(app, a.force);
   app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, written by an interrupted run");
   add_threads_option(app, a.threads);

@@ -34,15 +34,30 @@ std::string material_lines(const std::vector<CheckedMaterial>& materials) {
 
 /// Windows and holes that were found, metres.
 std::string opening_lines(const RoomCheck& check) {
-  std::string text =
-      format("openings   %d windows (%.2f m2), %d holes (%.2f m2)\n", check.apertures.window_polygons,
-             check.apertures.window_area_m2, check.apertures.hole_polygons, check.apertures.hole_area_m2);
+  std::string text = format("openings   %d windows (%.2f m2), %d holes (%.2f m2)\n",
+                            check.survey.apertures.report.window_polygons, check.survey.apertures.report.window_area_m2,
+                            check.survey.apertures.report.hole_polygons, check.survey.apertures.report.hole_area_m2);
   for (const CheckedOpening& o : check.openings)
     text += format("  %.2f m2 around (%.2f, %.2f, %.2f), light enters in direction (%.2f, %.2f, %.2f)\n", o.area_m2,
                    o.centre_m.x, o.centre_m.y, o.centre_m.z, o.inward.x + 0.0, o.inward.y + 0.0, o.inward.z + 0.0);
-  if (check.apertures.unexplained_escape > 0)
+  if (check.survey.apertures.report.unexplained_escape > 0)
     text += format("  %.2f %% of the test rays leave through gaps without an outline\n",
-                   100 * check.apertures.unexplained_escape);
+                   100 * check.survey.apertures.report.unexplained_escape);
+  return text;
+}
+
+constexpr std::size_t kGapsShown = 10;
+
+/// The largest ones, one to a line.
+std::string gap_lines(const Gaps& gaps) {
+  std::string text;
+  if (!gaps.list.empty())
+    text = format("gaps       %zu, %.2f m long (%.4f m2)\n", gaps.list.size(), gaps.length_m, gaps.area_m2);
+  for (std::size_t i = 0; i < std::min(gaps.list.size(), kGapsShown); ++i) {
+    const Gap& g = gaps.list[i];
+    text += format("  %.1f mm wide from (%.2f, %.2f, %.2f) to (%.2f, %.2f, %.2f)\n", 1e3 * g.widest_m, g.corners[0].x,
+                   g.corners[0].y, g.corners[0].z, g.corners[1].x, g.corners[1].y, g.corners[1].z);
+  }
   return text;
 }
 
@@ -82,35 +97,6 @@ CheckedOpening describe(const Aperture& aperture) {
   return out;
 }
 
-constexpr double kLongest_m = 1000.0;
-
-std::string metres(double value) { return detail::format("%.2f m", value); }
-
-void check_size(const Bounds& bounds, std::vector<std::string>& questions) {
-  const glm::dvec3 size = bounds.size();
-  const double longest = std::max({size.x, size.y, size.z});
-  if (longest > 100)
-    questions.push_back("the room is " + metres(longest) +
-                        " long: is the model in metres? Models in centimetres or millimetres must be scaled");
-  else if (longest < 1)
-    questions.push_back("the room is only " + metres(longest) + " long: is the model in metres?");
-  if (size.z > 2 * std::max(size.x, size.y) || (size.y < 0.7 * size.z && size.y > 1.8 && size.z > 4.5))
-    questions.push_back("the height (z) is " + metres(size.z) + " for " + metres(size.x) + " x " + metres(size.y) +
-                        ": is z up? Otherwise use --up y");
-}
-
-void check_materials(const std::vector<CheckedMaterial>& materials, std::vector<std::string>& questions) {
-  for (const CheckedMaterial& m : materials) {
-    const float brightest = std::max({m.reflectance.r, m.reflectance.g, m.reflectance.b});
-    if (!m.is_window && brightest > 0.95f)
-      questions.push_back("material \"" + m.name + "\" reflects more than 95 %: fresh white paint has about 85 %");
-    if (!m.is_window && brightest == 0.0f)
-      questions.push_back("material \"" + m.name + "\" is perfectly black: is its Kd missing?");
-    if (m.is_window && std::max({m.transmittance.r, m.transmittance.g, m.transmittance.b}) <= 0.0f)
-      questions.push_back("window \"" + m.name + "\" lets no light through: check its Tf");
-  }
-}
-
 Result<BakeEstimate> estimate_bake(const RoomFile& room, const Progress& progress) {
   auto planned = plan_bake(room, {}, progress);
   if (!planned)
@@ -123,21 +109,12 @@ Result<BakeEstimate> estimate_bake(const RoomFile& room, const Progress& progres
 }
 
 /// Goes through the steps of a bake; the first that fails is the problem.
-std::optional<Error> find_problem(const RoomFile& file, RoomCheck& check, const Progress& progress) {
-  const Room& room = file.room;
-  if (const auto fits = check_extent(room); !fits)
-    return fits.error();
-  const auto scene = RayScene::build(room);
-  if (!scene)
-    return scene.error();
-  const auto apertures = find_apertures(room, *scene);
-  if (!apertures)
-    return apertures.error();
-  check.apertures = apertures->report;
-  for (const Aperture& a : apertures->list)
+std::optional<Error> find_problem(RoomFile& file, double close_gaps_m, RoomCheck& check, const Progress& progress) {
+  const Result<void> surveyed = survey_room(file, close_gaps_m, check.survey);
+  for (const Aperture& a : check.survey.apertures.list)
     check.openings.push_back(describe(a));
-  if (apertures->report.unexplained_escape > 0.001)
-    check.questions.emplace_back("rays leave through gaps without an outline: are walls missing or not joined?");
+  if (!surveyed)
+    return surveyed.error();
   auto estimate = estimate_bake(file, progress);
   if (!estimate)
     return estimate.error();
@@ -147,33 +124,19 @@ std::optional<Error> find_problem(const RoomFile& file, RoomCheck& check, const 
 
 } // namespace
 
-/// A kilometre is more than any room: what is longer was drawn in other units.
-Result<void> check_extent(const Room& room) {
-  const Bounds bounds = room.bounds();
-  const glm::dvec3 size = bounds.empty() ? glm::dvec3(0.0) : bounds.size();
-  const double longest = std::max({size.x, size.y, size.z});
-  if (longest > kLongest_m)
-    return Error{ErrorCode::value_invalid, "the room is " + metres(longest) + " long", "room",
-                 "the model must be in metres: scale it from millimetres or centimetres"};
-  return {};
-}
-
-Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, const Progress& progress) {
-  const auto file = read_room(path, up);
+Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, double close_gaps_m,
+                             const Progress& progress) {
+  auto file = read_room(path, up);
   if (!file)
     return file.error();
   RoomCheck check;
   check.file = path.string();
-  check.faces = file->report;
   check.bounds = file->room.bounds();
   check.materials = list_materials(file->room);
-  check_size(check.bounds, check.questions);
-  check_materials(check.materials, check.questions);
-  check.problem = find_problem(*file, check, progress);
+  check.problem = find_problem(*file, close_gaps_m, check, progress);
+  check.faces = file->report;
   if (check.problem && check.problem->code == ErrorCode::interrupted)
     return *check.problem;
-  if (const auto clean = refuse_dropped_faces(file->report, path); !check.problem && !clean)
-    check.problem = clean.error();
   if (check.problem && (check.problem->where.empty() || check.problem->where == "room"))
     check.problem->where = check.file;
   return check;
@@ -188,13 +151,14 @@ std::string to_text(const RoomCheck& check) {
                  check.faces.zero_area_faces, check.faces.duplicate_faces);
   text += "materials\n" + material_lines(check.materials);
   text += opening_lines(check);
+  text += gap_lines(check.survey.gaps);
   if (check.estimate)
     text += estimate_line(*check.estimate);
   for (const std::string& note : check.faces.notes)
     text += "note       " + note + "\n";
-  for (const std::string& note : check.apertures.notes)
+  for (const std::string& note : check.survey.apertures.report.notes)
     text += "note       " + note + "\n";
-  for (const std::string& question : check.questions)
+  for (const std::string& question : check.survey.questions)
     text += "question   " + question + "\n";
   text += check.problem ? "verdict    cannot be baked\n" : "verdict    can be baked\n";
   return text;
@@ -216,17 +180,23 @@ std::string to_json(const RoomCheck& check) {
                               {"pane_model", m.is_window ? pane_model_name(m.refractive_index) : "none"},
                               {"triangles", m.triangles},
                               {"area_m2", m.area_m2}});
-  j["openings"] = {{"windows", check.apertures.window_polygons},
-                   {"window_area_m2", check.apertures.window_area_m2},
-                   {"holes", check.apertures.hole_polygons},
-                   {"hole_area_m2", check.apertures.hole_area_m2},
-                   {"unexplained_escape", check.apertures.unexplained_escape}};
+  j["openings"] = {{"windows", check.survey.apertures.report.window_polygons},
+                   {"window_area_m2", check.survey.apertures.report.window_area_m2},
+                   {"holes", check.survey.apertures.report.hole_polygons},
+                   {"hole_area_m2", check.survey.apertures.report.hole_area_m2},
+                   {"unexplained_escape", check.survey.apertures.report.unexplained_escape}};
   j["openings"]["list"] = nlohmann::ordered_json::array();
   for (const CheckedOpening& o : check.openings)
     j["openings"]["list"].push_back({{"area_m2", o.area_m2},
                                      {"centre_m", triple(o.centre_m)},
                                      {"inward", triple(o.inward)},
                                      {"transmittance", triple(glm::dvec3(o.transmittance))}});
+  j["gaps"] = {{"count", check.survey.gaps.list.size()}, {"length_m", check.survey.gaps.length_m},
+               {"widest_m", check.survey.gaps.widest_m}, {"area_m2", check.survey.gaps.area_m2},
+               {"light", check.survey.gap_light},        {"list", nlohmann::ordered_json::array()}};
+  for (const Gap& gap : check.survey.gaps.list)
+    j["gaps"]["list"].push_back(
+        {{"from_m", triple(gap.corners[0])}, {"to_m", triple(gap.corners[1])}, {"widest_m", gap.widest_m}});
   if (const auto& e = check.estimate)
     j["estimate"] = {{"facets", e->counts.facets},
                      {"patches", e->counts.patches},
@@ -239,9 +209,9 @@ std::string to_json(const RoomCheck& check) {
                      {"form_factor_bytes", e->counts.exchange.bytes},
                      {"error", e->plan.predicted.total}};
   std::vector<std::string> notes = check.faces.notes;
-  notes.insert(notes.end(), check.apertures.notes.begin(), check.apertures.notes.end());
+  notes.insert(notes.end(), check.survey.apertures.report.notes.begin(), check.survey.apertures.report.notes.end());
   j["notes"] = notes;
-  j["questions"] = check.questions;
+  j["questions"] = check.survey.questions;
   j["can_be_baked"] = !check.problem;
   if (check.problem)
     j["problem"] = check.problem->message();

@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "precompute/plan.h"
+#include "precompute/room_survey.h"
 #include "scene/core/program.h"
 #include "scene/core/result.h"
-#include "scene/room/aperture.h"
 #include "scene/room/room_formats.h"
 
 namespace daylit::precompute {
@@ -42,19 +42,16 @@ struct RoomCheck {
   Bounds bounds;
   std::vector<CheckedMaterial> materials;
   std::vector<CheckedOpening> openings;
-  ApertureReport apertures;
+  RoomSurvey survey;
   std::optional<BakeEstimate> estimate; ///< empty where there is a problem
-  std::vector<std::string> questions;   ///< things that are allowed but often a mistake
   std::optional<Error> problem;         ///< why the room cannot be baked
 };
 
-/// Error value_invalid: a room longer than a kilometre, which is one in other units.
-Result<void> check_extent(const Room& room);
-
-/// Everything that a bake does before it computes its volume: openings, calibration bakes, plan, mesh and probes.
-/// Error: the file cannot be read as a room, or interrupted. A room that reads but cannot be baked is a RoomCheck with
-/// a problem.
-Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, const Progress& progress);
+/// Everything that a bake does before it computes its volume: survey_room(), openings, calibration bakes, plan, mesh
+/// and probes. Error: the file cannot be read as a room, or interrupted. A room that reads but cannot be baked is a
+/// RoomCheck with a problem.
+Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, double close_gaps_m,
+                             const Progress& progress);
 
 std::string to_text(const RoomCheck& check);
 std::string to_json(const RoomCheck& check); ///< one object, one line

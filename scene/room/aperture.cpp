@@ -176,6 +176,10 @@ private:
       const glm::dvec3 m = middle(pane.outline.corners);
       const std::string name =
           fmt::format("pane of \"{}\" at ({:.3g}, {:.3g}, {:.3g})", room_.materials[pane.material].name, m.x, m.y, m.z);
+      if (lies_on_another(pane.outline)) {
+        found_.report.notes.push_back(name + " is drawn twice: it counts once");
+        continue;
+      }
       if (count.shut > 0.99 * count.lines) {
         found_.report.notes.push_back(name + " lies on a wall and lets nothing through: cut the wall open there");
         continue;
@@ -193,6 +197,18 @@ private:
                              room_.materials[pane.material].refractive_index});
     }
     windows_only_ = found_.list;
+  }
+
+  /// Inside a pane that is in the list, in the same plane.
+  bool lies_on_another(const detail::Outline& pane) const {
+    return std::ranges::any_of(found_.list, [&](const Aperture& known) {
+      const double tolerance = 1e-6 * detail::extent(known.corners);
+      const glm::dvec3 turn = glm::normalize(detail::newell_normal(known.corners));
+      return std::ranges::all_of(pane.corners, [&](const glm::dvec3& p) {
+        return std::abs(glm::dot(p - known.corners[0], turn)) <= tolerance &&
+               detail::inside_convex(known.corners, turn, p, tolerance);
+      });
+    });
   }
 
   glm::dvec3 inward_of(const detail::Outline& part, const LineCount& count) const {
@@ -278,6 +294,10 @@ private:
           unexplained += crossed(p, d) == 0 ? 1 : 0;
           break;
         }
+        int out = 0;
+        aperture_transmittance(found_.list, p, d, static_cast<double>(hit.distance), &out);
+        if (out > 0)
+          break; // outdoors, or in a room behind glass
         normal = glm::normalize(area_normal(room_, room_.triangles[hit.triangle]));
         normal = glm::dot(normal, d) < 0.0 ? normal : -normal;
         p += static_cast<double>(hit.distance) * d + start_m_ * normal;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -44,6 +45,12 @@ struct EdgeGraph {
 
 using Neighbours = std::map<std::uint32_t, std::vector<std::uint32_t>>;
 Neighbours neighbours_of(const std::vector<Edge>& edges);
+
+/// Vertices closer than this are one, metres.
+double weld_tolerance_m(const Room& room);
+/// Edges of the room's surfaces, windows included, welded and cut where another point lies on them. Empty: there are
+/// more than 50,000.
+std::optional<EdgeGraph> border_graph(const Room& room, BorderKind kind);
 
 /// Bounded faces of the edges, all in `plane`; edges that bound no face on both their sides are left out.
 std::vector<Outline> faces(const std::vector<glm::dvec3>& points, const std::vector<Edge>& edges,

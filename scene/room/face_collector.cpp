@@ -4,7 +4,6 @@
 #include <cmath>
 #include <map>
 #include <optional>
-#include <set>
 #include <span>
 #include <vector>
 
@@ -19,6 +18,7 @@ namespace {
 
 // A face lower than this fraction of its longest side, or than the rounding of its coordinates, has no area.
 constexpr double kFlatTolerance = 1e-9, kFlatUlps = 8.0 * 2.220446049250313e-16;
+constexpr std::size_t kMostNamed = 5;   // of the faces that are dropped
 constexpr double kWarpTolerance = 1e-3; // corners further than this from the face's plane are reported
 
 /// Height of the flattest box around the outline that still counts as a surface, metres.
@@ -53,6 +53,8 @@ public:
     if (warped_ > 0)
       report_.notes.push_back(
           fmt::format("{} faces are not flat: triangulated as seen along their mean normal", warped_));
+    add_dropped("faces without area dropped:", report_.zero_area_faces, flat_);
+    add_dropped("duplicate faces dropped (faces are two-sided):", report_.duplicate_faces, doubled_);
     return {};
   }
 
@@ -64,36 +66,66 @@ private:
     for (const std::uint32_t v : outline)
       corners.push_back(room_.vertices[v]);
     if (outline.size() < 3 || !has_area(corners)) {
-      drop(report_.zero_area_faces, face.line);
+      if (++report_.zero_area_faces <= kMostNamed)
+        flat_ += fmt::format("{}{}", flat_.empty() ? " " : ", ", place(face.line));
       return {};
     }
-    if (!seen_.insert(canonical(outline)).second) {
-      drop(report_.duplicate_faces, face.line);
-      return {};
-    }
+    const Result<bool> is_new = note_outline(outline, face);
+    if (!is_new || !*is_new)
+      return is_new ? Result<void>{} : is_new.error();
     const std::optional<TriangleList> triangles = triangulate(corners);
     if (!triangles)
       return Error{ErrorCode::geometry_invalid, "the outline of this face crosses itself",
-                   name_ + (report_.counted_in_faces ? ", face " : ", line ") + std::to_string(face.line),
-                   "triangulate faces on export"};
+                   name_ + ", " + place(face.line), "triangulate faces on export"};
     count_warp(corners);
     for (const auto& t : *triangles)
-      add_triangle({outline[t[0]], outline[t[1]], outline[t[2]]}, face, triangles->size() > 1);
+      if (const Result<void> done =
+              add_triangle({outline[t[0]], outline[t[1]], outline[t[2]]}, face, triangles->size() > 1);
+          !done)
+        return done;
     return {};
   }
 
-  void drop(std::size_t& count, std::size_t line) {
-    ++count;
-    if (report_.first_dropped_line == 0)
-      report_.first_dropped_line = static_cast<int>(line);
+  Result<void> add_triangle(const std::array<std::uint32_t, 3>& vertex, const ObjFace& face, bool part_of_polygon) {
+    const Result<bool> is_new =
+        part_of_polygon ? note_outline({vertex.begin(), vertex.end()}, face) : Result<bool>(true);
+    if (!is_new)
+      return is_new.error();
+    if (*is_new)
+      room_.triangles.push_back({vertex, face.material});
+    return {};
   }
 
-  void add_triangle(const std::array<std::uint32_t, 3>& vertex, const ObjFace& face, bool part_of_polygon) {
-    if (part_of_polygon && !seen_.insert(canonical({vertex.begin(), vertex.end()})).second) {
-      drop(report_.duplicate_faces, face.line);
-      return;
-    }
-    room_.triangles.push_back({vertex, face.material});
+  /// False for an outline that was there before. Error: it was of another material.
+  Result<bool> note_outline(const std::vector<std::uint32_t>& outline, const ObjFace& face) {
+    const auto [entry, is_new] = seen_.try_emplace(canonical(outline), &face);
+    if (is_new)
+      return true;
+    const ObjFace& first = *entry->second;
+    const Material &a = room_.materials[first.material], &b = room_.materials[face.material];
+    if (!same_for_light(a, b))
+      return Error{ErrorCode::geometry_invalid,
+                   fmt::format("the same face twice, of material \"{}\" and of \"{}\"", a.name, b.name),
+                   fmt::format("{}, {} and {}", name_, place(first.line), place(face.line)),
+                   a.is_window != b.is_window ? "cut the wall open where the window is" : "delete one of them"};
+    if (++report_.duplicate_faces <= kMostNamed)
+      doubled_ += fmt::format("{}{} (\"{}\", as {})", doubled_.empty() ? " " : ", ", place(face.line), b.name,
+                              place(first.line));
+    return false;
+  }
+
+  void add_dropped(const char* what, std::size_t count, const std::string& named) {
+    if (count > 0)
+      report_.notes.push_back(fmt::format("{} {}{}{}", count, what, named,
+                                          count > kMostNamed ? fmt::format(", {} more", count - kMostNamed) : ""));
+  }
+
+  std::string place(int line) const { return fmt::format("{} {}", report_.counted_in_faces ? "face" : "line", line); }
+
+  static bool same_for_light(const Material& a, const Material& b) {
+    return a.is_window == b.is_window &&
+           (a.is_window ? a.transmittance == b.transmittance && a.refractive_index == b.refractive_index
+                        : a.reflectance == b.reflectance);
   }
 
   std::vector<std::uint32_t> distinct_corners(const ObjFace& face) const {
@@ -136,16 +168,10 @@ private:
   Room& room_;
   RoomReport& report_;
   std::vector<std::uint32_t> same_position_; // smallest vertex at exactly the same coordinates
-  std::set<std::vector<std::uint32_t>> seen_;
+  std::map<std::vector<std::uint32_t>, const ObjFace*> seen_;
   std::size_t warped_ = 0;
+  std::string flat_, doubled_; // the first ones of what is dropped
 };
-
-void add_summary(RoomReport& report) {
-  if (report.zero_area_faces > 0)
-    report.notes.push_back(fmt::format("{} faces without area dropped", report.zero_area_faces));
-  if (report.duplicate_faces > 0)
-    report.notes.push_back(fmt::format("{} duplicate faces dropped (faces are two-sided)", report.duplicate_faces));
-}
 
 } // namespace
 
@@ -156,7 +182,6 @@ Result<void> collect_faces(const ObjText& faces, const std::string& name, Room& 
   if (room.triangles.empty())
     return Error{ErrorCode::geometry_invalid, fmt::format("no face with an area (of {} read)", report.faces_read), name,
                  "check that the export contains the room as polygons"};
-  add_summary(report);
   return {};
 }
 

@@ -6,6 +6,8 @@
 #include <embree3/rtcore.h>
 #include <glm/geometric.hpp>
 
+#include "scene/room/polygon.h"
+
 namespace daylit {
 
 namespace {
@@ -186,29 +188,6 @@ std::uint32_t RayScene::closest16(const RayPacket16& rays, int count, RayHits16&
 
 namespace {
 
-/// The point of triangle a b c that is nearest to p, by the Voronoi region of corner, edge or face that p lies in
-/// (Ericson 2005, section 5.1.5).
-glm::vec3 nearest_on_triangle(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
-  const glm::vec3 ab = b - a, ac = c - a;
-  const float d1 = glm::dot(ab, p - a), d2 = glm::dot(ac, p - a);
-  if (d1 <= 0.0f && d2 <= 0.0f)
-    return a;
-  const float d3 = glm::dot(ab, p - b), d4 = glm::dot(ac, p - b);
-  if (d3 >= 0.0f && d4 <= d3)
-    return b;
-  const float d5 = glm::dot(ab, p - c), d6 = glm::dot(ac, p - c);
-  if (d6 >= 0.0f && d5 <= d6)
-    return c;
-  const float wa = d3 * d6 - d5 * d4, wb = d5 * d2 - d1 * d6, wc = d1 * d4 - d3 * d2;
-  if (wc <= 0.0f && d1 >= 0.0f && d3 <= 0.0f)
-    return a + d1 / (d1 - d3) * ab;
-  if (wb <= 0.0f && d2 >= 0.0f && d6 <= 0.0f)
-    return a + d2 / (d2 - d6) * ac;
-  if (wa <= 0.0f && d4 >= d3 && d5 >= d6)
-    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  return a + wb / (wa + wb + wc) * ab + wc / (wa + wb + wc) * ac;
-}
-
 struct NearestSearch {
   const float* vertices;
   const std::uint32_t* triangles;
@@ -222,8 +201,8 @@ struct NearestSearch {
 bool narrow(RTCPointQueryFunctionArguments* args) {
   const auto& mesh = *static_cast<const NearestSearch*>(args->userPtr);
   const glm::vec3 p(args->query->x, args->query->y, args->query->z);
-  const glm::vec3 nearest =
-      nearest_on_triangle(p, mesh.corner(args->primID, 0), mesh.corner(args->primID, 1), mesh.corner(args->primID, 2));
+  const glm::vec3 nearest = detail::nearest_on_triangle(p, mesh.corner(args->primID, 0), mesh.corner(args->primID, 1),
+                                                        mesh.corner(args->primID, 2));
   const float distance = glm::length(nearest - p);
   if (distance >= args->query->radius)
     return false;
@@ -232,6 +211,31 @@ bool narrow(RTCPointQueryFunctionArguments* args) {
 }
 
 } // namespace
+
+std::vector<std::uint32_t> RayScene::triangles_within(const glm::vec3& local, float distance) const {
+  struct Found {
+    NearestSearch mesh;
+    std::vector<std::uint32_t> triangles;
+  } found{{handle_->vertices, handle_->triangles}, {}};
+  RTCPointQuery query{local.x, local.y, local.z, 0.0f, distance};
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  const auto collect = [](RTCPointQueryFunctionArguments* args) {
+    auto& all = *static_cast<Found*>(args->userPtr);
+    const glm::vec3 p(args->query->x, args->query->y, args->query->z);
+    const glm::vec3 nearest = detail::nearest_on_triangle(
+        p, all.mesh.corner(args->primID, 0), all.mesh.corner(args->primID, 1), all.mesh.corner(args->primID, 2));
+    if (glm::length(nearest - p) <= args->query->radius)
+      all.triangles.push_back(args->primID);
+    return false;
+  };
+  rtcPointQuery(handle_->scene, &query, &context, collect, &found);
+  std::sort(found.triangles.begin(), found.triangles.end());
+  if (!source_triangle_.empty())
+    for (std::uint32_t& t : found.triangles)
+      t = source_triangle_[t];
+  return std::move(found.triangles);
+}
 
 float RayScene::distance(const glm::vec3& local, float within) const {
   NearestSearch search{handle_->vertices, handle_->triangles};

@@ -67,6 +67,9 @@ public:
   /// Distance to the nearest triangle, metres; `within` where none is nearer. `local` from to_local().
   float distance(const glm::vec3& local, float within) const;
 
+  /// Triangles no further than `distance` (metres) from a point, in ascending order. `local` from to_local().
+  std::vector<std::uint32_t> triangles_within(const glm::vec3& local, float distance) const;
+
   /// Smallest safe ray offset: float rounding of the coordinates at this scene's extent, metres.
   float surface_offset() const { return surface_offset_; }
 

@@ -4,8 +4,15 @@
 
 namespace daylit {
 
+std::string lower_case(std::string name) {
+  for (char& c : name)
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return name;
+}
+
 bool is_window_name(const std::string& material_name) {
-  return material_name == "window" || material_name.starts_with("window_") || material_name.starts_with("window.");
+  const std::string name = lower_case(material_name);
+  return name == "window" || name.starts_with("window_") || name.starts_with("window.");
 }
 
 Bounds Room::bounds() const {

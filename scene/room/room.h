@@ -18,13 +18,15 @@ struct Material {
   std::string name;
   Rgb reflectance{0.5f};   ///< Lambertian, linear, each channel in 0..1
   Rgb transmittance{1.0f}; ///< of a window pane, any angle; 1 = open. Unused unless is_window
-  bool is_window = false;  ///< name is "window" or starts with "window_" or "window."
+  bool is_window = false;  ///< is_window_name()
   /// 0: transmittance is all there is. 1 and above: clear glass, the Fresnel slab of this index (scene/room/glass.h)
   /// times transmittance.
   float refractive_index = 0.0f;
 };
 
-/// True for the names that make a material an aperture.
+/// ASCII letters only: material names are compared without regard to case.
+std::string lower_case(std::string name);
+/// True for the names that make a material an aperture, in any case.
 bool is_window_name(const std::string& material_name);
 
 struct RoomTriangle {

@@ -60,9 +60,20 @@ Result<Material> clear_glass(Material material, const detail::MtlMaterial& mtl, 
   return material;
 }
 
+/// The definition of this name; else the first one of the same letters in another case.
+MaterialFile::const_iterator find_material(const MaterialFile& file, const std::string& name, RoomReport& report) {
+  if (const auto exact = file.find(name); exact != file.end())
+    return exact;
+  const auto similar =
+      std::ranges::find_if(file, [&](const auto& entry) { return lower_case(entry.first) == lower_case(name); });
+  if (similar != file.end())
+    report.notes.push_back(fmt::format("material \"{}\" is taken to be \"{}\"", name, similar->first));
+  return similar;
+}
+
 Result<Material> make_material(const std::string& name, const MaterialFile& file, RoomReport& report) {
   Material material{.name = name, .reflectance = Rgb(kDefaultReflectance), .is_window = is_window_name(name)};
-  const auto entry = file.find(name);
+  const auto entry = find_material(file, name, report);
   if (entry == file.end()) {
     if (name.empty())
       report.notes.push_back("faces without a material: reflectance 0.5 assumed");
@@ -174,17 +185,6 @@ Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
   };
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
   return parse_obj_room(text, path.string(), read_library, up);
-}
-
-Result<void> refuse_dropped_faces(const RoomReport& report, const std::filesystem::path& path) {
-  if (report.zero_area_faces + report.duplicate_faces == 0)
-    return {};
-  return Error{
-      ErrorCode::geometry_invalid,
-      fmt::format("{} faces without area and {} duplicate faces", report.zero_area_faces, report.duplicate_faces),
-      fmt::format("{}, {} {} is the first", path.string(), report.counted_in_faces ? "face" : "line",
-                  report.first_dropped_line),
-      "clean the model, or bake without these faces: --drop-bad-faces"};
 }
 
 } // namespace daylit

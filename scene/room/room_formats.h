@@ -24,10 +24,9 @@ enum class UpAxis { z, y };
 
 struct RoomReport {
   std::size_t faces_read = 0;      ///< polygons in the file
-  std::size_t zero_area_faces = 0; ///< dropped, counted
-  std::size_t duplicate_faces = 0; ///< dropped, counted: same outline as an earlier face, whatever the winding
-  int first_dropped_line = 0;      ///< line (glTF: number) of the first dropped face, 0: none was dropped
-  bool counted_in_faces = false;   ///< the number above counts faces, not lines
+  std::size_t zero_area_faces = 0; ///< dropped; the first ones are named in the notes
+  std::size_t duplicate_faces = 0; ///< the same: outline and material of an earlier face, whatever the winding
+  bool counted_in_faces = false;   ///< places are numbers of faces, not of lines
   std::vector<std::string> notes;  ///< one line per thing a user should know
 };
 
@@ -39,7 +38,8 @@ struct RoomFile {
 
 /// Reads an OBJ (+ MTL) or glTF (.gltf, .glb) room. Coordinates are metres; `up` y turns (x, y, z) -> (x, -z, y) (OBJ;
 /// glTF is y up by definition). Errors: file missing (also a named MTL), unparsable, non-finite vertex, index out of
-/// range, unknown material, reflectance outside 0..1, face whose outline crosses itself, no face left.
+/// range, unknown material, reflectance outside 0..1, face whose outline crosses itself, the same face
+/// of two materials, no face left.
 Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up = UpAxis::z);
 
 /// The same from memory. `read_library` returns the text of an MTL file named in the OBJ.
@@ -57,9 +57,5 @@ Result<RoomFile> parse_gltf_room(std::span<const std::uint8_t> bytes, const std:
 
 /// XXH64 of vertices, triangles and materials: equal rooms have equal hashes whatever file they came from.
 std::string content_hash(const Room& room);
-
-/// Error geometry_invalid when faces without area or duplicates were dropped on reading: a bake only goes on without
-/// them when the user says so.
-Result<void> refuse_dropped_faces(const RoomReport& report, const std::filesystem::path& path);
 
 } // namespace daylit

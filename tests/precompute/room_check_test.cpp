@@ -34,7 +34,7 @@ protected:
   void TearDown() override { std::filesystem::remove_all(folder_); }
   Result<RoomCheck> check(const std::string& obj) {
     std::ofstream(folder_ / "room.obj") << obj;
-    return check_room(folder_ / "room.obj", UpAxis::z, kSilent);
+    return check_room(folder_ / "room.obj", UpAxis::z, 0, kSilent);
   }
   /// What the bake makes of the same file.
   Result<PlannedBake> bake() {
@@ -58,7 +58,7 @@ TEST_F(RoomCheckFile, finds_openings_materials_and_the_cost) {
   ASSERT_TRUE(r->estimate);
   EXPECT_GT(r->estimate->counts.facets, 100u);
   EXPECT_GT(r->estimate->plan.predicted.seconds, 0.0);
-  EXPECT_TRUE(r->questions.empty()) << r->questions.front();
+  EXPECT_TRUE(r->survey.questions.empty()) << r->survey.questions.front();
   const auto json = nlohmann::json::parse(to_json(*r));
   EXPECT_EQ(json["openings"]["windows"], 1);
   EXPECT_EQ(json["can_be_baked"], true);
@@ -110,8 +110,8 @@ TEST_F(RoomCheckFile, a_closed_room_is_a_report_with_a_problem) {
 TEST_F(RoomCheckFile, a_room_in_centimetres_is_questioned) {
   const auto r = check(box(100, "window"));
   ASSERT_TRUE(r) << r.error().message();
-  ASSERT_FALSE(r->questions.empty());
-  EXPECT_NE(r->questions[0].find("centimetres"), std::string::npos) << r->questions[0];
+  ASSERT_FALSE(r->survey.questions.empty());
+  EXPECT_NE(r->survey.questions[0].find("centimetres"), std::string::npos) << r->survey.questions[0];
 }
 
 TEST_F(RoomCheckFile, a_room_in_millimetres_cannot_be_baked) {
@@ -123,7 +123,30 @@ TEST_F(RoomCheckFile, a_room_in_millimetres_cannot_be_baked) {
 
 TEST_F(RoomCheckFile, an_unreadable_room_is_an_error) {
   EXPECT_FALSE(check("v 0 0 0\nf 1 2 3\n"));
-  EXPECT_EQ(check_room(folder_ / "no.obj", UpAxis::z, kSilent).error().code, ErrorCode::file_missing);
+  EXPECT_EQ(check_room(folder_ / "no.obj", UpAxis::z, 0, kSilent).error().code, ErrorCode::file_missing);
+}
+
+TEST_F(RoomCheckFile, joints_that_do_not_close_are_told_and_closed_on_request) {
+  // The floor lies 4 mm below the walls and reaches beyond them.
+  std::string open = box(1, "window");
+  open.replace(open.find("f 1 2 4 3\n"), 10, "");
+  open += "v -0.5 -0.5 -0.004\nv 2.5 -0.5 -0.004\nv 2.5 3.5 -0.004\nv -0.5 3.5 -0.004\nusemtl wall\nf 9 10 11 12\n";
+  std::ofstream(folder_ / "room.obj") << open;
+  auto room = read_room(folder_ / "room.obj", UpAxis::z);
+  ASSERT_TRUE(room);
+  const std::string hash = room->content_hash;
+  RoomSurvey told, closed;
+  ASSERT_TRUE(survey_room(*room, 0, told));
+  EXPECT_NEAR(told.gaps.widest_m, 0.004, 1e-6);
+  EXPECT_NEAR(told.gap_light, 0.004 * 10 / (5 * 0.8), 1e-3);
+  ASSERT_EQ(told.questions.size(), 1u);
+  EXPECT_NE(told.questions[0].find("--close-gaps 4"), std::string::npos) << told.questions[0];
+  EXPECT_EQ(room->content_hash, hash);
+  ASSERT_TRUE(survey_room(*room, 0.004, closed));
+  EXPECT_TRUE(closed.gaps.list.empty());
+  EXPECT_TRUE(closed.questions.empty());
+  EXPECT_NE(room->report.notes.back().find("gaps at joints closed"), std::string::npos);
+  EXPECT_NE(room->content_hash, hash);
 }
 
 } // namespace

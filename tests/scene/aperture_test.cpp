@@ -176,6 +176,27 @@ TEST(Aperture, hole_that_is_not_flat_shows_as_unexplained_escape) {
   EXPECT_FALSE(found->report.notes.empty());
 }
 
+TEST(Aperture, pane_drawn_twice_counts_once) {
+  RoomBuilder b = room_with_hole();
+  const std::uint32_t glass = b.material("WINDOW", Rgb(0.0f), Rgb(0.8f));
+  const std::vector<glm::dvec3> c = {{1, 0, 1}, {3, 0, 1}, {3, 0, 2}, {1, 0, 2}};
+  b.quad(c[0], c[1], c[2], c[3], glass);
+  b.quad(c[1], c[2], c[3], c[0], glass); // the other diagonal: no exact duplicate
+  const auto found = find_apertures(b.room, *RayScene::build(b.room));
+  ASSERT_TRUE(found) << found.error().message();
+  ASSERT_EQ(found->list.size(), 1u);
+  ASSERT_EQ(found->report.notes.size(), 1u);
+  EXPECT_NE(found->report.notes[0].find("drawn twice"), std::string::npos);
+}
+
+TEST(Aperture, light_from_the_house_across_the_street_is_no_escape) {
+  RoomBuilder b = room_with_hole();
+  b.quad({-20, -6, -5}, {20, -6, -5}, {20, -6, 10}, {-20, -6, 10}, 0);
+  const auto found = find_apertures(b.room, *RayScene::build(b.room));
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(found->report.unexplained_escape, 0.0);
+}
+
 TEST(Aperture, transmittances_multiply_along_a_segment) {
   const glm::dvec3 n(0, 1, 0);
   const auto pane = [&](double y, float t) {

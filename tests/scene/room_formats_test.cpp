@@ -98,6 +98,43 @@ TEST(RoomFormats, flat_and_duplicate_faces_are_dropped_and_counted) {
   EXPECT_EQ(file->report.notes.size(), 3u); // both counts, and the missing material
 }
 
+TEST(RoomFormats, dropped_faces_are_named) {
+  const auto file = parse(kSquare + "v 2 0 0\nf 1 2 3 4\nf 4 3 2 1\nf 1 2 5\n");
+  ASSERT_TRUE(file) << file.error().message();
+  const std::string all = file->report.notes.at(1) + file->report.notes.at(2);
+  EXPECT_NE(all.find("line 8"), std::string::npos) << all;
+  EXPECT_NE(all.find("line 7 (\"\", as line 6)"), std::string::npos) << all;
+}
+
+TEST(RoomFormats, the_same_face_of_two_materials_is_refused_unless_both_are_alike) {
+  const auto read = [](const std::string& second) {
+    const std::string text = "mtllib m\n" + kSquare + "usemtl red\nf 1 2 3 4\nusemtl " + second + "\nf 2 3 4 1\n";
+    return parse_obj_room(text, "two.obj", [](const std::string&) {
+      return Result<std::string>(
+          "newmtl red\nKd 0.7 0.1 0.1\nnewmtl rouge\nKd 0.7 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.7\n");
+    });
+  };
+  const auto refused = read("blue");
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().code, ErrorCode::geometry_invalid);
+  EXPECT_NE(refused.error().message().find("line 7 and line 9"), std::string::npos) << refused.error().message();
+  const auto alike = read("rouge");
+  ASSERT_TRUE(alike) << alike.error().message();
+  EXPECT_EQ(alike->report.duplicate_faces, 1u);
+}
+
+TEST(RoomFormats, names_of_materials_are_compared_without_regard_to_case) {
+  const auto file = parse_obj_room("mtllib m\n" + kSquare + "usemtl Window_South\nf 1 2 3 4\nusemtl WALL\nf 1 2 3\n",
+                                   "case.obj", [](const std::string&) {
+                                     return Result<std::string>("newmtl WINDOW_SOUTH\nTf 0.5 0.6 0.7\nnewmtl Wall\nKd "
+                                                                "0.1 0.2 0.3\n");
+                                   });
+  ASSERT_TRUE(file) << file.error().message();
+  EXPECT_TRUE(file->room.materials[0].is_window);
+  EXPECT_EQ(file->room.materials[0].transmittance, Rgb(0.5f, 0.6f, 0.7f));
+  EXPECT_EQ(file->room.materials[1].reflectance, Rgb(0.1f, 0.2f, 0.3f));
+}
+
 TEST(RoomFormats, only_flat_faces_is_an_error) {
   expect_error(kSquare + "f 1 1 2\n", ErrorCode::geometry_invalid, "no face with an area");
   expect_error(kSquare, ErrorCode::geometry_invalid, "no face with an area");

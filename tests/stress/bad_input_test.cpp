@@ -245,21 +245,31 @@ TEST_F(BadInput, a_replay_without_a_recording_is_refused_and_writes_nothing) {
   EXPECT_FALSE(fs::exists(root_ / "good/out.png"));
 }
 
-TEST_F(BadInput, faces_without_area_and_duplicates_are_refused_unless_the_user_drops_them) {
+TEST_F(BadInput, faces_without_area_and_duplicates_are_dropped_and_named) {
   const fs::path folder = root_ / "faces";
   fs::copy(root_ / "good", folder, fs::copy_options::recursive);
   edit(folder / "room.obj", "usemtl window", "f 1 2 2\nf 1 2 3 4\nf 4 3 2 1\nusemtl window");
   const Outcome found = run_in(folder, "daylit-precompute check room.obj");
-  EXPECT_EQ(found.exit_code, 1);
+  EXPECT_EQ(found.exit_code, 0);
   EXPECT_NE(found.out.find("1 without area, 2 duplicate"), std::string::npos) << found.out << found.err;
-  const std::string bake = "daylit-precompute room.obj -o bad.volume --quality draft --grid 4,4,4";
-  const Outcome refused = run_in(folder, bake);
-  EXPECT_EQ(refused.exit_code, 1);
-  for (const char* part : {"room.obj, line", "1 faces without area and 2 duplicate", "--drop-bad-faces"})
-    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
+  const Outcome baked =
+      run_in(folder, "daylit-precompute room.obj -o bad.volume --quality draft --grid 4,4,4 --drop-bad-faces");
+  EXPECT_EQ(baked.exit_code, 0);
+  for (const char* part : {"1 faces without area dropped: line", "2 duplicate faces dropped", "as line"})
+    EXPECT_NE(baked.err.find(part), std::string::npos) << baked.err;
+}
+
+TEST_F(BadInput, the_same_face_of_two_materials_stops_check_and_bake) {
+  const fs::path folder = root_ / "two_materials";
+  fs::copy(root_ / "good", folder, fs::copy_options::recursive);
+  edit(folder / "room.obj", "usemtl window", "f 1 2 3 4\nusemtl window\nf 1 2 3 4");
+  for (const char* command : {"daylit-precompute check room.obj", "daylit-precompute room.obj -o bad.volume"}) {
+    const Outcome outcome = run_in(folder, command);
+    EXPECT_EQ(outcome.exit_code, 1);
+    for (const char* part : {"the same face twice", "room.obj, line", "\"window\""})
+      EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+  }
   EXPECT_FALSE(fs::exists(folder / "bad.volume"));
-  EXPECT_EQ(run_in(folder, bake + " --drop-bad-faces").exit_code, 0);
-  EXPECT_TRUE(fs::exists(folder / "bad.volume"));
 }
 
 TEST_F(BadInput, json_reports_the_error_on_stdout_too) {
