@@ -51,7 +51,7 @@ int check_command(int argc, char** argv) {
   CLI::App app{"Says what a bake would find in a room: openings, materials, faces, size, cost.\n"
                "Example: daylit-precompute check room.obj",
                "daylit-precompute check"};
-  app.add_option("ROOM", room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
+  app.add_option("ROOM", room, "room model: OBJ, glTF 2.0 (.gltf, .glb), Honeybee (.hbjson) or Radiance (.rad)")->required();
   app.add_option("--up", up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   add_close_gaps_option(app, close_gaps_mm);
   add_threads_option(app, threads);
@@ -304,7 +304,7 @@ int main(int argc, char** argv) {
                "Example: daylit-precompute room.obj -o room.volume\n"
                "`daylit-precompute check ROOM` says what a bake would find, without baking."};
   app.set_version_flag("--version", DAYLIT_VERSION);
-  app.add_option("ROOM", a.room, "room model: OBJ (z up) or glTF 2.0 (.gltf, .glb); metres")->required();
+  app.add_option("ROOM", a.room, "room model: OBJ, glTF 2.0 (.gltf, .glb), Honeybee (.hbjson) or Radiance (.rad)")->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
   app.add_option("--regions", a.regions,
                  "uniform:N, tregenza, reinhart:K, adaptive:N (small where the room's light changes with the\n"

@@ -10,6 +10,8 @@
 #include "scene/format/obj_text.h"
 #include "scene/room/face_collector.h"
 #include "scene/room/glass.h"
+#include "scene/room/room_hbjson.h"
+#include "scene/room/room_rad.h"
 
 namespace daylit {
 
@@ -170,10 +172,10 @@ Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
   const Result<std::vector<std::uint8_t>> bytes = read_whole_file(path, kLargestFile_bytes);
   if (!bytes)
     return bytes.error();
-  const std::string extension = path.extension().string();
+  const std::string extension = lower_case(path.extension().string());
+  const ReadFile read_file = [&path](const std::string& file) { return read_beneath(path.parent_path(), file); };
   if (extension == ".gltf" || extension == ".glb")
-    return parse_gltf_room(*bytes, path.string(),
-                           [&path](const std::string& file) { return read_beneath(path.parent_path(), file); });
+    return parse_gltf_room(*bytes, path.string(), read_file);
   const auto read_library = [&path](const std::string& library) -> Result<std::string> {
     const std::filesystem::path beside = path.parent_path() / library;
     const Result<std::vector<std::uint8_t>> text = read_whole_file(beside, kLargestFile_bytes);
@@ -184,6 +186,10 @@ Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
     return error;
   };
   const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  if (extension == ".rad")
+    return parse_rad_room(text, path.string(), read_file, up);
+  if (extension == ".hbjson")
+    return parse_hbjson_room(text, path.string());
   return parse_obj_room(text, path.string(), read_library, up);
 }
 
