@@ -245,11 +245,7 @@ Result<void> run(CommonOptions& o, const AlignOptions& options) {
   judge(report, faults_of(*fit, sun),
         fmt::format("{} directions agree within {:.2f} degrees; the orientation is known to {:.2f}", report.used.size(),
                     fit->rms_deg, fit->sigma_deg));
-  if (const Result<void> good = check_outputs(o, kLensKind); !good)
-    return good;
-  if (const Result<void> written = write_lens(o.output, *lens); !written)
-    return written;
-  return deliver(o, report);
+  return deliver_result(o, kLensKind, report, [&] { return write_lens(o.output, *lens); });
 }
 
 } // namespace

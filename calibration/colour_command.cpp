@@ -241,11 +241,7 @@ Result<void> run(CommonOptions& o, const ColourOptions& options) {
   judge(report, faults_of(result, **corners, upside_down),
         fmt::format("patches that were left out in turn are {:.1f} off (Delta E 2000), before calibration {:.1f}",
                     result.fit.held_out, result.fit.before));
-  if (const Result<void> good = check_outputs(o, kColourKind); !good)
-    return good;
-  if (const Result<void> written = write_file_atomically(o.output, file_text(result)); !written)
-    return written;
-  return deliver(o, report);
+  return deliver_result(o, kColourKind, report, [&] { return write_file_atomically(o.output, file_text(result)); });
 }
 
 } // namespace

@@ -46,6 +46,17 @@ Result<void> deliver(const CommonOptions& o, const Report& report) {
   return {};
 }
 
+Result<void> deliver_result(const CommonOptions& o, const FileKind& kind, const Report& report,
+                            const std::function<Result<void>()>& write) {
+  if (interrupted())
+    return interrupted_error("calibration");
+  if (const Result<void> good = check_outputs(o, kind); !good)
+    return good;
+  if (const Result<void> written = write(); !written)
+    return written;
+  return deliver(o, report);
+}
+
 Result<void> deliver_without_result(CommonOptions& o, Report report, std::vector<std::string> faults) {
   report.pass = false;
   report.why = std::move(faults);

@@ -36,6 +36,9 @@ void add_common_options(CLI::App& command, CommonOptions& options, const char* i
 Result<void> check_outputs(const CommonOptions& options, const FileKind& kind);
 /// Writes page and JSON file, prints the summary or the JSON line.
 Result<void> deliver(const CommonOptions& options, const Report& report);
+/// check_outputs(), the result by `write`, then the report: how a command with one output ends.
+Result<void> deliver_result(const CommonOptions& options, const FileKind& kind, const Report& report,
+                            const std::function<Result<void>()>& write);
 /// The same where there is no result to write: the verdict is "repeat".
 Result<void> deliver_without_result(CommonOptions& options, Report report, std::vector<std::string> faults);
 

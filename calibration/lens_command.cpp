@@ -44,11 +44,7 @@ Result<void> calibrate(LensKind kind, CommonOptions& o, const LensOptions& lens)
     return result.error();
   if (result->views.empty())
     return deliver_without_result(o, report_of(*result), result->why);
-  if (const Result<void> good = check_outputs(o, kLensKind); !good)
-    return good;
-  if (const Result<void> written = write_lens(o.output, result->fit.lens); !written)
-    return written;
-  return deliver(o, report_of(*result));
+  return deliver_result(o, kLensKind, report_of(*result), [&] { return write_lens(o.output, result->fit.lens); });
 }
 
 Command add_lens_command(CLI::App& app, LensKind kind, const char* name, const char* what, CommonOptions& o,

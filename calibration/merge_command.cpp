@@ -306,13 +306,7 @@ Result<void> run(CommonOptions& o, const MergeOptions& options) {
                                        "magenta.") +
       fmt::format("<pre>{}</pre>\n", html_escaped(report.text));
   judge(report, faults_of(m, *bracket), fmt::format("{} exposures agree", bracket->places.size()));
-  if (interrupted())
-    return interrupted_error("merge");
-  if (const Result<void> good = check_outputs(o, kExrKind); !good)
-    return good;
-  if (const Result<void> written = write_exr(o.output, m.bracket.radiance); !written)
-    return written;
-  return deliver(o, report);
+  return deliver_result(o, kExrKind, report, [&] { return write_exr(o.output, m.bracket.radiance); });
 }
 
 } // namespace

@@ -115,12 +115,8 @@ Result<void> run(CommonOptions& o, const ResponseOptions& options) {
   judge(report, faults_of(*fit, *bracket),
         fmt::format("{} exposures agree within {:.1f} %; the curve rises throughout{}", bracket->places.size(),
                     100 * fit->residual, linear ? ", and the camera is linear: a straight line was written" : ""));
-  if (const Result<void> good = check_outputs(o, kResponseKind); !good)
-    return good;
   const ResponseCurve& curve = linear ? ResponseCurve::linear() : fit->curve;
-  if (const Result<void> written = write_file_atomically(o.output, curve.text()); !written)
-    return written;
-  return deliver(o, report);
+  return deliver_result(o, kResponseKind, report, [&] { return write_file_atomically(o.output, curve.text()); });
 }
 
 } // namespace

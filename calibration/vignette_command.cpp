@@ -141,11 +141,7 @@ Result<void> run(CommonOptions& o, const VignetteOptions& options) {
   report.html = page(*fit);
   judge(report, faults_of(*fit, *lens),
         fmt::format("samples that were left out agree within {:.1f} %", 100 * fit->held_out));
-  if (const Result<void> good = check_outputs(o, kFallOffKind); !good)
-    return good;
-  if (const Result<void> written = write_fall_off(o.output, fit->fall_off); !written)
-    return written;
-  return deliver(o, report);
+  return deliver_result(o, kFallOffKind, report, [&] { return write_fall_off(o.output, fit->fall_off); });
 }
 
 } // namespace
