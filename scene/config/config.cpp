@@ -76,7 +76,18 @@ void read_interior_section(TomlSection interior, InteriorConfig& config) {
   interior.finish();
 }
 
-RunConfig read_sections(TomlSection& root, ConfigFile& file) {
+enum class Use { run, view };
+
+void read_room_section(TomlSection room, Use use, RunConfig& config) {
+  room.read("model", config.room_model);
+  if (!room.read("volume", config.volume) && !room.has("volume") && use == Use::run)
+    room.problem("", "needs volume, made by daylit-precompute");
+  if (!room.has("model") && use == Use::view)
+    room.problem("", "needs model, the OBJ or glTF file");
+  room.finish();
+}
+
+RunConfig read_sections(TomlSection& root, ConfigFile& file, Use use) {
   RunConfig config;
   for (const char* required : {"sky", "interior", "room"})
     if (!root.has(required))
@@ -87,12 +98,8 @@ RunConfig read_sections(TomlSection& root, ConfigFile& file) {
     read_interior_section(interior, config.interior);
   detail::read_marker(root.section("marker"), config.marker);
   detail::read_pose(root.section("pose"), config.world_from_camera);
-  if (TomlSection room = root.section("room")) {
-    room.read("model", config.room_model);
-    if (!room.read("volume", config.volume) && !room.has("volume"))
-      room.problem("", "needs volume, made by daylit-precompute");
-    room.finish();
-  }
+  if (TomlSection room = root.section("room"))
+    read_room_section(room, use, config);
   detail::read_objects(root, config.objects);
   detail::read_light(root.section("light"), config);
   detail::read_output(root.section("output"), config.output);
@@ -108,7 +115,7 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
   if (!file)
     return file.error();
   TomlSection root(*file, &file->root, "");
-  const RunConfig config = read_sections(root, *file);
+  const RunConfig config = read_sections(root, *file, Use::run);
   if (!root.has("marker") && !root.has("pose"))
     file->report(1, "neither [marker] nor [pose]: the camera's pose is not known");
   if (config.sky.camera.has_value() != config.interior.camera.has_value())
@@ -124,6 +131,19 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
     root.problem("marker", "has no effect beside [pose]; keep one of them, or set [interior] scale = \"marker\"");
   if (config.objects.empty() && !root.has("object"))
     file->report(1, "no [[object]]: there is nothing to draw");
+  if (auto error = file->error())
+    return *error;
+  return config;
+}
+
+Result<RunConfig> read_view_config(const std::filesystem::path& path) {
+  auto file = detail::parse_config_file(path);
+  if (!file)
+    return file.error();
+  TomlSection root(*file, &file->root, "");
+  const RunConfig config = read_sections(root, *file, Use::view);
+  if (config.sky.camera || config.interior.camera)
+    file->report(1, "a live camera is no picture: give [sky] image and [interior] image");
   if (auto error = file->error())
     return *error;
   return config;

@@ -165,6 +165,9 @@ SimulateConfig at_time(const SimulateConfig& config, double t);
 /// Error: missing, not TOML, or every unknown key, wrong type, value out of range and missing part, each with its line.
 /// That a named file exists is checked by whoever reads it.
 Result<RunConfig> read_run_config(const std::filesystem::path& path);
+/// For measuring colours of surfaces in a picture: the sky, the picture, its pose and [room] model. [room] volume and
+/// [[object]] may be missing; cameras are an error, and so is a missing model.
+Result<RunConfig> read_view_config(const std::filesystem::path& path);
 Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path);
 /// The file that daylit-run reads, as text; paths as they are in the struct. Reading it back gives the same struct
 /// (angles to 1e-15).
