@@ -51,6 +51,7 @@ Command add_merge_command(CLI::App& app, CommonOptions& options);
 Command add_colour_command(CLI::App& app, CommonOptions& options);
 Command add_align_command(CLI::App& app, CommonOptions& options);
 Command add_materials_command(CLI::App& app, CommonOptions& options);
+Command add_room_command(CLI::App& app, CommonOptions& options);
 Command add_vignette_command(CLI::App& app, CommonOptions& options);
 
 } // namespace daylit::calibration

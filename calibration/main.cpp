@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   commands.push_back(calibration::add_align_command(app, options));
   commands.push_back(calibration::add_vignette_command(app, options));
   commands.push_back(calibration::add_materials_command(app, options));
+  commands.push_back(calibration::add_room_command(app, options));
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/markers/board.h"
+#include "scene/config/config.h"
 #include "scene/core/result.h"
 #include "scene/image/image_formats.h"
 
@@ -28,5 +29,9 @@ struct MarkerPrint {
 
 /// The print that SeenMarker::corner_px belong to. Error usage: unknown dictionary, or no such id in it.
 Result<MarkerPrint> marker_print(const std::string& dictionary, int id);
+
+/// The board of [marker]. Error value_invalid: several ids without columns, ids that do not fill rows, a dictionary or
+/// an id that there is not.
+Result<BoardLayout> board_of(const MarkerConfig& marker);
 
 } // namespace daylit

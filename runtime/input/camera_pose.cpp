@@ -2,18 +2,6 @@
 
 namespace daylit {
 
-Result<BoardLayout> board_of(const MarkerConfig& marker) {
-  for (const int id : marker.ids)
-    if (const auto print = marker_print(marker.dictionary, id); !print)
-      return print.error();
-  if (marker.columns > 0)
-    return BoardLayout::grid(marker.dictionary, marker.ids, marker.columns, marker.size_m, marker.gap_m);
-  if (marker.ids.size() != 1)
-    return Error{ErrorCode::value_invalid, "several markers need their places on the board", "[marker] ids",
-                 "give columns and gap_m, or one id: its centre is the board's origin then"};
-  return BoardLayout::single(marker.dictionary, marker.ids.front(), marker.size_m);
-}
-
 Result<CameraPose> CameraPose::make(const RunConfig& config, const LensModel& lens) {
   CameraPose pose;
   pose.given_ = config.world_from_camera;

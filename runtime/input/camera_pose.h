@@ -13,10 +13,6 @@
 
 namespace daylit {
 
-/// The board of [marker]. Error value_invalid: several ids without columns, ids that do not fill rows, a dictionary or
-/// an id that there is not.
-Result<BoardLayout> board_of(const MarkerConfig& marker);
-
 /// As [pose] gives it, or followed by the board of [marker].
 class CameraPose {
 public:

@@ -1,0 +1,41 @@
+#pragma once
+
+// Directions that a camera sees and whose counterparts in the room are known: for daylit-calibrate align alone.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "calibration/command.h"
+#include "calibration/orientation_fit.h"
+#include "scene/lens/lens.h"
+
+namespace daylit::calibration {
+
+enum class Source { sun, landmarks, board };
+
+struct AlignOptions {
+  std::filesystem::path lens, times, landmarks, board;
+  std::string place, position;
+  double north_deg = 0.0;
+  Source source() const {
+    return !landmarks.empty() ? Source::landmarks : !board.empty() ? Source::board : Source::sun;
+  }
+};
+
+/// What the pictures of a board say besides directions.
+struct BoardFindings {
+  glm::dvec3 position{0.0}; ///< of the camera, world metres
+  bool position_given = false, tilt_uncertain = false;
+  double sigma_deg = 0.0, sigma_m = 0.0; ///< of a pose from all pictures; 0 where the position is given
+};
+
+/// From what the options name; `dropped`: pictures and points that gave none, with the reason. `board` is filled where
+/// a board was asked for. Errors: of the files.
+Result<std::vector<Sighting>> sightings_of(const CommonOptions& o, const AlignOptions& options, const LensModel& lens,
+                                           std::vector<DroppedPicture>& dropped, std::optional<BoardFindings>& board);
+
+} // namespace daylit::calibration
