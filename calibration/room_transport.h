@@ -38,7 +38,7 @@ public:
 
   std::size_t skies() const { return skies_.size(); }
   const std::vector<Aperture>& apertures() const { return apertures_.list; }
-  /// The first surface on the way; empty: the ray leaves the room.
+  /// The first surface on the way; empty: there is none.
   std::optional<SurfacePoint> first_surface(const glm::dvec3& origin, const glm::dvec3& unit_direction) const;
   /// Whether a ray from `origin` crosses an opening first, and the radiance that it then brings.
   std::optional<Rgb> seen_sky(const glm::dvec3& origin, const glm::dvec3& unit_direction, std::size_t sky) const;

@@ -1,6 +1,10 @@
 // Room models from measured lengths: closed, baked as they are, and what is said of lengths that contradict each other.
 
+#include <map>
+
 #include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
 
 #include "calibration/room_plan.h"
 #include "scene/room/aperture.h"
@@ -169,7 +173,8 @@ TEST(RoomWrite, a_room_is_read_back_as_it_was) {
   EXPECT_EQ(back->room.materials[1].transmittance, room.materials[1].transmittance);
   EXPECT_EQ(back->room.materials[1].refractive_index, room.materials[1].refractive_index);
   for (std::size_t t = 0; t < 2; ++t)
-    EXPECT_EQ(area_normal(back->room, back->room.triangles[t]), area_normal(room, room.triangles[t]));
+    EXPECT_LT(glm::distance(area_normal(back->room, back->room.triangles[t]), area_normal(room, room.triangles[t])),
+              1e-9); // read from another corner of the triangle on
 }
 
 } // namespace
