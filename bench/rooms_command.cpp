@@ -1,4 +1,6 @@
-// daylit-bench rooms: the models that people have, generated: written down with points at which light is wanted.
+// daylit-bench rooms: the models that people have, generated: written down with points at which light is wanted, baked
+// by the program itself, and compared with path tracing at these points: time, memory, file, claimed and measured
+// error.
 
 #include <algorithm>
 #include <filesystem>
@@ -10,6 +12,7 @@
 
 #include "bench/command.h"
 #include "bench/real_rooms.h"
+#include "bench/rooms_measure.h"
 #include "scene/core/atomic_file.h"
 #include "scene/room/room_formats.h"
 
@@ -17,8 +20,9 @@ namespace daylit::bench {
 namespace {
 
 struct Arguments {
-  std::vector<std::string> rooms;
+  std::vector<std::string> rooms, cases;
   std::filesystem::path folder;
+  MeasureSettings measure;
 };
 
 const char* const kLibrary = "rooms.mtl";
@@ -75,35 +79,100 @@ Result<std::vector<RealRoom>> chosen(const std::vector<std::string>& names) {
   return all;
 }
 
+Result<nlohmann::json> write_rooms(const std::vector<RealRoom>& rooms, const std::filesystem::path& folder, bool tell) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (const auto written = write_file_atomically(folder / kLibrary, real_rooms_mtl()); !written)
+    return written.error();
+  nlohmann::json list = nlohmann::json::array();
+  for (const RealRoom& room : rooms) {
+    const auto written = write_room(room, folder);
+    if (!written)
+      return written.error();
+    list.push_back(*written);
+    if (tell)
+      fmt::print("{:<10} {:6d} polygons {:7d} triangles  {}\n", room.name, (*written)["polygons"].get<int>(),
+                 (*written)["triangles"].get<int>(), (folder / (room.name + ".obj")).string());
+  }
+  return list;
+}
+
+/// The worst place of a row counts.
+void print_row(const nlohmann::json& row) {
+  fmt::print("{:<14} {:7.1f} {:7.1f} {:6.2f} ", row["case"].get<std::string>(), row["wall_seconds"].get<double>(),
+             row["cpu_seconds"].get<double>(), row["peak_gb"].get<double>());
+  if (row.contains("failed")) {
+    fmt::print(" {}\n", row["failed"].get<std::string>());
+    return;
+  }
+  const auto claimed = [&](const char* key) {
+    return 100 * row.value("claimed", nlohmann::json::object()).value(key, 0.0);
+  };
+  fmt::print("{:7.1f} {:7.2f} {:6.2f} {:>31}\n", row["file_mb"].get<double>(), claimed("error"), claimed("sun"),
+             row["met"].get<bool>() ? "met" : "NOT MET");
+  for (const nlohmann::json& place : row["places"])
+    fmt::print(
+        "    {:<40} {:24} {:7.2f} {:6.2f} {:6.2f}{}\n", place["place"].get<std::string>(), "",
+        100 * place["smooth"].get<double>(), 100 * place["sun"].get<double>(), 100 * place["noise"].get<double>(),
+        place["unknown_points"] == 0 ? ""
+                                     : fmt::format("  {} points without light", place["unknown_points"].get<int>()));
+}
+
+Result<void> measure(const Arguments& a, const std::vector<RealRoom>& rooms, const CommonOptions& options) {
+  nlohmann::json document = {{"machine", machine()}, {"rows", nlohmann::json::array()}};
+  document["reference"] = {{"paths_per_point", a.measure.truth.samples}, {"suns", a.measure.truth.suns}};
+  if (!options.json)
+    fmt::print("case            wall s   cpu s     GB      MB claimed    sun  measured smooth    sun  noise (%)\n");
+  ProgressLine progress(options.quiet);
+  for (const RoomCase& one : room_cases()) {
+    const auto room = std::ranges::find_if(rooms, [&](const RealRoom& r) { return r.name == one.room; });
+    if (room == rooms.end() || (!a.cases.empty() && std::ranges::find(a.cases, one.name) == a.cases.end()))
+      continue;
+    const auto row = measure_case(one, *room, a.measure, progress.callback());
+    progress.clear();
+    if (!row)
+      return row.error();
+    document["rows"].push_back(*row);
+    if (!options.json)
+      print_row(*row);
+    std::fflush(stdout);
+  }
+  return deliver(document, options);
+}
+
 Result<void> run(const Arguments& a, const CommonOptions& options) {
   const auto rooms = chosen(a.rooms);
   if (!rooms)
     return rooms.error();
-  std::error_code failed;
-  std::filesystem::create_directories(a.folder, failed);
-  if (const auto written = write_file_atomically(a.folder / kLibrary, real_rooms_mtl()); !written)
-    return written.error();
-  nlohmann::json document = {{"rooms", nlohmann::json::array()}};
-  for (const RealRoom& room : *rooms) {
-    const auto written = write_room(room, a.folder);
-    if (!written)
-      return written.error();
-    document["rooms"].push_back(*written);
-    if (!options.json)
-      fmt::print("{:<10} {:6d} polygons {:7d} triangles  {}\n", room.name, (*written)["polygons"].get<int>(),
-                 (*written)["triangles"].get<int>(), (a.folder / (room.name + ".obj")).string());
-  }
-  return deliver(document, options);
+  const bool only_write = !a.folder.empty();
+  const auto list = write_rooms(*rooms, only_write ? a.folder : a.measure.folder, only_write && !options.json);
+  if (!list)
+    return list.error();
+  return only_write ? deliver({{"rooms", *list}}, options) : measure(a, *rooms, options);
 }
 
 } // namespace
 
 Command add_rooms(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* parser = program.add_subcommand("rooms", "models as people have them: school, hall, home, furniture");
+  CLI::App* parser =
+      program.add_subcommand("rooms", "models as people have them, baked and compared: school, hall, home, furniture");
   parser->add_option("--rooms", arguments->rooms, "school, hall, home, louvres, atrium, furnished, dim (default: all)")
       ->delimiter(',');
-  parser->add_option("--write", arguments->folder, "folder for models, points and what is in them")->required();
+  parser->add_option("--write", arguments->folder, "write the models and points into this folder, and bake nothing");
+  MeasureSettings& m = arguments->measure;
+  m.folder = std::filesystem::temp_directory_path() / "daylit-bench-rooms";
+  parser->add_option("--cases", arguments->cases, "school-points, school-inside, school-all, hall, ... (default: all)")
+      ->delimiter(',');
+  parser->add_option("--bake-options", m.bake_options, "of daylit-precompute, instead of those of the case");
+  parser->add_option("--folder", m.folder, "for models, volumes, logs and the reference, which is kept")
+      ->capture_default_str();
+  parser->add_option("--limit", m.limit_s, "seconds that a bake may take")->capture_default_str();
+  parser->add_option("--samples", m.truth.samples, "paths per point and axis of the reference")
+      ->check(CLI::Range(kBatches, 1 << 22))
+      ->capture_default_str();
+  parser->add_option("--suns", m.truth.suns, "further skies with the sun somewhere; the 95th percentile counts")
+      ->check(CLI::Range(0, 1000));
   return {parser, [arguments](const CommonOptions& options) { return run(*arguments, options); }};
 }
 
