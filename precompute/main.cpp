@@ -7,12 +7,14 @@
 #include <string_view>
 
 #include "precompute/adaptive_sky.h"
+#include "precompute/check_plot.h"
 #include "precompute/checkpoint.h"
 #include "precompute/planned_bake.h"
 #include "precompute/probes.h"
 #include "precompute/room_check.h"
 #include "precompute/room_frame.h"
 #include "precompute/room_survey.h"
+#include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
 #include "scene/core/command_line.h"
 #include "scene/core/output_file.h"
@@ -40,20 +42,31 @@ void tell(const std::vector<std::string>& notes, const precompute::RoomSurvey& s
     std::fprintf(stderr, "question   %s\n", question.c_str());
 }
 
+Result<void> write_plot(const precompute::RoomCheck& check, const std::filesystem::path& path, bool force) {
+  static constexpr FileKind kPage{"an HTML page", "<!doctype html>"};
+  if (const Result<void> writable = check_output(path, kPage, force); !writable)
+    return writable;
+  const Result<std::string> page = precompute::check_page(check);
+  return page ? write_file_atomically(path, *page) : page.error();
+}
+
 /// `daylit-precompute check ROOM [--up y|z] [--json] [--quiet]`: arguments from "check" on; the exit code of the
 /// program (0 the room can be baked, 1 it cannot, 2 usage). The report goes to stdout.
 int check_command(int argc, char** argv) {
-  std::filesystem::path room;
+  std::filesystem::path room, plot;
   std::string up = "z";
-  bool json = false, quiet = false;
+  bool json = false, quiet = false, force = false;
   int threads = 0;
   double close_gaps_mm = 0;
   CLI::App app{"Says what a bake would find in a room: openings, materials, faces, size, cost.\n"
                "Example: daylit-precompute check room.obj",
                "daylit-precompute check"};
-  app.add_option("ROOM", room, "room model: OBJ, glTF 2.0 (.gltf, .glb), Honeybee (.hbjson) or Radiance (.rad)")->required();
+  app.add_option("ROOM", room, "room model: OBJ, glTF 2.0 (.gltf, .glb), Honeybee (.hbjson) or Radiance (.rad)")
+      ->required();
   app.add_option("--up", up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
   add_close_gaps_option(app, close_gaps_mm);
+  app.add_option("--plot", plot, "the room in three dimensions, as one HTML page that loads nothing");
+  add_force_option(app, force);
   add_threads_option(app, threads);
   app.add_flag("--quiet", quiet, "only the exit code and the error");
   app.add_flag("--json", json, "the report as one JSON object");
@@ -68,6 +81,9 @@ int check_command(int argc, char** argv) {
     progress.clear();
     if (!check)
       return check.error();
+    if (!plot.empty())
+      if (const Result<void> drawn = write_plot(*check, plot, force); !drawn)
+        return drawn;
     if (json)
       std::printf("%s\n", to_json(*check).c_str());
     else if (!quiet)
@@ -304,7 +320,8 @@ int main(int argc, char** argv) {
                "Example: daylit-precompute room.obj -o room.volume\n"
                "`daylit-precompute check ROOM` says what a bake would find, without baking."};
   app.set_version_flag("--version", DAYLIT_VERSION);
-  app.add_option("ROOM", a.room, "room model: OBJ, glTF 2.0 (.gltf, .glb), Honeybee (.hbjson) or Radiance (.rad)")->required();
+  app.add_option("ROOM", a.room, "room model: OBJ, glTF 2.0 (.gltf, .glb), Honeybee (.hbjson) or Radiance (.rad)")
+      ->required();
   app.add_option("-o,--output", a.output, "the .volume file to write")->required();
   app.add_option("--regions", a.regions,
                  "uniform:N, tregenza, reinhart:K, adaptive:N (small where the room's light changes with the\n"

@@ -135,6 +135,7 @@ Result<RoomCheck> check_room(const std::filesystem::path& path, UpAxis up, doubl
   check.materials = list_materials(file->room);
   check.problem = find_problem(*file, close_gaps_m, check, progress);
   check.faces = file->report;
+  check.room = std::move(file->room);
   if (check.problem && check.problem->code == ErrorCode::interrupted)
     return *check.problem;
   if (check.problem && (check.problem->where.empty() || check.problem->where == "room"))

@@ -39,6 +39,7 @@ struct BakeEstimate {
 struct RoomCheck {
   std::string file;
   RoomReport faces;
+  Room room; ///< as it would be baked: gaps closed where that was asked for
   Bounds bounds;
   std::vector<CheckedMaterial> materials;
   std::vector<CheckedOpening> openings;

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "precompute/check_plot.h"
 #include "precompute/planned_bake.h"
 
 namespace daylit::precompute {
@@ -147,6 +148,33 @@ TEST_F(RoomCheckFile, joints_that_do_not_close_are_told_and_closed_on_request) {
   EXPECT_TRUE(closed.questions.empty());
   EXPECT_NE(room->report.notes.back().find("gaps at joints closed"), std::string::npos);
   EXPECT_NE(room->content_hash, hash);
+}
+
+TEST_F(RoomCheckFile, the_page_loads_nothing_and_holds_what_was_found) {
+  std::ofstream(folder_ / "m.mtl") << "newmtl </script><b>\nKd 0.5 0.5 0.5\nnewmtl window\nTf 0.8 0.7 0.6\n";
+  std::string text = box(1, "window");
+  for (std::size_t at = text.find("wall"); at != std::string::npos; at = text.find("wall"))
+    text.replace(at, 4, "</script><b>");
+  std::ofstream(folder_ / "room.obj") << text;
+  auto file = read_room(folder_ / "room.obj", UpAxis::z);
+  ASSERT_TRUE(file) << file.error().message();
+  RoomCheck check;
+  ASSERT_TRUE(survey_room(*file, 0, check.survey));
+  check.file = "@DATA@ <i>";
+  check.materials = {{"</script><b>", Rgb(0.5f), Rgb(0.0f), 0.0f, false, 10, 25.0}};
+  check.bounds = file->room.bounds();
+  check.room = file->room;
+  const auto page = check_page(check);
+  ASSERT_TRUE(page) << page.error().message();
+  const std::size_t data = page->find("application/json\">") + 18, end = page->find("</script>", data),
+                    library_end = page->find("</script>", end + 9);
+  const auto json = nlohmann::json::parse(page->substr(data, end - data));
+  EXPECT_EQ(json["windows"].size(), 1u);
+  EXPECT_EQ(json["triangles"].size(), 10u * 9u);
+  const std::string own = page->substr(0, end) + page->substr(library_end);
+  for (const char* outside : {"src=", "href=", "url(", "import", "fetch(", "http:", "https:", "</script><b>", "<i>"})
+    EXPECT_EQ(own.find(outside), std::string::npos) << outside;
+  EXPECT_GT(library_end - end, 500'000u) << "three.js stands in the page";
 }
 
 } // namespace
