@@ -13,6 +13,7 @@
 #include "scene/core/command_line.h"
 #include "scene/core/parallel.h"
 #include "scene/core/program.h"
+#include "scene/room/dark_room.h"
 #include "scene/sky/direct_sky.h"
 #include "scene/sky/sky.h"
 #include "scene/volume/volume_file.h"
@@ -53,13 +54,25 @@ Result<Sky> read_sky(const Arguments& a) {
 struct Probe {
   LightField field;
   LightFieldSampler sampler;
-  std::optional<DirectSky> direct;
+  const BasisVolume& volume;
+  const RayScene& scene;
+  std::optional<DirectSky> direct = {};
   /// Points whose coefficients rang below zero, and what ending that changed at most.
   mutable std::atomic<std::size_t> windowed{0};
   mutable std::atomic<double> bias{0};
 
+  /// Zero in a closed room that no light enters; empty outside and in furniture.
+  std::optional<ShRadiance> light_at(const glm::dvec3& p) const {
+    const std::optional<ShRadiance> light = sampler.sample_all(field, p);
+    return light || !is_in_dark_room(scene, volume.room, volume.apertures, p) ? light : ShRadiance{};
+  }
+  std::optional<Sh9Rgb> nine_at(const glm::dvec3& p) const {
+    const std::optional<ShRadiance> light = light_at(p);
+    return light ? std::optional(light->nine) : std::nullopt;
+  }
+
   std::optional<Rgb> irradiance_at(const ProbePoint& at) const {
-    const std::optional<ShRadiance> sh = sampler.sample_all(field, at.position);
+    const std::optional<ShRadiance> sh = light_at(at.position);
     if (!sh)
       return std::nullopt;
     const NonNegativeLight light = without_ringing(*sh);
@@ -86,11 +99,11 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
     answers.assign(points.size(), {});
     parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
       if (a.layout)
-        answers[i] = layout_text(probe.sampler.sample(probe.field, points[i].position), *a.layout, a.json);
+        answers[i] = layout_text(probe.nine_at(points[i].position), *a.layout, a.json);
       else if (a.band4)
-        answers[i] = order4_text(probe.sampler.sample_all(probe.field, points[i].position), a.json);
+        answers[i] = order4_text(probe.light_at(points[i].position), a.json);
       else if (a.coefficients)
-        answers[i] = coefficients_text(probe.sampler.sample(probe.field, points[i].position), a.json);
+        answers[i] = coefficients_text(probe.nine_at(points[i].position), a.json);
       else if (a.efficacy > 0)
         answers[i] = illuminance_text(probe.irradiance_at(points[i]), a.efficacy, a.json);
       else
@@ -196,7 +209,7 @@ Result<void> run(const Arguments& a) {
   const Result<Sky> sky = read_sky(a);
   if (!sky)
     return sky.error();
-  Probe probe{combine(*volume, region_radiance(*sky, volume->partition), ShOrder::fourth), *sampler, {}};
+  Probe probe{combine(*volume, region_radiance(*sky, volume->partition), ShOrder::fourth), *sampler, *volume, *scene};
   if (a.total)
     probe.direct.emplace(volume->room, volume->apertures, *scene, *sky);
   return answer_lines(a, probe);
@@ -262,9 +275,10 @@ void add_output_options(CLI::App& app, Arguments& a) {
 
 int main(int argc, char** argv) {
   Arguments a;
-  CLI::App app{"Light at points of a room under a sky. Reads `x y z nx ny nz` per line (metres, z up) and prints the\n"
-               "indirect irradiance `r g b`; `nan nan nan` outside the room and inside furniture.\n"
-               "Example: echo 2 3 0.8  0 0 1 | daylit-probe room.volume --sky sky.exr"};
+  CLI::App app{
+      "Light at points of a room under a sky. Reads `x y z nx ny nz` per line (metres, z up) and prints the\n"
+      "indirect irradiance `r g b`; 0 in a closed room without light, `nan nan nan` outside and inside furniture.\n"
+      "Example: echo 2 3 0.8  0 0 1 | daylit-probe room.volume --sky sky.exr"};
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.add_option("VOLUME", a.volume, "made by daylit-precompute")->required();
   add_sky_options(app, a);

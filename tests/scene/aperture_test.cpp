@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "scene/room/dark_room.h"
 #include "scene/room/room_formats.h"
 #include "tests/scene/test_rooms.h"
 
@@ -174,6 +175,23 @@ TEST(Aperture, hole_that_is_not_flat_shows_as_unexplained_escape) {
   EXPECT_EQ(found->report.hole_polygons, 0);
   EXPECT_GT(found->report.unexplained_escape, 0.1);
   EXPECT_FALSE(found->report.notes.empty());
+}
+
+TEST(DarkRoom, is_closed_and_large_enough_to_stand_in) {
+  RoomBuilder b = room_with_hole();
+  b.box({0, 0, 3.2}, {4, 5, 5.2}, 0);          // an attic
+  b.box({3, 2, 0}, {3.6, 4, 2.1}, 0);          // a wardrobe
+  b.box({10, 0, 0}, {13, 3, 2.5}, 0, 63 - 32); // a yard
+  const RayScene rays = *RayScene::build(b.room);
+  const auto found = find_apertures(b.room, rays);
+  ASSERT_TRUE(found) << found.error().message();
+  const auto dark = [&](const glm::dvec3& p) { return is_in_dark_room(rays, b.room, found->list, p); };
+  EXPECT_TRUE(dark({2, 2, 4}));
+  EXPECT_TRUE(dark({0.05, 4.9, 3.3}));
+  EXPECT_FALSE(dark({2, 2, 1.5})) << "the room with the hole";
+  EXPECT_FALSE(dark({3.3, 3, 1})) << "in the wardrobe";
+  EXPECT_FALSE(dark({11, 1, 1})) << "in the yard";
+  EXPECT_FALSE(dark({-5, 0, 1})) << "outdoors";
 }
 
 TEST(Aperture, pane_drawn_twice_counts_once) {

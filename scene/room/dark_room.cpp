@@ -1,0 +1,56 @@
+#include "scene/room/dark_room.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+
+#include "scene/room/aperture.h"
+#include "scene/room/polygon.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr int kWalks = 64, kRays = 32;
+constexpr double kSide_m = 1.2, kHeight_m = 1.5;
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+/// By the cosine about `normal`; points of the plastic numbers (Roberts 2018).
+glm::dvec3 direction(int i, const glm::dvec3& normal) {
+  const double s = std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0),
+               t = std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0);
+  const auto frame = detail::PlaneFrame::make(glm::dvec3(0.0), normal);
+  const double radius = std::sqrt(s), angle = 2.0 * std::numbers::pi * t;
+  return radius * std::cos(angle) * frame.u + radius * std::sin(angle) * frame.v + std::sqrt(1.0 - s) * normal;
+}
+
+} // namespace
+
+bool is_in_dark_room(const RayScene& scene, const Room& room, const std::vector<Aperture>& apertures,
+                     const glm::dvec3& point) {
+  const double off_m = 8.0 * static_cast<double>(scene.surface_offset());
+  Bounds seen;
+  for (int walk = 0; walk < kWalks; ++walk) {
+    glm::dvec3 p = point, normal(0.0, 0.0, walk % 2 == 0 ? 1.0 : -1.0);
+    for (int k = 0; k < kRays; ++k) {
+      const glm::dvec3 d = direction(kRays * walk + k, normal);
+      RayHit hit;
+      if (!scene.closest(scene.to_local(p), glm::vec3(d), 0.0f, kFar, hit))
+        return false;
+      int crossed = 0;
+      aperture_transmittance(apertures, p, d, static_cast<double>(hit.distance), &crossed);
+      if (crossed > 0)
+        return false;
+      normal = glm::normalize(area_normal(room, room.triangles[hit.triangle]));
+      normal = glm::dot(normal, d) < 0.0 ? normal : -normal;
+      p += static_cast<double>(hit.distance) * d + off_m * normal;
+      seen.include(p);
+    }
+  }
+  const glm::dvec3 size = seen.size();
+  return size.x >= kSide_m && size.y >= kSide_m && size.z >= kHeight_m;
+}
+
+} // namespace daylit
