@@ -1,4 +1,5 @@
-// Writes valid inputs to start from: fuzz_seeds FOLDER makes FOLDER/volume, /sky, /transfer and /weather.
+// Writes valid inputs to start from: fuzz_seeds FOLDER makes FOLDER/volume, /sky, /transfer, /weather, /rad and
+// /hbjson.
 
 #include <cstdio>
 
@@ -45,6 +46,18 @@ void write_skies(const std::filesystem::path& folder) {
   write(folder / "weather/tape.epw", head + "DATA PERIODS,1,1,Data,Sunday,1/1,12/31\n" + row + "\n");
 }
 
+void write_rooms(const std::filesystem::path& folder) {
+  write(folder / "rad/scene.rad", "void plastic grey 0 0 5 .5 .5 .5 0 0\nvoid glass pane 0 0 3 .9 .9 .9\n"
+                                  "!xform -rz 30 -a 3 -t 0 0 2 part.rad\n"
+                                  "grey polygon floor 0 0 12 0 0 0 1 0 0 1 1 0 0 1 0\n");
+  write(
+      folder / "hbjson/model.hbjson",
+      R"({"type":"Model","units":"Feet","properties":{"radiance":{"modifiers":[{"type":"Glass","identifier":"g",)"
+      R"("r_transmissivity":0.6,"g_transmissivity":0.6,"b_transmissivity":0.6}]}},"rooms":[{"faces":[{"identifier":"f",)"
+      R"("face_type":"Wall","geometry":{"boundary":[[0,0,0],[4,0,0],[4,0,3],[0,0,3]]},"apertures":[{"identifier":"a",)"
+      R"("properties":{"radiance":{"modifier":"g"}},"geometry":{"boundary":[[1,0,1],[2,0,1],[2,0,2]]}}]}]}]})");
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -56,6 +69,7 @@ int main(int argc, char** argv) {
   for (const test::VolumeKind& v : test::volume_kinds())
     write(folder / "volume" / v.name, *volume_bytes(v.volume, v.precision));
   write_skies(folder);
+  write_rooms(folder);
   std::vector<std::uint8_t> transfer(48 + 2 * 112);
   const char magic[] = "daylitTV";
   std::copy(magic, magic + 8, transfer.begin());
