@@ -46,7 +46,7 @@ std::string last_line(const std::filesystem::path& file) {
   std::ifstream stream(file);
   std::string line, last;
   while (std::getline(stream, line))
-    last = line.empty() ? last : line;
+    last = line.empty() || line.starts_with("Run with --help") ? last : line;
   return last;
 }
 

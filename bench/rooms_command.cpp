@@ -162,8 +162,12 @@ Command add_rooms(CLI::App& program) {
   parser->add_option("--write", arguments->folder, "write the models and points into this folder, and bake nothing");
   MeasureSettings& m = arguments->measure;
   m.folder = std::filesystem::temp_directory_path() / "daylit-bench-rooms";
+  std::vector<std::string> names;
+  for (const RoomCase& one : room_cases())
+    names.push_back(one.name);
   parser->add_option("--cases", arguments->cases, "school-points, school-inside, school-all, hall, ... (default: all)")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->check(CLI::IsMember(names));
   parser->add_option("--bake-options", m.bake_options, "of daylit-precompute, instead of those of the case");
   parser->add_option("--folder", m.folder, "for models, volumes, logs and the reference, which is kept")
       ->capture_default_str();
