@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <deque>
 #include <map>
 #include <memory>
 #include <thread>
@@ -25,22 +26,32 @@ struct Arguments {
   std::vector<std::filesystem::path> pictures;
   std::string address = "127.0.0.1", serial = "daylit", mosaic = "mono", response = "linear";
   double white = 1.0, lost_ratio = 0.0, seconds_each = 0.0;
+  int exposure_delay = 0;
 };
 
 /// Code values of picture k for an exposure and a format, made when they are first asked for.
 class Codes {
 public:
-  Codes(const Arguments& a, Mosaic mosaic, std::vector<RgbImage> pictures)
+  Codes(const Arguments& a, Mosaic mosaic, std::vector<RgbImage> pictures, bool says_frames)
       : white_(a.white), seconds_each_(a.seconds_each), srgb_(a.response == "srgb"), mosaic_(mosaic),
-        pictures_(std::move(pictures)) {}
+        late_(static_cast<std::size_t>(a.exposure_delay)), says_frames_(says_frames), pictures_(std::move(pictures)) {}
 
-  /// The next picture's, as large as the buffer.
-  void fill(ArvBuffer* buffer, double exposure_us, ArvPixelFormat format) {
+  /// The next picture's, as large as the buffer; of the exposure that was set so many frames ago.
+  void fill(ArvBuffer* buffer, double exposure_set_us, ArvPixelFormat format) {
+    set_us_.push_back(exposure_set_us);
+    if (set_us_.size() > late_ + 1)
+      set_us_.pop_front();
+    const double exposure_us = set_us_.front();
     const std::size_t k = (seconds_each_ > 0 ? by_the_clock() : served_++) % pictures_.size();
     const int width = arv_buffer_get_image_width(buffer), height = arv_buffer_get_image_height(buffer);
     auto& codes = made_[{k, width, height, exposure_us, format}];
     if (codes.empty())
       codes = make(pictures_[k], width, height, exposure_us, format);
+    if (says_frames_) {
+      std::printf("{\"frame\":%llu,\"picture\":%zu,\"exposure_us\":%.0f}\n",
+                  static_cast<unsigned long long>(arv_buffer_get_frame_id(buffer)), k, exposure_us);
+      std::fflush(stdout);
+    }
     std::size_t size = 0; // 0 here, although the pointer is right
     if (void* data = const_cast<void*>(arv_buffer_get_data(buffer, &size)))
       std::memcpy(data, codes.data(), codes.size());
@@ -91,6 +102,9 @@ private:
   double white_, seconds_each_;
   bool srgb_;
   Mosaic mosaic_;
+  std::size_t late_;
+  bool says_frames_;
+  std::deque<double> set_us_; ///< the last exposures that were set
   std::vector<RgbImage> pictures_;
   std::uint64_t served_ = 0;
   std::map<std::tuple<std::size_t, int, int, double, ArvPixelFormat>, std::vector<std::uint8_t>> made_;
@@ -118,7 +132,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   auto pictures = read_pictures(a.pictures);
   if (!pictures)
     return pictures.error();
-  Codes codes(a, *mosaic, std::move(*pictures));
+  Codes codes(a, *mosaic, std::move(*pictures), options.json);
   ArvGvFakeCamera* camera = arv_gv_fake_camera_new(a.address.c_str(), a.serial.c_str());
   if (!camera || !arv_gv_fake_camera_is_running(camera))
     return Error{ErrorCode::device, "no camera can be served there", a.address,
@@ -149,6 +163,10 @@ Command add_camera(CLI::App& app) {
       ->capture_default_str();
   command->add_option("--seconds-each", a->seconds_each, "a picture for so long, by the clock (default: one per frame)")
       ->check(positive_number());
+  command
+      ->add_option("--exposure-delay", a->exposure_delay,
+                   "frames after which a new exposure takes effect, 0 to 3 as a rule")
+      ->check(CLI::Range(0, 100));
   command->add_option("--mosaic", a->mosaic, "that Mono formats carry: mono, rggb, grbg, gbrg or bggr")
       ->capture_default_str();
   command->add_option("--response", a->response, "of its code values")

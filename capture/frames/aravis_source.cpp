@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
@@ -87,6 +88,20 @@ std::optional<PixelFormat> format_of(ArvPixelFormat code, const std::optional<Mo
   return std::nullopt;
 }
 
+/// Empty: it can have all of them.
+std::string refused_exposures(const std::vector<int>& exposures_us, ArvCamera* camera) {
+  Attempt a;
+  double least = 0, most = 0;
+  arv_camera_get_exposure_time_bounds(camera, &least, &most, a.out());
+  if (a.failed("range of exposures"))
+    return a.text();
+  for (const int us : exposures_us)
+    if (us < least || us > most)
+      return "it exposes for " + std::to_string(std::llround(least)) + " to " + std::to_string(std::llround(most)) +
+             " microseconds, not for " + std::to_string(us);
+  return "";
+}
+
 /// Empty: set; else what the camera did not take.
 std::string apply(const CameraSettings& s, ArvCamera* camera) {
   Attempt a;
@@ -98,6 +113,11 @@ std::string apply(const CameraSettings& s, ArvCamera* camera) {
     arv_camera_set_frame_rate(camera, *s.frame_rate_hz, a.out()), a.failed("frame rate");
   if (s.exposure_us)
     arv_camera_set_exposure_time(camera, *s.exposure_us, a.out()), a.failed("exposure");
+  if (!s.exposures_us.empty()) {
+    if (std::string refused = refused_exposures(s.exposures_us, camera); !refused.empty())
+      return refused;
+    arv_camera_set_exposure_time(camera, s.exposures_us.front(), a.out()), a.failed("exposure");
+  }
   if (s.gain)
     arv_camera_set_gain(camera, *s.gain, a.out()), a.failed("gain");
   if (arv_camera_is_gv_device(camera)) {
@@ -196,7 +216,7 @@ private:
     if (a.failed("another program may be using it") || !stream)
       return a.text();
     const auto payload = arv_camera_get_payload(camera.get(), a.out());
-    exposure_us_ = arv_camera_get_exposure_time(camera.get(), nullptr);
+    exposure_us_ = settings_.exposures_us.empty() ? arv_camera_get_exposure_time(camera.get(), nullptr) : 0.0;
     for (int k = 0; k < kBuffers; ++k)
       arv_stream_push_buffer(stream.get(), arv_buffer_new(payload, nullptr));
     arv_camera_set_acquisition_mode(camera.get(), ARV_ACQUISITION_MODE_CONTINUOUS, a.out());
@@ -227,6 +247,8 @@ private:
       if (ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream, kPop_us)) {
         take(buffer);
         arv_stream_push_buffer(stream, buffer);
+        if (const auto& cycle = settings_.exposures_us; !cycle.empty())
+          arv_camera_set_exposure_time(camera, cycle[++exposures_set_ % cycle.size()], nullptr);
         last = std::chrono::steady_clock::now();
       }
     g_signal_handler_disconnect(arv_camera_get_device(camera), signal);
@@ -294,6 +316,7 @@ private:
   SourceReport report_;
   std::optional<std::uint64_t> last_id_; ///< of the worker
   double exposure_us_ = 0.0;             ///< of the worker
+  std::size_t exposures_set_ = 0;        ///< of the worker
   CameraClock clock_;                    ///< of the worker
   std::atomic<bool> stop_ = false;
   bool over_ = false; ///< work() has ended
@@ -341,7 +364,8 @@ Result<std::unique_ptr<FrameSource>> open_camera(const CameraSettings& s,
   const auto bad = [](const std::optional<double>& value) { return value && !(*value > 0 && *value < 1e9); };
   if (bad(s.exposure_us) || bad(s.frame_rate_hz) || (s.gain && !(*s.gain >= 0 && *s.gain < 1e6)) ||
       s.width_px.has_value() != s.height_px.has_value() || s.width_px.value_or(1) < 1 || s.height_px.value_or(1) < 1 ||
-      s.packet_bytes < 0 || s.packet_bytes > 65535)
+      std::ranges::any_of(s.exposures_us, [](int us) { return us < 1; }) || s.packet_bytes < 0 ||
+      s.packet_bytes > 65535)
     return Error{ErrorCode::value_invalid, "exposure, gain, frame rate, size or packet size is out of range",
                  s.camera.empty() ? "camera" : s.camera, "give microseconds, hertz, pixels and bytes"};
   return std::unique_ptr<FrameSource>(std::make_unique<AravisSource>(s, std::move(each)));

@@ -28,6 +28,9 @@ struct CameraSettings {
   std::optional<Mosaic> mosaic; ///< what the samples are when the camera calls them mono
   std::optional<double> exposure_us, gain, frame_rate_hz;
   std::optional<int> width_px, height_px;
+  /// Instead of exposure_us: one after another, the next one is set whenever a frame has come. Which frame it takes
+  /// effect for depends on the camera: the frames state no exposure.
+  std::vector<int> exposures_us;
   int packet_bytes = 0; ///< network packets; 0: as the network allows (Aravis tries)
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <numeric>
 
 namespace daylit {
@@ -14,7 +15,8 @@ constexpr float kMostDifferent = 1.4f; ///< what one block may add to it, so tha
 constexpr double kLeastLit = 0.1;      ///< of the blocks are taken to be lit in any case
 constexpr int kBlocks = 64;            ///< across and down, at most
 constexpr std::uint64_t kStale = 4;    ///< cycles without a frame of an exposure: learned anew
-constexpr double kSameTime = 1.05;     ///< ratio of times that a camera rounds to the same
+constexpr std::int64_t kSameMoment_ns = 5'000'000'000;
+constexpr double kSameTime = 1.05; ///< ratio of times that a camera rounds to the same
 
 Error bad_cycle(const std::string& what) {
   return {ErrorCode::value_invalid, what, "exposures", "give two or more, a factor of 2 or more apart"};
@@ -157,7 +159,10 @@ Result<std::optional<double>> BracketCycle::add(RgbImage code, std::int64_t time
 }
 
 std::optional<BracketCycle::Merged> BracketCycle::merged() const {
-  if (!known_)
+  const auto other_moment = [&](const Group& g) {
+    return std::abs(g.time_ns - group_.front().time_ns) > kSameMoment_ns;
+  };
+  if (!known_ || std::ranges::any_of(group_, other_moment))
     return std::nullopt;
   BracketMerger merger(width_, height_, settings_);
   for (std::size_t k = 0; k < times_.size(); ++k)

@@ -38,7 +38,8 @@ public:
     MergedBracket bracket;
     std::int64_t time_ns = 0; ///< of the shortest exposure: what moves is shown as it was then
   };
-  /// Of the newest frame of each exposure; nothing until there is one of each.
+  /// Of the newest frame of each exposure; nothing until there is one of each, no more than 5 seconds from the
+  /// shortest.
   std::optional<Merged> merged() const;
   const CycleReport& report() const { return report_; }
 

@@ -21,26 +21,32 @@ Error bad_response(const std::string& what, const std::string& where) {
   return {ErrorCode::value_invalid, what, where, kForm};
 }
 
-/// The numbers of each line that has any.
-Result<std::vector<std::vector<double>>> number_rows(const std::string& text, const std::string& name) {
-  std::vector<std::vector<double>> rows;
+/// The numbers of a line that has any.
+struct NumberRow {
+  std::vector<double> numbers;
+  std::string where; ///< file and line
+};
+
+Result<std::vector<NumberRow>> number_rows(const std::string& text, const std::string& name) {
+  std::vector<NumberRow> rows;
   TextLines lines(text);
   for (std::string_view line; lines.next(line);) {
     std::string plain(line.substr(0, line.find('#')));
     std::ranges::replace_if(
         plain, [](char c) { return c == ',' || c == ';'; }, ' ');
-    std::vector<double> row;
+    NumberRow row{{}, name + ", line " + std::to_string(lines.number())};
     std::string_view rest = plain;
     for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
       const auto number = parse_number(word);
       if (!number || !std::isfinite(*number))
-        return bad_response("not a list of numbers", name + ", line " + std::to_string(lines.number()));
-      row.push_back(*number);
+        return bad_response("not a list of numbers", row.where);
+      row.numbers.push_back(*number);
     }
-    if (!row.empty())
-      rows.push_back(std::move(row));
-    if (rows.size() > 256)
-      return bad_response("more than 256 lines", name);
+    if (row.numbers.empty())
+      continue;
+    if (rows.size() == 256)
+      return bad_response("more than 256 lines", row.where);
+    rows.push_back(std::move(row));
   }
   return rows;
 }
@@ -54,28 +60,32 @@ double polynomial(const std::vector<double>& row, double x) {
 }
 
 /// Polynomials that dip a little at the dark end, as fitted ones do, are held at their largest value so far.
-Result<ResponseCurve::Table> table_of_polynomials(const std::vector<std::vector<double>>& rows,
-                                                  const std::string& name) {
+Result<ResponseCurve::Table> table_of_polynomials(const std::vector<NumberRow>& rows) {
   ResponseCurve::Table table;
   for (std::size_t c = 0; c < 3; ++c) {
-    if (rows[c][0] != static_cast<double>(rows[c].size() - 2))
-      return bad_response("the degree does not fit the number of coefficients", name);
+    const auto& numbers = rows[c].numbers;
+    if (numbers[0] != static_cast<double>(numbers.size() - 2))
+      return bad_response("the degree does not fit the number of coefficients", rows[c].where);
     double highest = 0;
     for (std::size_t code = 0; code < 256; ++code) {
-      highest = std::max(highest, polynomial(rows[c], static_cast<double>(code) / 255.0));
+      highest = std::max(highest, polynomial(numbers, static_cast<double>(code) / 255.0));
       table[c][code] = static_cast<float>(highest);
     }
   }
   return table;
 }
 
-Result<ResponseCurve::Table> table_of_lines(const std::vector<std::vector<double>>& rows, const std::string& name) {
+Result<ResponseCurve::Table> table_of_lines(const std::vector<NumberRow>& rows) {
   ResponseCurve::Table table;
   for (std::size_t code = 0; code < 256; ++code) {
-    if (rows[code].size() != 1 && rows[code].size() != 3)
-      return bad_response("neither one number nor three for code " + std::to_string(code), name);
-    for (std::size_t c = 0; c < 3; ++c)
-      table[c][code] = static_cast<float>(rows[code][rows[code].size() == 3 ? c : 0]);
+    const auto& [numbers, where] = rows[code];
+    if (numbers.size() != 1 && numbers.size() != 3)
+      return bad_response("neither one number nor three", where);
+    for (std::size_t c = 0; c < 3; ++c) {
+      table[c][code] = static_cast<float>(numbers[numbers.size() == 3 ? c : 0]);
+      if (!(table[c][code] >= (code > 0 ? table[c][code - 1] : 0.0f)))
+        return bad_response("the exposure is negative or falls", where);
+    }
   }
   return table;
 }
@@ -117,10 +127,11 @@ Result<ResponseCurve> ResponseCurve::parse(const std::string& text, const std::s
   const auto rows = number_rows(text, name);
   if (!rows)
     return rows.error();
-  const bool polynomials = rows->size() == 3 && std::ranges::all_of(*rows, [](const auto& r) { return r.size() >= 3; });
+  const bool polynomials =
+      rows->size() == 3 && std::ranges::all_of(*rows, [](const NumberRow& r) { return r.numbers.size() >= 3; });
   if (!polynomials && rows->size() != 256)
     return bad_response(std::to_string(rows->size()) + " lines of numbers", name);
-  const auto table = polynomials ? table_of_polynomials(*rows, name) : table_of_lines(*rows, name);
+  const auto table = polynomials ? table_of_polynomials(*rows) : table_of_lines(*rows);
   return table ? from_table(*table, name) : Result<ResponseCurve>(table.error());
 }
 
@@ -146,6 +157,17 @@ float ResponseCurve::exposure(float code, int channel) const {
   const auto low = static_cast<std::size_t>(std::min(at, 254.0f));
   const auto& t = table_[static_cast<std::size_t>(channel)];
   return t[low] + (at - static_cast<float>(low)) * (t[low + 1] - t[low]);
+}
+
+std::uint8_t ResponseCurve::encode(float exposure, int channel) const {
+  const auto& t = table_[static_cast<std::size_t>(channel)];
+  const auto above = std::lower_bound(t.begin(), t.end(), exposure);
+  if (above == t.end())
+    return 255;
+  if (above == t.begin() || !(exposure > 0.0f))
+    return 0;
+  const auto code = static_cast<std::uint8_t>(above - t.begin());
+  return exposure - *(above - 1) < *above - exposure ? static_cast<std::uint8_t>(code - 1) : code;
 }
 
 float ResponseCurve::slope(float code, int channel) const {

@@ -15,6 +15,7 @@
 #include "runtime/cmd/record_command.h"
 #include "runtime/input/camera_pose.h"
 #include "runtime/input/interior_input.h"
+#include "runtime/live/live_status.h"
 #include "runtime/live/replay.h"
 #include "runtime/output/outputs.h"
 #include "runtime/session/session.h"
@@ -132,15 +133,7 @@ void save_placements(const std::filesystem::path& config, const Session& session
 
 void print_drawn(const DrawnFrame& f, const Options& options) {
   if (options.json)
-    std::printf("%s\n", nlohmann::ordered_json{{"frame", f.index},
-                                               {"interior_id", f.interior_id},
-                                               {"sky_id", f.sky_id},
-                                               {"sky_age_s", f.sky_age_s},
-                                               {"tracking", name_of(f.tracking)},
-                                               {"drawn", f.drawn},
-                                               {"total_ms", f.total_ms}}
-                            .dump()
-                            .c_str());
+    std::printf("%s\n", to_json(f).c_str());
   else if (!options.quiet)
     std::printf("frame %zu: sky %.3f s old, pose %s%s, %.1f ms\n", f.index, f.sky_age_s, name_of(f.tracking),
                 f.drawn ? "" : " (the photograph is left as it is)", f.total_ms);

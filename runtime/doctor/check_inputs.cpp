@@ -72,8 +72,10 @@ Findings check_live_lenses(const RunConfig& config) {
   if (config.sky.projection == "fisheye")
     all.push_back(check_lens("sky lens", config.sky.lens));
   all.push_back(check_lens("interior lens", config.interior.lens));
-  if (const auto response = CameraResponse::named(config.interior.response); !response)
-    all.push_back(failure("interior response", response.error()));
+  for (const auto& [subject, name] :
+       {std::pair{"sky response", config.sky.response}, {"interior response", config.interior.response}})
+    if (const auto response = ResponseCurve::named(name); !response)
+      all.push_back(failure(subject, response.error()));
   return all;
 }
 

@@ -5,37 +5,11 @@
 
 namespace daylit {
 
-Result<SkyReader> SkyReader::open(const SkyConfig& config) {
-  const std::string name = config.projection == "fisheye" ? "fisheye:" + config.lens.string() : config.projection;
-  const auto projection = parse_projection(name, config.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
-  if (!projection)
-    return projection.error();
-  return SkyReader(*projection, config.ground);
-}
-
-Result<SkyImage> SkyReader::read(const CameraFrame& frame) {
-  auto radiance = linear_picture(frame);
-  if (!radiance)
-    return radiance.error();
-  if (frame.exposure_us > 0) {
-    const float per_ms = static_cast<float>(1e3 / frame.exposure_us);
-    for (Rgb& t : radiance->texels)
-      t *= per_ms;
-  }
-  if (!geometry_) {
-    const auto made = SkyGeometry::make(radiance->width, radiance->height, projection_, "sky camera");
-    if (!made)
-      return made.error();
-    geometry_ = *made;
-  }
-  return SkyImage::make(std::move(*radiance), geometry_, ground_, "sky camera");
-}
-
 Result<PhotographReader> PhotographReader::open(const std::string& response) {
-  const auto curve = CameraResponse::named(response);
+  const auto curve = ResponseCurve::named(response);
   if (!curve)
     return curve.error();
-  return PhotographReader(response, *curve);
+  return PhotographReader(*curve);
 }
 
 Result<Photograph> PhotographReader::read(const CameraFrame& frame) const {
@@ -45,12 +19,12 @@ Result<Photograph> PhotographReader::read(const CameraFrame& frame) const {
   auto picture = linear_picture(frame);
   if (!picture)
     return picture.error();
-  if (frame.format.bits > 8 && name_ != "linear")
-    return Error{ErrorCode::value_invalid,
-                 "frames of more than 8 bits are linear, the response \"" + name_ + "\" is not", "[interior] response",
-                 "set it to \"linear\", or choose a pixel format of 8 bits"};
-  if (frame.format.bits > 8)
-    return Photograph{std::move(*picture), {}, CameraResponse::linear()};
+  if (frame.format.bits > 8) {
+    for (Rgb& t : picture->texels)
+      for (int c = 0; c < 3; ++c)
+        t[c] = response_.exposure(t[c], c);
+    return Photograph{std::move(*picture), {}, ResponseCurve::linear()};
+  }
   Photograph photo{{}, {picture->width, picture->height, {}}, response_};
   photo.original.bytes.reserve(3 * picture->texels.size());
   for (const Rgb& t : picture->texels)
@@ -59,7 +33,8 @@ Result<Photograph> PhotographReader::read(const CameraFrame& frame) const {
   return photo;
 }
 
-Result<CameraSettings> camera_settings(const CameraConfig& config, const LensModel& lens) {
+Result<CameraSettings> camera_settings(const CameraConfig& config, const LensModel& lens,
+                                       const std::vector<int>& exposures_us) {
   CameraSettings s;
   s.camera = config.camera;
   s.pixel_format = config.pixel_format;
@@ -70,6 +45,7 @@ Result<CameraSettings> camera_settings(const CameraConfig& config, const LensMod
     s.mosaic = *mosaic;
   }
   s.exposure_us = config.exposure_us;
+  s.exposures_us = exposures_us;
   s.gain = config.gain;
   s.frame_rate_hz = config.frame_rate_hz;
   s.packet_bytes = config.packet_bytes;

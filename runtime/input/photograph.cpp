@@ -3,9 +3,7 @@
 #include "capture/markers/find_markers.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <string_view>
 
 #include "scene/core/read_file.h"
 
@@ -14,107 +12,6 @@ namespace daylit {
 namespace {
 
 constexpr std::uint8_t kTopCode = 255;
-
-Error response_error(const std::string& what, const std::string& where) {
-  return {ErrorCode::value_invalid, what, where, "256 lines, one number or three (R G B) each, never falling"};
-}
-
-/// The numbers of one line without its comment; false when something else stands there.
-bool line_numbers(std::string_view line, std::vector<double>& out) {
-  line = line.substr(0, line.find('#'));
-  while (true) {
-    const std::size_t begin = line.find_first_not_of(" \t\r,;");
-    if (begin == std::string_view::npos)
-      return true;
-    line.remove_prefix(begin);
-    double value = 0;
-    const auto [end, code] = std::from_chars(line.data(), line.data() + line.size(), value);
-    if (code != std::errc() || !std::isfinite(value))
-      return false;
-    out.push_back(value);
-    line.remove_prefix(static_cast<std::size_t>(end - line.data()));
-  }
-}
-
-} // namespace
-
-CameraResponse CameraResponse::linear() {
-  CameraResponse r;
-  for (std::size_t code = 0; code < 256; ++code)
-    for (auto& channel : r.exposure_)
-      channel[code] = static_cast<float>(code) / 255.0f;
-  return r;
-}
-
-CameraResponse CameraResponse::srgb() {
-  CameraResponse r;
-  for (std::size_t code = 0; code < 256; ++code)
-    for (auto& channel : r.exposure_)
-      channel[code] = srgb_decode(static_cast<float>(code) / 255.0f);
-  return r;
-}
-
-Result<CameraResponse> CameraResponse::parse(const std::string& text, const std::string& name) {
-  CameraResponse r;
-  std::array<std::array<double, 256>, 3> value{};
-  std::size_t code = 0, line_number = 0, begin = 0;
-  std::vector<double> numbers;
-  while (begin < text.size()) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string where = name + ", line " + std::to_string(++line_number);
-    numbers.clear();
-    if (!line_numbers(std::string_view(text).substr(begin, end - begin), numbers))
-      return response_error("not a list of numbers", where);
-    begin = end + 1;
-    if (numbers.empty())
-      continue;
-    if (code == 256 || (numbers.size() != 1 && numbers.size() != 3))
-      return response_error(code == 256 ? "more than 256 code values" : "neither one number nor three", where);
-    for (std::size_t c = 0; c < 3; ++c) {
-      value[c][code] = numbers[numbers.size() == 3 ? c : 0];
-      if (value[c][code] < 0 || (code > 0 && value[c][code] < value[c][code - 1]))
-        return response_error("the exposure is negative or falls", where);
-    }
-    ++code;
-  }
-  if (code != 256)
-    return response_error(std::to_string(code) + " code values instead of 256", name);
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (!(value[c][255] > value[c][0] && value[c][255] < 1e30))
-      return response_error("the response does not rise", name);
-    for (std::size_t i = 0; i < 256; ++i)
-      r.exposure_[c][i] = static_cast<float>(value[c][i] / value[c][255]);
-  }
-  return r;
-}
-
-Result<CameraResponse> CameraResponse::named(const std::string& name) {
-  if (name == "linear")
-    return linear();
-  if (name == "srgb")
-    return srgb();
-  const auto bytes = read_whole_file(name, std::size_t{1} << 20);
-  if (!bytes) {
-    Error error = bytes.error();
-    error.hint = "a response is \"linear\", \"srgb\" or the path of a response file";
-    return error;
-  }
-  return parse(std::string(bytes->begin(), bytes->end()), name);
-}
-
-std::uint8_t CameraResponse::encode(float linear, int channel) const {
-  const std::array<float, 256>& curve = exposure_[static_cast<std::size_t>(channel)];
-  const auto above = std::lower_bound(curve.begin(), curve.end(), linear);
-  if (above == curve.end())
-    return kTopCode;
-  if (above == curve.begin() || !(linear > 0.0f))
-    return 0;
-  const float low = *(above - 1), high = *above;
-  const std::size_t code = static_cast<std::size_t>(above - curve.begin());
-  return static_cast<std::uint8_t>(linear - low < high - linear ? code - 1 : code);
-}
-
-namespace {
 
 Result<Photograph> read_hdr_photograph(const std::vector<std::uint8_t>& bytes, const std::string& name,
                                        const std::string& response) {
@@ -137,7 +34,7 @@ Result<Photograph> read_hdr_photograph(const std::vector<std::uint8_t>& bytes, c
   if (response != "linear")
     return Error{ErrorCode::value_invalid, "an EXR or .hdr picture is linear, the response \"" + response + "\" is not",
                  name, "set [interior] response = \"linear\", or give the 8-bit picture"};
-  return Photograph{std::move(file->radiance), {}, CameraResponse::linear()};
+  return Photograph{std::move(file->radiance), {}, ResponseCurve::linear()};
 }
 
 bool is_hdr_file(const std::vector<std::uint8_t>& bytes) {
@@ -153,7 +50,7 @@ Result<Photograph> read_photograph(const std::filesystem::path& path, const std:
     return bytes.error();
   if (is_hdr_file(*bytes))
     return read_hdr_photograph(*bytes, path.string(), response);
-  auto curve = CameraResponse::named(response);
+  auto curve = ResponseCurve::named(response);
   if (!curve)
     return curve.error();
   auto image = read_ldr_image(*bytes, path.string());
@@ -174,7 +71,7 @@ std::size_t Photograph::saturated_pixels() const {
   return count;
 }
 
-Rgb8Image encode_picture(const CameraResponse& response, const RgbImage& picture) {
+Rgb8Image encode_picture(const ResponseCurve& response, const RgbImage& picture) {
   Rgb8Image out{picture.width, picture.height, std::vector<std::uint8_t>(3 * picture.texels.size())};
   for (std::size_t i = 0; i < picture.texels.size(); ++i)
     for (int c = 0; c < 3; ++c)

@@ -10,6 +10,7 @@
 
 #include <glm/vec2.hpp>
 
+#include "capture/hdr/response_curve.h"
 #include "runtime/base/photo_pixels.h"
 #include "scene/core/result.h"
 #include "scene/image/image_formats.h"
@@ -17,37 +18,15 @@
 
 namespace daylit {
 
-/// 8-bit code values and the linear exposure they stand for, per channel; code 255 stands for 1. Rises strictly
-/// between the first and the last code that differ from black and white.
-class CameraResponse {
-public:
-  static CameraResponse linear();
-  static CameraResponse srgb();
-  /// Text: 256 lines, code 0 first, each with one number (all channels) or three (R G B): the linear exposure of that
-  /// code in any unit, never falling. '#' starts a comment. Scaled so that code 255 is 1.
-  static Result<CameraResponse> parse(const std::string& text, const std::string& name);
-  /// "linear", "srgb", or the path of such a file.
-  static Result<CameraResponse> named(const std::string& name);
-
-  float decode(std::uint8_t code, int channel) const { return exposure_[static_cast<std::size_t>(channel)][code]; }
-  Rgb decode(const std::uint8_t* rgb) const { return {decode(rgb[0], 0), decode(rgb[1], 1), decode(rgb[2], 2)}; }
-  /// Code whose point on the curve is nearest: the curve between two codes is taken as straight, the border halfway.
-  std::uint8_t encode(float linear, int channel) const;
-  const ExposureTable& exposure() const { return exposure_; }
-
-private:
-  ExposureTable exposure_{};
-};
-
 /// Either linear, or 8-bit code values and the response that makes them linear.
 struct Photograph {
   RgbImage linear;    ///< of an EXR or .hdr; else empty
   Rgb8Image original; ///< bytes as stored; empty for an EXR or .hdr
-  CameraResponse response;
+  ResponseCurve response;
 
   bool is_hdr() const { return original.bytes.empty(); }
   /// Through the response backwards.
-  PhotoPixels pixels() const { return is_hdr() ? PhotoPixels(linear) : PhotoPixels(original, response.exposure()); }
+  PhotoPixels pixels() const { return is_hdr() ? PhotoPixels(linear) : PhotoPixels(original, response.table()); }
   /// A channel is at the top of its range: its radiance is only known from below.
   bool is_saturated(std::size_t pixel) const;
   std::size_t saturated_pixels() const;
@@ -57,7 +36,7 @@ struct Photograph {
 Result<Photograph> read_photograph(const std::filesystem::path& path, const std::string& response);
 
 /// 8-bit code values of a linear picture.
-Rgb8Image encode_picture(const CameraResponse& response, const RgbImage& picture);
+Rgb8Image encode_picture(const ResponseCurve& response, const RgbImage& picture);
 /// The changed picture in the photograph's own 8-bit code values. Pixels with touched == 0 keep their bytes. For a
 /// photograph without bytes (EXR) all pixels go through the response. Error value_invalid: other sizes.
 Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& changed,

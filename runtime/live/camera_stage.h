@@ -16,15 +16,21 @@
 namespace daylit {
 
 /// It begins with the newest frame there is when its last result was taken, or as much later as the next is still in
-/// time, and only while results are wanted: nothing is made ready that nobody will see. `Ready`: what a frame becomes.
+/// time, and only while results are wanted: nothing is made ready that nobody will see. `Ready`: what a frame becomes;
+/// nothing where more frames are needed for it.
 template <class Ready>
 class CameraStage {
 public:
-  using MakeReady = std::function<Result<Ready>(const CameraFrame&)>;
+  using MakeReady = std::function<Result<std::optional<Ready>>(const CameraFrame&)>;
+  enum class Takes {
+    newest, ///< frame, when a result is wanted
+    all,    ///< frames as they come, as far as there is time: several of them make one result
+  };
 
   /// `source` and `watch` must outlive it. Frames older than `oldest_s` are left out.
-  CameraStage(FrameSource& source, CameraWatch& watch, double oldest_s, MakeReady make_ready)
-      : source_(source), watch_(watch), oldest_s_(oldest_s), make_ready_(std::move(make_ready)),
+  CameraStage(FrameSource& source, CameraWatch& watch, double oldest_s, MakeReady make_ready,
+              Takes takes = Takes::newest)
+      : source_(source), watch_(watch), oldest_s_(oldest_s), make_ready_(std::move(make_ready)), takes_(takes),
         thread_([this](const std::stop_token& stop) { work(stop); }) {}
 
   void want(bool wanted) { wanted_ = wanted; }
@@ -47,6 +53,8 @@ private:
     while (!stop.stop_requested()) {
       if (!wanted_)
         std::this_thread::sleep_for(5ms);
+      else if (takes_ == Takes::all)
+        make_next(50ms);
       else if (!ready_.wait_until_taken(50ms))
         continue;
       else if (!told_)
@@ -70,14 +78,17 @@ private:
     if (!made)
       return watch_.refuse(made.error().message());
     watch_.used(**next);
+    if (!*made)
+      return;
     told_ = false;
-    ready_.put(std::move(*made));
+    ready_.put(std::move(**made));
   }
 
   FrameSource& source_;
   CameraWatch& watch_;
   const double oldest_s_;
   const MakeReady make_ready_;
+  const Takes takes_;
   std::atomic<bool> wanted_ = false;
   std::atomic<std::int64_t> begin_ns_ = 0, work_ns_ = 0; ///< not before that; what the last frame took
   std::atomic<bool> told_ = true;                        ///< begin_ns_ is of the result that was taken last

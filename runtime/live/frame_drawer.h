@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "capture/hdr/lost_sun.h"
 #include "capture/markers/pose_filter.h"
 #include "runtime/input/photograph.h"
 #include "runtime/session/session.h"
@@ -18,6 +19,7 @@ struct DrawnFrame {
   TrackingState tracking = TrackingState::measured;
   bool drawn = false; ///< without a pose, or without a sky, the photograph stays as it is
   double total_ms = 0;
+  SkyBalance sky_balance; ///< of the sky it was drawn under
 };
 
 /// A photograph, where its camera stood, and the sky of that moment (null: there is none yet). Ids other than 0, equal

@@ -7,6 +7,7 @@
 #include "runtime/input/camera_pictures.h"
 #include "runtime/input/camera_pose.h"
 #include "runtime/input/interior_input.h"
+#include "runtime/input/sky_reader.h"
 #include "runtime/live/camera_stage.h"
 #include "runtime/output/outputs.h"
 
@@ -28,6 +29,7 @@ double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
 
 struct ReadySky {
   SkyImage sky;
+  SkyBalance balance;
   std::uint64_t frame_id = 0;
   std::int64_t taken_ns = 0;
 };
@@ -76,7 +78,7 @@ std::function<void(const CameraFrame&)> offer_to(Recorder* recorder) {
 
 /// The first thing that matters to whoever looks after it.
 std::string state_in_words(const CameraReport& sky, const CameraReport& interior, bool wanted, bool has_sky,
-                           TrackingState tracking) {
+                           const SkyBalance& balance, TrackingState tracking) {
   if (!interior.source.connected)
     return interior.source.trouble.empty() ? "opening the cameras" : "interior camera away: " + interior.source.trouble;
   if (!interior.trouble.empty())
@@ -93,6 +95,8 @@ std::string state_in_words(const CameraReport& sky, const CameraReport& interior
     return std::string(sky.frozen ? "sky" : "interior") + " camera frozen: the same picture for five seconds";
   if (tracking == TrackingState::lost)
     return "marker lost: the photograph is left as it is";
+  if (balance.sun_lost && !balance.sun_restored)
+    return "drawing; the sun is brighter than the sky camera can show";
   return "drawing";
 }
 
@@ -101,11 +105,12 @@ std::string state_in_words(const CameraReport& sky, const CameraReport& interior
 namespace {
 
 /// `lens`: its file, empty where the projection has none.
-Result<CameraSettings> settings_of(const CameraConfig& camera, const std::filesystem::path& lens) {
+Result<CameraSettings> settings_of(const CameraConfig& camera, const std::filesystem::path& lens,
+                                   const std::vector<int>& exposures_us = {}) {
   if (lens.empty())
-    return camera_settings(camera, {});
+    return camera_settings(camera, {}, exposures_us);
   const auto read = read_lens(lens);
-  return read ? camera_settings(camera, *read) : Result<CameraSettings>(read.error());
+  return read ? camera_settings(camera, *read, exposures_us) : Result<CameraSettings>(read.error());
 }
 
 /// Of frames of that size, that the outputs fit.
@@ -126,7 +131,7 @@ Result<std::unique_ptr<LiveRun>> LiveRun::load(const RunConfig& config, Backend 
   auto sky_reader = SkyReader::open(config.sky);
   if (!sky_reader)
     return sky_reader.error();
-  const auto sky_camera = settings_of(*config.sky.camera, config.sky.lens);
+  const auto sky_camera = settings_of(*config.sky.camera, config.sky.lens, config.sky.exposures_us);
   if (!sky_camera)
     return sky_camera.error();
   const auto interior_camera = settings_of(*config.interior.camera, config.interior.lens);
@@ -161,6 +166,7 @@ Result<DrawnFrame> LiveRun::State::draw(const ReadyPhoto& p, const LiveSurroundi
   done.interior_id = p.frame_id;
   done.sky_id = sky ? sky->frame_id : 0;
   done.sky_age_s = sky ? seconds(p.taken_ns - sky->taken_ns) : 0.0;
+  done.sky_balance = sky ? sky->balance : SkyBalance{};
   done.tracking = p.pose.state;
   done.drawn = next.can_be_drawn();
   done.total_ms = done.drawn ? drawer.report().total_ms : 0.0;
@@ -203,7 +209,9 @@ bool LiveRun::State::between_frames(const LiveSurroundings& around, CameraStage<
   photos.want(wanted);
   skies.want(wanted && interior_report.source.connected);
   take_newer(skies);
-  tell(around, state_in_words(sky_report, interior_report, wanted, sky.has_value(), last_tracking),
+  tell(around,
+       state_in_words(sky_report, interior_report, wanted, sky.has_value(), sky ? sky->balance : SkyBalance{},
+                      last_tracking),
        sky ? seconds(now_ns() - sky->taken_ns) : -1.0, sky_report, interior_report);
   if (around.between_frames)
     around.between_frames(drawer.session(), has_drawn ? &sky->sky : nullptr);
@@ -243,23 +251,28 @@ Result<void> LiveRun::run(const LiveSurroundings& around) {
   const auto interior_source = open_camera(s.interior_camera, offer_to(around.interior_recorder));
   if (!interior_source)
     return interior_source.error();
-  CameraWatch sky_watch(*s.sky_camera.width_px, *s.sky_camera.height_px, true);
+  CameraWatch sky_watch(*s.sky_camera.width_px, *s.sky_camera.height_px, !s.sky_reader.is_bracket());
   CameraWatch interior_watch(*s.interior_camera.width_px, *s.interior_camera.height_px, false);
-  CameraStage<ReadySky> skies(**sky_source, sky_watch, kOldestSky_s, [&](const CameraFrame& f) -> Result<ReadySky> {
-    auto sky = s.sky_reader.read(f);
-    if (!sky)
-      return sky.error();
-    return ReadySky{std::move(*sky), f.id, f.taken_ns};
-  });
+  using SkyStage = CameraStage<ReadySky>;
+  const auto ready_sky = [&](const CameraFrame& f) -> Result<std::optional<ReadySky>> {
+    auto measured = s.sky_reader.read(f);
+    if (!measured)
+      return measured.error();
+    if (!*measured)
+      return std::optional<ReadySky>();
+    return std::optional(ReadySky{std::move((*measured)->sky), (*measured)->balance, f.id, f.taken_ns});
+  };
+  SkyStage skies(**sky_source, sky_watch, kOldestSky_s, ready_sky,
+                 s.sky_reader.is_bracket() ? SkyStage::Takes::all : SkyStage::Takes::newest);
   CameraStage<ReadyPhoto> photos(**interior_source, interior_watch, kOldestPhoto_s,
-                                 [&](const CameraFrame& f) -> Result<ReadyPhoto> {
+                                 [&](const CameraFrame& f) -> Result<std::optional<ReadyPhoto>> {
                                    auto photo = s.photograph_reader.read(f);
                                    if (!photo)
                                      return photo.error();
                                    const auto pose = s.pose.at(*photo, seconds(f.taken_ns));
                                    if (!pose)
                                      return pose.error();
-                                   return ReadyPhoto{std::move(*photo), *pose, f.id, f.taken_ns};
+                                   return std::optional(ReadyPhoto{std::move(*photo), *pose, f.id, f.taken_ns});
                                  });
   return s.draw_until_the_end(around, skies, photos);
 }

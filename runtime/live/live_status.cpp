@@ -110,6 +110,25 @@ Json to_json(const CameraReport& c) {
           {"likely_cause", c.likely_cause}};
 }
 
+Json to_json(const Rgb& rgb) { return {rgb.r, rgb.g, rgb.b}; }
+
+Json frame_json(const DrawnFrame& f) {
+  const SkyBalance& sky = f.sky_balance;
+  return {{"frame", f.index},
+          {"interior_id", f.interior_id},
+          {"sky_id", f.sky_id},
+          {"sky_age_s", f.sky_age_s},
+          {"sky_irradiance", to_json(sky.irradiance)},
+          {"sky_irradiance_at_most", to_json(sky.irradiance_at_most())},
+          {"sky_over_range", sky.over_range},
+          {"sun", sky.sun_restored ? "restored"
+                  : sky.sun_lost   ? "lost"
+                                   : "in range"},
+          {"tracking", name_of(f.tracking)},
+          {"drawn", f.drawn},
+          {"total_ms", f.total_ms}};
+}
+
 Json to_json(const std::optional<RecorderReport>& r) {
   return r ? Json{{"recorded", r->recorded}, {"dropped", r->dropped}, {"trouble", r->trouble}} : Json();
 }
@@ -174,6 +193,8 @@ void add_stages(std::string& out, const LiveReport& r) {
 
 } // namespace
 
+std::string to_json(const DrawnFrame& frame) { return frame_json(frame).dump(); }
+
 std::string to_json(const LiveReport& r) {
   Json stages = Json::object();
   for (const auto& [name, ms] : r.stages.stage_ms)
@@ -188,6 +209,7 @@ std::string to_json(const LiveReport& r) {
                   {"sky_age_s", or_null(r.sky_age_s)},
                   {"picture_age_s", or_null(r.picture_age_s)},
                   {"tracking", name_of(r.last.tracking)},
+                  {"last", frame_json(r.last)},
                   {"stage_ms", stages},
                   {"viewers", r.viewers},
                   {"sky", to_json(r.sky)},
@@ -208,6 +230,8 @@ std::string to_prometheus(const LiveReport& r) {
   add(out, {"pictures_per_second", "Over the last five seconds", "gauge"}, r.pictures_per_s);
   add_latency(out, r);
   add(out, {"sky_age_seconds", "Age of the sky in use, -1: there is none", "gauge"}, r.sky_age_s);
+  add(out, {"sky_over_range_pixels", "Pixels of the sky that are brighter than the camera can show", "gauge"},
+      static_cast<double>(r.last.sky_balance.over_range));
   add(out, {"picture_age_seconds", "Since the last picture, -1: there was none", "gauge"}, r.picture_age_s);
   add(out, {"tracking_lost", "1: the last picture had no pose", "gauge"}, r.last.tracking == TrackingState::lost);
   add(out, {"viewers", "Who want to see pictures", "gauge"}, r.viewers);

@@ -58,6 +58,7 @@ private:
 };
 
 std::string to_json(const LiveReport& report);
+std::string to_json(const DrawnFrame& frame);
 /// Text of the Prometheus exposition format, version 0.0.4.
 std::string to_prometheus(const LiveReport& report);
 

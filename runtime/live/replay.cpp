@@ -7,6 +7,7 @@
 #include "runtime/input/camera_pictures.h"
 #include "runtime/input/camera_pose.h"
 #include "runtime/input/interior_input.h"
+#include "runtime/input/sky_reader.h"
 #include "runtime/output/outputs.h"
 #include "scene/core/program.h"
 
@@ -21,33 +22,44 @@ public:
 
   /// Moves on to the frame for `time_ns` and reads it if it is another one.
   Result<void> advance(std::int64_t time_ns) {
-    std::size_t k = index_.value_or(0);
-    while (k + 1 < recording_.size() && recording_.time_ns(k + 1) <= time_ns)
-      ++k;
-    if (index_ == k)
-      return {};
-    const auto frame = recording_.read(k);
-    if (!frame)
-      return frame.error();
-    auto sky = reader_.read(*frame);
-    if (!sky)
-      return sky.error();
-    sky_ = std::move(*sky);
-    index_ = k;
-    id_ = frame->id;
+    std::size_t newest = read_ > 0 ? read_ - 1 : 0;
+    while (newest + 1 < recording_.size() && recording_.time_ns(newest + 1) <= time_ns)
+      ++newest;
+    if (!reader_.is_bracket())
+      read_ = std::max(read_, newest);
+    for (; read_ <= newest; ++read_)
+      if (const auto done = read(); !done)
+        return done;
     return {};
   }
-  const SkyImage& sky() const { return *sky_; }
+  const SkyImage* sky() const { return measured_ ? &measured_->sky : nullptr; } ///< null: a bracket is not whole yet
+  SkyBalance balance() const { return measured_ ? measured_->balance : SkyBalance{}; }
   std::uint64_t frame_id() const { return id_; }
-  std::uint64_t version() const { return *index_ + 1; } ///< not 0
-  std::int64_t time_ns() const { return recording_.time_ns(*index_); }
+  std::uint64_t version() const { return index_ + 1; } ///< not 0
+  std::int64_t time_ns() const { return recording_.time_ns(index_); }
 
 private:
+  Result<void> read() {
+    const auto frame = recording_.read(read_);
+    if (!frame)
+      return frame.error();
+    auto measured = reader_.read(*frame);
+    if (!measured)
+      return measured.error();
+    if (*measured) {
+      measured_ = std::move(*measured);
+      index_ = read_;
+      id_ = frame->id;
+    }
+    return {};
+  }
+
   Recording recording_;
   SkyReader reader_;
-  std::optional<std::size_t> index_;
+  std::size_t read_ = 0; ///< frames that need not be read any more
+  std::size_t index_ = 0;
   std::uint64_t id_ = 0;
-  std::optional<SkyImage> sky_;
+  std::optional<MeasuredSky> measured_;
 };
 
 class Replayer {
@@ -76,7 +88,7 @@ public:
     const auto pose = pose_->at(*photo, 1e-9 * static_cast<double>(frame->time_ns - interior_.time_ns(0)));
     if (!pose)
       return pose.error();
-    const FrameToDraw next{*photo, k + 1, *pose, &sky_.sky(), sky_.version()};
+    const FrameToDraw next{*photo, k + 1, *pose, sky_.sky(), sky_.version()};
     const auto composite = drawer_->draw(next);
     if (!composite)
       return composite.error();
@@ -88,7 +100,8 @@ public:
                       1e-9 * static_cast<double>(frame->time_ns - sky_.time_ns()),
                       pose->state,
                       next.can_be_drawn(),
-                      drawer_->report().total_ms};
+                      drawer_->report().total_ms,
+                      sky_.balance()};
   }
 
 private:

@@ -21,19 +21,6 @@ using detail::TomlSection;
 constexpr double kRadians = std::numbers::pi / 180.0;
 constexpr double kMostBlur_px = 16.0;
 
-void read_response(TomlSection& interior, std::string& response) {
-  std::string word;
-  if (!interior.read("response", word))
-    return;
-  if (word == "linear" || word == "srgb") {
-    response = word;
-    return;
-  }
-  std::filesystem::path file;
-  if (interior.read("response", file))
-    response = file.string();
-}
-
 void read_scale(TomlSection& interior, InteriorConfig& config) {
   if (!interior.has("scale"))
     return;
@@ -66,7 +53,7 @@ void read_interior_section(TomlSection interior, InteriorConfig& config) {
     interior.problem("camera", "given together with image; keep one");
   if (!interior.read("lens", config.lens) && !interior.has("lens"))
     interior.problem("", "needs lens, the camera's YAML file");
-  read_response(interior, config.response);
+  detail::read_response(interior, config.response);
   read_scale(interior, config);
   interior.read("colour_matrix", config.colour_matrix);
   if (std::abs(glm::determinant(config.colour_matrix)) < 1e-9)

@@ -8,6 +8,10 @@
 //              ground = "none" | { albedo = 0.2 } (fisheye only: what the lens does not see)
 //              camera in the place of image: its id or network address; beside it pixel_format, mosaic, exposure_us,
 //              gain, frame_rate (Hz), packet_size (bytes), size = [width, height] (default: the lens file's)
+//              with a camera also response as in [interior]; exposures_us = [10, 640, 40960], cycled and merged, in
+//              the place of exposure_us; white = radiance of the largest code value, exposed for a millisecond
+//              (default 1); illuminance = number | file with one, horizontal, of the whole sky in the unit of white
+//              times sr; place = { latitude, longitude } (degrees, east positive; +x is east): see docs/live.md
 //   [interior] image, or camera as in [sky] (both sections have a camera, or neither); lens, response = "linear" |
 //   "srgb" | file, scale = number | "marker", colour_matrix,
 //              blur_px, noise = relative deviation | { floor, photon, relative }
@@ -56,13 +60,24 @@ struct CameraConfig {
   int width_px = 0, height_px = 0; ///< 0: the lens file's
 };
 
+/// +x of the room is east, +y north.
+struct SkyPlace {
+  double latitude_deg = 0.0, longitude_deg = 0.0; ///< north and east positive
+};
+
 struct SkyConfig {             // [sky]
   std::filesystem::path image; ///< EXR or .hdr; empty where there is a camera
   std::optional<CameraConfig> camera;
   std::string projection = "equirect";
-  std::filesystem::path lens; ///< for projection = "fisheye"
-  double rotation = 0.0;      ///< radians in the struct, degrees in the file
-  GroundFill ground;          ///< ground = { albedo = 0.2 }
+  std::filesystem::path lens;               ///< for projection = "fisheye"
+  double rotation = 0.0;                    ///< radians in the struct, degrees in the file
+  GroundFill ground;                        ///< ground = { albedo = 0.2 }
+  std::vector<int> exposures_us{};          ///< of a bracket that the camera cycles through; empty: none
+  std::string response = "linear";          ///< of the camera: "linear", "srgb", or a response file
+  double white = 1.0;                       ///< radiance of the largest code value, exposed for a millisecond
+  std::optional<SkyPlace> place{};          ///< says where a sun beyond the camera's range stands
+  std::optional<double> illuminance{};      ///< horizontal, unit of white x sr: says how bright it is
+  std::filesystem::path illuminance_file{}; ///< holds the number instead; written again and again
 };
 
 /// Noise of one photograph pixel of linear value v (EMVA 1288, with the gain's own part): its deviation is the root

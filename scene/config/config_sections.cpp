@@ -49,6 +49,7 @@ bool is_rigid(const glm::dmat4& m) {
 
 void read_sky_picture(TomlSection sky, SkyConfig& config) {
   read_camera(sky, config.camera);
+  read_sky_measurement(sky, config);
   if (!sky.read("image", config.image) && !sky.has("image") && !sky.has("camera"))
     sky.problem("", "needs image, an EXR or Radiance .hdr file, or camera");
   if (sky.has("image") && sky.has("camera"))
@@ -61,6 +62,8 @@ void read_sky_picture(TomlSection sky, SkyConfig& config) {
   read_ground(sky, config.ground);
   if (config.projection == "fisheye" && config.lens.empty())
     sky.problem("projection", "\"fisheye\" needs lens, the camera's YAML file");
+  if (config.projection != "fisheye" && sky.has("illuminance"))
+    sky.problem("illuminance", "is only used with projection = \"fisheye\"");
   if (config.projection != "fisheye" && !config.lens.empty())
     sky.problem("lens", "is only used with projection = \"fisheye\"");
   if (config.projection == "fisheye" && config.ground.kind == GroundFill::Kind::none)
@@ -170,7 +173,7 @@ void read_output(TomlSection root, OutputConfig& output) {
 }
 
 std::string sky_picture_toml(const SkyConfig& sky) {
-  std::string out = (sky.camera ? "[sky]\n" + camera_toml(sky.camera)
+  std::string out = (sky.camera ? "[sky]\n" + camera_toml(sky.camera) + sky_measurement_toml(sky)
                                 : fmt::format("[sky]\nimage = {}\n", quoted(sky.image.string()))) +
                     fmt::format("projection = {}\n", quoted(sky.projection));
   if (!sky.lens.empty())

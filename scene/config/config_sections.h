@@ -14,6 +14,10 @@ namespace daylit::detail {
 void read_sky_picture(TomlSection sky, SkyConfig& config);
 /// camera and its settings, or none; the keys are known in both cases.
 void read_camera(TomlSection& section, std::optional<CameraConfig>& camera);
+/// "linear", "srgb", or a file.
+void read_response(TomlSection& section, std::string& response);
+/// What makes radiance of a sky camera's frames.
+void read_sky_measurement(TomlSection& sky, SkyConfig& config);
 void read_http(TomlSection root, std::optional<HttpConfig>& http);
 void read_pose(TomlSection root, std::optional<glm::dmat4>& world_from_camera);
 void read_marker(TomlSection root, std::optional<MarkerConfig>& marker);
@@ -25,6 +29,7 @@ void read_output(TomlSection root, OutputConfig& output);
 bool is_rigid(const glm::dmat4& m);
 
 std::string camera_toml(const std::optional<CameraConfig>& camera);
+std::string sky_measurement_toml(const SkyConfig& sky);
 std::string http_toml(const std::optional<HttpConfig>& http);
 std::string sky_picture_toml(const SkyConfig& sky);
 std::string pose_toml(const std::optional<glm::dmat4>& world_from_camera);

@@ -1,6 +1,9 @@
 // The sections of CONFIG.toml that only a live run has.
 
+#include <algorithm>
+
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "scene/config/config_sections.h"
 
@@ -37,6 +40,75 @@ void read_camera(TomlSection& section, std::optional<CameraConfig>& camera) {
   section.read_size("size", c.width_px, c.height_px);
   if (named)
     camera = c;
+}
+
+namespace {
+
+void read_exposures(TomlSection& sky, std::vector<int>& exposures_us) {
+  if (!sky.read("exposures_us", exposures_us, {1, 1e8}))
+    return;
+  if (sky.has("exposure_us"))
+    sky.problem("exposure_us", "given together with exposures_us; keep one");
+  std::vector<int> sorted = exposures_us;
+  std::ranges::sort(sorted);
+  if (sorted.size() < 2 || sorted.size() > 8)
+    sky.problem("exposures_us", "a bracket has 2 to 8 exposures");
+  for (std::size_t k = 1; k < sorted.size(); ++k)
+    if (sorted[k] / 2 < sorted[k - 1])
+      return sky.problem("exposures_us", "neighbours have to differ by a factor of 2 at least");
+}
+
+} // namespace
+
+void read_response(TomlSection& section, std::string& response) {
+  std::string word;
+  if (!section.read("response", word))
+    return;
+  if (word == "linear" || word == "srgb") {
+    response = word;
+    return;
+  }
+  std::filesystem::path file;
+  if (section.read("response", file))
+    response = file.string();
+}
+
+void read_sky_measurement(TomlSection& sky, SkyConfig& config) {
+  const bool has_camera = sky.has("camera");
+  for (const char* key : {"exposures_us", "response", "white", "place", "illuminance"})
+    if (sky.has(key) && !has_camera)
+      sky.problem(key, "is only used with camera");
+  read_exposures(sky, config.exposures_us);
+  read_response(sky, config.response);
+  sky.read("white", config.white, {1e-9, 1e12});
+  if (TomlSection place = sky.section("place")) {
+    config.place.emplace();
+    const bool north = place.read("latitude", config.place->latitude_deg, {-90, 90});
+    const bool east = place.read("longitude", config.place->longitude_deg, {-180, 180});
+    if (!north || !east)
+      place.problem("", "needs latitude and longitude (degrees, east positive)");
+    place.finish();
+  }
+  if (sky.is_text("illuminance")) {
+    sky.read("illuminance", config.illuminance_file);
+  } else if (double value = 0.0; sky.read("illuminance", value, {0.0, 1e12})) {
+    config.illuminance = value;
+  }
+}
+
+std::string sky_measurement_toml(const SkyConfig& sky) {
+  std::string out;
+  if (!sky.exposures_us.empty())
+    out += fmt::format("exposures_us = [{}]\n", fmt::join(sky.exposures_us, ", "));
+  out += fmt::format("response = {}\nwhite = {}\n", quoted(sky.response), text(sky.white));
+  if (sky.place)
+    out += fmt::format("place = {{ latitude = {}, longitude = {} }}\n", text(sky.place->latitude_deg),
+                       text(sky.place->longitude_deg));
+  if (!sky.illuminance_file.empty())
+    out += "illuminance = " + quoted(sky.illuminance_file.string()) + "\n";
+  else if (sky.illuminance)
+    out += "illuminance = " + text(*sky.illuminance) + "\n";
+  return out;
 }
 
 void read_http(TomlSection root, std::optional<HttpConfig>& http) {

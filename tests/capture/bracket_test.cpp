@@ -186,6 +186,23 @@ TEST(BracketCycle, a_camera_that_says_its_exposure_with_the_frame_is_believed) {
   EXPECT_FALSE(*cycle->add(exposed(sky.radiance(3), 1.0, random), 3, 3 * kTimes[1]));
 }
 
+TEST(BracketCycle, exposures_of_another_moment_are_not_merged) {
+  std::mt19937 random(1);
+  auto cycle = BracketCycle::create(kTimes, settings16());
+  const SimulatedSky sky;
+  const auto add = [&](int k, double seconds) {
+    const double time = kTimes[static_cast<std::size_t>(k) % 3];
+    EXPECT_TRUE(cycle->add(exposed(sky.radiance(0), time, random), static_cast<std::int64_t>(1e9 * seconds)));
+  };
+  for (int frame = 0; frame < 6; ++frame)
+    add(frame, 0.1 * frame);
+  EXPECT_TRUE(cycle->merged());
+  add(0, 60); // nobody looked for a minute
+  EXPECT_FALSE(cycle->merged());
+  add(1, 60.1), add(2, 60.2), add(3, 60.3);
+  EXPECT_TRUE(cycle->merged());
+}
+
 TEST(BracketCycle, one_exposure_is_no_bracket) {
   EXPECT_FALSE(BracketCycle::create({1.0}, settings16()));
   EXPECT_FALSE(BracketCycle::create({1.0, 1.5}, settings16()));
@@ -223,22 +240,6 @@ TEST(BracketMerger, noise_falls_and_the_mean_stays) {
     EXPECT_LT(std::sqrt(square / n), 1.05 * std::sqrt(1.0 / (60000 * value)) + 0.001);
   }
   EXPECT_LT(merged.ghosts, static_cast<std::uint64_t>(0.001 * kSide * kSide));
-}
-
-TEST(ResponseCurve, reads_what_it_writes_and_the_polynomials_of_hdrgen) {
-  const auto curve = ResponseCurve::parse(ResponseCurve::srgb().text(), "text");
-  ASSERT_TRUE(curve);
-  for (int k = 0; k <= 100; ++k)
-    EXPECT_NEAR(curve->exposure(0.01f * static_cast<float>(k), 1),
-                ResponseCurve::srgb().exposure(0.01f * static_cast<float>(k), 1), 1e-6f);
-  const auto polynomial = ResponseCurve::parse("2 1 0 0\n2 0.5 0.5 0\n1 2 0\n", "rsp");
-  ASSERT_TRUE(polynomial);
-  EXPECT_NEAR(polynomial->exposure(0.5f, 0), 0.25f, 1e-5f);
-  EXPECT_NEAR(polynomial->exposure(0.5f, 1), 0.375f, 1e-5f);
-  EXPECT_NEAR(polynomial->exposure(0.5f, 2), 0.5f, 1e-5f);
-  EXPECT_FALSE(ResponseCurve::parse("3 1 0 0\n2 1 0 0\n2 1 0 0\n", "rsp")) << "wrong degree";
-  EXPECT_FALSE(ResponseCurve::parse("1\n2\n", "short"));
-  EXPECT_FALSE(ResponseCurve::parse("nan\n", "nan"));
 }
 
 } // namespace

@@ -85,10 +85,11 @@ TEST(CameraStage, works_on_the_newest_frame_and_only_while_its_results_are_wante
   HandedSource source;
   CameraWatch watch(4, 2, false);
   std::atomic<int> made = 0;
-  CameraStage<std::uint64_t> stage(source, watch, 1.0, [&](const CameraFrame& f) -> Result<std::uint64_t> {
-    ++made;
-    return f.id;
-  });
+  CameraStage<std::uint64_t> stage(source, watch, 1.0,
+                                   [&](const CameraFrame& f) -> Result<std::optional<std::uint64_t>> {
+                                     ++made;
+                                     return std::optional(f.id);
+                                   });
   source.hand(frame_of(1));
   std::this_thread::sleep_for(20ms);
   EXPECT_EQ(source.asked(), 0) << "nobody wants it";
@@ -111,8 +112,9 @@ TEST(CameraStage, works_on_the_newest_frame_and_only_while_its_results_are_wante
 TEST(CameraStage, begins_as_late_as_the_next_result_is_in_time) {
   HandedSource source;
   CameraWatch watch(4, 2, false);
-  CameraStage<std::uint64_t> stage(source, watch, 1.0,
-                                   [](const CameraFrame& f) -> Result<std::uint64_t> { return f.id; });
+  CameraStage<std::uint64_t> stage(
+      source, watch, 1.0,
+      [](const CameraFrame& f) -> Result<std::optional<std::uint64_t>> { return std::optional(f.id); });
   stage.want(true);
   source.hand(frame_of(1));
   EXPECT_EQ(stage.take(5000ms, 100ms), 1u);
@@ -125,7 +127,7 @@ TEST(CameraStage, begins_as_late_as_the_next_result_is_in_time) {
 TEST(CameraStage, what_cannot_be_read_is_counted_and_said) {
   HandedSource source;
   CameraWatch watch(4, 2, false);
-  CameraStage<int> stage(source, watch, 1.0, [&](const CameraFrame&) -> Result<int> {
+  CameraStage<int> stage(source, watch, 1.0, [&](const CameraFrame&) -> Result<std::optional<int>> {
     return Error{ErrorCode::value_invalid, "no such response", "", ""};
   });
   stage.want(true);

@@ -18,7 +18,7 @@ protected:
     output_.png = folder_ / "a.png";
     output_.exr = folder_ / "a.exr";
     output_.mask = folder_ / "mask.exr";
-    photo_ = {RgbImage(kWidth, kHeight, Rgb(0.25f)), {}, CameraResponse::srgb()};
+    photo_ = {RgbImage(kWidth, kHeight, Rgb(0.25f)), {}, ResponseCurve::srgb()};
     photo_.original = encode_picture(photo_.response, photo_.linear);
     composite_ = {photo_.linear, std::vector<std::uint8_t>(kWidth * kHeight), std::vector<float>(kWidth * kHeight), 0,
                   0};

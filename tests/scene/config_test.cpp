@@ -144,6 +144,37 @@ TEST_F(ConfigTest, cameras_take_the_place_of_images_with_their_settings) {
   EXPECT_EQ(c->http->token_file, folder_ / "token");
 }
 
+TEST_F(ConfigTest, a_sky_camera_may_cycle_exposures_and_have_an_illuminance_reading) {
+  auto text = replaced(kRun, "image = \"sky.exr\"",
+                       "camera = \"127.0.0.1\"\nexposures_us = [10, 640, 40960]\nresponse = \"log.txt\"\nwhite = 5000\n"
+                       "illuminance = \"meter.txt\"\nplace = { latitude = 48.1, longitude = 11.6 }");
+  text = replaced(text, "image = \"photo.png\"", "camera = \"127.0.0.2\"");
+  text = replaced(text, "scale = \"marker\"", "scale = 0.5");
+  const auto first = run(text);
+  ASSERT_TRUE(first) << first.error().message();
+  const auto c = run(to_toml(*first));
+  ASSERT_TRUE(c) << c.error().message();
+  EXPECT_EQ(c->sky.exposures_us, (std::vector<int>{10, 640, 40960}));
+  EXPECT_EQ(c->sky.response, folder_ / "log.txt");
+  EXPECT_EQ(c->sky.white, 5000.0);
+  EXPECT_EQ(c->sky.illuminance_file, folder_ / "meter.txt");
+  EXPECT_EQ(c->sky.place->latitude_deg, 48.1);
+  EXPECT_EQ(c->sky.place->longitude_deg, 11.6);
+  const std::tuple<const char*, const char*, const char*> changes[] = {
+      {"[10, 640, 40960]", "[10]", "line 3: [sky] exposures_us: a bracket has 2 to 8"},
+      {"[10, 640, 40960]", "[10, 15, 40960]", "a factor of 2"},
+      {"white = 5000", "exposure_us = 10", "given together with exposures_us"},
+      {", longitude = 11.6", "", "needs latitude and longitude"},
+      {"\"meter.txt\"", "-3", "line 6: [sky] illuminance"},
+      {"camera = \"127.0.0.1\"", "image = \"sky.exr\"", "[sky] exposures_us: is only used with camera"},
+  };
+  for (const auto& [from, to, part] : changes) {
+    const auto bad = run(replaced(text, from, to));
+    ASSERT_FALSE(bad) << from << " -> " << to;
+    EXPECT_NE(bad.error().message().find(part), std::string::npos) << bad.error().message();
+  }
+}
+
 TEST_F(ConfigTest, impossible_cameras_boards_and_servers_are_refused_with_their_line) {
   auto live = replaced(kRun, "image = \"sky.exr\"", "camera = \"127.0.0.1\"\nframe_rate = 25");
   live = replaced(live, "image = \"photo.png\"", "camera = \"127.0.0.2\"");
