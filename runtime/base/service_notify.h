@@ -8,7 +8,7 @@ namespace daylit {
 
 enum class ServiceState {
   ready,     ///< everything is loaded; also after reloading
-  picture,   ///< pictures are drawn, or frames come that nobody wants to see: feeds the watchdog
+  picture,   ///< pictures are drawn, or frames come that nobody wants to see, or no camera is there: feeds the watchdog
   reloading, ///< SIGHUP has come; `ready` follows
   stopping,
 };

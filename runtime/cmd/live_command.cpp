@@ -132,14 +132,15 @@ private:
     return around;
   }
 
-  /// While pictures are drawn, or frames come that nobody wants to see.
+  /// While pictures are drawn, frames come that nobody wants to see, or the interior camera is away: to start again
+  /// would not bring it back.
   void feed_watchdog() {
     if (wall_seconds() - last_fed_ < kFeedEvery_s)
       return;
     last_fed_ = wall_seconds();
     const LiveReport r = status_.report();
     const std::uint64_t flow = r.viewers > 0 ? r.drawn + r.untouched : r.interior.source.whole;
-    if (flow != last_flow_)
+    if (flow != last_flow_ || !r.interior.source.connected)
       notify_service(ServiceState::picture, r.state);
     last_flow_ = flow;
   }

@@ -1,5 +1,7 @@
 #include "runtime/live/replay.h"
 
+#include <future>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -15,13 +17,19 @@ namespace daylit {
 
 namespace {
 
-/// The newest sky frame that had arrived when an interior frame did; the first where none had.
-class RecordedSky {
-public:
-  RecordedSky(Recording recording, SkyReader reader) : recording_(std::move(recording)), reader_(std::move(reader)) {}
+struct RecordedSky {
+  MeasuredSky measured;
+  std::uint64_t version = 0, frame_id = 0; ///< version: not 0
+  std::int64_t time_ns = 0;
+};
 
-  /// Moves on to the frame for `time_ns` and reads it if it is another one.
-  Result<void> advance(std::int64_t time_ns) {
+/// The newest sky that was there when an interior frame arrived; the first where there was none.
+class SkyTape {
+public:
+  SkyTape(Recording recording, SkyReader reader) : recording_(std::move(recording)), reader_(std::move(reader)) {}
+
+  /// Null: a bracket is not whole yet.
+  Result<std::shared_ptr<const RecordedSky>> at(std::int64_t time_ns) {
     std::size_t newest = read_ > 0 ? read_ - 1 : 0;
     while (newest + 1 < recording_.size() && recording_.time_ns(newest + 1) <= time_ns)
       ++newest;
@@ -29,14 +37,9 @@ public:
       read_ = std::max(read_, newest);
     for (; read_ <= newest; ++read_)
       if (const auto done = read(); !done)
-        return done;
-    return {};
+        return done.error();
+    return sky_;
   }
-  const SkyImage* sky() const { return measured_ ? &measured_->sky : nullptr; } ///< null: a bracket is not whole yet
-  SkyBalance balance() const { return measured_ ? measured_->balance : SkyBalance{}; }
-  std::uint64_t frame_id() const { return id_; }
-  std::uint64_t version() const { return index_ + 1; } ///< not 0
-  std::int64_t time_ns() const { return recording_.time_ns(index_); }
 
 private:
   Result<void> read() {
@@ -46,68 +49,56 @@ private:
     auto measured = reader_.read(*frame);
     if (!measured)
       return measured.error();
-    if (*measured) {
-      measured_ = std::move(*measured);
-      index_ = read_;
-      id_ = frame->id;
-    }
+    if (*measured)
+      sky_ = std::make_shared<const RecordedSky>(
+          RecordedSky{std::move(**measured), read_ + 1, frame->id, recording_.time_ns(read_)});
     return {};
   }
 
   Recording recording_;
   SkyReader reader_;
   std::size_t read_ = 0; ///< frames that need not be read any more
-  std::size_t index_ = 0;
-  std::uint64_t id_ = 0;
-  std::optional<MeasuredSky> measured_;
+  std::shared_ptr<const RecordedSky> sky_;
 };
 
-class Replayer {
+/// All that a picture is drawn from.
+struct ReadyFrame {
+  std::uint64_t id = 0;
+  std::int64_t time_ns = 0;
+  Photograph photo;
+  TrackedPose pose;
+  std::shared_ptr<const RecordedSky> sky; ///< null: none yet
+};
+
+/// Reads the frames in their order.
+class FrameReader {
 public:
-  Replayer(const RunConfig& config, const ReplayOptions& options, Recording interior, RecordedSky sky,
-           PhotographReader reader)
-      : config_(config), options_(options), interior_(std::move(interior)), sky_(std::move(sky)),
-        reader_(std::move(reader)) {}
+  FrameReader(const RunConfig& config, Recording interior, SkyTape sky, PhotographReader reader)
+      : config_(config), interior_(std::move(interior)), sky_(std::move(sky)), reader_(std::move(reader)) {}
+  std::size_t frames() const { return interior_.size(); }
 
-  std::size_t frames() const {
-    return options_.most_frames > 0 ? std::min(interior_.size(), static_cast<std::size_t>(options_.most_frames))
-                                    : interior_.size();
-  }
-
-  Result<DrawnFrame> draw(std::size_t k) {
+  Result<ReadyFrame> read(std::size_t k) {
     const auto frame = interior_.read(k);
     if (!frame)
       return frame.error();
-    const auto photo = reader_.read(*frame);
+    auto photo = reader_.read(*frame);
     if (!photo)
       return photo.error();
-    if (const auto ready = sky_.advance(frame->time_ns); !ready)
-      return ready.error();
-    if (const auto loaded = load(frame->width_px, frame->height_px); !loaded)
-      return loaded.error();
+    auto sky = sky_.at(frame->time_ns);
+    if (!sky)
+      return sky.error();
+    if (const auto opened = open_pose(frame->width_px, frame->height_px); !opened)
+      return opened.error();
     const auto pose = pose_->at(*photo, 1e-9 * static_cast<double>(frame->time_ns - interior_.time_ns(0)));
     if (!pose)
       return pose.error();
-    const FrameToDraw next{*photo, k + 1, *pose, sky_.sky(), sky_.version()};
-    const auto composite = drawer_->draw(next);
-    if (!composite)
-      return composite.error();
-    if (const auto written = write_outputs(numbered(config_.output, k), *photo, **composite); !written)
-      return written.error();
-    return DrawnFrame{k,
-                      frame->id,
-                      sky_.frame_id(),
-                      1e-9 * static_cast<double>(frame->time_ns - sky_.time_ns()),
-                      pose->state,
-                      next.can_be_drawn(),
-                      drawer_->report().total_ms,
-                      sky_.balance()};
+    return ReadyFrame{frame->id, frame->time_ns, std::move(*photo), *pose, std::move(*sky)};
   }
 
 private:
   /// The first frame says how large the pictures are.
-  Result<void> load(int width_px, int height_px) {
-    if (drawer_)
+  Result<void> open_pose(int width_px, int height_px) {
+    if (pose_)
       return {};
     const auto lens = interior_lens(config_.interior, width_px, height_px);
     if (!lens)
@@ -115,22 +106,76 @@ private:
     auto pose = CameraPose::make(config_, *lens);
     if (!pose)
       return pose.error();
+    pose_.emplace(std::move(*pose));
+    return {};
+  }
+
+  const RunConfig& config_;
+  Recording interior_;
+  SkyTape sky_;
+  PhotographReader reader_;
+  std::optional<CameraPose> pose_;
+};
+
+/// While a frame is drawn the next one is read.
+class Replayer {
+public:
+  Replayer(const RunConfig& config, const ReplayOptions& options, FrameReader& reader)
+      : config_(config), options_(options), reader_(reader) {}
+
+  std::size_t frames() const {
+    return options_.most_frames > 0 ? std::min(reader_.frames(), static_cast<std::size_t>(options_.most_frames))
+                                    : reader_.frames();
+  }
+
+  Result<DrawnFrame> draw(std::size_t k) {
+    const auto ready = next_.valid() ? next_.get() : reader_.read(k);
+    if (!ready)
+      return ready.error();
+    if (k + 1 < frames())
+      next_ = std::async(std::launch::async, [this, k] { return reader_.read(k + 1); });
+    const PhotoPixels pixels = ready->photo.pixels();
+    if (const auto loaded = load(pixels.width(), pixels.height()); !loaded)
+      return loaded.error();
+    const RecordedSky* sky = ready->sky.get();
+    const FrameToDraw next{ready->photo, k + 1, ready->pose, sky ? &sky->measured.sky : nullptr,
+                           sky ? sky->version : 0};
+    const auto composite = drawer_->draw(next);
+    if (!composite)
+      return composite.error();
+    if (const auto written = write_outputs(numbered(config_.output, k), ready->photo, **composite); !written)
+      return written.error();
+    DrawnFrame done;
+    done.index = k;
+    done.interior_id = ready->id;
+    if (sky) {
+      done.sky_id = sky->frame_id;
+      done.sky_age_s = 1e-9 * static_cast<double>(ready->time_ns - sky->time_ns);
+      done.sky_balance = sky->measured.balance;
+    }
+    done.tracking = ready->pose.state;
+    done.drawn = next.can_be_drawn();
+    done.total_ms = drawer_->report().total_ms;
+    return done;
+  }
+
+private:
+  Result<void> load(int width_px, int height_px) {
+    if (drawer_)
+      return {};
     auto drawer = FrameDrawer::open(config_, width_px, height_px, options_.backend,
                                     [](const std::string&, double) { return !interrupted(); });
     if (!drawer)
       return drawer.error();
-    pose_.emplace(std::move(*pose));
     drawer_.emplace(std::move(*drawer));
     return {};
   }
 
-  RunConfig config_;
-  ReplayOptions options_;
-  Recording interior_;
-  RecordedSky sky_;
-  PhotographReader reader_;
-  std::optional<CameraPose> pose_;
+  const RunConfig& config_;
+  const ReplayOptions& options_;
+  FrameReader& reader_;
   std::optional<FrameDrawer> drawer_;
+  std::future<Result<ReadyFrame>> next_; ///< last: its thread ends before the rest goes
 };
 
 } // namespace
@@ -152,8 +197,8 @@ Result<void> replay_recording(const RunConfig& config, const ReplayOptions& opti
   auto reader = PhotographReader::open(config.interior.response);
   if (!reader)
     return reader.error();
-  Replayer replayer(config, options, std::move(*interior), {std::move(*sky), std::move(*sky_reader)},
-                    std::move(*reader));
+  FrameReader frames(config, std::move(*interior), {std::move(*sky), std::move(*sky_reader)}, std::move(*reader));
+  Replayer replayer(config, options, frames);
   for (std::size_t k = 0; k < replayer.frames(); ++k) {
     if (interrupted())
       return interrupted_error("frame " + std::to_string(k));

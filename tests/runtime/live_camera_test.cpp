@@ -2,11 +2,14 @@
 // in this process.
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <csignal>
+#include <cstddef>
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <string_view>
 #include <thread>
 
 #include <arpa/inet.h>
@@ -16,6 +19,7 @@
 #include <net/if.h>
 #include <sys/file.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <gtest/gtest.h>
@@ -270,8 +274,38 @@ std::string status_at(int port) {
   return text;
 }
 
+/// What systemd listens on.
+class NotifySocket {
+public:
+  NotifySocket() : socket_(socket(AF_UNIX, SOCK_DGRAM | SOCK_NONBLOCK, 0)) {
+    const std::string name = "daylit-live-" + std::to_string(getpid());
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    name.copy(address.sun_path + 1, sizeof address.sun_path - 1);
+    const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), size), 0);
+    setenv("NOTIFY_SOCKET", ("@" + name).c_str(), 1);
+  }
+  ~NotifySocket() {
+    close(socket_);
+    unsetenv("NOTIFY_SOCKET");
+  }
+  /// Times that the watchdog was fed since the last call.
+  int fed() const {
+    int count = 0;
+    std::array<char, 512> text{};
+    for (ssize_t n = 0; (n = recv(socket_, text.data(), text.size(), 0)) > 0;)
+      count += std::string_view(text.data(), static_cast<std::size_t>(n)).find("WATCHDOG=1") != std::string_view::npos;
+    return count;
+  }
+
+private:
+  int socket_;
+};
+
 /// Last: SIGTERM ends everything that asks interrupted().
 TEST_F(LiveCamerasTest, z_signals_reload_the_configuration_and_end_the_run) {
+  const NotifySocket systemd;
   const auto file = studio_.folder / "config.toml";
   const int port = free_port();
   studio_.config.http = HttpConfig{port, "127.0.0.1", {}};
@@ -302,6 +336,11 @@ TEST_F(LiveCamerasTest, z_signals_reload_the_configuration_and_end_the_run) {
   std::ofstream(file) << good;
   std::raise(SIGHUP);
   EXPECT_TRUE(says(R"("reloads":{"done":1,"refused":1)")) << status_at(port);
+  interior_->unplug();
+  EXPECT_TRUE(says("interior camera away")) << status_at(port);
+  (void)systemd.fed();
+  std::this_thread::sleep_for(2500ms);
+  EXPECT_GE(systemd.fed(), 1) << "it would be started again, which brings no camera back";
   const double begin = wall_seconds();
   std::raise(SIGTERM);
   daemon.join();
