@@ -21,9 +21,9 @@ struct Case {
 };
 
 /// A sun of 2 x 2 pixels at (x, y), three fifths of the illuminance; the camera shows 20 at most.
-Case sunny(int x, int y) {
+Case sunny(int x, int y, double field_of_view = 3.3) {
   Case c;
-  LensModel lens = ideal_fisheye(kSide, kSide, 3.3);
+  LensModel lens = ideal_fisheye(kSide, kSide, field_of_view);
   c.geometry = *SkyGeometry::make(kSide, kSide, FisheyeProjection{lens, 0.0});
   for (int k = 0; k < 4; ++k) {
     const std::size_t i = static_cast<std::size_t>(y + k / 2) * kSide + static_cast<std::size_t>(x + k % 2);
@@ -68,6 +68,12 @@ TEST(LostSun, an_illuminance_reading_restores_the_irradiance_of_every_channel) {
   EXPECT_NEAR(luminance(after), 1.02f * luminance(truth), 1e-3f * luminance(truth));
   for (int channel = 0; channel < 3; ++channel)
     EXPECT_NEAR(after[channel], truth[channel], 0.03f * truth[channel]);
+}
+
+TEST(LostSun, a_lens_that_does_not_see_the_whole_hemisphere_fills_it_to_the_same_reading) {
+  Case c = sunny(150, 90, 2.4);
+  ASSERT_TRUE(restore_sun(c.clipped, *c.geometry, c.sun, 12.0));
+  EXPECT_NEAR(luminance(irradiance(c, c.clipped)), 12.0f, 0.01f);
 }
 
 TEST(LostSun, a_reading_below_what_is_seen_adds_nothing) {
