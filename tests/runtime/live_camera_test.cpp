@@ -336,6 +336,7 @@ TEST_F(LiveCamerasTest, z_signals_reload_the_configuration_and_end_the_run) {
   std::ofstream(file) << good;
   std::raise(SIGHUP);
   EXPECT_TRUE(says(R"("reloads":{"done":1,"refused":1)")) << status_at(port);
+  EXPECT_TRUE(says(R"("interior":{"connected":true)")) << "opened again by the new configuration";
   interior_->unplug();
   EXPECT_TRUE(says("interior camera away")) << status_at(port);
   (void)systemd.fed();
