@@ -7,6 +7,7 @@
 
 #include "calibration/code_picture.h"
 #include "capture/hdr/response_curve.h"
+#include "capture/markers/marker_pose.h"
 #include "scene/config/config.h"
 
 namespace daylit::calibration {
@@ -61,10 +62,30 @@ Result<void> apply_mask(const std::filesystem::path& path, MaterialView& view) {
   return {};
 }
 
+/// As [pose] says, or from the board of [marker] in the picture.
+Result<glm::dmat4> pose_of(const std::filesystem::path& path, const RunConfig& config, const MaterialView& view) {
+  if (config.world_from_camera)
+    return *config.world_from_camera;
+  if (!config.marker)
+    return Error{ErrorCode::value_invalid, "the pose of the camera is not known", path.string(),
+                 "give [pose], or [marker] and a board in the picture"};
+  const auto board = board_of(*config.marker);
+  if (!board)
+    return board.error();
+  std::vector<float> light;
+  for (const Rgb& texel : view.radiance.texels)
+    light.push_back(luminance(texel));
+  const auto white = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 95 / 100);
+  std::nth_element(light.begin(), white, light.end());
+  RgbImage shown = view.radiance;
+  for (Rgb& texel : shown.texels)
+    texel = glm::clamp(texel / std::max(*white, 1e-20f), 0.0f, 1.0f);
+  const auto pose = marker_pose(view_of(shown, true), view.lens, *board, config.marker->world_from_board,
+                                config.interior.image.string());
+  return pose ? Result<glm::dmat4>(pose->world_from_camera) : pose.error();
+}
+
 Result<MaterialView> read_view(const std::filesystem::path& path, const RunConfig& config) {
-  if (!config.world_from_camera)
-    return Error{ErrorCode::value_invalid, "the pose of the camera is not given", path.string(),
-                 "daylit-run pose PICTURE --json prints world_from_camera for [pose]"};
   if (config.interior.scale_from_marker)
     return Error{ErrorCode::value_invalid, "scale = \"marker\" needs the colours that are to be found", path.string(),
                  "give [interior] scale as a number"};
@@ -76,7 +97,6 @@ Result<MaterialView> read_view(const std::filesystem::path& path, const RunConfi
     return picture.error();
   MaterialView view;
   view.name = path.filename().string();
-  view.world_from_camera = *config.world_from_camera;
   auto lens = read_lens(config.interior.lens);
   if (!lens)
     return lens.error();
@@ -88,6 +108,10 @@ Result<MaterialView> read_view(const std::filesystem::path& path, const RunConfi
                  config.interior.image.string(), "do not crop or scale the picture"};
   view.lens = *lens;
   to_radiance(config.interior, *response, *picture, view);
+  const auto pose = pose_of(path, config, view);
+  if (!pose)
+    return pose.error();
+  view.world_from_camera = *pose;
   return view;
 }
 

@@ -36,7 +36,8 @@ struct MaterialScene {
 
 /// `configs`: a CONFIG.toml of daylit-run for each photograph, all of one [room] model; [room] volume and [[object]]
 /// are not needed. `masks`: none, or one for each, where white is left out; "-" stands for none. Errors: of the files;
-/// rooms that differ; no [pose]; scale = "marker"; a picture or mask of another size than the lens.
+/// rooms that differ; neither [pose] nor a board of [marker] in the picture; scale = "marker"; a picture or mask of
+/// another size than the lens.
 Result<MaterialScene> read_material_scene(const std::vector<std::filesystem::path>& configs,
                                           const std::vector<std::filesystem::path>& masks);
 

@@ -1,10 +1,14 @@
 // Reflectances from photographs: rendered by path tracing, which shares only geometry and rays with the transport.
 
+#include <fstream>
+
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "calibration/material_report.h"
+#include "scene/config/config.h"
+#include "simulate/board_picture.h"
 #include "tests/calibration/calibrate_program.h"
 #include "tests/calibration/material_room.h"
 
@@ -153,6 +157,28 @@ TEST_F(Materials, over_exposed_pictures_are_named) {
       view.left_out[i] = MaterialView::kOverRange;
   const MaterialCalibration found = calibrated(scene);
   EXPECT_NE(why(found).find("over-exposed"), std::string::npos) << why(found);
+}
+
+TEST_F(Materials, the_pose_may_come_from_a_marker_board_in_the_picture) {
+  LensModel lens = ideal_pinhole(480, 360, 0.9);
+  const auto print = PrintedBoard::print(BoardLayout::single("6X6_250", 23, 0.2), 0.05);
+  ASSERT_TRUE(print);
+  const glm::dmat4 world_from_camera = look_at({0.6, 1.9, 1.0}, {1.5, 1.2, 0.0});
+  glm::dmat4 world_from_board(1.0);
+  world_from_board[3] = {1.5, 1.2, 0.0, 1.0};
+  const Rgb8Image seen = BoardCamera(lens, {}).picture(*print, glm::inverse(world_from_camera) * world_from_board, 1);
+  ASSERT_TRUE(write_png(folder_ / "out/board.png", seen));
+  ASSERT_TRUE(write_lens(folder_ / "out/board.yaml", lens));
+  std::ofstream(folder_ / "out/board.toml")
+      << "[sky]\nimage = \"sky.exr\"\nprojection = \"fisheye\"\nlens = \"sky.yaml\"\nground = { albedo = 0.2 }\n"
+         "[interior]\nimage = \"board.png\"\nlens = \"board.yaml\"\nresponse = \"srgb\"\n"
+         "[marker]\nids = [23]\nsize_m = 0.2\nworld_from_board = [1, 0, 0, 1.5, 0, 1, 0, 1.2, 0, 0, 1, 0, 0, 0, 0, 1]\n"
+         "[room]\nmodel = \"../guess.obj\"\n";
+  const auto scene = read_material_scene({folder_ / "out/board.toml"}, {});
+  ASSERT_TRUE(scene) << scene.error().message();
+  const glm::dmat4 off = glm::inverse(world_from_camera) * scene->views[0].world_from_camera;
+  EXPECT_LT(glm::length(glm::dvec3(off[3])), 0.02);
+  EXPECT_NEAR(off[0][0] + off[1][1] + off[2][2], 3.0, 1e-3);
 }
 
 TEST_F(Materials, the_program_writes_a_room_that_reads_as_the_same) {
