@@ -75,7 +75,7 @@ Result<glm::dmat4> pose_of(const std::filesystem::path& path, const RunConfig& c
   std::vector<float> light;
   for (const Rgb& texel : view.radiance.texels)
     light.push_back(luminance(texel));
-  const auto white = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 95 / 100);
+  const auto white = light.begin() + static_cast<std::ptrdiff_t>(light.size() * 199 / 200);
   std::nth_element(light.begin(), white, light.end());
   RgbImage shown = view.radiance;
   for (Rgb& texel : shown.texels)
