@@ -43,12 +43,36 @@ std::vector<cv::Point2f> quick_search(const cv::Mat& small, BoardSize size) {
                                                                                    : std::vector<cv::Point2f>{};
 }
 
-/// The quick way; without its short cut; and the method that looks for saddle points (Duda & Frese 2018), which finds
-/// boards that the other does not.
+/// Of a picture at the search size.
+std::string why_not_visible(const cv::Mat& small) {
+  const double pixels = static_cast<double>(small.total());
+  if (cv::countNonZero(small >= 254) > kOverExposed * pixels)
+    return "over-exposed: a third of the picture is white; expose less";
+  if (cv::countNonZero(small > kDark) < 0.05 * pixels)
+    return "too dark; expose more";
+  cv::Mat laplacian;
+  cv::Laplacian(small, laplacian, CV_64F);
+  cv::Scalar mean, deviation;
+  cv::meanStdDev(laplacian, mean, deviation);
+  if (deviation[0] * deviation[0] < kSharp)
+    return "blurred: no sharp edge in it; hold the camera still, or use more light";
+  return kNotVisible;
+}
+
+/// A larger board: it is not the one that is searched, however long.
+bool shows_larger(const cv::Mat& small, BoardSize size) {
+  for (const auto& [dx, dy] : {std::pair{1, 1}, {1, 0}, {0, 1}, {2, 2}})
+    if (!quick_search(small, {size.columns + dx, size.rows + dy}).empty())
+      return true;
+  return false;
+}
+
+/// The quick way; without its short cut, where the picture could show a board at all; and the method that looks for
+/// saddle points (Duda & Frese 2018), which finds boards that the other does not.
 std::vector<cv::Point2f> search(const cv::Mat& small, BoardSize size) {
   const cv::Size board(size.columns, size.rows);
   std::vector<cv::Point2f> corners = quick_search(small, size);
-  if (!corners.empty() ||
+  if (!corners.empty() || why_not_visible(small) != kNotVisible || shows_larger(small, size) ||
       cv::findChessboardCorners(small, board, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) ||
       cv::findChessboardCornersSB(small, board, corners, cv::CALIB_CB_NORMALIZE_IMAGE))
     return corners;
@@ -112,6 +136,9 @@ std::optional<std::vector<glm::dvec2>> find_checkerboard(const Rgb8Image& pictur
 /// Larger boards first: a part of one passes for a smaller one.
 std::string why_not_found(const Rgb8Image& picture, BoardSize size) {
   const cv::Mat small = to_search_size(grey_of(picture)).first;
+  const std::string why = why_not_visible(small);
+  if (why != kNotVisible) // what is found in a blurred picture is no board
+    return why;
   for (const auto& [dx, dy] : {std::pair{2, 2},
                                {1, 1},
                                {1, 0},
@@ -123,21 +150,14 @@ std::string why_not_found(const Rgb8Image& picture, BoardSize size) {
                                {-2, -2}}) {
     const BoardSize other{size.columns + dx, size.rows + dy};
     if ((dx != 0 || dy != 0) && other.columns >= 3 && other.rows >= 3 && !quick_search(small, other).empty())
-      return fmt::format("shows a board of {} x {} inner corners, not {} x {}", other.columns, other.rows, size.columns,
-                         size.rows);
+      return fmt::format("{}{} x {} inner corners, not {} x {}; count inner corners, not squares", kOtherBoard,
+                         other.columns, other.rows, size.columns, size.rows);
   }
-  const double pixels = static_cast<double>(small.total());
-  if (cv::countNonZero(small >= 254) > kOverExposed * pixels)
-    return "over-exposed: a third of the picture is white; expose less";
-  if (cv::countNonZero(small > kDark) < 0.05 * pixels)
-    return "too dark; expose more";
-  cv::Mat laplacian;
-  cv::Laplacian(small, laplacian, CV_64F);
-  cv::Scalar mean, deviation;
-  cv::meanStdDev(laplacian, mean, deviation);
-  if (deviation[0] * deviation[0] < kSharp)
-    return "blurred: no sharp edge in it; hold the camera still, or use more light";
-  return "the whole board is not visible";
+  return why;
+}
+
+std::string why_not_visible(const Rgb8Image& picture) {
+  return why_not_visible(to_search_size(grey_of(picture)).first);
 }
 
 void CircleFinder::add(const Rgb8Image& picture) {

@@ -22,8 +22,12 @@ struct BoardSize {
 /// where the board is not wholly visible.
 std::optional<std::vector<glm::dvec2>> find_checkerboard(const Rgb8Image& picture, BoardSize size);
 
+inline constexpr const char *kOtherBoard = "shows a board of ", ///< begins a reason of this kind
+    *kNotVisible = "the whole board is not visible";
 /// Why a picture shows no such board, in plain words: over-exposed, blurred, too dark, or a board of another size.
 std::string why_not_found(const Rgb8Image& picture, BoardSize size);
+/// The same of any board: over-exposed, too dark, blurred, or not there.
+std::string why_not_visible(const Rgb8Image& picture);
 
 /// Circle of a fish-eye picture: what is never dark in any of the pictures (their brightest value per pixel).
 class CircleFinder {

@@ -53,5 +53,7 @@ Command add_align_command(CLI::App& app, CommonOptions& options);
 Command add_materials_command(CLI::App& app, CommonOptions& options);
 Command add_room_command(CLI::App& app, CommonOptions& options);
 Command add_vignette_command(CLI::App& app, CommonOptions& options);
+Command add_stitch_command(CLI::App& app, CommonOptions& options);
+Command add_print_command(CLI::App& app, CommonOptions& options);
 
 } // namespace daylit::calibration

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
 
@@ -23,6 +24,7 @@ constexpr double kAlike_deg = 10.0;      ///< largest tilt between two boards
 constexpr double kReach = 0.7;           ///< of the circle's radius
 constexpr double kCovered = 0.4;         ///< of the parts of the picture
 constexpr int kParts = 8;
+constexpr double kManyDropped = 0.25; ///< of the pictures: left out for one reason
 
 Error interrupted() { return interrupted_error("calibration"); }
 
@@ -33,9 +35,8 @@ std::vector<double> sorted(std::vector<double> values) {
 
 /// Leaves out the worst view while it is far worse than the usual one, and fits again.
 Result<LensFit> fit_without_odd_views(LensKind kind, int width_px, int height_px, const ImageCircle& circle,
-                                      std::vector<BoardView>& views, std::span<const glm::dvec3> board,
-                                      std::vector<DroppedPicture>& dropped) {
-  Result<LensFit> fit = fit_lens(kind, width_px, height_px, circle, views, board);
+                                      std::vector<BoardView>& views, std::vector<DroppedPicture>& dropped) {
+  Result<LensFit> fit = fit_lens(kind, width_px, height_px, circle, views);
   while (fit && views.size() > kFewestViews) {
     const std::vector<double>& rms = fit->view_rms_px;
     const auto worst = static_cast<std::size_t>(std::ranges::max_element(rms) - rms.begin());
@@ -47,15 +48,14 @@ Result<LensFit> fit_without_odd_views(LensKind kind, int width_px, int height_px
                                    "camera, or a board that is bent or was moved",
                                    rms[worst], usual)});
     views.erase(views.begin() + static_cast<std::ptrdiff_t>(worst));
-    const auto again = refit_lens(fit->lens, views, board);
-    fit = again ? Result<LensFit>(*again) : fit_lens(kind, width_px, height_px, circle, views, board);
+    const auto again = refit_lens(fit->lens, views);
+    fit = again ? Result<LensFit>(*again) : fit_lens(kind, width_px, height_px, circle, views);
   }
   return fit;
 }
 
 /// Rms over the views of what each is off by when the lens is fitted to the others.
-Result<double> held_out_error(const LensFit& fit, const std::vector<BoardView>& views,
-                              std::span<const glm::dvec3> board, const Progress& progress) {
+Result<double> held_out_error(const LensFit& fit, const std::vector<BoardView>& views, const Progress& progress) {
   double sum = 0;
   std::size_t counted = 0;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -63,8 +63,8 @@ Result<double> held_out_error(const LensFit& fit, const std::vector<BoardView>& 
       return interrupted();
     std::vector<BoardView> others = views;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
-    const auto lens = refit_lens(fit.lens, others, board);
-    const auto rms = lens ? held_out_rms(lens->lens, views[v], board) : std::nullopt;
+    const auto lens = refit_lens(fit.lens, others);
+    const auto rms = lens ? held_out_rms(lens->lens, views[v]) : std::nullopt;
     if (rms) {
       sum += *rms * *rms;
       ++counted;
@@ -147,9 +147,28 @@ double reach_in_circle(const LensCalibration& c) {
   return reach / c.circle.radius;
 }
 
+/// Why pictures were left out, by the number of those that a reason holds for.
+std::map<std::string, std::size_t> reasons_of(const std::vector<DroppedPicture>& dropped) {
+  std::map<std::string, std::size_t> reasons;
+  for (const DroppedPicture& d : dropped)
+    ++reasons[d.why];
+  return reasons;
+}
+
+/// What holds for a good part of the pictures is said of the sitting, not only of each picture.
+void add_common_reasons(const LensCalibration& c, std::vector<std::string>& faults) {
+  const double all = static_cast<double>(c.views.size() + c.dropped.size());
+  for (const auto& [why, count] : reasons_of(c.dropped))
+    if (count >= 2 && static_cast<double>(count) >= kManyDropped * all)
+      faults.push_back(fmt::format("{}{} of {} pictures: {}",
+                                   why.find(kOtherBoard) != std::string::npos ? "two boards are mixed, keep one; " : "",
+                                   count, all, why));
+}
+
 /// Reasons against the result, each with what to do.
 std::vector<std::string> faults_of(const LensCalibration& c) {
   std::vector<std::string> faults;
+  add_common_reasons(c, faults);
   const LensModel& lens = c.fit.lens;
   if (c.views.size() < kEnough)
     faults.push_back(fmt::format("only {} pictures count; take at least {}", c.views.size(), kEnough));
@@ -195,40 +214,38 @@ void judge(LensCalibration& c) {
 }
 
 /// No lens: which pictures do not show the board, and why.
-LensCalibration too_few(LensKind kind, BoardSize board, std::vector<DroppedPicture> dropped) {
+LensCalibration too_few(LensKind kind, BoardSize board, std::size_t all, std::vector<DroppedPicture> dropped) {
   LensCalibration c;
   c.kind = kind;
-  c.board = board;
+  for (const auto& [why, count] : reasons_of(dropped))
+    c.why.push_back(fmt::format("{}{} of {} pictures: {}",
+                                why.find(kOtherBoard) != std::string::npos ? "the board size is wrong: " : "", count,
+                                all, why));
+  std::ranges::stable_sort(c.why, [](const std::string& a, const std::string& b) {
+    return a.starts_with("the board size") > b.starts_with("the board size");
+  });
   c.why.push_back(
-      fmt::format("fewer than three pictures show the board of {} x {} inner corners; count the inner corners, "
-                  "not the squares",
-                  board.columns, board.rows));
-  for (const DroppedPicture& d : dropped)
-    if (std::ranges::find(c.why, d.why) == c.why.end())
-      c.why.push_back(d.why);
+      fmt::format("fewer than three pictures show the board of {} x {} inner corners", board.columns, board.rows));
   c.dropped = std::move(dropped);
   return c;
 }
 
 } // namespace
 
-Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double square_m, int width_px, int height_px,
+Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, int width_px, int height_px,
                                         const ImageCircle& circle, std::vector<BoardView> views,
                                         std::vector<DroppedPicture> dropped, const Progress& progress) {
-  if (views.size() < kFewestViews)
-    return too_few(kind, board, std::move(dropped));
+  if (const std::size_t all = views.size() + dropped.size(); views.size() < kFewestViews)
+    return too_few(kind, board, all, std::move(dropped));
   LensCalibration c;
   c.kind = kind;
-  c.board = board;
-  c.square_m = square_m;
   c.circle = kind == LensKind::equidistant ? circle : ImageCircle{};
-  const std::vector<glm::dvec3> points = board_points(board.columns, board.rows, square_m);
   if (!progress("lens", 0.0))
     return interrupted();
-  auto fit = fit_without_odd_views(kind, width_px, height_px, c.circle, views, points, dropped);
+  auto fit = fit_without_odd_views(kind, width_px, height_px, c.circle, views, dropped);
   if (!fit)
     return fit.error();
-  const auto held_out = held_out_error(*fit, views, points, progress);
+  const auto held_out = held_out_error(*fit, views, progress);
   if (!held_out)
     return held_out.error();
   c.fit = std::move(*fit);
@@ -239,7 +256,7 @@ Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double s
   return c;
 }
 
-Result<LensCalibration> calibrate_lens(LensKind kind, BoardSize board, double square_m, std::size_t count,
+Result<LensCalibration> calibrate_lens(LensKind kind, const Target& target, std::size_t count,
                                        const std::function<Result<BoardPicture>(std::size_t)>& read,
                                        const Progress& progress) {
   std::vector<BoardView> views;
@@ -263,14 +280,16 @@ Result<LensCalibration> calibrate_lens(LensKind kind, BoardSize board, double sq
       continue;
     }
     circle.add(picture);
-    auto found = find_checkerboard(picture, board);
-    if (found)
-      views.push_back({taken->file, std::move(*found)});
+    auto found = find_board(picture, target);
+    if (!found)
+      return found.error();
+    if (found->corner_px.empty())
+      dropped.push_back({taken->file, found->why});
     else
-      dropped.push_back({taken->file, why_not_found(picture, board)});
+      views.push_back({taken->file, std::move(found->corner_px), std::move(found->board_m)});
   }
-  return calibrate_views(kind, board, square_m, width_px, height_px, circle.find(), std::move(views),
-                         std::move(dropped), progress);
+  return calibrate_views(kind, target.size, width_px, height_px, circle.find(), std::move(views), std::move(dropped),
+                         progress);
 }
 
 } // namespace daylit::calibration

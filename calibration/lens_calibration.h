@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "calibration/checkerboard.h"
 #include "calibration/lens_fit.h"
 #include "calibration/report.h"
+#include "calibration/target.h"
 #include "scene/core/program.h"
 #include "scene/core/result.h"
 
@@ -17,8 +17,6 @@ namespace daylit::calibration {
 
 struct LensCalibration {
   LensKind kind = LensKind::pinhole;
-  BoardSize board;
-  double square_m = 0;
   LensFit fit;                  ///< of the pictures that count
   std::vector<BoardView> views; ///< the same pictures, as fit.pose
   std::vector<DroppedPicture> dropped;
@@ -38,13 +36,13 @@ struct BoardPicture {
 
 /// Pictures are asked for one after another: `read(i)` of `count`. A picture that cannot be used is named in `dropped`.
 /// Fewer than three pictures can be used:
-/// no views, and `why` says so. Error: interrupted.
-Result<LensCalibration> calibrate_lens(LensKind kind, BoardSize board, double square_m, std::size_t count,
+/// no views, and `why` says so. Errors: interrupted; usage, an unknown dictionary.
+Result<LensCalibration> calibrate_lens(LensKind kind, const Target& target, std::size_t count,
                                        const std::function<Result<BoardPicture>(std::size_t)>& read,
                                        const Progress& progress);
 
 /// The same from corners that were found already. `dropped` so far; `width_px` x `height_px` pictures.
-Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, double square_m, int width_px, int height_px,
+Result<LensCalibration> calibrate_views(LensKind kind, BoardSize board, int width_px, int height_px,
                                         const ImageCircle& circle, std::vector<BoardView> views,
                                         std::vector<DroppedPicture> dropped, const Progress& progress);
 

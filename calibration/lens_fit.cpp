@@ -42,11 +42,10 @@ glm::dvec3 rotation_vector(const glm::dquat& q) {
 }
 
 /// Reprojection errors of a view, x and y of each corner, pixels; false where a corner has no image.
-bool residuals(const LensModel& lens, const BoardPose& pose, const BoardView& view, std::span<const glm::dvec3> board,
-               std::vector<double>& out) {
+bool residuals(const LensModel& lens, const BoardPose& pose, const BoardView& view, std::vector<double>& out) {
   out.clear();
-  for (std::size_t k = 0; k < board.size(); ++k) {
-    const std::optional<glm::dvec2> at = lens.project(pose.apply(board[k]));
+  for (std::size_t k = 0; k < view.board_m.size(); ++k) {
+    const std::optional<glm::dvec2> at = lens.project(pose.apply(view.board_m[k]));
     if (!at)
       return false;
     out.push_back(at->x - view.corner_px[k].x);
@@ -70,14 +69,13 @@ double cost_of(const std::vector<double>& r, double bound) {
 /// Lens and poses together, or the poses alone.
 class Problem {
 public:
-  Problem(std::span<const BoardView> views, std::span<const glm::dvec3> board, int free_lens_numbers)
-      : views_(views), board_(board), lens_count_(free_lens_numbers) {}
+  Problem(std::span<const BoardView> views, int free_lens_numbers) : views_(views), lens_count_(free_lens_numbers) {}
 
   double cost(const LensModel& lens, const std::vector<BoardPose>& poses, double bound) const {
     double sum = 0;
     std::vector<double> r;
     for (std::size_t v = 0; v < views_.size(); ++v) {
-      if (!residuals(lens, poses[v], views_[v], board_, r))
+      if (!residuals(lens, poses[v], views_[v], r))
         return kNone;
       sum += cost_of(r, bound);
     }
@@ -137,7 +135,7 @@ private:
     gradient_ = cv::Mat::zeros(size(), 1, CV_64F);
     std::vector<double> r;
     for (std::size_t v = 0; v < views_.size(); ++v) {
-      if (!residuals(lens, poses[v], views_[v], board_, r))
+      if (!residuals(lens, poses[v], views_[v], r))
         return false;
       const std::vector<std::vector<double>> j = jacobian(lens, poses[v], views_[v]);
       if (j.empty())
@@ -157,7 +155,7 @@ private:
       const double h = i < lens_count_ ? (i < 4 ? 1e-4 * lens.fx : 1e-5) : 1e-6;
       for (int side = 0; side < 2; ++side)
         (i < lens_count_ ? number(l[side], i) : number(p[side], i - lens_count_)) += side == 0 ? h : -h;
-      if (!residuals(l[0], p[0], view, board_, up) || !residuals(l[1], p[1], view, board_, down))
+      if (!residuals(l[0], p[0], view, up) || !residuals(l[1], p[1], view, down))
         return {};
       for (std::size_t k = 0; k < up.size(); ++k)
         up[k] = (up[k] - down[k]) / (2.0 * h);
@@ -202,13 +200,13 @@ private:
   }
 
   std::span<const BoardView> views_;
-  std::span<const glm::dvec3> board_;
   int lens_count_;
   cv::Mat normal_, gradient_;
 };
 
 /// Pose by a homography of the corners' directions, turned so that their mean is the axis (cv::solvePnP).
-std::optional<BoardPose> first_pose(const LensModel& lens, const BoardView& view, std::span<const glm::dvec3> board) {
+std::optional<BoardPose> first_pose(const LensModel& lens, const BoardView& view) {
+  const std::vector<glm::dvec3>& board = view.board_m;
   std::vector<glm::dvec3> direction;
   glm::dvec3 mean(0.0);
   for (const glm::dvec2& p : view.corner_px) {
@@ -238,11 +236,10 @@ std::optional<BoardPose> first_pose(const LensModel& lens, const BoardView& view
 }
 
 /// Median distance of all corners, pixels: how far off a corner usually is.
-double median_distance(const LensModel& lens, const std::vector<BoardPose>& poses, std::span<const BoardView> views,
-                       std::span<const glm::dvec3> board) {
+double median_distance(const LensModel& lens, const std::vector<BoardPose>& poses, std::span<const BoardView> views) {
   std::vector<double> all, r;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    if (!residuals(lens, poses[v], views[v], board, r))
+    if (!residuals(lens, poses[v], views[v], r))
       return kNone;
     for (std::size_t k = 0; k < r.size(); k += 2)
       all.push_back(std::hypot(r[k], r[k + 1]));
@@ -252,21 +249,21 @@ double median_distance(const LensModel& lens, const std::vector<BoardPose>& pose
   return *middle;
 }
 
-void judge(LensFit& fit, std::span<const BoardView> views, std::span<const glm::dvec3> board) {
-  double sum = 0;
+void judge(LensFit& fit, std::span<const BoardView> views) {
+  double sum = 0, corners = 0;
   std::vector<double> r;
   for (std::size_t v = 0; v < views.size(); ++v) {
-    const double cost = residuals(fit.lens, fit.pose[v], views[v], board, r) ? cost_of(r, kNone) : kNone;
-    fit.view_rms_px.push_back(std::sqrt(cost / static_cast<double>(board.size())));
+    const double cost = residuals(fit.lens, fit.pose[v], views[v], r) ? cost_of(r, kNone) : kNone;
+    fit.view_rms_px.push_back(std::sqrt(cost / static_cast<double>(views[v].board_m.size())));
     sum += cost;
+    corners += static_cast<double>(views[v].board_m.size());
   }
   if (fit.lens.kind == LensKind::equidistant) // beyond the fold two directions share a pixel
     fit.lens.max_theta =
         std::min(fit.lens.max_theta, 0.999 * monotone_field(fit.lens.kind, fit.lens.distortion, fit.lens.max_theta));
-  const double corners = static_cast<double>(views.size() * board.size());
   fit.rms_px = std::sqrt(sum / corners);
   const int count = lens_numbers(fit.lens.kind);
-  const auto variance = Problem(views, board, count).variances(fit.lens, fit.pose);
+  const auto variance = Problem(views, count).variances(fit.lens, fit.pose);
   const double freedom = std::max(2.0 * corners - count - kPose * static_cast<double>(views.size()), 1.0);
   for (std::size_t i = 0; i < variance.size(); ++i)
     fit.sigma[i] = std::sqrt(std::max(variance[i], 0.0) * sum / freedom);
@@ -280,19 +277,19 @@ struct FitStage {
 
 /// Poses, then focal lengths and the middle, then everything.
 std::optional<LensFit> fit_from(const LensModel& start, std::span<const BoardView> views,
-                                std::span<const glm::dvec3> board, std::initializer_list<FitStage> stages) {
+                                std::initializer_list<FitStage> stages) {
   LensFit fit;
   fit.lens = start;
   for (const BoardView& view : views) {
-    const auto pose = first_pose(start, view, board);
+    const auto pose = first_pose(start, view);
     if (!pose)
       return std::nullopt;
     fit.pose.push_back(*pose);
   }
   for (const FitStage& stage : stages) {
-    const double median = median_distance(fit.lens, fit.pose, views, board);
+    const double median = median_distance(fit.lens, fit.pose, views);
     if (!std::isfinite(median) ||
-        !Problem(views, board, stage.free).solve(fit.lens, fit.pose, std::max(stage.bound * median, 0.05)))
+        !Problem(views, stage.free).solve(fit.lens, fit.pose, std::max(stage.bound * median, 0.05)))
       return std::nullopt;
   }
   return fit;
@@ -327,7 +324,7 @@ glm::dvec3 BoardPose::apply(const glm::dvec3& board_point) const {
 
 /// From several focal lengths, as fractions of the circle's radius or the picture's width; the best start goes on.
 Result<LensFit> fit_lens(LensKind kind, int width_px, int height_px, const ImageCircle& circle,
-                         std::span<const BoardView> views, std::span<const glm::dvec3> board) {
+                         std::span<const BoardView> views) {
   if (views.size() < kFewestViews)
     return Error{ErrorCode::value_invalid, "at least three pictures of the board are needed", "board", "take more"};
   const double scale = kind == LensKind::equidistant && circle.radius > 0 ? circle.radius : 0.5 * width_px;
@@ -335,9 +332,9 @@ Result<LensFit> fit_lens(LensKind kind, int width_px, int height_px, const Image
   std::optional<LensFit> best;
   double least = kNone;
   for (const double fraction : {0.35, 0.5, 0.65, 0.9, 1.3, 1.9, 2.8}) {
-    const auto fit = fit_from(first_lens(kind, width_px, height_px, circle, fraction * scale), views, board,
+    const auto fit = fit_from(first_lens(kind, width_px, height_px, circle, fraction * scale), views,
                               {{0, kRobust}, {4, kRobust}, {all, kRobust}});
-    const double median = fit ? median_distance(fit->lens, fit->pose, views, board) : kNone;
+    const double median = fit ? median_distance(fit->lens, fit->pose, views) : kNone;
     if (median < least) {
       least = median;
       best = fit;
@@ -346,27 +343,26 @@ Result<LensFit> fit_lens(LensKind kind, int width_px, int height_px, const Image
   if (!best)
     return Error{ErrorCode::value_invalid, "no lens explains the corners of these pictures", "board",
                  "check --board and whether all pictures are of one camera and one board"};
-  if (const auto fit = refit_lens(best->lens, views, board))
+  if (const auto fit = refit_lens(best->lens, views))
     return *fit;
-  judge(*best, views, board); // pictures that do not determine the distortion: the verdict will say so
+  judge(*best, views); // pictures that do not determine the distortion: the verdict will say so
   return *best;
 }
 
-std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views,
-                                  std::span<const glm::dvec3> board) {
+std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views) {
   const int all = lens_numbers(start.kind);
-  auto fit = fit_from(start, views, board, {{0, kRobust}, {all, kRobust}, {all, kAlmostAll}});
+  auto fit = fit_from(start, views, {{0, kRobust}, {all, kRobust}, {all, kAlmostAll}});
   if (fit)
-    judge(*fit, views, board);
+    judge(*fit, views);
   return fit;
 }
 
-std::optional<double> held_out_rms(const LensModel& lens, const BoardView& view, std::span<const glm::dvec3> board) {
-  const auto fit = fit_from(lens, std::span(&view, 1), board, {{0, kAlmostAll}});
+std::optional<double> held_out_rms(const LensModel& lens, const BoardView& view) {
+  const auto fit = fit_from(lens, std::span(&view, 1), {{0, kAlmostAll}});
   std::vector<double> r;
-  if (!fit || !residuals(lens, fit->pose[0], view, board, r))
+  if (!fit || !residuals(lens, fit->pose[0], view, r))
     return std::nullopt;
-  return std::sqrt(cost_of(r, kNone) / static_cast<double>(board.size()));
+  return std::sqrt(cost_of(r, kNone) / static_cast<double>(view.board_m.size()));
 }
 
 } // namespace daylit::calibration

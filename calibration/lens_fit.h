@@ -18,10 +18,11 @@
 
 namespace daylit::calibration {
 
-/// The corners of a board in one picture, in the order of the board's points.
+/// What one picture shows of a board: corners, and where on the board each of them is.
 struct BoardView {
   std::string name;
   std::vector<glm::dvec2> corner_px;
+  std::vector<glm::dvec3> board_m; ///< as many, in the board's own plane z = 0
 };
 
 /// Inner corners of a checkerboard, metres, in its own plane z = 0; row by row.
@@ -54,13 +55,12 @@ struct ImageCircle {
 /// The lens of `kind` for pictures of this size. Errors: value_invalid, fewer than three views, or no lens of any focal
 /// length explains them.
 Result<LensFit> fit_lens(LensKind kind, int width_px, int height_px, const ImageCircle& circle,
-                         std::span<const BoardView> views, std::span<const glm::dvec3> board);
+                         std::span<const BoardView> views);
 
 /// The same from a lens that is nearly right already: for views that were added or left out.
-std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views,
-                                  std::span<const glm::dvec3> board);
+std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views);
 
 /// Rms reprojection error, pixels, of a view that had no part in the fit: its pose alone is estimated.
-std::optional<double> held_out_rms(const LensModel& lens, const BoardView& view, std::span<const glm::dvec3> board);
+std::optional<double> held_out_rms(const LensModel& lens, const BoardView& view);
 
 } // namespace daylit::calibration

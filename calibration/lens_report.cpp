@@ -34,11 +34,10 @@ std::string drawing(const LensCalibration& c) {
   if (c.circle.radius > 0)
     svg += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='{:.1f}' fill='none' stroke='#888' stroke-width='{:.2f}'/>\n",
                        c.circle.centre.x, c.circle.centre.y, c.circle.radius, line);
-  const auto board = board_points(c.board.columns, c.board.rows, c.square_m);
   for (std::size_t v = 0; v < c.views.size(); ++v)
-    for (std::size_t k = 0; k < board.size(); ++k) {
+    for (std::size_t k = 0; k < c.views[v].corner_px.size(); ++k) {
       const glm::dvec2 p = c.views[v].corner_px[k];
-      const glm::dvec2 q = lens.project(c.fit.pose[v].apply(board[k])).value_or(p);
+      const glm::dvec2 q = lens.project(c.fit.pose[v].apply(c.views[v].board_m[k])).value_or(p);
       const glm::dvec2 end = p + kEnlarged * (q - p);
       svg += fmt::format("<path d='M{:.1f} {:.1f}L{:.1f} {:.1f}' stroke='#f93' stroke-width='{:.2f}'/>"
                          "<circle cx='{:.1f}' cy='{:.1f}' r='{:.2f}' fill='hsl({},70%,65%)'/>\n",

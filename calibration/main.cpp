@@ -5,6 +5,7 @@
 #include <cblas.h>
 
 #include "calibration/command.h"
+#include "scene/core/prompt_exit.h"
 
 int main(int argc, char** argv) {
   using namespace daylit;
@@ -23,9 +24,12 @@ int main(int argc, char** argv) {
   commands.push_back(calibration::add_vignette_command(app, options));
   commands.push_back(calibration::add_materials_command(app, options));
   commands.push_back(calibration::add_room_command(app, options));
+  commands.push_back(calibration::add_stitch_command(app, options));
+  commands.push_back(calibration::add_print_command(app, options));
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
+  leave_promptly_when_interrupted();
   openblas_set_num_threads(1); // OpenCV's small systems: starting its threads costs more than they save
   const auto named = std::ranges::find_if(commands, [](const auto& c) { return c.app->parsed(); });
   const int code = run_program("daylit-calibrate", options.json, named->run);

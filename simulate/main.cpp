@@ -2,6 +2,7 @@
 
 #include "scene/core/command_line.h"
 #include "simulate/commands.h"
+#include "simulate/photograph_command.h"
 #include "simulate/simulate_command.h"
 
 namespace {
@@ -88,12 +89,95 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
   return command;
 }
 
+CLI::App* add_photographs(CLI::App& app, PhotographsArguments& a) {
+  CLI::App* command = app.add_subcommand(
+      "photographs", "photographs of a print on paper from many sides: what a calibration takes, with known truth");
+  command->add_option("PRINT", a.print, "PNG, as daylit-calibrate print writes it")->required();
+  command->add_option("--width", a.width_m, "of the print with its margin, metres")
+      ->required()
+      ->check(positive_number());
+  command->add_option("--lens", a.lens, "lens file of the camera")->required();
+  command->add_option("-o,--output", a.folder, "folder to write to")->required();
+  command->add_option("--views", a.views, "number of photographs")->check(CLI::Range(1, 1000))->capture_default_str();
+  command->add_option("--tilt", a.tilt_deg, "of the print, at most, degrees")
+      ->check(CLI::Range(0.0, 75.0))
+      ->capture_default_str();
+  command
+      ->add_option("--part", a.part,
+                   "of the field's half angle, what half of the print fills (0.4 of a fish-eye, else 1)")
+      ->check(CLI::Range(0.02, 2.0));
+  command->add_option("--distance", a.distance_m, "NEAR,FAR metres, instead of --part")
+      ->expected(2)
+      ->delimiter(',')
+      ->check(positive_number());
+  command->add_option("--reach", a.reach, "of a fish-eye's circle that the print may use")
+      ->check(CLI::Range(0.1, 1.0))
+      ->capture_default_str();
+  command->add_flag("--partly", a.partly, "the print may reach out of the picture");
+  command->add_option("--exposure", a.exposure, "factor; from 1.4 on white paper is saturated")
+      ->check(positive_number())
+      ->capture_default_str();
+  command->add_option("--blur", a.blur_px, "standard deviation, pixels")
+      ->check(CLI::Range(0.0, 100.0))
+      ->capture_default_str();
+  command->add_option("--noise", a.noise, "standard deviation, of full scale")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command->add_option("--colour-matrix", a.camera_from_rec709, "camera colours from linear Rec. 709, 9 numbers by rows")
+      ->expected(9)
+      ->delimiter(',');
+  command->add_option("--format", a.format, "of the photographs: jpeg and png (sRGB), exr (linear)")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, PictureFormat>{{"jpeg", PictureFormat::jpeg},
+                                                                               {"png", PictureFormat::png},
+                                                                               {"exr", PictureFormat::exr}},
+                                          CLI::ignore_case));
+  return command;
+}
+
+CLI::App* add_hand_held(CLI::App& app, HandHeldArguments& a) {
+  CLI::App* command =
+      app.add_subcommand("hand-held", "pictures of a sky map in all directions, with rough orientations "
+                                      "and differing exposures: what probe-stitch takes");
+  command->add_option("MAP", a.map, "sky map of the whole sphere, equirectangular (EXR, Radiance .hdr)")->required();
+  command->add_option("-o,--output", a.folder, "folder to write to")->required();
+  command->add_option("--pictures", a.pictures, "number of pictures")->check(CLI::Range(1, 999))->capture_default_str();
+  command->add_option("--fov", a.fov_deg, "horizontal field of view, degrees")
+      ->check(CLI::Range(10.0, 140.0))
+      ->capture_default_str();
+  command->add_option("--size", a.size, "W,H of the pictures")
+      ->expected(2)
+      ->delimiter(',')
+      ->check(CLI::Range(64, 8192))
+      ->capture_default_str();
+  command->add_option("--off", a.off_deg, "error of the rough orientations, degrees")
+      ->check(CLI::Range(0.0, 30.0))
+      ->capture_default_str();
+  command->add_option("--stops", a.stops, "between the longest exposure and the shortest that the camera has")
+      ->check(CLI::Range(0.0, 20.0))
+      ->capture_default_str();
+  command->add_option("--noise", a.noise, "photon noise: standard deviation at full scale")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command->add_option("--exposure-error", a.exposure_error, "relative deviation of the exposures from the stated ones")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command->add_option("--lowest", a.lowest_deg, "no picture looks further down, degrees")
+      ->check(CLI::Range(-90.0, 80.0))
+      ->capture_default_str();
+  return command;
+}
+
 struct Chosen {
-  const CLI::App *irradiance, *compare, *sky;
+  const CLI::App *irradiance, *compare, *sky, *photographs, *hand_held;
 };
 
 Result<void> run(const Chosen& chosen, const IrradianceArguments& i, const CompareArguments& c,
-                 const SkyCommandArguments& k, const SimulateArguments& s) {
+                 const SkyCommandArguments& k, const PhotographsArguments& p, const HandHeldArguments& h,
+                 const SimulateArguments& s) {
+  if (*chosen.photographs)
+    return run_photographs(p);
+  if (*chosen.hand_held)
+    return run_hand_held(h);
   if (*chosen.sky)
     return run_sky(k);
   if (*chosen.irradiance)
@@ -117,6 +201,8 @@ int main(int argc, char** argv) {
   IrradianceArguments irradiance;
   CompareArguments compare;
   SkyCommandArguments sky;
+  PhotographsArguments photographs;
+  HandHeldArguments hand_held;
   SimulateArguments simulate;
   int threads = 0;
   add_simulate(app, simulate);
@@ -128,16 +214,19 @@ int main(int argc, char** argv) {
   CLI::App* irradiance_command = add_irradiance(app, irradiance);
   CLI::App* compare_command = add_compare(app, compare);
   CLI::App* sky_command = add_sky(app, sky);
+  CLI::App* photographs_command = add_photographs(app, photographs);
+  CLI::App* hand_held_command = add_hand_held(app, hand_held);
   app.require_subcommand(0, 1);
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
   set_thread_count(threads);
-  irradiance.seed = simulate.seed;
-  irradiance.quiet = sky.quiet = simulate.quiet;
+  irradiance.seed = photographs.seed = hand_held.seed = simulate.seed;
+  irradiance.quiet = sky.quiet = photographs.quiet = hand_held.quiet = simulate.quiet;
   compare.force = sky.force = simulate.force;
-  irradiance.json = compare.json = sky.json = simulate.json;
+  irradiance.json = compare.json = sky.json = photographs.json = hand_held.json = simulate.json;
   return run_program("daylit-simulate", simulate.json, [&] {
-    return run({irradiance_command, compare_command, sky_command}, irradiance, compare, sky, simulate);
+    return run({irradiance_command, compare_command, sky_command, photographs_command, hand_held_command}, irradiance,
+               compare, sky, photographs, hand_held, simulate);
   });
 }

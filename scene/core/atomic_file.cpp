@@ -4,8 +4,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
+#include <mutex>
+#include <set>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "scene/core/unfinished_files.h"
 
 namespace daylit {
 
@@ -29,7 +33,37 @@ bool write_all(int fd, const std::byte* data, std::size_t size) {
   return true;
 }
 
+/// Never destroyed: a process may end while files are written.
+struct Unfinished {
+  std::mutex mutex;
+  std::set<std::string> paths;
+};
+Unfinished& unfinished() {
+  static auto* const files = new Unfinished;
+  return *files;
+}
+
 } // namespace
+
+namespace detail {
+
+UnfinishedFile::UnfinishedFile(const std::string& path) : path_(path) {
+  const std::lock_guard lock(unfinished().mutex);
+  unfinished().paths.insert(path_);
+}
+
+UnfinishedFile::~UnfinishedFile() {
+  const std::lock_guard lock(unfinished().mutex);
+  unfinished().paths.erase(path_);
+}
+
+void remove_unfinished_files() {
+  unfinished().mutex.lock(); // and never unlocked: whoever comes next waits for the end
+  for (const std::string& path : unfinished().paths)
+    ::unlink(path.c_str());
+}
+
+} // namespace detail
 
 Result<void> write_file_atomically(const std::filesystem::path& path,
                                    std::span<const std::span<const std::byte>> parts) {
@@ -37,6 +71,7 @@ Result<void> write_file_atomically(const std::filesystem::path& path,
   const int fd = ::mkstemp(temporary.data());
   if (fd < 0)
     return io_error(path, "cannot create a file here");
+  const detail::UnfinishedFile registered(temporary);
   bool good = true;
   for (const auto& part : parts)
     good = good && write_all(fd, part.data(), part.size());

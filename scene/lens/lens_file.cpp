@@ -9,6 +9,7 @@
 
 #include "scene/core/atomic_file.h"
 #include "scene/core/read_file.h"
+#include "scene/lens/foreign_lens.h"
 #include "scene/lens/lens.h"
 
 namespace daylit {
@@ -198,15 +199,25 @@ std::string without_opencv_directive(const std::string& text) {
 } // namespace
 
 Result<LensModel> read_lens(const std::filesystem::path& path) {
-  const auto bytes = read_whole_file(path, kMaxLensFileBytes);
-  if (!bytes)
-    return bytes.error();
-  return parse_lens(std::string(bytes->begin(), bytes->end()), path.string());
+  const auto file = InputFile::open(path); // of a Radiance picture the beginning is enough
+  if (!file)
+    return file.error();
+  std::vector<std::uint8_t> bytes(std::min(file->size(), kMaxLensFileBytes + 1));
+  bytes.resize(file->read(bytes));
+  const std::string text(bytes.begin(), bytes.end());
+  if (bytes.size() > kMaxLensFileBytes && !detail::is_radiance(text))
+    return Error{ErrorCode::limit_exceeded, "is larger than 1 MB, which no lens file is", path.string(),
+                 "name the lens file, not the picture"};
+  return parse_lens(text, path.string());
 }
 
-Result<LensModel> parse_lens(const std::string& yaml_text, const std::string& name) {
+Result<LensModel> parse_lens(const std::string& text, const std::string& name) {
+  if (detail::is_ocam(text))
+    return detail::parse_ocam(text, name);
+  if (detail::is_radiance(text))
+    return detail::parse_radiance_view(text, name);
   try {
-    return lens_of(YAML::Load(without_opencv_directive(yaml_text)));
+    return lens_of(YAML::Load(without_opencv_directive(text)));
   } catch (const LensFileError& error) {
     return Error{ErrorCode::value_invalid, "expected " + error.expected, name + ", key " + error.key,
                  "a camera file as ROS, Kalibr or OpenCV write it is read"};
@@ -224,10 +235,10 @@ Result<void> write_lens(const std::filesystem::path& path, const LensModel& lens
   const int count = equidistant ? 4 : rational ? 8 : 5;
   out << kLensKind.start << " angles in degrees, the rest as ROS and Kalibr write it\n";
   out << "image_width: " << lens.width_px << "\nimage_height: " << lens.height_px << "\n";
-  out << "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [" << lens.fx << ", 0, " << lens.cx << ", 0, " << lens.fy
-      << ", " << lens.cy << ", 0, 0, 1]\n";
+  out << "camera_matrix:\n  rows: 3\n  cols: 3\n  dt: d\n  data: [" << lens.fx << ", 0, " << lens.cx << ", 0, "
+      << lens.fy << ", " << lens.cy << ", 0, 0, 1]\n";
   out << "distortion_model: " << (equidistant ? "equidistant" : rational ? "rational_polynomial" : "plumb_bob") << "\n";
-  out << "distortion_coefficients:\n  rows: 1\n  cols: " << count << "\n  data: [";
+  out << "distortion_coefficients:\n  rows: 1\n  cols: " << count << "\n  dt: d\n  data: [";
   for (int i = 0; i < count; ++i)
     out << (i ? ", " : "") << lens.distortion[static_cast<std::size_t>(i)];
   out << "]\nmax_theta_deg: " << lens.max_theta / kDegree << "\nworld_from_camera: [";

@@ -100,7 +100,7 @@ inline std::vector<calibration::BoardView> fisheye_views(std::mt19937& random, d
       const bool reaches = std::ranges::any_of(
           corners, [&](const glm::dvec2& p) { return glm::distance(p, glm::dvec2(lens.cx, lens.cy)) > 0.85 * radius; });
       if (seen && (reaches || v == 0))
-        views.push_back({(v >= 8 ? "wrong" : "good") + std::to_string(v), corners});
+        views.push_back({(v >= 8 ? "wrong" : "good") + std::to_string(v), corners, board});
       else
         corners.clear();
     }

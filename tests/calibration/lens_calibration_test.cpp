@@ -26,7 +26,7 @@ TEST(FisheyeCalibration, lens_without_noise_is_found_exactly_and_its_field_is_th
   const LensModel truth = test::true_fisheye();
   const ImageCircle circle = circle_of(truth, 95 * kDegree);
   std::mt19937 random(3);
-  const auto found = calibrate_views(LensKind::equidistant, kBoard, kSquare_m, truth.width_px, truth.height_px, circle,
+  const auto found = calibrate_views(LensKind::equidistant, kBoard, truth.width_px, truth.height_px, circle,
                                      fisheye_views(random, 0.0, false), {}, go_on);
   ASSERT_TRUE(found) << found.error().message();
   EXPECT_LT(found->fit.rms_px, 1e-4);
@@ -44,7 +44,7 @@ std::vector<BoardView> camera_views(int count, double tilt, std::mt19937& random
         test::board_at(board, 18 * kDegree * u(random) * (tilt > 0.1 ? 1.0 : 0.05), 6.28 * u(random),
                        0.45 + 0.15 * u(random), tilt * (0.4 + 0.6 * u(random)), tilt > 0.1 ? 6.28 * u(random) : 0.0);
     if (test::look(test::true_camera(), pose, board, 0.1, random, corners))
-      views.push_back({"view" + std::to_string(views.size()), corners});
+      views.push_back({"view" + std::to_string(views.size()), corners, board});
   }
   return views;
 }
@@ -52,7 +52,7 @@ std::vector<BoardView> camera_views(int count, double tilt, std::mt19937& random
 TEST(CameraCalibration, lens_is_found_and_the_verdict_is_pass) {
   std::mt19937 random(5);
   const LensModel truth = test::true_camera();
-  const auto found = calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {},
+  const auto found = calibrate_views(LensKind::pinhole, kBoard, truth.width_px, truth.height_px, {},
                                      camera_views(14, 0.7, random), {}, go_on);
   ASSERT_TRUE(found) << found.error().message();
   EXPECT_TRUE(found->pass) << found->why[0];
@@ -70,7 +70,7 @@ TEST(CameraCalibration, verdict_says_what_is_wrong) {
   std::mt19937 random(6);
   const LensModel truth = test::true_camera();
   const auto sitting = [&](std::vector<BoardView> views) {
-    return calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {}, std::move(views),
+    return calibrate_views(LensKind::pinhole, kBoard, truth.width_px, truth.height_px, {}, std::move(views),
                            {{"dark.png", "too dark"}}, go_on);
   };
   const auto alike = sitting(camera_views(10, 0.02, random)), few = sitting(camera_views(4, 0.7, random));
@@ -87,8 +87,8 @@ TEST(CameraCalibration, verdict_says_what_is_wrong) {
   EXPECT_TRUE(says(too_few->why, "fewer than three"));
   EXPECT_TRUE(says(too_few->why, "too dark"));
   const auto stopped =
-      calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {},
-                      camera_views(5, 0.7, random), {}, [](const std::string&, double) { return false; });
+      calibrate_views(LensKind::pinhole, kBoard, truth.width_px, truth.height_px, {}, camera_views(5, 0.7, random), {},
+                      [](const std::string&, double) { return false; });
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, ErrorCode::interrupted);
 }
@@ -96,7 +96,7 @@ TEST(CameraCalibration, verdict_says_what_is_wrong) {
 TEST(CameraCalibration, report_is_one_page_and_one_object) {
   std::mt19937 random(7);
   const LensModel truth = test::true_camera();
-  const auto found = calibrate_views(LensKind::pinhole, kBoard, kSquare_m, truth.width_px, truth.height_px, {},
+  const auto found = calibrate_views(LensKind::pinhole, kBoard, truth.width_px, truth.height_px, {},
                                      camera_views(8, 0.7, random), {{"<b>.png", "blurred"}}, go_on);
   ASSERT_TRUE(found);
   const auto j = nlohmann::json::parse(to_json(report_of(*found)));
@@ -120,7 +120,7 @@ void expect_on_photographs(const char* folder, LensKind kind, BoardSize board, d
       files.push_back(entry.path());
   std::ranges::sort(files);
   const auto found = calibrate_lens(
-      kind, board, square_m, files.size(),
+      kind, Target{board, square_m}, files.size(),
       [&](std::size_t i) -> Result<BoardPicture> {
         auto picture = read_ldr_image(files[i]);
         if (!picture)

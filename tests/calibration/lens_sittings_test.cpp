@@ -17,7 +17,6 @@ using test::fisheye_views;
 using test::go_on;
 using test::kBoard;
 using test::kDegree;
-using test::kSquare_m;
 
 TEST(FisheyeCalibration, angles_are_right_to_a_twentieth_of_a_degree_and_wrong_pictures_are_named) {
   const LensModel truth = test::true_fisheye();
@@ -26,8 +25,8 @@ TEST(FisheyeCalibration, angles_are_right_to_a_twentieth_of_a_degree_and_wrong_p
   int good = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     std::mt19937 random(seed);
-    const auto found = calibrate_views(LensKind::equidistant, kBoard, kSquare_m, truth.width_px, truth.height_px,
-                                       circle, fisheye_views(random, 0.2, true), {}, go_on);
+    const auto found = calibrate_views(LensKind::equidistant, kBoard, truth.width_px, truth.height_px, circle,
+                                       fisheye_views(random, 0.2, true), {}, go_on);
     ASSERT_TRUE(found) << found.error().message();
     const bool named = found->dropped.size() == 2 && std::ranges::all_of(found->dropped, [](const DroppedPicture& d) {
                          return d.file.starts_with("wrong");
@@ -48,8 +47,7 @@ TEST(FisheyeCalibration, stated_deviations_are_those_of_repeated_sittings) {
   for (unsigned seed = 1; seed <= 30; ++seed) {
     std::mt19937 random(seed);
     const auto views = fisheye_views(random, 0.2, false);
-    const auto fit = fit_lens(LensKind::equidistant, truth.width_px, truth.height_px, circle, views,
-                              board_points(kBoard.columns, kBoard.rows, kSquare_m));
+    const auto fit = fit_lens(LensKind::equidistant, truth.width_px, truth.height_px, circle, views);
     ASSERT_TRUE(fit);
     sum += std::pow((fit->lens.cx - truth.cx) / fit->sigma[2], 2);
   }
