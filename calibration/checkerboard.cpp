@@ -59,22 +59,28 @@ std::string why_not_visible(const cv::Mat& small) {
   return kNotVisible;
 }
 
-/// A larger board: it is not the one that is searched, however long.
-bool shows_larger(const cv::Mat& small, BoardSize size) {
-  for (const auto& [dx, dy] : {std::pair{1, 1}, {1, 0}, {0, 1}, {2, 2}})
-    if (!quick_search(small, {size.columns + dx, size.rows + dy}).empty())
-      return true;
-  return false;
+/// Inner corners of the largest checkerboard that the picture shows, whatever its size (Duda & Frese 2018); 0: none.
+cv::Size shown_size(const cv::Mat& small) {
+  std::vector<cv::Point2f> corners;
+  cv::Mat meta;
+  const int how = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_LARGER;
+  return cv::findChessboardCornersSB(small, {3, 3}, corners, how, meta) ? meta.size() : cv::Size(0, 0);
 }
 
-/// The quick way; without its short cut, where the picture could show a board at all; and the method that looks for
-/// saddle points (Duda & Frese 2018), which finds boards that the other does not.
+bool same_size(const cv::Size& shown, BoardSize size) {
+  return shown == cv::Size(size.columns, size.rows) || shown == cv::Size(size.rows, size.columns);
+}
+
+/// The method that looks for squares, the one that looks for saddle points, and where the picture shows no board of any
+/// size the first one without its short cut: that takes half a minute where there is another board.
 std::vector<cv::Point2f> search(const cv::Mat& small, BoardSize size) {
   const cv::Size board(size.columns, size.rows);
   std::vector<cv::Point2f> corners = quick_search(small, size);
-  if (!corners.empty() || why_not_visible(small) != kNotVisible || shows_larger(small, size) ||
-      cv::findChessboardCorners(small, board, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE) ||
+  if (!corners.empty() || why_not_visible(small) != kNotVisible ||
       cv::findChessboardCornersSB(small, board, corners, cv::CALIB_CB_NORMALIZE_IMAGE))
+    return corners;
+  if (shown_size(small).width == 0 &&
+      cv::findChessboardCorners(small, board, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
     return corners;
   return {};
 }
@@ -133,27 +139,17 @@ std::optional<std::vector<glm::dvec2>> find_checkerboard(const Rgb8Image& pictur
   return found;
 }
 
-/// Larger boards first: a part of one passes for a smaller one.
 std::string why_not_found(const Rgb8Image& picture, BoardSize size) {
   const cv::Mat small = to_search_size(grey_of(picture)).first;
   const std::string why = why_not_visible(small);
   if (why != kNotVisible) // what is found in a blurred picture is no board
     return why;
-  for (const auto& [dx, dy] : {std::pair{2, 2},
-                               {1, 1},
-                               {1, 0},
-                               {0, 1},
-                               {size.rows - size.columns, size.columns - size.rows},
-                               {-1, 0},
-                               {0, -1},
-                               {-1, -1},
-                               {-2, -2}}) {
-    const BoardSize other{size.columns + dx, size.rows + dy};
-    if ((dx != 0 || dy != 0) && other.columns >= 3 && other.rows >= 3 && !quick_search(small, other).empty())
-      return fmt::format("{}{} x {} inner corners, not {} x {}; count inner corners, not squares", kOtherBoard,
-                         other.columns, other.rows, size.columns, size.rows);
-  }
-  return why;
+  const cv::Size shown = shown_size(small);
+  if (shown.width == 0 || same_size(shown, size))
+    return why;
+  return fmt::format("{}{} x {} inner corners, not {} x {}: another board, or only a part of it is in sight",
+                     kOtherBoard, std::max(shown.width, shown.height), std::min(shown.width, shown.height),
+                     size.columns, size.rows);
 }
 
 std::string why_not_visible(const Rgb8Image& picture) {

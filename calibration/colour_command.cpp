@@ -11,6 +11,7 @@
 
 #include "calibration/code_picture.h"
 #include "calibration/colour_fit.h"
+#include "calibration/colour_match.h"
 #include "calibration/command.h"
 #include "capture/hdr/response_curve.h"
 #include "scene/core/atomic_file.h"
@@ -25,8 +26,8 @@ constexpr double kNoChart = 15.0;
 constexpr double kUpsideDown_deg = 135.0;
 
 struct ColourOptions {
-  std::string chart, mosaic = "mono", response;
-  std::filesystem::path reference;
+  std::string chart, mosaic = "mono", response, to_response, spot;
+  std::filesystem::path reference, to;
   double illuminance = 0.0;
 };
 
@@ -38,17 +39,18 @@ struct ChartPicture {
   bool linear = false;
 };
 
-Result<ChartPicture> read_chart_picture(const CommonOptions& o, const ColourOptions& options) {
-  const auto mosaic = mosaic_named(options.mosaic);
+Result<ChartPicture> read_chart_picture(const std::filesystem::path& path, const std::string& mosaic_name,
+                                        const std::string& response_name) {
+  const auto mosaic = mosaic_named(mosaic_name);
   if (!mosaic)
     return Error{ErrorCode::usage, mosaic.error().what, "--mosaic", mosaic.error().hint};
-  auto read = read_code_picture(o.inputs.front(), *mosaic);
+  auto read = read_code_picture(path, *mosaic);
   if (!read)
     return read.error();
   ChartPicture chart{std::move(*read), 1.0, false};
   chart.linear = chart.picture.bits > 8;
-  if (!options.response.empty()) {
-    const auto response = ResponseCurve::named(options.response);
+  if (!response_name.empty()) {
+    const auto response = ResponseCurve::named(response_name);
     if (!response)
       return response.error();
     for (Rgb& texel : chart.picture.code.texels)
@@ -94,6 +96,7 @@ struct ColourResult {
   ColourFit fit;
   glm::dmat3 camera_to_rec709{1.0};
   std::optional<double> luminance_scale; ///< cd m^-2 of one unit of the result
+  std::optional<ColourMatch> match;      ///< to the camera of --to; of the pictures as they were given
 };
 
 std::string file_text(const ColourResult& r) {
@@ -117,6 +120,11 @@ std::string file_text(const ColourResult& r) {
     text += "# for [interior] of daylit-run: photograph = scale x colour_matrix x radiance\ncolour_matrix = [" +
             row_text(glm::inverse(r.camera_to_rec709)) + "]\n";
   }
+  if (r.match)
+    text +=
+        "# from this camera's linear codes to those of the camera of --to: the colour_matrix of [interior] where the\n"
+        "# sky is given in this camera's colours\ncamera_to_camera = [" +
+        row_text(r.match->matrix) + "]\n";
   if (r.luminance_scale)
     text += fmt::format("# cd/m2 of a result of 1\nluminance_scale = {:.7g}\n", *r.luminance_scale);
   return text;
@@ -135,6 +143,12 @@ std::string figures(const ColourResult& r) {
   for (const auto& tried : r.fit.tried)
     j["models"].push_back({{"model", tried.name}, {"delta_e_held_out", tried.held_out}});
   j["patch_delta_e_held_out"] = r.fit.patch;
+  if (r.match) {
+    j["camera_to_camera"] = {{"delta_e_before", r.match->before}, {"delta_e_held_out", r.match->held_out}};
+    for (int row = 0; row < 3; ++row)
+      for (int c = 0; c < 3; ++c)
+        j["camera_to_camera"]["matrix"].push_back(r.match->matrix[c][row]);
+  }
   if (r.luminance_scale)
     j["luminance_scale"] = *r.luminance_scale;
   return j.dump();
@@ -145,6 +159,10 @@ std::string text_of(const ColourResult& r) {
       fmt::format("colours    Delta E 2000 {:.2f} before, {:.2f} after; patches that were left out in turn "
                   "{:.2f}\nmodel      {}\n",
                   r.fit.before, r.fit.after, r.fit.held_out, r.fit.model.terms.name());
+  if (r.match)
+    text += fmt::format(
+        "cameras    Delta E 2000 {:.2f} between them before, {:.2f} after; patches that were left out in turn\n",
+        r.match->before, r.match->held_out);
   if (r.luminance_scale)
     text += fmt::format("light      one unit is {:.4g} cd/m2\n", *r.luminance_scale);
   return text;
@@ -183,6 +201,44 @@ std::string page(const ColourResult& r, const ChartPicture& chart, const std::ar
          html_table(rows);
 }
 
+/// The chart before the other camera, and the matrix to it.
+Result<ColourMatch> match_to(const ColourOptions& options, const ChartPicture& first,
+                             const std::array<ChartPatch, kPatches>& patches, const ChartReference& reference) {
+  const auto second = read_chart_picture(options.to, options.mosaic, options.to_response);
+  if (!second)
+    return second.error();
+  const std::string other = options.to.string();
+  if (!first.linear || !second->linear)
+    return Error{ErrorCode::usage, "a matrix between two cameras needs linear codes of both",
+                 first.linear ? other : first.picture.file, "give --response and --to-response, or raw pictures"};
+  const auto corners = find_chart(view_of(second->picture.code, true));
+  const auto seen = corners ? sample_chart(second->picture.code, *corners) : std::nullopt;
+  const auto fit = seen ? fit_colour(*seen, reference, true) : Result<ColourFit>(Error{});
+  const auto match = fit ? match_colours(patches, *seen, fit->model.matrix()) : std::nullopt;
+  if (!match)
+    return Error{ErrorCode::value_invalid, "no chart with 24 patches was found", other,
+                 "photograph it larger and evenly lit"};
+  ColourMatch given = *match; // codes of HDR pictures were scaled
+  given.matrix *= first.factor / second->factor;
+  return given;
+}
+
+/// cd m^-2 of one unit of the result, by what a luminance meter read at a pixel.
+Result<double> scale_of_spot(const std::string& spot, const ChartPicture& chart, const ColourModel& model) {
+  const auto n = parse_numbers(spot, 3, "--spot");
+  if (!n)
+    return n.error();
+  const RgbImage& code = chart.picture.code;
+  const double x = (*n)[0], y = (*n)[1];
+  if (!(x >= 0 && y >= 0 && x < code.width && y < code.height && (*n)[2] > 0))
+    return Error{ErrorCode::usage, "lies outside of the picture, or reads nothing", "--spot", "X,Y,CD/M2"};
+  const double measured = static_cast<double>(
+      luminance(Rgb(model.apply(glm::dvec3(code.at(static_cast<int>(x), static_cast<int>(y))), {0.0, 0.0}))));
+  if (!(measured > 0))
+    return Error{ErrorCode::value_invalid, "is black in the picture", "--spot", "choose a brighter place"};
+  return (*n)[2] / measured;
+}
+
 std::vector<std::string> faults_of(const ColourResult& r, const ChartCorners& corners, bool upside_down) {
   std::vector<std::string> faults;
   if (upside_down || std::abs(turn_of(corners)) > kUpsideDown_deg)
@@ -202,7 +258,7 @@ Result<void> run(CommonOptions& o, const ColourOptions& options) {
       options.reference.empty() ? Result<ChartReference>(published_chart()) : read_chart_reference(options.reference);
   if (!reference)
     return reference.error();
-  const auto chart = read_chart_picture(o, options);
+  const auto chart = read_chart_picture(o.inputs.front(), options.mosaic, options.response);
   if (!chart)
     return chart.error();
   const auto corners = corners_of(*chart, options);
@@ -230,10 +286,22 @@ Result<void> run(CommonOptions& o, const ColourOptions& options) {
                                  "photograph it larger and evenly lit, or give the middles of its corner patches with "
                                  "--chart",
                                  fit->held_out));
-  ColourResult result{std::move(*fit), {}, std::nullopt};
+  ColourResult result{std::move(*fit), {}, std::nullopt, std::nullopt};
   result.camera_to_rec709 = result.fit.model.matrix() * chart->factor;
   if (options.illuminance > 0) // luminance of a perfectly white surface: E / pi
     result.luminance_scale = options.illuminance / std::numbers::pi;
+  if (!options.spot.empty()) {
+    const auto scale = scale_of_spot(options.spot, *chart, result.fit.model);
+    if (!scale)
+      return scale.error();
+    result.luminance_scale = *scale;
+  }
+  if (!options.to.empty()) {
+    const auto match = match_to(options, *chart, *patches, *reference);
+    if (!match)
+      return match.error();
+    result.match = *match;
+  }
   report.used.push_back(chart->picture.file);
   report.figures = figures(result);
   report.text = text_of(result);
@@ -261,6 +329,12 @@ Command add_colour_command(CLI::App& app, CommonOptions& o) {
                       "what a picture with one channel is: mono, rggb, grbg, gbrg or bggr");
   command->add_option("--illuminance", options->illuminance, "reading on the chart, lx: gives the absolute scale")
       ->check(positive_number());
+  command
+      ->add_option("--spot", options->spot,
+                   "X,Y,CD/M2: a luminance meter's reading at a pixel: gives the absolute scale")
+      ->excludes("--illuminance");
+  command->add_option("--to", options->to, "the same chart by another camera: the matrix to its colours");
+  command->add_option("--to-response", options->to_response, "of the other camera: linear, srgb, or a response file");
   return {command, [&o, options] { return run(o, *options); }};
 }
 

@@ -15,16 +15,23 @@
 
 namespace daylit::calibration {
 
+/// A form of the fish-eye's curve, and what views that were left out in turn are off by with it.
+struct TriedCurve {
+  std::string name; ///< polynomial (four coefficients), equidistant or equisolid (none)
+  double held_out_rms_px = 0;
+};
+
 struct LensCalibration {
   LensKind kind = LensKind::pinhole;
   LensFit fit;                  ///< of the pictures that count
   std::vector<BoardView> views; ///< the same pictures, as fit.pose
   std::vector<DroppedPicture> dropped;
-  ImageCircle circle;         ///< of a fish-eye; radius 0: none found
-  double held_out_rms_px = 0; ///< over views, each by a lens fitted to the others
-  double reach_deg = 0;       ///< largest angle of a corner from the axis
-  double coverage = 0;        ///< of 8 x 8 parts of the picture (of the circle): those with a corner
-  double tilt_spread_deg = 0; ///< largest angle between two boards
+  ImageCircle circle;             ///< of a fish-eye; radius 0: none found
+  std::vector<TriedCurve> curves; ///< of a fish-eye; the first one is the lens
+  double held_out_rms_px = 0;     ///< over views, each by a lens fitted to the others
+  double reach_deg = 0;           ///< largest angle of a corner from the axis
+  double coverage = 0;            ///< of 8 x 8 parts of the picture (of the circle): those with a corner
+  double tilt_spread_deg = 0;     ///< largest angle between two boards
   bool pass = false;
   std::vector<std::string> why; ///< the reasons for the verdict, and what to do
 };

@@ -249,7 +249,7 @@ double median_distance(const LensModel& lens, const std::vector<BoardPose>& pose
   return *middle;
 }
 
-void judge(LensFit& fit, std::span<const BoardView> views) {
+void judge(LensFit& fit, std::span<const BoardView> views, int count) {
   double sum = 0, corners = 0;
   std::vector<double> r;
   for (std::size_t v = 0; v < views.size(); ++v) {
@@ -262,7 +262,6 @@ void judge(LensFit& fit, std::span<const BoardView> views) {
     fit.lens.max_theta =
         std::min(fit.lens.max_theta, 0.999 * monotone_field(fit.lens.kind, fit.lens.distortion, fit.lens.max_theta));
   fit.rms_px = std::sqrt(sum / corners);
-  const int count = lens_numbers(fit.lens.kind);
   const auto variance = Problem(views, count).variances(fit.lens, fit.pose);
   const double freedom = std::max(2.0 * corners - count - kPose * static_cast<double>(views.size()), 1.0);
   for (std::size_t i = 0; i < variance.size(); ++i)
@@ -345,15 +344,15 @@ Result<LensFit> fit_lens(LensKind kind, int width_px, int height_px, const Image
                  "check --board and whether all pictures are of one camera and one board"};
   if (const auto fit = refit_lens(best->lens, views))
     return *fit;
-  judge(*best, views); // pictures that do not determine the distortion: the verdict will say so
+  judge(*best, views, all); // pictures that do not determine the distortion: the verdict will say so
   return *best;
 }
 
-std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views) {
-  const int all = lens_numbers(start.kind);
-  auto fit = fit_from(start, views, {{0, kRobust}, {all, kRobust}, {all, kAlmostAll}});
+std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views, bool curve_free) {
+  const int count = curve_free ? lens_numbers(start.kind) : 4;
+  auto fit = fit_from(start, views, {{0, kRobust}, {count, kRobust}, {count, kAlmostAll}});
   if (fit)
-    judge(*fit, views);
+    judge(*fit, views, count);
   return fit;
 }
 

@@ -57,8 +57,9 @@ struct ImageCircle {
 Result<LensFit> fit_lens(LensKind kind, int width_px, int height_px, const ImageCircle& circle,
                          std::span<const BoardView> views);
 
-/// The same from a lens that is nearly right already: for views that were added or left out.
-std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views);
+/// The same from a lens that is nearly right already: for views that were added or left out. Without `curve_free` its
+/// distortion stays as it is.
+std::optional<LensFit> refit_lens(const LensModel& start, std::span<const BoardView> views, bool curve_free = true);
 
 /// Rms reprojection error, pixels, of a view that had no part in the fit: its pose alone is estimated.
 std::optional<double> held_out_rms(const LensModel& lens, const BoardView& view);

@@ -64,6 +64,8 @@ std::string figures(const LensCalibration& c) {
   j["held_out_rms_px"] = c.held_out_rms_px;
   j["view_rms_px"] = c.fit.view_rms_px;
   j["model"] = c.kind == LensKind::equidistant ? "equidistant" : "plumb_bob";
+  for (const TriedCurve& curve : c.curves)
+    j["curves"].push_back({{"curve", curve.name}, {"held_out_rms_px", curve.held_out_rms_px}});
   const auto names = names_of(c);
   for (std::size_t i = 0; i < names.size(); ++i)
     j["lens"][names[i]] = {{"value", value_of(c.fit.lens, i)}, {"sigma", c.fit.sigma[i]}};
@@ -84,6 +86,7 @@ std::string text(const LensCalibration& c) {
          fmt::format(
              "lens       fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f}, cx {:.2f} +- {:.2f}, cy {:.2f} +- {:.2f} px\n",
              lens.fx, c.fit.sigma[0], lens.fy, c.fit.sigma[1], lens.cx, c.fit.sigma[2], lens.cy, c.fit.sigma[3]) +
+         (c.curves.empty() ? "" : "curve      " + c.curves.front().name + "\n") +
          fmt::format("reach      corners up to {:.1f} degrees from the axis, in {:.0f} % of the picture\n", c.reach_deg,
                      100 * c.coverage);
 }

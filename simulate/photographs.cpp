@@ -24,11 +24,11 @@ namespace daylit {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr int kSide = 4;           ///< rays per pixel, along each axis
-constexpr Rgb kWall(0.2f);         ///< behind the print
-constexpr float kPaper = 0.75f;    ///< reflectance of white paper
-constexpr int kTries = 2000;       ///< poses, until one shows the print as wanted
-constexpr int kMostRays = 1 << 26; ///< corners of pixels
+constexpr int kSide = 4;                      ///< rays per pixel, along each axis
+constexpr Rgb kWall(0.2f);                    ///< behind the print
+constexpr float kPaper = 0.75f, kInk = 0.02f; ///< reflectance of white paper, and at least of ink
+constexpr int kTries = 2000;                  ///< poses, until one shows the print as wanted
+constexpr int kMostRays = 1 << 26;            ///< corners of pixels
 
 /// A print before the camera: its axes and its top left corner in the camera's frame, metres.
 struct PrintPose {
@@ -47,8 +47,8 @@ Result<Print> read_print(const PhotographsArguments& a) {
   Print print{RgbImage(codes->width, codes->height), {a.width_m, a.width_m * codes->height / codes->width}};
   for (std::size_t i = 0; i < print.reflectance.texels.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      print.reflectance.texels[i][c] =
-          kPaper * srgb_decode(static_cast<float>(codes->bytes[3 * i + static_cast<std::size_t>(c)]) / 255.0f);
+      print.reflectance.texels[i][c] = std::max(
+          kInk, kPaper * srgb_decode(static_cast<float>(codes->bytes[3 * i + static_cast<std::size_t>(c)]) / 255.0f));
   return print;
 }
 

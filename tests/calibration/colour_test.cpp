@@ -3,6 +3,7 @@
 #include <cmath>
 #include <random>
 
+#include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
 #include "calibration/colour_fit.h"
@@ -105,6 +106,23 @@ TEST(Colour, a_real_chart_is_met_within_five) {
   EXPECT_EQ(found.json.value("verdict", ""), "pass") << found.json;
   EXPECT_LE(found.json.value("delta_e_held_out", 99.0), 5.0);
   EXPECT_TRUE(fs::exists(folder / "r/report.html"));
+}
+
+TEST(ColourProgram, gives_the_matrix_to_another_camera_and_the_scale_of_a_spot) {
+  const fs::path folder = test::fresh_folder("cameras");
+  const glm::dmat3 other{{0.70, 0.10, 0.02}, {0.20, 0.60, 0.15}, {0.05, 0.12, 0.50}};
+  EXPECT_TRUE(write_exr(folder / "a.exr", chart_picture(0.01, 0.0, kCamera, 1.0)));
+  EXPECT_TRUE(write_exr(folder / "b.exr", chart_picture(0.01, 0.0, other, 1.0)));
+  const auto found = test::calibrate(folder, "colour a.exr --to b.exr --spot 10,10,700 -o out.toml");
+  ASSERT_EQ(found.exit_code, 0);
+  const glm::dmat3 expected = other * glm::inverse(kCamera);
+  for (int k = 0; k < 9; ++k)
+    EXPECT_NEAR(found.json["camera_to_camera"]["matrix"][k].get<double>(), expected[k % 3][k / 3], 0.02) << k;
+  EXPECT_LT(found.json["camera_to_camera"]["delta_e_held_out"], 0.5);
+  EXPECT_GT(found.json["camera_to_camera"]["delta_e_before"], 3.0);
+  EXPECT_NEAR(found.json["luminance_scale"].get<double>(), 700 / 0.35, 30) << "the wall's reflectance is 0.35";
+  EXPECT_EQ(test::calibrate(folder, "colour a.exr --to b.exr --spot 10,10 -o out.toml").exit_code, 2);
+  EXPECT_EQ(test::calibrate(folder, "colour a.exr --spot 9999,10,700 -o out.toml").exit_code, 2);
 }
 
 TEST(ColourProgram, says_that_the_chart_is_upside_down_or_not_there) {

@@ -1,0 +1,113 @@
+// Maps from hand-held pictures, through the programs' own command lines.
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <glm/geometric.hpp>
+#include <gtest/gtest.h>
+
+#include "calibration/rotation_match.h"
+#include "scene/image/image_formats.h"
+#include "scene/sky/sky_image.h"
+#include "tests/calibration/calibrate_program.h"
+
+namespace daylit {
+namespace {
+
+namespace fs = std::filesystem;
+using test::says;
+
+/// Discs of many sizes and colours on a sphere, and a small bright one.
+RgbImage spotted_map() {
+  const auto geometry = *SkyGeometry::make(512, 256, EquirectProjection{});
+  RgbImage map(512, 256, Rgb(0.3f));
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 700; ++k) {
+    const glm::dvec3 at = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
+    const double cosine = std::cos(0.02 + 0.1 * u(random) * u(random));
+    const Rgb colour = k == 699 ? Rgb(60.0f, 55.0f, 50.0f) : Rgb(u(random), u(random), u(random));
+    for (int y = 0; y < map.height; ++y)
+      for (int x = 0; x < map.width; ++x)
+        if (glm::dot(*geometry->direction({x, y}), at) > (k == 699 ? std::cos(0.03) : cosine))
+          map.at(x, y) = colour;
+  }
+  return map;
+}
+
+double irradiance(const SkyImage& sky, const glm::dvec3& normal) {
+  double sum = 0;
+  for (int y = 0; y < sky.image().height; ++y)
+    for (int x = 0; x < sky.image().width; ++x)
+      sum += std::max(0.0, glm::dot(*sky.direction({x, y}), normal)) *
+             static_cast<double>(luminance(sky.image().at(x, y))) *
+             static_cast<double>(sky.solid_angle_sr()[static_cast<std::size_t>(y) * sky.image().width + x]);
+  return sum;
+}
+
+fs::path pictures(const std::string& name, const std::string& options) {
+  const fs::path folder = test::fresh_folder(name);
+  EXPECT_TRUE(write_exr(folder / "map.exr", spotted_map()));
+  EXPECT_EQ(std::system(("cd '" + folder.string() +
+                         "' && " DAYLIT_BINARY_DIR
+                         "/bin/daylit-simulate hand-held map.exr -o p --size 400,300 --fov 85 --quiet " +
+                         options + " > /dev/null 2> stderr.txt")
+                            .c_str()),
+            0);
+  return folder;
+}
+
+TEST(ProbeStitch, a_map_comes_back_from_pictures_with_rough_orientations) {
+  const fs::path folder = pictures("stitch", "--pictures 24");
+  const auto done = test::calibrate(folder, "probe-stitch p/list.txt --lens p/lens.yaml --height 256 -o found.exr");
+  ASSERT_EQ(done.exit_code, 0);
+  EXPECT_EQ(done.json["verdict"], "pass") << done.json["why"];
+  EXPECT_GT(done.json["coverage"], 0.999);
+  EXPECT_LT(done.json["match_rms_deg"], 0.2);
+  const auto truth = read_sky(folder / "map.exr", EquirectProjection{}),
+             found = read_sky(folder / "found.exr", EquirectProjection{});
+  ASSERT_TRUE(truth && found);
+  for (const glm::dvec3& n : {glm::dvec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}})
+    EXPECT_NEAR(irradiance(*found, n) / irradiance(*truth, n), 1.0, 0.03) << n.x << " " << n.y << " " << n.z;
+}
+
+TEST(ProbeStitch, gaps_are_counted_and_placed) {
+  const fs::path folder = pictures("stitch-gap", "--pictures 14 --lowest 15");
+  const auto done = test::calibrate(
+      folder, "probe-stitch p/list.txt --lens p/lens.yaml --height 128 --projection angular -o found.exr");
+  ASSERT_EQ(done.exit_code, 0);
+  EXPECT_EQ(done.json["verdict"], "repeat");
+  EXPECT_TRUE(says(done, "is in no picture")) << done.json["why"];
+  const double gap = done.json["gaps"][0]["solid_angle_sr"];
+  EXPECT_NEAR(gap / (4 * std::numbers::pi), 1.0 - done.json["coverage"].get<double>(), 0.01);
+  EXPECT_GT(gap, 2.0);
+  EXPECT_LT(done.json["gaps"][0]["altitude_deg"], -70.0);
+}
+
+TEST(ProbeStitch, lists_that_cannot_be_read_are_refused_with_their_line) {
+  const fs::path folder = pictures("stitch-list", "--pictures 2");
+  const auto refused = [&](const std::string& list) {
+    std::ofstream(folder / "p/bad.txt") << list;
+    return test::calibrate(folder, "probe-stitch p/bad.txt --lens p/lens.yaml -o found.exr");
+  };
+  for (const char* list : {"000.png 0.1 0 0\n", "000.png -1 0 0 0\n", "000.png 0.1 nan 0 0\n", "# nothing\n",
+                           "000.png 0.1 1 1 1 1\n", "missing.png 0.1 0 0 0\n", "000.png - 0 0 0\n"})
+    EXPECT_EQ(refused(list).exit_code, 1) << list;
+  EXPECT_EQ(refused("000.png 0.1 0 0 0\n").json["used"].size(), 1u) << "and a good one is read";
+  EXPECT_FALSE(fs::exists(folder / "nothing.exr"));
+}
+
+TEST(RotationBetween, is_exact_without_noise_and_never_mirrors) {
+  const glm::dmat3 turn(0.36, 0.48, -0.8, -0.8, 0.6, 0.0, 0.48, 0.64, 0.6);
+  std::vector<std::array<glm::dvec3, 2>> pairs;
+  for (const glm::dvec3& d : {glm::dvec3(0, 0, 1), {0.6, 0, 0.8}})
+    pairs.push_back({turn * d, d});
+  const glm::dmat3 found = calibration::rotation_between(pairs);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(glm::distance(found[c], turn[c]), 0.0, 1e-9);
+}
+
+} // namespace
+} // namespace daylit
