@@ -147,7 +147,7 @@ std::string why_not_found(const Rgb8Image& picture, BoardSize size) {
   const cv::Size shown = shown_size(small);
   if (shown.width == 0 || same_size(shown, size))
     return why;
-  return fmt::format("{}{} x {} inner corners, not {} x {}: another board, or only a part of it is in sight",
+  return fmt::format("{}{} x {} inner corners, not {} x {}: another board, or only a part of it is visible",
                      kOtherBoard, std::max(shown.width, shown.height), std::min(shown.width, shown.height),
                      size.columns, size.rows);
 }
