@@ -137,7 +137,8 @@ Result<std::vector<glm::dvec3>> reference_points(const Room& room, const std::ve
     return rays.error();
   const Bounds bounds = room.bounds();
   const glm::dvec3 size = bounds.size();
-  const auto candidates = precompute::spread_points(room, 2 * count, kClearance * std::max({size.x, size.y, size.z}));
+  const auto candidates =
+      precompute::spread_points(room, bounds, 2 * count, kClearance * std::max({size.x, size.y, size.z}));
   const auto probes = precompute::make_points(candidates, bounds, *rays, apertures);
   if (!probes)
     return probes.error();

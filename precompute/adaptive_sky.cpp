@@ -96,7 +96,7 @@ Result<std::vector<float>> responses(const RoomFile& file, const Progress& progr
   BakeOptions options;
   options.target_facets = kFacets;
   const glm::dvec3 size = room.bounds().size();
-  options.points = spread_points(room, kPoints, kClearance * std::max({size.x, size.y, size.z}));
+  options.points = spread_points(room, room.bounds(), kPoints, kClearance * std::max({size.x, size.y, size.z}));
   options.grid = glm::ivec3(4); // where the room is too narrow for these
   BakeReport report;
   detail::StageClock clock(report);

@@ -68,7 +68,7 @@ std::vector<glm::dvec3> candidates_in(const Room& room, const ProbeSet& probes) 
   }
   const glm::dvec3 size = room.bounds().size();
   for (double clearance = kClearance * std::max({size.x, size.y, size.z}); out.empty(); clearance *= 0.25) {
-    out = spread_points(room, 4 * kPoints, clearance);
+    out = spread_points(room, room.bounds(), 4 * kPoints, clearance);
     if (clearance < 1e-6 * size.x)
       break;
   }

@@ -54,7 +54,7 @@ radiosity::ExchangeOptions exchange_options(const BakeOptions& options) {
 }
 
 Result<LightElements> light_elements(const Problem& problem, bool fine, const BakeOptions& options) {
-  return LightElements::make(problem.mesh, problem.patches, problem.apertures.list, problem.room_scene,
+  return LightElements::make(problem.mesh, problem.patches, problem.apertures.list, problem.room_scene, problem.field,
                              fine ? options.elements : std::size_t{0});
 }
 

@@ -32,11 +32,14 @@ struct BakeOptions {
   int gather_rays = 2048;           ///< per probe
   double low_rank_tolerance = 1e-4; ///< of far blocks of the exchange matrix; 0: all entries are kept
   double tolerance = 1e-5;          ///< residual of the solver
+  Bounds box;                       ///< world metres, of the grid; empty: of the whole room
   glm::ivec3 grid{0};               ///< probes per axis; 0: spacing_m decides
   double spacing_m = 0.3;
   ProbeDensity density;                  ///< of the grid; empty: regular
   Planes near_surfaces;                  ///< that the grid has beside, world metres (standing_faces.h)
   std::vector<glm::dvec3> points;        ///< world metres; not empty: probes exactly here, no grid
+  std::vector<glm::dvec3> receivers;     ///< world metres, where the light is wanted: facets are larger where what they
+                                         ///< send hardly comes (radiosity::SizeField). Empty: all alike
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double compact_error = 0.03;           ///< of the factors of a fine sky
   std::size_t elements = 3600;           ///< of the facets, on which the light of a fine sky falls: at least these
@@ -60,6 +63,8 @@ struct BakeReport {
   RoomReport room;
   ApertureReport apertures;
   std::size_t facets = 0, patches = 0, elements = 0;
+  std::size_t fixed_facets = 0;       ///< of the facets, SurfaceMesh::fixed_facets
+  double mean_facet_m2 = 0;           ///< area of the facet that light comes from: mean by area and importance
   std::size_t sides_skipped = 0;      ///< no light reaches them
   std::size_t sides_without_path = 0; ///< lit, but no light goes from them to any of the given points
   double facet_edge_m = 0;

@@ -17,7 +17,8 @@ constexpr double kVisibilityRays = 16384; // more change the error of the light 
 constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
 constexpr double kLeast = 1e-6;
-constexpr std::size_t kPoints = 128;
+constexpr std::size_t kPoints = 128, kCandidates = 64 * kPoints, kReceivers = 1024;
+constexpr double kOffSurfaces_m = 0.2, kOffSurfaces = 0.04; ///< metres, and of the longest side: the smaller
 
 /// A cube's worth of probes whatever the room's proportions; at least 3 along the shortest side.
 double calibration_spacing(const Bounds& bounds) {
@@ -26,10 +27,38 @@ double calibration_spacing(const Bounds& bounds) {
   return std::max(std::min(std::cbrt(s.x * s.y * s.z / kProbes), 0.5 * shortest), 0.02 * std::max({s.x, s.y, s.z}));
 }
 
-/// About kPoints of them, evenly spread over the list.
-std::vector<glm::dvec3> thinned(const std::vector<glm::dvec3>& points) {
+bool meet(const Bounds& a, const Bounds& b) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (a.max[axis] < b.min[axis] || b.max[axis] < a.min[axis])
+      return false;
+  return true;
+}
+
+/// Points in the air, spread over it, as close to surfaces as objects come.
+Result<std::vector<glm::dvec3>> points_in_air(const Room& room, const Bounds& bounds) {
+  const glm::dvec3 size = bounds.size();
+  const std::vector<glm::dvec3> candidates = spread_points(
+      room, bounds, kCandidates, std::min(kOffSurfaces_m, kOffSurfaces * std::max({size.x, size.y, size.z})));
+  const auto rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  const auto apertures = find_apertures(room, *rays);
+  if (!apertures)
+    return apertures.error();
+  const auto probes = make_points(candidates, room.bounds(), *rays, apertures->list);
+  if (!probes)
+    return probes.error();
+  std::vector<glm::dvec3> points;
+  for (std::size_t i = 0; i < candidates.size(); ++i)
+    if (probes->valid[i])
+      points.push_back(candidates[i]);
+  return points;
+}
+
+/// About `count` of them, evenly spread over the list.
+std::vector<glm::dvec3> thinned(const std::vector<glm::dvec3>& points, std::size_t count) {
   std::vector<glm::dvec3> out;
-  const std::size_t step = std::max<std::size_t>(1, points.size() / kPoints);
+  const std::size_t step = std::max<std::size_t>(1, points.size() / count);
   for (std::size_t i = 0; i < points.size(); i += step)
     out.push_back(points[i]);
   return out;
@@ -42,10 +71,9 @@ double grid_error_of(const BakeReport& report, bool sun) {
 }
 
 /// Error of the finer mesh: c (2^a - 1) / (ratio^a - 1) of the difference, c measured at a ratio of 2
-/// (CostModel::mesh_of_halving), at the ratio that the mesher really gave.
+/// (CostModel::mesh_of_halving), at the ratio that the mesher really gave where light comes from.
 double mesh_error_of(const CalibrationBake& calibration) {
-  const double ratio = static_cast<double>(calibration.fine.facets) /
-                       static_cast<double>(std::max<std::size_t>(calibration.coarse.facets, 1));
+  const double ratio = calibration.coarse.mean_facet_m2 / calibration.fine.mean_facet_m2;
   const double of_difference = kCostModel.mesh_of_halving * (std::pow(2.0, kCostModel.mesh_exponent) - 1.0) /
                                std::max(std::pow(ratio, kCostModel.mesh_exponent) - 1.0, 0.1);
   return of_difference * mesh_difference(calibration.coarse.audit, calibration.fine.audit);
@@ -69,6 +97,7 @@ private:
 /// What the finer bake says beside its errors.
 void take_counts(const BakeReport& report, const BakeOptions& options, CalibrationBake& calibration) {
   calibration.probes = report.probes_valid;
+  calibration.fixed_facets = report.fixed_facets;
   calibration.air_fraction =
       static_cast<double>(report.probes_valid) / static_cast<double>(std::max<std::size_t>(report.probes, 1));
   calibration.stored_fraction = static_cast<double>(report.regions_stored) / report.regions;
@@ -89,12 +118,13 @@ double mean_spacing(const Bounds& room, const glm::ivec3& probes) {
 /// Two bakes at fixed settings, 320 and 640 facets, about 330 and 900 probes, 64 regions: their
 /// differences show what of the error belongs to the mesh and what to the grid.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
-                                             const std::string& stand_on, const Progress& progress) {
+                                             const Bounds& box, const std::string& stand_on, const Progress& progress) {
   CalibrationBake calibration;
-  calibration.bounds = room.room.bounds();
-  const auto faces = standing_faces(room.room, stand_on);
+  calibration.bounds = box.empty() ? room.room.bounds() : box;
+  auto faces = standing_faces(room.room, stand_on);
   if (!faces)
     return faces.error();
+  std::erase_if(*faces, [&](const StandingFace& f) { return !meet(f.box, calibration.bounds); });
   calibration.near_surfaces = planes_near(*faces, calibration.bounds);
   if (points.empty()) {
     auto standing = points_above(room.room, *faces, 4 * kPoints);
@@ -107,9 +137,18 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   options.visibility_rays = kVisibilityRays;
   options.gather_rays = kGatherRays;
   options.audit = true;
-  options.held_out = thinned(points);
-  if (points.empty())
+  options.points = thinned(points, kPoints);
+  calibration.receivers = thinned(points, kReceivers);
+  options.box = box;
+  if (points.empty()) {
+    auto in_air = points_in_air(room.room, calibration.bounds);
+    if (!in_air)
+      return in_air.error();
+    calibration.receivers = thinned(*in_air, kReceivers);
+    options.held_out = std::move(*in_air);
     options.near_surfaces = calibration.near_surfaces;
+  }
+  options.receivers = calibration.receivers;
   GridLaw grid;
   BakeReport report;
   // Mesh and grid of the first are coarser: two meshes whose difference shows the error, two spacings for one law.
@@ -122,10 +161,11 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
       return volume.error();
     calibration.seconds += report.total_seconds;
     options.held_out = report.audit.points;
-    (finer ? calibration.fine : calibration.coarse) = {report.facets, report.facet_edge_m, report.audit};
+    (finer ? calibration.fine : calibration.coarse) = {report.facets, report.facet_edge_m, report.mean_facet_m2,
+                                                       report.audit};
     calibration.spacing_m = mean_spacing(calibration.bounds, grid_size(calibration.bounds, options.spacing_m));
     grid.add(report, calibration.spacing_m);
-    if (finer) {
+    if (finer && points.empty()) {
       auto density = probe_density(*volume);
       if (!density)
         return density.error();

@@ -34,10 +34,9 @@ double probe_clusters(const BakeWork& w) {
   return std::exp2(std::ceil(std::log2(std::max(w.probes / kFullCluster, 1.0))));
 }
 
-/// In clusters of `compress_probes` probes: clusters (1 + (sources / c)^2) (probes / p)^a (3 % / error)^b.
+/// In clusters of `compress_probes` probes: clusters (1 + sources / c) (probes / p)^a (3 % / error)^b.
 double compression(const BakeWork& w, double error) {
-  const double many = sources(w) / model.compress_square;
-  return probe_clusters(w) * (1 + many * many) *
+  return probe_clusters(w) * (1 + sources(w) / model.compress_sources) *
          std::pow(w.probes / probe_clusters(w) / model.compress_probes, model.compress_probes_exponent) *
          std::pow(0.03 / error, model.compress_exponent);
 }
@@ -57,7 +56,7 @@ double without_noise(double error, double rays_per_probe) {
 
 /// e(N) = e_0 (N_0 / N)^a: e_0 measured on N_0 facets in the room, a from the table.
 double mesh_error(const CalibrationBake& calibration, double facets) {
-  return calibration.mesh_error * std::pow(static_cast<double>(calibration.fine.facets) / facets, model.mesh_exponent);
+  return calibration.mesh_error * std::pow(calibration.free_facets() / facets, model.mesh_exponent);
 }
 
 /// Patches decide the exchange, elements the direct light; either alone would be worth its own count.

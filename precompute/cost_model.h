@@ -53,7 +53,7 @@ struct CostModel {
   double compress_probes = 128;          ///< probes of that cluster
   double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...
   double compress_exponent = 0.6;        ///< ... ~ error^-this ...
-  double compress_square = 4200;         ///< ... ~ 1 + (sources / this)^2
+  double compress_sources = 2600;        ///< ... ~ 1 + sources / this
 };
 
 inline constexpr CostModel kCostModel{};
@@ -63,7 +63,7 @@ double ray_noise(double rays_per_probe);
 /// A grid error that was measured with noise in it; at least half of it is taken for real.
 double without_noise(double error, double rays_per_probe);
 
-/// Mesh error of a bake on so many facets.
+/// Mesh error of a bake on so many facets beside those that the faces make by themselves.
 double mesh_error(const CalibrationBake& calibration, double facets);
 /// Facets of a mesh without elements that is as good as one of so many patches and elements: sqrt(patches elements),
 /// scaled so that kPatchFraction and kElementFraction of N facets are worth N.

@@ -21,7 +21,7 @@ constexpr double kSunHeight = 0.53;                             // degrees
 constexpr int kSunCells = 680, kSkyCells = 72, kSkyBands = 18;  // per turn; bands of 5 degrees above the horizon
 constexpr double kFaintest = 0.1; ///< of the brightest sun: bands of fainter ones are left out
 constexpr int kSide = 4;          ///< samples of a region along each side
-constexpr std::size_t kMostTries = 64;
+constexpr std::size_t kMostTries = 16;
 
 /// Regions of the three bands, first and last + 1.
 struct SunBand {
@@ -122,13 +122,15 @@ const std::vector<HeldOutSky>& smooth_skies() {
   return the_skies;
 }
 
-/// flux[r] = sum_i A_i H_i of region r, green; a sun stands where a third and two thirds of its band are reached.
+/// flux[r] = sum_i W_i A_i H_i of region r, green, W_i the importance; a sun stands where a third and two thirds of its
+/// band are reached.
 std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
-  std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0);
+  std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0), weight;
+  for (const radiosity::Patch& e : set.patches)
+    weight.push_back(static_cast<double>(e.importance) * e.area_m2);
   for (std::size_t e = 0; e < light.patches; ++e)
     for (std::size_t k = 0; k < light.columns(); ++k)
-      flux[static_cast<std::size_t>(light.region[k])] +=
-          set.patches[e].area_m2 * static_cast<double>(light.row(e, 1)[k]);
+      flux[static_cast<std::size_t>(light.region[k])] += weight[e] * static_cast<double>(light.row(e, 1)[k]);
   double brightest = 0;
   for (const SunBand& band : layout().suns)
     brightest = std::max(brightest, *std::max_element(flux.begin() + band.first, flux.begin() + band.last));
@@ -213,36 +215,20 @@ std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& 
   return out;
 }
 
-namespace {
-
-/// Squared distance from p to the triangle abc (Ericson, Real-Time Collision Detection, 5.1.5).
-double distance2(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c) {
-  const glm::dvec3 n = glm::cross(b - a, c - a);
-  const double area2 = glm::dot(n, n);
-  const auto to_segment = [&](const glm::dvec3& u, const glm::dvec3& v) {
-    const glm::dvec3 d = v - u;
-    const double length2 = glm::dot(d, d);
-    const glm::dvec3 off = p - (u + (length2 > 0 ? std::clamp(glm::dot(p - u, d) / length2, 0.0, 1.0) : 0.0) * d);
-    return glm::dot(off, off);
-  };
-  if (area2 > 0 && glm::dot(glm::cross(b - a, p - a), n) >= 0 && glm::dot(glm::cross(c - b, p - b), n) >= 0 &&
-      glm::dot(glm::cross(a - c, p - c), n) >= 0) {
-    const double height = glm::dot(p - a, n);
-    return height * height / area2;
-  }
-  return std::min({to_segment(a, b), to_segment(b, c), to_segment(c, a)});
-}
-
-} // namespace
-
 /// Point k: frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018); those near a surface are left out.
-std::vector<glm::dvec3> spread_points(const Room& room, std::size_t count, double clearance) {
+std::vector<glm::dvec3> spread_points(const Room& room, const Bounds& bounds, std::size_t count, double clearance) {
   constexpr std::array<double, 3> kStep{0.8191725133961645, 0.6710436067037893,
                                         0.5497004779019703}; // 1/g, 1/g^2, 1/g^3
-  const Bounds bounds = room.bounds();
   const glm::dvec3 low = bounds.min + clearance, size = bounds.size() - 2.0 * clearance;
+  const auto near = static_cast<float>(clearance);
   std::vector<glm::dvec3> points;
   if (!(std::min({size.x, size.y, size.z}) > 0.0))
+    return points;
+  std::vector<std::array<std::uint32_t, 3>> triangles; // panes too
+  for (const RoomTriangle& t : room.triangles)
+    triangles.push_back(t.vertex);
+  const Result<RayScene> surfaces = RayScene::build(room.vertices, triangles);
+  if (!surfaces)
     return points;
   for (std::size_t k = 1; k <= count * kMostTries && points.size() < count; ++k) {
     glm::dvec3 p;
@@ -250,10 +236,7 @@ std::vector<glm::dvec3> spread_points(const Room& room, std::size_t count, doubl
       const double x = 0.5 + static_cast<double>(k) * kStep[static_cast<std::size_t>(axis)];
       p[axis] = low[axis] + size[axis] * (x - std::floor(x));
     }
-    const bool free = std::ranges::none_of(room.triangles, [&](const RoomTriangle& t) {
-      return distance2(p, room.corner(t, 0), room.corner(t, 1), room.corner(t, 2)) < clearance * clearance;
-    });
-    if (free)
+    if (surfaces->distance(surfaces->to_local(p), near) >= near)
       points.push_back(p);
   }
   return points;

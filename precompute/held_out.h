@@ -43,6 +43,6 @@ std::vector<float> radiance_on(const SkyPartition& partition, const HeldOutSky& 
 
 /// Candidates for points, spread evenly (R3 sequence, Roberts 2018) over the bounds: those at least
 /// `clearance` away from all surfaces and apertures. Bounds and room in any one unit.
-std::vector<glm::dvec3> spread_points(const Room& room, std::size_t count, double clearance);
+std::vector<glm::dvec3> spread_points(const Room& room, const Bounds& bounds, std::size_t count, double clearance);
 
 } // namespace daylit::precompute

@@ -1,6 +1,5 @@
 // daylit-precompute: room in, basis irradiance volume out.
 
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <span>
@@ -9,8 +8,10 @@
 #include "precompute/adaptive_sky.h"
 #include "precompute/check_plot.h"
 #include "precompute/checkpoint.h"
+#include "precompute/parse_options.h"
 #include "precompute/planned_bake.h"
 #include "precompute/probes.h"
+#include "precompute/room_around.h"
 #include "precompute/room_check.h"
 #include "precompute/room_frame.h"
 #include "precompute/room_survey.h"
@@ -96,38 +97,28 @@ int check_command(int argc, char** argv) {
 
 struct Arguments {
   std::filesystem::path room, output, points;
-  std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto", stand_on;
+  std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto", stand_on,
+                                        box, inside;
   double spacing_m = 0, patch_size_m = 0, close_gaps_mm = 0;
   int threads = 0, facets = 0;
   bool quiet = false, json = false, resume = false, force = false;
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
 };
 
-/// "NX,NY,NZ".
-Result<glm::ivec3> parse_grid(const std::string& text) {
-  glm::ivec3 n(0);
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%d,%d,%d%c", &n.x, &n.y, &n.z, &rest) != 3 || n.x < 2 || n.y < 2 || n.z < 2)
-    return Error{ErrorCode::usage, "'" + text + "' is not a grid", "--grid", "three numbers of at least 2, as 8,8,8"};
-  return n;
-}
-
-/// "2", "2%" or "2 %" as a fraction. What is no number is refused here; what cannot be reached, by the plan.
-Result<double> parse_percent(const std::string& text) {
-  double value = 0;
-  int end = 0;
-  if (std::sscanf(text.c_str(), "%lf %n", &value, &end) != 1 || !std::isfinite(value))
-    return Error{ErrorCode::usage, "'" + text + "' is no error in per cent", "--max-error", "a number, as 2 or 2%"};
-  const std::string_view rest = std::string_view(text).substr(static_cast<std::size_t>(end));
-  if (!rest.empty() && rest != "%")
-    return Error{ErrorCode::usage, "'" + text + "' is no error in per cent", "--max-error", "a number, as 2 or 2%"};
-  return 0.01 * value;
+/// Where probes are wanted: a box, the room around a point, or empty.
+Result<Bounds> wanted_box(const Arguments& a, const Room& room) {
+  if (!a.box.empty())
+    return precompute::parse_box(a.box);
+  if (a.inside.empty())
+    return Bounds{};
+  const Result<glm::dvec3> point = precompute::parse_point(a.inside);
+  return point ? precompute::room_around(room, *point) : Result<Bounds>(point.error());
 }
 
 /// The error that --max-error or --quality names, as a fraction.
 Result<double> target_of(const Arguments& a) {
   if (!a.max_error.empty())
-    return parse_percent(a.max_error);
+    return precompute::parse_percent(a.max_error);
   if (a.quality == "draft")
     return 0.04;
   if (a.quality == "normal")
@@ -146,7 +137,7 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   request.max_error = *target;
   request.must_reach = !a.max_error.empty();
   if (!a.grid.empty()) {
-    const Result<glm::ivec3> grid = parse_grid(a.grid);
+    const Result<glm::ivec3> grid = precompute::parse_grid(a.grid);
     if (!grid)
       return grid.error();
     request.grid = *grid;
@@ -197,6 +188,7 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   if (request.facets > 0)
     options->target_facets = request.facets;
   options->points = request.points;
+  options->box = request.box;
   options->sh_order = request.sh_order.value_or(ShOrder::second);
   options->store = &store;
   precompute::BakeReport report;
@@ -228,7 +220,7 @@ Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanReques
 /// everything that decides the content of the volume.
 Result<void> run(const Arguments& a) {
   set_thread_count(a.threads);
-  const Result<precompute::PlanRequest> request = to_request(a);
+  Result<precompute::PlanRequest> request = to_request(a);
   if (!request)
     return request.error();
   Result<RoomFile> room = read_room(a.room, a.up == "y" ? UpAxis::y : UpAxis::z);
@@ -252,6 +244,10 @@ Result<void> run(const Arguments& a) {
       precompute::Checkpoint::open(checkpoint_path, checksum64(std::as_bytes(std::span(identity))), a.resume);
   if (!checkpoint)
     return checkpoint.error();
+  const Result<Bounds> box = wanted_box(a, room->room);
+  if (!box)
+    return box.error();
+  request->box = *box;
   ProgressLine progress(a.quiet);
   Result<Outcome> baked = all_given(a) ? bake_as_given(a, *request, *room, **checkpoint, progress.callback())
                                        : bake_as_planned(a, *request, *room, **checkpoint, progress);
@@ -297,6 +293,13 @@ void add_probe_options(CLI::App& app, Arguments& a) {
                      "where the number of probes is planned")
           ->capture_default_str()
           ->check(CLI::IsMember({"graded", "regular", "auto"}));
+  auto* box = app.add_option("--box", a.box, "probes in here alone, X0,Y0,Z0,X1,Y1,Z1, metres")->excludes(points);
+  app.add_option(
+         "--inside", a.inside,
+         "probes only in the room around this point, X,Y,Z; what lies behind its doors matters as far as light\n"
+         "from there comes in")
+      ->excludes(points)
+      ->excludes(box);
   grid->excludes(spacing)->excludes(points);
   spacing->excludes(points);
   density->excludes(points);

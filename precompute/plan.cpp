@@ -28,9 +28,10 @@ constexpr double kNodePart = 0.3;            ///< of the target, before compress
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
-constexpr double kClusters = 512;   ///< at 2 %, of surfaces whose further bounces are solved together
-constexpr int kGatherRays = 3072;   ///< per probe at 2 %: noise of the rays costs components of a fine sky
-constexpr double kFinest = 1e-4;    ///< the target at which every setting is at its limit
+// Of surfaces whose further bounces are solved together: at least so many at 2 %, and so many of the facets.
+constexpr double kClusters = 512, kFacetsInClusters = 0.44, kMostClusters = 2048;
+constexpr int kGatherRays = 3072; ///< per probe at 2 %: noise of the rays costs components of a fine sky
+constexpr double kFinest = 1e-4;  ///< the target at which every setting is at its limit
 
 /// Probes of a grid.
 double cells(const glm::ivec3& count) { return static_cast<double>(count.x) * count.y * count.z; }
@@ -46,11 +47,14 @@ public:
     Plan plan;
     plan.max_error = target;
     plan.options.points = request_.points;
+    plan.options.receivers = calibration_.receivers;
+    plan.options.box = request_.box;
     plan.options.audit = true;
     plan.options.held_out = calibration_.fine.audit.points;
     plan.options.held_out_standing = calibration_.standing;
     choose_effort(target, plan.options);
     choose_mesh(target, plan.options);
+    choose_clusters(target, plan.options);
     choose_grid(target, plan.options);
     plan.options.sh_order = request_.sh_order.value_or(choose_order(target));
     if (const Result<void> sky = choose_sky(target, plan); !sky)
@@ -65,10 +69,16 @@ private:
   /// What only reduces noise grows as the target falls, from values that do at 2 %.
   void choose_effort(double target, BakeOptions& options) const {
     const double finer = 0.02 / target;
-    options.clusters = static_cast<std::size_t>(kClusters * std::clamp(finer, 0.5, 4.0));
     options.visibility_rays = kRowRays * std::clamp(finer, 1.0 / 14, 8.0);
     options.gather_rays = static_cast<int>(kGatherRays * std::clamp(std::pow(finer, 1.2), 0.25, 64.0) *
                                            (request_.points.empty() ? 1 : 2));
+  }
+
+  /// In a building every room needs its own.
+  void choose_clusters(double target, BakeOptions& options) const {
+    const double usual = kClusters * std::clamp(0.02 / target, 0.5, 4.0),
+                 facets = facets_of(options) + static_cast<double>(calibration_.fixed_facets);
+    options.clusters = static_cast<std::size_t>(std::min(std::max(usual, kFacetsInClusters * facets), kMostClusters));
   }
 
   /// Facets from the mesh error's power law; under a fine sky fewer patches, with more elements on them.
@@ -76,10 +86,10 @@ private:
     options.facet_edge_m = request_.facet_edge_m;
     const int facets = choose_facets(target);
     options.target_facets = facets;
-    options.elements = static_cast<std::size_t>(kElementFraction / kPatchFraction * facets);
+    options.elements = calibration_.fixed_facets + static_cast<std::size_t>(kElementFraction / kPatchFraction * facets);
     if (fine() && request_.facets == 0 && request_.facet_edge_m == 0) {
       options.target_facets = static_cast<int>(kPatchFraction * facets);
-      options.elements = static_cast<std::size_t>(kElementFraction * facets);
+      options.elements = calibration_.fixed_facets + static_cast<std::size_t>(kElementFraction * facets);
     }
   }
 
@@ -89,8 +99,7 @@ private:
       return request_.facets;
     const double allowed = target * (request_.points.empty() ? kMeshPart : kPointsPart);
     const double more = std::pow(calibration_.mesh_error / allowed, 1.0 / kCostModel.mesh_exponent);
-    return static_cast<int>(
-        std::clamp(more * static_cast<double>(calibration_.fine.facets), double(kFewestFacets), double(kMostFacets)));
+    return static_cast<int>(std::clamp(more * calibration_.free_facets(), double(kFewestFacets), double(kMostFacets)));
   }
 
   /// Order 4 where nine coefficients leave much of what the light may err. In constant regions l = 4 doubles the file:
@@ -141,7 +150,8 @@ private:
 
   /// Mesh error of `facets`, refined by the elements under a fine sky.
   double mesh_part(const BakeOptions& options, double facets) const {
-    return mesh_error(calibration_, fine() ? equivalent_facets(facets, static_cast<double>(options.elements)) : facets);
+    const auto elements = static_cast<double>(options.elements - calibration_.fixed_facets);
+    return mesh_error(calibration_, fine() ? equivalent_facets(facets, elements) : facets);
   }
 
   /// mesh, grid and sky under a small sun, as the root of the sum of squares; 0 where no sun comes in.
@@ -178,11 +188,11 @@ private:
     return {};
   }
 
-  /// A fixed edge: as many facets as the calibration bake has at its edge, by area.
+  /// Facets that the edge length decides. A fixed edge: as many as the calibration bake has at its edge, by area.
   double facets_of(const BakeOptions& options) const {
-    return options.facet_edge_m > 0 ? static_cast<double>(calibration_.fine.facets) *
-                                          std::pow(calibration_.fine.facet_edge_m / options.facet_edge_m, 2.0)
-                                    : options.target_facets;
+    return options.facet_edge_m > 0
+               ? calibration_.free_facets() * std::pow(calibration_.fine.facet_edge_m / options.facet_edge_m, 2.0)
+               : options.target_facets;
   }
 
   /// total^2 = mesh^2 + grid^2 + sky^2: the three errors are independent. Seconds and bytes from the counts.
@@ -203,7 +213,7 @@ private:
     // A fine sky is solved for its clusters, whatever the number of nodes.
     const double columns =
         kind.nodes ? static_cast<double>(options.clusters) : kind.stored(calibration_.stored_fraction);
-    const BakeWork work{facets,
+    const BakeWork work{facets + static_cast<double>(calibration_.fixed_facets),
                         probes,
                         columns,
                         static_cast<double>(calibration_.channels),

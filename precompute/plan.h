@@ -29,6 +29,7 @@ struct PlanRequest {
   glm::ivec3 grid{0};             ///< > 0: fixed
   double spacing_m = 0;           ///< > 0: fixed
   std::vector<glm::dvec3> points; ///< not empty: no grid
+  Bounds box;                     ///< world metres, not empty: probes in here alone
   std::string stand_on;           ///< material on which objects will stand; empty: every level face
   /// Fixed: graded (true) or regular. Else graded where the plan chooses how many probes there are.
   std::optional<bool> graded;

@@ -35,24 +35,21 @@ std::string facets(const Plan& plan) {
 
 constexpr double kClearlyFiner = 1.8; ///< ratio of facets from which a difference shows an error
 
-/// Facets of the model that the mesh of the report is worth, with its elements.
-double facets_of(const BakeReport& report) {
+/// How much finer the mesh of the report is than one of the calibration: ratio of facets where light comes from, with
+/// the elements under a fine sky.
+double finer_than(const CalibrationMesh& mesh, const BakeReport& report) {
   const double elements_per_patch =
       static_cast<double>(report.elements) / static_cast<double>(std::max<std::size_t>(report.patches, 1));
-  const auto facets = static_cast<double>(report.facets);
-  return equivalent_facets(facets, elements_per_patch * facets);
+  return mesh.mean_facet_m2 / report.mean_facet_m2 * equivalent_facets(1.0, elements_per_patch);
 }
 
 /// Richardson: with an error e ~ facets^-a, the difference of two meshes is e (ratio^a - 1), e the finer mesh's error.
 /// Against the finest calibration mesh that is clearly coarser; on a mesh no finer than any, the model decides.
 double estimated_mesh_error(const CalibrationBake& calibration, const BakeReport& report) {
-  const double facets = facets_of(report);
-  for (const CalibrationMesh* mesh : {&calibration.fine, &calibration.coarse}) {
-    const double ratio = facets / static_cast<double>(std::max<std::size_t>(mesh->facets, 1));
-    if (ratio > kClearlyFiner)
+  for (const CalibrationMesh* mesh : {&calibration.fine, &calibration.coarse})
+    if (const double ratio = finer_than(*mesh, report); ratio > kClearlyFiner)
       return mesh_difference(mesh->audit, report.audit) / (std::pow(ratio, kCostModel.mesh_exponent) - 1.0);
-  }
-  return mesh_error(calibration, facets);
+  return mesh_error(calibration, calibration.free_facets() * finer_than(calibration.fine, report));
 }
 
 /// The records of a repeated bake, in the same file beside those of the first.
@@ -91,9 +88,8 @@ Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const 
 /// Carries the measured errors back to the settings of the calibration bake by the same powers that predicted them.
 CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report) {
   CalibrationBake better = calibration;
-  const double facets = facets_of(report);
   better.mesh_error = estimated_mesh_error(calibration, report) *
-                      std::pow(facets / static_cast<double>(calibration.fine.facets), kCostModel.mesh_exponent);
+                      std::pow(finer_than(calibration.fine, report), kCostModel.mesh_exponent);
   if (!plan.options.points.empty())
     return better;
   const glm::ivec3 count =
@@ -127,7 +123,7 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
 }
 
 Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, const Progress& progress) {
-  auto calibration = run_calibration_bake(room, request.points, request.stand_on, progress);
+  auto calibration = run_calibration_bake(room, request.points, request.box, request.stand_on, progress);
   if (!calibration)
     return calibration.error();
   auto plan = make_plan(*calibration, request);

@@ -22,7 +22,9 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
       x = (x - frame.origin[k]) / frame.unit_m;
   for (glm::dvec3& p : local.points)
     p = frame.to_local(p);
-  for (std::vector<glm::dvec3>* points : {&local.held_out, &local.held_out_standing})
+  if (!local.box.empty())
+    local.box = {frame.to_local(world.box.min), frame.to_local(world.box.max)};
+  for (std::vector<glm::dvec3>* points : {&local.receivers, &local.held_out, &local.held_out_standing})
     for (glm::dvec3& p : *points)
       p = frame.to_local(p);
   return local;
@@ -31,6 +33,7 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
 void report_in_world(const RoomFrame& frame, BakeReport& report) {
   report.facet_edge_m *= frame.unit_m;
   report.doubled_m2 *= frame.unit_m * frame.unit_m;
+  report.mean_facet_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.window_area_m2 *= frame.unit_m * frame.unit_m;
   report.apertures.hole_area_m2 *= frame.unit_m * frame.unit_m;
   for (std::vector<glm::dvec3>* points : {&report.audit.points, &report.audit.standing})

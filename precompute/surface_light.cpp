@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <queue>
@@ -37,7 +38,7 @@ std::vector<Features> features(const radiosity::PatchSet& set, const std::vector
 }
 
 struct Group {
-  double extent = 0; ///< longest side
+  double extent = 0; ///< longest side, less where the light hardly matters: times W^(1/4), W the largest importance
   int axis = 0;
   std::size_t begin = 0, end = 0;
   bool operator<(const Group& other) const { // ties must not depend on the heap
@@ -46,8 +47,8 @@ struct Group {
 };
 
 /// Longest side of the box around the features of some patches, and its axis.
-Group measured(const std::vector<Features>& at, const std::vector<std::uint32_t>& order, std::size_t begin,
-               std::size_t end) {
+Group measured(const std::vector<Features>& at, const std::vector<double>& importance,
+               const std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end) {
   Group g{-1, 0, begin, end};
   for (int axis = 0; axis < 9; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
@@ -61,6 +62,10 @@ Group measured(const std::vector<Features>& at, const std::vector<std::uint32_t>
       g.axis = axis;
     }
   }
+  double most = 0;
+  for (std::size_t k = begin; k < end; ++k)
+    most = std::max(most, importance[order[k]]);
+  g.extent *= std::pow(most, 0.25);
   return g;
 }
 
@@ -68,12 +73,15 @@ Group measured(const std::vector<Features>& at, const std::vector<std::uint32_t>
 std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const std::vector<std::uint32_t>& lit,
                                         std::size_t most, std::size_t& count) {
   const std::vector<Features> at = features(set, lit);
+  std::vector<double> importance;
+  for (const std::uint32_t i : lit)
+    importance.push_back(static_cast<double>(set.patches[i].importance));
   std::vector<std::uint32_t> order(lit.size());
   std::iota(order.begin(), order.end(), 0u);
   std::priority_queue<Group> groups;
   std::vector<Group> done;
   if (!order.empty())
-    groups.push(measured(at, order, 0, order.size()));
+    groups.push(measured(at, importance, order, 0, order.size()));
   while (!groups.empty() && groups.size() + done.size() < most) {
     const Group g = groups.top();
     groups.pop();
@@ -87,8 +95,8 @@ std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const st
               [&](std::uint32_t a, std::uint32_t b) {
                 return at[a][axis] != at[b][axis] ? at[a][axis] < at[b][axis] : a < b;
               });
-    groups.push(measured(at, order, g.begin, middle));
-    groups.push(measured(at, order, middle, g.end));
+    groups.push(measured(at, importance, order, g.begin, middle));
+    groups.push(measured(at, importance, order, middle, g.end));
   }
   for (; !groups.empty(); groups.pop())
     done.push_back(groups.top());

@@ -13,44 +13,40 @@ namespace daylit::radiosity {
 
 namespace {
 
-constexpr int kScoutRays = 64, kOpenSkyRays = 1024;
+constexpr std::uint32_t kScoutRays = 64;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Rays start this part of the way to the middle: closer to a wall than their first gap they would pass through it.
 constexpr double kOffEdges = 1e-3;
 
-/// Rays [first, first + count) of density cos / pi from the patch that meet neither surface nor opening; with `add`,
-/// each brings pi / kOpenSkyRays sr. Returns how many there are.
-int add_escapes(DirectLight& task, const Patch& e, std::uint64_t seed, int first, int count, bool add, Received& out) {
-  const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
-  int found = 0;
-  for (int k = first; k < first + count; ++k) {
-    const auto i = static_cast<std::uint32_t>(k);
-    const glm::dvec3 from = glm::mix(on_triangle(e.corner, r2_point(i, random_shift(seed))), middle, kOffEdges);
-    const glm::dvec3 d = cosine_direction(e.normal, r2_point(i, random_shift(seed + 77)));
-    int crossed = 0;
-    if (!task.escapes(from, d))
-      continue;
-    (void)aperture_transmittance(task.apertures, from + task.mesh.origin, d, kInfinity, &crossed);
-    if (crossed > 0)
-      continue;
-    ++found;
-    if (add) {
-      out.region[task.partition.region_of(d)] += glm::dvec3(std::numbers::pi / kOpenSkyRays);
-      out.opening += 1.0 / kOpenSkyRays;
-    }
-  }
-  task.rays.fetch_add(static_cast<std::uint64_t>(count), std::memory_order_relaxed);
-  return found;
+/// The ray from a point of the patch meets neither surface nor opening.
+bool sees_open_sky(DirectLight& task, const Patch& e, const glm::dvec2& on_patch, const glm::dvec3& d) {
+  const glm::dvec3 middle = (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0,
+                   from = glm::mix(on_triangle(e.corner, on_patch), middle, kOffEdges);
+  return task.escapes(from, d) && task.crossings.met(from + task.mesh.origin, d, kInfinity).count == 0;
 }
 
-/// Escapes through no listed aperture: outside surfaces, and gaps whose outline nobody knows.
+/// Escapes through no listed aperture: outside surfaces, and gaps whose outline nobody knows. A few rays of density
+/// cos / pi tell whether there are any; then every direction of the sky has one, dw (n . w) of it where it is free.
 void receive_open_sky(DirectLight& task, std::size_t index, Received& out) {
   const Patch& e = task.set.patches[index];
   const std::uint64_t seed = mix_bits(index + 0x5555555555ull);
-  if (add_escapes(task, e, seed, 0, kScoutRays, false, out) == 0)
+  bool open = false;
+  for (std::uint32_t k = 0; k < kScoutRays && !open; ++k)
+    open = sees_open_sky(task, e, r2_point(k, random_shift(seed)),
+                         cosine_direction(e.normal, r2_point(k, random_shift(seed + 77))));
+  task.rays.fetch_add(kScoutRays, std::memory_order_relaxed);
+  if (!open)
     return;
   task.open_sky.fetch_add(1, std::memory_order_relaxed);
-  add_escapes(task, e, seed, kScoutRays, kOpenSkyRays, true, out);
+  const SkyDirections& sky = task.wide.sky;
+  for (std::uint32_t k = 0; k < sky.w.size(); ++k) {
+    const double projected = sky.solid_angle_sr[k] * glm::dot(sky.w[k], e.normal);
+    if (projected <= 0.0 || !sees_open_sky(task, e, r2_point(k, random_shift(seed)), sky.w[k]))
+      continue;
+    out.region[static_cast<std::size_t>(sky.region[k])] += glm::dvec3(projected);
+    out.opening += projected / std::numbers::pi;
+  }
+  task.rays.fetch_add(sky.w.size() / 2, std::memory_order_relaxed);
 }
 
 /// Only the regions that give light.

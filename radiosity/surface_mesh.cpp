@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -18,6 +19,8 @@ namespace {
 
 // End points closer than this part of the room are one point: above coordinate rounding, below any real feature.
 constexpr double kSnapTolerance = 1e-6;
+constexpr std::size_t kManyFixed = 100; // with fewer, what the faces make by themselves is no matter
+constexpr int kAttempts = 8;            // at the edge length that gives the wanted number of facets
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
@@ -36,11 +39,16 @@ void append_facets(const std::vector<Triangle2>& triangles, const PlaneGroup& g,
   }
 }
 
+using EdgeLength = std::function<double(const glm::dvec3&)>; ///< longest edge at a point of the mesh's frame, metres
+
 std::vector<Facet> mesh_groups(const std::vector<PlaneGroup>& groups,
-                               const std::vector<std::vector<Segment2>>& outlines, double edge_m, std::size_t limit) {
+                               const std::vector<std::vector<Segment2>>& outlines, const EdgeLength& edge_m,
+                               std::size_t limit) {
   std::vector<std::vector<Triangle2>> triangles(groups.size());
-  parallel_for(std::size_t{0}, groups.size(),
-               [&](std::size_t i) { triangles[i] = mesh_plane(groups[i], outlines[i], edge_m, limit); });
+  parallel_for(std::size_t{0}, groups.size(), [&](std::size_t i) {
+    const auto in_plane = [&](const glm::dvec2& p) { return edge_m(groups[i].lift(p)); };
+    triangles[i] = mesh_plane(groups[i], outlines[i], in_plane, limit);
+  });
   std::vector<Facet> facets;
   for (std::size_t i = 0; i < groups.size(); ++i)
     append_facets(triangles[i], groups[i], static_cast<std::uint32_t>(i), facets);
@@ -90,7 +98,9 @@ double doubled_area(const std::vector<PlaneGroup>& groups, const std::vector<Fac
 /// Facets that the outlines alone make, whatever the edge length.
 std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vector<std::vector<Segment2>>& outlines) {
   constexpr double kLong_m = 1e30;
-  return mesh_groups(groups, outlines, kLong_m, std::numeric_limits<std::size_t>::max()).size();
+  return mesh_groups(
+             groups, outlines, [](const glm::dvec3&) { return kLong_m; }, std::numeric_limits<std::size_t>::max())
+      .size();
 }
 
 Error too_fine() {
@@ -114,17 +124,17 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
                [&](std::size_t i) { outlines[i] = find_outline(groups[i], tolerance_m); });
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
-  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %. What the
-  // faces need at any edge length comes on top of half the target.
-  double target = options.target_facets;
-  if (options.edge_m <= 0 && groups.size() > 100)
-    target = std::max(target, 0.5 * target + static_cast<double>(count_at_least(groups, outlines)));
+  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %.
+  if (const std::size_t fixed = count_at_least(groups, outlines); fixed >= kManyFixed)
+    mesh.fixed_facets = fixed;
+  const double target = options.target_facets + static_cast<double>(mesh.fixed_facets);
   const auto limit = static_cast<std::size_t>(options.max_facets);
   mesh.edge_m = options.edge_m > 0 ? options.edge_m : std::sqrt(4.5 * total_area(groups) / target);
-  for (int attempt = 0; attempt < 6; ++attempt) {
-    if (total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_facets)
+  const auto edge_m = [&](const glm::dvec3& p) { return mesh.edge_m * options.field.at(p + mesh.origin); };
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    if (options.edge_m > 0 && total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_facets)
       return too_fine();
-    mesh.facets = mesh_groups(groups, outlines, mesh.edge_m, 4 * limit);
+    mesh.facets = mesh_groups(groups, outlines, edge_m, 4 * limit);
     const double ratio = static_cast<double>(mesh.facets.size()) / target;
     if (options.edge_m > 0 || (ratio > 0.95 && ratio < 1.05))
       break;

@@ -10,6 +10,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "radiosity/size_field.h"
 #include "scene/core/result.h"
 #include "scene/room/room.h"
 
@@ -27,15 +28,17 @@ struct SurfaceMesh {
   glm::dvec3 origin{0.0}; ///< world metres of the local zero: the middle of the room
   std::vector<Facet> facets;
   std::uint32_t planes = 0;
-  double edge_m = 0; ///< longest facet edge that was allowed
+  std::size_t fixed_facets = 0; ///< what the faces make whatever the edge length; 0 where that is few
+  double edge_m = 0;            ///< longest facet edge that was allowed where the light is wanted
   /// Area of faces that lie on other faces and count once (of two materials that of the earlier face), m2.
   double doubled_m2 = 0;
 };
 
 struct MeshOptions {
   double edge_m = 0;        ///< longest facet edge; 0: chosen so that about target_facets result
-  int target_facets = 2000; ///< used when edge_m is 0
+  int target_facets = 2000; ///< used when edge_m is 0; beside SurfaceMesh::fixed_facets
   int max_facets = 60000;   ///< more is an Error limit_exceeded, not an endless run
+  SizeField field = {};     ///< where edges may be longer
 };
 
 /// Errors: limit_exceeded (finer than max_facets), geometry_invalid (no reflecting face).

@@ -74,11 +74,11 @@ std::vector<float> multiply_by_transposed(std::span<const float> a, std::span<co
   return c;
 }
 
-double metric_trace(std::span<const float> a, std::span<const float> metric, std::size_t rows, std::size_t columns) {
-  const std::vector<float> seen = multiply(a, metric, rows, columns, columns);
+/// |a sample|^2
+double metric_trace(std::span<const float> a, std::span<const float> sample, std::size_t rows, std::size_t sources) {
   double sum = 0;
-  for (std::size_t k = 0; k < seen.size(); ++k)
-    sum += static_cast<double>(seen[k]) * static_cast<double>(a[k]);
+  for (const float x : multiply(a, sample, rows, sources, sources > 0 ? sample.size() / sources : 0))
+    sum += static_cast<double>(x) * static_cast<double>(x);
   return sum;
 }
 
@@ -89,6 +89,13 @@ std::vector<float> multiply_transposed(std::span<const float> a, std::span<const
               static_cast<int>(inner), 1.0f, a.data(), static_cast<int>(rows), b.data(), static_cast<int>(columns),
               0.0f, c.data(), static_cast<int>(columns));
   return c;
+}
+
+Basis Basis::identity(std::size_t rows) {
+  Basis basis{std::vector<float>(rows * rows, 0.0f), rows};
+  for (std::size_t k = 0; k < rows; ++k)
+    basis.q[k * rows + k] = 1.0f;
+  return basis;
 }
 
 /// With a^T a = V diag(s^2) V^T the columns of a V / s are orthonormal; the squares that a direction takes along when
@@ -116,7 +123,7 @@ Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size
 /// transport = q C with orthonormal q. With C M C^T = U diag(power) U^T in the metric M the rows of U^T C are the
 /// source factors and those of U^T q^T the row factors: the singular value decomposition of the block in that metric.
 Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
-                  std::span<const float> metric) {
+                  std::span<const float> sample) {
   Factors f;
   f.rows = rows;
   f.sources = sources;
@@ -124,8 +131,9 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
   if (n == 0)
     return f;
   std::vector<double> values;
-  const std::vector<float> seen = multiply(coordinates, metric, n, sources, sources);
-  const std::vector<float> product = multiply_by_transposed(coordinates, seen, n, sources, n);
+  const std::size_t columns = sample.size() / sources;
+  const std::vector<float> seen = multiply(coordinates, sample, n, sources, columns);
+  const std::vector<float> product = multiply_by_transposed(seen, seen, n, columns, n);
   const std::vector<double> vectors = eigenvectors(std::vector<double>(product.begin(), product.end()), n, values);
   std::vector<float> turn(n * n); // row k: component k, strongest first
   for (std::size_t k = 0; k < n; ++k) {
@@ -140,17 +148,18 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
 }
 
 /// Range of transport * suns, coordinates in it, and once more with the suns metric * coordinates^T (power iteration).
-Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
+Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> sample,
                   const std::vector<float>& suns, std::size_t width) {
-  const std::size_t sources = suns.size() / width;
+  const std::size_t sources = suns.size() / width, columns = sources > 0 ? sample.size() / sources : 0;
   std::vector<float> seen = multiply(transport, suns, rows, sources, width);
   for (int pass = 0;; ++pass) {
     const Basis range = orthonormal_range(seen, rows, width);
     std::vector<float> coordinates = multiply_transposed(range.q, transport, rows, range.rank, sources);
     if (pass == 1 || range.rank == 0)
-      return factorise(range, rows, std::move(coordinates), sources, metric);
+      return factorise(range, rows, std::move(coordinates), sources, sample);
     width = range.rank;
-    const std::vector<float> sun = multiply_by_transposed(metric, coordinates, sources, sources, width);
+    const std::vector<float> seen_suns = multiply(coordinates, sample, width, sources, columns),
+                             sun = multiply_by_transposed(sample, seen_suns, sources, columns, width);
     seen = multiply(transport, sun, rows, sources, width);
   }
 }

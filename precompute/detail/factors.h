@@ -23,13 +23,15 @@ void multiply_into(std::span<const float> a, std::span<const float> b, std::size
 /// [rows][columns] = a b^T with a [rows][inner], b [columns][inner]
 std::vector<float> multiply_by_transposed(std::span<const float> a, std::span<const float> b, std::size_t rows,
                                           std::size_t inner, std::size_t columns);
-/// Trace of a metric a^T, a is [rows][columns].
-double metric_trace(std::span<const float> a, std::span<const float> metric, std::size_t rows, std::size_t columns);
+/// Trace of a M a^T in the metric M = sample sample^T; a is [rows][sources], the sample [sources][columns].
+double metric_trace(std::span<const float> a, std::span<const float> sample, std::size_t rows, std::size_t sources);
 
 /// Orthonormal columns: q is [rows][rank].
 struct Basis {
   std::vector<float> q;
   std::size_t rank = 0;
+
+  static Basis identity(std::size_t rows);
 };
 /// Of the range of `a` [rows][columns]; directions below 1e-5 of the strongest are dropped, and further ones as long as
 /// the squares of all that are add up to no more than `left`.
@@ -60,14 +62,15 @@ struct Factors {
                                std::size_t projections) const;
 };
 
-/// From q^T A [rank][source] to the singular components of the block in the metric [source][source].
+/// From q^T A [rank][source] to the singular components of the block in the metric M = sample sample^T, sample
+/// [source][columns].
 Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
-                  std::span<const float> metric);
+                  std::span<const float> sample);
 
 /// Randomised singular value decomposition of `transport` [row][source] in the metric (Halko, Martinsson, Tropp 2011,
 /// algorithm 4.4, one power iteration: the singular values fall slowly, and the first sketch alone would miss half of
 /// them). `suns`: [source][width].
-Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> metric,
+Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> sample,
                   const std::vector<float>& suns, std::size_t width);
 
 /// Rounds the factors of the last cluster of `out`, whose probes it knows already.

@@ -87,7 +87,7 @@ private:
 
 /// How often each facet is halved: always the facet whose parts have the largest exposure * area.
 std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
-                           const SunExposure& exposure, std::size_t count) {
+                           const SunExposure& exposure, const radiosity::SizeField& field, std::size_t count) {
   struct Part {
     double size;
     std::uint32_t facet;
@@ -101,8 +101,11 @@ std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::
   });
   std::priority_queue<Part> queue;
   for (std::uint32_t p = 0; p < mesh.facets.size(); ++p)
-    if (exposed[p] > 0)
-      queue.push({exposed[p] * mesh.facets[p].area_m2, p});
+    if (exposed[p] > 0) {
+      const Facet& f = mesh.facets[p];
+      const double larger = field.at(mesh.origin + (f.corner[0] + f.corner[1] + f.corner[2]) / 3.0);
+      queue.push({exposed[p] * f.area_m2 / (larger * larger), p});
+    }
   std::vector<int> cuts(mesh.facets.size(), 0);
   // All parts of a facet are cut together.
   for (std::size_t have = mesh.facets.size(); have < count && !queue.empty();) {
@@ -148,8 +151,8 @@ void LightElements::add_side(const radiosity::PatchSet& parents, std::size_t fac
 
 Result<LightElements> LightElements::make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                                           const std::vector<Aperture>& apertures, const RayScene& room,
-                                          std::size_t count) {
-  const std::vector<int> cuts = find_cuts(mesh, patches, SunExposure(mesh, apertures, room), count);
+                                          const radiosity::SizeField& field, std::size_t count) {
+  const std::vector<int> cuts = find_cuts(mesh, patches, SunExposure(mesh, apertures, room), field, count);
   LightElements made;
   made.mesh.origin = mesh.origin;
   made.mesh.planes = mesh.planes;

@@ -24,11 +24,12 @@ struct LightElements {
   std::vector<std::uint32_t> parent; ///< patch of each element, rising
   std::vector<float> fraction;       ///< of each element in its parent's area
 
-  /// Cuts facets in two along their longest edge until there are `count`, first those that are large and face a
-  /// visible aperture; none that get no light from above the horizon, where suns are. `room`: its reflecting surfaces.
-  /// A function of the input alone.
+  /// Cuts facets in two along their longest edge until there are `count`, first those that are large (by the field) and
+  /// face a visible aperture; none that get no light from above the horizon, where suns are. `room`: its reflecting
+  /// surfaces. A function of the input alone.
   static Result<LightElements> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
-                                    const std::vector<Aperture>& apertures, const RayScene& room, std::size_t count);
+                                    const std::vector<Aperture>& apertures, const RayScene& room,
+                                    const radiosity::SizeField& field, std::size_t count);
 
   /// Area means over each parent's elements.
   std::vector<float> opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const;

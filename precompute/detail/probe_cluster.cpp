@@ -25,6 +25,7 @@ std::vector<float> first_columns(const std::vector<float>& a, std::size_t column
   return out;
 }
 
+constexpr std::size_t kFewRows = 2;  ///< times the columns of the sketch
 constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
 
 void scale_columns(std::vector<float>& rows, const std::vector<float>& scale) {
@@ -64,7 +65,7 @@ void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, c
   for (std::size_t k = 0; k < transport.size(); ++k)
     transport[k] *= kWeight * metric.sigma[k % parts];
   const std::size_t few = fewer(width);
-  factors = decompose(transport, 3 * rank, metric.correlation, first_columns(suns, width, few), few);
+  factors = decompose(transport, 3 * rank, metric.sample, first_columns(suns, width, few), few);
   factors.expand_rows(basis.q, coefficients);
   basis = {};
   coordinates = {};
@@ -119,7 +120,8 @@ void ProbeCluster::reduce(const SurfaceLight& light, const SurfaceTransport& sur
   const std::vector<float> means = seen.means(light, radiosity, columns);
   const std::vector<float> field = multiply(rows, means, n, parts, columns);
   const double left = kRangeShare * kRangeShare * error * error * squares(field);
-  basis = orthonormal_range(field, n, columns, left);
+  // A few points far apart have nothing in common that a sketch could find.
+  basis = n <= kFewRows * columns ? Basis::identity(n) : orthonormal_range(field, n, columns, left);
   coordinates = multiply_transposed(basis.q, rows, n, basis.rank, parts);
   if (gather.band4_rows) {
     gather.band4_rows(point, seen.end, rows.data());
@@ -143,14 +145,14 @@ void ProbeCluster::factorise(const SurfaceTransport& surfaces, const Measure& me
     const std::vector<float> suns = seen.suns(metric, measure.metric, more.empty() ? first : more, width);
     if (more.empty())
       band4.factorise(surfaces, seen, metric, suns, width);
-    factors = decompose(transport, rows, metric.correlation, suns, width);
+    factors = decompose(transport, rows, metric.sample, suns, width);
     // Singular values fall like a power of their number: the tail is about as long as what was found.
     if (factors.rank() < width || factors.power.back() * static_cast<double>(width) <= limit)
       break;
   }
   factors.expand_rows(basis.q, coefficients());
   const std::vector<float> missed = factors.remainder(Factors::Taken::exactly, signs(), projected, kProjections);
-  unseen = metric_trace(missed, metric.correlation, kProjections, parts) / kProjections;
+  unseen = metric_trace(missed, metric.sample, kProjections, parts) / kProjections;
   basis = {};
   own.sigma = std::move(metric.sigma);
 }

@@ -1,6 +1,7 @@
 #include "precompute/detail/seen_parts.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace daylit::precompute::detail {
 
@@ -18,15 +19,6 @@ void find_lit(const SurfaceLight& light, SeenParts& seen) {
       seen.lit.push_back({k, light.cluster[first], light.cluster_fraction[first] / seen.fraction[first], first, s,
                           light.reflectance[first]});
   }
-}
-
-/// The upper half of a symmetric matrix to its lower one, by squares, so that whole lines are read and written.
-void mirror(std::vector<float>& matrix, std::size_t n) {
-  constexpr std::size_t kSquare = 32;
-  for (std::size_t first = 0; first < n; first += kSquare)
-    for (std::size_t column = 0; column < first + kSquare && column < n; ++column)
-      for (std::size_t a = std::max(first, column + 1); a < std::min(first + kSquare, n); ++a)
-        matrix[a * n + column] = matrix[column * n + a];
 }
 
 } // namespace
@@ -58,35 +50,18 @@ std::vector<float> SeenParts::means(const SurfaceLight& light, std::span<const f
   return mean;
 }
 
-/// With u_s = fraction_s sigma_s the covariance of parts a and b is sum over s in a, t in b of u_s u_t correlation_st.
+/// The sample of part a is sum over s in a of fraction_s sigma_s sample_s.
 SunMetric SeenParts::metric(const SunMetric& of_sources) const {
-  const std::size_t sources = of_sources.sigma.size(), n = lit.size();
-  std::vector<float> unit(sources), sum(sources);
-  for (std::size_t s = 0; s < sources; ++s)
-    unit[s] = fraction[s] * of_sources.sigma[s];
-  SunMetric own;
-  own.sigma.resize(n);
-  own.correlation.resize(n * n);
-  for (std::size_t a = 0; a < n; ++a) {
-    const float* row = of_sources.correlation.data() + lit[a].first * sources;
-    if (lit[a].is_aggregated()) {
-      std::ranges::fill(sum, 0.0f);
-      for (std::size_t s = lit[a].first; s < lit[a].end; ++s)
-        for (std::size_t t = 0; t < sources; ++t)
-          sum[t] += unit[s] * of_sources.correlation[s * sources + t];
-      row = sum.data();
+  const std::size_t columns = of_sources.columns;
+  const float scale = std::sqrt(static_cast<float>(columns));
+  std::vector<float> sample(lit.size() * columns, 0.0f);
+  for (std::size_t a = 0; a < lit.size(); ++a)
+    for (std::size_t s = lit[a].first; s < lit[a].end; ++s) {
+      const float unit = scale * fraction[s] * of_sources.sigma[s];
+      for (std::size_t k = 0; k < columns; ++k)
+        sample[a * columns + k] += unit * of_sources.sample[s * columns + k];
     }
-    const float scale = lit[a].is_aggregated() ? 1.0f : unit[lit[a].first];
-    for (std::size_t b = a; b < n; ++b) {
-      float both = 0;
-      for (std::size_t t = lit[b].first; t < lit[b].end; ++t)
-        both += unit[t] * row[t];
-      own.correlation[a * n + b] = scale * both;
-    }
-  }
-  mirror(own.correlation, n);
-  own.normalise();
-  return own;
+  return {std::move(sample), columns};
 }
 
 /// irradiance[a] = sum over s in a of fraction_s sigma_s irradiance_s / sigma_a

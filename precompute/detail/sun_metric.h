@@ -32,7 +32,8 @@ struct SunColumns {
 
   static SunColumns of(const SurfaceLight& light, int regions);
   std::size_t size() const { return node.size(); }
-  /// Irradiance [source][count] of random suns, each node weighted by `weight`.
+  /// Irradiance [source][count] of random suns, each node weighted by `weight`: each of them a set of nodes far apart,
+  /// with random signs. Their mean square is that of all nodes.
   std::vector<float> random_suns(std::span<const float> weight, std::size_t count) const;
   /// Adds to norm2[column] the squared norm of rows [row][source] times the column.
   void add_norms2(std::span<const float> rows, std::vector<double>& norm2) const;
@@ -52,14 +53,19 @@ private:
   std::vector<float> joined_;
 };
 
-/// With weights d per column: sigma_s^2 = sum d^2 H_s^2, and the correlation sum d^2 H_s H_t / (sigma_s sigma_t).
+/// The covariance of the irradiance on the sources under a sun at a random node, with weights d per column:
+/// M_st = sum d^2 H_s H_t. It is kept as a sketch of fixed width, M = sigma sample sample^T sigma, because the whole
+/// matrix grows with the square of the sources; where there are no more nodes than columns it is exact.
 struct SunMetric {
-  std::vector<float> sigma;
-  std::vector<float> correlation; ///< [source][source]
+  static constexpr std::size_t kColumns = 1024; ///< at most
+
+  std::vector<float> sigma; ///< unit of each source: the root of M_ss
+  std::size_t columns = 0;
+  std::vector<float> sample; ///< [source][column], rows of length 1
   SunMetric() = default;
-  SunMetric(const SunColumns& columns, std::span<const float> weight);
-  /// From sums of products (in `correlation`) to both.
-  void normalise();
+  SunMetric(const SunColumns& suns, std::span<const float> weight);
+  /// From a sample of M itself, [source][columns], to both.
+  SunMetric(std::vector<float> irradiance, std::size_t columns);
 };
 
 /// The rows as they are stored, each divided by `unit` of its source: half floats in runs of neighbouring nodes.

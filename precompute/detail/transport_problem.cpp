@@ -11,22 +11,56 @@ namespace daylit::precompute::detail {
 
 namespace {
 
+/// A box need not hold an opening from which the air could be followed: its probes are given points.
+Result<void> mark_valid(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
+                        const BakeOptions& options, ProbeSet& grid) {
+  if (options.box.empty()) {
+    mark_air(grid, scene, apertures);
+    return {};
+  }
+  std::vector<glm::dvec3> positions;
+  for (const glm::vec3& p : grid.positions)
+    positions.push_back(grid.origin + glm::dvec3(p));
+  const Result<ProbeSet> points = make_points(positions, room.bounds(), scene, apertures);
+  if (!points)
+    return points.error();
+  grid.valid = points->valid;
+  return {};
+}
+
 /// Given points, or a grid of which the probes in the air are valid.
 Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
                               const BakeOptions& options) {
   if (!options.points.empty())
     return make_points(options.points, room.bounds(), scene, apertures);
-  Result<ProbeSet> grid =
-      make_grid(room.bounds(), options.grid, options.spacing_m, options.density, options.near_surfaces);
+  const Bounds bounds = options.box.empty() ? room.bounds() : options.box;
+  Result<ProbeSet> grid = make_grid(bounds, options.grid, options.spacing_m, options.density, options.near_surfaces);
   if (!grid)
     return grid;
-  mark_air(*grid, scene, apertures);
+  if (const Result<void> marked = mark_valid(room, scene, apertures, options, *grid); !marked)
+    return marked.error();
   if (std::ranges::count(grid->valid, 1) == 0)
     return Error{
         ErrorCode::geometry_invalid, "no point of the room's inside can be reached from an opening", "room",
         "check that the walls enclose a space and that the windows lie in them; a coarse --grid or --spacing can "
         "miss a small room"};
   return grid;
+}
+
+double importance(const radiosity::SurfaceMesh& mesh, const std::array<glm::dvec3, 3>& corner,
+                  const radiosity::SizeField& field) {
+  return field.importance(mesh.origin + (corner[0] + corner[1] + corner[2]) / 3.0);
+}
+
+/// sum W A^2 / sum W A
+double mean_facet_m2(const radiosity::SurfaceMesh& mesh, const radiosity::SizeField& field) {
+  double sum = 0, area = 0;
+  for (const radiosity::Facet& f : mesh.facets) {
+    const double weighted = f.area_m2 * importance(mesh, f.corner, field);
+    area += weighted;
+    sum += weighted * f.area_m2;
+  }
+  return area > 0 ? sum / area : 0.0;
 }
 
 } // namespace
@@ -47,8 +81,9 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
     return probes.error();
   p.probes = std::move(*probes);
   clock.finish("probes");
-  Result<radiosity::SurfaceMesh> mesh =
-      radiosity::mesh_surfaces(room, {.edge_m = options.facet_edge_m, .target_facets = options.target_facets});
+  p.field = radiosity::SizeField(room, p.room_scene, options.receivers);
+  Result<radiosity::SurfaceMesh> mesh = radiosity::mesh_surfaces(
+      room, {.edge_m = options.facet_edge_m, .target_facets = options.target_facets, .field = p.field});
   if (!mesh)
     return mesh.error();
   p.mesh = std::move(*mesh);
@@ -60,8 +95,12 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   const ProbePoints points(p.probes, p.mesh.origin);
   p.patches = radiosity::find_patches(room, p.mesh, p.facet_rays, p.apertures.list,
                                       options.points.empty() ? std::span<const glm::dvec3>{} : points.at);
+  for (radiosity::Patch& e : p.patches.patches)
+    e.importance = static_cast<float>(importance(p.mesh, e.corner, p.field));
   report.apertures = p.apertures.report;
   report.facets = p.mesh.facets.size();
+  report.fixed_facets = p.mesh.fixed_facets;
+  report.mean_facet_m2 = mean_facet_m2(p.mesh, p.field);
   report.facet_edge_m = p.mesh.edge_m;
   report.doubled_m2 = p.mesh.doubled_m2;
   report.patches = p.patches.patches.size();

@@ -38,6 +38,7 @@ struct Problem {
   RayScene room_scene, facet_rays;
   Apertures apertures;
   ProbeSet probes;
+  radiosity::SizeField field;
   radiosity::SurfaceMesh mesh;
   radiosity::PatchSet patches;
 };

@@ -23,10 +23,12 @@ constexpr double kTolerance = 1e-7;       // of the room's size
 
 constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of kWideDirections
 constexpr int kScoutingRays = 2;      // per direction: is a patch partly in the shade?
-constexpr int kPartialRays = 16;      // per direction, for one that is
+constexpr int kPartialRays = 16;      // per direction, at most, for one that is
+constexpr int kRegionRays = 32;       // per region, where one has many directions
 constexpr int kFewestDirections = 48; // an opening that a patch sees under fewer is sampled in its solid angle
 constexpr double kShade = 1e-9;       // relative: rounding of sums
-constexpr int kSamples = 1024;        // of an opening in its solid angle
+constexpr int kSamples = 1024;        // of an opening in its solid angle, where it is seen under the fewest directions;
+constexpr int kFewestSamples = 64;    // in proportion under fewer
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Light through one part of an opening before it is scaled to the exact form factor; sr.
@@ -36,24 +38,18 @@ struct Accumulator {
   int directions = 0;
 };
 
-/// A ray that crosses several apertures one behind the other (double glazing) counts at the first.
-bool meets_first(const DirectLight& task, const Aperture& aperture, const glm::dvec3& world, const glm::dvec3& d) {
-  const double distance = glm::dot(aperture.corners[0] - world, aperture.inward) / glm::dot(d, aperture.inward);
-  int nearer = 0;
-  (void)aperture_transmittance(task.apertures, world, d, distance * (1.0 - 1e-6), &nearer);
-  return nearer == 0;
-}
-
-/// Transmittance of all panes for the light that comes to `from` along d; nothing where another opening is met first,
-/// which then has the light.
+/// Transmittance of all panes for the light that comes to `from` along d; nothing where another opening is met first
+/// (double glazing counts at the first), which then has the light.
 std::optional<glm::dvec3> pane_transmittance_along(const DirectLight& task, const Aperture& aperture,
                                                    const glm::dvec3& from, const glm::dvec3& d) {
   if (task.apertures.size() == 1)
     return glm::dvec3(pane_transmittance(aperture, glm::dot(d, aperture.inward)));
   const glm::dvec3 world = from + task.mesh.origin;
-  if (!meets_first(task, aperture, world, d))
+  const double distance = glm::dot(aperture.corners[0] - world, aperture.inward) / glm::dot(d, aperture.inward);
+  const ApertureCrossings::Met met = task.crossings.met(world, d, kInfinity);
+  if (met.nearest_m < distance * (1.0 - 1e-6))
     return std::nullopt;
-  return glm::dvec3(aperture_transmittance(task.apertures, world, d, kInfinity));
+  return glm::dvec3(met.transmittance);
 }
 
 /// Up to 16 rays from a patch, tested together.
@@ -161,21 +157,31 @@ Accumulator sweep_beam(DirectLight& task, const Patch& e, const ApertureBeam& be
   return acc;
 }
 
-/// A small opening, or a large patch's small view of one: directions uniform in its solid angle.
-Accumulator sample_small(DirectLight& task, const Patch& e, const ApertureBeam& beam, std::size_t index,
+/// A small opening, or a large patch's small view of one: directions uniform in its solid angle, in proportion to it,
+/// so that every opening adds about the same error.
+Accumulator sample_small(DirectLight& task, const Patch& e, const ApertureBeam& beam, std::size_t index, int directions,
                          std::uint64_t seed) {
   SmallPolygon polygon;
   for (const glm::dvec3& c : beam.front())
     polygon.corner[polygon.size++] = c;
   constexpr int kDirectionsPerPoint = 16;
   const glm::dvec2 shift = random_shift(seed ^ 0xA5A5A5A5ull);
+  const int samples = std::clamp(kSamples * directions / kFewestDirections, kFewestSamples, kSamples);
   Accumulator acc;
-  for (int p = 0; p < kSamples / kDirectionsPerPoint; ++p)
+  for (int p = 0; p < samples / kDirectionsPerPoint; ++p)
     sample_aperture(task, e, task.apertures[task.parts[index].aperture], polygon,
                     on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(p), shift)), kDirectionsPerPoint,
                     mix_bits(seed) + static_cast<std::uint64_t>(p), acc);
   task.sampled.fetch_add(1, std::memory_order_relaxed);
   return acc;
+}
+
+/// Rays per direction for a patch that is partly in the shade: the directions of one region share its rays, and
+/// patches whose light hardly matters have fewer.
+int partial_rays(const DirectLight& task, const SkySweep& sweep, const Patch& e) {
+  const int directions = std::max(1, static_cast<int>(sweep.sky.w.size()) / task.partition.size()),
+            most = std::min(kPartialRays, kRegionRays / directions);
+  return static_cast<int>(e.importance * static_cast<float>(most));
 }
 
 } // namespace
@@ -274,9 +280,10 @@ void receive_through(DirectLight& task, std::size_t patch, std::size_t index, Re
   task.clear.fetch_add(clear ? 1 : 0, std::memory_order_relaxed);
   Accumulator acc = sweep_beam(task, e, beam, sweep, index, clear, kScoutingRays, seed);
   if (acc.directions < kFewestDirections)
-    acc = sample_small(task, e, beam, index, seed);
-  else if (acc.visible > kShade * acc.total && acc.visible < (1.0 - kShade) * acc.total)
-    acc = sweep_beam(task, e, beam, sweep, index, clear, kPartialRays, seed);
+    acc = sample_small(task, e, beam, index, acc.directions, seed);
+  else if (const int rays = partial_rays(task, sweep, e);
+           rays > kScoutingRays && acc.visible > kShade * acc.total && acc.visible < (1.0 - kShade) * acc.total)
+    acc = sweep_beam(task, e, beam, sweep, index, clear, rays, seed);
   if (acc.total <= 0.0)
     return;
   for (const auto& [region, weight] : acc.seen)

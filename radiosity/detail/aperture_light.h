@@ -10,6 +10,7 @@
 #include "radiosity/detail/sky_sweep.h"
 #include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
+#include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit::radiosity {
@@ -50,6 +51,7 @@ struct DirectLight {
   const SurfaceMesh& mesh;
   const RayScene& scene;
   const std::vector<Aperture>& apertures;
+  ApertureCrossings crossings;
   const SkyPartition& partition;
   std::vector<AperturePart> parts;
   SkySweep fine, wide; ///< for narrow and for wide views of an opening
@@ -60,7 +62,7 @@ struct DirectLight {
 
   DirectLight(const PatchSet& patches, const SurfaceMesh& facets, const RayScene& rays_of_facets,
               const std::vector<Aperture>& openings, const SkyPartition& regions)
-      : set(patches), mesh(facets), scene(rays_of_facets), apertures(openings), partition(regions),
+      : set(patches), mesh(facets), scene(rays_of_facets), apertures(openings), crossings(openings), partition(regions),
         parts(aperture_parts(openings, facets.origin)), fine(regions, parts, kDirections),
         wide(regions, parts, kWideDirections), paths(facets, openings, parts) {}
 

@@ -207,7 +207,8 @@ void enter_pair(const ExchangeProblem& problem, Tile& tile, const PairShadows* s
     ++tile.clear;
     return;
   }
-  query.form_factor = g / std::min(problem.arrays.area[i], problem.arrays.area[j]);
+  query.form_factor = g / std::min(problem.arrays.area[i], problem.arrays.area[j]) *
+                      std::max(problem.patch(i).importance, problem.patch(j).importance);
   if (g > 0.0f)
     tile.queries.push_back(query);
 }

@@ -33,7 +33,7 @@ struct FacingParts {
 struct PairQuery {
   std::uint32_t i, j;      ///< tree positions
   std::uint64_t seed;      ///< of its sample points
-  float form_factor;       ///< the larger of F_ij and F_ji, unoccluded
+  float form_factor;       ///< the larger of F_ij and F_ji, unoccluded, times the larger importance
   bool near;               ///< the kernel varies over the pair
   float visibility = 0;    ///< result: kernel-weighted fraction of the unblocked rays, 0..1
   std::int32_t parts = -1; ///< which of the FacingParts the rays run between; none: the whole triangles

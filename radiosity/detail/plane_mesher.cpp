@@ -29,6 +29,7 @@ constexpr double kShapeBound = 1.4142;
 constexpr double kFineShare = 0.1;
 constexpr double kFlatTolerance = 1e-9; // height over longest side of a triangle that rounding made
 constexpr int kOutlinePasses = 4;
+constexpr int kSamples = 8; // of the edge length along a segment
 
 Point to_point(const glm::dvec2& p) { return {p.x, p.y}; }
 glm::dvec2 to_vec(const Point& p) { return {p.x(), p.y()}; }
@@ -116,8 +117,8 @@ std::vector<Segment2> border(const PlaneGroup& g, double tolerance_m) {
 
 class Refiner {
 public:
-  Refiner(const PlaneGroup& group, const std::vector<Segment2>& outline, double edge_m)
-      : cover_(group), edge_m_(edge_m), fine_m_(kFineShare * edge_m) {
+  Refiner(const PlaneGroup& group, const std::vector<Segment2>& outline, const EdgeLength2& edge_m)
+      : cover_(group), edge_m_(edge_m) {
     for (const Segment2& s : outline)
       insert_in_pieces(s);
   }
@@ -150,8 +151,12 @@ private:
     std::array<Vertex, 3> vertex;
   };
 
+  /// As many as the shortest edge allowed along the segment asks for.
   void insert_in_pieces(const Segment2& s) {
-    const int pieces = std::max(1, static_cast<int>(std::ceil(glm::distance(s[0], s[1]) / edge_m_ - 1e-9)));
+    double edge_m = edge_m_(s[0]);
+    for (int k = 1; k <= kSamples; ++k)
+      edge_m = std::min(edge_m, edge_m_(glm::mix(s[0], s[1], double(k) / kSamples)));
+    const int pieces = std::max(1, static_cast<int>(std::ceil(glm::distance(s[0], s[1]) / edge_m - 1e-9)));
     Vertex last = cdt_.insert(to_point(s[0]));
     for (int k = 1; k <= pieces; ++k) {
       const Vertex next = cdt_.insert(to_point(k == pieces ? s[1] : glm::mix(s[0], s[1], double(k) / pieces)));
@@ -167,14 +172,14 @@ private:
     for (int k = 0; k < 3; ++k)
       side[k] = glm::distance(t[(k + 1) % 3], t[(k + 2) % 3]);
     const auto [shortest, longest] = std::ranges::minmax(side);
-    const double too_long = longest / (edge_m_ * (1.0 + 1e-9));
+    const double edge_m = edge_m_((t[0] + t[1] + t[2]) / 3.0), too_long = longest / (edge_m * (1.0 + 1e-9));
     if (is_flat(t))
       return 0.0;
     if (too_long > 1.0)
       return 1.0 + too_long;
     const double area2 = std::abs(cross(t[1] - t[0], t[2] - t[0]));
     const double circumradius = side[0] * side[1] * side[2] / (2.0 * area2);
-    return shortest < fine_m_ ? 0.0 : circumradius / (shortest * kShapeBound);
+    return shortest < kFineShare * edge_m ? 0.0 : circumradius / (shortest * kShapeBound);
   }
 
   std::vector<Bad> worst_first() const {
@@ -240,7 +245,8 @@ private:
   }
 
   bool far_from_corners(const glm::dvec2& p, const Face& f) const {
-    return std::ranges::all_of(corners(f), [&](const glm::dvec2& c) { return glm::distance(c, p) >= fine_m_; });
+    const double fine_m = kFineShare * edge_m_(p);
+    return std::ranges::all_of(corners(f), [&](const glm::dvec2& c) { return glm::distance(c, p) >= fine_m; });
   }
 
   /// Splits an edge in the middle unless vertices would crowd there.
@@ -266,7 +272,7 @@ private:
 
   Triangulation cdt_;
   Cover cover_;
-  double edge_m_, fine_m_;
+  const EdgeLength2& edge_m_;
 };
 
 } // namespace
@@ -294,8 +300,8 @@ std::vector<Segment2> find_outline(const PlaneGroup& g, double tolerance_m) {
   return outline;
 }
 
-std::vector<Triangle2> mesh_plane(const PlaneGroup& group, const std::vector<Segment2>& outline, double edge_m,
-                                  std::size_t limit) {
+std::vector<Triangle2> mesh_plane(const PlaneGroup& group, const std::vector<Segment2>& outline,
+                                  const EdgeLength2& edge_m, std::size_t limit) {
   Refiner refiner(group, outline, edge_m);
   refiner.refine(limit);
   return refiner.triangles();

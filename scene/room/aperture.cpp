@@ -113,9 +113,10 @@ private:
     return !scene_.occluded(scene_.to_local(from), glm::vec3(direction), 0.0f, kFar);
   }
 
-  int crossed(const glm::dvec3& from, const glm::dvec3& direction) const {
+  int crossed(const glm::dvec3& from, const glm::dvec3& direction,
+              double distance = std::numeric_limits<double>::infinity()) const {
     int count = 0;
-    aperture_transmittance(found_.list, from, direction, std::numeric_limits<double>::infinity(), &count);
+    aperture_transmittance(found_.list, from, direction, distance, &count);
     return count;
   }
 
@@ -276,7 +277,8 @@ private:
     return joins >= kHoleFraction * lines && joins > 0.0 && known <= kExplainedFraction * joins;
   }
 
-  /// Diffuse walks that start behind the apertures: every ray that leaves must have crossed one of them.
+  /// Diffuse walks that start behind the apertures: every ray that leaves must have crossed one of them. A walk ends
+  /// where it goes out: from the ground before the house it may leave as it likes.
   void measure_escape() {
     if (found_.list.empty())
       return;
@@ -294,9 +296,7 @@ private:
           unexplained += crossed(p, d) == 0 ? 1 : 0;
           break;
         }
-        int out = 0;
-        aperture_transmittance(found_.list, p, d, static_cast<double>(hit.distance), &out);
-        if (out > 0)
+        if (crossed(p, d, static_cast<double>(hit.distance)) > 0)
           break; // outdoors, or in a room behind glass
         normal = glm::normalize(area_normal(room_, room_.triangles[hit.triangle]));
         normal = glm::dot(normal, d) < 0.0 ? normal : -normal;
@@ -317,19 +317,30 @@ private:
 
 Result<Apertures> find_apertures(const Room& room, const RayScene& scene) { return ApertureFinder(room, scene).run(); }
 
+namespace {
+
+constexpr double kRim = 1e-9; // of an aperture's extent: a ray that passes so close to its edge crosses it
+
+/// Distance along d to the aperture's plane; outside (0, distance) it is not met.
+double distance_to_plane(const Aperture& a, const glm::dvec3& p, double speed) {
+  return glm::dot(a.corners[0] - p, a.inward) / speed;
+}
+
+/// Corners may be listed either way round: the normal about which they turn left.
+glm::dvec3 turning_normal(const Aperture& a) {
+  return glm::dot(detail::newell_normal(a.corners), a.inward) >= 0.0 ? a.inward : -a.inward;
+}
+
+} // namespace
+
 Rgb aperture_transmittance(const std::vector<Aperture>& apertures, const glm::dvec3& p, const glm::dvec3& d,
                            double distance, int* crossed) {
   Rgb product(1.0f);
   int count = 0;
   for (const Aperture& a : apertures) {
-    const double speed = glm::dot(d, a.inward), height = glm::dot(a.corners[0] - p, a.inward);
-    const double t = height / speed;
-    if (!(t > 0.0 && t < distance))
-      continue;
-    // Corners may be listed either way round; measure them about the side on which they turn left.
-    const glm::dvec3 turn = detail::newell_normal(a.corners);
-    const glm::dvec3 normal = glm::dot(turn, a.inward) >= 0.0 ? a.inward : -a.inward;
-    if (!detail::inside_convex(a.corners, normal, p + t * d, 1e-9 * detail::extent(a.corners)))
+    const double speed = glm::dot(d, a.inward), t = distance_to_plane(a, p, speed);
+    if (!(t > 0.0 && t < distance) ||
+        !detail::inside_convex(a.corners, turning_normal(a), p + t * d, kRim * detail::extent(a.corners)))
       continue;
     product *= pane_transmittance(a, speed);
     ++count;
@@ -337,6 +348,35 @@ Rgb aperture_transmittance(const std::vector<Aperture>& apertures, const glm::dv
   if (crossed)
     *crossed = count;
   return product;
+}
+
+ApertureCrossings::ApertureCrossings(const std::vector<Aperture>& apertures) : apertures_(apertures) {
+  for (const Aperture& a : apertures_) {
+    Outline o{.turn = turning_normal(a), .tolerance_m = kRim * detail::extent(a.corners)};
+    for (const glm::dvec3& c : a.corners)
+      o.middle += c / static_cast<double>(a.corners.size());
+    for (const glm::dvec3& c : a.corners)
+      o.radius_m = std::max(o.radius_m, glm::distance(c, o.middle) + 2.0 * o.tolerance_m);
+    outline_.push_back(o);
+  }
+}
+
+ApertureCrossings::Met ApertureCrossings::met(const glm::dvec3& p, const glm::dvec3& d, double distance) const {
+  Met met;
+  for (std::size_t k = 0; k < apertures_.size(); ++k) {
+    const Aperture& a = apertures_[k];
+    const Outline& o = outline_[k];
+    const double speed = glm::dot(d, a.inward), t = distance_to_plane(a, p, speed);
+    if (!(t > 0.0 && t < distance))
+      continue;
+    const glm::dvec3 at = p + t * d, off = at - o.middle;
+    if (glm::dot(off, off) > o.radius_m * o.radius_m || !detail::inside_convex(a.corners, o.turn, at, o.tolerance_m))
+      continue;
+    met.transmittance *= pane_transmittance(a, speed);
+    met.nearest_m = std::min(met.nearest_m, t);
+    ++met.count;
+  }
+  return met;
 }
 
 } // namespace daylit

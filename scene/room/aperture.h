@@ -2,6 +2,7 @@
 
 // Where daylight can enter: window panes (by material name) and plain holes in the walls.
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -36,5 +37,28 @@ Result<Apertures> find_apertures(const Room& room, const RayScene& scene);
 /// crosses up to `distance` metres (infinity allowed); 1 when it crosses none. `crossed` counts apertures (holes too).
 Rgb aperture_transmittance(const std::vector<Aperture>& apertures, const glm::dvec3& p, const glm::dvec3& d,
                            double distance, int* crossed = nullptr);
+
+/// aperture_transmittance() for many rays: what the test of an aperture needs is found once.
+class ApertureCrossings {
+public:
+  explicit ApertureCrossings(const std::vector<Aperture>& apertures);
+  struct Met {
+    Rgb transmittance{1.0f}; ///< as aperture_transmittance()
+    int count = 0;
+    double nearest_m = std::numeric_limits<double>::infinity();
+  };
+  /// On the way from p in unit direction d, up to `distance` metres (infinity allowed).
+  Met met(const glm::dvec3& p, const glm::dvec3& d, double distance) const;
+
+private:
+  struct Outline {
+    glm::dvec3 turn{0.0};   ///< unit normal about which the corners turn left
+    glm::dvec3 middle{0.0}; ///< of the corners
+    double radius_m = 0;    ///< of the sphere about the middle that holds the corners
+    double tolerance_m = 0;
+  };
+  std::vector<Aperture> apertures_;
+  std::vector<Outline> outline_;
+};
 
 } // namespace daylit

@@ -28,7 +28,7 @@ Cut cut_room(const Room& room, std::size_t count) {
   StageClock clock(report);
   Cut cut{*set_up(room, options, report, clock), {}};
   cut.elements = *LightElements::make(cut.problem.mesh, cut.problem.patches, cut.problem.apertures.list,
-                                      cut.problem.room_scene, count);
+                                      cut.problem.room_scene, cut.problem.field, count);
   return cut;
 }
 

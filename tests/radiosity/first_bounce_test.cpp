@@ -209,5 +209,29 @@ TEST(FirstBounce, bits_do_not_depend_on_the_number_of_threads) {
   EXPECT_EQ(one.light.opening, two.light.opening);
 }
 
+/// The ground before a house sees the open sky: each small region gives it its own solid angle times the cosine, and a
+/// sun is no chance hit.
+TEST(FirstBounce, an_open_ground_is_lit_by_small_regions_alike) {
+  Room room = room_with_window_hole(0.5f);
+  const Bounds house = room.bounds();
+  const double low = house.min.z - 1.0;
+  add_quad(room, {house.min.x - 30, house.min.y - 30, low}, {house.max.x + 30, house.min.y - 30, low},
+           {house.max.x + 30, house.max.y + 30, low}, {house.min.x - 30, house.max.y + 30, low}, 0);
+  const SkyPartition sky = *SkyPartition::uniform(2048);
+  const Lit l = light_up(room, 300, sky);
+  double most = 0;
+  int open = 0;
+  for (std::size_t i = 0; i < l.set.patches.size(); ++i)
+    for (std::size_t k = 0; k < l.light.columns(); ++k) {
+      const double cosine = glm::dot(sky.centre(l.light.region[k]), l.set.patches[i].normal);
+      if (l.set.patches[i].corner[0].z + l.mesh.origin.z > low + 1e-6 || cosine < 0.3)
+        continue;
+      most = std::max(most, double(l.light.row(i, 1)[k]) / (cosine * sky.solid_angle_sr(l.light.region[k])));
+      ++open;
+    }
+  EXPECT_GT(open, 10000);
+  EXPECT_NEAR(most, 1.0, 0.05);
+}
+
 } // namespace
 } // namespace daylit::radiosity

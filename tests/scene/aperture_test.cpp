@@ -252,5 +252,32 @@ TEST(Aperture, reference_rooms_have_the_openings_they_state) {
   }
 }
 
+TEST(Aperture, crossings_of_many_rays_are_those_of_single_ones) {
+  std::vector<Aperture> panes;
+  for (int k = 0; k < 5; ++k) {
+    const double x = 1.2 * k;
+    panes.push_back({{{x, 0.1 * k, 0}, {x + 1, 0.1 * k, 0}, {x + 1, 0.1 * k, 1}, {x, 0.1 * k, 1}},
+                     {0, k % 2 == 0 ? 1.0 : -1.0, 0},
+                     Rgb(0.5f + 0.1f * static_cast<float>(k)),
+                     k == 3 ? 1.52f : 0.0f});
+  }
+  const ApertureCrossings crossings(panes);
+  int crossed = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const auto part = [i](double step) { return std::fmod(step * (i + 1), 1.0); };
+    const glm::dvec3 p(7 * part(0.618) - 0.5, 3 * part(0.414) - 1.5, part(0.732));
+    const glm::dvec3 d = glm::normalize(glm::dvec3(part(0.236) - 0.5, part(0.317) - 0.5, 0.3 * part(0.123) - 0.15));
+    const double distance = i % 2 == 0 ? std::numeric_limits<double>::infinity() : part(0.555);
+    int count = 0;
+    const Rgb through = aperture_transmittance(panes, p, d, distance, &count);
+    const ApertureCrossings::Met met = crossings.met(p, d, distance);
+    EXPECT_EQ(met.count, count);
+    EXPECT_EQ(met.transmittance, through);
+    EXPECT_EQ(met.nearest_m<distance, count> 0);
+    crossed += count;
+  }
+  EXPECT_GT(crossed, 500);
+}
+
 } // namespace
 } // namespace daylit

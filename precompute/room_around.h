@@ -1,0 +1,15 @@
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "scene/core/result.h"
+#include "scene/room/room.h"
+
+namespace daylit::precompute {
+
+/// The box of the room around a point (world metres), from rays to the surfaces seen there: what lies behind a door or
+/// another small gap is left out. A room that is no box is covered as far as the point sees it.
+/// Error value_invalid: nothing encloses the point.
+Result<Bounds> room_around(const Room& room, const glm::dvec3& point);
+
+} // namespace daylit::precompute

@@ -1,0 +1,102 @@
+// Light only where it is asked for: the room around a point, a box, and the sketch that keeps a building's sky small.
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "precompute/detail/sun_metric.h"
+#include "precompute/room_around.h"
+#include "precompute/room_frame.h"
+#include "tests/scene/test_rooms.h"
+
+namespace daylit::precompute {
+namespace {
+
+/// Two rooms of 4 x 4 x 3 m with a window each, joined by a door of 0.9 x 2 m.
+Room two_rooms() {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall");
+  b.box({0, 0, 0}, {4, 4, 3}, wall, 63 & ~(4u | 8u));
+  b.box({0, 4, 0}, {4, 8, 3}, wall, 63 & ~(4u | 8u));
+  b.wall_with_hole(0.0, 0, 4, 0, 3, 1, 3, 1, 2, wall);
+  b.wall_with_hole(4.0, 0, 4, 0, 3, 0.2, 1.1, 0, 2, wall);
+  b.wall_with_hole(8.0, 0, 4, 0, 3, 1, 3, 1, 2, wall);
+  return b.room;
+}
+
+TEST(RoomAround, ends_at_the_walls_and_not_behind_the_door) {
+  for (const glm::dvec3 p : {glm::dvec3(2.5, 1.5, 1.2), glm::dvec3(3.5, 0.5, 2.5)}) {
+    const auto box = room_around(two_rooms(), p);
+    ASSERT_TRUE(box) << box.error().message();
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(box->min[axis], 0.0, 0.02);
+      EXPECT_NEAR(box->max[axis], axis == 2 ? 3.0 : 4.0, 0.02);
+    }
+  }
+  EXPECT_FALSE(room_around(two_rooms(), {20, 20, 20}));
+}
+
+TEST(Box, has_all_probes_and_they_are_in_the_air_without_an_opening_beside_them) {
+  const RoomFile room{two_rooms(), {}, "two rooms"};
+  BakeOptions options;
+  options.target_facets = 200;
+  options.gather_rays = 64;
+  options.visibility_rays = 512;
+  options.spacing_m = 0.25;
+  options.box = {{1.5, 1.5, 1}, {2.5, 2.5, 2}};
+  BakeReport report;
+  const auto volume = bake_room(
+      room, *SkyPartition::uniform(16), options, [](const std::string&, double) { return true; }, report);
+  ASSERT_TRUE(volume) << volume.error().message();
+  EXPECT_EQ(report.probes_valid, report.probes);
+  for (const glm::vec3& p : volume->probes.positions)
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_GE(volume->probes.origin[axis] + double(p[axis]), options.box.min[axis] - 1e-6);
+      EXPECT_LE(volume->probes.origin[axis] + double(p[axis]), options.box.max[axis] + 1e-6);
+    }
+}
+
+/// Sources 0 .. 5, node j lights sources j mod 6 and (j + 1) mod 6.
+detail::SunColumns columns_of(std::size_t nodes) {
+  detail::SunColumns c{.sources = 6, .node = {}, .begin = {0}, .source = {}, .value = {}};
+  for (std::size_t j = 0; j < nodes; ++j) {
+    c.node.push_back(static_cast<std::int32_t>(j));
+    for (const std::size_t s : {j % 6, (j + 1) % 6}) {
+      c.source.push_back(static_cast<std::uint32_t>(s));
+      c.value.push_back(0.5f + 0.1f * static_cast<float>(j % 7));
+    }
+    c.begin.push_back(c.source.size());
+  }
+  return c;
+}
+
+/// sum over nodes of d^2 H_s H_t, and the same from the sketch.
+void expect_covariance(std::size_t nodes, double within) {
+  const detail::SunColumns c = columns_of(nodes);
+  std::vector<float> weight;
+  for (std::size_t j = 0; j < nodes; ++j)
+    weight.push_back(1.0f + 0.01f * static_cast<float>(j % 11));
+  const detail::SunMetric metric(c, weight);
+  std::vector<double> exact(36, 0.0);
+  for (std::size_t j = 0; j < nodes; ++j)
+    for (std::size_t a = c.begin[j]; a < c.begin[j + 1]; ++a)
+      for (std::size_t b = c.begin[j]; b < c.begin[j + 1]; ++b)
+        exact[c.source[a] * 6 + c.source[b]] +=
+            double(weight[j]) * double(weight[j]) * double(c.value[a]) * double(c.value[b]);
+  for (std::size_t s = 0; s < 6; ++s)
+    for (std::size_t t = 0; t < 6; ++t) {
+      double sketch = 0;
+      for (std::size_t k = 0; k < metric.columns; ++k)
+        sketch += double(metric.sample[s * metric.columns + k]) * double(metric.sample[t * metric.columns + k]);
+      sketch *= double(metric.sigma[s]) * double(metric.sigma[t]);
+      EXPECT_NEAR(sketch, exact[s * 6 + t], within * std::sqrt(exact[s * 7] * exact[t * 7])) << s << " " << t;
+    }
+}
+
+TEST(SunMetric, is_exact_with_few_nodes_and_close_with_many) {
+  expect_covariance(600, 1e-5);
+  expect_covariance(12000, 0.15); // 4 / sqrt(1,024)
+}
+
+} // namespace
+} // namespace daylit::precompute
