@@ -1,4 +1,5 @@
-# cpack -G DEB makes one package per component: daylit-bake, daylit-run, daylit-bench and libdaylit-dev.
+# cpack -G DEB makes one package per component: daylit-bake, daylit-run,
+# daylit-calibrate, daylit-bench and libdaylit-dev.
 set(DAYLIT_MAINTAINER "daylit maintainers <root@localhost>" CACHE STRING "who answers for the Debian packages")
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME daylit)
@@ -27,12 +28,16 @@ set(CPACK_COMPONENT_BAKE_DESCRIPTION "bakes the daylight of a room
 set(CPACK_DEBIAN_RUN_PACKAGE_NAME daylit-run)
 set(CPACK_COMPONENT_RUN_DESCRIPTION "virtual objects in the daylight of a real room
  Draws virtual objects into camera pictures of a room, lit by the daylight
- that a fish-eye camera measures outside (daylit-run, and a systemd unit), and
- calibrates both cameras (daylit-calibrate).")
+ that a fish-eye camera measures outside (daylit-run, and a systemd unit).")
 # OpenGL and the window are opened only where they are wanted.
 set(CPACK_DEBIAN_RUN_PACKAGE_RECOMMENDS "libegl-mesa0, libgl1-mesa-dri")
-set(CPACK_DEBIAN_RUN_PACKAGE_SUGGESTS "daylit-bake, libosmesa6")
+set(CPACK_DEBIAN_RUN_PACKAGE_SUGGESTS "daylit-bake, daylit-calibrate, libosmesa6")
 set(CPACK_DEBIAN_RUN_PACKAGE_CONTROL_EXTRA "${CMAKE_CURRENT_LIST_DIR}/postinst;${CMAKE_CURRENT_LIST_DIR}/prerm")
+
+set(CPACK_DEBIAN_CALIBRATE_PACKAGE_NAME daylit-calibrate)
+set(CPACK_COMPONENT_CALIBRATE_DESCRIPTION "calibrates the cameras and the room of daylit
+ Lens, response, fall-off, colour and orientation of the cameras, and what the
+ walls of the room reflect, from pictures, each with a verdict and a report.")
 
 set(CPACK_DEBIAN_BENCH_PACKAGE_NAME daylit-bench)
 set(CPACK_COMPONENT_BENCH_DESCRIPTION "accuracy and speed of daylit on this machine
@@ -59,18 +64,18 @@ file(ARCHIVE_CREATE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/changelog.gz" PATHS "${C
 # Programs that link CGAL (radiosity) fall under the GPL as binaries.
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   set(daylit_licence_of_binary "")
-  if(DAYLIT_BAKE AND component MATCHES "^(bake|bench)$")
+  if(DAYLIT_BAKE AND component MATCHES "^(bake|bench|calibrate)$")
     set(daylit_licence_of_binary "
-Files: usr/bin/daylit-precompute usr/bin/daylit-bench
+Files: usr/bin/daylit-precompute usr/bin/daylit-bench usr/bin/daylit-calibrate
 Copyright: 2026 the daylit authors, the CGAL project
 License: GPL-3+
  These binaries contain parts of CGAL, which are under the GNU General Public License, version 3 or later, in
  /usr/share/common-licenses/GPL-3.")
   endif()
-  if(DAYLIT_RUNTIME AND component MATCHES "^(run|dev)$")
-    set(daylit_licence_of_binary "
-Files: usr/bin/daylit-run usr/lib/libdaylit_runtime.a
-Comment: the page that they serve contains three.js
+  if(component MATCHES "^(bake|run|dev)$")
+    string(APPEND daylit_licence_of_binary "
+Files: usr/bin/daylit-run usr/bin/daylit-precompute usr/lib/libdaylit_runtime.a
+Comment: the pages that they serve or write contain three.js
 Copyright: 2010-2019 three.js authors
 License: MIT
  Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated

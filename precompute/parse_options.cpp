@@ -43,6 +43,7 @@ Result<glm::dvec3> parse_point(const std::string& text) {
   return n ? Result<glm::dvec3>({(*n)[0], (*n)[1], (*n)[2]}) : n.error();
 }
 
+/// Two opposite corners, the smaller coordinates first.
 Result<Bounds> parse_box(const std::string& text) {
   const auto n = parse_numbers(text, 6, "--box");
   if (!n)

@@ -24,7 +24,7 @@ struct Patch {
   double area_m2 = 0;
   Rgb reflectance{0.0f};
   std::uint32_t facet = 0;
-  float importance = 1; ///< of its light for the receivers, 0 to 1: the share of the usual rays that it is worth
+  float importance = 1; ///< of its light for the receivers, 0 to 1: the fraction of the usual rays that it is worth
 };
 
 struct PatchSet {

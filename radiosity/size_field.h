@@ -15,7 +15,7 @@
 namespace daylit::radiosity {
 
 /// A facet's error counts by its importance W (what a unit of light sent out there brings to the receivers) and its
-/// size h as W h^4; the same share for every facet asks for h ~ W^(-1/4). Surfaces with more than a tenth of the usual
+/// size h as W h^4; the same error for every facet asks for h ~ W^(-1/4). Surfaces with more than a tenth of the usual
 /// importance keep their size.
 class SizeField {
 public:

@@ -91,6 +91,7 @@ std::vector<float> multiply_transposed(std::span<const float> a, std::span<const
   return c;
 }
 
+/// q_ij = 1 where i = j, else 0.
 Basis Basis::identity(std::size_t rows) {
   Basis basis{std::vector<float>(rows * rows, 0.0f), rows};
   for (std::size_t k = 0; k < rows; ++k)

@@ -50,7 +50,8 @@ std::vector<float> SeenParts::means(const SurfaceLight& light, std::span<const f
   return mean;
 }
 
-/// The sample of part a is sum over s in a of fraction_s sigma_s sample_s.
+/// The sample of part a is sum over s in a of fraction_s sigma_s sample_s: E_a = sum of fraction_s E_s, the mean
+/// irradiance of the part, and M is the covariance of E.
 SunMetric SeenParts::metric(const SunMetric& of_sources) const {
   const std::size_t columns = of_sources.columns;
   const float scale = std::sqrt(static_cast<float>(columns));

@@ -47,6 +47,7 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
   return grid;
 }
 
+/// W at the middle of a facet.
 double importance(const radiosity::SurfaceMesh& mesh, const std::array<glm::dvec3, 3>& corner,
                   const radiosity::SizeField& field) {
   return field.importance(mesh.origin + (corner[0] + corner[1] + corner[2]) / 3.0);

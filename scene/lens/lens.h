@@ -58,7 +58,7 @@ LensModel ideal_pinhole(int width_px, int height_px, double horizontal_fov);
 /// expected there; a curve that folds back before that angle and inside the picture.
 Result<LensModel> read_lens(const std::filesystem::path& path);
 Result<LensModel> parse_lens(const std::string& yaml_text, const std::string& name);
-constexpr FileKind kLensKind{"a lens file of daylit", "# Lens of daylit:"};
+constexpr FileKind kLensKind{"a lens file of daylit", "%YAML 1.0\n---\n# Lens of daylit:"};
 Result<void> write_lens(const std::filesystem::path& path, const LensModel& lens);
 
 } // namespace daylit

@@ -105,7 +105,7 @@ TEST_P(SittingThatFails, is_told_why) {
 INSTANTIATE_TEST_SUITE_P(Boards, SittingThatFails,
                          testing::Values(Failure{"blurred", "--blur 9", "6 of 6 pictures: blurred"},
                                          Failure{"white", "--exposure 60", "6 of 6 pictures: over-exposed"},
-                                         Failure{"dark", "--exposure 0.001 --noise 0", "6 of 6 pictures: too dark"},
+                                         Failure{"dark", "--exposure 0.0001 --noise 0", "6 of 6 pictures: too dark"},
                                          Failure{"alike", "--tilt 3 --reach 0.1", "all pictures are alike"}));
 
 TEST(Checkerboard, a_wrong_size_and_two_boards_are_told_apart) {
