@@ -1,8 +1,10 @@
 #include "runtime/live/replay.h"
 
-#include <future>
+#include <algorithm>
+#include <chrono>
 #include <memory>
 #include <optional>
+#include <thread>
 #include <utility>
 
 #include "capture/frames/recording.h"
@@ -10,12 +12,15 @@
 #include "runtime/input/camera_pose.h"
 #include "runtime/input/interior_input.h"
 #include "runtime/input/sky_reader.h"
+#include "runtime/live/newest.h"
 #include "runtime/output/outputs.h"
 #include "scene/core/program.h"
 
 namespace daylit {
 
 namespace {
+
+constexpr std::chrono::milliseconds kSlice{50};
 
 struct RecordedSky {
   MeasuredSky measured;
@@ -117,30 +122,33 @@ private:
   std::optional<CameraPose> pose_;
 };
 
-/// While a frame is drawn the next one is read.
+/// While a frame is drawn the next one is read, by one thread: OpenCV keeps some memory of each thread there ever was.
 class Replayer {
 public:
   Replayer(const RunConfig& config, const ReplayOptions& options, FrameReader& reader)
-      : config_(config), options_(options), reader_(reader) {}
+      : config_(config), options_(options), reader_(reader),
+        thread_([this](const std::stop_token& stop) { read_ahead(stop); }) {}
 
   std::size_t frames() const {
     return options_.most_frames > 0 ? std::min(reader_.frames(), static_cast<std::size_t>(options_.most_frames))
                                     : reader_.frames();
   }
 
+  /// In order, from 0.
   Result<DrawnFrame> draw(std::size_t k) {
-    const auto ready = next_.valid() ? next_.get() : reader_.read(k);
+    std::optional<Result<ReadyFrame>> next;
+    while (!next)
+      next = next_.take(kSlice);
+    const Result<ReadyFrame>& ready = *next;
     if (!ready)
       return ready.error();
-    if (k + 1 < frames())
-      next_ = std::async(std::launch::async, [this, k] { return reader_.read(k + 1); });
     const PhotoPixels pixels = ready->photo.pixels();
     if (const auto loaded = load(pixels.width(), pixels.height()); !loaded)
       return loaded.error();
     const RecordedSky* sky = ready->sky.get();
-    const FrameToDraw next{ready->photo, k + 1, ready->pose, sky ? &sky->measured.sky : nullptr,
-                           sky ? sky->version : 0};
-    const auto composite = drawer_->draw(next);
+    const FrameToDraw input{ready->photo, k + 1, ready->pose, sky ? &sky->measured.sky : nullptr,
+                            sky ? sky->version : 0};
+    const auto composite = drawer_->draw(input);
     if (!composite)
       return composite.error();
     if (const auto written = write_outputs(numbered(config_.output, k), ready->photo, **composite); !written)
@@ -154,12 +162,19 @@ public:
       done.sky_balance = sky->measured.balance;
     }
     done.tracking = ready->pose.state;
-    done.drawn = next.can_be_drawn();
+    done.drawn = input.can_be_drawn();
     done.total_ms = drawer_->report().total_ms;
     return done;
   }
 
 private:
+  void read_ahead(const std::stop_token& stop) {
+    for (std::size_t k = 0; k < frames() && !stop.stop_requested(); ++k) {
+      next_.put(reader_.read(k));
+      while (!stop.stop_requested() && !next_.wait_until_taken(kSlice)) {
+      }
+    }
+  }
   Result<void> load(int width_px, int height_px) {
     if (drawer_)
       return {};
@@ -175,7 +190,8 @@ private:
   const ReplayOptions& options_;
   FrameReader& reader_;
   std::optional<FrameDrawer> drawer_;
-  std::future<Result<ReadyFrame>> next_; ///< last: its thread ends before the rest goes
+  Newest<Result<ReadyFrame>> next_;
+  std::jthread thread_; ///< last: it uses all of the above
 };
 
 } // namespace
