@@ -8,6 +8,7 @@
 #include <cstring>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include <arv.h>
 
@@ -130,6 +131,8 @@ std::string apply(const CameraSettings& s, ArvCamera* camera) {
   return a.text();
 }
 
+bool is_address(const std::string& camera) { return camera.find_first_not_of("0123456789.") == std::string::npos; }
+
 std::int64_t steady_ns() { return std::chrono::steady_clock::now().time_since_epoch() / 1ns; }
 
 /// The camera's clock on ours. The way of a time stamp to this machine takes at least as long as the fastest did, and
@@ -201,6 +204,8 @@ private:
 
   /// Opens the camera and takes its frames until it is lost. Why it ended, or could not begin.
   std::string stream_until_lost() {
+    if (!is_address(settings_.camera))
+      arv_update_device_list(); // Aravis keeps the address that an id once had; the camera may have another one now
     Attempt a;
     const Owned<ArvCamera> camera(
         arv_camera_new(settings_.camera.empty() ? nullptr : settings_.camera.c_str(), a.out()));

@@ -81,8 +81,11 @@ RunConfig read_sections(TomlSection& root, ConfigFile& file, Use use) {
       file.report(1, fmt::format("section [{}] is missing", required));
   if (TomlSection sky = root.section("sky"))
     detail::read_sky_picture(sky, config.sky);
-  if (TomlSection interior = root.section("interior"))
+  if (TomlSection interior = root.section("interior")) {
     read_interior_section(interior, config.interior);
+    if (config.sky.camera && config.interior.camera && config.sky.camera->camera == config.interior.camera->camera)
+      interior.problem("camera", "is that of [sky] too: two cameras are needed; of two with the same id give addresses");
+  }
   detail::read_marker(root.section("marker"), config.marker);
   detail::read_pose(root.section("pose"), config.world_from_camera);
   if (TomlSection room = root.section("room"))

@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/core/seconds.h"
+#include "tests/capture/second_address.h"
 
 namespace daylit {
 namespace {
@@ -49,8 +50,8 @@ protected:
     unplug();
     close(lock_);
   }
-  bool plug_in() {
-    camera_ = arv_gv_fake_camera_new(kAddress, "daylit-test");
+  bool plug_in(const std::string& address = kAddress) {
+    camera_ = arv_gv_fake_camera_new(address.c_str(), "daylit-test");
     if (!camera_ || !arv_gv_fake_camera_is_running(camera_))
       return false;
     arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera_), fill, &served_);
@@ -182,6 +183,54 @@ TEST_F(CameraTest, an_unplugged_camera_is_said_to_be_gone_and_taken_up_again) {
   EXPECT_TRUE(frame_within(**source, 15)) << (*source)->report().trouble;
   RecordProperty("seconds_until_back", std::to_string(wall_seconds() - back));
   EXPECT_EQ((*source)->report().connections, 2u);
+}
+
+TEST_F(CameraTest, a_camera_named_by_its_id_is_found_again_at_another_address) {
+  const std::string other = test::second_address();
+  if (other.empty())
+    GTEST_SKIP() << "this machine has one address only";
+  CameraSettings s = settings();
+  s.camera = "Aravis-Fake-daylit-test";
+  auto source = open_camera(s);
+  ASSERT_TRUE(source);
+  ASSERT_TRUE(frame_within(**source, 15)) << (*source)->report().trouble;
+  unplug();
+  for (const double end = wall_seconds() + 15; (*source)->report().connected && wall_seconds() < end;)
+    (void)(*source)->next(std::chrono::milliseconds(20));
+  (void)(*source)->next(std::chrono::milliseconds(0));
+  ASSERT_TRUE(plug_in(other));
+  const auto frame = frame_within(**source, 30); // Aravis waits some ten seconds for answers from where it was
+  ASSERT_TRUE(frame) << (*source)->report().trouble;
+  expect_untouched(*frame);
+  EXPECT_EQ((*source)->report().connections, 2u);
+}
+
+TEST_F(CameraTest, cameras_with_the_same_id_are_told_apart_by_their_addresses) {
+  const std::string other = test::second_address();
+  if (other.empty())
+    GTEST_SKIP() << "this machine has one address only";
+  ArvGvFakeCamera* twin = arv_gv_fake_camera_new(other.c_str(), "daylit-test");
+  ASSERT_TRUE(arv_gv_fake_camera_is_running(twin));
+  const auto dark = [](ArvBuffer* buffer, void*, guint32, guint32, ArvPixelFormat) {
+    std::size_t size = 0;
+    const int samples = arv_buffer_get_image_width(buffer) * arv_buffer_get_image_height(buffer);
+    std::memset(const_cast<void*>(arv_buffer_get_data(buffer, &size)), 0, 2 * static_cast<std::size_t>(samples));
+  };
+  arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(twin), dark, nullptr);
+  CameraSettings of_twin = settings();
+  of_twin.camera = other;
+  auto first = open_camera(settings()), second = open_camera(of_twin);
+  ASSERT_TRUE(first && second);
+  for (int k = 0; k < 3; ++k) {
+    const auto bright = frame_within(**first, 15), black = frame_within(**second, 15);
+    EXPECT_TRUE(bright && black) << (*first)->report().trouble << (*second)->report().trouble;
+    if (bright && black) {
+      expect_untouched(*bright);
+      EXPECT_EQ(black->bytes, std::vector<std::uint8_t>(black->bytes.size(), 0));
+    }
+  }
+  second->reset();
+  g_object_unref(twin);
 }
 
 TEST_F(CameraTest, settings_that_the_camera_refuses_are_said) {

@@ -15,8 +15,6 @@
 #include <arpa/inet.h>
 #include <arv.h>
 #include <fcntl.h>
-#include <ifaddrs.h>
-#include <net/if.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -33,6 +31,7 @@
 #include "scene/core/seconds.h"
 #include "scene/image/image_formats.h"
 #include "test_session.h"
+#include "tests/capture/second_address.h"
 
 namespace daylit {
 namespace {
@@ -80,23 +79,6 @@ private:
   ArvGvFakeCamera* camera_ = nullptr;
 };
 
-/// Of this machine, besides 127.0.0.1; a camera needs an address of its own.
-std::string second_address() {
-  ifaddrs* all = nullptr;
-  std::string found;
-  if (getifaddrs(&all) != 0)
-    return found;
-  for (const ifaddrs* a = all; a && found.empty(); a = a->ifa_next)
-    if (a->ifa_addr && a->ifa_addr->sa_family == AF_INET && (a->ifa_flags & IFF_UP) != 0) {
-      char text[INET_ADDRSTRLEN] = {};
-      inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(a->ifa_addr)->sin_addr, text, sizeof(text));
-      if (std::strcmp(text, "127.0.0.1") != 0)
-        found = text;
-    }
-  freeifaddrs(all);
-  return found;
-}
-
 std::vector<std::uint8_t> sixteen_bits(const std::vector<Rgb>& texels, float largest) {
   std::vector<std::uint8_t> bytes;
   for (const Rgb& t : texels) {
@@ -124,7 +106,7 @@ protected:
     lock_ = open("/tmp/daylit-camera-test.lock", O_CREAT | O_RDWR | O_CLOEXEC, 0666);
     ASSERT_GE(lock_, 0);
     flock(lock_, LOCK_EX);
-    const std::string second = second_address();
+    const std::string second = test::second_address();
     if (second.empty())
       GTEST_SKIP() << "this machine has one address only";
     sky_ = std::make_unique<FakeCamera>("127.0.0.1", sixteen_bits(studio_.sky.radiance, kSkyRange));

@@ -191,6 +191,7 @@ TEST_F(ConfigTest, impossible_cameras_boards_and_servers_are_refused_with_their_
       {"camera = \"127.0.0.1\"", "image = \"sky.exr\"", "is only used with camera"},
       {"camera = \"127.0.0.2\"", "image = \"photo.png\"", "[sky] has a camera and [interior] has none"},
       {"camera = \"127.0.0.2\"", "camera = \"\"", "is empty"},
+      {"camera = \"127.0.0.2\"", "camera = \"127.0.0.1\"", "is that of [sky] too"},
       {"scale = 1.0", "scale = \"marker\"", "is for single pictures"},
       {"columns = 2", "columns = 3", "2 ids do not fill rows of 3"},
       {"columns = 2", "gap_m = 0.1", "is only used with columns"},
