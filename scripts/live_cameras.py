@@ -14,14 +14,20 @@ def run(*command, **options):
     return subprocess.run([str(c) for c in command], check=True, **options)
 
 
+NEEDS_ADDRESSES = "two cameras need two addresses. As root: ip addr add 127.0.0.2/8 dev lo"
+
+
+def second_address():
+    """Of this machine, besides 127.0.0.1; None: it has none."""
+    known = subprocess.run(["ip", "-4", "-o", "addr"], capture_output=True, text=True).stdout
+    others = [a for a in re.findall(r"inet ([0-9.]+)", known) if a != "127.0.0.1"]
+    return "127.0.0.2" if "127.0.0.2" in others else others[0] if others else None
+
+
 def two_addresses():
     """Of this machine, for a camera each; as root 127.0.0.2 is added to the loopback device."""
     subprocess.run(["ip", "addr", "add", "127.0.0.2/8", "dev", "lo"], stderr=subprocess.DEVNULL)
-    known = subprocess.run(["ip", "-4", "-o", "addr"], capture_output=True, text=True).stdout
-    others = [a for a in re.findall(r"inet ([0-9.]+)", known) if a != "127.0.0.1"]
-    if not others:
-        sys.exit("two cameras need two addresses. As root: ip addr add 127.0.0.2/8 dev lo")
-    return "127.0.0.1", ("127.0.0.2" if "127.0.0.2" in others else others[0])
+    return "127.0.0.1", second_address() or sys.exit(NEEDS_ADDRESSES)
 
 
 class Camera:

@@ -1,6 +1,7 @@
 #include "runtime/page/scene_json.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 
@@ -81,6 +82,29 @@ Json lights_json(const std::vector<DirectionalLight>& lights, const SkyGeometry&
   return list;
 }
 
+/// The outline of a region in the sky picture as an SVG path; in pieces where the lens ends.
+void add_outline(std::string& path, const SkyPartition& partition, int region, const SkyGeometry& sky) {
+  constexpr std::array<glm::dvec2, 5> kCorners{{{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0, 0}}};
+  const bool all_around = glm::distance(partition.sample(region, 0, 0.5), partition.sample(region, 1, 0.5)) < 1e-6;
+  const int steps =
+      std::clamp(static_cast<int>(40.0 * std::sqrt(partition.solid_angle_sr(region))), all_around ? 8 : 1, 48);
+  bool on_line = false;
+  for (int k = 0; k <= 4 * steps; ++k) {
+    const int edge = std::min(k / steps, 3);
+    if (all_around && edge % 2 == 1 && k != steps && k != 3 * steps) { // where its first and last azimuth meet
+      on_line = false;
+      continue;
+    }
+    const glm::dvec2 at =
+        glm::mix(kCorners[static_cast<std::size_t>(edge)], kCorners[static_cast<std::size_t>(edge) + 1],
+                 static_cast<double>(k - edge * steps) / steps);
+    const auto pixel = sky.pixel(partition.sample(region, at.x, at.y));
+    if (pixel)
+      fmt::format_to(std::back_inserter(path), "{}{:.1f} {:.1f}", on_line ? 'L' : 'M', pixel->x, pixel->y);
+    on_line = pixel.has_value();
+  }
+}
+
 /// Where the window cone and the samples are seen from: the middle of the first object, else of the room.
 glm::dvec3 view_point(const Session& session) {
   const BoundingSphere sphere = session.object_bounds(0);
@@ -143,6 +167,17 @@ std::string room_json(const Session& session) {
   return fmt::format(R"({{"corners":{},"colours":{},"windows":{},"probes":{},"low":{},"high":{}}})", corners.json(),
                      colours.json(), windows.dump(), probe_places.json(), triple(bounds.min).dump(),
                      triple(bounds.max).dump());
+}
+
+std::string regions_json(const Session& session, const SkyImage& sky) {
+  const SkyPartition& partition = session.volume().partition;
+  const std::vector<std::uint8_t> counts = regions_that_count(session.volume());
+  std::string path;
+  for (int region = 0; region < partition.size(); ++region)
+    if (counts[static_cast<std::size_t>(region)] != 0)
+      add_outline(path, partition, region, *sky.geometry());
+  return fmt::format(R"({{"count":{},"of":{},"path":"{}"}})", std::count(counts.begin(), counts.end(), 1),
+                     partition.size(), path);
 }
 
 std::string light_json(const Session& session, const SkyImage& sky) {

@@ -122,6 +122,11 @@ HttpReply made_between_frames(SessionDesk& desk, const Make& make) {
                         : json_reply(std::move(text));
 }
 
+HttpReply made_under_sky(SessionDesk& desk, std::string (*make)(const Session&, const SkyImage&)) {
+  return made_between_frames(
+      desk, [&](const BetweenFrames& now) { return now.sky ? make(now.session, *now.sky) : std::string(); });
+}
+
 /// Exposed so that all but the brightest fiftieth is below white. Only the copy is made between frames.
 HttpReply sky_picture(SessionDesk& desk) {
   RgbImage sky;
@@ -159,12 +164,8 @@ std::vector<HttpRoute> scene_routes(SessionDesk& desk, SceneEditor& editor) {
        [&desk](const HttpRequest&) {
          return made_between_frames(desk, [](const BetweenFrames& now) { return room_json(now.session); });
        }},
-      {Method::get, "/scene/light",
-       [&desk](const HttpRequest&) {
-         return made_between_frames(desk, [](const BetweenFrames& now) {
-           return now.sky ? light_json(now.session, *now.sky) : std::string();
-         });
-       }},
+      {Method::get, "/scene/light", [&desk](const HttpRequest&) { return made_under_sky(desk, light_json); }},
+      {Method::get, "/scene/regions", [&desk](const HttpRequest&) { return made_under_sky(desk, regions_json); }},
       {Method::get, "/scene/sky.jpg", [&desk](const HttpRequest&) { return sky_picture(desk); }},
       {Method::get, "/scene/pick", [&editor](const HttpRequest& request) { return pick(editor, request); }},
       {Method::post, "/scene/change", [&editor](const HttpRequest& request) { return change(editor, request); }},

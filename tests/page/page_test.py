@@ -1,11 +1,17 @@
 #!/usr/bin/env python3
-"""The page in a headless Chromium: what is seen, dragged, refused and saved. Exit code 77: Chromium or its driver is not
-installed. Usage: page_test.py BIN_FOLDER [FOLDER FOR SCREENSHOTS]"""
-import base64, json, pathlib, shutil, socket, subprocess, sys, tempfile, time, urllib.error, urllib.request
+"""daylit-run's page in a headless Chromium, two fake cameras before it: what is seen, dragged, refused and saved.
+Exit code 77: Chromium, its driver or a second address for the second camera is missing.
+Usage: page_test.py BIN_FOLDER [FOLDER FOR SCREENSHOTS]"""
+import base64, fcntl, json, pathlib, shutil, signal, socket, subprocess, sys, tempfile, time, urllib.error, urllib.request
 
-BIN = pathlib.Path(sys.argv[1]).resolve()
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+import live_cameras
+from live_cameras import Camera, live_config, section, started, wait_until_it_answers
+
+BIN = live_cameras.BIN = pathlib.Path(sys.argv[1]).resolve()
 SHOTS = pathlib.Path(sys.argv[2]) if len(sys.argv) > 2 else None
 TOKEN = "a-token-of-the-test-1234"
+SKY_WHITE, ROOM_WHITE = 60.0, 12.0  # radiance of the largest code value, exposed for a millisecond
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 
 
@@ -138,18 +144,48 @@ def look(b):
     """Everything of the page has something to show, and all of it comes from the server."""
     wait_for("a picture", lambda: b.run("return document.getElementById('stream').naturalWidth"))
     wait_for("an object", lambda: b.run("return document.querySelectorAll('#objects button').length"))
+    wait_for("a sky", lambda: draws(b), 60)
     wait_for("stages", lambda: b.run("return document.querySelectorAll('#stage-names li').length") >= 3)
     wait_for("marks of the sky", lambda: b.run("return document.querySelectorAll('#sky-marks circle').length") > 8)
     time.sleep(3)
     check("the graph of the stages fills", b.run(COLOURS, "#stages") >= 4)
     check("the room shows probes of many colours", b.run(COLOURS, "#room canvas") > 60, b.run(COLOURS, "#room canvas"))
     check("windows are outlined in the sky", b.run("return document.querySelectorAll('#sky-marks polyline').length") > 0)
+    outlines = b.run("return document.querySelector('#sky-marks path').getAttribute('d').split('M').length - 1")
+    check("regions are outlined in the sky", outlines > 20, outlines)
     check("the cameras say the probable cause of losses", "packets are lost" in b.run("return document.getElementById('cameras').innerText"))
     foreign = b.run("""return performance.getEntriesByType('resource').map((e) => e.name)
         .filter((n) => !n.startsWith(location.origin) && !n.startsWith('blob:') && !n.startsWith('data:'))""")
     check("nothing is loaded from elsewhere", foreign == [], foreign)
     unnamed = b.run(UNNAMED)
     check("everything that is used has a name for screen readers", unnamed == [], unnamed)
+
+
+def state(b):
+    return b.run("return document.getElementById('state').textContent")
+
+
+def draws(b):
+    """A fake camera has no noise: after five seconds of the same picture it is called frozen, and used."""
+    return state(b) == "drawing" or "frozen" in state(b)
+
+
+def watch(b, moving, still):
+    """The picture follows the camera, which is unplugged; another one comes back in its place, which stands."""
+    def share_changed():
+        before = b.run(PICTURE)
+        time.sleep(1.2)
+        return changed_share(before, b.run(PICTURE))
+
+    moved = share_changed()
+    check("the picture moves with the camera", moved > 0.1, moved)
+    moving.unplug()
+    wait_for("the page says that the camera is away", lambda: "interior camera away" in state(b))
+    still.plug()
+    wait_for("the picture is back", lambda: draws(b), 30)
+    time.sleep(1)
+    stood = share_changed()
+    check("a camera that stands gives a picture that stands", stood < 0.01, stood)
 
 
 def refuse(b, url, config):
@@ -258,43 +294,69 @@ def tablet(b):
         b.shot(name)
 
 
-def make_scene(folder):
+def make_scene(folder, sky, room, port):
+    """A room under an overcast sky, six places of the camera, and the configuration of the daemon."""
     run = lambda *words: subprocess.run([BIN / words[0], *words[1:], "--quiet"], check=True, cwd=folder)
-    run("daylit-simulate", "--demo", "sun", "-o", ".", "--size", "256,248", "--spp", "32")
+    run("daylit-simulate", "--demo", "overcast", "-o", ".", "--size", "256,248", "--spp", "16", "--frames", "6")
     run("daylit-precompute", "room.obj", "-o", "room.volume", "--quality", "draft")
     config = folder / "CONFIG.toml"
-    config.write_text("# first line\n" + config.read_text().replace("[[object]]", "# my own comment\n[[object]]"))
+    text = live_config(config.read_text(), section((folder / "scene.toml").read_text(), "marker"), (sky, "Mono16", 1000, 10),
+                       (room, "RGB8", 1000, 10), SKY_WHITE / ROOM_WHITE)
+    (folder / "token").write_text(TOKEN + "\n")
+    config.write_text("# first line\n" + text.replace("[[object]]", "# my own comment\n[[object]]") +
+                      f'\n[http]\nport = {port}\ntoken_file = "token"\n')
     return config
 
 
+def what_is_missing():
+    for program in ("chromium", "chromedriver"):
+        if not shutil.which(program):
+            return f"{program} is not installed (packages chromium and chromium-driver)"
+    return "" if live_cameras.second_address() else live_cameras.NEEDS_ADDRESSES
+
+
+def try_page(folder, sky_address, room_address):
+    port = free_port()
+    config = make_scene(folder, sky_address, room_address, port)
+    views = sorted(folder.glob("interior*.exr"))
+    sky = Camera([folder / "sky.exr"], sky_address, "--white", SKY_WHITE, "--mosaic", "rggb", "--lost-ratio", 0.002)
+    moving = Camera(views, room_address, "--white", ROOM_WHITE, "--response", "srgb", "--seconds-each", 0.5)
+    still = Camera(views[:1], room_address, "--white", ROOM_WHITE, "--response", "srgb")
+    sky.plug(), moving.plug()
+    log = open(folder / "daemon.log", "w+")
+    daemon = subprocess.Popen([BIN / "daylit-run", config], stderr=log)
+    started.append(daemon)
+    wait_until_it_answers(port, daemon)
+    url, browser = f"http://127.0.0.1:{port}", Browser()
+    try:
+        browser.call("POST", "/url", {"url": url + "/"})
+        look(browser)
+        browser.shot("page")
+        watch(browser, moving, still)
+        refuse(browser, url, config)
+        use_token(browser)
+        drag(browser)
+        drag_in_room(browser)
+        edit(browser, config)
+        tablet(browser)
+        said = [e["message"] for e in browser.call("POST", "/se/log", {"type": "browser"}) if e["level"] == "SEVERE"]
+        wrong = [m for m in said if "401" not in m and "403" not in m]
+        check("no error in the browser's console", not wrong, wrong)
+    finally:
+        browser.end()
+    daemon.send_signal(signal.SIGTERM)
+    code = daemon.wait(timeout=20)
+    log.seek(0)
+    check("the daemon ends with exit code 0", code == 0, log.read())
+
+
 def main():
-    if not shutil.which("chromium") or not shutil.which("chromedriver"):
-        print("chromium and chromium-driver are not installed: the page is not tried")
+    if missing := what_is_missing():
+        print("the page is not tried: " + missing)
         return 77
-    with tempfile.TemporaryDirectory() as name:
-        config = make_scene(pathlib.Path(name))
-        server = subprocess.Popen([BIN / "page_server", config, TOKEN], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        browser = None
-        try:
-            url = f"http://127.0.0.1:{int(server.stdout.readline())}"
-            browser = Browser()
-            browser.call("POST", "/url", {"url": url + "/"})
-            look(browser)
-            browser.shot("page")
-            refuse(browser, url, config)
-            use_token(browser)
-            drag(browser)
-            drag_in_room(browser)
-            edit(browser, config)
-            tablet(browser)
-            log = [e["message"] for e in browser.call("POST", "/se/log", {"type": "browser"}) if e["level"] == "SEVERE"]
-            wrong = [m for m in log if "401" not in m and "403" not in m]
-            check("no error in the browser's console", not wrong, wrong)
-        finally:
-            if browser:
-                browser.end()
-            server.stdin.close()
-            server.wait(timeout=20)
+    with open("/tmp/daylit-camera-test.lock", "w") as lock, tempfile.TemporaryDirectory() as folder:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # a port of GigE Vision per address: tests with cameras wait for each other
+        try_page(pathlib.Path(folder), "127.0.0.1", live_cameras.second_address())
     print(f"{check.failed} failed")
     return 1 if check.failed else 0
 

@@ -1,8 +1,10 @@
 // What the page asks and changes, without a browser.
 
+#include <algorithm>
 #include <atomic>
 #include <fstream>
 #include <random>
+#include <set>
 #include <sstream>
 #include <thread>
 
@@ -91,6 +93,36 @@ TEST_F(Page, scene_room_and_light_fit_together) {
   EXPECT_GT(light["probes"][0].get<double>(), 0.0);
   EXPECT_EQ(light["sky_samples"].size() + light["sun_samples"].size(), 12u);
   EXPECT_EQ(ask(HttpRoute::Method::get, "/scene/sky.jpg").body.substr(0, 2), "\xff\xd8");
+}
+
+TEST_F(Page, outlines_lie_where_two_regions_meet_and_every_region_that_counts_has_one) {
+  const json regions = get("/scene/regions");
+  const SkyPartition& partition = session_.volume().partition;
+  const SkyGeometry& geometry = *sky_.geometry();
+  EXPECT_EQ(regions["of"], partition.size());
+  std::string path = regions["path"];
+  std::ranges::replace_if(
+      path, [](char c) { return c == 'M' || c == 'L'; }, ' ');
+  std::istringstream numbers(path);
+  std::set<int> outlined;
+  for (glm::dvec2 at; numbers >> at.x >> at.y;) {
+    std::set<int> around;
+    bool beside_the_picture =
+        at.x < 0.5 || at.y < 0.5 || at.x > geometry.width() - 1.5 || at.y > geometry.height() - 1.5;
+    for (const glm::dvec2 step : {glm::dvec2(0.6, 0.4), {-0.6, 0.4}, {0.6, -0.4}, {-0.6, -0.4}})
+      if (const auto direction = geometry.direction(at + step))
+        around.insert(partition.region_of(*direction));
+      else
+        beside_the_picture = true;
+    EXPECT_TRUE(around.size() > 1 || beside_the_picture) << at.x << " " << at.y;
+    outlined.insert(around.begin(), around.end());
+  }
+  const std::vector<std::uint8_t> counts = regions_that_count(session_.volume());
+  ASSERT_GT(regions["count"], 0);
+  for (int region = 0; region < partition.size(); ++region)
+    if (counts[static_cast<std::size_t>(region)] && geometry.pixel(partition.centre(region))) {
+      EXPECT_TRUE(outlined.contains(region)) << region;
+    }
 }
 
 TEST_F(Page, what_is_picked_and_dragged_comes_under_the_pointer) {

@@ -81,6 +81,8 @@ function shape(tag, fields) {
   return made;
 }
 
+let regions = null; // of the camera and the volume: they stay
+
 export async function showSky(light) {
   const url = await picture("/scene/sky.jpg");
   const before = at("sky-picture").src;
@@ -89,12 +91,15 @@ export async function showSky(light) {
   const unit = light.size[0] / 256, dots = (list, colour, r) =>
     list.map(([x, y]) => shape("circle", { cx: x + 0.5, cy: y + 0.5, r: r * unit, fill: colour, stroke: "#000", "stroke-width": unit / 3 }));
   const marks = at("sky-marks");
+  regions ??= await get("/scene/regions");
   marks.setAttribute("viewBox", `0 0 ${light.size[0]} ${light.size[1]}`);
   marks.replaceChildren(
+    shape("path", { d: regions.path, transform: "translate(0.5 0.5)", fill: "none", stroke: "#7dff9b", "stroke-opacity": 0.55,
+                    "stroke-width": unit / 4 }),
     ...light.windows.map((line) => shape("polyline", { points: line.map(([x, y]) => `${x + 0.5},${y + 0.5}`).join(" "),
                                                        fill: "none", stroke: "#59d0ff", "stroke-width": 1.2 * unit })),
     ...dots(light.sky_samples, "#ff5cf4", 1.3), ...dots(light.sun_samples, "#ffe14a", 1.8));
-  at("sky-counts").textContent = `(${light.sky_samples.length} + ${light.sun_samples.length} samples)`;
+  at("sky-counts").textContent = `(${light.sky_samples.length} + ${light.sun_samples.length} samples, ${regions.count} of ${regions.of} regions light the room)`;
 }
 
 // Time per stage
