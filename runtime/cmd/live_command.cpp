@@ -6,8 +6,11 @@
 #include <memory>
 #include <string>
 
+#include <malloc.h>
+
 #include "runtime/base/service_notify.h"
 #include "runtime/cmd/live_routes.h"
+#include "runtime/cmd/local_viewers.h"
 #include "runtime/live/live_run.h"
 #include "runtime/page/page_files.h"
 #include "runtime/page/scene_routes.h"
@@ -24,6 +27,7 @@ using LoadedRun = Result<std::unique_ptr<LiveRun>>;
 
 constexpr double kFeedEvery_s = 1;
 constexpr std::size_t kMostTokenBytes = 4096;
+constexpr int kMemoryArenas = 4; ///< of the C library: one for each of 24 clients' threads would grow for hours
 
 void say(const std::string& text) { std::fprintf(stderr, "daylit-run: %s\n", text.c_str()); }
 
@@ -53,7 +57,7 @@ public:
     auto loaded = LiveRun::load(config_, options_.backend, go_on);
     if (!loaded)
       return loaded.error();
-    if (const auto begun = begin_outputs(); !begun)
+    if (const auto begun = begin_outputs(**loaded); !begun)
       return begun;
     run_ = std::move(*loaded);
     notify_service(ServiceState::ready, "waiting for the cameras");
@@ -63,7 +67,9 @@ public:
       ended = run_->run(surroundings());
     } while (ended && take_next());
     notify_service(ServiceState::stopping);
-    if (ended && options_.frames > 0 && pictures_ < options_.frames)
+    if (ended && !window_open_)
+      return window_open_.error();
+    if (ended && *window_open_ && options_.frames > 0 && pictures_ < options_.frames)
       return interrupted_error("picture " + std::to_string(pictures_));
     return ended;
   }
@@ -74,7 +80,7 @@ private:
       say(note);
   }
 
-  Result<void> begin_outputs() {
+  Result<void> begin_outputs(const LiveRun& loaded) {
     if (!options_.record.empty())
       for (auto [recorder, name] : {std::pair{&sky_recorder_, "sky"}, std::pair{&interior_recorder_, "interior"}}) {
         auto begun = Recorder::start(options_.record / name);
@@ -82,10 +88,17 @@ private:
           return begun.error();
         *recorder = std::move(*begun);
       }
+    if (options_.window || !options_.shared.empty()) {
+      const auto [width, height] = loaded.photo_size();
+      auto viewers = LocalViewers::open(board_, options_.window, options_.shared, width, height);
+      if (!viewers)
+        return viewers.error();
+      viewers_ = std::move(*viewers);
+    }
     if (!config_.http) {
-      if (options_.frames == 0 && options_.record.empty())
+      if (options_.frames == 0 && options_.record.empty() && !viewers_)
         return Error{ErrorCode::value_invalid, "nobody would see the pictures", options_.config.string(),
-                     "add a section [http], or give --frames or --record"};
+                     "add a section [http], or give --window, --share, --frames or --record"};
       return {};
     }
     return begin_server(*config_.http);
@@ -127,9 +140,15 @@ private:
     around.between_frames = [this](Session& session, const SkyImage* sky) { desk_.serve({session, sky}); };
     around.go_on = [this] {
       feed_watchdog();
-      return !interrupted() && !next_is_loaded();
+      return !interrupted() && is_window_open() && !next_is_loaded();
     };
     return around;
+  }
+
+  bool is_window_open() {
+    if (viewers_ && window_open_ && *window_open_)
+      window_open_ = viewers_->follow();
+    return window_open_ && *window_open_;
   }
 
   /// While pictures are drawn, frames come that nobody wants to see, or the interior camera is away: to start again
@@ -178,7 +197,7 @@ private:
 
   /// False: there is none, the daemon ends.
   bool take_next() {
-    if (!next_ || interrupted())
+    if (!next_ || interrupted() || !is_window_open())
       return false;
     run_ = std::move(next_);
     editor_.reset(next_config_);
@@ -210,6 +229,8 @@ private:
   std::future<LoadedRun> loading_;
   SessionDesk desk_;
   SceneEditor editor_;
+  std::unique_ptr<LocalViewers> viewers_;
+  Result<bool> window_open_ = true;    ///< an error: it cannot go on, nor can the run
   std::unique_ptr<HttpServer> server_; ///< after what it shows
   int pictures_ = 0;
   double last_fed_ = 0;
@@ -220,6 +241,7 @@ private:
 
 Result<void> run_live(const RunConfig& config, const LiveOptions& options,
                       const std::function<void(const DrawnFrame&)>& report) {
+  mallopt(M_ARENA_MAX, kMemoryArenas);
   watch_for_reload();
   return Daemon(config, options, report).run();
 }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <string>
 
 #include "runtime/live/frame_drawer.h"
 #include "scene/config/config.h"
@@ -14,6 +15,8 @@ struct LiveOptions {
   std::filesystem::path record; ///< folder for recordings of both cameras; empty: none
   int frames = 0;               ///< so many pictures are drawn and written to [output]; 0: until it is told to stop
   Backend backend = Backend::automatic;
+  bool window = false; ///< the picture on the screen; it ends when the window is closed
+  std::string shared;  ///< name of shared memory that holds the newest picture; empty: none
   bool quiet = false;
 };
 

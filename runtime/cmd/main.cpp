@@ -29,7 +29,7 @@ namespace daylit {
 namespace {
 
 struct Options {
-  std::string config, replay, record;
+  std::string config, replay, record, share;
   int frames = 0, threads = 0;
   bool window = false, quiet = false, json = false, force = false;
   Backend backend = Backend::automatic;
@@ -155,14 +155,14 @@ Result<void> run(const Options& options) {
   if (!options.replay.empty())
     return replay_recording(*given, {options.replay, options.frames, options.backend},
                             [&](const DrawnFrame& frame) { print_drawn(frame, options); });
-  if (!options.record.empty() && !given->is_live())
-    return Error{ErrorCode::usage, "--record is for cameras", options.config, "set [sky] camera and [interior] camera"};
-  if (options.window && given->is_live())
-    return Error{ErrorCode::usage, "--window shows single pictures", options.config,
-                 "look at live ones in a browser: add a section [http]"};
+  if ((!options.record.empty() || !options.share.empty()) && !given->is_live())
+    return Error{ErrorCode::usage, "--record and --share are for cameras", options.config,
+                 "set [sky] camera and [interior] camera"};
   if (given->is_live())
-    return run_live(*given, {options.config, options.record, options.frames, options.backend, options.quiet},
-                    [&](const DrawnFrame& frame) { print_live(frame, options); });
+    return run_live(
+        *given,
+        {options.config, options.record, options.frames, options.backend, options.window, options.share, options.quiet},
+        [&](const DrawnFrame& frame) { print_live(frame, options); });
   const auto input = read_interior(*given);
   if (!input)
     return input.error();
@@ -220,6 +220,8 @@ int main(int argc, char** argv) {
          "the configuration's pictures, the outputs numbered")
       ->check(CLI::ExistingDirectory);
   app.add_option("--record", options.record, "with cameras: folder for recordings of both, for --replay");
+  app.add_option("--share", options.share,
+                 "with cameras: the newest picture in shared memory of that name (/dev/shm/NAME)");
   app.add_option("--frames", options.frames,
                  "how often the frame is drawn (default: once); with --replay: the first so many (default: all);\n"
                  "with cameras: so many, written to [output] and numbered (default: none is written, and no end)")
@@ -231,7 +233,8 @@ int main(int argc, char** argv) {
                                                         {"rays", daylit::Backend::rays}};
   app.add_flag(
       "--window", options.window,
-      "show it: drag objects or turn the camera with the mouse; 1, 2, 3: direct, indirect, differential light; "
+      "show it (with cameras: the live picture; close it to end): drag objects or turn the camera with the mouse; 1, "
+      "2, 3: direct, indirect, differential light; "
       "g: frame times; r: the photograph's view; s: write the objects' places to the configuration; Escape: end");
   app.add_option(
          "--renderer", options.backend,

@@ -155,6 +155,9 @@ Result<std::unique_ptr<LiveRun>> LiveRun::load(const RunConfig& config, Backend 
 LiveRun::LiveRun(std::unique_ptr<State> state) : state_(std::move(state)) {}
 LiveRun::~LiveRun() = default;
 const std::vector<std::string>& LiveRun::notes() const { return state_->drawer.notes(); }
+std::pair<int, int> LiveRun::photo_size() const {
+  return {*state_->interior_camera.width_px, *state_->interior_camera.height_px};
+}
 
 Result<DrawnFrame> LiveRun::State::draw(const ReadyPhoto& p, const LiveSurroundings& around) {
   const FrameToDraw next{p.photo, ++photo_id, p.pose, sky ? &sky->sky : nullptr, sky_id};

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <utility>
 
 #include "runtime/live/frame_drawer.h"
 #include "runtime/live/live_status.h"
@@ -44,6 +45,7 @@ public:
   /// there is waited for. Error: a picture could not be drawn or written.
   Result<void> run(const LiveSurroundings& surroundings);
   const std::vector<std::string>& notes() const;
+  std::pair<int, int> photo_size() const; ///< width and height of the interior camera's frames, pixels
 
 private:
   struct State;

@@ -7,6 +7,7 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include "runtime/cmd/local_viewers.h"
 #include "runtime/gl/gl_context.h"
 #include "runtime/window/view_window.h"
 #include "runtime/window/viewer.h"
@@ -78,6 +79,22 @@ TEST_F(Window, shows_pictures_of_its_size_only) {
     EXPECT_TRUE(*open);
   }
   EXPECT_FALSE(window->show({32, 48, std::vector<std::uint8_t>(3 * 32 * 48)}));
+}
+
+TEST_F(Window, a_live_window_has_pictures_drawn_and_follows_them_whatever_their_size) {
+  PictureBoard board;
+  {
+    auto window = LocalViewers::open(board, true, "", 64, 48);
+    ASSERT_TRUE(window) << window.error().message();
+    EXPECT_EQ(board.viewers(), 1) << "or nothing would be drawn";
+    for (const auto& [width, height] : {std::pair{64, 48}, {32, 48}, {64, 40}}) {
+      board.publish({width, height, std::vector<std::uint8_t>(3 * static_cast<std::size_t>(width) * height, 99)}, {});
+      const auto open = (*window)->follow();
+      ASSERT_TRUE(open) << open.error().message();
+      EXPECT_TRUE(*open);
+    }
+  }
+  EXPECT_EQ(board.viewers(), 0);
 }
 
 TEST_F(Window, viewer_draws_frames_until_it_has_enough) {
