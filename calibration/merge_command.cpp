@@ -14,6 +14,7 @@
 #include "capture/hdr/bracket.h"
 #include "capture/hdr/bracket_cycle.h"
 #include "scene/image/image_formats.h"
+#include "scene/lens/fall_off.h"
 
 namespace daylit::calibration {
 
@@ -148,8 +149,11 @@ Result<void> calibrate_light(const MergeOptions& options, Merged& m) {
     const auto fall_off = options.vignette.empty() ? Result<FallOff>(FallOff{}) : read_fall_off(options.vignette);
     if (!fall_off)
       return fall_off.error();
-    if (const Result<void> good = divide_fall_off(m.bracket.radiance, *lens, *fall_off); !good)
-      return good;
+    RgbImage& radiance = m.bracket.radiance;
+    const auto sensitivity = pixel_sensitivity(*lens, *fall_off, radiance.width, radiance.height);
+    if (!sensitivity)
+      return sensitivity.error();
+    divide(radiance, *sensitivity);
     const double measured = illuminance_at(m.bracket.radiance, *lens);
     if (options.illuminance > 0)
       m.scale = options.illuminance / measured;

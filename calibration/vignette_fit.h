@@ -4,10 +4,9 @@
 
 #include <vector>
 
-#include "calibration/fisheye_picture.h"
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
-#include "scene/lens/lens.h"
+#include "scene/lens/fall_off.h"
 
 namespace daylit::calibration {
 

@@ -15,13 +15,13 @@ set(DAYLIT_MAY_USE_bench sh scene radiosity precompute capture runtime calibrati
 set(DAYLIT_FOLDERS_scene core image lens format room sky model volume config placing)
 set(DAYLIT_MAY_USE_scene_core "")
 set(DAYLIT_MAY_USE_scene_image core)
-set(DAYLIT_MAY_USE_scene_lens core)
+set(DAYLIT_MAY_USE_scene_lens core image)
 set(DAYLIT_MAY_USE_scene_format core image)
 set(DAYLIT_MAY_USE_scene_room core image format)
 set(DAYLIT_MAY_USE_scene_sky core image lens format room)
 set(DAYLIT_MAY_USE_scene_model core image format)
 set(DAYLIT_MAY_USE_scene_volume core image format room sky)
-set(DAYLIT_MAY_USE_scene_config core image format sky)
+set(DAYLIT_MAY_USE_scene_config core image lens format sky)
 set(DAYLIT_MAY_USE_scene_placing core image room model config)
 
 # Floors of capture, lowest first.

@@ -119,6 +119,8 @@ SkyConfig sky_config(const SimulateConfig& config, const std::filesystem::path& 
   sky.image = seen_from(folder, sky.image);
   if (!sky.lens.empty())
     sky.lens = seen_from(folder, sky.lens);
+  if (!sky.fall_off.empty())
+    sky.fall_off = seen_from(folder, sky.fall_off);
   return sky;
 }
 

@@ -2,7 +2,7 @@
 
 #include "runtime/doctor/doctor.h"
 #include "runtime/input/interior_input.h"
-#include "scene/lens/lens.h"
+#include "scene/lens/fall_off.h"
 #include "scene/model/object_mesh.h"
 #include "scene/volume/room_model.h"
 #include "scene/volume/volume.h"
@@ -71,6 +71,11 @@ Findings check_live_lenses(const RunConfig& config) {
   Findings all;
   if (config.sky.projection == "fisheye")
     all.push_back(check_lens("sky lens", config.sky.lens));
+  if (!config.sky.fall_off.empty()) {
+    const auto fall_off = read_fall_off(config.sky.fall_off);
+    all.push_back(fall_off ? all_well("sky fall-off", config.sky.fall_off.string())
+                           : failure("sky fall-off", fall_off.error()));
+  }
   all.push_back(check_lens("interior lens", config.interior.lens));
   for (const auto& [subject, name] :
        {std::pair{"sky response", config.sky.response}, {"interior response", config.interior.response}})

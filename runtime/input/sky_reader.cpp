@@ -35,10 +35,28 @@ Result<SkyReader> SkyReader::open(const SkyConfig& config) {
   const auto projection = parse_projection(name, config.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
   if (!projection)
     return projection.error();
+  const auto fall_off = config.fall_off.empty() ? Result<FallOff>(FallOff{}) : read_fall_off(config.fall_off);
+  if (!fall_off)
+    return fall_off.error();
   const auto response = ResponseCurve::named(config.response);
   if (!response)
     return response.error();
-  return SkyReader(config, *projection, *response);
+  return SkyReader(config, *projection, *fall_off, *response);
+}
+
+/// What all frames of this size have in common.
+Result<void> SkyReader::prepare(int width_px, int height_px) {
+  const auto geometry = SkyGeometry::make(width_px, height_px, projection_, "sky camera");
+  if (!geometry)
+    return geometry.error();
+  if (const auto* fisheye = std::get_if<FisheyeProjection>(&projection_); fisheye && !config_.fall_off.empty()) {
+    auto sensitivity = pixel_sensitivity(fisheye->lens, fall_off_, width_px, height_px);
+    if (!sensitivity)
+      return sensitivity.error();
+    sensitivity_ = std::move(*sensitivity);
+  }
+  geometry_ = *geometry;
+  return {};
 }
 
 Result<SkyReader::Exposed> SkyReader::one_exposure(const CameraFrame& frame) const {
@@ -136,12 +154,11 @@ Result<std::optional<MeasuredSky>> SkyReader::read(const CameraFrame& frame) {
   }
   if (!exposed)
     return std::optional<MeasuredSky>();
-  if (!geometry_) {
-    const auto made = SkyGeometry::make(exposed->radiance.width, exposed->radiance.height, projection_, "sky camera");
-    if (!made)
-      return made.error();
-    geometry_ = *made;
-  }
+  if (!geometry_)
+    if (const Result<void> good = prepare(exposed->radiance.width, exposed->radiance.height); !good)
+      return good.error();
+  if (!sensitivity_.empty())
+    divide(exposed->radiance, sensitivity_);
   auto sky = measured(std::move(*exposed), frame.time_ns);
   if (!sky)
     return sky.error();

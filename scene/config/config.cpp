@@ -171,7 +171,10 @@ Result<SkyImage> read_sky(const SkyConfig& sky, std::vector<std::string>* notes)
   const auto parsed = parse_projection(projection, sky.rotation, {1.0, 0.0, 0.0}, {0.0, 0.0, 1.0});
   if (!parsed)
     return parsed.error();
-  return read_sky(sky.image, *parsed, sky.ground, notes);
+  const auto fall_off = sky.fall_off.empty() ? Result<FallOff>(FallOff{}) : read_fall_off(sky.fall_off);
+  if (!fall_off)
+    return fall_off.error();
+  return read_sky(sky.image, *parsed, sky.ground, notes, *fall_off);
 }
 
 glm::dmat4 look_at(const glm::dvec3& position, const glm::dvec3& target) {

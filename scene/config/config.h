@@ -5,7 +5,8 @@
 // paths are relative to the file. Matrices are row-major in the file, flat or one array per row.
 //
 //   [sky]      image, projection = "equirect" | "angular" | "fisheye", lens, rotation (degrees, counter-clockwise),
-//              ground = "none" | { albedo = 0.2 } (fisheye only: what the lens does not see)
+//              ground = "none" | { albedo = 0.2 } (fisheye only: what the lens does not see),
+//              fall_off = file of daylit-calibrate vignette (fisheye only): divided out of the picture
 //              camera in the place of image: its id or network address; beside it pixel_format, mosaic, exposure_us,
 //              gain, frame_rate (Hz), packet_size (bytes), size = [width, height] (default: the lens file's)
 //              with a camera also response as in [interior]; exposures_us = [10, 640, 40960], cycled and merged, in
@@ -27,9 +28,9 @@
 //              light; of the picture's own shape, at most four times as wide; left out: as [interior] image
 //   [http]     port, address = "127.0.0.1", token_file: the live pictures over HTTP; needed for any address but
 //   loopback
-// SCENE.toml has no [interior] image or lens and no volume; it adds
+// SCENE.toml has no [interior] image and no volume; it adds
 //   [sky]      the sky in words (scene/sky/sky_description.h), or a picture as above
-//   [fisheye]  size, fov (degrees)          [interior] fov (degrees, horizontal)
+//   [fisheye]  size, fov (degrees); or lens [interior] fov (degrees, horizontal); or lens, which also gives the size
 //   [simulate] samples, sensor_noise, marker_board
 //   [path]     camera = [[x, y, z, target x, y, z], ...], sun = [[azimuth, elevation], ...] (degrees): what moves while
 //              a sequence is recorded, keys at equal steps of time from its first frame to its last
@@ -70,6 +71,7 @@ struct SkyConfig {             // [sky]
   std::optional<CameraConfig> camera;
   std::string projection = "equirect";
   std::filesystem::path lens;               ///< for projection = "fisheye"
+  std::filesystem::path fall_off{};         ///< of that lens (scene/lens/fall_off.h); empty: the picture has none
   double rotation = 0.0;                    ///< radians in the struct, degrees in the file
   GroundFill ground;                        ///< ground = { albedo = 0.2 }
   std::vector<int> exposures_us{};          ///< of a bracket that the camera cycles through; empty: none

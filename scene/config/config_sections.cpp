@@ -56,6 +56,7 @@ void read_sky_picture(TomlSection sky, SkyConfig& config) {
     sky.problem("camera", "given together with image; keep one");
   sky.read_word("projection", config.projection, {"equirect", "angular", "fisheye"});
   sky.read("lens", config.lens);
+  sky.read("fall_off", config.fall_off);
   double degrees = 0.0;
   if (sky.read("rotation", degrees, {-3600.0, 3600.0}))
     config.rotation = degrees * kRadians;
@@ -64,8 +65,9 @@ void read_sky_picture(TomlSection sky, SkyConfig& config) {
     sky.problem("projection", "\"fisheye\" needs lens, the camera's YAML file");
   if (config.projection != "fisheye" && sky.has("illuminance"))
     sky.problem("illuminance", "is only used with projection = \"fisheye\"");
-  if (config.projection != "fisheye" && !config.lens.empty())
-    sky.problem("lens", "is only used with projection = \"fisheye\"");
+  for (const char* key : {"lens", "fall_off"})
+    if (config.projection != "fisheye" && sky.has(key))
+      sky.problem(key, "is only used with projection = \"fisheye\"");
   if (config.projection == "fisheye" && config.ground.kind == GroundFill::Kind::none)
     sky.problem("projection", "\"fisheye\" needs ground = { albedo = ... }: the lens does not see the whole sphere");
   if (config.projection != "fisheye" && config.ground.kind != GroundFill::Kind::none)
@@ -178,6 +180,8 @@ std::string sky_picture_toml(const SkyConfig& sky) {
                     fmt::format("projection = {}\n", quoted(sky.projection));
   if (!sky.lens.empty())
     out += fmt::format("lens = {}\n", quoted(sky.lens.string()));
+  if (!sky.fall_off.empty())
+    out += fmt::format("fall_off = {}\n", quoted(sky.fall_off.string()));
   out += fmt::format("rotation = {}\n", text(sky.rotation / kRadians));
   if (sky.ground.kind != GroundFill::Kind::none)
     out += fmt::format("ground = {{ albedo = {} }}\n", sky.ground.albedo);

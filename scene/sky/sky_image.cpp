@@ -192,7 +192,7 @@ std::optional<Error> check_view(const HdrFile& file, const SkyProjection& projec
 } // namespace
 
 Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection& projection, GroundFill ground,
-                          std::vector<std::string>* notes) {
+                          std::vector<std::string>* notes, const FallOff& fall_off) {
   auto file = read_hdr_image(path);
   if (!file)
     return file.error();
@@ -206,6 +206,12 @@ Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection
                  "leave out ground (--ground-albedo): it fills what a fish-eye does not see"};
   if (notes)
     notes->insert(notes->end(), file->notes.begin(), file->notes.end());
+  if (const auto* fisheye = std::get_if<FisheyeProjection>(&projection); fisheye && !fall_off.coefficient.empty()) {
+    const auto sensitivity = pixel_sensitivity(fisheye->lens, fall_off, file->radiance.width, file->radiance.height);
+    if (!sensitivity)
+      return sensitivity.error();
+    divide(file->radiance, *sensitivity);
+  }
   return SkyImage::make(std::move(file->radiance), projection, ground, path.string());
 }
 

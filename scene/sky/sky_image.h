@@ -15,7 +15,7 @@
 
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
-#include "scene/lens/lens.h"
+#include "scene/lens/fall_off.h"
 
 namespace daylit {
 
@@ -129,8 +129,8 @@ Result<SkyProjection> parse_projection(const std::string& text, double rotation,
 /// What a file in CONFIG.toml or on a command line shows as a sky. Errors, each with the projection that fits: the
 /// shape is not that of the projection (2:1 for equirect, square for an angular map, a lens file's own), a Radiance
 /// header names another (VIEW=), `ground` is given for a picture of the whole sphere. `notes`: one line per thing a
-/// user should know.
+/// user should know. `fall_off` of a fish-eye's lens is divided out.
 Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection& projection, GroundFill ground = {},
-                          std::vector<std::string>* notes = nullptr);
+                          std::vector<std::string>* notes = nullptr, const FallOff& fall_off = {});
 
 } // namespace daylit

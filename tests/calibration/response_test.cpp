@@ -10,6 +10,7 @@
 #include "capture/frames/recording.h"
 #include "capture/hdr/bracket.h"
 #include "scene/image/image_formats.h"
+#include "scene/lens/fall_off.h"
 #include "tests/calibration/calibrate_program.h"
 
 namespace daylit::calibration {
@@ -148,9 +149,11 @@ TEST(FallOffOfALens, illuminance_of_a_uniform_sky_is_pi_whatever_fell_off) {
     for (int x = 0; x < 201; ++x)
       if (const auto d = lens.unproject({x, y}))
         sky.at(x, y) = Rgb(static_cast<float>(fall_off.at(std::acos(d->z))));
-  ASSERT_TRUE(divide_fall_off(sky, lens, fall_off));
+  const auto sensitivity = pixel_sensitivity(lens, fall_off, 201, 201);
+  ASSERT_TRUE(sensitivity);
+  divide(sky, *sensitivity);
   EXPECT_NEAR(illuminance_at(sky, lens), 3.14159265, 0.003);
-  EXPECT_FALSE(divide_fall_off(sky, lens, FallOff{{-1.0}})) << "not positive at the edge";
+  EXPECT_FALSE(pixel_sensitivity(lens, FallOff{{-1.0}}, 201, 201)) << "not positive at the edge";
   const fs::path file = test::fresh_folder("falloff") / "fall.txt";
   ASSERT_TRUE(write_fall_off(file, fall_off));
   const auto read = read_fall_off(file);

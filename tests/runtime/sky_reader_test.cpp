@@ -2,6 +2,7 @@
 
 #include "runtime/input/sky_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/input/camera_pictures.h"
+#include "scene/image/image_formats.h"
 #include "scene/sky/sun_position.h"
 
 namespace daylit {
@@ -92,6 +94,35 @@ TEST_F(SkyReaderTest, a_bracket_becomes_one_sky_with_each_of_its_shortest_exposu
     EXPECT_EQ((*read)->balance.over_range, 0u);
   }
   EXPECT_GE(skies, 2);
+}
+
+TEST_F(SkyReaderTest, the_fall_off_of_the_lens_is_divided_out_of_a_camera_s_frames_and_of_a_picture) {
+  const FallOff fall_off{{-0.12, 0.01}};
+  ASSERT_TRUE(write_fall_off(folder_ / "fall.txt", fall_off));
+  config_.fall_off = folder_ / "fall.txt";
+  const RgbImage radiance = sky(0.0f);
+  RgbImage fallen = radiance;
+  const auto sensitivity = pixel_sensitivity(*read_lens(config_.lens), fall_off, kSide, kSide);
+  ASSERT_TRUE(sensitivity);
+  EXPECT_LT(std::ranges::min(*sensitivity), 0.8f);
+  for (std::size_t i = 0; i < fallen.texels.size(); ++i)
+    fallen.texels[i] *= (*sensitivity)[i];
+  auto reader = SkyReader::open(config_);
+  ASSERT_TRUE(reader) << reader.error().message();
+  const auto live = reader->read(frame(fallen, 100, 100.0, 0, linear));
+  ASSERT_TRUE(live && *live);
+  config_.image = folder_ / "sky.exr";
+  ASSERT_TRUE(write_exr(config_.image, fallen));
+  const auto file = read_sky(config_);
+  ASSERT_TRUE(file) << file.error().message();
+  for (const auto& [x, y] : {std::pair{48, 48}, {20, 50}, {48, 4}})
+    for (const SkyImage* found : {&(*live)->sky, &*file})
+      EXPECT_NEAR(found->image().at(x, y).g, radiance.at(x, y).g, 0.001f * radiance.at(x, y).g) << x << " " << y;
+  ASSERT_TRUE(write_fall_off(config_.fall_off, FallOff{{-1.0}})); // not positive at the edge
+  EXPECT_FALSE(read_sky(config_));
+  config_.fall_off = folder_ / "none.txt";
+  EXPECT_FALSE(read_sky(config_));
+  EXPECT_FALSE(SkyReader::open(config_));
 }
 
 TEST_F(SkyReaderTest, exposures_that_all_look_alike_are_said) {

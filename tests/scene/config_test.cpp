@@ -20,6 +20,7 @@ projection = "fisheye"
 lens = "sky.yaml"
 rotation = 90
 ground = { albedo = 0.3 }
+fall_off = "fall-off.txt"
 
 [interior]
 image = "photo.png"
@@ -112,6 +113,7 @@ TEST_F(ConfigTest, written_text_reads_back_the_same) {
   EXPECT_EQ(second->interior.colour_matrix, first->interior.colour_matrix);
   EXPECT_EQ(second->interior.noise.photon, first->interior.noise.photon);
   EXPECT_EQ(second->interior.blur_px, first->interior.blur_px);
+  EXPECT_EQ(second->sky.fall_off, folder_ / "fall-off.txt");
   EXPECT_EQ(second->marker->world_from_board, first->marker->world_from_board);
 }
 
@@ -295,6 +297,7 @@ TEST_F(ConfigTest, what_would_have_no_effect_is_refused) {
   const auto ground = run(replaced(replaced(kRun, "lens = \"sky.yaml\"\n", ""), "fisheye", "equirect"));
   ASSERT_FALSE(ground);
   EXPECT_NE(ground.error().message().find("[sky] ground: has no effect"), std::string::npos);
+  EXPECT_NE(ground.error().message().find("[sky] fall_off: is only used with"), std::string::npos);
 }
 
 TEST_F(ConfigTest, the_room_s_model_may_be_left_out) {
