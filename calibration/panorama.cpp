@@ -16,9 +16,10 @@ namespace daylit::calibration {
 
 namespace {
 
-constexpr int kSide = 4;           ///< directions per texel, along each axis
-constexpr float kFeather = 0.25f;  ///< of half a picture: where its weight falls to zero
-constexpr float kFadesFrom = 0.8f; ///< of full scale: from here to kFull the weight falls to zero
+constexpr int kSide = 4;              ///< directions per texel, along each axis
+constexpr float kFeather = 0.25f;     ///< of half a picture: where its weight falls to zero
+constexpr float kFadesFrom = 0.8f;    ///< of full scale: from here to kFull the weight falls to zero
+constexpr float kCalibration = 0.02f; ///< relative deviation of a picture that is not noise: exposure, response, lens
 constexpr double kSmallestGap_sr = 1e-3;
 
 /// Smooth from 0 at 0 to 1 at 1.
@@ -74,7 +75,8 @@ struct Texel {
   std::uint8_t seen = 0;
 };
 
-/// Weight t^2 / (floor^2 + photon v), the inverse variance of v / t.
+/// Weight t^2 / (floor^2 + photon v + (kCalibration v)^2), the inverse variance of v / t. The last part keeps a longer
+/// exposure from outweighing all others where none is noisy: its edge would be seen.
 void add_view(Texel& texel, const HandHeldPicture& p, const View& view, const CodeNoise& noise) {
   texel.seen = static_cast<std::uint8_t>(std::min(texel.seen + 1, 255));
   const auto t = static_cast<float>(p.exposure);
@@ -83,7 +85,8 @@ void add_view(Texel& texel, const HandHeldPicture& p, const View& view, const Co
     return;
   }
   const float brightest = std::max({view.light.r, view.light.g, view.light.b});
-  const auto variance = static_cast<float>(noise.variance(static_cast<double>(luminance(view.light))));
+  const float y = luminance(view.light), other = kCalibration * y;
+  const float variance = static_cast<float>(noise.variance(static_cast<double>(y))) + other * other;
   const float weight =
       std::max(view.feather * smooth((kFull - brightest) / (kFull - kFadesFrom)), 1e-6f) * t * t / variance;
   texel.weighted += weight * view.light / t;

@@ -6,12 +6,16 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
 
 #include "calibration/code_picture.h"
 #include "calibration/command.h"
+#include "calibration/light_bundle.h"
 #include "calibration/panorama.h"
 #include "calibration/rotation_bundle.h"
+#include "calibration/small_turn.h"
 
 namespace daylit::calibration {
 
@@ -19,10 +23,12 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kCovered = 0.995;    ///< of the sphere
-constexpr double kOverRange = 0.02;   ///< of the light
+constexpr double kOverRange = 0.005;  ///< of the light; what is lost is more
 constexpr double kDisagree = 0.05;    ///< between pictures that overlap
 constexpr double kOddExposure = 0.25; ///< true over stated exposure - 1
 constexpr double kMisaligned_deg = 0.4;
+constexpr double kAligned_deg = 0.3; ///< deviation of a picture's turn beside the others
+constexpr double kUnaligned = 0.25;  ///< of the pictures
 constexpr std::size_t kGapsSaid = 4;
 
 struct StitchOptions {
@@ -34,10 +40,14 @@ struct StitchOptions {
 
 struct Stitched {
   std::size_t count = 0;
-  AlignedPictures aligned;
-  RefinedExposures exposures;
+  LightAgreement light;
   std::size_t matches = 0;
+  double match_rms_deg = 0, moved_rms_deg = 0;
   Panorama map;
+  bool is_aligned(std::size_t picture) const { return light.sigma_deg[picture] < kAligned_deg; }
+  std::size_t aligned() const {
+    return static_cast<std::size_t>(std::ranges::count_if(light.sigma_deg, [](double s) { return s < kAligned_deg; }));
+  }
 };
 
 /// Pinhole of the stated field of view; the size follows from the first picture.
@@ -84,11 +94,19 @@ Result<Stitched> stitch(std::vector<HandHeldPicture>& pictures, const SkyGeometr
   if (!matches)
     return matches.error();
   s.matches = matches->size();
-  s.aligned = align_pictures(pictures, *matches, off / std::sqrt(3.0));
-  auto exposures = refine_exposures(pictures, progress);
-  if (!exposures)
-    return exposures.error();
-  s.exposures = std::move(*exposures);
+  std::vector<glm::dmat3> rough;
+  for (const HandHeldPicture& p : pictures)
+    rough.push_back(p.world_from_camera);
+  s.match_rms_deg = align_pictures(pictures, *matches, off / std::sqrt(3.0));
+  auto light = agree_in_light(pictures, rough, off / std::sqrt(3.0), progress);
+  if (!light)
+    return light.error();
+  s.light = std::move(*light);
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const double moved = glm::length(turn_vector(pictures[i].world_from_camera * glm::transpose(rough[i]))) / kDegree;
+    s.moved_rms_deg += moved * moved / static_cast<double>(pictures.size());
+  }
+  s.moved_rms_deg = std::sqrt(s.moved_rms_deg);
   auto map = merge_panorama(pictures, geometry, progress);
   if (!map)
     return map.error();
@@ -114,21 +132,28 @@ std::vector<std::string> faults_of(const Stitched& s, const std::vector<HandHeld
                     100 * (1 - s.map.coverage), list));
   }
   if (s.map.over_range > kOverRange)
-    faults.push_back(fmt::format("{:.0f} % of the light or more is in what even the shortest exposure has saturated; "
+    faults.push_back(fmt::format("{:.1f} % of the light or more is in what even the shortest exposure has saturated; "
                                  "take shorter exposures of it",
                                  100 * s.map.over_range));
-  if (s.aligned.rms_deg > kMisaligned_deg)
+  if (s.aligned() == 0)
+    faults.push_back("nothing could be aligned: no two pictures overlap and show more than an even surface; let "
+                     "neighbours overlap by a third, and expose them so that both show it");
+  else if (static_cast<double>(s.count - s.aligned()) > kUnaligned * static_cast<double>(s.count))
+    faults.push_back(fmt::format("{} of {} pictures could not be aligned and are as stated: they share too little with "
+                                 "others; let neighbours overlap by a third",
+                                 s.count - s.aligned(), s.count));
+  if (s.match_rms_deg > kMisaligned_deg)
     faults.push_back(
         fmt::format("matched features are {:.1f} degrees apart: the camera was moved instead of turned, or "
                     "--lens is not its lens",
-                    s.aligned.rms_deg));
-  if (s.exposures.disagreement > kDisagree)
+                    s.match_rms_deg));
+  if (s.light.disagreement > kDisagree)
     faults.push_back(
         fmt::format("pictures that overlap differ by {:.0f} %: the light changed, or --response is not this "
                     "camera's",
-                    100 * s.exposures.disagreement));
+                    100 * s.light.disagreement));
   for (std::size_t i = 0; i < pictures.size(); ++i)
-    if (const double r = s.exposures.measured_over_stated[i]; std::abs(std::log(r)) > std::log1p(kOddExposure))
+    if (const double r = s.light.measured_over_stated[i]; std::abs(std::log(r)) > std::log1p(kOddExposure))
       faults.push_back(
           fmt::format("{} was exposed {:.2f} times as long as stated beside the others", pictures[i].file, r));
   return faults;
@@ -144,30 +169,30 @@ std::string figures(const Stitched& s, const std::vector<HandHeldPicture>& pictu
                          {"solid_angle_sr", gap.solid_angle_sr}});
   j["over_range_light"] = s.map.over_range;
   j["overlaps_matched"] = s.matches;
-  j["match_rms_deg"] = s.aligned.rms_deg;
-  j["moved_rms_deg"] = s.aligned.moved_rms_deg;
-  j["disagreement"] = s.exposures.disagreement;
+  j["match_rms_deg"] = s.match_rms_deg;
+  j["moved_rms_deg"] = s.moved_rms_deg;
+  j["disagreement"] = s.light.disagreement;
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     nlohmann::ordered_json m = nlohmann::ordered_json::array();
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c)
         m.push_back(pictures[i].world_from_camera[c][r]);
     j["pictures"].push_back({{"file", pictures[i].file},
-                             {"aligned", static_cast<bool>(s.aligned.aligned[i])},
+                             {"aligned", s.is_aligned(i)},
+                             {"sigma_deg", s.light.sigma_deg[i]},
                              {"exposure", pictures[i].exposure},
-                             {"measured_over_stated", s.exposures.measured_over_stated[i]},
+                             {"measured_over_stated", s.light.measured_over_stated[i]},
                              {"world_from_camera", m}});
   }
   return j.dump();
 }
 
 std::string text_of(const Stitched& s) {
-  const auto turned = static_cast<std::size_t>(std::ranges::count(s.aligned.aligned, true));
   return fmt::format(
       "aligned    {} of {} pictures, {} overlaps, features {:.2f} degrees apart (rms); turned by {:.1f}\n"
       "exposures  overlapping pictures differ by {:.1f} % (rms)\n"
       "covered    {:.1f} % of the sphere, {} gaps; over range {:.2f} % of the light\n",
-      turned, s.count, s.matches, s.aligned.rms_deg, s.aligned.moved_rms_deg, 100 * s.exposures.disagreement,
+      s.aligned(), s.count, s.matches, s.match_rms_deg, s.moved_rms_deg, 100 * s.light.disagreement,
       100 * s.map.coverage, s.map.gaps.size(), 100 * s.map.over_range);
 }
 
@@ -217,13 +242,15 @@ Result<void> run(CommonOptions& o, const StitchOptions& options) {
   report.html = page(*stitched) + fmt::format("<pre>{}</pre>\n", html_escaped(report.text));
   for (std::size_t i = 0; i < pictures->size(); ++i) {
     report.used.push_back((*pictures)[i].file);
-    if (!stitched->aligned.aligned[i])
+    if (!stitched->is_aligned(i))
       report.text +=
-          fmt::format("           {}: nothing in common with another picture, stays as stated\n", (*pictures)[i].file);
+          fmt::format("           {}: shares too little with other pictures, its orientation is only known to "
+                      "{:.1f} degrees\n",
+                      (*pictures)[i].file, std::min(stitched->light.sigma_deg[i], options.off_deg));
   }
   judge(report, faults_of(*stitched, *pictures),
         fmt::format("{:.1f} % of the sphere from {} pictures that agree within {:.1f} %", 100 * stitched->map.coverage,
-                    pictures->size(), 100 * stitched->exposures.disagreement));
+                    pictures->size(), 100 * stitched->light.disagreement));
   if (const Result<void> good = check_outputs(o, kExrKind); !good)
     return good;
   if (const Result<void> written = write_exr(o.output, stitched->map.radiance); !written)

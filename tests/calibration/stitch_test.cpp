@@ -1,12 +1,15 @@
 // Maps from hand-held pictures, through the programs' own command lines.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
+#include "calibration/hand_held_list.h"
 #include "calibration/rotation_match.h"
 #include "scene/image/image_formats.h"
 #include "scene/sky/sky_image.h"
@@ -18,9 +21,19 @@ namespace {
 namespace fs = std::filesystem;
 using test::says;
 
+/// Of the texels of an equirectangular map of 512 x 256.
+std::vector<glm::dvec3> texel_directions() {
+  const auto geometry = *SkyGeometry::make(512, 256, EquirectProjection{});
+  std::vector<glm::dvec3> directions;
+  for (int y = 0; y < 256; ++y)
+    for (int x = 0; x < 512; ++x)
+      directions.push_back(*geometry->direction({x, y}));
+  return directions;
+}
+
 /// Discs of many sizes and colours on a sphere, and a small bright one.
 RgbImage spotted_map() {
-  const auto geometry = *SkyGeometry::make(512, 256, EquirectProjection{});
+  const auto directions = texel_directions();
   RgbImage map(512, 256, Rgb(0.3f));
   std::mt19937 random(4);
   std::uniform_real_distribution<double> u(0.0, 1.0);
@@ -29,10 +42,9 @@ RgbImage spotted_map() {
     const glm::dvec3 at = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
     const double cosine = std::cos(0.02 + 0.1 * u(random) * u(random));
     const Rgb colour = k == 699 ? Rgb(60.0f, 55.0f, 50.0f) : Rgb(u(random), u(random), u(random));
-    for (int y = 0; y < map.height; ++y)
-      for (int x = 0; x < map.width; ++x)
-        if (glm::dot(*geometry->direction({x, y}), at) > (k == 699 ? std::cos(0.03) : cosine))
-          map.at(x, y) = colour;
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      if (glm::dot(directions[i], at) > (k == 699 ? std::cos(0.03) : cosine))
+        map.texels[i] = colour;
   }
   return map;
 }
@@ -47,9 +59,55 @@ double irradiance(const SkyImage& sky, const glm::dvec3& normal) {
   return sum;
 }
 
-fs::path pictures(const std::string& name, const std::string& options) {
+/// Soft clouds: nothing that a corner detector finds.
+RgbImage soft_map() {
+  const auto directions = texel_directions();
+  RgbImage map(512, 256, Rgb(0.2f));
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  for (int k = 0; k < 60; ++k) {
+    const glm::dvec3 at = glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
+    for (std::size_t i = 0; i < directions.size(); ++i)
+      map.texels[i] += Rgb(static_cast<float>(0.5 * std::exp((glm::dot(directions[i], at) - 1.0) / 0.02)));
+  }
+  return map;
+}
+
+/// world_from_camera of each line of a list.
+std::vector<glm::dmat3> orientations(const fs::path& list) {
+  std::vector<glm::dmat3> all;
+  const auto listed = *calibration::read_picture_list(list);
+  for (const auto& one : listed)
+    all.push_back(one.world_from_camera);
+  return all;
+}
+
+std::vector<glm::dmat3> found_orientations(const nlohmann::json& report) {
+  std::vector<glm::dmat3> all;
+  for (const auto& picture : report["pictures"]) {
+    all.emplace_back();
+    for (int k = 0; k < 9; ++k)
+      all.back()[k % 3][k / 3] = picture["world_from_camera"][static_cast<std::size_t>(k)];
+  }
+  return all;
+}
+
+/// The largest error, degrees, of the turn between two pictures that look into nearly the same direction.
+double worst_turn_between(const std::vector<glm::dmat3>& found, const std::vector<glm::dmat3>& truth) {
+  double worst = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (glm::dot(truth[i][2], truth[j][2]) > 0.7) {
+        const glm::dmat3 a = glm::transpose(found[i]) * found[j], b = glm::transpose(truth[i]) * truth[j],
+                         off = glm::transpose(a) * b;
+        worst = std::max(worst, std::acos(std::clamp(0.5 * (off[0][0] + off[1][1] + off[2][2] - 1), -1.0, 1.0)));
+      }
+  return worst * 180 / std::numbers::pi;
+}
+
+fs::path pictures(const std::string& name, const std::string& options, const RgbImage& map = spotted_map()) {
   const fs::path folder = test::fresh_folder(name);
-  EXPECT_TRUE(write_exr(folder / "map.exr", spotted_map()));
+  EXPECT_TRUE(write_exr(folder / "map.exr", map));
   EXPECT_EQ(std::system(("cd '" + folder.string() +
                          "' && " DAYLIT_BINARY_DIR
                          "/bin/daylit-simulate hand-held map.exr -o p --size 400,300 --fov 85 --quiet " +
@@ -71,6 +129,37 @@ TEST(ProbeStitch, a_map_comes_back_from_pictures_with_rough_orientations) {
   ASSERT_TRUE(truth && found);
   for (const glm::dvec3& n : {glm::dvec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}})
     EXPECT_NEAR(irradiance(*found, n) / irradiance(*truth, n), 1.0, 0.03) << n.x << " " << n.y << " " << n.z;
+}
+
+TEST(ProbeStitch, pictures_without_a_corner_are_aligned_by_their_light) {
+  const fs::path folder = pictures("stitch-soft", "--pictures 24", soft_map());
+  const auto done = test::calibrate(folder, "probe-stitch p/list.txt --lens p/lens.yaml --height 128 -o found.exr");
+  ASSERT_EQ(done.exit_code, 0);
+  EXPECT_EQ(done.json["verdict"], "pass") << done.json["why"];
+  EXPECT_LT(done.json["overlaps_matched"], 5);
+  const auto truth = orientations(folder / "p/truth.txt"), rough = orientations(folder / "p/list.txt");
+  EXPECT_GT(worst_turn_between(rough, truth), 4.0);
+  EXPECT_LT(worst_turn_between(found_orientations(done.json), truth), 0.3);
+  const auto exposed = *calibration::read_picture_list(folder / "p/truth.txt");
+  std::vector<double> ratio;
+  for (std::size_t i = 0; i < truth.size(); ++i)
+    ratio.push_back(done.json["pictures"][i]["exposure"].get<double>() / exposed[i].exposure);
+  EXPECT_LT(std::ranges::max(ratio) / std::ranges::min(ratio), 1.01) << "stated exposures are off by 3 %";
+}
+
+TEST(ProbeStitch, pictures_with_nothing_in_common_are_no_map) {
+  const fs::path folder = pictures("stitch-apart", "--pictures 24");
+  std::ifstream list(folder / "p/list.txt");
+  std::ofstream apart(folder / "p/apart.txt");
+  std::string line;
+  for (int k = -1; std::getline(list, line); ++k)
+    if (k == 0 || k == 23)
+      apart << line << "\n";
+  apart.close();
+  const auto done = test::calibrate(folder, "probe-stitch p/apart.txt --lens p/lens.yaml --height 64 -o found.exr");
+  ASSERT_EQ(done.exit_code, 0);
+  EXPECT_EQ(done.json["verdict"], "repeat");
+  EXPECT_TRUE(says(done, "nothing could be aligned")) << done.json["why"];
 }
 
 TEST(ProbeStitch, gaps_are_counted_and_placed) {
