@@ -18,6 +18,7 @@ constexpr double kSharp = 30.0;       ///< variance of the Laplacian at the sear
 constexpr double kDarkBorder = 0.12;  ///< of the mean brightness: outside of the circle
 constexpr double kRound = 0.012;      ///< rms distance of the border from the circle / radius
 constexpr std::size_t kBorderPoints = 60;
+constexpr const char* kBlurred = "blurred: no sharp edge in it; hold the camera still, or use more light";
 
 cv::Mat grey_of(const Rgb8Image& picture) {
   const cv::Mat rgb(picture.height, picture.width, CV_8UC3, const_cast<std::uint8_t*>(picture.bytes.data()));
@@ -55,7 +56,7 @@ std::string why_not_visible(const cv::Mat& small) {
   cv::Scalar mean, deviation;
   cv::meanStdDev(laplacian, mean, deviation);
   if (deviation[0] * deviation[0] < kSharp)
-    return "blurred: no sharp edge in it; hold the camera still, or use more light";
+    return kBlurred;
   return kNotVisible;
 }
 
@@ -71,15 +72,17 @@ bool same_size(const cv::Size& shown, BoardSize size) {
   return shown == cv::Size(size.columns, size.rows) || shown == cv::Size(size.rows, size.columns);
 }
 
-/// The method that looks for squares, the one that looks for saddle points, and where the picture shows no board of any
-/// size the first one without its short cut: that takes half a minute where there is another board.
+/// The method that looks for squares, the one that looks for saddle points (which sees some where all is blurred), and
+/// where a picture that is well exposed shows no board of any size the first one without its short cut: that takes half
+/// a minute where there is another board.
 std::vector<cv::Point2f> search(const cv::Mat& small, BoardSize size) {
   const cv::Size board(size.columns, size.rows);
   std::vector<cv::Point2f> corners = quick_search(small, size);
-  if (!corners.empty() || why_not_visible(small) != kNotVisible ||
+  const std::string why = corners.empty() ? why_not_visible(small) : "";
+  if (!corners.empty() || why == kBlurred ||
       cv::findChessboardCornersSB(small, board, corners, cv::CALIB_CB_NORMALIZE_IMAGE))
     return corners;
-  if (shown_size(small).width == 0 &&
+  if (why == kNotVisible && shown_size(small).width == 0 &&
       cv::findChessboardCorners(small, board, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
     return corners;
   return {};

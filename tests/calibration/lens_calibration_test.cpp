@@ -49,6 +49,43 @@ std::vector<BoardView> camera_views(int count, double tilt, std::mt19937& random
   return views;
 }
 
+/// Ten views through an ideal fish-eye of this curve.
+std::vector<BoardView> ideal_views(const std::array<double, 8>& curve) {
+  LensModel lens = test::true_fisheye();
+  lens.distortion = curve;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> u(0.0, 1.0);
+  const auto board = board_points(kBoard.columns, kBoard.rows, test::kSquare_m);
+  std::vector<BoardView> views;
+  while (views.size() < 10) {
+    std::vector<glm::dvec2> corners;
+    const auto pose = test::board_at(board, (views.empty() ? 5 : 50 * u(random)) * kDegree, 6.28 * u(random), 0.27,
+                                     (15 + 20 * u(random)) * kDegree, 6.28 * u(random));
+    if (test::look(lens, pose, board, 0.1, random, corners))
+      views.push_back({"view" + std::to_string(views.size()), corners, board});
+  }
+  return views;
+}
+
+TEST(FisheyeCalibration, an_ideal_curve_is_recognised_and_taken_without_coefficients) {
+  const std::array<double, 8> equisolid{-1.0 / 24, 1.0 / 1920, -1.0 / 322560, 1.0 / 92897280}; // 2 sin(t / 2)
+  for (const auto& [name, curve] : {std::pair{"equidistant", std::array<double, 8>{}}, {"equisolid", equisolid}}) {
+    const LensModel truth = test::true_fisheye();
+    const auto found = calibrate_views(LensKind::equidistant, kBoard, truth.width_px, truth.height_px, {},
+                                       ideal_views(curve), {}, go_on);
+    ASSERT_TRUE(found) << found.error().message();
+    ASSERT_EQ(found->curves.size(), 3u);
+    EXPECT_EQ(found->curves.front().name, name);
+    EXPECT_LT(found->curves.front().held_out_rms_px, 0.16) << "noise of 0.1 px in each direction, twice";
+    EXPECT_EQ(found->fit.lens.distortion, curve);
+    EXPECT_NEAR(found->fit.lens.fx, truth.fx, 4 * found->fit.sigma[0]);
+    for (const TriedCurve& other : found->curves)
+      if (other.name != name && other.name != "polynomial") {
+        EXPECT_GT(other.held_out_rms_px, 0.5) << other.name << " for " << name;
+      }
+  }
+}
+
 TEST(CameraCalibration, lens_is_found_and_the_verdict_is_pass) {
   std::mt19937 random(5);
   const LensModel truth = test::true_camera();
