@@ -167,13 +167,40 @@ CLI::App* add_hand_held(CLI::App& app, HandHeldArguments& a) {
   return command;
 }
 
+CLI::App* add_develop(CLI::App& app, DevelopArguments& a) {
+  CLI::App* command =
+      app.add_subcommand("develop", "what a camera makes of the light of a rendered picture: exposure, colour, codes");
+  command->add_option("PICTURE", a.picture, "linear picture (EXR, Radiance .hdr)")->required();
+  command->add_option("-o,--output", a.output, "PNG: the camera's codes; EXR: its light, without curve and limit")
+      ->required();
+  command->add_option("--exposure", a.exposure, "the largest code stands for light 1 / exposure")
+      ->check(positive_number())
+      ->capture_default_str();
+  command->add_option("--mean", a.mean, "instead of --exposure: what the mean is metered to, of full scale")
+      ->check(positive_number());
+  command->add_option("--colour-matrix", a.camera_from_rec709, "camera colours from linear Rec. 709, 9 numbers by rows")
+      ->expected(9)
+      ->delimiter(',');
+  command->add_option("--logarithmic", a.logarithmic, "A of the code ln(1 + A v) / ln(1 + A) of light v; 0: linear")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  command->add_option("--noise", a.noise, "photon noise: standard deviation at full scale")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  command->add_option("--lens", a.lens, "lens file, for --fall-off");
+  command->add_option("--fall-off", a.fall_off, "file of daylit-calibrate vignette: the lens loses so much");
+  return command;
+}
+
 struct Chosen {
-  const CLI::App *irradiance, *compare, *sky, *photographs, *hand_held;
+  const CLI::App *irradiance, *compare, *sky, *photographs, *hand_held, *develop;
 };
 
 Result<void> run(const Chosen& chosen, const IrradianceArguments& i, const CompareArguments& c,
                  const SkyCommandArguments& k, const PhotographsArguments& p, const HandHeldArguments& h,
-                 const SimulateArguments& s) {
+                 const DevelopArguments& d, const SimulateArguments& s) {
+  if (*chosen.develop)
+    return run_develop(d);
   if (*chosen.photographs)
     return run_photographs(p);
   if (*chosen.hand_held)
@@ -203,6 +230,7 @@ int main(int argc, char** argv) {
   SkyCommandArguments sky;
   PhotographsArguments photographs;
   HandHeldArguments hand_held;
+  DevelopArguments develop;
   SimulateArguments simulate;
   int threads = 0;
   add_simulate(app, simulate);
@@ -216,17 +244,19 @@ int main(int argc, char** argv) {
   CLI::App* sky_command = add_sky(app, sky);
   CLI::App* photographs_command = add_photographs(app, photographs);
   CLI::App* hand_held_command = add_hand_held(app, hand_held);
+  CLI::App* develop_command = add_develop(app, develop);
   app.require_subcommand(0, 1);
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
   set_thread_count(threads);
-  irradiance.seed = photographs.seed = hand_held.seed = simulate.seed;
-  irradiance.quiet = sky.quiet = photographs.quiet = hand_held.quiet = simulate.quiet;
-  compare.force = sky.force = simulate.force;
-  irradiance.json = compare.json = sky.json = photographs.json = hand_held.json = simulate.json;
+  irradiance.seed = photographs.seed = hand_held.seed = develop.seed = simulate.seed;
+  irradiance.quiet = sky.quiet = photographs.quiet = hand_held.quiet = develop.quiet = simulate.quiet;
+  compare.force = sky.force = develop.force = simulate.force;
+  irradiance.json = compare.json = sky.json = photographs.json = hand_held.json = develop.json = simulate.json;
   return run_program("daylit-simulate", simulate.json, [&] {
-    return run({irradiance_command, compare_command, sky_command, photographs_command, hand_held_command}, irradiance,
-               compare, sky, photographs, hand_held, simulate);
+    return run(
+        {irradiance_command, compare_command, sky_command, photographs_command, hand_held_command, develop_command},
+        irradiance, compare, sky, photographs, hand_held, develop, simulate);
   });
 }

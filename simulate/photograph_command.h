@@ -32,6 +32,21 @@ struct PhotographsArguments {
 /// Writes DIR/photograph-00.jpg ... and DIR/truth.json: the pose of each print, camera frame, metres.
 Result<void> run_photographs(const PhotographsArguments& arguments);
 
+/// daylit-simulate develop PICTURE: what a camera makes of the light of a rendered picture.
+struct DevelopArguments {
+  std::filesystem::path picture, output; ///< linear EXR or .hdr; PNG: codes, EXR: light without curve and limit
+  std::filesystem::path lens, fall_off;  ///< multiplied in; both or neither
+  double exposure = 1.0;                 ///< light of the largest code: 1 / exposure
+  double mean = 0.0;                     ///< of full scale: what the camera meters the mean to; 0: `exposure` holds
+  std::vector<double> camera_from_rec709{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double logarithmic = 0.0; ///< a of the code ln(1 + a v) / ln(1 + a) of light v; 0: linear codes
+  double noise = 0.0;       ///< photon noise: deviation of each channel at full scale
+  std::uint32_t seed = 0;
+  bool force = false, quiet = false, json = false;
+};
+/// Tells the exposure, and how many pixels are saturated.
+Result<void> run_develop(const DevelopArguments& arguments);
+
 /// daylit-simulate hand-held MAP: pictures in all directions, with rough orientations and differing exposures.
 struct HandHeldArguments {
   std::filesystem::path map, folder;

@@ -254,11 +254,32 @@ struct Moment {
 /// What the lenses of the scene's cameras see; the sky camera looks up.
 struct Cameras {
   LensModel sky, interior;
-  explicit Cameras(const SimulateConfig& c)
-      : sky(ideal_fisheye(c.fisheye_width_px, c.fisheye_height_px, c.fisheye_fov)),
-        interior(ideal_pinhole(c.run.output.width_px > 0 ? c.run.output.width_px : 512,
-                               c.run.output.height_px > 0 ? c.run.output.height_px : 496, c.interior_fov)) {}
 };
+
+/// Of a lens file; ideal without one.
+Result<LensModel> camera_lens(const std::filesystem::path& file, const LensModel& ideal) {
+  if (file.empty())
+    return ideal;
+  const auto lens = read_lens(file);
+  if (lens && lens->width_px == 0)
+    return Error{ErrorCode::value_invalid, "a simulated camera needs image_width and image_height", file.string(),
+                 "add both to the lens file"};
+  return lens;
+}
+
+Result<Cameras> cameras_of(const SimulateConfig& c) {
+  const OutputConfig& out = c.run.output;
+  const auto interior =
+      camera_lens(c.run.interior.lens, ideal_pinhole(out.width_px > 0 ? out.width_px : 512,
+                                                     out.height_px > 0 ? out.height_px : 496, c.interior_fov));
+  if (!interior)
+    return interior.error();
+  const auto sky = camera_lens(c.has_sky_picture() ? "" : c.run.sky.lens,
+                               ideal_fisheye(c.fisheye_width_px, c.fisheye_height_px, c.fisheye_fov));
+  if (!sky)
+    return sky.error();
+  return Cameras{*sky, *interior};
+}
 
 Result<Moment> record(const SimulateConfig& config, const Cameras& cameras, const SimulateArguments& a, bool first,
                       ProgressLine& line) {
@@ -310,14 +331,16 @@ Result<void> run_simulate(const SimulateArguments& a) {
     return config.error();
   for (const std::string& note : a.quiet ? std::vector<std::string>{} : config->sky_notes)
     std::fprintf(stderr, "%s\n", note.c_str());
-  const Cameras cameras(*config);
+  const auto cameras = cameras_of(*config);
+  if (!cameras)
+    return cameras.error();
   ProgressLine line(a.quiet);
   const auto start = Clock::now();
   std::optional<Moment> moment;
   for (int frame = 0; frame < a.frames; ++frame) {
     if (frame == 0 || config->moves()) {
       const double t = a.frames > 1 ? static_cast<double>(frame) / (a.frames - 1) : 0.0;
-      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, cameras, a, frame == 0, line);
+      auto recorded = record(a.frames > 1 ? at_time(*config, t) : *config, *cameras, a, frame == 0, line);
       if (!recorded)
         return recorded.error();
       moment.emplace(std::move(*recorded));
@@ -325,7 +348,7 @@ Result<void> run_simulate(const SimulateArguments& a) {
     if (const auto done = write_moment(*moment, a, frame); !done)
       return done;
   }
-  if (const auto done = write_lenses(*config, cameras, a.folder); !done)
+  if (const auto done = write_lenses(*config, *cameras, a.folder); !done)
     return done;
   line.clear();
   if (!a.quiet || a.json)

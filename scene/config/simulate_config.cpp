@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -36,6 +37,15 @@ void read_scene_sky(TomlSection sky, SimulateConfig& config) {
   config.sky_notes = std::move(description.notes);
 }
 
+/// lens = "file" of a simulated camera; what it says of itself must not be said again.
+void read_camera_lens(TomlSection& camera, std::initializer_list<const char*> excluded, std::filesystem::path& lens) {
+  if (!camera.read("lens", lens))
+    return;
+  for (const char* key : excluded)
+    if (camera.has(key))
+      camera.problem(key, "given together with lens; keep one");
+}
+
 void read_cameras(TomlSection& root, SimulateConfig& config) {
   double degrees = 0.0;
   if (TomlSection fisheye = root.section("fisheye")) {
@@ -44,11 +54,13 @@ void read_cameras(TomlSection& root, SimulateConfig& config) {
     fisheye.read_size("size", config.fisheye_width_px, config.fisheye_height_px);
     if (fisheye.read("fov", degrees, {10.0, 350.0}))
       config.fisheye_fov = degrees * kRadians;
+    read_camera_lens(fisheye, {"fov", "size"}, config.run.sky.lens);
     fisheye.finish();
   }
   if (TomlSection interior = root.section("interior")) {
     if (interior.read("fov", degrees, {1.0, 170.0}))
       config.interior_fov = degrees * kRadians;
+    read_camera_lens(interior, {"fov"}, config.run.interior.lens);
     interior.finish();
   }
   if (TomlSection simulate = root.section("simulate")) {
@@ -165,9 +177,12 @@ std::string path_toml(const SimulateConfig& c) {
 std::string to_toml(const SimulateConfig& c) {
   std::string out = c.has_sky_picture() ? detail::sky_picture_toml(c.run.sky) : detail::sky_toml(c.sky_model);
   if (!c.has_sky_picture())
-    out += fmt::format("\n[fisheye]\nsize = [{}, {}]\nfov = {}\n", c.fisheye_width_px, c.fisheye_height_px,
-                       detail::text(c.fisheye_fov / kRadians));
-  out += fmt::format("\n[interior]\nfov = {}\n", detail::text(c.interior_fov / kRadians));
+    out += c.run.sky.lens.empty() ? fmt::format("\n[fisheye]\nsize = [{}, {}]\nfov = {}\n", c.fisheye_width_px,
+                                                c.fisheye_height_px, detail::text(c.fisheye_fov / kRadians))
+                                  : fmt::format("\n[fisheye]\nlens = {}\n", detail::quoted(c.run.sky.lens.string()));
+  out += c.run.interior.lens.empty()
+             ? fmt::format("\n[interior]\nfov = {}\n", detail::text(c.interior_fov / kRadians))
+             : fmt::format("\n[interior]\nlens = {}\n", detail::quoted(c.run.interior.lens.string()));
   out += fmt::format("\n[simulate]\nsamples = {}\nsensor_noise = {}\nmarker_board = {}\n", c.samples_per_pixel,
                      detail::text(c.sensor_noise), c.marker_board);
   out += path_toml(c) + detail::marker_toml(c.run.marker) + detail::pose_toml(c.run.world_from_camera);
