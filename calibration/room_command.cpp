@@ -1,4 +1,4 @@
-// daylit-calibrate room: a room model from lengths measured with a tape.
+// daylit-calibrate room: a room model from lengths measured with a tape, or in photographs of markers.
 
 #include <algorithm>
 
@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "calibration/command.h"
+#include "calibration/room_photographs.h"
 #include "calibration/room_plan.h"
 #include "scene/room/aperture.h"
 #include "scene/room/room_write.h"
@@ -95,17 +96,42 @@ void describe(const RoomPlan& plan, const ApertureReport& openings, Report& repo
   report.html = plan_drawing(plan) + "<pre>" + html_escaped(report.text) + "</pre>\n";
 }
 
+void describe_photographs(const MeasuredRoom& measured, Report& report) {
+  nlohmann::ordered_json figures = nlohmann::ordered_json::parse(report.figures);
+  figures["rms_px"] = measured.rms_px;
+  report.text += fmt::format("corners    {} markers in {} photographs within {:.2f} px (rms)\n",
+                             measured.corner_m.size(), measured.used.size(), measured.rms_px);
+  for (const auto& [name, place] : measured.place_m) {
+    figures["places_m"][name] = {{"value", place}, {"sigma", measured.sigma_m.at(name)}};
+    report.text += fmt::format("{:10} at {:.3f} m, known to {:.3f}\n", name, place, measured.sigma_m.at(name));
+  }
+  report.figures = figures.dump();
+}
+
 Result<void> run(CommonOptions& o) {
   if (o.inputs.size() != 1 || o.output.extension() != ".obj")
     return Error{ErrorCode::usage,
                  o.inputs.size() != 1 ? "one file of lengths makes one room" : "the output is no .obj", "room",
                  "as daylit-calibrate room lengths.toml -o room.obj"};
-  const auto plan = read_room_plan(o.inputs.front());
+  auto plan = read_room_plan(o.inputs.front());
   if (!plan)
     return plan.error();
   Report report;
   report.title = "Room model";
   report.used.push_back(o.inputs.front().filename().string());
+  std::optional<MeasuredRoom> measured;
+  if (plan->photographs) {
+    ProgressLine progress(o.quiet || o.json);
+    auto found = measure_plan(*plan, progress.callback());
+    progress.clear();
+    if (!found && found.error().code == ErrorCode::not_found)
+      return deliver_without_result(o, report, {found.error().what + "; " + found.error().hint});
+    if (!found)
+      return found.error();
+    measured = std::move(*found);
+    report.used.insert(report.used.end(), measured->used.begin(), measured->used.end());
+    report.dropped = measured->dropped;
+  }
   if (const std::vector<std::string> faults = contradictions(*plan); !faults.empty()) {
     report.html = plan_drawing(*plan);
     return deliver_without_result(o, report, faults);
@@ -116,6 +142,10 @@ Result<void> run(CommonOptions& o) {
     return openings.error();
   describe(*plan, *openings, report);
   std::vector<std::string> faults;
+  if (measured) {
+    describe_photographs(*measured, report);
+    faults = faults_of(*measured);
+  }
   if (openings->unexplained_escape > kEscape || openings->hole_polygons > 0)
     faults.push_back("light gets out beside the windows; please report this with the file of lengths");
   judge(report, faults,

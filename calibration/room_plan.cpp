@@ -22,17 +22,54 @@ void read_window(detail::TomlSection section, RoomPlan& plan) {
   const std::vector<std::string> names(kWallNames.begin(), kWallNames.end());
   if (!section.read_word("wall", window.wall, names) && !section.has("wall"))
     section.problem("", "needs wall, one of y0, x1, y1, x0, cut_x, cut_y");
+  if (std::array<double, 2> ids{}; section.read_array("markers", ids, {0, 1e5}))
+    window.markers = {static_cast<int>(ids[0]), static_cast<int>(ids[1])};
   for (const auto& [key, value] : {std::pair<const char*, double*>{"left", &window.left_m},
                                    {"sill", &window.sill_m},
                                    {"width", &window.width_m},
                                    {"height", &window.height_m}})
     if (!section.read(key, *value,
                       {key == std::string("left") || key == std::string("sill") ? 0.0 : 0.01, kLargest_m}) &&
-        !section.has(key))
+        !section.has(key) && !window.markers)
       section.problem("", std::string("needs ") + key + ", metres");
+    else if (section.has(key) && window.markers)
+      section.problem(key, "given together with markers; keep one");
   section.read("transmittance", window.transmittance, {0.0, 1.0});
   section.finish();
   plan.windows.push_back(window);
+}
+
+void read_photographs(detail::TomlSection& root, RoomPlan& plan) {
+  detail::TomlSection section = root.section("photographs");
+  PlanPhotographs photographs;
+  for (detail::TomlSection& one : root.sections("photograph")) {
+    if (!one.read("image", photographs.images.emplace_back()))
+      one.problem("", "needs image");
+    one.finish();
+  }
+  for (detail::TomlSection& one : root.sections("marker")) {
+    int id = -1;
+    std::string on;
+    if (!one.read("id", id, {0, 1e5}) || !one.read_word("on", on, {kSurfaceNames.begin(), kSurfaceNames.end()}))
+      one.problem("", "needs id and on, one of floor, ceiling, x0, x1, y0, y1, cut_x, cut_y");
+    else if (!photographs.markers.on.emplace(id, on).second)
+      one.problem("id", "given twice");
+    one.finish();
+  }
+  if (!section) {
+    if (!photographs.images.empty() || !photographs.markers.on.empty())
+      root.problem("", "photographs of markers need a section [photographs] with lens and side");
+    return;
+  }
+  section.read("lens", photographs.lens);
+  section.read("dictionary", photographs.markers.dictionary);
+  section.read("side", photographs.markers.side_m, {0.001, 10.0});
+  section.read("margin", photographs.markers.margin_m, {0.0, 1.0});
+  if (photographs.lens.empty() || !(photographs.markers.side_m > 0) || photographs.images.empty())
+    section.problem("", "needs lens, side (of a marker's black square, metres), and [[photograph]] image");
+  section.finish();
+  root.read("height", plan.size_m.z, {0.1, 1e3});
+  plan.photographs = std::move(photographs);
 }
 
 void read_block(detail::TomlSection section, RoomPlan& plan) {
@@ -227,12 +264,15 @@ Result<RoomPlan> read_room_plan(const std::filesystem::path& path) {
     return file.error();
   detail::TomlSection root(*file, &file->root, "");
   RoomPlan plan;
-  if (!root.read("size", plan.size_m, {0.1, 1e5}) && !root.has("size"))
-    root.problem("", "needs size = [along x, along y, height], metres");
+  read_photographs(root, plan);
+  if (plan.photographs && (root.has("size") || root.has("cut")))
+    root.problem("size", "given together with [photographs]; keep one");
+  if (!root.read("size", plan.size_m, {0.1, 1e5}) && !root.has("size") && !plan.photographs)
+    root.problem("", "needs size = [along x, along y, height], metres, or [photographs]");
   std::array<double, 2> cut{};
   if (root.read_array("cut", cut, {0.0, kLargest_m}))
     plan.cut_m = {cut[0], cut[1]};
-  if ((cut[0] > 0) != (cut[1] > 0) || cut[0] >= plan.size_m.x || cut[1] >= plan.size_m.y)
+  if (!plan.photographs && ((cut[0] > 0) != (cut[1] > 0) || cut[0] >= plan.size_m.x || cut[1] >= plan.size_m.y))
     root.problem("cut", "is the size of the missing corner: two lengths, shorter than the room's");
   if (double diagonal = 0; root.read("diagonal", diagonal, {0.1, 1e5}))
     plan.diagonal_m = diagonal;

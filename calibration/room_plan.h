@@ -1,6 +1,6 @@
 #pragma once
 
-// A box or an L-shaped room from lengths that were measured with a tape.
+// A box or an L-shaped room from lengths that were measured with a tape, or in photographs of markers.
 
 #include <array>
 #include <filesystem>
@@ -11,6 +11,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "calibration/room_markers.h"
 #include "scene/core/result.h"
 #include "scene/room/room.h"
 
@@ -25,6 +26,14 @@ struct PlanWindow {
   double left_m = 0, sill_m = 0; ///< from the left end of the wall as it is seen from inside; above the floor
   double width_m = 0, height_m = 0;
   double transmittance = 0.8;
+  std::optional<std::array<int, 2>> markers; ///< at its lower left and upper right corners: they give the lengths
+};
+
+/// What stands in the place of the room's size: photographs of printed markers on its surfaces.
+struct PlanPhotographs {
+  std::filesystem::path lens;
+  std::vector<std::filesystem::path> images;
+  RoomMarkers markers;
 };
 
 /// A block that stands in the room: a cupboard, or with `below_m` a table's top.
@@ -43,6 +52,7 @@ struct RoomPlan {
   Rgb floor{0.2f}, walls{0.7f}, ceiling{0.8f}; ///< reflectances
   std::vector<PlanWindow> windows;
   std::vector<PlanBlock> blocks;
+  std::optional<PlanPhotographs> photographs;
 
   bool is_box() const { return !(cut_m.x > 0.0); }
   /// Corners of the floor, counter-clockwise from (0, 0).
@@ -54,8 +64,10 @@ struct RoomPlan {
 };
 
 /// TOML: size = [x, y, z], cut = [x, y], diagonal, floor, walls, ceiling (reflectances), [[window]] wall, left, sill,
-/// width, height, transmittance, [[block]] name, corner = [x, y], size = [x, y, z], below, reflectance. Error: every
-/// problem of the file with its line.
+/// width, height, transmittance, [[block]] name, corner = [x, y], size = [x, y, z], below, reflectance. In the place of
+/// size and cut: [photographs] lens, dictionary, side, margin, [[photograph]] image, [[marker]] id, on, and height
+/// where no marker is on the ceiling; a window may then have lower_left and upper_right = ids in the place of its
+/// lengths. Error: every problem of the file with its line.
 Result<RoomPlan> read_room_plan(const std::filesystem::path& path);
 
 /// What contradicts itself, each with what to measure again: windows that leave their wall or meet each other, blocks
