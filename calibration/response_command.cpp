@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
+#include <optional>
+#include <set>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -19,18 +22,40 @@ constexpr FileKind kResponseKind{"a response of daylit", "# Response of a camera
 constexpr double kLargeResidual = 0.15; ///< relative
 constexpr double kStated = 1.25;        ///< measured over stated exposure
 constexpr double kFalls = 0.15;
-constexpr double kLinear = 0.02; ///< rms relative distance from a straight line
-constexpr int kCovered = 200;    ///< codes of 256
+constexpr double kLinear = 0.02;                 ///< rms relative distance from a straight line
+constexpr int kCovered = 200;                    ///< codes of 256
+constexpr double kLargeStep = 2.5, kAlike = 1.1; ///< exposure over the one before; the largest over the smallest step
+
+bool is_linear(const ResponseFit& fit) { return fit.linear_deviation < kLinear; }
 
 struct ResponseOptions {
   BracketOptions bracket;
   std::string method = "debevec";
 };
 
+/// The step of a bracket with large steps that are all alike: a curve times anything that repeats with the step
+/// explains the pictures as well (Grossberg & Nayar 2003, section 4).
+std::optional<double> repeating_step(const Bracket& bracket) {
+  std::set<double> times;
+  for (const PlaceCodes& p : bracket.places)
+    times.insert(p.time);
+  double smallest = 1e300, largest = 0;
+  for (auto a = times.begin(), b = std::next(a); b != times.end(); ++a, ++b) {
+    smallest = std::min(smallest, *b / *a);
+    largest = std::max(largest, *b / *a);
+  }
+  return smallest > kLargeStep && largest < kAlike * smallest ? std::optional(smallest) : std::nullopt;
+}
+
 std::vector<std::string> faults_of(const ResponseFit& fit, const Bracket& bracket) {
   std::vector<std::string> faults;
   if (bracket.files.different_times() < 3)
     faults.push_back("only two exposure times; take at least three");
+  if (const auto step = repeating_step(bracket); step && !is_linear(fit))
+    faults.push_back(
+        fmt::format("each exposure is {:.2g} times the one before: waves of the curve that repeat with that "
+                    "step cannot be seen; take steps of 2 and 2.5, as 1, 2, 5, 10, 20",
+                    *step));
   if (fit.residual > kLargeResidual)
     faults.push_back(
         fmt::format("the exposures disagree by {:.0f} %: the camera or something before it moved, the light "
@@ -62,7 +87,7 @@ std::string figures(const ResponseFit& fit, const Bracket& bracket, const std::s
   j["held_out_residual"] = fit.held_out;
   j["monotone"] = true;
   j["fall_taken_out"] = fit.fall;
-  j["linear"] = fit.linear_deviation < kLinear;
+  j["linear"] = is_linear(fit);
   j["linear_deviation"] = fit.linear_deviation;
   j["codes_seen"] = {fit.lowest_code, fit.highest_code};
   for (std::size_t p = 0; p < bracket.places.size(); ++p)
@@ -105,7 +130,7 @@ Result<void> run(CommonOptions& o, const ResponseOptions& options) {
                    options.bracket.mosaic != "mono");
   if (!fit)
     return deliver_without_result(o, std::move(report), {fit.error().what + "; " + fit.error().hint});
-  const bool linear = fit->linear_deviation < kLinear;
+  const bool linear = is_linear(*fit);
   report.figures = figures(*fit, *bracket, options.method);
   report.text = fmt::format("residual   {:.2f} %, at places that had no part in the fit {:.2f} %\n",
                             100 * fit->residual, 100 * fit->held_out) +

@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <random>
+#include <tuple>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "calibration/fisheye_picture.h"
@@ -185,6 +187,25 @@ TEST(ResponseProgram, one_exposure_only_is_said) {
     EXPECT_TRUE(test::says(same, "one exposure only")) << same.json;
     EXPECT_FALSE(fs::exists(folder / "out.txt"));
     EXPECT_TRUE(test::says(test::calibrate(folder, std::string(command) + "e1.png -o out.txt"), "one exposure only"));
+  }
+}
+
+TEST(ResponseProgram, equal_large_steps_before_a_curve_are_said) {
+  const fs::path folder = test::fresh_folder("steps");
+  std::mt19937 random(8);
+  for (const auto& [name, exposures, repeats] :
+       {std::tuple{"even", std::vector{0.0625, 0.25, 1.0, 4.0, 16.0}, true},
+        {"uneven", std::vector{0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0}, false}}) {
+    std::string names, times;
+    for (const double e : exposures) {
+      const auto picture = exposed(
+          e, 8, [](double v) { return std::log1p(40 * v) / std::log(41.0); }, random);
+      names += fmt::format("{}{}.png ", name, e);
+      times += fmt::format("{}{}", times.empty() ? "" : ",", e);
+      EXPECT_TRUE(write_png(folder / fmt::format("{}{}.png", name, e), view_of(picture.code, false)));
+    }
+    const auto done = test::calibrate(folder, "response " + names + "--exposures " + times + " -o out.txt --force");
+    EXPECT_EQ(test::says(done, "each exposure is 4 times the one before"), repeats) << done.json["why"];
   }
 }
 
