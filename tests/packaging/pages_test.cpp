@@ -88,8 +88,15 @@ INSTANTIATE_TEST_SUITE_P(Programs, Pages,
                                          Page{"daylit-simulate", "irradiance"}, Page{"daylit-run", ""},
                                          Page{"daylit-run", "pose"}, Page{"daylit-run", "cameras"},
                                          Page{"daylit-run", "record"}, Page{"daylit-run", "doctor"},
-                                         Page{"daylit-calibrate", ""}, Page{"daylit-calibrate", "fisheye"},
-                                         Page{"daylit-bench", ""}, Page{"daylit-bench", "frame"}));
+                                         Page{"daylit-simulate", "photographs"}, Page{"daylit-simulate", "hand-held"},
+                                         Page{"daylit-simulate", "develop"}, Page{"daylit-calibrate", ""},
+                                         Page{"daylit-calibrate", "print"}, Page{"daylit-calibrate", "fisheye"},
+                                         Page{"daylit-calibrate", "camera"}, Page{"daylit-calibrate", "response"},
+                                         Page{"daylit-calibrate", "merge"}, Page{"daylit-calibrate", "colour"},
+                                         Page{"daylit-calibrate", "vignette"}, Page{"daylit-calibrate", "align"},
+                                         Page{"daylit-calibrate", "room"}, Page{"daylit-calibrate", "materials"},
+                                         Page{"daylit-calibrate", "probe-stitch"}, Page{"daylit-bench", ""},
+                                         Page{"daylit-bench", "frame"}));
 
 TEST(Completion, offers_the_values_of_an_option_and_the_commands_of_a_program) {
   EXPECT_EQ(completions({"daylit-precompute", ""}, "--density", ""),
