@@ -84,7 +84,8 @@ RunConfig read_sections(TomlSection& root, ConfigFile& file, Use use) {
   if (TomlSection interior = root.section("interior")) {
     read_interior_section(interior, config.interior);
     if (config.sky.camera && config.interior.camera && config.sky.camera->camera == config.interior.camera->camera)
-      interior.problem("camera", "is that of [sky] too: two cameras are needed; of two with the same id give addresses");
+      interior.problem("camera",
+                       "is that of [sky] too: two cameras are needed; of two with the same id give addresses");
   }
   detail::read_marker(root.section("marker"), config.marker);
   detail::read_pose(root.section("pose"), config.world_from_camera);
