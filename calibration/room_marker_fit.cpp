@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <glm/matrix.hpp>
+#include <opencv2/core.hpp>
 
 #include "calibration/small_turn.h"
 #include "capture/markers/board.h"
@@ -87,10 +88,14 @@ double Fit::cost(const State& s) const {
       sum += r * r;
   return sum;
 }
-void Fit::normal_equations(const State& s, cv::Mat1d& a, cv::Mat1d& b) const {
+/// Unknowns: places of surfaces, six of each camera, three of each marker.
+struct Fit::Normal {
+  cv::Mat1d a, b;
+};
+
+Fit::Normal Fit::normal_equations(const State& s) const {
   const int n = static_cast<int>(unknowns(s));
-  a = cv::Mat1d(n, n, 0.0);
-  b = cv::Mat1d(n, 1, 0.0);
+  cv::Mat1d a(n, n, 0.0), b(n, 1, 0.0);
   for (const Sighting& seen : sightings_) {
     const std::vector<std::size_t> which = unknowns_of(s, seen);
     std::vector<std::array<double, 8>> slope;
@@ -114,18 +119,18 @@ void Fit::normal_equations(const State& s, cv::Mat1d& a, cv::Mat1d& b) const {
   for (int i = 0; i < n; ++i) // surfaces that no marker is on
     if (a(i, i) == 0.0)
       a(i, i) = 1.0;
+  return {a, b};
 }
 
-cv::Mat1d Fit::refine(State& s) const {
-  cv::Mat1d a, b, x;
+std::array<double, kPlaces> Fit::refine(State& s) const {
+  cv::Mat1d x;
   double damping = 1e-3, now = cost(s);
   for (int round = 0; round < kRounds && damping < 1e12; ++round) {
-    normal_equations(s, a, b);
-    cv::Mat1d damped = a.clone();
+    auto [a, b] = normal_equations(s);
     for (int i = 0; i < a.rows; ++i)
-      damped(i, i) *= 1.0 + damping;
+      a(i, i) *= 1.0 + damping;
     State moved = s;
-    if (cv::solve(damped, b, x, cv::DECOMP_CHOLESKY))
+    if (cv::solve(a, b, x, cv::DECOMP_CHOLESKY))
       for (int i = 0; i < x.rows; ++i)
         change(moved, static_cast<std::size_t>(i), x(i));
     const double then = cost(moved);
@@ -140,8 +145,11 @@ cv::Mat1d Fit::refine(State& s) const {
     if (settled)
       break;
   }
-  normal_equations(s, a, b);
-  return cv::Mat1d(a.inv(cv::DECOMP_SVD));
+  const cv::Mat1d covariance(normal_equations(s).a.inv(cv::DECOMP_SVD));
+  std::array<double, kPlaces> variance{};
+  for (std::size_t k = 0; k < kPlaces; ++k)
+    variance[k] = covariance(static_cast<int>(k), static_cast<int>(k));
+  return variance;
 }
 
 } // namespace daylit::calibration::room_markers

@@ -8,7 +8,6 @@
 #include <glm/geometric.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
-#include <opencv2/core.hpp>
 
 #include "scene/lens/lens.h"
 
@@ -64,9 +63,8 @@ class Fit {
 public:
   Fit(const LensModel& lens, double side_m, std::vector<Sighting> sightings);
 
-  /// Levenberg-Marquardt. The covariance of the unknowns (places of surfaces, six of each camera, three of each marker)
-  /// for corners of one pixel's deviation.
-  cv::Mat1d refine(State& state) const;
+  /// Levenberg-Marquardt. The variances of the surfaces' places for corners of one pixel's deviation.
+  std::array<double, kPlaces> refine(State& state) const;
   /// Seen minus projected, of the four corners.
   std::array<double, 8> residual(const State& state, const Sighting& seen) const;
   const std::vector<Sighting>& sightings() const { return sightings_; }
@@ -74,7 +72,8 @@ public:
 
 private:
   double cost(const State& state) const;
-  void normal_equations(const State& state, cv::Mat1d& a, cv::Mat1d& b) const;
+  struct Normal;
+  Normal normal_equations(const State& state) const;
 
   LensModel lens_;
   std::array<glm::dvec2, 4> corner_;

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <opencv2/core.hpp>
 
 #include "calibration/room_marker_fit.h"
 #include "calibration/rotation_match.h"
@@ -159,7 +160,7 @@ std::vector<std::string> missing_surfaces(const State& s) {
   return missing;
 }
 
-void describe(const Fit& fit, const State& s, const cv::Mat1d& covariance, MeasuredRoom& room) {
+void describe(const Fit& fit, const State& s, const std::array<double, kPlaces>& variance, MeasuredRoom& room) {
   std::map<int, std::pair<double, int>> sums;
   double all = 0;
   for (const Sighting& seen : fit.sightings()) {
@@ -179,11 +180,10 @@ void describe(const Fit& fit, const State& s, const cv::Mat1d& covariance, Measu
     const Marker& m = s.marker[k];
     for (std::size_t c = 0; c < 4; ++c)
       room.corner_m[m.id][c] = corner_in_room(s, k, fit.corners()[c]);
-    const int at = static_cast<int>(m.surface);
     if (!kSurfaces[m.surface].is_far)
       continue;
     room.place_m[kSurfaces[m.surface].name] = s.place[m.surface];
-    room.sigma_m[kSurfaces[m.surface].name] = noise_px * std::sqrt(covariance(at, at));
+    room.sigma_m[kSurfaces[m.surface].name] = noise_px * std::sqrt(variance[m.surface]);
   }
 }
 
@@ -223,8 +223,8 @@ Result<MeasuredRoom> measure_room(const RoomMarkers& markers, const LensModel& l
                     "let neighbouring photographs show one marker in common at least");
   first_markers(all, state);
   const Fit fit(lens, markers.side_m, std::move(all));
-  const cv::Mat1d covariance = fit.refine(state);
-  describe(fit, state, covariance, room);
+  const auto variance = fit.refine(state);
+  describe(fit, state, variance, room);
   return room;
 }
 
