@@ -55,7 +55,7 @@ set(dev_packages libglm-dev libhwy-dev libembree-dev libtbb-dev libfmt-dev libim
   libjpeg62-turbo-dev nlohmann-json3-dev libtomlplusplus-dev libyaml-cpp-dev libxxhash-dev liberfa-dev pkg-config)
 if(DAYLIT_RUNTIME)
   list(APPEND dev_packages libglfw3-dev libopencv-dev libopencv-contrib-dev libegl-dev libgl-dev libopengl-dev
-    libaravis-dev libcpp-httplib-dev libusb-1.0-0-dev)
+    libaravis-dev libcpp-httplib-dev libusb-1.0-0-dev libv4l-dev)
 endif()
 list(JOIN dev_packages ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
 

@@ -35,20 +35,23 @@ class Camera:
 
     def __init__(self, pictures, address, *options, says=None):
         self.command = [str(BIN / "daylit-bench"), "camera", *map(str, pictures), "--address", address, "--serial",
-                        Path(pictures[0]).stem, *map(str, options), *(["--json"] if says else []), "--quiet"]
+                        Path(pictures[0]).stem, *map(str, options), *(["--json"] if says else [])]
         self.says, self.process = says, None  # says: file for a line per frame
 
     def plug(self):
         """Again while another fake camera, of a test for example, has the address."""
         while True:
-            self.since = time.time()
             out = open(self.says, "w") if self.says else subprocess.DEVNULL
-            self.process = subprocess.Popen(self.command, stdout=out, stderr=subprocess.DEVNULL)
+            self.process = subprocess.Popen(self.command, stdout=out, stderr=subprocess.PIPE, text=True)
             started.append(self.process)
-            try:
-                self.process.wait(0.3)
-            except subprocess.TimeoutExpired:
+            said = self.process.stderr.readline()
+            if "until Ctrl-C" in said:
+                self.since = time.time()
                 return
+            if "no camera can be served" not in said:
+                sys.exit(said)
+            self.process.wait()
+            time.sleep(0.3)
 
     def unplug(self):
         if self.process:

@@ -12,6 +12,9 @@
 
 #include <arv.h>
 
+#include "capture/frames/camera_thread.h"
+#include "capture/frames/video_camera.h"
+
 namespace daylit {
 
 namespace {
@@ -21,8 +24,6 @@ using namespace std::chrono_literals;
 constexpr int kBuffers = 6;
 constexpr std::uint64_t kPop_us = 50'000;
 constexpr auto kSilence = 2s; ///< without a frame: the camera is opened again
-constexpr auto kRetry = 500ms;
-constexpr auto kLeave = 150ms; ///< that long the thread may take to end; to open a camera that is away takes 2.5 s
 
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
@@ -152,58 +153,13 @@ private:
   std::int64_t offset_ns_ = 0, last_ns_ = 0;
 };
 
-/// A camera and what its thread shares with those who read it.
-class OpenCamera {
+class AravisCamera final : public CameraThread {
 public:
-  OpenCamera(const CameraSettings& settings, std::function<void(const CameraFrame&)> each)
-      : settings_(settings), each_(std::move(each)) {}
-
-  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) {
-    std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, wait, [&] { return newest_.has_value(); });
-    return std::exchange(newest_, std::nullopt);
-  }
-  SourceReport report() const {
-    const std::lock_guard lock(mutex_);
-    return report_;
-  }
-  /// Ends work() as soon as Aravis lets it. No frame is given to anybody from here on.
-  void leave() {
-    {
-      const std::lock_guard lock(each_mutex_);
-      each_ = {};
-    }
-    std::unique_lock lock(mutex_);
-    stop_ = true;
-    changed_.notify_all();
-    changed_.wait_for(lock, kLeave, [&] { return over_; });
-  }
-  bool is_over() const {
-    const std::lock_guard lock(mutex_);
-    return over_;
-  }
-
-  /// The thread of the camera.
-  void work() {
-    while (!stop_) {
-      say_lost(stream_until_lost());
-      std::unique_lock lock(mutex_);
-      changed_.wait_for(lock, kRetry, [&] { return stop_.load(); });
-    }
-    const std::lock_guard lock(mutex_);
-    over_ = true;
-    changed_.notify_all();
-  }
+  AravisCamera(const CameraSettings& settings, std::function<void(const CameraFrame&)> each)
+      : CameraThread(std::move(each)), settings_(settings) {}
 
 private:
-  void say_lost(const std::string& trouble) {
-    const std::lock_guard lock(mutex_);
-    report_.connected = false;
-    report_.trouble = trouble;
-  }
-
-  /// Opens the camera and takes its frames until it is lost. Why it ended, or could not begin.
-  std::string stream_until_lost() {
+  std::string stream_until_lost() override {
     if (!is_address(settings_.camera))
       arv_update_device_list(); // Aravis keeps the address that an id once had; the camera may have another one now
     Attempt a;
@@ -239,18 +195,15 @@ private:
     const gulong signal =
         g_signal_connect(arv_camera_get_device(camera), "control-lost",
                          G_CALLBACK(+[](ArvDevice*, std::atomic<bool>* flag) { *flag = true; }), &lost);
-    {
-      const std::lock_guard lock(mutex_);
-      ++report_.connections;
-      report_.connected = true;
-      report_.trouble.clear();
-    }
+    say_connected();
     last_id_.reset();
     clock_ = {};
     auto last = std::chrono::steady_clock::now();
-    while (!stop_ && !lost && std::chrono::steady_clock::now() - last < kSilence)
+    while (!is_to_stop() && !lost && std::chrono::steady_clock::now() - last < kSilence)
       if (ArvBuffer* buffer = arv_stream_timeout_pop_buffer(stream, kPop_us)) {
-        take(buffer);
+        const bool whole = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS;
+        const std::uint64_t missing = gap_before(arv_buffer_get_frame_id(buffer));
+        take(whole ? frame_of(buffer) : std::nullopt, missing);
         arv_stream_push_buffer(stream, buffer);
         if (const auto& cycle = settings_.exposures_us; !cycle.empty())
           arv_camera_set_exposure_time(camera, cycle[++exposures_set_ % cycle.size()], nullptr);
@@ -263,34 +216,17 @@ private:
     return trouble;
   }
 
-  /// Counts the buffer and keeps its frame as the newest, if it is whole.
-  void take(ArvBuffer* buffer) {
-    auto frame = arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS ? frame_of(buffer) : std::nullopt;
-    if (const std::lock_guard lock(each_mutex_); frame && each_)
-      each_(*frame);
-    const std::lock_guard lock(mutex_);
-    count_gap(arv_buffer_get_frame_id(buffer));
-    if (!frame) {
-      ++report_.damaged;
-      return;
-    }
-    ++report_.whole;
-    report_.superseded += newest_.has_value();
-    newest_ = std::move(frame);
-    changed_.notify_all();
-  }
-
   /// The counter of GigE Vision 1.x has 16 bits and leaves 0 out when it wraps.
-  void count_gap(std::uint64_t id) {
-    if (last_id_ && id <= 0xffff && *last_id_ <= 0xffff) {
-      std::uint64_t step = (id - *last_id_) & 0xffff;
-      if (id < *last_id_ && step > 1)
-        --step;
-      report_.missing += step > 1 && step < 0x8000 ? step - 1 : 0;
-    } else if (last_id_ && id > *last_id_) {
-      report_.missing += id - *last_id_ - 1;
-    }
-    last_id_ = id;
+  std::uint64_t gap_before(std::uint64_t id) {
+    const std::optional<std::uint64_t> last = std::exchange(last_id_, id);
+    if (!last)
+      return 0;
+    if (id > 0xffff || *last > 0xffff)
+      return id > *last ? id - *last - 1 : 0;
+    std::uint64_t step = (id - *last) & 0xffff;
+    if (id < *last && step > 1)
+      --step;
+    return step > 1 && step < 0x8000 ? step - 1 : 0;
   }
 
   std::optional<CameraFrame> frame_of(ArvBuffer* buffer) {
@@ -313,43 +249,10 @@ private:
   }
 
   const CameraSettings settings_;
-  std::mutex each_mutex_; ///< of each_
-  std::function<void(const CameraFrame&)> each_;
-  mutable std::mutex mutex_; ///< of newest_, report_ and over_; held for a move at most
-  std::condition_variable changed_;
-  std::optional<CameraFrame> newest_;
-  SourceReport report_;
   std::optional<std::uint64_t> last_id_; ///< of the worker
   double exposure_us_ = 0.0;             ///< of the worker
   std::size_t exposures_set_ = 0;        ///< of the worker
   CameraClock clock_;                    ///< of the worker
-  std::atomic<bool> stop_ = false;
-  bool over_ = false; ///< work() has ended
-};
-
-/// Its thread keeps the camera's state, and outlives the source where Aravis waits for a camera that is away.
-class AravisSource final : public FrameSource {
-public:
-  AravisSource(const CameraSettings& settings, std::function<void(const CameraFrame&)> each)
-      : camera_(std::make_shared<OpenCamera>(settings, std::move(each))),
-        worker_([camera = camera_] { camera->work(); }) {}
-  ~AravisSource() override {
-    camera_->leave();
-    if (camera_->is_over())
-      worker_.join();
-    else
-      worker_.detach();
-  }
-  AravisSource(const AravisSource&) = delete;
-  AravisSource& operator=(const AravisSource&) = delete;
-
-  Result<std::optional<CameraFrame>> next(std::chrono::milliseconds wait) override { return camera_->next(wait); }
-  bool finished() const override { return false; }
-  SourceReport report() const override { return camera_->report(); }
-
-private:
-  std::shared_ptr<OpenCamera> camera_;
-  std::thread worker_;
 };
 
 } // namespace
@@ -361,6 +264,8 @@ std::vector<FoundCamera> find_cameras() {
     const char* address = arv_get_device_address(k);
     found.push_back({arv_get_device_id(k), address ? address : ""});
   }
+  for (const std::string& device : find_video_devices())
+    found.push_back({device, ""});
   return found;
 }
 
@@ -373,7 +278,11 @@ Result<std::unique_ptr<FrameSource>> open_camera(const CameraSettings& s,
       s.packet_bytes > 65535)
     return Error{ErrorCode::value_invalid, "exposure, gain, frame rate, size or packet size is out of range",
                  s.camera.empty() ? "camera" : s.camera, "give microseconds, hertz, pixels and bytes"};
-  return std::unique_ptr<FrameSource>(std::make_unique<AravisSource>(s, std::move(each)));
+  if (is_video_device(s.camera) && s.packet_bytes > 0)
+    return Error{ErrorCode::value_invalid, "a packet size is for cameras on a network", s.camera, "leave it out"};
+  if (is_video_device(s.camera))
+    return source_of(std::make_shared<VideoCamera>(s, std::move(each)));
+  return source_of(std::make_shared<AravisCamera>(s, std::move(each)));
 }
 
 } // namespace daylit

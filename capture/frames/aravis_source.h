@@ -1,6 +1,6 @@
 #pragma once
 
-// Frames of a GigE Vision or USB3 Vision camera, through Aravis.
+// Frames of a GigE Vision or USB3 Vision camera, through Aravis, or of a Video4Linux device (video_camera.h).
 
 #include <functional>
 #include <memory>
@@ -14,7 +14,7 @@ namespace daylit {
 
 /// A camera that answers discovery.
 struct FoundCamera {
-  std::string id;      ///< what CameraSettings::camera takes; "vendor-model-serial" as a rule
+  std::string id;      ///< what CameraSettings::camera takes; "vendor-model-serial" as a rule, or "/dev/video0"
   std::string address; ///< of its network interface; empty for USB
 };
 
@@ -23,7 +23,7 @@ std::vector<FoundCamera> find_cameras();
 
 /// Everything is set anew each time the camera is opened: cameras keep what another program has set.
 struct CameraSettings {
-  std::string camera;           ///< id or network address; empty: the only one there is
+  std::string camera;           ///< id, network address or /dev/video0; empty: the only one there is
   std::string pixel_format;     ///< name in the camera, "Mono16", "BayerRG8", "RGB8"; empty: as the camera has it
   std::optional<Mosaic> mosaic; ///< what the samples are when the camera calls them mono
   std::optional<double> exposure_us, gain, frame_rate_hz;
