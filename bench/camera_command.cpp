@@ -27,6 +27,7 @@ struct Arguments {
   std::string address = "127.0.0.1", serial = "daylit", mosaic = "mono", response = "linear";
   double white = 1.0, lost_ratio = 0.0, seconds_each = 0.0;
   int exposure_delay = 0;
+  bool noise = false;
 };
 
 /// Code values of picture k for an exposure and a format, made when they are first asked for.
@@ -34,7 +35,8 @@ class Codes {
 public:
   Codes(const Arguments& a, Mosaic mosaic, std::vector<RgbImage> pictures, bool says_frames)
       : white_(a.white), seconds_each_(a.seconds_each), srgb_(a.response == "srgb"), mosaic_(mosaic),
-        late_(static_cast<std::size_t>(a.exposure_delay)), says_frames_(says_frames), pictures_(std::move(pictures)) {}
+        late_(static_cast<std::size_t>(a.exposure_delay)), noise_(a.noise), says_frames_(says_frames),
+        pictures_(std::move(pictures)) {}
 
   /// The next picture's, as large as the buffer; of the exposure that was set so many frames ago.
   void fill(ArvBuffer* buffer, double exposure_set_us, ArvPixelFormat format) {
@@ -53,8 +55,13 @@ public:
       std::fflush(stdout);
     }
     std::size_t size = 0; // 0 here, although the pointer is right
-    if (void* data = const_cast<void*>(arv_buffer_get_data(buffer, &size)))
-      std::memcpy(data, codes.data(), codes.size());
+    auto* data = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &size)));
+    if (!data)
+      return;
+    std::memcpy(data, codes.data(), codes.size());
+    ++frames_;
+    for (std::size_t i = 2 * (frames_ % 8); noise_ && i < codes.size(); i += 16) // the low byte where there are two
+      data[i] ^= 1;
   }
 
 private:
@@ -103,10 +110,10 @@ private:
   bool srgb_;
   Mosaic mosaic_;
   std::size_t late_;
-  bool says_frames_;
+  bool noise_, says_frames_;
   std::deque<double> set_us_; ///< the last exposures that were set
   std::vector<RgbImage> pictures_;
-  std::uint64_t served_ = 0;
+  std::uint64_t served_ = 0, frames_ = 0; ///< served_: pictures, one after another
   std::map<std::tuple<std::size_t, int, int, double, ArvPixelFormat>, std::vector<std::uint8_t>> made_;
 };
 
@@ -172,6 +179,9 @@ Command add_camera(CLI::App& app) {
   command->add_option("--response", a->response, "of its code values")
       ->check(CLI::IsMember({"linear", "srgb"}))
       ->capture_default_str();
+  command->add_flag("--noise", a->noise,
+                    "a sixteenth of the samples is off by one, others in each frame: a camera whose\n"
+                    "pictures are alike bit for bit is called frozen");
   command->add_option("--lost-ratio", a->lost_ratio, "fraction of packets that it drops")->check(CLI::Range(0.0, 1.0));
   return {command, [a](const CommonOptions& options) { return run(*a, options); }};
 }

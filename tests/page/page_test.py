@@ -144,7 +144,7 @@ def look(b):
     """Everything of the page has something to show, and all of it comes from the server."""
     wait_for("a picture", lambda: b.run("return document.getElementById('stream').naturalWidth"))
     wait_for("an object", lambda: b.run("return document.querySelectorAll('#objects button').length"))
-    wait_for("a sky", lambda: draws(b), 60)
+    wait_for("a sky", lambda: state(b) == "drawing", 60)
     wait_for("stages", lambda: b.run("return document.querySelectorAll('#stage-names li').length") >= 3)
     wait_for("marks of the sky", lambda: b.run("return document.querySelectorAll('#sky-marks circle').length") > 8)
     time.sleep(3)
@@ -165,11 +165,6 @@ def state(b):
     return b.run("return document.getElementById('state').textContent")
 
 
-def draws(b):
-    """A fake camera has no noise: after five seconds of the same picture it is called frozen, and used."""
-    return state(b) == "drawing" or "frozen" in state(b)
-
-
 def watch(b, moving, still):
     """The picture follows the camera, which is unplugged; another one comes back in its place, which stands."""
     def share_changed():
@@ -182,7 +177,7 @@ def watch(b, moving, still):
     moving.unplug()
     wait_for("the page says that the camera is away", lambda: "interior camera away" in state(b))
     still.plug()
-    wait_for("the picture is back", lambda: draws(b), 30)
+    wait_for("the picture is back", lambda: state(b) == "drawing", 30)
     time.sleep(1)
     stood = share_changed()
     check("a camera that stands gives a picture that stands", stood < 0.01, stood)
@@ -319,9 +314,9 @@ def try_page(folder, sky_address, room_address):
     port = free_port()
     config = make_scene(folder, sky_address, room_address, port)
     views = sorted(folder.glob("interior*.exr"))
-    sky = Camera([folder / "sky.exr"], sky_address, "--white", SKY_WHITE, "--mosaic", "rggb", "--lost-ratio", 0.002)
-    moving = Camera(views, room_address, "--white", ROOM_WHITE, "--response", "srgb", "--seconds-each", 0.5)
-    still = Camera(views[:1], room_address, "--white", ROOM_WHITE, "--response", "srgb")
+    sky = Camera([folder / "sky.exr"], sky_address, "--white", SKY_WHITE, "--mosaic", "rggb", "--lost-ratio", 0.002, "--noise")
+    moving = Camera(views, room_address, "--white", ROOM_WHITE, "--response", "srgb", "--noise", "--seconds-each", 0.5)
+    still = Camera(views[:1], room_address, "--white", ROOM_WHITE, "--response", "srgb", "--noise")
     sky.plug(), moving.plug()
     log = open(folder / "daemon.log", "w+")
     daemon = subprocess.Popen([BIN / "daylit-run", config], stderr=log)
