@@ -26,6 +26,7 @@ constexpr double kCovered = 0.995;    ///< of the sphere
 constexpr double kOverRange = 0.005;  ///< of the light; what is lost is more
 constexpr double kDisagree = 0.05;    ///< between pictures that overlap
 constexpr double kOddExposure = 0.25; ///< true over stated exposure - 1
+constexpr double kManyOdd = 0.25;     ///< of the pictures
 constexpr double kMisaligned_deg = 0.4;
 constexpr double kAligned_deg = 0.3; ///< deviation of a picture's turn beside the others
 constexpr double kUnaligned = 0.25;  ///< of the pictures
@@ -121,6 +122,23 @@ std::string where(const Gap& gap) {
                      std::asin(std::clamp(gap.middle.z, -1.0, 1.0)) / kDegree);
 }
 
+/// One by one, or where they are many what that says of all.
+void add_odd_exposures(const Stitched& s, const std::vector<HandHeldPicture>& pictures,
+                       std::vector<std::string>& faults) {
+  std::vector<std::string> odd;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (const double r = s.light.measured_over_stated[i]; std::abs(std::log(r)) > std::log1p(kOddExposure))
+      odd.push_back(
+          fmt::format("{} was exposed {:.2f} times as long as stated beside the others", pictures[i].file, r));
+  if (static_cast<double>(odd.size()) > kManyOdd * static_cast<double>(s.count))
+    faults.push_back(
+        fmt::format("{} of {} pictures were not exposed as stated: --response is not this camera's, or the "
+                    "list has wrong exposures",
+                    odd.size(), s.count));
+  else
+    faults.insert(faults.end(), odd.begin(), odd.end());
+}
+
 std::vector<std::string> faults_of(const Stitched& s, const std::vector<HandHeldPicture>& pictures) {
   std::vector<std::string> faults;
   if (s.map.coverage < kCovered) {
@@ -152,10 +170,7 @@ std::vector<std::string> faults_of(const Stitched& s, const std::vector<HandHeld
         fmt::format("pictures that overlap differ by {:.0f} %: the light changed, or --response is not this "
                     "camera's",
                     100 * s.light.disagreement));
-  for (std::size_t i = 0; i < pictures.size(); ++i)
-    if (const double r = s.light.measured_over_stated[i]; std::abs(std::log(r)) > std::log1p(kOddExposure))
-      faults.push_back(
-          fmt::format("{} was exposed {:.2f} times as long as stated beside the others", pictures[i].file, r));
+  add_odd_exposures(s, pictures, faults);
   return faults;
 }
 

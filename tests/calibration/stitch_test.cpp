@@ -147,6 +147,14 @@ TEST(ProbeStitch, pictures_without_a_corner_are_aligned_by_their_light) {
   EXPECT_LT(std::ranges::max(ratio) / std::ranges::min(ratio), 1.01) << "stated exposures are off by 3 %";
 }
 
+TEST(ProbeStitch, a_response_that_is_not_the_camera_s_is_said) {
+  const fs::path folder = pictures("stitch-response", "--pictures 20", soft_map());
+  const auto done =
+      test::calibrate(folder, "probe-stitch p/list.txt --lens p/lens.yaml --response linear --height 64 -o found.exr");
+  ASSERT_EQ(done.exit_code, 0);
+  EXPECT_TRUE(says(done, "of 20 pictures were not exposed as stated: --response is not")) << done.json["why"];
+}
+
 TEST(ProbeStitch, pictures_with_nothing_in_common_are_no_map) {
   const fs::path folder = pictures("stitch-apart", "--pictures 24");
   std::ifstream list(folder / "p/list.txt");
