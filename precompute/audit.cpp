@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
+#include <set>
 
 #include <glm/geometric.hpp>
 
@@ -139,6 +141,8 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   Audit audit;
   audit.grid_step_ = probes.size() > kManyProbes ? 2 : 1;
   audit.sampler_ = *sampler;
+  if (auto interpolated = interpolated_probes(probes))
+    audit.interpolated_ = std::move(*interpolated);
   if (candidates.empty())
     candidates = candidates_in(room, probes);
   std::array<std::uint32_t, 8> probe;
@@ -163,17 +167,17 @@ radiosity::FirstBounce Audit::direct_light(const radiosity::FirstBounce& light, 
   return precompute::direct_light(light, skies_);
 }
 
-/// Union of the interpolation stencils of every grid_step_-th point.
+/// Union of the interpolation stencils of every grid_step_-th point, and of what their interpolated probes come from.
 std::vector<std::size_t> Audit::probes() const {
-  std::vector<std::size_t> list;
+  std::set<std::size_t> list;
   std::array<std::uint32_t, 8> probe;
   std::array<float, 8> weight;
   for (std::size_t p = 0; p < in_air_; p += grid_step_)
-    list.insert(list.end(), probe.begin(), probe.begin() + sampler_.weights(points_[p], probe, weight));
-  std::ranges::sort(list);
-  const auto repeated = std::ranges::unique(list);
-  list.erase(repeated.begin(), repeated.end());
-  return list;
+    list.insert(probe.begin(), probe.begin() + sampler_.weights(points_[p], probe, weight));
+  for (const InterpolatedProbe& i : std::views::reverse(interpolated_))
+    if (list.erase(i.probe) > 0)
+      list.insert({i.a, i.b});
+  return {list.begin(), list.end()};
 }
 
 /// total: volume against truth at the points. sky part: volume against truth at the probes. grid part: exact probes,
@@ -193,6 +197,7 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
     exact.probe[probes[p]] = at_probes.at(p);
     add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
   }
+  interpolate_probes(interpolated_, exact);
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const Sh9Rgb truth = at_points.at(p);
     const ShRadiance all{truth, band4.at(p)}, got = sampler_.sample_all(field, points_[p]).value_or(ShRadiance{});

@@ -14,6 +14,7 @@
 #include "precompute/held_out.h"
 #include "radiosity/solve.h"
 #include "scene/room/aperture.h"
+#include "scene/volume/interpolated_probes.h"
 #include "scene/volume/volume.h"
 
 namespace daylit::precompute {
@@ -55,7 +56,7 @@ public:
 
   /// Those in the air first, then those where objects stand.
   const std::vector<glm::dvec3>& points() const { return points_; }
-  /// Those that points are interpolated from, increasing: where exact light is wanted too.
+  /// Valid ones that points are interpolated from, increasing: where exact light is wanted too.
   std::vector<std::size_t> probes() const;
   /// Direct light of the held-out skies; also chooses the suns. `light`: of held_out_partition().
   radiosity::FirstBounce direct_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set);
@@ -72,6 +73,7 @@ private:
                      std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
                      std::span<const std::size_t> probes) const;
   LightFieldSampler sampler_;
+  std::vector<InterpolatedProbe> interpolated_;
   std::vector<glm::dvec3> points_;
   std::size_t in_air_ = 0; ///< of points_, the first; the others are where objects stand
   std::vector<HeldOutSky> skies_;

@@ -71,7 +71,8 @@ struct BakeReport {
   double doubled_m2 = 0; ///< faces on faces, SurfaceMesh::doubled_m2
   int regions = 0, regions_stored = 0;
   std::size_t probes = 0, probes_valid = 0;
-  std::size_t probes_repeated = 0; ///< given points at the position of another: gathered once
+  std::size_t probes_interpolated = 0; ///< in the air, without light of their own (far_probes.h)
+  std::size_t probes_repeated = 0;     ///< given points at the position of another: gathered once
   radiosity::ExchangeReport exchange;
   radiosity::FirstBounceReport first_bounce;
   radiosity::SolveReport solve;

@@ -99,8 +99,8 @@ private:
 void take_counts(const BakeReport& report, const BakeOptions& options, CalibrationBake& calibration) {
   calibration.probes = report.probes_valid;
   calibration.fixed_facets = report.fixed_facets;
-  calibration.air_fraction =
-      static_cast<double>(report.probes_valid) / static_cast<double>(std::max<std::size_t>(report.probes, 1));
+  calibration.air_fraction = static_cast<double>(report.probes_valid + report.probes_interpolated) /
+                             static_cast<double>(std::max<std::size_t>(report.probes, 1));
   calibration.stored_fraction = static_cast<double>(report.regions_stored) / report.regions;
   calibration.channels = report.solve.channels;
   calibration.gather_rays = options.gather_rays;

@@ -8,6 +8,7 @@
 
 #include "precompute/adaptive_sky.h"
 #include "precompute/cost_model.h"
+#include "precompute/far_probes.h"
 #include "precompute/probes.h"
 
 namespace daylit::precompute {
@@ -127,8 +128,8 @@ private:
     // Steps of 1.5 %: the number of probes jumps where one more fits along an axis.
     for (double spacing = 0.5 * std::max({size.x, size.y, size.z});; spacing /= 1.015) {
       const glm::ivec3 count = grid_size(calibration_.bounds, spacing);
-      const double probes = cells(grid_size(calibration_.bounds, spacing, options.density, options.near_surfaces));
-      if (probes > kMostProbes || probes * 27 / 3 * columns * calibration_.air_fraction > kMostFloats)
+      const double probes = cells(count);
+      if (probes > kMostProbes || (!fine() && probes * 27 / 3 * columns * calibration_.air_fraction > kMostFloats))
         return;
       options.spacing_m = spacing;
       if (grid_error(calibration_, mean_spacing(calibration_.bounds, count), options.gather_rays,
@@ -137,10 +138,10 @@ private:
     }
   }
 
-  glm::ivec3 grid_of(const BakeOptions& options) const {
-    return options.grid.x > 0
-               ? options.grid
-               : grid_size(calibration_.bounds, options.spacing_m, options.density, options.near_surfaces);
+  /// Probes of the grid with light of their own, if all were in the air.
+  double probes_of(const BakeOptions& options) const {
+    return static_cast<double>(probes_wanted(
+        grid_planes(calibration_.bounds, options.grid, options.spacing_m, options.density, options.near_surfaces)));
   }
   /// Planes near surfaces are for what is there: they change nothing between the others.
   double grid_part(const BakeOptions& options, double at_calibration) const {
@@ -209,7 +210,7 @@ private:
     p.total = std::hypot(p.mesh, std::hypot(p.grid, p.sky));
     p.sun = sun_error(options, sky.sun);
     const double probes =
-        grid ? cells(grid_of(options)) * calibration_.air_fraction : static_cast<double>(request_.points.size());
+        grid ? probes_of(options) * calibration_.air_fraction : static_cast<double>(request_.points.size());
     // A fine sky is solved for its clusters, whatever the number of nodes.
     const double columns =
         kind.nodes ? static_cast<double>(options.clusters) : kind.stored(calibration_.stored_fraction);

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <optional>
 
 #include "scene/core/parallel.h"
+#include "scene/volume/interpolated_probes.h"
 #include "scene/volume/probe_planes.h"
 #include "scene/volume/row_kernels.h"
 
@@ -34,23 +36,31 @@ private:
   std::vector<std::uint32_t> parent_;
 };
 
-/// Which neighbouring probes of a grid are in the air and see each other.
+/// Which neighbouring probes of a grid see each other. Those that are interpolated along an axis are no neighbours
+/// along it: they hold what interpolation between the others gives.
 class ProbeLinks {
 public:
   ProbeLinks(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
              const std::function<bool(std::size_t, std::size_t)>& sees)
-      : count_{grid.count.x, grid.count.y, grid.count.z}, stride_{1, grid.count.x,
-                                                                  std::int64_t{grid.count.x} * grid.count.y},
+      : grid_(grid), count_{grid.count.x, grid.count.y, grid.count.z}, stride_{1, grid.count.x,
+                                                                               std::int64_t{grid.count.x} *
+                                                                                   grid.count.y},
         point_of_(grid.size(), kNone) {
     for (std::size_t p = 0; p < probe_of_point.size(); ++p)
       point_of_[probe_of_point[p]] = static_cast<std::int64_t>(p);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      linked_[axis].assign(grid.size(), 0);
+      next_[axis].assign(grid.size(), kNone);
+      previous_[axis].assign(grid.size(), kNone);
       parallel_for(std::size_t{0}, probe_of_point.size(), [&](std::size_t p) {
-        const std::size_t probe = probe_of_point[p], next = step(probe, axis, 1);
-        linked_[axis][probe] =
-            index(probe, axis) + 1 < count_[axis] && point_of_[next] != kNone && sees(probe, next) ? 1 : 0;
+        const std::size_t probe = probe_of_point[p];
+        const std::int64_t next = following(probe, axis);
+        if (next != kNone && point_of_[static_cast<std::size_t>(next)] != kNone &&
+            sees(probe, static_cast<std::size_t>(next)))
+          next_[axis][probe] = next;
       });
+      for (const std::size_t probe : probe_of_point)
+        if (next_[axis][probe] != kNone)
+          previous_[axis][static_cast<std::size_t>(next_[axis][probe])] = static_cast<std::int64_t>(probe);
     }
   }
 
@@ -58,35 +68,64 @@ public:
   int index(std::size_t probe, std::size_t axis) const {
     return static_cast<int>(static_cast<std::int64_t>(probe) / stride_[axis] % count_[axis]);
   }
-  /// Between the probes `steps` and `steps` + 1 further along the axis.
-  bool linked(std::size_t probe, std::size_t axis, int steps) const {
-    const int here = index(probe, axis) + steps;
-    return here >= 0 && here + 1 < count_[axis] && linked_[axis][step(probe, axis, steps)] != 0;
+  /// Three probes in a row along the axis, each in sight of the next: the middle one is the probe itself, its next or
+  /// its previous one (0, 1, -1).
+  std::optional<std::array<std::size_t, 3>> row(std::size_t probe, std::size_t axis, int middle) const {
+    const std::int64_t at =
+        middle == 0 ? static_cast<std::int64_t>(probe) : (middle > 0 ? next_ : previous_)[axis][probe];
+    if (at == kNone)
+      return {};
+    const auto m = static_cast<std::size_t>(at);
+    if (previous_[axis][m] == kNone || next_[axis][m] == kNone)
+      return {};
+    return std::array{static_cast<std::size_t>(previous_[axis][m]), m, static_cast<std::size_t>(next_[axis][m])};
   }
-  std::uint32_t point(std::size_t probe, std::size_t axis, int steps) const {
-    return static_cast<std::uint32_t>(point_of_[step(probe, axis, steps)]);
-  }
+  std::uint32_t point(std::size_t probe) const { return static_cast<std::uint32_t>(point_of_[probe]); }
 
 private:
-  std::size_t step(std::size_t probe, std::size_t axis, int steps) const {
-    return static_cast<std::size_t>(static_cast<std::int64_t>(probe) + stride_[axis] * steps);
+  /// The next probe along the axis that is not interpolated along it.
+  std::int64_t following(std::size_t probe, std::size_t axis) const {
+    auto next = static_cast<std::int64_t>(probe);
+    for (int i = index(probe, axis) + 1; i < count_[axis]; ++i) {
+      next += stride_[axis];
+      if (grid_.interpolated.empty() || grid_.interpolated[static_cast<std::size_t>(next)] != axis + 1)
+        return next;
+    }
+    return kNone;
   }
 
+  const ProbeSet& grid_;
   std::array<int, 3> count_;
   std::array<std::int64_t, 3> stride_;
   std::vector<std::int64_t> point_of_;
-  std::array<std::vector<std::uint8_t>, 3> linked_; ///< [axis][probe]: to the next one
+  std::array<std::vector<std::int64_t>, 3> next_, previous_; ///< [axis][probe]
 };
 
-std::vector<std::uint32_t> connected_parts(const ProbeLinks& links, std::span<const std::size_t> probe_of_point) {
-  Parts parts(probe_of_point.size());
-  std::vector<std::uint32_t> part(probe_of_point.size());
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    for (std::uint32_t p = 0; p < part.size(); ++p)
-      if (links.linked(probe_of_point[p], axis, 0))
-        parts.join(p, links.point(probe_of_point[p], axis, 1));
-  for (std::uint32_t p = 0; p < part.size(); ++p)
-    part[p] = parts.of(p);
+/// Steps between neighbours that see each other, and from an interpolated probe to those that it lies between.
+std::vector<std::uint32_t> connected_parts(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
+                                           const std::function<bool(std::size_t, std::size_t)>& sees) {
+  Parts parts(grid.size());
+  std::vector<std::uint8_t> in_air(grid.size(), 0);
+  for (const std::size_t p : probe_of_point)
+    in_air[p] = 1;
+  if (const auto interpolated = interpolated_probes(grid))
+    for (const InterpolatedProbe& i : *interpolated) {
+      in_air[i.probe] = 1;
+      parts.join(i.probe, i.a);
+      parts.join(i.probe, i.b);
+    }
+  const std::array<std::size_t, 3> stride{1, static_cast<std::size_t>(grid.count.x),
+                                          static_cast<std::size_t>(grid.count.x) * grid.count.y};
+  for (std::size_t i = 0; i < grid.size(); ++i)
+    for (int axis = 0; axis < 3 && in_air[i]; ++axis) {
+      const std::size_t step = stride[static_cast<std::size_t>(axis)], next = i + step;
+      if (static_cast<int>(i / step) % grid.count[axis] + 1 < grid.count[axis] && in_air[next] &&
+          parts.of(static_cast<std::uint32_t>(i)) != parts.of(static_cast<std::uint32_t>(next)) && sees(i, next))
+        parts.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(next));
+    }
+  std::vector<std::uint32_t> part;
+  for (const std::size_t p : probe_of_point)
+    part.push_back(parts.of(static_cast<std::uint32_t>(p)));
   return part;
 }
 
@@ -110,19 +149,18 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
     return fit;
   const ProbePlanes planes(grid);
   const ProbeLinks links(grid, probe_of_point, sees);
-  fit.part_ = connected_parts(links, probe_of_point);
+  fit.part_ = connected_parts(grid, probe_of_point, sees);
   for (std::uint32_t p = 0; p < fit.points_; ++p)
     for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const int middle : {0, 1, -1}) {
-        const std::size_t probe = probe_of_point[p];
-        if (!links.linked(probe, axis, middle - 1) || !links.linked(probe, axis, middle))
-          continue;
-        const double* first = planes.along(static_cast<int>(axis)).data() + links.index(probe, axis) + middle - 1;
-        const auto [to_a, to_b] = step_fractions(std::span<const double, 3>(first, 3), 1 - middle);
-        fit.rows_.push_back({p, links.point(probe, axis, middle - 1), links.point(probe, axis, middle),
-                             links.point(probe, axis, middle + 1), to_a, to_b});
-        break;
-      }
+      for (const int middle : {0, 1, -1})
+        if (const auto row = links.row(probe_of_point[p], axis, middle)) {
+          std::array<double, 3> plane;
+          for (std::size_t k = 0; k < 3; ++k)
+            plane[k] = planes.along(static_cast<int>(axis))[static_cast<std::size_t>(links.index((*row)[k], axis))];
+          const auto [to_a, to_b] = step_fractions(plane, 1 - middle);
+          fit.rows_.push_back({p, links.point((*row)[0]), links.point((*row)[1]), links.point((*row)[2]), to_a, to_b});
+          break;
+        }
   return fit;
 }
 

@@ -16,6 +16,8 @@ namespace {
 
 // The outer probes: close enough to the walls that little is extrapolated, far enough to stand in the air.
 constexpr double kWallMargin = 0.04; // metres, at most a tenth of the spacing
+constexpr double kMoved = 0.3;       // of a step: so far may a plane be moved
+constexpr double kCommon = 0.5;      // of the room's section: a plane that is wanted there is wanted everywhere
 constexpr double kBehind = 1e-3;     // of the way to a probe
 constexpr std::size_t kMaxProbes = 4'000'000;
 constexpr std::size_t kMaxPointsFile_bytes = std::size_t{1} << 30;
@@ -106,66 +108,117 @@ glm::ivec3 grid_size(const Bounds& room, double spacing_m) {
 
 namespace {
 
-/// Planes of one axis relative to the centre of the room: from margin to margin, and from the lowest to the highest of
-/// those that are given.
-std::vector<double> axis_planes(const Bounds& room, int axis, int count, double spacing_m, const ProbeDensity& density,
-                                const Planes& near_surfaces) {
-  const double size = room.size()[axis], high = 0.5 * size - wall_margin(size, spacing_m), centre = room.centre()[axis];
-  std::vector<double> fixed;
-  for (const double x : near_surfaces[static_cast<std::size_t>(axis)])
-    if (std::abs(x - centre) < 0.5 * size)
-      fixed.push_back(x - centre);
-  const double first = fixed.empty() ? -high : std::min(-high, fixed.front()),
-               last = fixed.empty() ? high : std::max(high, fixed.back());
-  std::erase_if(fixed, [&](double x) { return x <= first || x >= last; });
-  return planes_of(density[static_cast<std::size_t>(axis)], count, first, last, fixed);
+/// The planes of the density and those near surfaces. One of the former that has one of the latter close by is moved
+/// onto it, but for the first and the last.
+std::vector<ProbePlane> joined(const std::vector<double>& base, std::vector<ProbePlane> near) {
+  for (std::size_t i = 0; i < base.size(); ++i) {
+    const bool inner = i > 0 && i + 1 < base.size();
+    const double step = inner ? std::min(base[i] - base[i - 1], base[i + 1] - base[i]) : 0.0;
+    const auto distance = [&](const ProbePlane& p) { return std::abs(p.at - base[i]); };
+    const auto nearest = std::ranges::min_element(near, {}, distance);
+    if (nearest != near.end() && distance(*nearest) <= kMoved * step)
+      nearest->where.clear();
+    else
+      near.push_back({base[i], {}});
+  }
+  std::ranges::sort(near, {}, &ProbePlane::at);
+  return near;
+}
+
+/// Wanted in most of the room.
+bool is_common(const ProbePlane& plane, const Bounds& room, int axis) {
+  double area = 0, all = 1;
+  for (int k = 0; k < 3; ++k)
+    all *= k == axis ? 1.0 : room.size()[k];
+  for (const Bounds& box : plane.where) {
+    double own = 1;
+    for (int k = 0; k < 3; ++k)
+      own *= k == axis ? 1.0 : std::max(std::min(box.max[k], room.max[k]) - std::max(box.min[k], room.min[k]), 0.0);
+    area += own;
+  }
+  return area >= kCommon * all;
 }
 
 } // namespace
 
-glm::ivec3 grid_size(const Bounds& room, double spacing_m, const ProbeDensity& density, const Planes& near_surfaces) {
-  glm::ivec3 count = grid_size(room, spacing_m);
-  for (int k = 0; k < 3; ++k)
-    if (!near_surfaces[static_cast<std::size_t>(k)].empty())
-      count[k] = static_cast<int>(axis_planes(room, k, count[k], spacing_m, density, near_surfaces).size());
-  return count;
+/// From margin to margin, and from the lowest to the highest of those near surfaces.
+Planes grid_planes(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density,
+                   const Planes& near_surfaces) {
+  Planes planes;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<std::size_t>(axis);
+    const double size = room.size()[axis], margin = wall_margin(size, spacing_m);
+    std::vector<ProbePlane> near = near_surfaces[k];
+    std::erase_if(near, [&](const ProbePlane& p) { return p.at <= room.min[axis] || p.at >= room.max[axis]; });
+    const double first = std::min(room.min[axis] + margin, near.empty() ? room.max[axis] : near.front().at),
+                 last = std::max(room.max[axis] - margin, near.empty() ? room.min[axis] : near.back().at);
+    std::vector<double> common;
+    for (const ProbePlane& p : near)
+      if (p.at > first && p.at < last && is_common(p, room, axis))
+        common.push_back(p.at);
+    std::erase_if(near, [&](const ProbePlane& p) {
+      return p.at == first || p.at == last || std::ranges::binary_search(common, p.at);
+    });
+    const int wanted = count[axis] > 0 ? count[axis] : axis_count(size - 2.0 * margin, spacing_m);
+    planes[k] = joined(planes_of(density[k], wanted, first, last, common), std::move(near));
+  }
+  return planes;
 }
+
+glm::ivec3 grid_size(const Bounds& room, double spacing_m, const ProbeDensity& density, const Planes& near_surfaces) {
+  const Planes planes = grid_planes(room, glm::ivec3(0), spacing_m, density, near_surfaces);
+  return {static_cast<int>(planes[0].size()), static_cast<int>(planes[1].size()), static_cast<int>(planes[2].size())};
+}
+
+namespace {
+
+Result<void> check_count(const glm::ivec3& count) {
+  if (static_cast<double>(count.x) * count.y * count.z <= static_cast<double>(kMaxProbes))
+    return {};
+  return Error{ErrorCode::limit_exceeded, "the grid would have more than 4 million probes", "probe grid",
+               "use a larger --spacing; is the room really in metres?"};
+}
+
+/// The coordinates of a graded grid, relative to its origin.
+void take_planes(const Planes& planes, ProbeSet& grid) {
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double>& along = grid.planes[static_cast<std::size_t>(k)];
+    for (const ProbePlane& p : planes[static_cast<std::size_t>(k)])
+      along.push_back(p.at - grid.origin[k]);
+    grid.count[k] = static_cast<int>(along.size());
+    grid.spacing[k] = (along.back() - along.front()) / (grid.count[k] - 1);
+  }
+}
+
+} // namespace
 
 /// Position of probe (x, y, z): -span / 2 + i span / (count - 1) per axis from the centre of the room, or the planes of
 /// the density and those near surfaces.
 Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density,
                            const Planes& near_surfaces) {
-  const glm::dvec3 size = room.size();
   ProbeSet grid;
   grid.is_grid = true;
   grid.origin = room.centre();
-  const bool graded =
-      is_graded(density) || std::ranges::any_of(near_surfaces, [](const auto& along) { return !along.empty(); });
-  std::array<std::vector<double>, 3> planes;
-  double total = 1;
+  glm::dvec3 span(0.0);
   for (int k = 0; k < 3; ++k) {
-    const double span = size[k] - 2.0 * wall_margin(size[k], spacing_m);
-    grid.count[k] = count[k] > 0 ? count[k] : axis_count(span, spacing_m);
-    total *= grid.count[k];
-    if (!(total <= static_cast<double>(kMaxProbes)))
-      return Error{ErrorCode::limit_exceeded, "the grid would have more than 4 million probes", "probe grid",
-                   "use a larger --spacing; is the room really in metres?"};
-    auto& along = planes[static_cast<std::size_t>(k)];
-    grid.spacing[k] = grid.count[k] > 1 ? span / (grid.count[k] - 1) : span;
-    for (int i = 0; !graded && i < grid.count[k]; ++i)
-      along.push_back(-0.5 * span + i * grid.spacing[k]);
-    if (graded) {
-      along = axis_planes(room, k, grid.count[k], spacing_m, density, near_surfaces);
-      grid.count[k] = static_cast<int>(along.size());
-      grid.spacing[k] = (along.back() - along.front()) / (grid.count[k] - 1);
-    }
+    span[k] = room.size()[k] - 2.0 * wall_margin(room.size()[k], spacing_m);
+    grid.count[k] = count[k] > 0 ? count[k] : axis_count(span[k], spacing_m);
+    grid.spacing[k] = grid.count[k] > 1 ? span[k] / (grid.count[k] - 1) : span[k];
   }
-  for (const double z : planes[2])
-    for (const double y : planes[1])
-      for (const double x : planes[0])
-        grid.positions.emplace_back(x, y, z);
-  if (graded)
-    grid.planes = std::move(planes);
+  if (const Result<void> good = check_count(grid.count); !good)
+    return good.error();
+  if (is_graded(density) || std::ranges::any_of(near_surfaces, [](const auto& along) { return !along.empty(); }))
+    take_planes(grid_planes(room, count, spacing_m, density, near_surfaces), grid);
+  if (const Result<void> good = check_count(grid.count); !good)
+    return good.error();
+  const auto at = [&](int axis, int i) {
+    return grid.is_graded() ? grid.planes[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)]
+                            : -0.5 * span[axis] + i * grid.spacing[axis];
+  };
+  for (int z = 0; z < grid.count.z; ++z)
+    for (int y = 0; y < grid.count.y; ++y)
+      for (int x = 0; x < grid.count.x; ++x)
+        grid.positions.emplace_back(at(0, x), at(1, y), at(2, z));
   grid.valid.assign(grid.positions.size(), 0);
   return grid;
 }

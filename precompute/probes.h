@@ -20,6 +20,10 @@ glm::ivec3 grid_size(const Bounds& room, double spacing_m);
 /// With the planes that it has near surfaces.
 glm::ivec3 grid_size(const Bounds& room, double spacing_m, const ProbeDensity& density, const Planes& near_surfaces);
 
+/// The planes of make_grid(), those of the density wanted everywhere.
+Planes grid_planes(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density,
+                   const Planes& near_surfaces);
+
 /// Grid over the room's bounds whose outer probes stand a small margin off the walls.
 /// `count` per axis >= 2, or zero on all axes: the spacing decides (metres, at most `spacing_m` apart). Without a
 /// density the grid is regular; with one it is graded and has as many probes. `near_surfaces` (planes_near()): planes

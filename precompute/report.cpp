@@ -21,7 +21,10 @@ void add_geometry(const BakeReport& r, Json& j) {
                    {"hole_area_m2", r.apertures.hole_area_m2},
                    {"unexplained_escape", r.apertures.unexplained_escape}};
   j["regions"] = {{"count", r.regions}, {"stored", r.regions_stored}, {"skipped", r.regions - r.regions_stored}};
-  j["probes"] = {{"count", r.probes}, {"valid", r.probes_valid}, {"repeated", r.probes_repeated}};
+  j["probes"] = {{"count", r.probes},
+                 {"valid", r.probes_valid},
+                 {"interpolated", r.probes_interpolated},
+                 {"repeated", r.probes_repeated}};
   j["room"] = {{"faces", r.room.faces_read},
                {"zero_area_faces", r.room.zero_area_faces},
                {"duplicate_faces", r.room.duplicate_faces},
@@ -102,8 +105,12 @@ std::string geometry_lines(const BakeReport& r) {
                    r.sides_without_path);
   text += format("regions    %d of %d stored, %d skipped: the room reflects none of their light (bound 0)\n",
                  r.regions_stored, r.regions, r.regions - r.regions_stored);
-  text += format("probes     %zu of %zu in the air, %zu at the position of another (gathered once, bound 0)\n",
-                 r.probes_valid, r.probes, r.probes_repeated);
+  text +=
+      format("probes     %zu of %zu with light of their own, %zu at the position of another (gathered once, bound 0)\n",
+             r.probes_valid, r.probes, r.probes_repeated);
+  if (r.probes_interpolated > 0)
+    text += format("           %zu more in the air, away from the surfaces that their planes are for: interpolated\n",
+                   r.probes_interpolated);
   return text;
 }
 

@@ -64,7 +64,8 @@ std::string gap_lines(const Gaps& gaps) {
 /// What the bake's own lines will say.
 std::string estimate_line(const BakeEstimate& e) {
   const Prediction& p = e.plan.predicted;
-  return format("bake       %zu facets, %zu of %zu probes in the air, %s: about %.1f s, a file of %.1f MB, %.0f MB of "
+  return format("bake       %zu facets, %zu of %zu probes with light of their own, %s: about %.1f s, a file of %.1f "
+                "MB, %.0f MB of "
                 "form factors in memory, error %.2g %%\n",
                 e.counts.facets, e.counts.probes_valid, e.counts.probes, e.plan.regions.c_str(), p.seconds,
                 p.bytes / 1e6, static_cast<double>(e.counts.exchange.bytes) / 1e6, 100 * p.total);

@@ -18,8 +18,11 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
   if (std::min({world.grid.x, world.grid.y, world.grid.z}) <= 0)
     local.spacing_m /= frame.unit_m;
   for (int k = 0; k < 3; ++k)
-    for (double& x : local.near_surfaces[static_cast<std::size_t>(k)])
-      x = (x - frame.origin[k]) / frame.unit_m;
+    for (ProbePlane& plane : local.near_surfaces[static_cast<std::size_t>(k)]) {
+      plane.at = (plane.at - frame.origin[k]) / frame.unit_m;
+      for (Bounds& box : plane.where)
+        box = {frame.to_local(box.min), frame.to_local(box.max)};
+    }
   for (glm::dvec3& p : local.points)
     p = frame.to_local(p);
   if (!local.box.empty())

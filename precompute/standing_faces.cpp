@@ -22,10 +22,11 @@ constexpr float kClear = 0.009f;                             ///< metres from ev
 constexpr std::array<double, 3> kHeights{0.015, 0.08, 0.25}; ///< metres of planes above a face
 constexpr std::array<double, 3> kInside{0.015, 0.045, 0.1};  ///< metres from an edge
 constexpr double kNarrow = 0.5;                              ///< metres, of a shelf or a sill
-constexpr double kShared = 0.3;         ///< so far, of its distance from a face or wall, may a plane be elsewhere
-constexpr double kSharedEdge = 0.02;    ///< metres, the same inside an edge
-constexpr double kRectangle = 0.98;     ///< area / that of the box around it
-constexpr std::size_t kMostPlanes = 24; ///< per axis
+constexpr double kShared = 0.3;               ///< so far, of its distance from a face or wall, may a plane be elsewhere
+constexpr double kSharedEdge = 0.02;          ///< metres, the same inside an edge
+constexpr double kRectangle = 0.98;           ///< area / that of the box around it
+constexpr double kBeside = 0.6, kReach = 0.5; ///< metres beside and above a face: so far its planes are wanted
+constexpr std::size_t kMostPlanes = 24;       ///< per axis
 
 bool is_level(const Room& room, const RoomTriangle& t) {
   const glm::dvec3 n = area_normal(room, t);
@@ -73,11 +74,14 @@ void include(const Room& room, const RoomTriangle& t, StandingFace& face) {
   face.triangles.push_back(t);
 }
 
-/// Adds a coordinate unless one is there already within the tolerance.
-void add_plane(std::vector<double>& planes, double at, double tolerance) {
-  if (planes.size() < kMostPlanes &&
-      std::ranges::none_of(planes, [&](double x) { return std::abs(x - at) <= tolerance; }))
-    planes.push_back(at);
+/// Adds a plane, or what it is wanted for to one that is there already within the tolerance.
+void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance, const Bounds& where) {
+  const auto known =
+      std::ranges::find_if(planes, [&](const ProbePlane& p) { return std::abs(p.at - at) <= tolerance; });
+  if (known != planes.end())
+    known->where.push_back(where);
+  else if (planes.size() < kMostPlanes)
+    planes.push_back({at, {where}});
 }
 
 bool is_rectangle(const StandingFace& face) {
@@ -85,19 +89,33 @@ bool is_rectangle(const StandingFace& face) {
   return face.area_m2 > kRectangle * size.x * size.y;
 }
 
+/// The air above a face where its own planes are wanted. Beside one without planes at its edges the first probes that a
+/// point above it is interpolated from may stand as far off as probes are apart.
+Bounds above(const StandingFace& face, double height_m) {
+  Bounds air = face.box;
+  const double beside = is_rectangle(face) ? kSharedEdge : kBeside;
+  for (int k = 0; k < 2; ++k) {
+    air.min[k] -= beside;
+    air.max[k] += beside;
+  }
+  air.max.z += height_m;
+  return air;
+}
+
 /// Planes beside both ends of a rectangle: inside an edge that objects can stand at, or off a wall of the room, where
 /// the outermost probes stand anyway. What is close to an edge is most of a sill or shelf, little of a floor.
-void add_beside_edges(const StandingFace& face, const Bounds& room, int axis, std::vector<double>& planes) {
+void add_beside_edges(const StandingFace& face, const Bounds& room, int axis, std::vector<ProbePlane>& planes) {
+  const Bounds near = above(face, kReach), high = above(face, room.max.z - face.box.max.z);
   const bool narrow = face.box.size()[axis] < kNarrow;
   for (const double inwards : {1.0, -1.0}) {
     const double edge = inwards > 0 ? face.box.min[axis] : face.box.max[axis],
                  wall = inwards > 0 ? room.min[axis] : room.max[axis];
     const bool at_wall = std::abs(edge - wall) < kSharedEdge;
     if (!at_wall)
-      add_plane(planes, edge + inwards * kInside[0], kSharedEdge);
+      add_plane(planes, edge + inwards * kInside[0], kSharedEdge, near);
     if (narrow)
-      add_plane(planes, edge + inwards * kInside[1], kSharedEdge);
-    add_plane(planes, edge + inwards * kInside[2], at_wall ? kShared * kInside[2] : kSharedEdge);
+      add_plane(planes, edge + inwards * kInside[1], kSharedEdge, near);
+    add_plane(planes, edge + inwards * kInside[2], at_wall ? kShared * kInside[2] : kSharedEdge, at_wall ? high : near);
   }
 }
 
@@ -151,12 +169,12 @@ Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
   Planes planes;
   for (const StandingFace& f : faces) {
     for (const double h : kHeights)
-      add_plane(planes[2], f.box.max.z + h, kShared * h);
+      add_plane(planes[2], f.box.max.z + h, kShared * h, above(f, kReach));
     for (int axis = 0; axis < 2 && is_rectangle(f); ++axis)
       add_beside_edges(f, room, axis, planes[static_cast<std::size_t>(axis)]);
   }
-  for (std::vector<double>& along : planes)
-    std::ranges::sort(along);
+  for (std::vector<ProbePlane>& along : planes)
+    std::ranges::sort(along, {}, &ProbePlane::at);
   return planes;
 }
 

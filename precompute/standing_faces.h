@@ -25,11 +25,16 @@ struct StandingFace {
 /// alone. Errors: value_invalid, no such face of the material; those of RayScene.
 Result<std::vector<StandingFace>> standing_faces(const Room& room, const std::string& material = "");
 
-/// Coordinates per axis, world metres, increasing.
-using Planes = std::array<std::vector<double>, 3>;
+/// A plane of probes across an axis.
+struct ProbePlane {
+  double at = 0;             ///< along the axis, world metres
+  std::vector<Bounds> where; ///< the plane's probes are wanted in one of these boxes; empty: everywhere
+};
+/// Per axis, increasing.
+using Planes = std::array<std::vector<ProbePlane>, 3>;
 
 /// Planes of probes close above those faces and just inside the edges of those that are rectangles along the axes.
-/// Few: one plane serves all faces that ask for about the same one.
+/// Few: one plane serves all faces that ask for about the same one, and is wanted above these.
 Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room);
 
 /// Points 1 to 30 cm above the faces (R3 sequence over area and the logarithm of height, Roberts 2018), world metres:

@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <queue>
+
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
@@ -75,7 +78,7 @@ std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const st
   const std::vector<Features> at = features(set, lit);
   std::vector<double> importance;
   for (const std::uint32_t i : lit)
-    importance.push_back(static_cast<double>(set.patches[i].importance));
+    importance.push_back(static_cast<double>(set.patches[i].worth()));
   std::vector<std::uint32_t> order(lit.size());
   std::iota(order.begin(), order.end(), 0u);
   std::priority_queue<Group> groups;
@@ -192,15 +195,78 @@ void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::P
     }
 }
 
+/// Adds a fraction of a row to light by region.
+void add_row(const radiosity::FirstBounceRow& row, float fraction, std::map<std::int32_t, Rgb>& sum) {
+  for (std::size_t k = 0; k < row.region.size(); ++k)
+    sum[row.region[k]] += fraction * row.irradiance[k];
+}
+
+/// What a cluster's mean takes of some sources, E = sum f_s E_s / sum f_s, on the first of them.
+void join_sources(const std::vector<std::size_t>& sources, SurfaceLight& light) {
+  std::map<std::int32_t, Rgb> sum;
+  float fraction = 0;
+  for (const std::size_t s : sources) {
+    add_row(light.light[s], light.cluster_fraction[s], sum);
+    fraction += light.cluster_fraction[s];
+    if (s != sources.front())
+      light.light[s] = {};
+  }
+  radiosity::FirstBounceRow& joined = light.light[sources.front()];
+  joined.region.clear();
+  joined.irradiance.clear();
+  for (const auto& [region, irradiance] : sum) {
+    joined.region.push_back(region);
+    joined.irradiance.push_back(irradiance / fraction);
+  }
+  light.cluster_fraction[sources.front()] = fraction;
+  light.element_fraction[light.source[sources.front()]] = 1.0f; // the one source of its patch
+}
+
+/// Leaves out the sources without light.
+void drop_dark(SurfaceLight& light) {
+  std::size_t kept = 0;
+  for (std::size_t s = 0; s < light.source.size(); ++s) {
+    if (light.light[s].region.empty())
+      continue;
+    light.source[kept] = light.source[s];
+    light.cluster[kept] = light.cluster[s];
+    light.cluster_fraction[kept] = light.cluster_fraction[s];
+    light.reflectance[kept] = light.reflectance[s];
+    if (kept != s)
+      light.light[kept] = std::move(light.light[s]);
+    ++kept;
+  }
+  light.source.resize(kept);
+  light.cluster.resize(kept);
+  light.cluster_fraction.resize(kept);
+  light.reflectance.resize(kept);
+  light.light.resize(kept);
+}
+
+/// One source for all of a cluster that lie on patches which no probe sees: exact, because only the cluster's mean
+/// comes from them.
+SurfaceLight join_unseen(SurfaceLight light, std::span<const std::uint8_t> seen) {
+  std::vector<std::vector<std::size_t>> unseen(light.clusters);
+  for (std::size_t s = 0; s < light.source.size(); ++s)
+    if (!seen[light.parent[light.source[s]]])
+      unseen[light.cluster[s]].push_back(s);
+  parallel_for(std::size_t{0}, unseen.size(), [&](std::size_t c) {
+    if (unseen[c].size() > 1)
+      join_sources(unseen[c], light);
+  });
+  drop_dark(light);
+  return light;
+}
+
 } // namespace
 
 /// Sources are the elements that any node lights and that reflect; B = rho H on them at once, what comes back later by
 /// clusters.
 Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
-                                   std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
-                                   const radiosity::SolveOptions& options, const Progress& progress,
-                                   SurfaceLightReport& report) {
+                                   std::vector<radiosity::FirstBounceRow> rows, std::span<const std::uint8_t> seen,
+                                   std::size_t clusters, const radiosity::SolveOptions& options,
+                                   const Progress& progress, SurfaceLightReport& report) {
   SurfaceLight light;
   light.patches = set.patches.size();
   light.elements = rows.size();
@@ -224,7 +290,7 @@ Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail:
     return solved.error();
   report.energy = audit_sky(set, exchange, first, *solved);
   keep_further_bounces(*solved, set, cluster_of, light);
-  return light;
+  return join_unseen(std::move(light), seen);
 }
 
 } // namespace daylit::precompute

@@ -6,6 +6,7 @@
 // cluster.
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "precompute/detail/light_elements.h"
@@ -35,11 +36,13 @@ struct SurfaceLightReport {
   radiosity::EnergyBalance energy; ///< of the whole sky
 };
 
-/// `rows`: of each element. At most `clusters` of them. Errors as solve_radiosity().
+/// `rows`: of each element. `seen`: of each patch, 0 where no probe sees any of it; its light counts only as a part of
+/// its cluster's, so that all such sources of a cluster become one. At most `clusters` of them. Errors as
+/// solve_radiosity().
 Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
-                                   std::vector<radiosity::FirstBounceRow> rows, std::size_t clusters,
-                                   const radiosity::SolveOptions& options, const Progress& progress,
-                                   SurfaceLightReport& report);
+                                   std::vector<radiosity::FirstBounceRow> rows, std::span<const std::uint8_t> seen,
+                                   std::size_t clusters, const radiosity::SolveOptions& options,
+                                   const Progress& progress, SurfaceLightReport& report);
 
 } // namespace daylit::precompute

@@ -106,6 +106,21 @@ bool GatherHits::distinguishes(const glm::dvec3& point, const Group& g) const {
   return g.member_m2 * std::abs(glm::dot(way, g.normal)) > own_sr * distance2 * std::sqrt(distance2);
 }
 
+std::span<const std::int32_t> GatherHits::met(std::size_t point, std::vector<std::int32_t>& again) const {
+  if ((point + 1) * rays_ <= patch_.size())
+    return std::span(patch_).subspan(point * rays_, rays_);
+  again.resize(rays_);
+  trace(point, again);
+  return again;
+}
+
+void GatherHits::mark_seen(std::size_t point, std::span<std::uint8_t> patches) const {
+  std::vector<std::int32_t> again;
+  for (const std::int32_t patch : met(point, again))
+    if (patch >= 0)
+      patches[static_cast<std::size_t>(patch)] = 1;
+}
+
 void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {
   for (const Group& g : groups_)
     if (distinguishes(points_[point], g))
@@ -136,16 +151,8 @@ void GatherHits::divide_by_area(const glm::dvec3& point, std::span<const std::ui
 std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> aggregate_of,
                                     std::size_t aggregates, Bands bands) const {
   std::vector<std::int32_t> again;
-  std::span<const std::int32_t> met;
-  if ((point + 1) * rays_ > patch_.size()) {
-    again.resize(rays_);
-    trace(point, again);
-    met = again;
-  } else {
-    met = std::span(patch_).subspan(point * rays_, rays_);
-  }
   std::vector<float> sum(aggregates * RayFan::kStride, 0.0f);
-  add_harmonics(met, aggregate_of, fan_.of(bands).data(), sum.data());
+  add_harmonics(met(point, again), aggregate_of, fan_.of(bands).data(), sum.data());
   divide_by_area(points_[point], aggregate_of, sum);
   return sum;
 }

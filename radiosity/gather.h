@@ -37,6 +37,8 @@ public:
   /// on. A group is one aggregate, or each of its patches is.
   void weights(std::size_t point, std::span<const std::uint32_t> aggregate_end, float* nine_rows,
                Bands bands = Bands::low) const;
+  /// Sets patches[p] to 1 for those that a ray of the point meets.
+  void mark_seen(std::size_t point, std::span<std::uint8_t> patches) const;
   /// Sets groups[g] (GatherOptions::group) to 1 where the members count by themselves at the point.
   void mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const;
 
@@ -57,7 +59,8 @@ private:
   /// [aggregate][RayFan::kStride] of the rays from a point; `aggregate_of` each patch.
   std::vector<float> sums(std::size_t point, std::span<const std::uint32_t> aggregate_of, std::size_t aggregates,
                           Bands bands) const;
-  /// The patches that a point's rays meet.
+  /// The patches that a point's rays meet: those kept, or else traced into `again`.
+  std::span<const std::int32_t> met(std::size_t point, std::vector<std::int32_t>& again) const;
   void trace(std::size_t point, std::span<std::int32_t> met) const;
   /// Fills in what is WholeFaces::kUnknown, sixteen rays at a time.
   void trace_facets(std::size_t point, std::span<std::int32_t> met) const;

@@ -2,6 +2,7 @@
 
 // The unknowns of the transport problem: facet sides that can exchange light with the air of the room.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -24,7 +25,9 @@ struct Patch {
   double area_m2 = 0;
   Rgb reflectance{0.0f};
   std::uint32_t facet = 0;
-  float importance = 1; ///< of its light for the receivers, 0 to 1: the fraction of the usual rays that it is worth
+  float importance = 1; ///< SizeField::importance() of its light for the receivers
+  /// Of the rays that a patch usually gets, 0 to 1.
+  float worth() const { return std::min(importance, 1.0f); }
 };
 
 struct PatchSet {

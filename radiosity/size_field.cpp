@@ -71,12 +71,12 @@ SizeField::SizeField(const Room& room, const RayScene& rays, std::span<const glm
       sum2 += l.weight * importance_[cell_of(l.point)];
     }
   for (auto& [cell, weight] : importance_)
-    weight = std::min(weight * sum / (kUsual * sum2), 1.0);
+    weight *= sum / (kUsual * sum2);
 }
 
 double SizeField::at(const glm::dvec3& p) const {
   const double w = importance(p);
-  return w > 0 ? std::min(std::pow(w, -0.25), kCoarsest) : kCoarsest;
+  return w > 0 ? std::clamp(std::pow(w, -0.25), 1.0, kCoarsest) : kCoarsest;
 }
 
 double SizeField::importance(const glm::dvec3& p) const {

@@ -29,7 +29,7 @@ public:
 
   /// 1 to kCoarsest: what an edge at p (the room's coordinates) may be longer.
   double at(const glm::dvec3& p) const;
-  /// W there, 1 where facets keep their size, 0 where no walk came.
+  /// W there: 1 and more where facets keep their size, 0 where no walk came.
   double importance(const glm::dvec3& p) const;
 
 private:

@@ -27,6 +27,16 @@ GatherRows gather_rows(const Stage& s) {
   return rows_of_points;
 }
 
+/// Of each patch: 1 where a ray of some point meets it.
+std::vector<std::uint8_t> seen_patches(const Stage& s) {
+  std::vector<std::uint8_t> elements(s.hits.patches(), 0), patches(s.problem.patches.patches.size(), 0);
+  for (std::size_t p = 0; p < s.points.at.size(); ++p)
+    s.hits.mark_seen(p, elements);
+  for (std::size_t e = 0; e < elements.size(); ++e)
+    patches[s.elements.parent[e]] |= elements[e];
+  return patches;
+}
+
 } // namespace
 
 /// L_lm(probe) = sum over sources of T[lm, source] H_source,k for node k: H is sparse, T is factored per probe cluster.
@@ -34,8 +44,8 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
                            BakeReport& report) {
   SurfaceLightReport surfaces;
   sharpen_nodes(volume.partition, rows);
-  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), s.options.clusters,
-                                   s.solve(), s.progress, surfaces);
+  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), seen_patches(s),
+                                   s.options.clusters, s.solve(), s.progress, surfaces);
   if (!light)
     return light.error();
   report.solve = surfaces.solve;

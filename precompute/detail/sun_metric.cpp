@@ -17,20 +17,34 @@ constexpr std::size_t kJoinedBlocks = 4; ///< as many rows as these have: a norm
 
 float mean(const Rgb& c) { return (c.r + c.g + c.b) / 3.0f; }
 
-bool tinted(const SurfaceLight& light) {
-  for (const radiosity::FirstBounceRow& row : light.light)
-    for (const Rgb& x : row.irradiance)
-      if (x != Rgb(x.r))
-        return true;
-  return false;
-}
-
-/// Weights relative to the row's largest as half floats, in whole blocks; the scale is in units of `unit`.
-void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, FirstLight& out) {
-  constexpr std::size_t kBlock = FirstLight::kBlock;
+float largest(const radiosity::FirstBounceRow& row, int colour) {
   float most = 0;
   for (const Rgb& x : row.irradiance)
     most = std::max(most, std::abs(x[colour]));
+  return most;
+}
+
+/// Whether red, green and blue are the same, and the same but for a factor of each source: half a unit of a half float.
+struct Tint {
+  bool colourless = true, shared = true;
+
+  explicit Tint(const SurfaceLight& light) {
+    constexpr float kSame = 0x1p-12f;
+    for (const radiosity::FirstBounceRow& row : light.light) {
+      const Rgb most(largest(row, 0), largest(row, 1), largest(row, 2));
+      for (const Rgb& x : row.irradiance) {
+        colourless = colourless && x == Rgb(x.r);
+        for (int c = 1; c < 3; ++c)
+          shared = shared && std::abs(x[c] * most.r - x.r * most[c]) <= kSame * most.r * most[c];
+      }
+    }
+  }
+};
+
+/// Weights relative to the row's largest as half floats, in whole blocks.
+void append_row(const radiosity::FirstBounceRow& row, int colour, FirstLight& out) {
+  constexpr std::size_t kBlock = FirstLight::kBlock;
+  const float most = largest(row, colour);
   for (std::size_t k = 0; k < row.region.size() && most > 0; ++k) { // regions increase
     const auto region = static_cast<std::size_t>(row.region[k]);
     if (out.block.size() == out.first_block.back() || out.block.back() != region / kBlock) {
@@ -39,7 +53,6 @@ void append_row(const radiosity::FirstBounceRow& row, int colour, float unit, Fi
     }
     out.weight[out.weight.size() - kBlock + region % kBlock] = imath_float_to_half(row.irradiance[k][colour] / most);
   }
-  out.scale.push_back(most / unit);
   out.first_block.push_back(static_cast<std::uint32_t>(out.block.size()));
 }
 
@@ -137,14 +150,18 @@ SunMetric::SunMetric(std::vector<float> irradiance, std::size_t width)
   }
 }
 
-/// Row s in units of `unit`_s; one colour where no pane is tinted.
+/// Row s in units of `unit`_s; one colour where no pane is tinted, one row where all have the same tint.
 FirstLight store_first_light(const SurfaceLight& light, std::span<const float> unit) {
+  const Tint tint(light);
   FirstLight out;
-  out.colours = tinted(light) ? 3 : 1;
+  out.colours = tint.colourless ? 1 : 3;
   out.first_block.push_back(0);
   for (int colour = 0; colour < static_cast<int>(out.colours); ++colour)
-    for (std::size_t s = 0; s < light.light.size(); ++s)
-      append_row(light.light[s], colour, unit[s], out);
+    for (std::size_t s = 0; s < light.light.size(); ++s) {
+      out.scale.push_back(largest(light.light[s], colour) / unit[s]);
+      if (colour == 0 || !tint.shared)
+        append_row(light.light[s], colour, out);
+    }
   return out;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <span>
 
+#include "precompute/far_probes.h"
 #include "precompute/probes.h"
 
 namespace daylit::precompute::detail {
@@ -39,6 +40,9 @@ Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std
     return grid;
   if (const Result<void> marked = mark_valid(room, scene, apertures, options, *grid); !marked)
     return marked.error();
+  if (std::ranges::any_of(options.near_surfaces, [](const auto& along) { return !along.empty(); }))
+    interpolate_far_probes(grid_planes(bounds, options.grid, options.spacing_m, options.density, options.near_surfaces),
+                           scene, apertures, *grid);
   if (std::ranges::count(grid->valid, 1) == 0)
     return Error{
         ErrorCode::geometry_invalid, "no point of the room's inside can be reached from an opening", "room",
@@ -57,7 +61,7 @@ double importance(const radiosity::SurfaceMesh& mesh, const std::array<glm::dvec
 double mean_facet_m2(const radiosity::SurfaceMesh& mesh, const radiosity::SizeField& field) {
   double sum = 0, area = 0;
   for (const radiosity::Facet& f : mesh.facets) {
-    const double weighted = f.area_m2 * importance(mesh, f.corner, field);
+    const double weighted = f.area_m2 * std::min(importance(mesh, f.corner, field), 1.0);
     area += weighted;
     sum += weighted * f.area_m2;
   }
@@ -109,6 +113,7 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   report.sides_without_path = p.patches.sides_without_path;
   report.probes = p.probes.size();
   report.probes_valid = points.probe.size();
+  report.probes_interpolated = static_cast<std::size_t>(std::ranges::count_if(p.probes.interpolated, std::identity{}));
   report.probes_repeated = points.probe.size() - points.at.size();
   clock.finish("mesh");
   return p;

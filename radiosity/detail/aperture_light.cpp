@@ -181,7 +181,7 @@ Accumulator sample_small(DirectLight& task, const Patch& e, const ApertureBeam& 
 int partial_rays(const DirectLight& task, const SkySweep& sweep, const Patch& e) {
   const int directions = std::max(1, static_cast<int>(sweep.sky.w.size()) / task.partition.size()),
             most = std::min(kPartialRays, kRegionRays / directions);
-  return static_cast<int>(e.importance * static_cast<float>(most));
+  return static_cast<int>(e.worth() * static_cast<float>(most));
 }
 
 } // namespace

@@ -208,7 +208,7 @@ void enter_pair(const ExchangeProblem& problem, Tile& tile, const PairShadows* s
     return;
   }
   query.form_factor = g / std::min(problem.arrays.area[i], problem.arrays.area[j]) *
-                      std::max(problem.patch(i).importance, problem.patch(j).importance);
+                      std::max(problem.patch(i).worth(), problem.patch(j).worth());
   if (g > 0.0f)
     tile.queries.push_back(query);
 }

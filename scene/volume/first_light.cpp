@@ -48,32 +48,38 @@ std::size_t FirstLight::bytes() const {
   return 4 * (scale.size() + first_block.size()) + 2 * (block.size() + weight.size());
 }
 
-/// E[s, c] = scale[row] sum_b sum_{k < 8} weight[b, k] L[8 block_b + k, c] over the blocks b of a row; the row is s, or
-/// c S + s behind tinted panes. Units: steradian times radiance, over the unit of the source.
+/// E[s, c] = scale[k] sum_b sum_{k < 8} weight[b, k] L[8 block_b + k, c] over the blocks b of a row; k is s, or c S + s
+/// behind tinted panes. Units: steradian times radiance, over the unit of the source.
 std::vector<Rgb> irradiance_of_sources(const FirstLight& light, std::span<const Rgb> node_radiance) {
   const std::vector<float> radiance = in_blocks(node_radiance);
   const auto of_row = [&](std::size_t row) {
     const std::size_t first = light.first_block[row], count = light.first_block[row + 1] - first;
-    return light.scale[row] * detail::multiply_blocks(light.weight.data() + kBlock * first,
-                                                      std::span(light.block).subspan(first, count), radiance.data());
+    return detail::multiply_blocks(light.weight.data() + kBlock * first, std::span(light.block).subspan(first, count),
+                                   radiance.data());
   };
   std::vector<Rgb> irradiance(light.sources());
   parallel_for(tbb::blocked_range<std::size_t>(0, irradiance.size(), kGrain), [&](const auto& part) {
     for (std::size_t s = part.begin(); s < part.end(); ++s) {
       irradiance[s] = of_row(s);
-      for (int c = 1; light.colours == 3 && c < 3; ++c)
-        irradiance[s][c] = of_row(static_cast<std::size_t>(c) * irradiance.size() + s)[c];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t k = (light.colours == 3 ? c * irradiance.size() : 0) + s;
+        const int channel = static_cast<int>(c);
+        if (k != s && k < light.rows())
+          irradiance[s][channel] = of_row(k)[channel];
+        irradiance[s][channel] *= light.scale[k];
+      }
     }
   });
   return irradiance;
 }
 
-void for_each_weight(const FirstLight& light, std::size_t row,
+void for_each_weight(const FirstLight& light, std::size_t k,
                      const std::function<void(std::size_t node, float weight)>& visit) {
+  const std::size_t row = k % light.rows();
   for (std::size_t b = light.first_block[row]; b < light.first_block[row + 1]; ++b)
-    for (std::size_t k = 0; k < kBlock; ++k)
-      if (const std::uint16_t w = light.weight[kBlock * b + k]; (w & 0x7fffu) != 0)
-        visit(kBlock * light.block[b] + k, light.scale[row] * imath_half_to_float(w));
+    for (std::size_t i = 0; i < kBlock; ++i)
+      if (const std::uint16_t w = light.weight[kBlock * b + i]; (w & 0x7fffu) != 0)
+        visit(kBlock * light.block[b] + i, light.scale[k] * imath_half_to_float(w));
 }
 
 /// Nodes of which some row has a weight.
@@ -107,9 +113,10 @@ Result<void> check_row(const FirstLight& light, std::size_t row, std::size_t reg
 } // namespace
 
 Result<void> check_first_light(const FirstLight& light, int regions) {
-  const std::size_t rows = light.rows();
-  if ((light.colours != 1 && light.colours != 3) || rows % light.colours != 0 || light.first_block.size() != rows + 1 ||
-      !rises_to(light.first_block, light.block.size()) || light.weight.size() != kBlock * light.block.size())
+  const std::size_t scales = light.scale.size(), rows = light.first_block.empty() ? 0 : light.rows();
+  if ((light.colours != 1 && light.colours != 3) || scales % light.colours != 0 ||
+      (rows != scales && rows != light.sources()) || !rises_to(light.first_block, light.block.size()) ||
+      light.weight.size() != kBlock * light.block.size())
     return broken("the rows of the first light disagree");
   for (std::size_t row = 0; row < rows; ++row)
     if (const Result<void> good = check_row(light, row, static_cast<std::size_t>(regions)); !good)

@@ -28,8 +28,8 @@ bool plane_misses_box(const glm::dvec3& centre, const glm::dvec3& half, const gl
 
 struct LightFieldSampler::State {
   std::vector<glm::vec3> positions;
-  std::vector<std::uint8_t> valid;
-  glm::dvec3 origin{0.0}; ///< of the positions
+  std::vector<std::uint8_t> valid; ///< or interpolated
+  glm::dvec3 origin{0.0};          ///< of the positions
   RayScene scene;
   std::vector<Aperture> apertures;
   double touch_m = kTouch_m;
@@ -218,6 +218,9 @@ Result<LightFieldSampler> LightFieldSampler::make(const BasisVolume& volume) {
   auto state = std::make_shared<State>();
   state->positions = probes.positions;
   state->valid = probes.valid;
+  for (std::size_t i = 0; i < probes.interpolated.size(); ++i)
+    if (probes.interpolated[i] != 0)
+      state->valid[i] = 1;
   state->origin = probes.origin;
   state->apertures = volume.apertures;
   Result<RayScene> scene = RayScene::build(volume.room);

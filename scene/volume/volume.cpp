@@ -7,6 +7,7 @@
 #include <ranges>
 
 #include "scene/volume/basis_rows.h"
+#include "scene/volume/interpolated_probes.h"
 #include "sh/band4.h"
 #include "sh/sh9.h"
 #include "sh/window.h"
@@ -57,12 +58,14 @@ LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radian
     field.band4.assign(volume.probes.size(), Band4Rgb{});
   if (volume.compact) {
     combine(*volume.compact, region_radiance, field.probe, field.band4);
-    return field;
+  } else {
+    const std::vector<Rgb> radiance = detail::radiance_of_rows(volume.stored_region, region_radiance);
+    detail::add_basis_rows(volume.basis, radiance, field.probe);
+    if (!field.band4.empty())
+      detail::add_basis_rows(volume.band4, radiance, field.band4);
   }
-  const std::vector<Rgb> radiance = detail::radiance_of_rows(volume.stored_region, region_radiance);
-  detail::add_basis_rows(volume.basis, radiance, field.probe);
-  if (!field.band4.empty())
-    detail::add_basis_rows(volume.band4, radiance, field.band4);
+  if (const auto interpolated = interpolated_probes(volume.probes))
+    interpolate_probes(*interpolated, field);
   return field;
 }
 

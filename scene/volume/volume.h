@@ -32,6 +32,9 @@ struct ProbeSet {
   /// Graded grid only: increasing coordinates along x, y and z, metres relative to `origin`; else empty.
   std::array<std::vector<double>, 3> planes = {};
   std::vector<std::uint8_t> valid; ///< 1 = inside the room and in the air; invalid probes hold zeros
+  /// Grid only, one per probe or empty: 1, 2, 3 = in the air, but with a light of its own nowhere in the volume; it is
+  /// interpolated along x, y or z (scene/interpolated_probes.h). Such a probe is not valid.
+  std::vector<std::uint8_t> interpolated = {};
 
   std::size_t size() const { return positions.size(); }
   bool is_graded() const { return !planes[0].empty() || !planes[1].empty() || !planes[2].empty(); }

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/room/glass.h"
+#include "scene/volume/interpolated_probes.h"
 #include "scene/volume/probe_planes.h"
 #include "scene/volume/volume_file.h"
 
@@ -44,7 +45,8 @@ Error broken(std::string what) {
   return {ErrorCode::file_malformed, std::move(what), "volume", "bake it again with daylit-precompute"};
 }
 
-/// Positions are finite, validity is 0 or 1, and a grid's probes stand where its planes meet.
+/// Positions are finite, validity is 0 or 1, a grid's probes stand where its planes meet, and those that are
+/// interpolated have neighbours.
 Result<void> check_probes(const ProbeSet& probes) {
   if (probes.size() == 0 || probes.valid.size() != probes.size())
     return broken("no probes, or their validity is missing");
@@ -54,7 +56,11 @@ Result<void> check_probes(const ProbeSet& probes) {
     return broken("a probe is neither valid nor invalid");
   if (!probes.is_grid && probes.is_graded())
     return broken("probes that are no grid have coordinates of one");
-  return probes.is_grid ? check_grid(probes) : Result<void>{};
+  if (probes.is_grid)
+    if (Result<void> good = check_grid(probes); !good)
+      return good;
+  const auto interpolated = interpolated_probes(probes);
+  return interpolated ? Result<void>{} : Result<void>(interpolated.error());
 }
 
 /// One basis: rows of constant regions, increasing and finite, or factors over nodes.

@@ -15,6 +15,8 @@ VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, ShOrder order) {
   c.basis_ = volume.basis;
   if (band4)
     c.band4_ = volume.band4;
+  if (auto interpolated = interpolated_probes(volume.probes))
+    c.interpolated_ = std::move(*interpolated);
   c.current_.assign(volume.compact ? static_cast<std::size_t>(volume.partition.size()) : c.region_.size(), Rgb(0.0f));
   c.field_.probe.assign(volume.probes.size(), Sh9Rgb{});
   c.field_.band4.assign(band4 ? volume.probes.size() : 0, Band4Rgb{});
@@ -23,13 +25,17 @@ VolumeCombiner VolumeCombiner::make(const BasisVolume& volume, ShOrder order) {
 
 /// Factors have no rows of single nodes: all of them or none.
 std::size_t VolumeCombiner::update(std::span<const Rgb> region_radiance) {
-  if (!compact_)
-    return update_rows(region_radiance);
+  if (!compact_) {
+    const std::size_t rows = update_rows(region_radiance);
+    interpolate_probes(interpolated_, field_);
+    return rows;
+  }
   assert(region_radiance.size() == current_.size());
   if (std::ranges::equal(region_radiance, current_))
     return 0;
   std::ranges::copy(region_radiance, current_.begin());
   combine(*compact_, region_radiance, field_.probe, field_.band4);
+  interpolate_probes(interpolated_, field_);
   return current_.size();
 }
 

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "scene/volume/interpolated_probes.h"
 #include "scene/volume/volume.h"
 
 namespace daylit {
@@ -32,8 +33,9 @@ private:
   std::shared_ptr<const CompactBasis> compact_;
   std::vector<std::int32_t> region_; ///< of each row
   std::vector<float> basis_, band4_; ///< of constant regions
-  std::vector<Rgb> current_;         ///< of each row, or node
-  int steps_ = 0;                    ///< since the last full combination
+  std::vector<InterpolatedProbe> interpolated_;
+  std::vector<Rgb> current_; ///< of each row, or node
+  int steps_ = 0;            ///< since the last full combination
   LightField field_;
 
   std::size_t update_rows(std::span<const Rgb> region_radiance);

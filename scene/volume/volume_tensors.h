@@ -40,6 +40,7 @@ void visit_common_tensors(Volume& volume, Flat& flat, Visit& visit) {
   using enum Presence;
   visit("probe.position", "F32", {3}, volume.probes.positions, always);
   visit("probe.valid", "U8", {}, volume.probes.valid, always);
+  visit("probe.interpolated", "U8", {}, volume.probes.interpolated, optional);
   visit("probe.origin", "F64", {}, flat.origin, always);
   visit("probe.grid_count", "I32", {}, flat.grid_count, always);
   visit("probe.grid_spacing", "F64", {}, flat.grid_spacing, always);

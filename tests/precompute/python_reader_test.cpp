@@ -98,7 +98,7 @@ TEST_F(PythonReader, the_lines_of_the_page_combine_as_daylit_does) {
   if (std::system("/usr/bin/python3 -c 'import numpy' 2> /dev/null") != 0)
     GTEST_SKIP() << "needs python3 with numpy";
   const std::vector<std::string> code = python_blocks(DAYLIT_SOURCE_DIR "/docs/volume-format.md");
-  ASSERT_EQ(code.size(), 1u);
+  ASSERT_EQ(code.size(), 2u);
   EXPECT_LE(std::ranges::count(code[0], '\n'), 25) << "the whole reader fits in 25 lines of the page";
   const std::string given = "--grid 4,5,3 --patches 200 --regions ";
   const BasisVolume regions = bake(kRoom, "room.volume", given + "uniform:64"),
@@ -117,10 +117,11 @@ TEST_F(PythonReader, the_lines_of_the_page_combine_as_daylit_does) {
   const LightField band4{combine(tinted, radiance_, ShOrder::fourth).band4};
   radiances(rows, "rows4.txt");
   const LightField rows4{combine(*read_volume(folder_ / "rows4.volume"), radiance_, ShOrder::fourth).band4};
-  std::ofstream(folder_ / "read.py") << code[0] << R"(
+  std::ofstream(folder_ / "read.py") << code[0] << code[1] << R"(
 def check(name, sky, combine, *part):
     meta, v = read_volume(name + ".volume")
-    np.savetxt(name + ".out", combine(v, np.loadtxt(sky + ".txt"), *part).reshape(-1))
+    field = fill_interpolated(v, combine(v, np.loadtxt(sky + ".txt"), *part))
+    np.savetxt(name + ".out", field.reshape(-1))
 check("room", "radiance", combine_regions)
 check("half", "radiance", combine_regions)
 check("fine", "fine", combine_compact)

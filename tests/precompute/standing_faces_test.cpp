@@ -31,6 +31,10 @@ bool near_one_of(const std::vector<double>& planes, double x, double within = 1e
   return std::ranges::any_of(planes, [&](double p) { return std::abs(p - x) < within; });
 }
 
+bool near_one_of(const std::vector<ProbePlane>& planes, double x) {
+  return std::ranges::any_of(planes, [&](const ProbePlane& p) { return std::abs(p.at - x) < 1e-9; });
+}
+
 TEST(StandingFaces, are_level_have_air_above_and_are_large_enough) {
   const auto faces = standing_faces(furnished());
   ASSERT_TRUE(faces);
@@ -58,7 +62,7 @@ TEST(StandingFaces, planes_lie_close_above_them_and_inside_their_edges) {
     EXPECT_TRUE(near_one_of(planes[2], z)) << z;
   for (const double x : {0.1, 1.015, 1.1, 2.1, 2.185, 3.015, 3.1, 3.9})
     EXPECT_TRUE(near_one_of(planes[0], x)) << x;
-  EXPECT_TRUE(std::ranges::is_sorted(planes[0]));
+  EXPECT_TRUE(std::ranges::is_sorted(planes[0], {}, &ProbePlane::at));
 }
 
 TEST(StandingFaces, a_plane_that_serves_two_of_them_is_there_once) {
@@ -111,8 +115,8 @@ TEST(StandingFaces, grid_has_the_planes_and_no_gap_much_longer_than_without_them
         gap = std::max(gap, set.planes[k][i + 1] - set.planes[k][i]);
       return gap;
     };
-    for (const double x : near[k])
-      EXPECT_TRUE(near_one_of(grid.planes[k], x - bounds.centre()[static_cast<int>(k)], 1e-6)) << x;
+    for (const ProbePlane& p : near[k])
+      EXPECT_TRUE(near_one_of(grid.planes[k], p.at - bounds.centre()[static_cast<int>(k)], 1e-6)) << p.at;
     EXPECT_LT(widest(grid), 1.31 * widest(without));
   }
 }

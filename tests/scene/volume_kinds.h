@@ -110,6 +110,14 @@ inline BasisVolume rectangle_volume() {
   return volume;
 }
 
+/// The middle of three probes along y between the two others.
+inline BasisVolume with_interpolated_probe(BasisVolume volume) {
+  volume.probes.interpolated.assign(volume.probes.size(), 0);
+  volume.probes.interpolated[2] = 2;
+  volume.probes.valid[2] = 0;
+  return volume;
+}
+
 inline std::vector<VolumeKind> volume_kinds() {
   std::vector<VolumeKind> list;
   list.push_back({"constant panes", plain_volume()});
@@ -126,6 +134,7 @@ inline std::vector<VolumeKind> volume_kinds() {
   list.push_back({"rectangles, half floats", rectangle_volume(), BasisPrecision::float16});
   list.push_back({"graded", graded(plain_volume()), BasisPrecision::float16});
   list.push_back({"graded, compact", graded(with_band4(compact_volume(1)))});
+  list.push_back({"interpolated probe", with_interpolated_probe(graded(compact_volume(1)))});
   list.push_back({"graded, rectangles", graded(rectangle_volume())});
   return list;
 }
