@@ -68,8 +68,9 @@ using detail::ProbeCluster;
 constexpr double kSketchAtThree = 140; ///< columns of the range finder at an error of 3 %, ~ error^-0.8
 constexpr double kRangeAtThree = 180;  ///< the same of what counts at all in the rows of a cluster
 constexpr float kBelowHorizon =
-    0.2f;                         ///< no sun is there: light from there is smooth, and may err more under a small one
-constexpr double kFloor = 0.05;   ///< of the brightest node: what dimmer nodes are measured against
+    0.2f;                       ///< no sun is there: light from there is smooth, and may err more under a small one
+constexpr double kFloor = 0.05; ///< of the brightest node: what dimmer nodes are measured against
+constexpr double kDim = 0.25, kMostGain = 1e4;
 constexpr double kRounding = 0.5; ///< of the error: what rounding may add
 constexpr double kTail2 = 0.2;    ///< of the allowed squared error: a longer tail, and the sketch is widened
 
@@ -88,6 +89,27 @@ std::vector<float> node_weights(const std::vector<double>& norm2, const std::vec
   for (std::size_t i = 0; i < weight.size(); ++i)
     weight[i] = horizon[i] * static_cast<float>(1.0 / std::max({std::sqrt(norm2[i]), kFloor * most, 1e-30}));
   return weight;
+}
+
+/// sum_j w_j^2 norm_j^2: how many suns the error is a mean of; one that is dimmer than the floor counts in part.
+double weighted_sum(const std::vector<double>& norm2, const std::vector<float>& weight) {
+  double sum = 0;
+  for (std::size_t j = 0; j < norm2.size(); ++j)
+    sum += norm2[j] * static_cast<double>(weight[j]) * static_cast<double>(weight[j]);
+  return sum;
+}
+
+/// An error counts relative to the light there where that is less than kDim of what probes have in the mean: a dim room
+/// beside a bright one. gain = kDim rms / own rms, 1 to kMostGain.
+void set_gains(std::vector<ProbeCluster>& clusters) {
+  double sum = 0, points = 0;
+  for (const ProbeCluster& c : clusters) {
+    sum += c.power * static_cast<double>(c.point.size());
+    points += static_cast<double>(c.point.size());
+  }
+  for (ProbeCluster& c : clusters)
+    if (c.power > 0)
+      c.set_gain(static_cast<float>(std::clamp(kDim * std::sqrt(sum / points / c.power), 1.0, kMostGain)));
 }
 
 /// Squared norms of the light on the sources.
@@ -137,7 +159,7 @@ std::size_t components_of(const CompactFactors& factors) {
   return factors.strong.scale.size() + factors.weak.scale.size();
 }
 
-/// `counted`: sum of the squared horizon weights.
+/// `counted`: weighted_sum().
 CompactReport report_of(const CompactBasis& basis, const std::vector<ProbeCluster>& clusters, const SurfaceLight& light,
                         const detail::SunColumns& columns, const std::vector<float>& weight, double counted) {
   const std::size_t components = components_of(basis.nine), in_all = std::max<std::size_t>(components, 1);
@@ -224,19 +246,22 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
       of_random_colour(surfaces, columns.random_suns(node_weights(norms2_on_sources(columns), horizon), range), range);
   stages.run([&](ProbeCluster& c) { c.reduce(light, surfaces, gather, radiosity, options.error); });
 
-  const std::vector<float> weight = node_weights(
-      norms2_at_probes(clusters, columns, [](const ProbeCluster& c) { return c.seen.expand(c.projected); }), horizon);
+  const std::vector<double> norm2 =
+      norms2_at_probes(clusters, columns, [](const ProbeCluster& c) { return c.seen.expand(c.projected); });
+  const std::vector<float> weight = node_weights(norm2, horizon);
   const detail::SunMetric metric(columns, weight);
   const detail::Measure measure{columns, weight, metric};
-  const double counted = std::inner_product(horizon.begin(), horizon.end(), horizon.begin(), 0.0),
-               allowed = options.error * options.error * counted,
+  const double counted = weighted_sum(norm2, weight), allowed = options.error * options.error * counted,
                tail = kTail2 * allowed / static_cast<double>(std::max<std::size_t>(clusters.size(), 1));
   const std::vector<float> first = measure.suns(sketch_width(kSketchAtThree, options.error));
+  set_gains(clusters);
   stages.run([&](ProbeCluster& c) { c.factorise(surfaces, measure, first, tail); });
   if (stages.stopped())
     return interrupted_error("fine sky");
 
   detail::choose_storage(clusters, measure, (1 + kRounding * kRounding) * allowed);
+  for (ProbeCluster& c : clusters)
+    c.take_gain_off();
   CompactBasis basis = detail::assemble(clusters, light, metric.sigma, probe_of_point);
   if (report) {
     *report = report_of(basis, clusters, light, columns, weight, counted);

@@ -25,12 +25,13 @@ constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are co
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
 constexpr double kCompactPart = 1.55;        ///< error of the factors under suns / target
+constexpr double kCompactPoints = 0.7;       ///< the same at given points, which are few
 constexpr double kNodePart = 0.3;            ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
 // Of surfaces whose further bounces are solved together: at least so many at 2 %, and so many of the facets.
-constexpr double kClusters = 512, kFacetsInClusters = 0.44, kMostClusters = 2048;
+constexpr double kClusters = 512, kFacetsInClusters = 0.25, kMostClusters = 2048;
 constexpr int kGatherRays = 3072; ///< per probe at 2 %: noise of the rays costs components of a fine sky
 constexpr double kFinest = 1e-4;  ///< the target at which every setting is at its limit
 
@@ -181,7 +182,8 @@ private:
 
   Result<void> choose_sky(double target, Plan& plan) const {
     plan.precision = target >= 0.005 ? BasisPrecision::float16 : BasisPrecision::float32;
-    plan.options.compact_error = std::clamp(kCompactPart * target, kMinCompact, kMaxCompact);
+    plan.options.compact_error =
+        std::clamp((request_.points.empty() ? kCompactPart : kCompactPoints) * target, kMinCompact, kMaxCompact);
     plan.regions = request_.regions;
     if (!plan.regions.empty())
       return check_regions(plan.regions);

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "radiosity/detail/sampling.h"
+#include "scene/core/parallel.h"
 #include "scene/core/read_file.h"
 #include "scene/volume/probe_planes.h"
 
@@ -15,10 +18,13 @@ namespace daylit::precompute {
 namespace {
 
 // The outer probes: close enough to the walls that little is extrapolated, far enough to stand in the air.
-constexpr double kWallMargin = 0.04; // metres, at most a tenth of the spacing
-constexpr double kMoved = 0.3;       // of a step: so far may a plane be moved
-constexpr double kCommon = 0.5;      // of the room's section: a plane that is wanted there is wanted everywhere
-constexpr double kBehind = 1e-3;     // of the way to a probe
+constexpr double kWallMargin = 0.04;    // metres, at most a tenth of the spacing
+constexpr double kMoved = 0.3;          // of a step: so far may a plane be moved
+constexpr double kCommon = 0.5;         // of the room's section: a plane that is wanted there is wanted everywhere
+constexpr double kBehind = 1e-3;        // of the way to a probe
+constexpr std::uint32_t kWalks = 16384; // of light, on the search for air behind small holes
+constexpr std::uint64_t kWalkBounces = 6;
+constexpr double kOffSurface = 0.999; // of the way to a surface
 constexpr std::size_t kMaxProbes = 4'000'000;
 constexpr std::size_t kMaxPointsFile_bytes = std::size_t{1} << 30;
 constexpr double kAuxiliarySpacing = 0.3; // metres, of the grid that decides about free points
@@ -223,32 +229,94 @@ Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double s
   return grid;
 }
 
-/// Flood fill from the apertures: a probe is in the air when an open segment joins it to a seed or to a neighbour that
-/// is.
-void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures) {
-  const GridIndex cells(grid);
-  std::vector<std::size_t> queue;
+namespace {
+
+/// Flood fill: a probe is in the air when an open segment joins it to a seed or to a neighbour that is.
+class AirFill {
+public:
+  AirFill(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures)
+      : grid_(grid), cells_(grid), scene_(scene), apertures_(apertures) {}
+
+  /// From the probes within `ring` steps of a point in the air.
+  void from(const glm::dvec3& seed, int ring) {
+    cells_.near(seed, ring, [&](std::size_t i) { try_from(i, seed); });
+    spread();
+  }
+
+private:
   // A way that ends a little behind the probe: one that stands in the plane of a wall would lead through the wall.
-  const auto try_from = [&](std::size_t i, const glm::dvec3& from) {
-    const glm::dvec3 to = world(grid, i);
-    if (grid.valid[i] || !open_between(from, to + kBehind * (to - from), scene, apertures))
+  void try_from(std::size_t i, const glm::dvec3& from) {
+    const glm::dvec3 to = world(grid_, i);
+    if (grid_.valid[i] || !open_between(from, to + kBehind * (to - from), scene_, apertures_))
       return;
-    grid.valid[i] = 1;
-    queue.push_back(i);
-  };
-  const double step_m = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
-  for (const glm::dvec3& seed : air_seeds(apertures, step_m))
-    cells.near(seed, 2, [&](std::size_t i) { try_from(i, seed); });
-  while (!queue.empty()) {
-    const std::size_t i = queue.back();
-    queue.pop_back();
-    const glm::ivec3 c = cells.cell(i);
-    for (int n = 0; n < 27; ++n) {
-      const glm::ivec3 next = c + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
-      if (cells.contains(next))
-        try_from(cells.index(next), world(grid, i));
+    grid_.valid[i] = 1;
+    queue_.push_back(i);
+  }
+
+  void spread() {
+    while (!queue_.empty()) {
+      const std::size_t i = queue_.back();
+      queue_.pop_back();
+      const glm::ivec3 c = cells_.cell(i);
+      for (int n = 0; n < 27; ++n) {
+        const glm::ivec3 next = c + glm::ivec3(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+        if (cells_.contains(next))
+          try_from(cells_.index(next), world(grid_, i));
+      }
     }
   }
+
+  ProbeSet& grid_;
+  GridIndex cells_;
+  const RayScene& scene_;
+  const std::vector<Aperture>& apertures_;
+  std::vector<std::size_t> queue_;
+};
+
+/// A way of light from a point in the air, uniform over directions at each bounce: the points where it comes from a
+/// surface again, a little off it.
+std::vector<glm::dvec3> way_of_light(glm::dvec3 p, std::uint32_t index, const RayScene& scene,
+                                     const std::vector<Aperture>& apertures) {
+  std::vector<glm::dvec3> way;
+  const float clear = 4.0f * scene.surface_offset();
+  for (std::uint64_t bounce = 0; bounce < kWalkBounces; ++bounce) {
+    const glm::dvec3 d = radiosity::sphere_direction(
+        radiosity::r2_point(index, radiosity::random_shift(radiosity::mix_bits(index) + bounce)));
+    RayHit hit;
+    if (!scene.closest(scene.to_local(p), glm::vec3(d), 0.0f, std::numeric_limits<float>::infinity(), hit))
+      break;
+    const glm::dvec3 landed = p + kOffSurface * static_cast<double>(hit.distance) * d;
+    // In a corner the next way could begin behind the other face.
+    if (scene.distance(scene.to_local(landed), clear) < clear || !open_between(p, landed, scene, apertures))
+      break;
+    p = landed;
+    way.push_back(p);
+  }
+  return way;
+}
+
+} // namespace
+
+/// From the apertures, and then along random ways of light: these also pass holes that no segment between neighbouring
+/// probes happens to pass.
+void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures) {
+  AirFill air(grid, scene, apertures);
+  const double step_m = std::min({grid.spacing.x, grid.spacing.y, grid.spacing.z});
+  for (const glm::dvec3& seed : air_seeds(apertures, step_m))
+    air.from(seed, 2);
+  std::vector<std::size_t> reached;
+  for (std::size_t i = 0; i < grid.size(); ++i)
+    if (grid.valid[i])
+      reached.push_back(i);
+  if (reached.empty() || reached.size() == grid.size())
+    return;
+  std::vector<std::vector<glm::dvec3>> ways(kWalks);
+  parallel_for(std::uint32_t{0}, kWalks, [&](std::uint32_t k) {
+    ways[k] = way_of_light(world(grid, reached[k * reached.size() / kWalks]), k, scene, apertures);
+  });
+  for (const std::vector<glm::dvec3>& way : ways)
+    for (const glm::dvec3& p : way)
+      air.from(p, 1);
 }
 
 /// A given point is in the air when an open segment joins it to a probe in the air of an auxiliary grid.

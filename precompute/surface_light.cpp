@@ -41,7 +41,7 @@ std::vector<Features> features(const radiosity::PatchSet& set, const std::vector
 }
 
 struct Group {
-  double extent = 0; ///< longest side, less where the light hardly matters: times W^(1/4), W the largest importance
+  double extent = 0; ///< longest side, less where the light hardly matters: times W^(1/2), W the largest importance
   int axis = 0;
   std::size_t begin = 0, end = 0;
   bool operator<(const Group& other) const { // ties must not depend on the heap
@@ -68,7 +68,7 @@ Group measured(const std::vector<Features>& at, const std::vector<double>& impor
   double most = 0;
   for (std::size_t k = begin; k < end; ++k)
     most = std::max(most, importance[order[k]]);
-  g.extent *= std::pow(most, 0.25);
+  g.extent *= std::sqrt(most);
   return g;
 }
 

@@ -48,24 +48,24 @@ std::vector<glm::dvec3> points_of(const Corners& corners, const glm::dvec3& orig
   return points;
 }
 
-/// How bright a sun can be on a patch: 0 where no point of an aperture looked for is higher and before it, more
-/// where it faces one that it sees.
+/// How bright a sun can be on a patch: 0 where no point of an aperture looked for is higher and before it, or all are
+/// seen from outside; more where it faces one that it sees.
 class SunExposure {
 public:
   SunExposure(const radiosity::SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const RayScene& room)
       : room_(room), to_room_(mesh.origin - room.origin()) {
     for (const Aperture& a : apertures)
       for (const glm::dvec3& p : points_of(a.corners, mesh.origin))
-        target_.push_back(p);
+        target_.push_back({p, a.inward});
   }
 
   double of(const radiosity::Patch& e) const {
     double seen = 0, faced = 0;
     for (const glm::dvec3& from : points_of(e.corner, glm::dvec3(0.0)))
-      for (const glm::dvec3& to : target_) {
-        const glm::dvec3 way = to - from;
+      for (const Target& to : target_) {
+        const glm::dvec3 way = to.at - from;
         const double cosine = glm::dot(e.normal, way) / std::max(glm::length(way), 1e-9);
-        if (way.z <= 0.0 || cosine <= 0.0)
+        if (way.z <= 0.0 || cosine <= 0.0 || glm::dot(way, to.inward) > 0.0)
           continue;
         faced = std::max(faced, kGrazing + cosine);
         if (kGrazing + cosine > seen && !blocked(from, way))
@@ -80,9 +80,12 @@ private:
     return room_.occluded(glm::vec3(from + to_room_), glm::vec3(way), offset, kWholeWay);
   }
 
+  struct Target {
+    glm::dvec3 at, inward;
+  };
   const RayScene& room_;
   glm::dvec3 to_room_;
-  std::vector<glm::dvec3> target_;
+  std::vector<Target> target_;
 };
 
 /// How often each facet is halved: always the facet whose parts have the largest exposure * area.

@@ -119,6 +119,7 @@ void ProbeCluster::reduce(const SurfaceLight& light, const SurfaceTransport& sur
   project(surfaces, rows);
   const std::vector<float> means = seen.means(light, radiosity, columns);
   const std::vector<float> field = multiply(rows, means, n, parts, columns);
+  power = squares(field) / static_cast<double>(field.size());
   const double left = kRangeShare * kRangeShare * error * error * squares(field);
   // A few points far apart have nothing in common that a sketch could find.
   basis = n <= kFewRows * columns ? Basis::identity(n) : orthonormal_range(field, n, columns, left);
@@ -127,6 +128,19 @@ void ProbeCluster::reduce(const SurfaceLight& light, const SurfaceTransport& sur
     gather.band4_rows(point, seen.end, rows.data());
     band4.reduce(rows, n, means, columns, left);
   }
+}
+
+void ProbeCluster::set_gain(float value) {
+  gain = value;
+  for (std::vector<float>* list : {&projected, &coordinates, &band4.coordinates})
+    for (float& x : *list)
+      x *= gain;
+}
+
+void ProbeCluster::take_gain_off() {
+  for (std::vector<float>* list : {&projected, &factors.source_factor, &band4.factors.source_factor})
+    for (float& x : *list)
+      x /= gain;
 }
 
 void ProbeCluster::factorise(const SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,

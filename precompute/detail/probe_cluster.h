@@ -55,6 +55,8 @@ struct ProbeCluster {
   SunMetric own;                  ///< units of the lit parts, of which the factors know
   Factors factors;
   double unseen = 0; ///< squared error of what the sketches missed
+  double power = 0;  ///< mean square of the coefficients under the random suns of reduce()
+  float gain = 1;    ///< what an error counts here beside one where there is more light
   Band4 band4;
 
   std::size_t coefficients() const { return point.size() * 9; } ///< of one channel
@@ -63,6 +65,9 @@ struct ProbeCluster {
   /// room under random suns of random colour, [element][columns]. `error`: relative, asked of the basis.
   void reduce(const SurfaceLight& light, const SurfaceTransport& surfaces, const GatherRows& gather,
               const std::vector<float>& radiosity, double error);
+  /// Errors count `gain` times as much from here on, until take_gain_off().
+  void set_gain(float gain);
+  void take_gain_off();
   /// `first`: suns [source][width] of the first sketch; `limit`: of the squared error that the sketch may miss.
   void factorise(const SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,
                  double limit);

@@ -24,20 +24,26 @@ float largest(const radiosity::FirstBounceRow& row, int colour) {
   return most;
 }
 
-/// Whether red, green and blue are the same, and the same but for a factor of each source: half a unit of a half float.
+/// Whether red, green and blue are the same, and the same but for a factor of each source.
 struct Tint {
   bool colourless = true, shared = true;
 
+  /// Shared: sum over the sources of |E_c - E_0 max E_c / max E_0|^2 <= kShared^2 sum |E_c|^2.
   explicit Tint(const SurfaceLight& light) {
-    constexpr float kSame = 0x1p-12f;
+    constexpr double kShared = 2e-3;
+    double error2 = 0, power2 = 0;
     for (const radiosity::FirstBounceRow& row : light.light) {
       const Rgb most(largest(row, 0), largest(row, 1), largest(row, 2));
       for (const Rgb& x : row.irradiance) {
         colourless = colourless && x == Rgb(x.r);
-        for (int c = 1; c < 3; ++c)
-          shared = shared && std::abs(x[c] * most.r - x.r * most[c]) <= kSame * most.r * most[c];
+        for (int c = 1; c < 3 && most.r > 0.0f; ++c) {
+          const double error = static_cast<double>(x[c] - x.r * most[c] / most.r), value = static_cast<double>(x[c]);
+          error2 += error * error;
+          power2 += value * value;
+        }
       }
     }
+    shared = error2 <= kShared * kShared * power2;
   }
 };
 
