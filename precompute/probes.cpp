@@ -24,7 +24,8 @@ constexpr double kCommon = 0.5;         // of the room's section: a plane that i
 constexpr double kBehind = 1e-3;        // of the way to a probe
 constexpr std::uint32_t kWalks = 16384; // of light, on the search for air behind small holes
 constexpr std::uint64_t kWalkBounces = 6;
-constexpr double kOffSurface = 0.999; // of the way to a surface
+constexpr double kOffSurface = 0.9; // of the way to a surface
+constexpr float kWayClear = 0.05f;  // of the smallest spacing: nearer to surfaces a way would end
 constexpr std::size_t kMaxProbes = 4'000'000;
 constexpr std::size_t kMaxPointsFile_bytes = std::size_t{1} << 30;
 constexpr double kAuxiliarySpacing = 0.3; // metres, of the grid that decides about free points
@@ -273,12 +274,10 @@ private:
   std::vector<std::size_t> queue_;
 };
 
-/// A way of light from a point in the air, uniform over directions at each bounce: the points where it comes from a
-/// surface again, a little off it.
-std::vector<glm::dvec3> way_of_light(glm::dvec3 p, std::uint32_t index, const RayScene& scene,
+/// A way through the air, uniform over directions at each turn: the points at which it turns, before surfaces.
+std::vector<glm::dvec3> way_of_light(glm::dvec3 p, std::uint32_t index, float clear, const RayScene& scene,
                                      const std::vector<Aperture>& apertures) {
   std::vector<glm::dvec3> way;
-  const float clear = 4.0f * scene.surface_offset();
   for (std::uint64_t bounce = 0; bounce < kWalkBounces; ++bounce) {
     const glm::dvec3 d = radiosity::sphere_direction(
         radiosity::r2_point(index, radiosity::random_shift(radiosity::mix_bits(index) + bounce)));
@@ -286,7 +285,7 @@ std::vector<glm::dvec3> way_of_light(glm::dvec3 p, std::uint32_t index, const Ra
     if (!scene.closest(scene.to_local(p), glm::vec3(d), 0.0f, std::numeric_limits<float>::infinity(), hit))
       break;
     const glm::dvec3 landed = p + kOffSurface * static_cast<double>(hit.distance) * d;
-    // In a corner the next way could begin behind the other face.
+    // From close to a surface a probe in its plane would be reached, and from there what is behind it.
     if (scene.distance(scene.to_local(landed), clear) < clear || !open_between(p, landed, scene, apertures))
       break;
     p = landed;
@@ -297,7 +296,7 @@ std::vector<glm::dvec3> way_of_light(glm::dvec3 p, std::uint32_t index, const Ra
 
 } // namespace
 
-/// From the apertures, and then along random ways of light: these also pass holes that no segment between neighbouring
+/// From the apertures, and then along random ways: these also pass holes that no segment between neighbouring
 /// probes happens to pass.
 void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>& apertures) {
   AirFill air(grid, scene, apertures);
@@ -312,7 +311,8 @@ void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>
     return;
   std::vector<std::vector<glm::dvec3>> ways(kWalks);
   parallel_for(std::uint32_t{0}, kWalks, [&](std::uint32_t k) {
-    ways[k] = way_of_light(world(grid, reached[k * reached.size() / kWalks]), k, scene, apertures);
+    ways[k] = way_of_light(world(grid, reached[k * reached.size() / kWalks]), k, kWayClear * static_cast<float>(step_m),
+                           scene, apertures);
   });
   for (const std::vector<glm::dvec3>& way : ways)
     for (const glm::dvec3& p : way)

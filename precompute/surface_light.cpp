@@ -243,8 +243,9 @@ void drop_dark(SurfaceLight& light) {
   light.light.resize(kept);
 }
 
-/// One source for all of a cluster that lie on patches which no probe sees: exact, because only the cluster's mean
-/// comes from them.
+} // namespace
+
+/// E = sum f_s E_s / sum f_s over the unseen sources of a cluster, f_s their fractions of it.
 SurfaceLight join_unseen(SurfaceLight light, std::span<const std::uint8_t> seen) {
   std::vector<std::vector<std::size_t>> unseen(light.clusters);
   for (std::size_t s = 0; s < light.source.size(); ++s)
@@ -257,8 +258,6 @@ SurfaceLight join_unseen(SurfaceLight light, std::span<const std::uint8_t> seen)
   drop_dark(light);
   return light;
 }
-
-} // namespace
 
 /// Sources are the elements that any node lights and that reflect; B = rho H on them at once, what comes back later by
 /// clusters.

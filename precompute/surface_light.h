@@ -36,6 +36,10 @@ struct SurfaceLightReport {
   radiosity::EnergyBalance energy; ///< of the whole sky
 };
 
+/// One source for all of a cluster that lie on patches with `seen` 0: exact where no probe sees those, because only the
+/// cluster's mean comes from them.
+SurfaceLight join_unseen(SurfaceLight light, std::span<const std::uint8_t> seen);
+
 /// `rows`: of each element. `seen`: of each patch, 0 where no probe sees any of it; its light counts only as a part of
 /// its cluster's, so that all such sources of a cluster become one. At most `clusters` of them. Errors as
 /// solve_radiosity().

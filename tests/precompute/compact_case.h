@@ -42,10 +42,14 @@ struct Case {
   std::vector<std::size_t> probe_of_point;
   SurfaceLight light; ///< each piece is an element; all elements of a patch look the same from the points
   std::size_t elements_of_patch = 1;
+  double dim = 1;                  ///< light of the points with x >= 3, which are then a part of the air of their own
+  std::vector<std::uint32_t> part; ///< of each point
 
+  double light_at(std::size_t point) const { return probes.positions[probe_of_point[point]].x >= 3.0f ? dim : 1.0; }
   /// Of element e.
   float weight(std::size_t point, std::size_t lm, std::size_t e) const {
-    return static_cast<float>(row_weight(probes.positions[probe_of_point[point]], lm,
+    return static_cast<float>(light_at(point) *
+                              row_weight(probes.positions[probe_of_point[point]], lm,
                                          axis_of(pieces, e / elements_of_patch * elements_of_patch)) /
                               static_cast<double>(elements_of_patch));
   }
@@ -137,7 +141,7 @@ inline CompactBasis compress(const Case& c, double error, CompactReport* report 
               out[-1] += band4 * c.weight(point, 8 - m, e);
     };
   auto basis = compact_sky(c.light, gather, c.probes, c.probe_of_point, c.partition,
-                           {.error = error, .cluster_probes = 40}, kQuiet, report);
+                           {.error = error, .cluster_probes = 40, .part = c.part}, kQuiet, report);
   EXPECT_TRUE(basis) << basis.error().message();
   return *basis;
 }
@@ -151,13 +155,14 @@ inline std::vector<Rgb> sun(const SkyPartition& partition, const glm::dvec3& d) 
   return radiance;
 }
 
-inline double relative_error(const Case& c, const CompactBasis& basis, const glm::dvec3& d) {
+/// `dim_ones`: over the points with x >= 3 alone.
+inline double relative_error(const Case& c, const CompactBasis& basis, const glm::dvec3& d, bool dim_ones = false) {
   std::vector<Sh9Rgb> field(c.probes.size());
   combine(basis, sun(c.partition, d), field);
   const std::vector<Sh9Rgb> truth = exact_field(c, d);
   double error = 0, power = 0;
   for (const std::size_t p : c.probe_of_point)
-    for (std::size_t row = 0; row < 27; ++row) {
+    for (std::size_t row = 0; row < 27 && (!dim_ones || c.probes.positions[p].x >= 3.0f); ++row) {
       const double t = static_cast<double>(truth[p][row / 3][static_cast<int>(row % 3)]);
       const double e = static_cast<double>(field[p][row / 3][static_cast<int>(row % 3)]) - t;
       error += e * e;

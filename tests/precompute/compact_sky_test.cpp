@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "precompute/detail/sun_metric.h"
+#include "precompute/detail/surface_transport.h"
 #include "scene/volume/volume_file.h"
 #include "tests/precompute/compact_case.h"
 #include "tests/scene/plain_compact.h"
@@ -54,6 +56,82 @@ TEST(CompactSky, sun_between_the_nodes_is_followed_within_the_error) {
           << azimuth << " " << altitude;
   EXPECT_LT(report.rms_error, 0.0125); // 0.01 for the rank, half of that for the rounding
   EXPECT_GT(report.rms_error, 0.002);
+}
+
+TEST(CompactSky, dim_room_beside_a_bright_one_keeps_its_light) {
+  Case c = make_case(6);
+  c.dim = 1e-3;
+  for (const std::size_t p : c.probe_of_point)
+    c.part.push_back(c.probes.positions[p].x >= 3.0f ? 1 : 0);
+  const CompactBasis basis = compress(c, 0.03);
+  for (const double azimuth : {0.5, 1.1, 1.57, 2.3}) {
+    const glm::dvec3 d = glm::normalize(glm::dvec3(std::cos(azimuth), std::sin(azimuth), 0.4));
+    EXPECT_LT(relative_error(c, basis, d), 0.04) << azimuth;
+    EXPECT_LT(relative_error(c, basis, d, true), 0.15) << azimuth; // its error counts as of a quarter of the mean light
+  }
+}
+
+/// Irradiance of the sources under some sky, [source].
+std::vector<float> under_a_sky(const SurfaceLight& light) {
+  std::vector<float> out;
+  for (const radiosity::FirstBounceRow& row : light.light) {
+    float sum = 0;
+    for (std::size_t k = 0; k < row.region.size(); ++k)
+      sum += row.irradiance[k].g * (1.0f + std::sin(0.37f * static_cast<float>(row.region[k])));
+    out.push_back(sum);
+  }
+  return out;
+}
+
+TEST(CompactSky, unseen_sources_of_a_cluster_are_joined_and_nothing_that_is_seen_changes) {
+  Case c = make_case(3, 4);
+  const std::size_t patches_of_cluster = 4;
+  for (std::size_t s = 0; s < c.light.source.size(); ++s) {
+    c.light.cluster[s] /= static_cast<std::uint32_t>(patches_of_cluster);
+    c.light.cluster_fraction[s] /= static_cast<float>(patches_of_cluster);
+  }
+  std::vector<std::uint8_t> seen(c.light.patches);
+  for (std::size_t p = 0; p < seen.size(); ++p)
+    seen[p] = p % 3 == 0 ? 1 : 0;
+  const SurfaceLight joined = join_unseen(c.light, seen);
+  EXPECT_LT(joined.source.size(), 0.6 * static_cast<double>(c.light.source.size()));
+  const auto radiosity = [](const SurfaceLight& light) {
+    return detail::SurfaceTransport(light).radiosity(1, under_a_sky(light), 1);
+  };
+  const std::vector<float> before = radiosity(c.light), after = radiosity(joined);
+  const float most = *std::ranges::max_element(before);
+  for (std::size_t e = 0; e < c.light.elements; ++e)
+    if (seen[c.light.parent[e]])
+      EXPECT_NEAR(after[e], before[e], 1e-6f * most) << e;
+}
+
+TEST(CompactSky, panes_of_one_tint_need_one_row_and_those_of_two_need_three) {
+  Case c = make_case(3);
+  const std::vector<float> unit(c.light.source.size(), 1.0f);
+  const auto tinted = [&](const Rgb& even, const Rgb& odd) {
+    SurfaceLight light = c.light;
+    for (std::size_t s = 0; s < light.light.size(); ++s)
+      for (std::size_t k = 0; k < light.light[s].irradiance.size(); ++k)
+        light.light[s].irradiance[k] *= k % 2 == 0 ? even : odd;
+    return light;
+  };
+  const Rgb green(0.5f, 0.8f, 0.6f), red(0.8f, 0.3f, 0.2f);
+  EXPECT_EQ(detail::store_first_light(c.light, unit).colours, 1u);
+  for (const bool one : {true, false}) {
+    const SurfaceLight light = tinted(green, one ? green : red);
+    const FirstLight stored = detail::store_first_light(light, unit);
+    EXPECT_EQ(stored.colours, 3u);
+    EXPECT_EQ(stored.rows(), (one ? 1 : 3) * light.source.size());
+    const std::vector<Rgb> sky(static_cast<std::size_t>(c.partition.size()), Rgb(1.0f, 2.0f, 3.0f)),
+        got = irradiance_of_sources(stored, sky);
+    for (std::size_t s = 0; s < light.source.size(); ++s) {
+      Rgb expected(0.0f);
+      for (const Rgb& x : light.light[s].irradiance)
+        expected += x * Rgb(1.0f, 2.0f, 3.0f);
+      for (int channel = 0; channel < 3; ++channel)
+        EXPECT_NEAR(got[s][channel], expected[channel], 1e-3f * expected[channel]) << s;
+    }
+  }
 }
 
 TEST(CompactSky, band_four_changes_nothing_of_the_nine_and_is_as_exact_as_irradiance_needs) {

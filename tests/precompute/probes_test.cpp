@@ -3,6 +3,7 @@
 
 #include "precompute/probes.h"
 #include "tests/radiosity/rooms.h"
+#include "tests/scene/test_rooms.h"
 
 namespace daylit::precompute {
 namespace {
@@ -166,6 +167,28 @@ TEST(MarkAir, rooms_joined_by_a_door_and_a_stairwell_are_air_and_a_sealed_one_is
     EXPECT_TRUE(valid_at(grid, p)) << p.x << " " << p.y << " " << p.z;
   for (const glm::dvec3& p : {glm::dvec3(0.2, 0.2, 2.8), {2.7, 3.8, 4.8}, {1.5, 2.0, 3.5}})
     EXPECT_FALSE(valid_at(grid, p)) << p.x << " " << p.y << " " << p.z;
+}
+
+TEST(MarkAir, room_behind_a_hole_of_10_cm_is_air_and_one_without_is_not) {
+  for (const bool hole : {true, false}) {
+    test::RoomBuilder b;
+    const auto grey = b.material("grey"), pane = b.material("window");
+    b.box({0, 0, 0}, {8, 4, 3}, grey, 63 & ~4u);
+    b.quad({0, 0, 0}, {4, 0, 0}, {4, 0, 3}, {0, 0, 3}, pane);
+    b.quad({4, 0, 0}, {8, 0, 0}, {8, 0, 3}, {4, 0, 3}, grey);
+    const auto across_x = [&](double y0, double y1, double z0, double z1) {
+      b.quad({4, y0, z0}, {4, y1, z0}, {4, y1, z1}, {4, y0, z1}, grey);
+    };
+    across_x(0, 4, 0, 1.43);
+    across_x(0, 4, 1.53, 3);
+    across_x(0, 2.07, 1.43, 1.53);
+    across_x(hole ? 2.17 : 2.07, 4, 1.43, 1.53);
+    const Setting s = setting_of(b.room);
+    auto grid = *make_grid(b.room.bounds(), glm::ivec3(0), 0.4);
+    mark_air(grid, s.scene, s.apertures);
+    EXPECT_TRUE(valid_at(grid, {2, 2, 1.5}));
+    EXPECT_EQ(valid_at(grid, {6, 2, 1.5}), hole);
+  }
 }
 
 } // namespace
