@@ -70,7 +70,7 @@ constexpr double kRangeAtThree = 180;  ///< the same of what counts at all in th
 constexpr float kBelowHorizon =
     0.2f;                       ///< no sun is there: light from there is smooth, and may err more under a small one
 constexpr double kFloor = 0.05; ///< of the brightest node: what dimmer nodes are measured against
-constexpr double kDim = 0.25, kMostGain = 1e4;
+constexpr double kDim = 0.4, kMostGain = 1e4;
 constexpr double kRounding = 0.5; ///< of the error: what rounding may add
 constexpr double kTail2 = 0.2;    ///< of the allowed squared error: a longer tail, and the sketch is widened
 

@@ -67,7 +67,7 @@ TEST(CompactSky, dim_room_beside_a_bright_one_keeps_its_light) {
   for (const double azimuth : {0.5, 1.1, 1.57, 2.3}) {
     const glm::dvec3 d = glm::normalize(glm::dvec3(std::cos(azimuth), std::sin(azimuth), 0.4));
     EXPECT_LT(relative_error(c, basis, d), 0.04) << azimuth;
-    EXPECT_LT(relative_error(c, basis, d, true), 0.15) << azimuth; // its error counts as of a quarter of the mean light
+    EXPECT_LT(relative_error(c, basis, d, true), 0.15) << azimuth; // an error counts as one of two fifths of the mean light
   }
 }
 
@@ -101,8 +101,9 @@ TEST(CompactSky, unseen_sources_of_a_cluster_are_joined_and_nothing_that_is_seen
   const std::vector<float> before = radiosity(c.light), after = radiosity(joined);
   const float most = *std::ranges::max_element(before);
   for (std::size_t e = 0; e < c.light.elements; ++e)
-    if (seen[c.light.parent[e]])
+    if (seen[c.light.parent[e]]) {
       EXPECT_NEAR(after[e], before[e], 1e-6f * most) << e;
+    }
 }
 
 TEST(CompactSky, panes_of_one_tint_need_one_row_and_those_of_two_need_three) {

@@ -84,10 +84,8 @@ TEST(InterpolatedProbes, let_a_point_between_them_be_interpolated_as_between_val
   const glm::dvec3 point = volume.probes.origin + glm::dvec3(volume.probes.positions[at(1, 1, 1)]) + glm::dvec3(0.1);
   const auto value = sampler->sample(field, point);
   ASSERT_TRUE(value);
-  EXPECT_NEAR((*value)[0].r,
-              0.7f + 0.3f * (point - volume.probes.origin).x - 0.2f * (point - volume.probes.origin).y +
-                  0.5f * (point - volume.probes.origin).z,
-              1e-5);
+  const glm::vec3 p(point - volume.probes.origin);
+  EXPECT_NEAR((*value)[0].r, 0.7f + 0.3f * p.x - 0.2f * p.y + 0.5f * p.z, 1e-5f);
 }
 
 TEST(InterpolatedProbes, are_kept_by_the_file) {
