@@ -22,11 +22,11 @@ constexpr float kClear = 0.009f;                             ///< metres from ev
 constexpr std::array<double, 3> kHeights{0.015, 0.08, 0.25}; ///< metres of planes above a face
 constexpr std::array<double, 3> kInside{0.015, 0.045, 0.1};  ///< metres from an edge
 constexpr double kNarrow = 0.5;                              ///< metres, of a shelf or a sill
-constexpr double kShared = 0.3;      ///< so far, of its distance from a face or wall, may a plane be elsewhere
-constexpr double kSharedEdge = 0.02; ///< metres, the same inside an edge
-constexpr double kRectangle = 0.98;  ///< area / that of the box around it
-constexpr double kBeside = 0.6, kReach = 0.5, kBelow = 0.8; ///< metres around a face: so far its planes are wanted
-constexpr std::size_t kMostPlanes = 24;                     ///< per axis
+constexpr double kShared = 0.3;               ///< so far, of its distance from a face or wall, may a plane be elsewhere
+constexpr double kSharedEdge = 0.02;          ///< metres, the same inside an edge
+constexpr double kRectangle = 0.98;           ///< area / that of the box around it
+constexpr double kBeside = 0.6, kReach = 0.5; ///< metres around a face: so far its planes are wanted
+constexpr std::size_t kMostPlanes = 24;       ///< per axis
 
 bool is_level(const Room& room, const RoomTriangle& t) {
   const glm::dvec3 n = area_normal(room, t);
@@ -89,7 +89,7 @@ bool is_rectangle(const StandingFace& face) {
   return face.area_m2 > kRectangle * size.x * size.y;
 }
 
-/// The air above a face and in its shadow below, where its own planes are wanted. Beside one without planes at its
+/// The air above a face where its own planes are wanted. Beside one without planes at its
 /// edges the first probes that a point above it is interpolated from may stand as far off as probes are apart.
 Bounds above(const StandingFace& face, double height_m) {
   Bounds air = face.box;
@@ -98,7 +98,7 @@ Bounds above(const StandingFace& face, double height_m) {
     air.min[k] -= beside;
     air.max[k] += beside;
   }
-  air.min.z -= kBelow;
+
   air.max.z += height_m;
   return air;
 }
