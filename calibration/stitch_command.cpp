@@ -157,9 +157,10 @@ std::vector<std::string> faults_of(const Stitched& s, const std::vector<HandHeld
     faults.push_back("nothing could be aligned: no two pictures overlap and show more than an even surface; let "
                      "neighbours overlap by a third, and expose them so that both show it");
   else if (static_cast<double>(s.count - s.aligned()) > kUnaligned * static_cast<double>(s.count))
-    faults.push_back(fmt::format("{} of {} pictures could not be aligned and are as stated: they share too little with "
-                                 "others; let neighbours overlap by a third",
-                                 s.count - s.aligned(), s.count));
+    faults.push_back(
+        fmt::format("{} of {} pictures could not be aligned and are as stated: they overlap too little with "
+                    "others; let neighbours overlap by a third",
+                    s.count - s.aligned(), s.count));
   if (s.match_rms_deg > kMisaligned_deg)
     faults.push_back(
         fmt::format("matched features are {:.1f} degrees apart: the camera was moved instead of turned, or "
@@ -259,7 +260,7 @@ Result<void> run(CommonOptions& o, const StitchOptions& options) {
     report.used.push_back((*pictures)[i].file);
     if (!stitched->is_aligned(i))
       report.text +=
-          fmt::format("           {}: shares too little with other pictures, its orientation is only known to "
+          fmt::format("           {}: overlaps too little with other pictures, its orientation is only known to "
                       "{:.1f} degrees\n",
                       (*pictures)[i].file, std::min(stitched->light.sigma_deg[i], options.off_deg));
   }
