@@ -14,7 +14,8 @@ namespace {
 
 using test::RoomBuilder;
 
-/// 4 x 5 x 3 m with an open front, a table at 0.75 m and, 1 m beside it, a screen from floor to ceiling across x.
+/// 4 x 5 x 3 m with an open front, a table at 0.75 m and, in front of it, a screen from floor to ceiling between two
+/// planes that stand beside the edge of the table.
 struct Case {
   Room room;
   RayScene scene;
@@ -28,7 +29,7 @@ struct Case {
     b.box({0, 0, 0}, {4, 5, 3}, grey, 63 & ~4u);
     b.box({1, 2, 0.72}, {2, 3, 0.75}, grey);
     if (screen)
-      b.quad({3, 0.5, 0}, {3, 5, 0}, {3, 5, 3}, {3, 0.5, 3}, grey);
+      b.quad({1.05, 0.3, 0}, {1.05, 1.9, 0}, {1.05, 1.9, 3}, {1.05, 0.3, 3}, grey);
     room = b.room;
     scene = *RayScene::build(room);
     apertures = *find_apertures(room, scene);
