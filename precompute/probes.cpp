@@ -18,12 +18,12 @@ namespace daylit::precompute {
 namespace {
 
 // The outer probes: close enough to the walls that little is extrapolated, far enough to stand in the air.
-constexpr double kWallMargin = 0.04;    // metres, at most a tenth of the spacing
-constexpr double kSamePlane = 1e-6;     // of the room's size: planes that differ by rounding
-constexpr double kMoved = 0.3;          // of a step: so far may a plane be moved
-constexpr double kCommon = 0.5;         // of the room's section: a plane that is wanted there is wanted everywhere
-constexpr double kBehind = 1e-3;        // of the way to a probe
-constexpr std::uint32_t kWalks = 16384; // of light, on the search for air behind small holes
+constexpr double kWallMargin = 0.04; // metres, at most a tenth of the spacing
+constexpr double kSamePlane = 1e-6;  // of the room's size: planes that differ by rounding
+constexpr double kMoved = 0.3;       // of a step: so far may a plane be moved
+constexpr double kCommon = 0.5;      // of the room's section: a plane that is wanted there is wanted everywhere
+constexpr double kBehind = 1e-3;     // of the way to a probe
+constexpr std::size_t kWays = 64, kMostWays = 131072; // of light, on the search for air behind small holes
 constexpr std::uint64_t kWalkBounces = 6;
 constexpr double kOffSurface = 0.9; // of the way to a surface
 constexpr float kWayClear = 0.05f;  // of the smallest spacing: nearer to surfaces a way would end
@@ -310,10 +310,11 @@ void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>
       reached.push_back(i);
   if (reached.empty() || reached.size() == grid.size())
     return;
-  std::vector<std::vector<glm::dvec3>> ways(kWalks);
-  parallel_for(std::uint32_t{0}, kWalks, [&](std::uint32_t k) {
-    ways[k] = way_of_light(world(grid, reached[k * reached.size() / kWalks]), k, kWayClear * static_cast<float>(step_m),
-                           scene, apertures);
+  const std::size_t count = std::min(kWays * (grid.size() - reached.size()), kMostWays);
+  std::vector<std::vector<glm::dvec3>> ways(count);
+  parallel_for(std::size_t{0}, count, [&](std::size_t k) {
+    ways[k] = way_of_light(world(grid, reached[k * reached.size() / count]), static_cast<std::uint32_t>(k),
+                           kWayClear * static_cast<float>(step_m), scene, apertures);
   });
   for (const std::vector<glm::dvec3>& way : ways)
     for (const glm::dvec3& p : way)
