@@ -76,7 +76,7 @@ private:
                                            (request_.points.empty() ? 1 : 2));
   }
 
-  /// n = 512 (2 % / target), at least 0.44 of the facets: in a building every room needs its own.
+  /// n = 512 (2 % / target), at least a quarter of the facets: in a building every room needs its own.
   void choose_clusters(double target, BakeOptions& options) const {
     const double usual = kClusters * std::clamp(0.02 / target, 0.5, 4.0),
                  facets = facets_of(options) + static_cast<double>(calibration_.fixed_facets);

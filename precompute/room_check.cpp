@@ -204,7 +204,7 @@ std::string to_json(const RoomCheck& check) {
                      {"patches", e->counts.patches},
                      {"elements", e->counts.elements},
                      {"probes", e->counts.probes},
-                     {"probes_in_air", e->counts.probes_valid},
+                     {"probes_in_air", e->counts.probes_valid + e->counts.probes_interpolated},
                      {"regions", e->plan.regions},
                      {"seconds", e->plan.predicted.seconds},
                      {"file_bytes", e->plan.predicted.bytes},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -118,7 +119,7 @@ void GatherHits::mark_seen(std::size_t point, std::span<std::uint8_t> patches) c
   std::vector<std::int32_t> again;
   for (const std::int32_t patch : met(point, again))
     if (patch >= 0)
-      patches[static_cast<std::size_t>(patch)] = 1;
+      std::atomic_ref(patches[static_cast<std::size_t>(patch)]).store(1, std::memory_order_relaxed);
 }
 
 void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {

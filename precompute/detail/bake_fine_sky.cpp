@@ -1,5 +1,6 @@
 #include "precompute/detail/bake_stage.h"
 #include "precompute/detail/node_sharpening.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute::detail {
 
@@ -30,8 +31,7 @@ GatherRows gather_rows(const Stage& s) {
 /// Of each patch: 1 where a ray of some point meets it.
 std::vector<std::uint8_t> seen_patches(const Stage& s) {
   std::vector<std::uint8_t> elements(s.hits.patches(), 0), patches(s.problem.patches.patches.size(), 0);
-  for (std::size_t p = 0; p < s.points.at.size(); ++p)
-    s.hits.mark_seen(p, elements);
+  parallel_for(std::size_t{0}, s.points.at.size(), [&](std::size_t p) { s.hits.mark_seen(p, elements); });
   for (std::size_t e = 0; e < elements.size(); ++e)
     patches[s.elements.parent[e]] |= elements[e];
   return patches;
