@@ -1,8 +1,16 @@
 #include "calibration/bracket_options.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace daylit::calibration {
+
+namespace {
+constexpr float kAlike = 0.01f;     ///< of the largest code
+constexpr double kNearlyAll = 0.98; ///< of the places
+} // namespace
 
 void add_bracket_options(CLI::App& command, BracketOptions& o) {
   command.add_option("--exposures", o.exposures,
@@ -78,6 +86,20 @@ Report report_on(const std::string& title, const Bracket& bracket) {
   return report;
 }
 
+namespace {
+
+/// Whether a picture differs from the one before by less than kAlike nearly everywhere.
+bool alike(const PlaceCodes& a, const PlaceCodes& b) {
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < a.code.size(); ++i) {
+    const Rgb off = a.code[i] - b.code[i];
+    same += std::max({std::abs(off.r), std::abs(off.g), std::abs(off.b)}) < kAlike ? 1 : 0;
+  }
+  return static_cast<double>(same) > kNearlyAll * static_cast<double>(a.code.size());
+}
+
+} // namespace
+
 std::optional<std::string> no_bracket(const Bracket& bracket) {
   if (bracket.places.empty())
     return "no picture can be used";
@@ -86,6 +108,10 @@ std::optional<std::string> no_bracket(const Bracket& bracket) {
         "one exposure only: {}; take the scene with at least three, one or two stops apart, from a tripod",
         bracket.places.size() == 1 ? "there is a single picture"
                                    : fmt::format("all {} pictures have the same exposure time", bracket.places.size()));
+  const auto differs = [](const PlaceCodes& a, const PlaceCodes& b) { return !alike(a, b); };
+  if (std::ranges::adjacent_find(bracket.places, differs) == bracket.places.end())
+    return "all pictures are alike although their times differ: all black, all white, or one exposure; change the "
+           "exposure time of the camera between them";
   return std::nullopt;
 }
 

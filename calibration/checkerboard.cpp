@@ -13,10 +13,13 @@ namespace {
 
 constexpr int kSearchSide = 1400;     ///< pixels, longest side of the picture that is searched
 constexpr double kOverExposed = 0.35; ///< of the pixels at their largest value
+constexpr int kTop = 254;             ///< codes from here on may stand for any amount of light
+constexpr double kWhiteLost = 0.5;    ///< of the white pixels of a board: at the top
 constexpr double kDark = 12.0;        ///< of 255: brightest twentieth
 constexpr double kSharp = 30.0;       ///< variance of the Laplacian at the search size
-constexpr double kDarkBorder = 0.12;  ///< of the mean brightness: outside of the circle
-constexpr double kRound = 0.012;      ///< rms distance of the border from the circle / radius
+/// Of the mean brightness: outside of the circle. The one that gives the roundest circle, as noise may be brighter.
+constexpr double kDarkBorder[] = {0.12, 0.25, 0.5, 0.7};
+constexpr double kRound = 0.012; ///< rms distance of the border from the circle / radius
 constexpr std::size_t kBorderPoints = 60;
 constexpr const char* kBlurred = "blurred: no sharp edge in it; hold the camera still, or use more light";
 
@@ -36,12 +39,10 @@ std::pair<cv::Mat, double> to_search_size(const cv::Mat& grey) {
   return {small, scale};
 }
 
-/// The method that looks for squares, quickly.
+/// The method that looks for squares, at one threshold.
 std::vector<cv::Point2f> quick_search(const cv::Mat& small, BoardSize size) {
   std::vector<cv::Point2f> corners;
-  const int how = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_FAST_CHECK;
-  return cv::findChessboardCorners(small, {size.columns, size.rows}, corners, how) ? corners
-                                                                                   : std::vector<cv::Point2f>{};
+  return cv::findChessboardCorners(small, {size.columns, size.rows}, corners, 0) ? corners : std::vector<cv::Point2f>{};
 }
 
 /// Of a picture at the search size.
@@ -51,8 +52,9 @@ std::string why_not_visible(const cv::Mat& small) {
     return "over-exposed: a third of the picture is white; expose less";
   if (cv::countNonZero(small > kDark) < 0.05 * pixels)
     return "too dark; expose more";
-  cv::Mat laplacian;
-  cv::Laplacian(small, laplacian, CV_64F);
+  cv::Mat quiet, laplacian; // without the noise, which is sharp
+  cv::medianBlur(small, quiet, 5);
+  cv::Laplacian(quiet, laplacian, CV_64F);
   cv::Scalar mean, deviation;
   cv::meanStdDev(laplacian, mean, deviation);
   if (deviation[0] * deviation[0] < kSharp)
@@ -73,7 +75,7 @@ bool same_size(const cv::Size& shown, BoardSize size) {
 }
 
 /// The method that looks for squares, the one that looks for saddle points (which sees some where all is blurred), and
-/// where a picture that is well exposed shows no board of any size the first one without its short cut: that takes half
+/// where a picture that is well exposed shows less than half a board the first one at many thresholds: that takes half
 /// a minute where there is another board.
 std::vector<cv::Point2f> search(const cv::Mat& small, BoardSize size) {
   const cv::Size board(size.columns, size.rows);
@@ -82,7 +84,7 @@ std::vector<cv::Point2f> search(const cv::Mat& small, BoardSize size) {
   if (!corners.empty() || why == kBlurred ||
       cv::findChessboardCornersSB(small, board, corners, cv::CALIB_CB_NORMALIZE_IMAGE))
     return corners;
-  if (why == kNotVisible && shown_size(small).width == 0 &&
+  if (why == kNotVisible && 2 * shown_size(small).area() < board.area() &&
       cv::findChessboardCorners(small, board, corners, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE))
     return corners;
   return {};
@@ -124,6 +126,31 @@ double rms_distance(const std::vector<glm::dvec2>& points, const ImageCircle& ci
   return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
+struct RoundOutline {
+  ImageCircle circle;
+  double off = 0; ///< rms distance of the outline / radius
+};
+
+/// Circle through the points of the largest outline of what is bright that do not lie on the picture's border.
+std::optional<RoundOutline> circle_around(const cv::Mat& bright) {
+  std::vector<std::vector<cv::Point>> outlines;
+  cv::findContours(bright, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
+  if (outlines.empty())
+    return std::nullopt;
+  const auto& largest = *std::ranges::max_element(
+      outlines, {}, [](const std::vector<cv::Point>& o) { return std::abs(cv::contourArea(o)); });
+  std::vector<glm::dvec2> border;
+  for (const cv::Point& p : largest)
+    if (p.x > 2 && p.y > 2 && p.x < bright.cols - 3 && p.y < bright.rows - 3)
+      border.emplace_back(p.x, p.y);
+  if (border.size() < kBorderPoints)
+    return std::nullopt;
+  const ImageCircle circle = circle_through(border);
+  return circle.radius > 0 && circle.radius < std::hypot(bright.cols, bright.rows)
+             ? std::optional(RoundOutline{circle, rms_distance(border, circle) / circle.radius})
+             : std::nullopt;
+}
+
 } // namespace
 
 std::optional<std::vector<glm::dvec2>> find_checkerboard(const Rgb8Image& picture, BoardSize size) {
@@ -159,6 +186,28 @@ std::string why_not_visible(const Rgb8Image& picture) {
   return why_not_visible(to_search_size(grey_of(picture)).first);
 }
 
+/// White are pixels between the corners that are nearer to the 95th percentile of these than to the 5th.
+bool white_is_lost(const Rgb8Image& picture, const std::vector<glm::dvec2>& corner_px) {
+  std::vector<cv::Point> corners, outline;
+  for (const glm::dvec2& p : corner_px)
+    corners.emplace_back(static_cast<int>(std::lround(p.x)), static_cast<int>(std::lround(p.y)));
+  cv::convexHull(corners, outline);
+  const cv::Mat grey = grey_of(picture);
+  cv::Mat board = cv::Mat::zeros(grey.size(), CV_8U);
+  cv::fillConvexPoly(board, outline, 255);
+  std::vector<std::uint8_t> codes;
+  for (int y = 0; y < grey.rows; ++y)
+    for (int x = 0; x < grey.cols; ++x)
+      if (board.at<std::uint8_t>(y, x) > 0)
+        codes.push_back(grey.at<std::uint8_t>(y, x));
+  if (codes.empty())
+    return false;
+  std::ranges::sort(codes);
+  const int black = codes[codes.size() / 20], white = codes[codes.size() - 1 - codes.size() / 20];
+  const auto from = [&](int code) { return codes.end() - std::ranges::lower_bound(codes, code); };
+  return static_cast<double>(from(kTop)) > kWhiteLost * static_cast<double>(from((black + white) / 2));
+}
+
 void CircleFinder::add(const Rgb8Image& picture) {
   if (brightest_.empty()) {
     width_ = picture.width;
@@ -171,28 +220,17 @@ void CircleFinder::add(const Rgb8Image& picture) {
     brightest_[i] = std::max({brightest_[i], picture.bytes[3 * i], picture.bytes[3 * i + 1], picture.bytes[3 * i + 2]});
 }
 
-/// Largest outline of what is bright; its points that do not lie on the picture's border, and the circle through them.
 ImageCircle CircleFinder::find() const {
   if (brightest_.empty())
     return {};
-  cv::Mat bright = cv::Mat(height_, width_, CV_8U, const_cast<std::uint8_t*>(brightest_.data())).clone(), mask;
+  cv::Mat bright = cv::Mat(height_, width_, CV_8U, const_cast<std::uint8_t*>(brightest_.data())).clone();
   cv::medianBlur(bright, bright, 5);
-  cv::threshold(bright, mask, std::max(kDarkBorder * cv::mean(bright)[0], 8.0), 255, cv::THRESH_BINARY);
-  std::vector<std::vector<cv::Point>> outlines;
-  cv::findContours(mask, outlines, cv::RETR_EXTERNAL, cv::CHAIN_APPROX_NONE);
-  if (outlines.empty())
-    return {};
-  const auto& largest = *std::ranges::max_element(
-      outlines, {}, [](const std::vector<cv::Point>& o) { return std::abs(cv::contourArea(o)); });
-  std::vector<glm::dvec2> border;
-  for (const cv::Point& p : largest)
-    if (p.x > 2 && p.y > 2 && p.x < width_ - 3 && p.y < height_ - 3)
-      border.emplace_back(p.x, p.y);
-  if (border.size() < kBorderPoints)
-    return {};
-  const ImageCircle circle = circle_through(border);
-  const bool round = circle.radius > 0 && rms_distance(border, circle) < kRound * circle.radius;
-  return round && circle.radius < std::hypot(width_, height_) ? circle : ImageCircle{};
+  const double mean = cv::mean(bright)[0];
+  RoundOutline best{{}, kRound};
+  for (const double border : kDarkBorder)
+    if (const auto found = circle_around(bright > std::max(border * mean, 8.0)); found && found->off < best.off)
+      best = *found;
+  return best.circle;
 }
 
 } // namespace daylit::calibration

@@ -28,6 +28,8 @@ inline constexpr const char *kOtherBoard = "shows a board of ", ///< begins a re
 std::string why_not_found(const Rgb8Image& picture, BoardSize size);
 /// The same of any board: over-exposed, too dark, blurred, or not there.
 std::string why_not_visible(const Rgb8Image& picture);
+/// Whether most of the white between these corners of a board is at the top of the range.
+bool white_is_lost(const Rgb8Image& picture, const std::vector<glm::dvec2>& corner_px);
 
 /// Circle of a fish-eye picture: what is never dark in any of the pictures (their brightest value per pixel).
 class CircleFinder {

@@ -239,8 +239,14 @@ Result<double> scale_of_spot(const std::string& spot, const ChartPicture& chart,
   return (*n)[2] / measured;
 }
 
-std::vector<std::string> faults_of(const ColourResult& r, const ChartCorners& corners, bool upside_down) {
+std::vector<std::string> faults_of(const ColourResult& r, const std::array<ChartPatch, kPatches>& patches,
+                                   const ChartCorners& corners, bool upside_down) {
   std::vector<std::string> faults;
+  if (const auto saturated = std::ranges::count_if(patches, &ChartPatch::saturated); saturated > 0)
+    faults.push_back(
+        fmt::format("over-exposed: {} of {} patches are saturated and had no part; expose so that the white "
+                    "patch is below the top of the range",
+                    saturated, kPatches));
   if (upside_down || std::abs(turn_of(corners)) > kUpsideDown_deg)
     faults.push_back("chart upside down: turn the chart, or the picture, so that the row of greys is at the bottom");
   if (!upside_down && r.fit.held_out > kLargeError)
@@ -306,7 +312,7 @@ Result<void> run(CommonOptions& o, const ColourOptions& options) {
   report.figures = figures(result);
   report.text = text_of(result);
   report.html = page(result, *chart, *patches, *reference);
-  judge(report, faults_of(result, **corners, upside_down),
+  judge(report, faults_of(result, *patches, **corners, upside_down),
         fmt::format("patches that were left out in turn are {:.1f} off (Delta E 2000), before calibration {:.1f}",
                     result.fit.held_out, result.fit.before));
   return deliver_result(o, kColourKind, report, [&] { return write_file_atomically(o.output, file_text(result)); });

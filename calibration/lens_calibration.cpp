@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <set>
@@ -17,6 +19,7 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kOdd = 3.5; ///< times the median of the views' errors: a view that does not belong
 constexpr double kOddLeast_px = 0.3;
+constexpr double kSpoilt = 1.5;          ///< usual error with a view that does not belong / without it
 constexpr std::size_t kEnough = 6;       ///< views
 constexpr double kLargeRms = 1.0 / 1000; ///< of the picture's width, and at least a pixel
 constexpr double kHeldOut = 1.5;         ///< held-out error / error: beyond, the lens follows single pictures
@@ -27,6 +30,7 @@ constexpr double kCovered = 0.4;         ///< of the parts of the picture
 constexpr int kParts = 8;
 constexpr double kAsGood = 1.01;      ///< held-out error of an ideal curve / of the polynomial
 constexpr double kManyDropped = 0.25; ///< of the pictures: left out for one reason
+constexpr double kManyBright = 0.75;  ///< of the pictures that count: over-exposed
 
 Error interrupted() { return interrupted_error("calibration"); }
 
@@ -35,23 +39,55 @@ std::vector<double> sorted(std::vector<double> values) {
   return values;
 }
 
-/// Leaves out the worst view while it is far worse than the usual one, and fits again.
+/// A view that does not belong: what it is off by, what the others usually are, and their lens.
+struct OddView {
+  std::size_t view = 0;
+  double rms_px = 0, usual_px = 0;
+  std::optional<LensFit> others;
+};
+
+double usual_of(const LensFit& fit) { return sorted(fit.view_rms_px)[(fit.view_rms_px.size() - 1) / 2]; }
+
+bool is_odd(double rms_px, double usual_px) { return rms_px >= kOdd * usual_px && rms_px >= usual_px + kOddLeast_px; }
+
+std::vector<BoardView> without(std::vector<BoardView> views, std::size_t v) {
+  views.erase(views.begin() + static_cast<std::ptrdiff_t>(v));
+  return views;
+}
+
+/// The worst view where it is far worse than the usual one; else a view that spoils the fit of all others, which then
+/// is no worse than they are: without it they agree far better, and their lens does not explain it.
+std::optional<OddView> odd_view(const LensFit& fit, const std::vector<BoardView>& views) {
+  const auto worst = static_cast<std::size_t>(std::ranges::max_element(fit.view_rms_px) - fit.view_rms_px.begin());
+  const double usual = usual_of(fit);
+  if (is_odd(fit.view_rms_px[worst], usual))
+    return OddView{worst, fit.view_rms_px[worst], usual, refit_lens(fit.lens, without(views, worst))};
+  std::optional<OddView> odd;
+  for (std::size_t v = 0; usual > kOddLeast_px && v < views.size(); ++v) {
+    auto others = refit_lens(fit.lens, without(views, v));
+    const auto rms = others ? held_out_rms(others->lens, views[v]) : std::nullopt;
+    if (!rms || usual < kSpoilt * usual_of(*others) || !is_odd(*rms, usual_of(*others)))
+      continue;
+    if (!odd || usual_of(*others) < odd->usual_px)
+      odd = OddView{v, *rms, usual_of(*others), std::move(others)};
+  }
+  return odd;
+}
+
+/// Leaves out odd views one by one, and fits again.
 Result<LensFit> fit_without_odd_views(LensKind kind, int width_px, int height_px, const ImageCircle& circle,
                                       std::vector<BoardView>& views, std::vector<DroppedPicture>& dropped) {
   Result<LensFit> fit = fit_lens(kind, width_px, height_px, circle, views);
   while (fit && views.size() > kFewestViews) {
-    const std::vector<double>& rms = fit->view_rms_px;
-    const auto worst = static_cast<std::size_t>(std::ranges::max_element(rms) - rms.begin());
-    const double usual = sorted(rms)[(rms.size() - 1) / 2];
-    if (rms[worst] < kOdd * usual || rms[worst] < usual + kOddLeast_px)
+    auto odd = odd_view(*fit, views);
+    if (!odd)
       break;
-    dropped.push_back({views[worst].name,
+    dropped.push_back({views[odd->view].name,
                        fmt::format("its corners are {:.2g} px off where the others are {:.2g}: another board, another "
                                    "camera, or a board that is bent or was moved",
-                                   rms[worst], usual)});
-    views.erase(views.begin() + static_cast<std::ptrdiff_t>(worst));
-    const auto again = refit_lens(fit->lens, views);
-    fit = again ? Result<LensFit>(*again) : fit_lens(kind, width_px, height_px, circle, views);
+                                   odd->rms_px, odd->usual_px)});
+    views = without(std::move(views), odd->view);
+    fit = odd->others ? Result<LensFit>(std::move(*odd->others)) : fit_lens(kind, width_px, height_px, circle, views);
   }
   return fit;
 }
@@ -64,9 +100,7 @@ Result<double> held_out_error(const LensFit& fit, const std::vector<BoardView>& 
   for (std::size_t v = 0; v < views.size(); ++v) {
     if (!progress("held-out pictures", static_cast<double>(v) / static_cast<double>(views.size())))
       return interrupted();
-    std::vector<BoardView> others = views;
-    others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
-    const auto lens = refit_lens(fit.lens, others, curve_free);
+    const auto lens = refit_lens(fit.lens, without(views, v), curve_free);
     const auto rms = lens ? held_out_rms(lens->lens, views[v]) : std::nullopt;
     if (rms) {
       sum += *rms * *rms;
@@ -178,11 +212,13 @@ double reach_in_circle(const LensCalibration& c) {
   return reach / c.circle.radius;
 }
 
-/// Why pictures were left out, by the number of those that a reason holds for.
-std::map<std::string, std::size_t> reasons_of(const std::vector<DroppedPicture>& dropped) {
-  std::map<std::string, std::size_t> reasons;
+/// Why pictures were left out, and how many for this reason; the most frequent one first.
+std::vector<std::pair<std::string, std::size_t>> reasons_of(const std::vector<DroppedPicture>& dropped) {
+  std::map<std::string, std::size_t> count;
   for (const DroppedPicture& d : dropped)
-    ++reasons[d.why];
+    ++count[d.why];
+  std::vector<std::pair<std::string, std::size_t>> reasons(count.begin(), count.end());
+  std::ranges::stable_sort(reasons, std::greater{}, [](const auto& reason) { return reason.second; });
   return reasons;
 }
 
@@ -196,10 +232,28 @@ void add_common_reasons(const LensCalibration& c, std::vector<std::string>& faul
                                    count, all, why));
 }
 
+/// Names of the pictures that count although the white of their board is at the top of the range.
+std::vector<std::string> over_exposed(const LensCalibration& c) {
+  std::vector<std::string> names;
+  for (const BoardView& view : c.views)
+    if (view.over_exposed)
+      names.push_back(view.name);
+  return names;
+}
+
+bool many(const std::vector<std::string>& bright, const LensCalibration& c) {
+  return !bright.empty() && static_cast<double>(bright.size()) >= kManyBright * static_cast<double>(c.views.size());
+}
+
 /// Reasons against the result, each with what to do.
 std::vector<std::string> faults_of(const LensCalibration& c) {
   std::vector<std::string> faults;
   add_common_reasons(c, faults);
+  if (const auto bright = over_exposed(c); many(bright, c))
+    faults.push_back(
+        fmt::format("over-exposed: the white of the board is at the top of the range in {} of {} pictures, "
+                    "so that its edges are less certain; expose less",
+                    bright.size(), c.views.size()));
   const LensModel& lens = c.fit.lens;
   if (c.views.size() < kEnough)
     faults.push_back(fmt::format("only {} pictures count; take at least {}", c.views.size(), kEnough));
@@ -226,6 +280,15 @@ std::vector<std::string> faults_of(const LensCalibration& c) {
   return faults;
 }
 
+void add_praise(LensCalibration& c) {
+  c.why.push_back(fmt::format("{} pictures agree within {:.2f} px, pictures that were left out within {:.2f}",
+                              c.views.size(), c.fit.rms_px, c.held_out_rms_px));
+  if (const double field = c.fit.lens.max_theta / kDegree; c.kind == LensKind::equidistant && field > c.reach_deg + 1.0)
+    c.why.push_back(fmt::format("corners reach {:.0f} degrees from the axis; from there to {:.0f}, the edge of the "
+                                "circle, the lens is continued",
+                                c.reach_deg, field));
+}
+
 void judge(LensCalibration& c) {
   c.tilt_spread_deg = tilt_spread(c.fit);
   c.reach_deg = reach_of(c);
@@ -234,14 +297,10 @@ void judge(LensCalibration& c) {
   c.pass = c.why.empty();
   if (c.kind == LensKind::equidistant)
     c.fit.lens.max_theta = field_of(c);
-  if (!c.pass)
-    return;
-  c.why.push_back(fmt::format("{} pictures agree within {:.2f} px, pictures that were left out within {:.2f}",
-                              c.views.size(), c.fit.rms_px, c.held_out_rms_px));
-  if (const double field = c.fit.lens.max_theta / kDegree; c.kind == LensKind::equidistant && field > c.reach_deg + 1.0)
-    c.why.push_back(fmt::format("corners reach {:.0f} degrees from the axis; from there to {:.0f}, the edge of the "
-                                "circle, the lens is continued",
-                                c.reach_deg, field));
+  if (c.pass)
+    add_praise(c);
+  if (const auto bright = over_exposed(c); !bright.empty() && !many(bright, c))
+    c.why.push_back(fmt::format("over-exposed, though in use: {}", fmt::join(bright, ", ")));
 }
 
 /// No lens: which pictures do not show the board, and why.
@@ -301,6 +360,10 @@ Result<LensCalibration> calibrate_lens(LensKind kind, const Target& target, std:
     if (!progress("pictures", static_cast<double>(i) / static_cast<double>(count)))
       return interrupted();
     const Result<BoardPicture> taken = read(i);
+    if (!taken && taken.error().code == ErrorCode::file_malformed) {
+      dropped.push_back({std::filesystem::path(taken.error().where).filename().string(), taken.error().what});
+      continue;
+    }
     if (!taken)
       return taken.error();
     const Rgb8Image& picture = taken->picture;
@@ -320,7 +383,7 @@ Result<LensCalibration> calibrate_lens(LensKind kind, const Target& target, std:
     if (found->corner_px.empty())
       dropped.push_back({taken->file, found->why});
     else
-      views.push_back({taken->file, std::move(found->corner_px), std::move(found->board_m)});
+      views.push_back({taken->file, std::move(found->corner_px), std::move(found->board_m), found->white_is_lost});
   }
   return calibrate_views(kind, target.size, width_px, height_px, circle.find(), std::move(views), std::move(dropped),
                          progress);

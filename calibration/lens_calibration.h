@@ -43,7 +43,7 @@ struct BoardPicture {
 
 /// Pictures are asked for one after another: `read(i)` of `count`. A picture that cannot be used is named in `dropped`.
 /// Fewer than three pictures can be used:
-/// no views, and `why` says so. Errors: interrupted; usage, an unknown dictionary.
+/// no views, and `why` says so. Errors: interrupted; usage, an unknown dictionary; a file that cannot be opened.
 Result<LensCalibration> calibrate_lens(LensKind kind, const Target& target, std::size_t count,
                                        const std::function<Result<BoardPicture>(std::size_t)>& read,
                                        const Progress& progress);

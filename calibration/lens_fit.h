@@ -23,6 +23,7 @@ struct BoardView {
   std::string name;
   std::vector<glm::dvec2> corner_px;
   std::vector<glm::dvec3> board_m; ///< as many, in the board's own plane z = 0
+  bool over_exposed = false;       ///< most of the board's white is at the top of the range
 };
 
 /// Inner corners of a checkerboard, metres, in its own plane z = 0; row by row.

@@ -22,6 +22,8 @@ namespace {
 
 constexpr double kStated = 1.25;    ///< measured over stated exposure
 constexpr double kOverRange = 0.02; ///< of the light in pixels that are brighter than the shortest exposure holds
+constexpr float kDim = 0.1f;        ///< of the largest code
+constexpr double kHardlyAny = 0.01; ///< of the places
 constexpr double kGhosts = 0.05;    ///< of the pixels
 constexpr float kBright = 0.4f;     ///< of white: what the 80th percentile of the preview becomes
 
@@ -61,8 +63,20 @@ double light_over_range(const MergedBracket& merged) {
   return all > 0 ? over / all : 0.0;
 }
 
+/// Whether hardly any place of the longest exposure is bright; places without a code may be.
+bool under_exposed(const PlaceCodes& longest) {
+  const auto bright = std::ranges::count_if(longest.code, [](const Rgb& code) {
+    return std::min({code.r, code.g, code.b}) < 0.0f || std::max({code.r, code.g, code.b}) > kDim;
+  });
+  return static_cast<double>(bright) < kHardlyAny * static_cast<double>(longest.code.size());
+}
+
 std::vector<std::string> faults_of(const Merged& m, const Bracket& bracket) {
   std::vector<std::string> faults;
+  if (under_exposed(bracket.places.back()))
+    faults.push_back(
+        "under-exposed: hardly anything is brighter than a tenth of the range in the longest exposure; add a "
+        "longer one");
   const auto pixels = static_cast<double>(m.bracket.radiance.texels.size());
   if (m.over_range_light > kOverRange)
     faults.push_back(

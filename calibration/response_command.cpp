@@ -47,6 +47,14 @@ std::optional<double> repeating_step(const Bracket& bracket) {
   return smallest > kLargeStep && largest < kAlike * smallest ? std::optional(smallest) : std::nullopt;
 }
 
+/// Whether most places are saturated (or edges: neither has a code).
+bool is_white(const PlaceCodes& shortest) {
+  const auto without = std::ranges::count_if(shortest.code, [](const Rgb& code) {
+    return std::max({code.r, code.g, code.b}) < 0.0f;
+  });
+  return 2 * without > std::ssize(shortest.code);
+}
+
 std::vector<std::string> faults_of(const ResponseFit& fit, const Bracket& bracket) {
   std::vector<std::string> faults;
   if (bracket.files.different_times() < 3)
@@ -129,7 +137,11 @@ Result<void> run(CommonOptions& o, const ResponseOptions& options) {
       fit_response(bracket->places, options.method == "debevec" ? ResponseMethod::debevec : ResponseMethod::robertson,
                    options.bracket.mosaic != "mono");
   if (!fit)
-    return deliver_without_result(o, std::move(report), {fit.error().what + "; " + fit.error().hint});
+    return deliver_without_result(o, std::move(report),
+                                  {is_white(bracket->places.front())
+                                       ? "over-exposed: even the shortest exposure is white nearly everywhere; take "
+                                         "shorter ones"
+                                       : fit.error().what + "; " + fit.error().hint});
   const bool linear = is_linear(*fit);
   report.figures = figures(*fit, *bracket, options.method);
   report.text = fmt::format("residual   {:.2f} %, at places that had no part in the fit {:.2f} %\n",

@@ -28,6 +28,7 @@ struct FoundBoard {
   std::vector<glm::dvec2> corner_px; ///< subpixel; pixel centres are whole numbers; empty: not found
   std::vector<glm::dvec3> board_m;   ///< where these corners are on the board
   std::string why;                   ///< not found: the reason, and what to do
+  bool white_is_lost = false;        ///< found: most of its white is at the top of the range
 };
 
 /// Error usage: unknown dictionary.

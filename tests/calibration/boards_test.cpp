@@ -102,11 +102,31 @@ TEST_P(SittingThatFails, is_told_why) {
   EXPECT_TRUE(says(found, GetParam().verdict)) << found.json["why"];
 }
 
-INSTANTIATE_TEST_SUITE_P(Boards, SittingThatFails,
-                         testing::Values(Failure{"blurred", "--blur 9", "6 of 6 pictures: blurred"},
-                                         Failure{"white", "--exposure 60", "6 of 6 pictures: over-exposed"},
-                                         Failure{"dark", "--exposure 0.0001 --noise 0", "6 of 6 pictures: too dark"},
-                                         Failure{"alike", "--tilt 3 --reach 0.1", "all pictures are alike"}));
+INSTANTIATE_TEST_SUITE_P(
+    Boards, SittingThatFails,
+    testing::Values(Failure{"blurred", "--blur 9", "6 of 6 pictures: blurred"},
+                    Failure{"noisy", "--blur 9 --noise 0.03", "6 of 6 pictures: blurred"},
+                    Failure{"white", "--exposure 60", "6 of 6 pictures: over-exposed"},
+                    Failure{"bright", "--exposure 3",
+                            "over-exposed: the white of the board is at the top of the range in 6 of 6"},
+                    Failure{"dark", "--exposure 0.0001 --noise 0", "6 of 6 pictures: too dark"},
+                    Failure{"alike", "--tilt 3 --reach 0.1", "all pictures are alike"}));
+
+TEST(Checkerboard, a_picture_that_is_over_exposed_or_damaged_is_named_and_does_no_harm) {
+  const fs::path folder = sitting("one-bright", "");
+  ASSERT_TRUE(photographs(folder, "--lens camera.yaml --views 1 --exposure 4"));
+  fs::rename(folder / "p/photograph-00.png", folder / "p/bright.png");
+  ASSERT_TRUE(photographs(folder, "--lens camera.yaml --views 12 --seed 5"));
+  const auto found = lens(folder, "camera --board 9x6 --square 0.03");
+  EXPECT_EQ(found.json["verdict"], "pass") << found.json["why"];
+  EXPECT_EQ(found.json["used"].size(), 13u);
+  EXPECT_TRUE(says(found, "over-exposed, though in use: bright.png\"")) << found.json["why"];
+  std::ofstream(folder / "p/damaged.png") << "no picture";
+  const auto damaged = lens(folder, "camera --board 9x6 --square 0.03");
+  EXPECT_EQ(damaged.json["used"].size(), 13u);
+  ASSERT_EQ(damaged.json["dropped"].size(), 1u);
+  EXPECT_EQ(damaged.json["dropped"][0]["file"], "damaged.png");
+}
 
 TEST(Checkerboard, a_wrong_size_and_two_boards_are_told_apart) {
   const fs::path folder = sitting("two-boards", "");

@@ -1,6 +1,8 @@
 // Corners in pictures that are drawn through a known lens.
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -88,6 +90,20 @@ TEST(Checkerboard, circle_of_a_fisheye_is_found_and_none_where_there_is_none) {
   CircleFinder none;
   none.add({640, 480, std::vector<std::uint8_t>(3 * 640 * 480, 120)});
   EXPECT_EQ(none.find().radius, 0.0);
+}
+
+TEST(Checkerboard, circle_is_found_where_noise_is_brighter_than_a_tenth_of_the_picture) {
+  Case c;
+  c.lens.max_theta = 90 * test::kDegree;
+  Rgb8Image picture = picture_of(c.lens, c.pose, 1.0);
+  std::mt19937 random(2);
+  std::uniform_int_distribution<int> noise(0, 40);
+  for (std::uint8_t& code : picture.bytes)
+    code = static_cast<std::uint8_t>(std::min(255, code + noise(random)));
+  CircleFinder finder;
+  finder.add(picture);
+  const double radius = c.lens.project({1, 0, 1e-9})->x - c.lens.cx;
+  EXPECT_NEAR(finder.find().radius, radius, 0.01 * radius);
 }
 
 } // namespace

@@ -125,18 +125,22 @@ TEST(ColourProgram, gives_the_matrix_to_another_camera_and_the_scale_of_a_spot) 
   EXPECT_EQ(test::calibrate(folder, "colour a.exr --spot 9999,10,700 -o out.toml").exit_code, 2);
 }
 
-TEST(ColourProgram, says_that_the_chart_is_upside_down_or_not_there) {
+TEST(ColourProgram, says_that_the_chart_is_over_exposed_upside_down_or_not_there) {
   const fs::path folder = test::fresh_folder("upside");
   RgbImage picture = chart_picture(0.005, 0.0, kCamera, 2.2);
-  const auto write = [&] {
+  const auto write = [&](float gain = 1.0f) {
     Rgb8Image bytes{picture.width, picture.height, {}};
     for (const Rgb& texel : picture.texels)
       for (int c = 0; c < 3; ++c)
-        bytes.bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * texel[c])));
+        bytes.bytes.push_back(static_cast<std::uint8_t>(std::lround(255 * std::min(gain * texel[c], 1.0f))));
     EXPECT_TRUE(write_png(folder / "chart.png", bytes));
   };
+  write(1.2f);
+  const auto bright = test::calibrate(folder, "colour chart.png -o out.toml");
+  EXPECT_EQ(bright.json.value("verdict", ""), "repeat");
+  EXPECT_TRUE(test::says(bright, "over-exposed: ")) << bright.json;
   write();
-  const auto good = test::calibrate(folder, "colour chart.png -o out.toml");
+  const auto good = test::calibrate(folder, "colour chart.png -o out.toml --force");
   EXPECT_EQ(good.json.value("verdict", ""), "pass") << good.json;
   std::ranges::reverse(picture.texels);
   write();

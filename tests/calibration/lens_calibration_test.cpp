@@ -99,6 +99,56 @@ TEST(CameraCalibration, lens_is_found_and_the_verdict_is_pass) {
   EXPECT_LT(found->held_out_rms_px, 1.3 * found->fit.rms_px);
 }
 
+/// A print before a fish-eye: its axes, and its corner, 50 mm and 50 mm from the first inner corner of the board.
+struct PrintPose {
+  glm::dvec3 x, y, corner;
+};
+
+/// Eight of a board, two of one whose squares are 8 % wider than high; all upright, so that part of it may be the lens.
+const std::vector<PrintPose> kUpright = {
+    {{0.9703, 0.02005, 0.2411}, {0.06174, 0.943, -0.3269}, {-0.1795, -0.1471, 0.1997}},
+    {{0.9635, -0.2198, 0.1526}, {0.2644, 0.8704, -0.4153}, {-0.2947, -0.008222, 0.2016}},
+    {{0.9873, -0.1432, 0.06913}, {0.08289, 0.8345, 0.5447}, {-0.1718, -0.2469, 0.02108}},
+    {{0.9574, 0.1869, -0.2202}, {-0.2796, 0.7906, -0.5448}, {-0.07835, -0.0003283, 0.2304}},
+    {{0.983, -0.1674, 0.07594}, {0.09756, 0.8253, 0.5562}, {-0.2174, -0.253, -0.01635}},
+    {{0.99, 0.02162, -0.1391}, {-0.09487, 0.8325, -0.5458}, {-0.1893, 0.04558, 0.2177}},
+    {{0.9942, -0.08868, -0.06051}, {0.1072, 0.7939, 0.5985}, {-0.1867, -0.2808, 0.004774}},
+    {{0.9988, 0.04737, 0.008481}, {-0.0436, 0.8161, 0.5762}, {-0.1834, -0.2867, -0.0149}},
+    {{0.6547, -0.09666, -0.7496}, {0.1706, 0.9851, 0.02195}, {-0.07055, -0.09819, 0.2831}},
+    {{0.972, -0.0257, 0.2334}, {-0.1074, 0.8352, 0.5394}, {-0.2635, -0.2549, -0.01254}}};
+
+std::vector<BoardView> upright_views(unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> noise(0.0, 0.2);
+  std::vector<BoardView> views;
+  for (const PrintPose& pose : kUpright) {
+    const bool wrong = views.size() >= 8;
+    BoardView view{(wrong ? "wrong" : "good") + std::to_string(views.size()),
+                   {},
+                   board_points(kBoard.columns, kBoard.rows, kSquare_m)};
+    for (const glm::dvec3& p : view.board_m) {
+      const auto px = test::true_fisheye().project(pose.corner + (p.x + 0.05) * pose.x +
+                                                   (p.y + 0.05) / (wrong ? 1.08 : 1.0) * pose.y);
+      view.corner_px.push_back(px.value() + glm::dvec2(noise(random), noise(random)));
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+TEST(FisheyeCalibration, views_that_spoil_the_fit_of_all_others_are_named) {
+  const LensModel truth = test::true_fisheye();
+  for (unsigned seed = 1; seed <= 2; ++seed) {
+    const auto found = calibrate_views(LensKind::equidistant, kBoard, truth.width_px, truth.height_px,
+                                       circle_of(truth, 95 * kDegree), upright_views(seed), {}, go_on);
+    ASSERT_TRUE(found) << found.error().message();
+    EXPECT_EQ(found->dropped.size(), 2u) << "seed " << seed;
+    for (const DroppedPicture& d : found->dropped)
+      EXPECT_TRUE(d.file.starts_with("wrong")) << d.file << ": " << d.why;
+    EXPECT_LT(found->fit.rms_px, 0.35) << "seed " << seed;
+  }
+}
+
 bool says(const std::vector<std::string>& why, const char* what) {
   return std::ranges::any_of(why, [&](const std::string& w) { return w.find(what) != std::string::npos; });
 }

@@ -187,7 +187,39 @@ TEST(ResponseProgram, one_exposure_only_is_said) {
     EXPECT_TRUE(test::says(same, "one exposure only")) << same.json;
     EXPECT_FALSE(fs::exists(folder / "out.txt"));
     EXPECT_TRUE(test::says(test::calibrate(folder, std::string(command) + "e1.png -o out.txt"), "one exposure only"));
+    EXPECT_TRUE(
+        test::says(test::calibrate(folder, std::string(command) + "e1.png e1.png e1.png --exposures 1,2,4 -o out.txt"),
+                   "all pictures are alike although their times differ"));
   }
+}
+
+TEST(ResponseProgram, a_bracket_that_is_white_throughout_is_said) {
+  const fs::path folder = test::fresh_folder("white");
+  std::mt19937 random(8);
+  for (const int k : {2, 8}) {
+    const auto picture = exposed(
+        1e3 * k, 8, [](double e) { return e; }, random);
+    EXPECT_TRUE(write_png(folder / fmt::format("{}.png", k), view_of(picture.code, false)));
+  }
+  const auto white = test::calibrate(folder, "response 2.png 8.png --exposures 2,8 -o out.txt");
+  EXPECT_EQ(white.exit_code, 1);
+  EXPECT_TRUE(test::says(white, "over-exposed: ")) << white.json;
+}
+
+TEST(MergeProgram, a_bracket_that_is_dark_throughout_is_said) {
+  const fs::path folder = test::fresh_folder("dark");
+  std::mt19937 random(8);
+  for (const int k : {2, 8}) {
+    const auto picture = exposed(
+        1e-6 * k, 8, [](double e) { return e; }, random);
+    EXPECT_TRUE(write_png(folder / fmt::format("{}.png", k), view_of(picture.code, false)));
+  }
+  const auto dark = test::calibrate(folder, "merge 2.png 8.png --exposures 2,8 -o out.exr");
+  EXPECT_EQ(dark.json.value("verdict", ""), "repeat");
+  EXPECT_TRUE(test::says(dark, "under-exposed")) << dark.json;
+  EXPECT_FALSE(test::says(
+      test::calibrate(folder, "merge " + png_bracket(folder) + "--exposures 0.0625,0.25,1,4,16 -o out.exr --force"),
+      "under-exposed"));
 }
 
 TEST(ResponseProgram, equal_large_steps_before_a_curve_are_said) {
