@@ -8,25 +8,19 @@
 
 #include <glm/geometric.hpp>
 
+#include "precompute/detail/point_ratios.h"
 #include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
 namespace {
 
+using detail::PointRatios;
+using detail::Ratio;
+
 constexpr std::size_t kPoints = 128;
 constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
 constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a facet its own shape shows
-
-/// nrms = sqrt(sum (value - truth)^2 / sum truth^2).
-struct Ratio {
-  double error2 = 0, power2 = 0;
-  void add(double value, double truth) {
-    error2 += (value - truth) * (value - truth);
-    power2 += truth * truth;
-  }
-  double nrms() const { return power2 > 0 ? std::sqrt(error2 / power2) : 0.0; }
-};
 
 /// Coefficient (l, c) of row `point` for one column of [point][lm][channel * columns + column].
 struct Column {
@@ -46,6 +40,12 @@ void add(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
   for (std::size_t l = 0; l < 9; ++l)
     for (int c = 0; c < 3; ++c)
       ratio.add(static_cast<double>(value[l][c]), static_cast<double>(truth[l][c]));
+}
+
+Ratio ratio_of(const Sh9Rgb& value, const Sh9Rgb& truth) {
+  Ratio ratio;
+  add(ratio, value, truth);
+  return ratio;
 }
 
 /// Irradiance on the six axes, to order 4 where the coefficients are there.
@@ -192,7 +192,8 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
   const Column at_points{exact_at_points, skies_.size(), s}, band4{band4_at_points, skies_.size(), s},
       at_probes{exact_at_probes, skies_.size(), s};
   LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
-  Ratio total, sky_part, grid_part, received, nine_leave, standing;
+  Ratio sky_part, received, nine_leave, standing;
+  PointRatios total, grid_part;
   for (std::size_t p = 0; p < probes.size(); ++p) {
     exact.probe[probes[p]] = at_probes.at(p);
     add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
@@ -205,14 +206,14 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
       add_irradiance(standing, got, all);
       continue;
     }
-    add(total, got.nine, truth);
+    total.add(ratio_of(got.nine, truth));
     if (p % grid_step_ == 0)
-      add(grid_part, sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth);
+      grid_part.add(ratio_of(sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth));
     add_irradiance(received, got, all);
     add_irradiance(nine_leave, {truth, {}}, all);
   }
-  return {skies_[s].name,   skies_[s].is_sun, total.nrms(),      sky_part.nrms(),
-          grid_part.nrms(), received.nrms(),  nine_leave.nrms(), standing.nrms()};
+  return {skies_[s].name,           skies_[s].is_sun, total.nrms(),      total.limited_nrms(), sky_part.nrms(),
+          grid_part.limited_nrms(), received.nrms(),  nine_leave.nrms(), standing.nrms()};
 }
 
 /// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.

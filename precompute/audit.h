@@ -23,9 +23,11 @@ namespace daylit::precompute {
 struct SkyError {
   std::string sky;
   bool is_sun = false;
-  double total = 0;     ///< the volume at the points against the transport there
-  double sky_part = 0;  ///< at Audit::probes(): what regions, nodes and stored precision change
-  double grid_part = 0; ///< exact probes, interpolated to the points (to every second of them, where the grid is large)
+  double total = 0;      ///< the volume at the points against the transport there
+  double limited = 0;    ///< the same, where no point counts for more than a tenth of the squared error
+  double sky_part = 0;   ///< at Audit::probes(): what regions, nodes and stored precision change
+  double grid_part = 0;  ///< exact probes, interpolated to the points (to every second of them, where the grid is
+                         ///< large); limited in the same way
   double irradiance = 0; ///< as irradiance on six axes, to order 4; of a volume of nine coefficients too
   double band4 = 0;      ///< what l = 4 is of the irradiance there: what nine true coefficients leave
   double standing = 0;   ///< irradiance on six axes where objects stand: AuditReport::standing

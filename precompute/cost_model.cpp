@@ -89,7 +89,7 @@ SkyErrors sky_errors(const SkyKind& sky, double compact_error) {
 }
 
 /// The calibration bake's own stages, scaled by what each grows with, and what is modelled in operations, scaled by how
-/// fast the calibration bake ran.
+/// fast the calibration bake ran: its rays and products say nothing of the compression, which meets no surface.
 double predicted_seconds(const CalibrationBake& calibration, const BakeWork& work, double visibility_rays,
                          double compact_error) {
   const bool fine = compact_error > 0;
@@ -110,7 +110,7 @@ double predicted_seconds(const CalibrationBake& calibration, const BakeWork& wor
   s += measured("form factors") * std::pow(more, model.exchange_exponent) *
        std::pow(visibility_rays / calibration.visibility_rays, model.visibility_exponent);
   s += speed * (model.ray_s * work.probes * work.gather_rays + model.solve_s * solve(work));
-  return s + speed * (fine ? model.compress_s * compression(work, compact_error) : model.product_s * product(work));
+  return s + (fine ? model.compress_s * compression(work, compact_error) : speed * model.product_s * product(work));
 }
 
 /// Regions: 27 values per probe and column. Nodes: per cluster rank x (aggregated sources + 27 probes), and what every

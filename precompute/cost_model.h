@@ -49,11 +49,11 @@ struct CostModel {
   double aggregated_fraction = 0.5;      ///< aggregated sources of a cluster / sources
   double row_padding = 1.02;             ///< rows padded to whole 16 / coefficients of the probes
   double light_bytes = 0.116;            ///< per source and node: what a source sees of the sky
-  double compress_s = 0.068;             ///< per cluster of `compress_probes`, few sources, an error of 3 % ...
+  double compress_s = 0.035;             ///< per cluster of `compress_probes`, few sources, an error of 3 % ...
   double compress_probes = 128;          ///< probes of that cluster
   double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...
   double compress_exponent = 0.6;        ///< ... ~ error^-this ...
-  double compress_sources = 2600;        ///< ... ~ 1 + sources / this
+  double compress_sources = 8700;        ///< ... ~ 1 + sources / this
 };
 
 inline constexpr CostModel kCostModel{};

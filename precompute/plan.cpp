@@ -15,8 +15,8 @@ namespace daylit::precompute {
 
 namespace {
 
-// Parts of the target. Together 0.73 of it; a bake that misses is repeated with better knowledge.
-constexpr double kMeshPart = 0.45, kGridPart = 0.5;
+// Parts of the target. Together 0.67 of it; a bake that misses is repeated with better knowledge.
+constexpr double kMeshPart = 0.45, kGridPart = 0.38;
 constexpr double kPointsPart = 0.30; ///< of the mesh at given points, where no grid adds to it
 constexpr double kSunPart = 2.0;
 constexpr double kOrderPart = 0.25; ///< of the target: what nine coefficients may leave of irradiance
@@ -31,7 +31,7 @@ constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
 constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
 // Of surfaces whose further bounces are solved together: at least so many at 2 %, and so many of the facets.
-constexpr double kClusters = 512, kFacetsInClusters = 0.25, kMostClusters = 2048;
+constexpr double kClusters = 512, kFacetsInClusters = 0.4, kMostClusters = 2048;
 constexpr int kGatherRays = 3072; ///< per probe at 2 %: noise of the rays costs components of a fine sky
 constexpr double kFinest = 1e-4;  ///< the target at which every setting is at its limit
 
@@ -76,7 +76,7 @@ private:
                                            (request_.points.empty() ? 1 : 2));
   }
 
-  /// n = 512 (2 % / target), at least a quarter of the facets: in a building every room needs its own.
+  /// n = 512 (2 % / target), at least 0.4 of the facets: in a building every room needs its own.
   void choose_clusters(double target, BakeOptions& options) const {
     const double usual = kClusters * std::clamp(0.02 / target, 0.5, 4.0),
                  facets = facets_of(options) + static_cast<double>(calibration_.fixed_facets);

@@ -33,6 +33,7 @@ std::string facets(const Plan& plan) {
                                        : format("%d facets", plan.options.target_facets);
 }
 
+constexpr double kMostGrowth = 2;     ///< of the file, by a second bake: its time depends on the machine
 constexpr double kClearlyFiner = 1.8; ///< ratio of facets from which a difference shows an error
 
 /// How much finer the mesh of the report is than one of the calibration: ratio of facets where light comes from, with
@@ -107,6 +108,7 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
   m.mesh = estimated_mesh_error(calibration, report);
   m.volume = report.audit.smooth(&SkyError::total);
   m.total = std::hypot(m.volume, m.mesh);
+  m.limited = std::hypot(report.audit.smooth(&SkyError::limited), m.mesh);
   m.irradiance = std::hypot(report.audit.smooth(&SkyError::irradiance), m.mesh);
   const double sun = report.audit.sun(&SkyError::total);
   m.sun = sun > 0 ? std::hypot(sun, m.mesh) : 0.0;
@@ -132,6 +134,10 @@ Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, con
   return BakePlan{std::move(*calibration), std::move(*plan)};
 }
 
+bool worth_a_second_bake(const Plan& first, const Plan& better) {
+  return better.predicted.total <= first.max_error && better.predicted.bytes <= kMostGrowth * first.predicted.bytes;
+}
+
 /// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce) {
@@ -144,12 +150,12 @@ Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& reque
   announce(to_text(out.plan));
   if (const Result<void> baked = bake_plan(room, store, progress, out); !baked)
     return baked.error();
-  if (out.measured.total <= request.max_error)
+  if (out.measured.limited <= request.max_error)
     return out;
-  // Once more, with the cost model tied to what was measured. A target that is now out of reach leaves the first
-  // result.
+  // Once more, with the cost model tied to what was measured. A target that is now out of reach, or far more work than
+  // was announced, leaves the first result.
   const auto better = make_plan(corrected(out.calibration, out.plan, out.report), request);
-  if (!better || better->predicted.total > request.max_error)
+  if (!better || !worth_a_second_bake(out.plan, *better))
     return out;
   announce(to_text(out.plan, out.measured) + "once more\n");
   std::optional<RepeatedStore> again;
@@ -194,7 +200,9 @@ std::string to_text(const Plan& plan, const Measured& m) {
   if (m.standing_points > 0)
     text += "\n";
   if (m.total > plan.max_error)
-    text += format("warning    the measured error is above the %.3g %% that were wanted\n", 100 * plan.max_error);
+    text +=
+        format("warning    the measured error is above the %.3g %% that were wanted; --max-error %.2g may reach them\n",
+               100 * plan.max_error, 100 * plan.max_error * plan.max_error / m.total);
   if (m.sun > 2 * plan.max_error)
     text += format("note       under a small sun the error is above twice that\n");
   return text;

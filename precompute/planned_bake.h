@@ -14,6 +14,7 @@ namespace daylit::precompute {
 /// own.
 struct Measured {
   double mesh = 0, volume = 0, total = 0, irradiance = 0, sun = 0;
+  double limited = 0; ///< total, where no point counts for much: what decides whether to bake once more
   double standing = 0, standing_sun = 0; ///< irradiance 1 to 30 cm above level faces
   std::string worst_sky;
   std::size_t points = 0, standing_points = 0;
@@ -42,6 +43,10 @@ struct PlannedBake {
   BasisVolume volume;
   bool repeated = false; ///< the first bake missed the target
 };
+
+/// Whether what a bake showed, `better`, can meet the target without far more work than was announced: a file at most
+/// twice as large. Independent of the machine, as all that decides about the result.
+bool worth_a_second_bake(const Plan& first, const Plan& better);
 
 /// `announce` is called with each plan before its bake starts, and with what a bake that misses measured.
 /// `store`: of the bakes, may be null; the second keeps its records apart from the first's.

@@ -167,6 +167,7 @@ std::string to_json(const BakeReport& r, bool times) {
   for (const SkyError& s : r.audit.sky)
     j["audit"].push_back({{"sky", s.sky},
                           {"error", s.total},
+                          {"limited", s.limited},
                           {"sky_part", s.sky_part},
                           {"probe_part", s.grid_part},
                           {"irradiance", s.irradiance},

@@ -26,7 +26,7 @@ constexpr double kShared = 0.3;               ///< so far, of its distance from 
 constexpr double kSharedEdge = 0.02;          ///< metres, the same inside an edge
 constexpr double kRectangle = 0.98;           ///< area / that of the box around it
 constexpr double kBeside = 0.6, kReach = 0.5; ///< metres around a face: so far its planes are wanted
-constexpr std::size_t kMostPlanes = 24;       ///< per axis
+constexpr std::size_t kMostPlanes = 48;       ///< per axis
 
 bool is_level(const Room& room, const RoomTriangle& t) {
   const glm::dvec3 n = area_normal(room, t);
@@ -108,15 +108,17 @@ Bounds above(const StandingFace& face, double height_m) {
 void add_beside_edges(const StandingFace& face, const Bounds& room, int axis, std::vector<ProbePlane>& planes) {
   const Bounds near = above(face, kReach), high = above(face, room.max.z - face.box.max.z);
   const bool narrow = face.box.size()[axis] < kNarrow;
+  const Bounds& inside = narrow ? high : near;
   for (const double inwards : {1.0, -1.0}) {
     const double edge = inwards > 0 ? face.box.min[axis] : face.box.max[axis],
                  wall = inwards > 0 ? room.min[axis] : room.max[axis];
     const bool at_wall = std::abs(edge - wall) < kSharedEdge;
     if (!at_wall)
-      add_plane(planes, edge + inwards * kInside[0], kSharedEdge, near);
+      add_plane(planes, edge + inwards * kInside[0], kSharedEdge, inside);
     if (narrow)
-      add_plane(planes, edge + inwards * kInside[1], kSharedEdge, near);
-    add_plane(planes, edge + inwards * kInside[2], at_wall ? kShared * kInside[2] : kSharedEdge, at_wall ? high : near);
+      add_plane(planes, edge + inwards * kInside[1], kSharedEdge, inside);
+    add_plane(planes, edge + inwards * kInside[2], at_wall ? kShared * kInside[2] : kSharedEdge,
+              at_wall ? high : inside);
   }
 }
 

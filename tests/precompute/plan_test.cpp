@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "precompute/detail/point_ratios.h"
 #include "precompute/planned_bake.h"
 #include "precompute/probe_fit.h"
 #include "scene/room/room_formats.h"
@@ -145,6 +146,38 @@ TEST(Plan, given_points_need_no_grid) {
   ASSERT_TRUE(plan) << plan.error().message();
   EXPECT_EQ(plan->options.spacing_m, 0.0);
   EXPECT_EQ(plan->options.points.size(), 2u);
+}
+
+TEST(PlannedBake, second_bake_is_for_a_target_that_it_meets_with_a_file_at_most_twice_as_large) {
+  Plan first, better;
+  first.max_error = 0.02;
+  first.predicted.bytes = 1e6;
+  better.predicted = {.total = 0.019, .bytes = 1.9e6};
+  EXPECT_TRUE(worth_a_second_bake(first, better));
+  better.predicted.bytes = 2.1e6;
+  EXPECT_FALSE(worth_a_second_bake(first, better)) << "far more work than was announced";
+  better.predicted = {.total = 0.021, .bytes = 1.5e6};
+  EXPECT_FALSE(worth_a_second_bake(first, better)) << "out of reach";
+}
+
+TEST(PointRatios, one_point_counts_for_at_most_a_tenth_of_the_limited_error) {
+  detail::PointRatios points;
+  for (int i = 0; i < 36; ++i)
+    points.add({.error2 = 1.0, .power2 = 100.0});
+  EXPECT_NEAR(points.nrms(), 0.1, 1e-12);
+  EXPECT_NEAR(points.limited_nrms(), 0.1, 1e-12);
+  points.add({.error2 = 1000.0, .power2 = 100.0});
+  EXPECT_NEAR(points.nrms(), std::sqrt(1036.0 / 3700.0), 1e-12);
+  EXPECT_NEAR(points.limited_nrms(), std::sqrt(40.0 / 3700.0), 1e-12) << "36 + a tenth of 40";
+  points.add({.error2 = 500.0, .power2 = 100.0});
+  EXPECT_NEAR(points.limited_nrms(), std::sqrt(45.0 / 3800.0), 1e-12) << "36 + two tenths of 45";
+}
+
+TEST(PointRatios, of_few_points_every_one_counts) {
+  detail::PointRatios points;
+  for (const double error2 : {1.0, 1.0, 100.0})
+    points.add({error2, 100.0});
+  EXPECT_EQ(points.limited_nrms(), points.nrms());
 }
 
 TEST(PlannedBake, prediction_and_measurement_agree_within_a_factor_of_two_and_the_target_is_met) {

@@ -77,6 +77,23 @@ TEST(StandingFaces, a_plane_that_serves_two_of_them_is_there_once) {
   EXPECT_EQ(planes[1].size(), 10u);
 }
 
+TEST(StandingFaces, planes_of_a_sill_are_wanted_up_to_the_ceiling_and_those_of_a_table_close_above_it) {
+  RoomBuilder b;
+  const auto grey = b.material("grey");
+  b.box({0, 0, 0}, {4, 5, 3}, grey);
+  b.box({1, 1, 0.74}, {2, 2, 0.75}, grey, 32);     // table
+  b.box({1, 4.7, 0.9}, {2, 4.95, 0.95}, grey, 32); // sill
+  const Planes planes = planes_near(*standing_faces(b.room), b.room.bounds());
+  const auto top = [&](double y) {
+    for (const ProbePlane& p : planes[1])
+      if (std::abs(p.at - y) < 1e-3)
+        return p.where.front().max.z;
+    return -1.0;
+  };
+  EXPECT_NEAR(top(4.715), 3.0, 1e-9);
+  EXPECT_NEAR(top(1.015), 1.25, 1e-9);
+}
+
 TEST(StandingFaces, points_are_1_to_30_cm_above_them_and_touch_nothing) {
   const Room room = furnished();
   const auto faces = standing_faces(room);
