@@ -48,7 +48,7 @@ set(DAYLIT_MAY_USE_runtime_output composite input)
 set(DAYLIT_MAY_USE_runtime_live base composite input session output)
 set(DAYLIT_MAY_USE_runtime_http "")
 set(DAYLIT_MAY_USE_runtime_page base object session window http)
-set(DAYLIT_MAY_USE_runtime_doctor gl input)
+set(DAYLIT_MAY_USE_runtime_doctor gl input http)
 set(DAYLIT_MAY_USE_runtime_cmd base composite input session window output live http page doctor)
 
 function(daylit_check_uses name)

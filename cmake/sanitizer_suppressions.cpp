@@ -11,6 +11,7 @@ extern "C" int dlclose(void*) { return 0; }
 
 extern "C" const char* __tsan_default_options() { return "halt_on_error=1"; }
 
+/// nptl_deallocate_tsd: workers of TBB that end after OpenCV's statics are gone still hold data of these.
 extern "C" const char* __tsan_default_suppressions() {
   return "race:swrast_dri.so\n"
          "called_from_lib:swrast_dri.so\n"
@@ -23,6 +24,7 @@ extern "C" const char* __tsan_default_suppressions() {
          "race:libopencv_aruco.so\n"
          "mutex:libopencv_imgproc.so\n"
          "race:libopenblas.so\n"
+         "mutex:nptl_deallocate_tsd\n"
          "race:libaravis-0.8.so\n"
          "race:libglib-2.0.so\n"
          "race:libgio-2.0.so\n"

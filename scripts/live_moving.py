@@ -3,7 +3,7 @@ import json, math, re, subprocess
 
 from live_cameras import BIN, Camera, live_config, run, section
 
-FRAMES, PATHS = 16, 128  # places along the scene's [path]; paths a pixel of the truth
+FRAMES, PATHS = 16, 512  # places along the scene's [path]; paths a pixel of the truth
 
 
 def make(folder, scene):

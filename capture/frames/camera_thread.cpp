@@ -1,5 +1,6 @@
 #include "capture/frames/camera_thread.h"
 
+#include <atomic>
 #include <chrono>
 #include <thread>
 #include <utility>
@@ -53,12 +54,19 @@ SourceReport CameraThread::report() const {
   return report_;
 }
 
+namespace {
+std::atomic<int> g_leaving = 0; ///< threads that were told to end and have not
+}
+
+bool is_camera_leaving() { return g_leaving > 0; }
+
 void CameraThread::work() {
   while (!stop_) {
     say_lost(stream_until_lost());
     std::unique_lock lock(mutex_);
     changed_.wait_for(lock, kRetry, [&] { return stop_.load(); });
   }
+  --g_leaving;
   const std::lock_guard lock(mutex_);
   over_ = true;
   changed_.notify_all();
@@ -69,6 +77,7 @@ void CameraThread::leave() {
     const std::lock_guard lock(each_mutex_);
     each_ = {};
   }
+  ++g_leaving;
   std::unique_lock lock(mutex_);
   stop_ = true;
   changed_.notify_all();

@@ -53,6 +53,9 @@ private:
   bool over_ = false; ///< work() has ended
 };
 
+/// Whether the thread of a source that is gone still runs: it waits for its camera.
+bool is_camera_leaving();
+
 /// The camera's frames; its thread outlives the source where a library waits for a camera that is away.
 std::unique_ptr<FrameSource> source_of(std::shared_ptr<CameraThread> camera);
 

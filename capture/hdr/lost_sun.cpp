@@ -21,12 +21,14 @@ glm::dvec2 pixel_of(const SkyGeometry& geometry, std::size_t texel) {
 
 } // namespace
 
-Rgb SkyBalance::irradiance_at_most() const {
+std::optional<Rgb> SkyBalance::irradiance_at_most() const {
+  if (unexplained > 0 && !sun_restored)
+    return std::nullopt;
   return sun_lost && !sun_restored ? irradiance / kLeastDiffuse : irradiance;
 }
 
-std::optional<glm::dvec3> lost_sun(const SkyGeometry& geometry, const std::vector<std::uint8_t>& over_range,
-                                   const std::optional<glm::dvec3>& expected) {
+std::optional<LostSun> lost_sun(const SkyGeometry& geometry, const std::vector<std::uint8_t>& over_range,
+                                const std::optional<glm::dvec3>& expected) {
   std::vector<glm::dvec3> found;
   glm::dvec3 sum(0.0);
   for (std::size_t i = 0; i < over_range.size(); ++i)
@@ -39,8 +41,9 @@ std::optional<glm::dvec3> lost_sun(const SkyGeometry& geometry, const std::vecto
     return std::nullopt;
   const glm::dvec3 sun = expected ? *expected : glm::normalize(sum);
   const auto near = [&](const glm::dvec3& d) { return glm::dot(d, sun) > std::cos(kSunCone); };
-  const bool is_sun = expected ? std::ranges::any_of(found, near) : std::ranges::all_of(found, near);
-  return is_sun ? std::optional(sun) : std::nullopt;
+  const auto pixels = static_cast<std::size_t>(std::ranges::count_if(found, near));
+  const bool is_sun = expected ? pixels > 0 : pixels == found.size();
+  return is_sun ? std::optional(LostSun{sun, pixels}) : std::nullopt;
 }
 
 // E = pi sum(L cos Z dOmega) / sum(cos Z dOmega), as in SkyImage: a pixel's share w of the missing illuminance is the

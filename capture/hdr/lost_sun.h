@@ -16,19 +16,26 @@ namespace daylit {
 
 /// What is known about light that a picture of the sky does not hold.
 struct SkyBalance {
-  std::uint64_t over_range = 0; ///< pixels brighter than the camera can show
-  bool sun_lost = false;        ///< the sun is among them
-  bool sun_restored = false;    ///< it was put back: the irradiance is that of the reading
-  Rgb irradiance{0.0f};         ///< horizontal, of the sky as it is used; 0: not measured (the lens sees no horizon)
-  /// What the horizontal irradiance may be at most while the sun is lost and was not put back: `irradiance` holds all
-  /// diffuse light, and under clear skies this is 0.165 of the whole at least (Erbs, Klein, Duffie 1982, k_t > 0.8).
-  Rgb irradiance_at_most() const;
+  std::uint64_t over_range = 0;  ///< pixels brighter than the camera can show
+  std::uint64_t unexplained = 0; ///< of them, those that are not the sun's: bright clouds, an exposure that is too long
+  bool sun_lost = false;         ///< the sun is among them
+  bool sun_restored = false;     ///< it was put back: the irradiance is that of the reading
+  Rgb irradiance{0.0f};          ///< horizontal, of the sky as it is used; 0: not measured (the lens sees no horizon)
+  /// What the horizontal irradiance may be at most. While only the sun is lost and was not put back `irradiance` holds
+  /// all diffuse light, and under clear skies this is 0.165 of the whole at least (Erbs, Klein, Duffie 1982,
+  /// k_t > 0.8). Nothing: other light is lost too, and nobody knows how much.
+  std::optional<Rgb> irradiance_at_most() const;
 };
 
-/// The direction of the sun among pixels that are over range: `expected` where one of these lies within 4 degrees of
-/// it; without it their middle, where all of them lie within 4 degrees of that. Nothing: they are something else.
-std::optional<glm::dvec3> lost_sun(const SkyGeometry& geometry, const std::vector<std::uint8_t>& over_range,
-                                   const std::optional<glm::dvec3>& expected);
+struct LostSun {
+  glm::dvec3 direction;
+  std::uint64_t pixels = 0; ///< over range, within 4 degrees of it
+};
+
+/// The sun among pixels that are over range: at `expected` where one of these lies within 4 degrees of it; without it
+/// in their middle, where all of them lie within 4 degrees of that. Nothing: they are something else.
+std::optional<LostSun> lost_sun(const SkyGeometry& geometry, const std::vector<std::uint8_t>& over_range,
+                                const std::optional<glm::dvec3>& expected);
 
 /// Adds a sun of equal channels at `direction`, shared bilinearly among four pixels, so that the sky's horizontal
 /// illuminance (luminance of its irradiance, radiance unit x sr) is `illuminance`. Adds nothing where it is that much

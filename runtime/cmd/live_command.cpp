@@ -1,17 +1,21 @@
 #include "runtime/cmd/live_command.h"
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <future>
 #include <memory>
 #include <string>
 
+#include <fmt/format.h>
 #include <malloc.h>
 
+#include "capture/frames/camera_thread.h"
 #include "runtime/base/service_notify.h"
 #include "runtime/cmd/live_routes.h"
 #include "runtime/cmd/local_viewers.h"
 #include "runtime/live/live_run.h"
+#include "runtime/output/outputs.h"
 #include "runtime/page/page_files.h"
 #include "runtime/page/scene_routes.h"
 #include "scene/core/program.h"
@@ -47,6 +51,12 @@ Result<std::string> read_token(const HttpConfig& http) {
   return token;
 }
 
+struct CameraRecording {
+  const char* camera;
+  std::unique_ptr<Recorder> recorder; ///< null: it is not recorded
+  bool end_told = false;
+};
+
 /// From the start to the end, through any number of configurations.
 class Daemon {
 public:
@@ -57,6 +67,8 @@ public:
     auto loaded = LiveRun::load(config_, options_.backend, go_on);
     if (!loaded)
       return loaded.error();
+    if (const auto writable = check_pictures(config_); !writable)
+      return writable;
     if (const auto begun = begin_outputs(**loaded); !begun)
       return begun;
     run_ = std::move(*loaded);
@@ -67,14 +79,29 @@ public:
       ended = run_->run(surroundings());
     } while (ended && take_next());
     notify_service(ServiceState::stopping);
+    const Result<void> recorded = end_recordings();
     if (ended && !window_open_)
       return window_open_.error();
     if (ended && *window_open_ && options_.frames > 0 && pictures_ < options_.frames)
       return interrupted_error("picture " + std::to_string(pictures_));
-    return ended;
+    return ended ? recorded : ended;
   }
 
 private:
+  /// Those that --frames asks for and that are still to be drawn.
+  Result<void> check_pictures(const RunConfig& config) const {
+    if (options_.frames == 0)
+      return {};
+    const OutputConfig& output = config.output;
+    if (output.png.empty() && output.exr.empty() && output.mask.empty() && options_.record.empty())
+      return Error{ErrorCode::value_invalid, "--frames writes pictures, and no file is named for them",
+                   options_.config.string(), "add a section [output] with png, exr or mask, or give --record"};
+    for (int k = pictures_; k < options_.frames; ++k)
+      if (const auto writable = check_outputs(numbered(output, static_cast<std::size_t>(k)), options_.force); !writable)
+        return writable;
+    return {};
+  }
+
   void print_notes() const {
     for (const std::string& note : run_->notes())
       say(note);
@@ -82,11 +109,11 @@ private:
 
   Result<void> begin_outputs(const LiveRun& loaded) {
     if (!options_.record.empty())
-      for (auto [recorder, name] : {std::pair{&sky_recorder_, "sky"}, std::pair{&interior_recorder_, "interior"}}) {
-        auto begun = Recorder::start(options_.record / name);
+      for (CameraRecording& r : recordings_) {
+        auto begun = Recorder::start(options_.record / r.camera);
         if (!begun)
           return begun.error();
-        *recorder = std::move(*begun);
+        r.recorder = std::move(*begun);
       }
     if (options_.window || !options_.shared.empty()) {
       const auto [width, height] = loaded.photo_size();
@@ -126,8 +153,8 @@ private:
 
   LiveSurroundings surroundings() {
     LiveSurroundings around{board_, status_};
-    around.sky_recorder = sky_recorder_.get();
-    around.interior_recorder = interior_recorder_.get();
+    around.sky_recorder = recordings_[0].recorder.get();
+    around.interior_recorder = recordings_[1].recorder.get();
     around.frames = options_.frames;
     around.drawn = [this](const DrawnFrame& frame) {
       ++pictures_;
@@ -140,9 +167,39 @@ private:
     around.between_frames = [this](Session& session, const SkyImage* sky) { desk_.serve({session, sky}); };
     around.go_on = [this] {
       feed_watchdog();
+      tell_ended_recordings();
       return !interrupted() && is_window_open() && !next_is_loaded();
     };
     return around;
+  }
+
+  /// Each once, as soon as it has ended.
+  void tell_ended_recordings() {
+    for (CameraRecording& r : recordings_) {
+      const RecorderReport report = r.recorder ? r.recorder->report() : RecorderReport{};
+      if (report.trouble.empty() || std::exchange(r.end_told, true))
+        continue;
+      say(fmt::format("the recording of the {} camera has ended after {} frames: {}", r.camera, report.recorded,
+                      report.trouble));
+    }
+  }
+
+  /// Error io: one ended before the run did.
+  Result<void> end_recordings() {
+    bool whole = true;
+    std::string frames;
+    for (const CameraRecording& r : recordings_)
+      if (r.recorder) {
+        const RecorderReport report = r.recorder->finish();
+        whole = whole && report.trouble.empty();
+        frames += fmt::format("{}{}: {} frames recorded, {} not", frames.empty() ? "" : "; ", r.camera, report.recorded,
+                              report.dropped);
+      }
+    tell_ended_recordings();
+    if (!whole)
+      return Error{ErrorCode::io, "the recording ended before the run did (" + frames + ")", options_.record.string(),
+                   "free space on the disk"};
+    return {};
   }
 
   bool is_window_open() {
@@ -164,9 +221,10 @@ private:
     last_flow_ = flow;
   }
 
-  /// SIGHUP has the configuration read and loaded beside the run, which goes on until all of it is there.
+  /// SIGHUP has the configuration read and loaded beside the run, which goes on until all of it is there. Another one
+  /// meanwhile waits until that is in use and the cameras of before are closed; any number of them are one.
   bool next_is_loaded() {
-    if (reload_requested() && !loading_.valid()) {
+    if (!loading_.valid() && !is_camera_leaving() && reload_requested()) {
       notify_service(ServiceState::reloading);
       loading_ = std::async(std::launch::async, [this]() -> LoadedRun {
         auto config = read_run_config(options_.config);
@@ -184,6 +242,10 @@ private:
     notify_service(ServiceState::ready);
     if (!loaded) {
       refuse_reload(loaded.error().message());
+      return false;
+    }
+    if (const auto writable = check_pictures(next_config_); !writable) {
+      refuse_reload(writable.error().message());
       return false;
     }
     next_ = std::move(*loaded);
@@ -224,7 +286,7 @@ private:
   const std::function<void(const DrawnFrame&)> report_;
   PictureBoard board_;
   LiveStatus status_;
-  std::unique_ptr<Recorder> sky_recorder_, interior_recorder_;
+  std::array<CameraRecording, 2> recordings_{{{"sky", nullptr}, {"interior", nullptr}}};
   std::unique_ptr<LiveRun> run_, next_;
   std::future<LoadedRun> loading_;
   SessionDesk desk_;

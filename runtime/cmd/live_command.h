@@ -18,11 +18,12 @@ struct LiveOptions {
   bool window = false; ///< the picture on the screen; it ends when the window is closed
   std::string shared;  ///< name of shared memory that holds the newest picture; empty: none
   bool quiet = false;
+  bool force = false; ///< pictures of before are written over
 };
 
 /// daylit-run CONFIG.toml with cameras: draws until SIGINT, SIGTERM or the last of `frames`. `report` is called after
 /// each picture; changes of state are told on stderr. Errors: of the configuration and what it names, before a camera
-/// is touched; interrupted before the last of `frames`.
+/// is touched; interrupted before the last of `frames`; io: a recording ended before the run did.
 Result<void> run_live(const RunConfig& config, const LiveOptions& options,
                       const std::function<void(const DrawnFrame&)>& report);
 

@@ -97,6 +97,12 @@ Result<RunConfig> resolve(const RunConfig& given, const InteriorInput& input, co
     return scale.error();
   config.interior.scale = scale->scale;
   config.interior.colour_matrix = scale->colour_matrix;
+  const glm::dmat3& m = scale->colour_matrix;
+  std::fprintf(
+      stderr,
+      "daylit-run: from the marker's paper: scale = %.5g, colour_matrix = [[%.4g, %.4g, %.4g], [%.4g, %.4g, %.4g], "
+      "[%.4g, %.4g, %.4g]]; photograph = scale x colour_matrix x radiance\n",
+      scale->scale, m[0][0], m[1][0], m[2][0], m[0][1], m[1][1], m[2][1], m[0][2], m[1][2], m[2][2]);
   return config;
 }
 
@@ -152,6 +158,9 @@ Result<void> run(const Options& options) {
   const auto given = read_run_config(options.config);
   if (!given)
     return given.error();
+  if (!options.replay.empty() && !options.record.empty())
+    return Error{ErrorCode::usage, "--record is for cameras, --replay draws what was recorded", options.config,
+                 "give one of them"};
   if (!options.replay.empty())
     return replay_recording(*given, {options.replay, options.frames, options.backend},
                             [&](const DrawnFrame& frame) { print_drawn(frame, options); });
@@ -159,10 +168,10 @@ Result<void> run(const Options& options) {
     return Error{ErrorCode::usage, "--record and --share are for cameras", options.config,
                  "set [sky] camera and [interior] camera"};
   if (given->is_live())
-    return run_live(
-        *given,
-        {options.config, options.record, options.frames, options.backend, options.window, options.share, options.quiet},
-        [&](const DrawnFrame& frame) { print_live(frame, options); });
+    return run_live(*given,
+                    {options.config, options.record, options.frames, options.backend, options.window, options.share,
+                     options.quiet, options.force},
+                    [&](const DrawnFrame& frame) { print_live(frame, options); });
   const auto input = read_interior(*given);
   if (!input)
     return input.error();

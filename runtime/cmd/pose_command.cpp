@@ -60,10 +60,12 @@ Result<void> run(const Options& options) {
   const auto photo = read_photograph(options.image, "linear"); // in the bytes as they are
   if (!photo)
     return photo.error();
-  const Rgb8Image picture = marker_search_image(*photo);
-  if (const auto fits = check_lens_size(picture, *lens, options.image.string()); !fits)
+  const auto picture = picture_of_markers(*photo, options.dictionary);
+  if (!picture)
+    return picture.error();
+  if (const auto fits = check_lens_size(*picture, *lens, options.image.string()); !fits)
     return fits;
-  const auto seen = find_markers(picture, options.dictionary, marker_search_exponent(*photo, options.response));
+  const auto seen = find_markers(*picture, options.dictionary, marker_search_exponent(*photo, options.response));
   if (!seen)
     return seen.error();
   if (seen->empty())

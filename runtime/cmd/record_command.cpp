@@ -118,7 +118,11 @@ int cameras_command(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   return run_program("daylit-run cameras", json, [&]() -> Result<void> {
-    for (const FoundCamera& found : find_cameras())
+    const auto cameras = find_cameras();
+    if (cameras.empty())
+      std::fprintf(stderr,
+                   "daylit-run cameras: none answers; look at power, cable, network and firewall (UDP port 3956)\n");
+    for (const FoundCamera& found : cameras)
       if (json)
         std::printf("%s\n", nlohmann::ordered_json{{"id", found.id}, {"address", found.address}}.dump().c_str());
       else

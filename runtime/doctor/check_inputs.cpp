@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "capture/markers/find_markers.h"
 #include "runtime/doctor/doctor.h"
 #include "runtime/input/interior_input.h"
 #include "scene/lens/fall_off.h"
@@ -77,6 +78,10 @@ Findings check_live_lenses(const RunConfig& config) {
                            : failure("sky fall-off", fall_off.error()));
   }
   all.push_back(check_lens("interior lens", config.interior.lens));
+  if (config.marker) {
+    const auto board = board_of(*config.marker);
+    all.push_back(board ? all_well("marker", config.marker->dictionary) : failure("marker", board.error()));
+  }
   for (const auto& [subject, name] :
        {std::pair{"sky response", config.sky.response}, {"interior response", config.interior.response}})
     if (const auto response = ResponseCurve::named(name); !response)

@@ -1,13 +1,10 @@
-#include <arpa/inet.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <set>
 
 #include <fmt/format.h>
 
 #include "runtime/doctor/doctor.h"
 #include "runtime/gl/gl_context.h"
+#include "runtime/http/http_server.h"
 #include "scene/core/read_file.h"
 
 namespace daylit {
@@ -31,21 +28,6 @@ Finding no_card(const Machine& machine, const std::string& found) {
     return all_well("graphics", found + "; rays on the processor draw the picture");
   return warning("graphics", found + ", though there is a graphics card; rays on the processor draw the picture",
                  "install the card's driver, and let the daemon's user into the groups video and render");
-}
-
-/// True where nobody listens there yet.
-bool is_port_free(const HttpConfig& http) {
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(http.port));
-  if (inet_pton(AF_INET, http.address.c_str(), &address.sin_addr) != 1)
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  const int reuse = 1;
-  setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &reuse, sizeof reuse);
-  const bool free = ::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  ::close(socket);
-  return free;
 }
 
 Finding check_token(const std::filesystem::path& file) {
@@ -104,11 +86,14 @@ Findings check_disks(const RunConfig& config) {
 Findings check_http(const HttpConfig& http) {
   Findings all;
   const std::string where = fmt::format("{}:{}", http.address, http.port);
-  if (http.port == 0 || is_port_free(http))
+  // Tried as the daemon does it. The token has a finding of its own.
+  const auto server = HttpServer::start({http.address, http.port, std::string(kTokenCharacters, '-')}, {});
+  if (server)
     all.push_back(all_well("http", where));
+  else if (server.error().code == ErrorCode::device) // it may be the daemon that runs
+    all.push_back(warning("http", where + ": " + server.error().what, server.error().hint));
   else
-    all.push_back(warning("http", where + " cannot be had, another program listens there",
-                          "end it (another daylit-run?), or choose another port"));
+    all.push_back(failure("http", server.error()));
   if (!http.token_file.empty())
     all.push_back(check_token(http.token_file));
   return all;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cerrno>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
@@ -148,13 +149,13 @@ public:
   Server& operator=(const Server&) = delete;
 
   Result<void> begin() {
+    errno = 0;
     if (settings_.port == 0)
       port_ = bind_to_any_port(settings_.address);
     else
       port_ = bind_to_port(settings_.address, settings_.port) ? settings_.port : -1;
     if (port_ < 0)
-      return Error{ErrorCode::device, "cannot listen at port " + std::to_string(settings_.port), settings_.address,
-                   "another program may be using it; choose another [http] port or address"};
+      return cannot_listen(errno);
     ::listen(svr_sock_, kBacklog); // the library's five lose the sixth of clients that come at once for a second
     listener_ = std::thread([this] { listen_after_bind(); });
     while (!is_running())
@@ -165,6 +166,19 @@ public:
   HttpCounts counts() const override { return {requests_, refused_}; }
 
 private:
+  /// `why`: the errno of the attempt.
+  Error cannot_listen(int why) const {
+    const std::string what = "cannot listen at port " + std::to_string(settings_.port);
+    if (why == EADDRINUSE)
+      return {ErrorCode::device, what + ": another program listens there", settings_.address,
+              "end it (another daylit-run?), or choose another [http] port"};
+    if (why == EACCES)
+      return {ErrorCode::value_invalid, what + ": it is reserved", settings_.address,
+              "choose [http] port from 1024 up"};
+    return {ErrorCode::value_invalid, what + ": it is no address of this machine", settings_.address,
+            "set [http] address to one of those that ip addr shows, 0.0.0.0 for all of them"};
+  }
+
   using Handled = httplib::Server::HandlerResponse;
 
   /// Every connection comes through here.

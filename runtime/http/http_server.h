@@ -55,8 +55,8 @@ struct HttpCounts {
 ///    Origin is not this server is refused (cross-site request forgery).
 class HttpServer {
 public:
-  /// Errors: device (the address cannot be had), value_invalid (an address that is not loopback without a token of 16
-  /// characters).
+  /// Errors: device (another program listens there), value_invalid (the address is none of this machine, or not
+  /// loopback and there is no token of 16 characters).
   static Result<std::unique_ptr<HttpServer>> start(const HttpSettings& settings, std::vector<HttpRoute> routes);
   virtual ~HttpServer() = default;
   virtual int port() const = 0;

@@ -23,10 +23,11 @@ Result<CameraPose> CameraPose::make(const RunConfig& config, const LensModel& le
 Result<TrackedPose> CameraPose::at(const Photograph& photo, double time_s) {
   if (given_)
     return TrackedPose{TrackingState::measured, *given_, 0.0};
-  const Rgb8Image picture = marker_search_image(photo);
+  const Rgb8Image picture = marker_search_image(photo, white_);
   const auto seen = tracker_->find(picture);
   if (!seen)
     return seen.error();
+  white_ = white_around(photo, *seen);
   const auto pose = refined_marker_pose(picture, *seen, lens_, tracker_->board(), world_from_board_,
                                         marker_search_exponent(photo, response_));
   return filter_->update(pose ? &*pose : nullptr, time_s);

@@ -27,6 +27,7 @@ private:
   std::string response_;
   glm::dmat4 world_from_board_{1.0};
   LensModel lens_;
+  float white_ = 0; ///< around the markers of the frame before: what the next is exposed for
   std::optional<MarkerTracker> tracker_;
   std::optional<PoseFilter> filter_;
 };

@@ -66,9 +66,11 @@ Result<void> use_marker(const RunConfig& config, const MarkerConfig& marker, Int
   const auto board = board_of(marker);
   if (!board)
     return board.error();
-  auto pose =
-      marker_pose(marker_search_image(input.photo), input.lens, *board, marker.world_from_board,
-                  config.interior.image.string(), marker_search_exponent(input.photo, config.interior.response));
+  const auto picture = picture_of_markers(input.photo, marker.dictionary);
+  if (!picture)
+    return picture.error();
+  auto pose = marker_pose(*picture, input.lens, *board, marker.world_from_board, config.interior.image.string(),
+                          marker_search_exponent(input.photo, config.interior.response));
   if (!pose)
     return pose.error();
   if (config.interior.scale_from_marker) {

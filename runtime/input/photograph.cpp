@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <glm/common.hpp>
+
 #include "scene/core/read_file.h"
 
 namespace daylit {
@@ -93,9 +95,11 @@ Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& cha
   return out;
 }
 
-Rgb8Image marker_search_image(const Photograph& photo) {
+Rgb8Image marker_search_image(const Photograph& photo, float white) {
   if (!photo.is_hdr())
     return photo.original;
+  if (white > 0)
+    return to_srgb8(photo.linear, 1.0f / white);
   std::vector<float> brightness;
   brightness.reserve(photo.linear.texels.size());
   for (const Rgb& t : photo.linear.texels)
@@ -103,6 +107,39 @@ Rgb8Image marker_search_image(const Photograph& photo) {
   const auto p95 = brightness.begin() + static_cast<std::ptrdiff_t>(brightness.size() * 95 / 100);
   std::nth_element(brightness.begin(), p95, brightness.end());
   return to_srgb8(photo.linear, *p95 > 0 ? 1.0f / *p95 : 1.0f);
+}
+
+/// 98th percentile in boxes around the squares, larger by kMargin of their size on each side: the paper.
+float white_around(const Photograph& photo, const std::vector<SeenMarker>& seen) {
+  constexpr double kMargin = 0.15;
+  std::vector<float> brightness;
+  for (const SeenMarker& marker : seen) {
+    glm::dvec2 low = marker.corner_px[0], high = low;
+    for (const glm::dvec2& p : marker.corner_px)
+      low = glm::min(low, p), high = glm::max(high, p);
+    const glm::dvec2 margin = kMargin * (high - low), last(photo.linear.width - 1, photo.linear.height - 1);
+    const glm::ivec2 from(glm::clamp(low - margin, glm::dvec2(0.0), last)),
+        to(glm::clamp(high + margin, glm::dvec2(0.0), last));
+    for (int y = from.y; y <= to.y && photo.is_hdr(); ++y)
+      for (int x = from.x; x <= to.x; ++x)
+        brightness.push_back(luminance(photo.linear.at(x, y)));
+  }
+  if (brightness.empty())
+    return 0;
+  const auto p98 = brightness.begin() + static_cast<std::ptrdiff_t>(brightness.size() * 98 / 100);
+  std::nth_element(brightness.begin(), p98, brightness.end());
+  return *p98;
+}
+
+Result<Rgb8Image> picture_of_markers(const Photograph& photo, const std::string& dictionary) {
+  Rgb8Image picture = marker_search_image(photo);
+  if (!photo.is_hdr())
+    return picture;
+  const auto seen = find_markers(picture, dictionary);
+  if (!seen)
+    return seen.error();
+  const float white = white_around(photo, *seen);
+  return white > 0 ? marker_search_image(photo, white) : picture;
 }
 
 double marker_search_exponent(const Photograph& photo, const std::string& response) {

@@ -11,6 +11,7 @@
 #include <glm/vec2.hpp>
 
 #include "capture/hdr/response_curve.h"
+#include "capture/markers/board.h"
 #include "runtime/base/photo_pixels.h"
 #include "scene/core/result.h"
 #include "scene/image/image_formats.h"
@@ -42,8 +43,15 @@ Rgb8Image encode_picture(const ResponseCurve& response, const RgbImage& picture)
 Result<Rgb8Image> encode_photograph(const Photograph& photo, const RgbImage& changed,
                                     const std::vector<std::uint8_t>& touched);
 
-/// The picture for finding markers in: the original bytes, or an EXR exposed so that its 95th percentile is white.
-Rgb8Image marker_search_image(const Photograph& photo);
+/// The picture for finding markers in: the original bytes, or an EXR exposed so that a luminance is white; 0: its 95th
+/// percentile.
+Rgb8Image marker_search_image(const Photograph& photo, float white = 0);
+/// Largest luminance around markers: exposed for it, no edge of theirs moves because its bright side is clipped. 0:
+/// none is seen, or the photograph has bytes.
+float white_around(const Photograph& photo, const std::vector<SeenMarker>& seen);
+/// marker_search_image(), exposed for those markers of the dictionary that are found at first. Error: of
+/// find_markers().
+Result<Rgb8Image> picture_of_markers(const Photograph& photo, const std::string& dictionary);
 /// Its curve, light ~ (code value)^exponent, for find_markers(): 1 for bytes of response "linear".
 double marker_search_exponent(const Photograph& photo, const std::string& response);
 

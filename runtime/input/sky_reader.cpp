@@ -129,8 +129,9 @@ Result<MeasuredSky> SkyReader::measured(Exposed exposed, std::int64_t time_ns) c
     const auto expected = config_.place ? std::optional(sun_at(*config_.place, time_ns)) : std::nullopt;
     const auto sun = lost_sun(*geometry_, exposed.over_range, expected);
     balance.sun_lost = sun.has_value();
+    balance.unexplained = balance.over_range - (sun ? sun->pixels : 0);
     if (const auto reading = sun ? illuminance() : std::nullopt)
-      balance.sun_restored = restore_sun(exposed.radiance, *geometry_, *sun, *reading);
+      balance.sun_restored = restore_sun(exposed.radiance, *geometry_, sun->direction, *reading);
   }
   auto sky = SkyImage::make(std::move(exposed.radiance), geometry_, config_.ground, "sky camera");
   if (!sky)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <span>
+#include <utility>
 
 #include "scene/core/checksum.h"
 
@@ -13,15 +14,26 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kBlackFraction = 256; ///< of the range: no sample above a 256th of it
+constexpr int kWhiteFraction = 50;  ///< of the range: no sample further from its end
 
-/// The largest code value of 8 bits, or the largest high byte of two: of 16 bits the 256th of the range that counts.
-int largest_sample(const CameraFrame& frame) {
+/// Stops at the first that does not.
+template <class Holds>
+bool holds_for_all(const CameraFrame& frame, const Holds& holds) {
   if (frame.format.bytes_per_sample() == 1)
-    return frame.bytes.empty() ? 0 : *std::max_element(frame.bytes.begin(), frame.bytes.end());
-  int largest = 0;
+    return std::ranges::all_of(frame.bytes, holds);
   for (std::size_t i = 0; i + 1 < frame.bytes.size(); i += 2)
-    largest = std::max(largest, frame.bytes[i] | frame.bytes[i + 1] << 8);
-  return largest;
+    if (!holds(frame.bytes[i] | frame.bytes[i + 1] << 8))
+      return false;
+  return true;
+}
+
+/// "black", "white", or empty: there is something in it.
+std::string blank_of(const CameraFrame& frame) {
+  const int range = 1 << frame.format.bits;
+  if (holds_for_all(frame, [&](int sample) { return sample * kBlackFraction <= range; }))
+    return "black";
+  const bool white = holds_for_all(frame, [&](int sample) { return (range - 1 - sample) * kWhiteFraction <= range; });
+  return white ? "white" : "";
 }
 
 double seconds_since(std::int64_t taken_ns) {
@@ -45,10 +57,13 @@ double age_s(const CameraFrame& frame) { return seconds_since(frame.taken_ns); }
 
 bool CameraWatch::accept(const CameraFrame& frame) {
   const std::uint64_t checksum = checksum64(std::as_bytes(std::span(frame.bytes)));
-  const bool black = black_is_unusable_ && largest_sample(frame) * kBlackFraction <= (1 << frame.format.bits);
+  std::string blank = blank_of(frame);
+  const bool black = black_is_unusable_ && blank == "black";
   const std::lock_guard lock(mutex_);
+  blank_ = std::move(blank);
+  looked_ = Clock::now();
   if (!seen_ || checksum != checksum_)
-    changed_ = Clock::now();
+    changed_ = looked_;
   seen_ = true;
   checksum_ = checksum;
   if (frame.width_px != width_px_ || frame.height_px != height_px_) {
@@ -82,7 +97,8 @@ CameraReport CameraWatch::report(const SourceReport& source) const {
   r.used = used_;
   r.refused = refused_;
   r.black = black_;
-  r.frozen = seen_ && source.connected && Clock::now() - changed_ > frozen_after_;
+  r.blank = blank_;
+  r.frozen = seen_ && source.connected && looked_ - changed_ > frozen_after_;
   r.frame_age_s = used_ > 0 ? seconds_since(used_taken_ns_) : -1;
   r.trouble = source.connected ? trouble_ : source.trouble;
   r.likely_cause = likely_cause(source);

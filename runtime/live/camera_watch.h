@@ -16,7 +16,8 @@ struct CameraReport {
   std::uint64_t used = 0;    ///< frames that pictures were drawn from, or could have been
   std::uint64_t refused = 0; ///< whole, but of another size or format than expected
   std::uint64_t black = 0;   ///< of the sky: nothing in them, not used
-  bool frozen = false;       ///< the same picture, bit for bit, for five seconds
+  std::string blank;         ///< "black" or "white": the newest frame that was looked at is nothing else
+  bool frozen = false;       ///< the frames that were looked at are the same, bit for bit, for five seconds
   double frame_age_s = -1;   ///< of the newest frame that was used; negative: none was
   std::string trouble;       ///< of the source, or why frames are refused; empty: none
   std::string likely_cause;  ///< of losses, and what to do; empty: nothing is lost
@@ -48,8 +49,9 @@ private:
   std::int64_t used_taken_ns_ = 0;
   std::string trouble_;
   std::uint64_t checksum_ = 0;
-  Clock::time_point changed_{}; ///< when the picture last was another one
+  Clock::time_point looked_{}, changed_{}; ///< when a frame was last looked at, and when it last was another picture
   bool seen_ = false;
+  std::string blank_;
 };
 
 /// Seconds since a frame was taken.

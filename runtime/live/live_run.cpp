@@ -9,6 +9,7 @@
 #include "runtime/input/interior_input.h"
 #include "runtime/input/sky_reader.h"
 #include "runtime/live/camera_stage.h"
+#include "runtime/live/run_state.h"
 #include "runtime/output/outputs.h"
 
 namespace daylit {
@@ -74,30 +75,6 @@ std::function<void(const CameraFrame&)> offer_to(Recorder* recorder) {
   if (!recorder)
     return {};
   return [recorder](const CameraFrame& frame) { recorder->offer(frame); };
-}
-
-/// The first thing that matters to whoever looks after it.
-std::string state_in_words(const CameraReport& sky, const CameraReport& interior, bool wanted, bool has_sky,
-                           const SkyBalance& balance, TrackingState tracking) {
-  if (!interior.source.connected)
-    return interior.source.trouble.empty() ? "opening the cameras" : "interior camera away: " + interior.source.trouble;
-  if (!interior.trouble.empty())
-    return "interior camera: " + interior.trouble;
-  if (!wanted)
-    return "idle: nobody looks";
-  if (!has_sky)
-    return "no sky yet" + (sky.trouble.empty() ? "" : ": " + sky.trouble);
-  if (!sky.source.connected)
-    return "sky camera away, its last picture is used: " + sky.source.trouble;
-  if (!sky.trouble.empty())
-    return "sky camera, its last good picture is used: " + sky.trouble;
-  if (interior.frozen || sky.frozen)
-    return std::string(sky.frozen ? "sky" : "interior") + " camera frozen: the same picture for five seconds";
-  if (tracking == TrackingState::lost)
-    return "marker lost: the photograph is left as it is";
-  if (balance.sun_lost && !balance.sun_restored)
-    return "drawing; the sun is brighter than the sky camera can show";
-  return "drawing";
 }
 
 } // namespace
@@ -212,10 +189,9 @@ bool LiveRun::State::between_frames(const LiveSurroundings& around, CameraStage<
   photos.want(wanted);
   skies.want(wanted && interior_report.source.connected);
   take_newer(skies);
-  tell(around,
-       state_in_words(sky_report, interior_report, wanted, sky.has_value(), sky ? sky->balance : SkyBalance{},
-                      last_tracking),
-       sky ? seconds(now_ns() - sky->taken_ns) : -1.0, sky_report, interior_report);
+  const double sky_age_s = sky ? seconds(now_ns() - sky->taken_ns) : -1.0;
+  tell(around, in_words({sky_report, interior_report, wanted, sky_age_s, sky ? &sky->balance : nullptr, last_tracking}),
+       sky_age_s, sky_report, interior_report);
   if (around.between_frames)
     around.between_frames(drawer.session(), has_drawn ? &sky->sky : nullptr);
   return wanted;

@@ -19,6 +19,11 @@ constexpr std::size_t kMostLatencies = 1000, kMostTimes = 5000;
 
 double seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
 
+std::string without_digits(std::string text) {
+  std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
+  return text;
+}
+
 /// The value that the fraction `q` of all does not exceed; 0 of none.
 double quantile(std::vector<double> values, double q) {
   if (values.empty())
@@ -57,7 +62,7 @@ bool LiveStatus::set(const std::string& state, double sky_age_s, int viewers, co
                      const std::optional<RecorderReport>& interior_recording) {
   const std::lock_guard lock(mutex_);
   last_set_ = Clock::now();
-  const bool other = report_.state != state;
+  const bool other = without_digits(report_.state) != without_digits(state);
   report_.state = state;
   report_.sky_age_s = sky_age_s;
   report_.viewers = viewers;
@@ -111,6 +116,11 @@ Json to_json(const CameraReport& c) {
 }
 
 Json to_json(const Rgb& rgb) { return {rgb.r, rgb.g, rgb.b}; }
+Json or_null(const std::optional<Rgb>& rgb) { return rgb ? to_json(*rgb) : Json(); }
+
+const char* sun_of(const SkyBalance& sky) {
+  return sky.sun_restored ? "restored" : sky.sun_lost ? "lost" : sky.unexplained > 0 ? "over range" : "in range";
+}
 
 Json frame_json(const DrawnFrame& f) {
   const SkyBalance& sky = f.sky_balance;
@@ -119,11 +129,9 @@ Json frame_json(const DrawnFrame& f) {
           {"sky_id", f.sky_id},
           {"sky_age_s", f.sky_age_s},
           {"sky_irradiance", to_json(sky.irradiance)},
-          {"sky_irradiance_at_most", to_json(sky.irradiance_at_most())},
+          {"sky_irradiance_at_most", or_null(sky.irradiance_at_most())},
           {"sky_over_range", sky.over_range},
-          {"sun", sky.sun_restored ? "restored"
-                  : sky.sun_lost   ? "lost"
-                                   : "in range"},
+          {"sun", sun_of(sky)},
           {"tracking", name_of(f.tracking)},
           {"drawn", f.drawn},
           {"total_ms", f.total_ms}};
@@ -191,6 +199,31 @@ void add_stages(std::string& out, const LiveReport& r) {
     out += fmt::format("daylit_stage_seconds{{stage=\"{}\"}} {}\n", name, 1e-3 * ms);
 }
 
+struct RecordingMetric {
+  Metric metric;
+  double (*value)(const RecorderReport& r);
+};
+
+constexpr RecordingMetric kRecordingMetrics[] = {
+    {{"recording_frames_total", "Frames on the disk", "counter"},
+     [](const RecorderReport& r) { return static_cast<double>(r.recorded); }},
+    {{"recording_dropped_total", "Frames that were not recorded: the disk is too slow, or full", "counter"},
+     [](const RecorderReport& r) { return static_cast<double>(r.dropped); }},
+    {{"recording_ended", "1: nothing more is recorded, after an error", "gauge"},
+     [](const RecorderReport& r) { return r.trouble.empty() ? 0.0 : 1.0; }}};
+
+/// Only of cameras that are recorded.
+void add_recordings(std::string& out, const LiveReport& r) {
+  if (!r.sky_recording && !r.interior_recording)
+    return;
+  for (const auto& [m, value] : kRecordingMetrics) {
+    out += fmt::format("# HELP daylit_{0} {1}\n# TYPE daylit_{0} {2}\n", m.name, m.help, m.type);
+    for (const auto& [camera, recording] : {std::pair{"sky", &r.sky_recording}, {"interior", &r.interior_recording}})
+      if (*recording)
+        out += fmt::format("daylit_{}{{camera=\"{}\"}} {}\n", m.name, camera, value(**recording));
+  }
+}
+
 } // namespace
 
 std::string to_json(const DrawnFrame& frame) { return frame_json(frame).dump(); }
@@ -237,6 +270,7 @@ std::string to_prometheus(const LiveReport& r) {
   add(out, {"viewers", "Who want to see pictures", "gauge"}, r.viewers);
   add_stages(out, r);
   add_cameras(out, r);
+  add_recordings(out, r);
   return out;
 }
 

@@ -40,7 +40,8 @@ public:
   /// A picture was published, so long after its photograph was taken.
   void picture(const DrawnFrame& frame, const FrameReport& stages, double latency_s);
   void reloaded(const std::string& refused); ///< empty: it was not refused
-  /// What the run knows besides; called every tenth of a second at least. True: the state is another one.
+  /// What the run knows besides; called every tenth of a second at least. True: the state is another one;
+  /// a number alone that goes on, a count or an age, makes none.
   bool set(const std::string& state, double sky_age_s, int viewers, const CameraReport& sky,
            const CameraReport& interior, const std::optional<RecorderReport>& sky_recording,
            const std::optional<RecorderReport>& interior_recording);

@@ -15,20 +15,24 @@ Result<std::unique_ptr<Recorder>> Recorder::start(const std::filesystem::path& f
 
 Recorder::Recorder(RecordingWriter writer) : writer_(std::move(writer)), worker_([this] { work(); }) {}
 
-Recorder::~Recorder() {
+Recorder::~Recorder() { finish(); }
+
+RecorderReport Recorder::finish() {
   {
     const std::lock_guard lock(mutex_);
     over_ = true;
   }
   changed_.notify_all();
-  worker_.join();
+  if (worker_.joinable())
+    worker_.join();
+  return report();
 }
 
 void Recorder::offer(const CameraFrame& frame) {
   CameraFrame copy = frame;
   {
     const std::lock_guard lock(mutex_);
-    if (!report_.trouble.empty() || waiting_.size() >= kMostWaiting) {
+    if (over_ || !report_.trouble.empty() || waiting_.size() >= kMostWaiting) {
       ++report_.dropped;
       return;
     }

@@ -24,7 +24,7 @@ public:
   /// Error io: the folder cannot be made, or holds a recording already.
   static Result<std::unique_ptr<Recorder>> start(const std::filesystem::path& folder);
   explicit Recorder(RecordingWriter writer);
-  ~Recorder(); ///< frames that were offered are written first
+  ~Recorder(); ///< as finish()
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
@@ -32,6 +32,8 @@ public:
   /// of the disk nothing more is written.
   void offer(const CameraFrame& frame);
   RecorderReport report() const;
+  /// Writes the frames that were offered, and takes no more. What became of all of them.
+  RecorderReport finish();
 
 private:
   void work();

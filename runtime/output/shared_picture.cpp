@@ -11,6 +11,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wtsan" // the fence is for readers in other processes, which ThreadSanitizer cannot see
+#endif
+
 namespace daylit {
 
 namespace {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "runtime/window/view_control.h"
+#include "scene/core/read_file.h"
 
 namespace daylit {
 
@@ -67,6 +68,12 @@ Result<ObjectConfig> changed(const Session& session, std::size_t k, const Object
   return object;
 }
 
+/// Empty: it cannot be read.
+std::string text_of(const std::filesystem::path& file) {
+  const auto bytes = read_whole_file(file);
+  return bytes ? std::string(bytes->begin(), bytes->end()) : std::string();
+}
+
 } // namespace
 
 SceneEditor::SceneEditor(SessionDesk& desk, std::filesystem::path file, const RunConfig& config)
@@ -78,6 +85,7 @@ SceneEditor::SceneEditor(SessionDesk& desk, std::filesystem::path file, const Ru
 
 void SceneEditor::reset(const RunConfig& config) {
   const std::lock_guard lock(mutex_);
+  text_ = text_of(file_);
   was_ = config.objects.size();
   in_file_.clear();
   for (std::size_t k = 0; k < was_; ++k)
@@ -188,11 +196,15 @@ Result<void> SceneEditor::save() {
     return objects.error();
   if (objects->size() != in_file_.size())
     return no_such("list of objects");
+  if (text_of(file_) != text_)
+    return Error{ErrorCode::value_invalid, "was changed by somebody else since it was read; nothing is written",
+                 file_.string(), "reload the daemon (SIGHUP) to draw what it says now, then move the objects again"};
   std::vector<EditedObject> edited;
   for (std::size_t k = 0; k < objects->size(); ++k)
     edited.push_back({(*objects)[k], in_file_[k]});
   if (const auto written = write_objects(file_, edited, was_); !written)
     return written;
+  text_ = text_of(file_);
   was_ = objects->size(); // the new ones come last, in this order
   for (std::size_t k = 0; k < was_; ++k)
     in_file_[k] = k;

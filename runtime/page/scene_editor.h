@@ -45,7 +45,8 @@ public:
   /// One choice for all who look.
   Result<void> show(const ShownParts& parts);
   ShownParts shown() const;
-  /// Writes the configuration file; comments and order stay.
+  /// Writes the configuration file; comments and order stay. Error value_invalid: somebody else has changed it since it
+  /// was read; nothing is written.
   Result<void> save();
   /// The session was opened anew from the file.
   void reset(const RunConfig& config);
@@ -61,6 +62,7 @@ private:
   std::mutex mutex_;                                ///< one change of the list of objects at a time
   std::vector<std::optional<std::size_t>> in_file_; ///< of each object
   std::size_t was_ = 0;                             ///< objects of the file
+  std::string text_;                                ///< of the file when it was read or saved
   mutable std::mutex shown_mutex_;
   ShownParts shown_;
 };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string_view>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -50,6 +52,36 @@ std::optional<V> vector_of(const Json& json, const char* key) {
   return v;
 }
 
+/// What a key must be, if it is there.
+struct Field {
+  std::string_view key, kind; ///< kind: "a number", "true or false", "2 numbers", "3 numbers", "an index"
+};
+
+bool is_of_kind(const Json& value, std::string_view kind) {
+  const auto numbers = [&](std::size_t n) {
+    return value.is_array() && value.size() == n &&
+           std::ranges::all_of(value, [](const Json& v) { return v.is_number() && std::isfinite(v.get<double>()); });
+  };
+  return kind == "a number"        ? value.is_number()
+         : kind == "true or false" ? value.is_boolean()
+         : kind == "an index"      ? value.is_number_unsigned()
+                                   : numbers(kind == "2 numbers" ? 2 : 3);
+}
+
+/// Error: it is no object, holds a key that is not meant, or one of another kind.
+Result<void> check(const Json& json, std::initializer_list<Field> fields) {
+  if (!json.is_object())
+    return bad("a change is a JSON object");
+  for (const auto& [key, value] : json.items()) {
+    const auto* field = std::ranges::find(fields, std::string_view(key), &Field::key);
+    if (field == fields.end())
+      return bad("unknown key \"" + key.substr(0, 40) + "\"");
+    if (!is_of_kind(value, field->kind))
+      return bad("\"" + key + "\" must be " + std::string(field->kind));
+  }
+  return {};
+}
+
 std::optional<std::size_t> index_of(const Json& json, const char* key) {
   const auto at = json.find(key);
   return at != json.end() && at->is_number_unsigned() ? std::optional(at->get<std::size_t>()) : std::nullopt;
@@ -57,6 +89,14 @@ std::optional<std::size_t> index_of(const Json& json, const char* key) {
 
 HttpReply change(SceneEditor& editor, const HttpRequest& request) {
   const Json json = parse(request);
+  if (const auto sound = check(json, {{"object", "an index"},
+                                      {"position", "3 numbers"},
+                                      {"rotation", "3 numbers"},
+                                      {"scale", "a number"},
+                                      {"pixel", "2 numbers"},
+                                      {"grip", "2 numbers"}});
+      !sound)
+    return failed(sound.error());
   const auto object = index_of(json, "object");
   if (!object)
     return failed(bad("a change names its object"));
@@ -72,6 +112,8 @@ HttpReply change(SceneEditor& editor, const HttpRequest& request) {
 
 HttpReply add(SceneEditor& editor, const HttpRequest& request) {
   const Json json = parse(request);
+  if (const auto sound = check(json, {{"model", "an index"}, {"position", "3 numbers"}}); !sound)
+    return failed(sound.error());
   const auto model = index_of(json, "model");
   const auto position = vector_of<glm::dvec3>(json, "position");
   return model && position ? reply_of(editor.add(*model, *position))
@@ -79,7 +121,10 @@ HttpReply add(SceneEditor& editor, const HttpRequest& request) {
 }
 
 HttpReply remove(SceneEditor& editor, const HttpRequest& request) {
-  const auto object = index_of(parse(request), "object");
+  const Json json = parse(request);
+  if (const auto sound = check(json, {{"object", "an index"}}); !sound)
+    return failed(sound.error());
+  const auto object = index_of(json, "object");
   return object ? reply_of(editor.remove(*object)) : failed(bad("name the object"));
 }
 
@@ -101,6 +146,10 @@ HttpReply pick(SceneEditor& editor, const HttpRequest& request) {
 
 HttpReply show(SceneEditor& editor, const HttpRequest& request) {
   const Json json = parse(request);
+  if (const auto sound =
+          check(json, {{"direct", "true or false"}, {"indirect", "true or false"}, {"differential", "true or false"}});
+      !sound)
+    return failed(sound.error());
   ShownParts parts = editor.shown();
   for (const auto& [key, part] :
        {std::pair{"direct", &parts.direct}, {"indirect", &parts.indirect}, {"differential", &parts.differential}})

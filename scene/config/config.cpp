@@ -30,6 +30,9 @@ void read_scale(TomlSection& interior, InteriorConfig& config) {
   }
   std::string word;
   config.scale_from_marker = interior.read_word("scale", word, {"marker"});
+  if (config.scale_from_marker && config.camera)
+    interior.problem("scale", "= \"marker\" is for single pictures: draw one with it, which prints scale and "
+                              "colour_matrix to be given here");
 }
 
 void read_noise(TomlSection& interior, CameraNoise& noise) {
@@ -112,8 +115,6 @@ Result<RunConfig> read_run_config(const std::filesystem::path& path) {
   if (config.sky.camera.has_value() != config.interior.camera.has_value())
     file->report(1, fmt::format("[{}] has a camera and [{}] has none: give both a camera, or both an image",
                                 config.sky.camera ? "sky" : "interior", config.sky.camera ? "interior" : "sky"));
-  if (config.is_live() && config.interior.scale_from_marker)
-    file->report(1, "[interior] scale = \"marker\" is for single pictures: draw one with it, and give the number here");
   if (config.http && !config.is_live())
     root.problem("http", "has no effect without [sky] camera and [interior] camera");
   if (config.interior.scale_from_marker && !config.marker)

@@ -107,6 +107,9 @@ void read_marker(TomlSection root, std::optional<MarkerConfig>& marker) {
   root.read("dictionary", m.dictionary);
   if (!root.read("ids", m.ids, {0, 100000}) && !root.has("ids"))
     root.problem("", "needs ids, for example ids = [23]");
+  for (auto id = m.ids.begin(); id != m.ids.end(); ++id)
+    if (std::find(m.ids.begin(), id, *id) != id)
+      root.problem("ids", fmt::format("{} stands there twice; a marker is at one place of the board", *id));
   root.read("size_m", m.size_m, {1e-4, 100.0});
   if (root.read("columns", m.columns, {1, 1000}) && m.ids.size() % static_cast<std::size_t>(m.columns) != 0)
     root.problem("columns", fmt::format("{} ids do not fill rows of {}", m.ids.size(), m.columns));

@@ -33,6 +33,20 @@ bool write_all(int fd, const std::byte* data, std::size_t size) {
   return true;
 }
 
+/// Who may read a file that is there stays as it is; a new one may be read by all.
+mode_t mode_for(const std::filesystem::path& path) {
+  struct stat known {};
+  return ::stat(path.c_str(), &known) == 0 ? known.st_mode & 0777 : 0644;
+}
+
+/// The file that a link leads to is replaced, not the link.
+std::filesystem::path behind_links(const std::filesystem::path& path) {
+  std::error_code failed;
+  const std::filesystem::path file =
+      std::filesystem::is_symlink(path, failed) ? std::filesystem::canonical(path, failed) : path;
+  return failed || file.empty() ? path : file;
+}
+
 /// Never destroyed: a process may end while files are written.
 struct Unfinished {
   std::mutex mutex;
@@ -65,8 +79,8 @@ void remove_unfinished_files() {
 
 } // namespace detail
 
-Result<void> write_file_atomically(const std::filesystem::path& path,
-                                   std::span<const std::span<const std::byte>> parts) {
+Result<void> write_file_atomically(const std::filesystem::path& to, std::span<const std::span<const std::byte>> parts) {
+  const std::filesystem::path path = behind_links(to);
   std::string temporary = path.string() + ".tmp-XXXXXX";
   const int fd = ::mkstemp(temporary.data());
   if (fd < 0)
@@ -75,7 +89,7 @@ Result<void> write_file_atomically(const std::filesystem::path& path,
   bool good = true;
   for (const auto& part : parts)
     good = good && write_all(fd, part.data(), part.size());
-  good = good && ::fchmod(fd, 0644) == 0 && ::fsync(fd) == 0;
+  good = good && ::fchmod(fd, mode_for(path)) == 0 && ::fsync(fd) == 0;
   const int saved = errno;
   good = (::close(fd) == 0) && good;
   if (!good) {

@@ -1,10 +1,12 @@
 // Real GigE Vision packets over loopback, from Aravis' fake camera in this process.
 
 #include "capture/frames/aravis_source.h"
+#include "capture/frames/camera_thread.h"
 
 #include <atomic>
 #include <cstring>
 #include <memory>
+#include <thread>
 
 #include <arv.h>
 #include <fcntl.h>
@@ -205,6 +207,20 @@ TEST_F(CameraTest, a_camera_named_by_its_id_is_found_again_at_another_address) {
   EXPECT_EQ((*source)->report().connections, 2u);
 }
 
+TEST_F(CameraTest, a_thread_that_still_looks_for_its_camera_is_told_of_until_it_has_ended) {
+  CameraSettings settings;
+  settings.camera = "no camera has this name";
+  {
+    const auto source = open_camera(settings);
+    ASSERT_TRUE(source);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_TRUE(is_camera_leaving());
+  for (const double end = wall_seconds() + 20; is_camera_leaving() && wall_seconds() < end;)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_FALSE(is_camera_leaving());
+}
+
 TEST_F(CameraTest, cameras_with_the_same_id_are_told_apart_by_their_addresses) {
   const std::string other = test::second_address();
   if (other.empty())
@@ -239,7 +255,9 @@ TEST_F(CameraTest, settings_that_the_camera_refuses_are_said) {
   auto source = open_camera(s);
   ASSERT_TRUE(source);
   EXPECT_FALSE(frame_within(**source, 1.5));
-  EXPECT_NE((*source)->report().trouble.find("pixel format"), std::string::npos) << (*source)->report().trouble;
+  EXPECT_NE((*source)->report().trouble.find("pixel_format = \"Mono13\""), std::string::npos)
+      << (*source)->report().trouble;
+  EXPECT_NE((*source)->report().trouble.find("it has BayerBG8, "), std::string::npos) << (*source)->report().trouble;
   s.exposure_us = -1;
   EXPECT_FALSE(open_camera(s));
 }

@@ -171,7 +171,7 @@ TEST(Doctor, a_port_in_use_is_a_warning_and_a_short_or_open_token_is_said) {
 
   HttpConfig http{ntohs(address.sin_port), "127.0.0.1", s.folder / "token"};
   std::ofstream(http.token_file) << "short";
-  expect(worst(check_http(http), "http"), Level::warning, "cannot be had", "port");
+  expect(worst(check_http(http), "http"), Level::warning, "another program listens", "port");
   expect(worst(check_http(http), "http token"), Level::error, "5 characters", "openssl rand");
   std::ofstream(http.token_file) << "0123456789abcdef0123456789abcdef";
   std::filesystem::permissions(http.token_file, std::filesystem::perms(0644));
@@ -180,6 +180,19 @@ TEST(Doctor, a_port_in_use_is_a_warning_and_a_short_or_open_token_is_said) {
   ::close(socket);
   for (const Finding& f : check_http(http))
     expect(f, Level::ok, "");
+}
+
+TEST(Doctor, an_address_that_the_daemon_cannot_have_and_markers_that_it_does_not_know_are_errors) {
+  for (const char* address : {"999.1.1.1", "198.51.100.7"}) // no address; one for documentation
+    expect(worst(check_http({0, address, {}}), "http"), Level::error, "no address of this machine", "[http] address");
+  LiveStudio s;
+  s.config.marker = MarkerConfig{};
+  s.config.marker->dictionary = "6X6_25";
+  s.config.marker->ids = {23};
+  expect(worst(check_inputs(s.config), "marker"), Level::error, "6X6_25", "");
+  s.config.marker->dictionary = "6X6_250";
+  s.config.marker->ids = {250};
+  expect(worst(check_inputs(s.config), "marker"), Level::error, "no marker 250", "");
 }
 
 /// The port of the control channel is one per machine: tests that run beside this one wait.

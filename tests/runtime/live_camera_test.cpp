@@ -256,6 +256,54 @@ std::string status_at(int port) {
   return text;
 }
 
+TEST_F(LiveCamerasTest, a_recording_that_ends_early_is_told_at_the_end_of_the_run) {
+  const auto tape = studio_.folder / "tape";
+  LiveOptions options;
+  options.record = tape;
+  options.frames = 30;
+  options.backend = Backend::rays;
+  options.quiet = true;
+  Result<void> ended;
+  std::thread daemon([&] { ended = run_live(studio_.config, options, [](const DrawnFrame&) {}); });
+  std::error_code none;
+  for (const double end = wall_seconds() + 10 * kSlower;
+       wall_seconds() < end && !std::filesystem::exists(tape / "sky" / "frames.jsonl");)
+    std::this_thread::sleep_for(1ms);
+  for (int k = 0; k < 100 && (std::filesystem::remove_all(tape / "sky", none), std::filesystem::exists(tape / "sky"));
+       ++k)
+    std::this_thread::sleep_for(1ms);
+  daemon.join();
+  ASSERT_FALSE(ended);
+  EXPECT_EQ(exit_code(ended.error()), kExitFailed);
+  EXPECT_NE(ended.error().message().find("the recording ended before the run did (sky: "), std::string::npos)
+      << ended.error().message();
+}
+
+TEST_F(LiveCamerasTest, pictures_that_cannot_be_written_are_told_before_a_camera_is_touched) {
+  LiveOptions options;
+  options.frames = 3;
+  options.backend = Backend::rays;
+  options.quiet = true;
+  int drawn = 0;
+  const auto draw = [&] { return run_live(studio_.config, options, [&](const DrawnFrame&) { ++drawn; }); };
+  studio_.config.output = {};
+  const auto nowhere = draw();
+  ASSERT_FALSE(nowhere);
+  EXPECT_NE(nowhere.error().message().find("no file is named"), std::string::npos) << nowhere.error().message();
+  studio_.config.output.png = studio_.folder / "out.png";
+  const auto theirs = studio_.folder / "out-00002.png";
+  std::ofstream(theirs) << "a letter";
+  const auto refused = draw();
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find("--force"), std::string::npos) << refused.error().message();
+  EXPECT_EQ(drawn, 0);
+  options.force = true;
+  const auto done = draw();
+  EXPECT_TRUE(done) << done.error().message();
+  EXPECT_EQ(drawn, 3);
+  EXPECT_TRUE(read_ldr_image(theirs));
+}
+
 /// What systemd listens on.
 class NotifySocket {
 public:

@@ -163,6 +163,28 @@ TEST(CameraWatch, the_same_picture_for_long_is_a_frozen_camera) {
   EXPECT_TRUE(watch.report(source).frozen);
   watch.accept(frame_of(4));
   EXPECT_FALSE(watch.report(source).frozen);
+  std::this_thread::sleep_for(25ms);
+  EXPECT_FALSE(watch.report(source).frozen) << "nobody looked at its frames meanwhile";
+}
+
+TEST(CameraWatch, a_picture_with_nothing_in_it_is_called_black_or_white) {
+  CameraWatch watch(4, 2, false);
+  const auto blank = [&](const CameraFrame& frame) {
+    EXPECT_TRUE(watch.accept(frame));
+    return watch.report({}).blank;
+  };
+  EXPECT_EQ(blank(frame_of(1, 1)), "black");
+  EXPECT_EQ(blank(frame_of(2, 100)), "");
+  CameraFrame frame = frame_of(3, 252);
+  EXPECT_EQ(blank(frame), "") << "one sample is not";
+  frame.bytes[0] = 252;
+  EXPECT_EQ(blank(frame), "white");
+  CameraFrame deep{4, 2, {Mosaic::mono, 12}, {}, 4};
+  for (int k = 0; k < 8; ++k)
+    deep.bytes.insert(deep.bytes.end(), {0xf0, 0x0f});
+  EXPECT_EQ(blank(deep), "white");
+  deep.bytes[5] = 0x0a;
+  EXPECT_EQ(blank(deep), "");
 }
 
 TEST(CameraWatch, losses_are_explained) {
@@ -229,6 +251,11 @@ TEST(Recorder, a_disk_that_takes_nothing_ends_the_recording_and_nothing_else) {
   (*recorder)->offer(frame_of(2));
   EXPECT_EQ((*recorder)->report().recorded, 0u);
   EXPECT_EQ((*recorder)->report().dropped, 2u);
+  LiveStatus status;
+  status.set("drawing", 0, 0, {}, {}, (*recorder)->finish(), std::nullopt);
+  const std::string metrics = to_prometheus(status.report());
+  EXPECT_NE(metrics.find("\ndaylit_recording_dropped_total{camera=\"sky\"} 2\n"), std::string::npos) << metrics;
+  EXPECT_NE(metrics.find("\ndaylit_recording_ended{camera=\"sky\"} 1\n"), std::string::npos) << metrics;
 }
 
 /// A status after four pictures, one of them untouched.
@@ -262,6 +289,25 @@ TEST(LiveStatus, is_told_as_json) {
   EXPECT_TRUE(json["sky"]["frame_age_s"].is_null()) << "there was none";
   EXPECT_EQ(json["sky_recording"]["recorded"], 7);
   EXPECT_TRUE(json["interior_recording"].is_null());
+}
+
+TEST(LiveStatus, a_sky_over_range_has_an_unknown_upper_bound) {
+  DrawnFrame frame;
+  EXPECT_EQ(nlohmann::json::parse(to_json(frame))["sun"], "in range");
+  frame.sky_balance = {500, 500, false, false, Rgb(2.0f)};
+  const auto json = nlohmann::json::parse(to_json(frame));
+  EXPECT_EQ(json["sun"], "over range");
+  EXPECT_EQ(json["sky_irradiance"][0], 2.0);
+  EXPECT_TRUE(json["sky_irradiance_at_most"].is_null());
+}
+
+TEST(LiveStatus, a_number_that_goes_on_is_no_other_state) {
+  LiveStatus status;
+  const auto is_news = [&](const char* state) { return status.set(state, 0, 0, {}, {}, std::nullopt, std::nullopt); };
+  EXPECT_TRUE(is_news("sky camera black: its last good picture is 3 s old"));
+  EXPECT_FALSE(is_news("sky camera black: its last good picture is 14 s old"));
+  EXPECT_EQ(status.report().state, "sky camera black: its last good picture is 14 s old");
+  EXPECT_TRUE(is_news("drawing"));
 }
 
 TEST(LiveStatus, is_told_to_prometheus_line_by_line) {

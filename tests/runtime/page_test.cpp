@@ -171,11 +171,16 @@ TEST_F(Page, a_file_that_another_has_changed_is_not_overwritten) {
   std::ofstream(file_) << "[light]\nsamples = 12\n";
   const HttpReply refused = post("/scene/save", {});
   EXPECT_EQ(refused.status, 400);
-  EXPECT_NE(refused.body.find("other objects"), std::string::npos);
+  EXPECT_NE(refused.body.find("changed by somebody else"), std::string::npos);
   EXPECT_EQ(file(), "[light]\nsamples = 12\n");
+  std::ofstream(file_) << kFile << "# theirs\n";
+  EXPECT_EQ(post("/scene/change", {{"object", 0}, {"scale", 1.5}}).status, 200);
+  EXPECT_EQ(post("/scene/save", {}).status, 400) << "the same objects, another text";
+  EXPECT_EQ(file(), std::string(kFile) + "# theirs\n");
 }
 
 TEST_F(Page, without_frames_a_change_is_refused_and_not_done_later) {
+  get("/scene"); // the first frame, which takes longest
   paused_ = true;
   std::this_thread::sleep_for(20ms);
   std::atomic<int> done = 0;
@@ -216,6 +221,24 @@ TEST_F(Page, no_request_breaks_the_scene) {
   const json object = get("/scene")["objects"][0];
   for (const json& number : object["position"])
     EXPECT_TRUE(number.is_number()) << object;
+}
+
+TEST_F(Page, a_change_of_another_kind_is_refused_with_the_key) {
+  const std::pair<const char*, std::pair<json, const char*>> wrong[] = {
+      {"/scene/change", {{{"object", 0}, {"scale", "x"}}, "\"scale\" must be a number"}},
+      {"/scene/change", {{{"object", 0}, {"position", {1, 2}}}, "\"position\" must be 3 numbers"}},
+      {"/scene/change", {{{"object", 0}, {"scael", 2}}, "unknown key \"scael\""}},
+      {"/scene/change", {{{"object", -1}, {"scale", 2}}, "\"object\" must be an index"}},
+      {"/scene/show", {{{"direct", 1}}, "\"direct\" must be true or false"}},
+      {"/scene/show", {json::array(), "a JSON object"}},
+      {"/scene/add", {{{"model", 0}, {"position", {1, 2, 3}}, {"scale", 2}}, "unknown key"}},
+      {"/scene/remove", {{{"object", "0"}}, "must be an index"}},
+  };
+  for (const auto& [path, change] : wrong) {
+    const HttpReply reply = post(path, change.first);
+    EXPECT_EQ(reply.status, 400) << path << " " << change.first;
+    EXPECT_NE(json::parse(reply.body)["error"].get<std::string>().find(change.second), std::string::npos) << reply.body;
+  }
 }
 
 TEST(PageFiles, the_page_names_only_files_that_are_served) {

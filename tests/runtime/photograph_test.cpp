@@ -8,6 +8,8 @@
 #include <limits>
 #include <random>
 
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "capture/markers/find_markers.h"
@@ -88,6 +90,46 @@ Photograph marker_sheet(float paper, float frame) {
 }
 constexpr std::array<glm::dvec2, 4> kSquare{glm::dvec2(29.5, 29.5), glm::dvec2(69.5, 29.5), glm::dvec2(69.5, 69.5),
                                             glm::dvec2(29.5, 69.5)};
+
+/// A print of luminance 2 on its paper before a dim wall, turned by 20 degrees; corners in `corner_px`.
+Photograph bright_print_before_a_dim_wall(std::array<glm::dvec2, 4>& corner_px) {
+  const auto print = marker_print("6X6_250", 5);
+  const double side = 61.3, cell = side / print->cells_per_side, angle = 0.35;
+  const glm::dvec2 origin(150.37, 90.71), right(std::cos(angle), std::sin(angle)), down(-right.y, right.x);
+  const std::array<glm::dvec2, 4> unit{{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
+  for (std::size_t k = 0; k < 4; ++k)
+    corner_px[k] = origin + side * (unit[k].x * right + unit[k].y * down) - 0.5; // pixel centres are whole numbers
+  const auto radiance = [&](const glm::dvec2& p) {
+    const glm::dvec2 at(glm::dot(p - origin, right) / cell, glm::dot(p - origin, down) / cell);
+    const glm::ivec2 c(glm::floor(at));
+    const int n = print->cells_per_side;
+    if (c.x >= 0 && c.y >= 0 && c.x < n && c.y < n)
+      return print->white[static_cast<std::size_t>(c.y * n + c.x)] ? 2.0 : 0.05;
+    return std::min(at.x, at.y) > -1.0 && std::max(at.x, at.y) < n + 1.0 ? 2.0 : 0.3;
+  };
+  Photograph photo;
+  photo.linear = RgbImage(400, 300);
+  for (int y = 0; y < 300; ++y)
+    for (int x = 0; x < 400; ++x) {
+      double sum = 0;
+      for (int k = 0; k < 64; ++k)
+        sum += radiance({x + (k % 8 + 0.5) / 8, y + (k / 8 + 0.5) / 8}) / 64;
+      photo.linear.at(x, y) = Rgb(static_cast<float>(sum));
+    }
+  return photo;
+}
+
+TEST(MarkerPicture, corners_do_not_move_where_the_paper_is_much_brighter_than_the_picture) {
+  std::array<glm::dvec2, 4> truth;
+  const Photograph photo = bright_print_before_a_dim_wall(truth);
+  const auto picture = picture_of_markers(photo, "6X6_250");
+  ASSERT_TRUE(picture);
+  const auto seen = find_markers(*picture, "6X6_250");
+  ASSERT_TRUE(seen);
+  ASSERT_EQ(seen->size(), 1u);
+  for (std::size_t k = 0; k < 4; ++k)
+    EXPECT_LT(glm::distance(seen->front().corner_px[k], truth[k]), 0.05) << k;
+}
 
 TEST(MarkerWhite, is_the_median_of_the_paper) {
   Photograph photo = marker_sheet(0.6f, 0.02f);

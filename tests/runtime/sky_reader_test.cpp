@@ -181,6 +181,22 @@ TEST_F(SkyReaderTest, a_sun_beyond_the_range_is_counted_and_restored_by_a_readin
   EXPECT_NEAR(balance().irradiance.g, truth.g, 0.01f * truth.g);
   config_.place = SkyPlace{-45.0, -170.0}; // night there
   EXPECT_FALSE(balance().sun_lost) << "what is over range is not the sun";
+  EXPECT_EQ(balance().unexplained, 4u);
+}
+
+TEST_F(SkyReaderTest, a_sky_that_is_over_range_everywhere_has_no_upper_bound) {
+  const CameraFrame white = frame(sky(20'000.0f), 100'000, 100'000.0, 0, linear);             // holds 0.01
+  for (const auto& place : {std::optional<SkyPlace>(), std::optional(SkyPlace{51.5, 0.0})}) { // the sun is up there
+    config_.place = place;
+    auto reader = SkyReader::open(config_);
+    const auto read = reader->read(white);
+    ASSERT_TRUE(read && *read);
+    const SkyBalance& balance = (*read)->balance;
+    EXPECT_EQ(balance.over_range, std::uint64_t{kSide} * kSide);
+    EXPECT_EQ(balance.sun_lost, place.has_value());
+    EXPECT_GT(balance.unexplained, std::uint64_t{kSide} * kSide * 99 / 100);
+    EXPECT_FALSE(balance.irradiance_at_most());
+  }
 }
 
 TEST_F(SkyReaderTest, place_and_time_put_the_sun_where_it_stands) {

@@ -195,6 +195,7 @@ TEST_F(ConfigTest, impossible_cameras_boards_and_servers_are_refused_with_their_
       {"camera = \"127.0.0.2\"", "camera = \"\"", "is empty"},
       {"camera = \"127.0.0.2\"", "camera = \"127.0.0.1\"", "is that of [sky] too"},
       {"scale = 1.0", "scale = \"marker\"", "is for single pictures"},
+      {"ids = [23, 40]", "ids = [23, 23]", "[marker] ids: 23 stands there twice"},
       {"columns = 2", "columns = 3", "2 ids do not fill rows of 3"},
       {"columns = 2", "gap_m = 0.1", "is only used with columns"},
       {"port = 8080", "port = 70000", "[http] port"},
