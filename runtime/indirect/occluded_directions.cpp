@@ -18,6 +18,13 @@ namespace daylit {
 namespace {
 
 constexpr int kPacket = 16;
+constexpr double kWhole = 0.2; // cosine of half a cone's angle: wider ones are looked at as a whole hemisphere
+
+/// By its cosine with n: cos = sqrt(1 - u) (Malley).
+glm::dvec3 in_hemisphere(const OrthonormalBasis& basis, const glm::dvec3& n, const DirectionPattern::Point& p) {
+  const double up = std::sqrt(1.0 - p.height), side = std::sqrt(p.height);
+  return side * p.cosine * basis.u + side * p.sine * basis.v + up * n;
+}
 
 /// Where the directions towards one part come from.
 struct Cone {
@@ -28,7 +35,7 @@ struct Cone {
 
   /// On the side of n.
   Cone(const BoundingSphere& sphere, const glm::dvec3& x, const glm::dvec3& n) : Cone(sphere, x) {
-    whole = cos_max < 0.2;
+    whole = cos_max < kWhole;
     if (whole) {
       axis = n;
       basis = OrthonormalBasis(n);
@@ -44,9 +51,11 @@ struct Cone {
       axis = to / distance;
     basis = OrthonormalBasis(axis);
   }
-  /// Uniform in the cone: cos = 1 - u (1 - cos_max). In the whole hemisphere by its cosine: cos = sqrt(1 - u) (Malley).
+  /// Uniform in the cone: cos = 1 - u (1 - cos_max).
   glm::dvec3 direction(const DirectionPattern::Point& p) const {
-    const double up = whole ? std::sqrt(1.0 - p.height) : 1.0 - p.height * (1.0 - cos_max);
+    if (whole)
+      return in_hemisphere(basis, axis, p);
+    const double up = 1.0 - p.height * (1.0 - cos_max);
     const double side = std::sqrt(std::max(0.0, 1.0 - up * up));
     return side * p.cosine * basis.u + side * p.sine * basis.v + up * axis;
   }
@@ -133,6 +142,13 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
 
 } // namespace
 
+void add_patch(std::vector<SeenPatch>& seen, RoomPatch* patch, float weight) {
+  auto same = std::ranges::find(seen, patch, &SeenPatch::patch);
+  if (same == seen.end())
+    same = seen.insert(same, {patch, 0.0f});
+  same->weight += weight;
+}
+
 /// Parts whose sphere lies below the horizon of n are left out.
 void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
                    const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
@@ -147,6 +163,39 @@ void find_occluded(const RayScene& room, const RoomPatches& patches, const Place
     };
     look_at_part(room, patches, parts, {part, part}, x, cone, pattern, weight, covered);
   }
+}
+
+/// Sixteen directions at a time.
+std::vector<SeenPatch> find_around(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x,
+                                   const glm::dvec3& n, const DirectionPattern& pattern) {
+  const OrthonormalBasis basis(n);
+  const std::span<const DirectionPattern::Point> points = pattern.points();
+  const auto each = static_cast<float>(std::numbers::pi / static_cast<double>(points.size()));
+  std::vector<SeenPatch> seen;
+  for (std::size_t first = 0; first < points.size(); first += kPacket) {
+    const std::size_t count = std::min<std::size_t>(kPacket, points.size() - first);
+    std::array<glm::dvec3, kPacket> direction;
+    for (std::size_t k = 0; k < count; ++k)
+      direction[k] = in_hemisphere(basis, n, points[first + k]);
+    RayHits16 hits;
+    const RayPacket16 rays = ray_fan(room.to_local(x), count, [&](std::size_t k) { return glm::vec3(direction[k]); });
+    const std::uint32_t ends = room.closest16(rays, static_cast<int>(count), hits);
+    for (std::size_t k = 0; k < count; ++k)
+      if (ends >> k & 1u)
+        add_patch(seen,
+                  patches.at(hits.triangle[k], x + static_cast<double>(hits.distance[k]) * direction[k], direction[k]),
+                  each);
+  }
+  return seen;
+}
+
+/// 1 - cos_max / kWhole of the widest cone.
+float surrounded(const PlacedParts& parts, const glm::dvec3& x) {
+  double widest = 1.0;
+  for (std::size_t part = 0; part < parts.size(); ++part)
+    if (parts.sphere(part).radius > 0.0)
+      widest = std::min(widest, Cone(parts.sphere(part), x).cos_max);
+  return static_cast<float>(std::clamp(1.0 - widest / kWhole, 0.0, 1.0));
 }
 
 void find_occluded_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,

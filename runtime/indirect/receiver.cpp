@@ -15,10 +15,10 @@
 namespace daylit {
 
 namespace {
-constexpr double kSkin = 0.01; // of an object's radius: its own facets cast no shadow closer than this
+constexpr double kSkin = 0.01;     // of an object's radius: its own facets cast no shadow closer than this
+constexpr float kMostScale = 2.0f; // of what is hidden, to agree with the volume
 } // namespace
 
-/// Directions with the same patch behind them are summed: it is looked up once per light.
 void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
                      Receiver& receiver) const {
   std::vector<OccludedDirection> occluded;
@@ -30,12 +30,11 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
     receiver.senders.push_back({o.vertex, d.weight * glm::vec3(1.0f - o.u - o.v, o.u, o.v), o.back});
     if (!d.behind)
       continue;
-    auto same = std::find_if(receiver.hidden.begin(), receiver.hidden.end(),
-                             [&](const Receiver::Hidden& h) { return h.patch == d.behind; });
-    if (same == receiver.hidden.end())
-      same = receiver.hidden.insert(same, {d.behind, 0.0f});
-    same->weight += d.weight;
+    add_patch(receiver.hidden, d.behind, d.weight);
   }
+  receiver.surrounded = surrounded(parts, x);
+  if (receiver.surrounded > 0.0f && receiver.around.empty())
+    receiver.around = find_around(rays, patches, x, n, pattern);
   if (!receiver.window_visibility)
     receiver.window_visibility = windows.visible_fraction(x, n);
 }
@@ -51,29 +50,47 @@ Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
   return sum;
 }
 
-/// sum over the occluded directions of cos dw rho E / pi of the patch behind (Grosch et al. 2007 leave this term out),
-/// and what the sunlit points behind send.
-Rgb LitScene::hidden_irradiance(const Receiver& receiver, const glm::dvec3& x, const glm::dvec3& n) const {
-  Rgb sum = hidden_sunlight(x + kAirGap_m * n, n);
-  for (const Receiver::Hidden& h : receiver.hidden)
-    sum += h.weight * h.patch->reflectance * patches.irradiance(*h.patch) * std::numbers::inv_pi_v<float>;
-  return sum;
+/// H = sum over the occluded directions of cos dw rho E / pi of the patch behind (Grosch et al. 2007 leave this term
+/// out), and what the sunlit points behind send. Where an object hides most of the light, what is left is the small
+/// difference of this and of the volume's E, two estimates that differ by some per cent: there H E / E', E' the same
+/// sum as H over all directions.
+Rgb LitScene::hidden_irradiance(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+                                const glm::dvec3& n) const {
+  const auto sent = [&](const std::vector<SeenPatch>& seen) {
+    Rgb sum(0.0f);
+    for (const SeenPatch& s : seen)
+      sum += s.weight * s.patch->reflectance * patches.irradiance(*s.patch) * std::numbers::inv_pi_v<float>;
+    return sum;
+  };
+  const Sunlight sunlight = sent_by_sunlit(x + kAirGap_m * n, n);
+  const Rgb hidden = sunlight.hidden + sent(receiver.hidden);
+  if (receiver.surrounded == 0.0f)
+    return hidden;
+  const Rgb here = light.at_surface(triangle, x, -n).indirect_irradiance, all = sunlight.all + sent(receiver.around);
+  Rgb scale(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (all[c] > 0.0f)
+      scale[c] += receiver.surrounded * (std::clamp(here[c] / all[c], 1.0f / kMostScale, kMostScale) - 1.0f);
+  return scale * hidden;
 }
 
-/// sum over the points of power / pi cos cos' / r^2 (a small diffuse source), where an object and none of the room
-/// stands between.
-Rgb LitScene::hidden_sunlight(const glm::dvec3& x, const glm::dvec3& n) const {
+/// sum over the points of power / pi cos cos' / r^2 (a small diffuse source), where none of the room stands between;
+/// hidden: where an object does.
+LitScene::Sunlight LitScene::sent_by_sunlit(const glm::dvec3& x, const glm::dvec3& n) const {
   constexpr std::size_t kPacket = 16;
-  Rgb sum(0.0f);
+  Sunlight sum;
   std::array<glm::dvec3, kPacket> offset, direction;
   std::array<Rgb, kPacket> arriving;
   std::size_t count = 0;
-  const auto add_hidden = [&] {
-    std::uint32_t hidden = parts.occluded(x, {direction.data(), count});
-    hidden = hidden ? hidden & windows.past_room(x, {offset.data(), count}) : 0u;
-    for (std::size_t k = 0; k < count; ++k)
+  const auto add = [&] {
+    const std::uint32_t seen = windows.past_room(x, {offset.data(), count}),
+                        hidden = seen ? seen & parts.occluded(x, {direction.data(), count}) : 0u;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (seen >> k & 1u)
+        sum.all += arriving[k];
       if (hidden >> k & 1u)
-        sum += arriving[k];
+        sum.hidden += arriving[k];
+    }
     count = 0;
   };
   for (const SunlitPoint& p : sunlit) {
@@ -85,10 +102,10 @@ Rgb LitScene::hidden_sunlight(const glm::dvec3& x, const glm::dvec3& n) const {
     direction[count] = d / std::sqrt(r2);
     arriving[count++] = static_cast<float>(here * there / (std::numbers::pi * r2 * r2)) * p.power;
     if (count == kPacket)
-      add_hidden();
+      add();
   }
   if (count > 0)
-    add_hidden();
+    add();
   return sum;
 }
 

@@ -24,11 +24,6 @@ struct IndirectChange {
 
 /// What does not depend on the light.
 struct Receiver {
-  /// The directions, cos dw in sr together, in which one patch of the room is behind the objects.
-  struct Hidden {
-    RoomPatch* patch = nullptr;
-    float weight = 0.0f;
-  };
   /// A point of an object that sends light here: weights of its corners, times cos dw in sr.
   struct Sender {
     std::array<std::uint32_t, 3> vertex{};
@@ -36,7 +31,9 @@ struct Receiver {
     bool back = false;
   };
   std::vector<Sender> senders;            ///< until an object moves
-  std::vector<Hidden> hidden;             ///< the same
+  std::vector<SeenPatch> hidden;          ///< the same: what of the room is behind the objects
+  float surrounded = 0.0f;                ///< the same: surrounded()
+  std::vector<SeenPatch> around;          ///< what the room shows, found where an object first surrounds x
   std::optional<float> window_visibility; ///< past the room
 };
 
@@ -61,14 +58,18 @@ struct LitScene {
   void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
   /// Irradiance from the objects, and from the room behind them, on x with normal n.
   Rgb sent_irradiance(const Receiver& receiver) const;
-  Rgb hidden_irradiance(const Receiver& receiver, const glm::dvec3& x, const glm::dvec3& n) const;
+  Rgb hidden_irradiance(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+                        const glm::dvec3& n) const;
   /// Irradiance without the objects, sun excepted, at point x of a triangle on the side that `direction` meets.
   Rgb before(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Irradiance straight from sky and sun that the objects keep from point x of a triangle with normal n: the sun's is
   /// the mean over a square of that width, for its edges are sharp.
   Rgb lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
-  /// Of the light that the sunlit surfaces of the room send to x with normal n, what the objects hide.
-  Rgb hidden_sunlight(const glm::dvec3& x, const glm::dvec3& n) const;
+  /// The light that the sunlit surfaces of the room send to x with normal n, and what of it the objects hide.
+  struct Sunlight {
+    Rgb all{0.0f}, hidden{0.0f};
+  };
+  Sunlight sent_by_sunlit(const glm::dvec3& x, const glm::dvec3& n) const;
   /// The sun's light that one side of an object's surface reflects.
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
   const Rgb& reflectance(std::uint32_t triangle) const { return room.material(room.triangles[triangle]).reflectance; }

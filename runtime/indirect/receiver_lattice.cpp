@@ -157,7 +157,7 @@ void ReceiverLattice::State::renew(Node& node) const {
     node.sky_version = 0;
   }
   if (std::exchange(node.sky_version, sky_version) != sky_version) {
-    node.hidden = scene.hidden_irradiance(node.receiver, node.x, node.n);
+    node.hidden = scene.hidden_irradiance(node.receiver, node.triangle, node.x, node.n);
     node.before = scene.before(node.receiver, node.triangle, node.x, -node.n);
   }
   node.change = {scene.sent_irradiance(node.receiver) - node.hidden, node.before};
@@ -334,7 +334,7 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   const glm::dvec3 n = s.scene.normal_of(triangle, direction);
   Receiver receiver;
   s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
-  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, x, n),
+  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, triangle, x, n),
           s.scene.before(receiver, triangle, x, direction)};
 }
 

@@ -15,9 +15,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// The box room under an indirect light that is the same everywhere and in all directions; a sphere in its air.
+/// The box room under an indirect light that is the same everywhere and in all directions, and that its white walls
+/// send back; a sphere in its air.
 struct Surrounded {
-  BasisVolume volume = test::box_volume({});
+  BasisVolume volume;
   LightField field;
   LightFieldSampler sampler = *LightFieldSampler::make(volume);
   RayScene rays = *RayScene::build(volume.room);
@@ -32,8 +33,21 @@ struct Surrounded {
   static RayScene rays_of(const ObjectMesh& mesh) {
     return *RayScene::build(std::vector<glm::dvec3>(mesh.positions.begin(), mesh.positions.end()), mesh.triangles);
   }
+  /// Without windows their place is wall.
+  static BasisVolume white_box(bool closed) {
+    BasisVolume box = test::box_volume({});
+    for (Material& m : box.room.materials)
+      m.reflectance = Rgb(1.0f);
+    for (const Aperture& pane : closed ? test::box_window() : std::vector<Aperture>{}) {
+      const auto first = static_cast<std::uint32_t>(box.room.vertices.size());
+      box.room.vertices.insert(box.room.vertices.end(), pane.corners.begin(), pane.corners.end());
+      for (std::uint32_t k = 2; k < pane.corners.size(); ++k)
+        box.room.triangles.push_back({{first, first + k - 1, first + k}, box.room.triangles[0].material});
+    }
+    return box;
+  }
   explicit Surrounded(float radius, const std::vector<Aperture>& windows = {}, float sky_factor = 0.0f)
-      : mesh(test::torus(0.0f, radius, 96, 64)), mesh_rays(rays_of(mesh)),
+      : volume(white_box(windows.empty())), mesh(test::torus(0.0f, radius, 96, 64)), mesh_rays(rays_of(mesh)),
         change(volume.room, rays, windows, room_light) {
     Sh9Rgb light{};
     light[0] = Rgb(static_cast<float>(kRadiance * 2.0 * std::sqrt(kPi)));
@@ -44,6 +58,10 @@ struct Surrounded {
     pyramid = sky_map_pyramid(sky);
     cells = aperture_cells(windows, {{2, 3, 1}, 0.2}, pyramid);
     room_light.set_frame(field, pyramid, cells, {});
+  }
+  void set_walls(float reflectance) {
+    for (Material& m : volume.room.materials)
+      m.reflectance = Rgb(reflectance);
   }
   /// At a place, sending `radiance` from everywhere, under a sun.
   void place(const glm::dvec3& at, float radiance, const std::optional<DetectedSun>& sun = {}) {
@@ -68,12 +86,12 @@ struct Surrounded {
 };
 
 TEST(IndirectShadow, a_sphere_takes_and_gives_by_its_form_factor) {
-  // From a point below a sphere of radius r at height h: F = (r / h)^2 (Howell B-4). Behind it are walls of reflectance
-  // 0.6 under the irradiance pi L, so that Delta E = pi F (L_object - 0.6 L).
+  // From a point below a sphere of radius r at height h: F = (r / h)^2 (Howell B-4). Behind it are white walls
+  // under the irradiance pi L, so that Delta E = pi F (L_object - L).
   Surrounded s(0.2f);
   for (const float radiance : {0.0f, 3.0f}) {
     s.place({2.0, 2.5, 1.0}, radiance);
-    const double f = 0.2 * 0.2, expected = kPi * f * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
+    const double f = 0.2 * 0.2, expected = kPi * f * (static_cast<double>(radiance) - Surrounded::kRadiance);
     const IndirectChange exact = s.change.evaluate(s.floor_at({2.0, 2.5, 0.0}), {2.0, 2.5, 0.0}, {0, 0, -1}, 4096);
     EXPECT_NEAR(exact.irradiance.g, expected, 0.01 * std::fabs(expected)) << "4096 rays; the sphere has facets";
     EXPECT_NEAR(s.at({2.0, 2.5, 0.0}).irradiance.g, expected, 0.03 * std::fabs(expected));
@@ -95,7 +113,7 @@ TEST(IndirectShadow, kept_values_agree_with_many_rays_at_each_point) {
       largest = std::max(largest, std::fabs(exact));
       ++count;
     }
-  EXPECT_GT(largest, 0.3 * 0.6 * kPi * Surrounded::kRadiance) << "under the sphere most of the light is gone";
+  EXPECT_GT(largest, 0.3 * kPi * Surrounded::kRadiance) << "under the sphere most of the light is gone";
   EXPECT_LT(std::sqrt(square / count), 0.02 * largest);
 }
 
@@ -136,13 +154,31 @@ TEST(IndirectShadow, beside_a_cube_on_the_floor_the_change_follows_the_closed_fo
   s.mesh = cube(static_cast<float>(kEdge));
   s.mesh_rays = Surrounded::rays_of(s.mesh);
   s.place({2.0, 2.5, 0.5 * kEdge}, 3.0f);
-  const double contrast = kPi * (3.0 - 0.6 * Surrounded::kRadiance);
+  const double contrast = kPi * (3.0 - Surrounded::kRadiance);
   for (const double c : {0.001, 0.002, 0.004, 0.008, 0.015, 0.03, 0.06, 0.12}) {
     const double slant = std::hypot(c, kEdge), w = 0.5 * kEdge;
     const double expected = contrast / kPi * (std::atan(w / c) - c / slant * std::atan(w / slant));
     EXPECT_NEAR(s.at({2.0, 2.5 + 0.5 * kEdge + c, 0.0}).irradiance.g, expected, 0.03 * contrast) << c;
     EXPECT_NEAR(s.at({2.0 + 0.5 * kEdge + c, 2.5, 0.0}).irradiance.g, expected, 0.03 * contrast)
         << c << ": 48 rays, each 2 % of the hemisphere";
+  }
+}
+
+TEST(IndirectShadow, at_a_contact_line_the_part_of_the_light_is_right_where_volume_and_walls_disagree) {
+  // As above, with a black cube, and walls that send 0.85 or 1.2 of what the volume says: what is left is 1 - F of it.
+  constexpr double kEdge = 0.2;
+  for (const float walls : {0.85f, 1.0f, 1.2f}) {
+    Surrounded s(0.1f);
+    s.set_walls(walls);
+    s.mesh = cube(static_cast<float>(kEdge));
+    s.mesh_rays = Surrounded::rays_of(s.mesh);
+    s.place({2.0, 2.5, 0.5 * kEdge}, 0.0f);
+    for (const double c : {0.002, 0.008, 0.03}) {
+      const double slant = std::hypot(c, kEdge), w = 0.5 * kEdge;
+      const double f = (std::atan(w / c) - c / slant * std::atan(w / slant)) / kPi;
+      const IndirectChange change = s.at({2.0, 2.5 + 0.5 * kEdge + c, 0.0});
+      EXPECT_NEAR(-change.irradiance.g / change.before.g, f, 0.03) << walls << ", " << c;
+    }
   }
 }
 
@@ -169,7 +205,7 @@ TEST(IndirectShadow, hides_the_sunlit_wall_behind_an_object_as_many_rays_say) {
           !s.rays.closest(s.rays.to_local(x + 1e-3 * w), glm::vec3(w), 0.0f, 100.0f, hit))
         continue;
       const glm::dvec3 there = x + (1e-3 + static_cast<double>(hit.distance)) * w;
-      lost += 0.6 / kRays * static_cast<double>(s.change.sun_irradiance(hit.triangle, there, w).g);
+      lost += 1.0 / kRays * static_cast<double>(s.change.sun_irradiance(hit.triangle, there, w).g);
     }
     ASSERT_GT(lost, 1.0);
     s.place(ball, 0.0f);
@@ -215,17 +251,17 @@ TEST(IndirectShadow, an_object_loses_the_light_of_the_floor_that_it_shades) {
 }
 
 TEST(IndirectShadow, where_a_sphere_touches_the_floor_it_sees_no_light_from_below) {
-  // Black, it hides walls of reflectance 0.6 under pi L from the floor at its foot, and loses 0.6 of that.
+  // Black, it hides white walls under pi L from the floor at its foot, and loses all of that.
   Surrounded s(0.2f);
   s.place({2.0, 2.5, 0.2}, 0.0f);
-  const double lost = 0.6 * 0.6 * kPi * Surrounded::kRadiance;
+  const double lost = kPi * Surrounded::kRadiance;
   EXPECT_NEAR(irradiance(s.change.feedback(0, s.lowest_vertex()), {0, 0, -1}).g, -lost, 0.06 * lost);
 }
 
 TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_factor) {
   // At a point of one sphere, d from the middle of another of radius r, whose normal is theta off that direction: the
-  // other covers F = (r / d)^2 cos theta where all of it is above the horizon (Howell B-4), and hides walls of
-  // reflectance 0.6 under the irradiance pi L.
+  // other covers F = (r / d)^2 cos theta where all of it is above the horizon (Howell B-4), and hides white
+  // walls under the irradiance pi L.
   Surrounded s(0.15f);
   const glm::dvec3 here(2.0, 2.5, 1.2), there(2.0, 2.05, 1.2);
   std::vector<PlacedPart> parts;
@@ -246,7 +282,7 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
     s.change.set_direct(std::vector<TwoSided>(both.positions.size(), {Rgb(radiance), Rgb(0.0f)}), both);
     s.change.set_indirect(std::vector<TwoSided>(both.positions.size()));
     s.change.exchange();
-    const double contrast = kPi * (static_cast<double>(radiance) - 0.6 * Surrounded::kRadiance);
+    const double contrast = kPi * (static_cast<double>(radiance) - Surrounded::kRadiance);
     for (const double turn : {0.0, 0.3, 0.6}) {
       const glm::dvec3 n(std::sin(turn), -std::cos(turn), 0.0), x = here + 0.15 * n, to = there - x;
       const double d = glm::length(to), theta_cosine = glm::dot(n, to) / d;
@@ -295,6 +331,7 @@ TEST(ChangePicture, what_is_left_out_is_bounded_and_the_rest_grows_smoothly) {
 
 TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_it) {
   Surrounded s(0.08f);
+  s.set_walls(0.6f);
   s.place({2.0, 2.5, 0.09}, 8.0f);
   const auto camera =
       make_render_camera(ideal_pinhole(320, 320, 0.9), look_at({2.0, 2.4, 2.2}, {2.0, 2.5, 0.0}), 320, 320);
