@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -21,6 +22,7 @@ struct SkyBalance {
   bool sun_lost = false;         ///< the sun is among them
   bool sun_restored = false;     ///< it was put back: the irradiance is that of the reading
   Rgb irradiance{0.0f};          ///< horizontal, of the sky as it is used; 0: not measured (the lens sees no horizon)
+  std::string no_reading = {};   ///< why the sun was not put back, where a reading was announced
   /// What the horizontal irradiance may be at most. While only the sun is lost and was not put back `irradiance` holds
   /// all diffuse light, and under clear skies this is 0.165 of the whole at least (Erbs, Klein, Duffie 1982,
   /// k_t > 0.8). Nothing: other light is lost too, and nobody knows how much.

@@ -31,11 +31,13 @@ Finding no_card(const Machine& machine, const std::string& found) {
 }
 
 Finding check_token(const std::filesystem::path& file) {
-  const auto text = read_whole_file(file);
-  if (!text)
-    return failure("http token", text.error());
-  if (text->size() < kTokenCharacters)
-    return failure("http token", fmt::format("{} has {} characters", file.string(), text->size()),
+  const auto bytes = read_whole_file(file);
+  if (!bytes)
+    return failure("http token", bytes.error());
+  const std::string text(bytes->begin(), bytes->end());
+  const std::size_t characters = text.find_last_not_of(" \t\r\n") + 1;
+  if (characters < kTokenCharacters)
+    return failure("http token", fmt::format("{} has {} characters", file.string(), characters),
                    fmt::format("{} at least: openssl rand -hex 16 > {}", kTokenCharacters, file.string()));
   std::error_code none;
   const auto rights = std::filesystem::status(file, none).permissions();

@@ -106,20 +106,24 @@ Result<std::optional<SkyReader::Exposed>> SkyReader::bracket(const CameraFrame& 
   return std::optional(Exposed{std::move(merged->bracket.radiance), std::move(merged->bracket.over_range_mask)});
 }
 
-/// As given, or the first number of the file: nothing while there is none, or it is old.
-std::optional<double> SkyReader::illuminance() const {
-  if (config_.illuminance_file.empty())
-    return config_.illuminance;
+/// As given, or the first number of the file. Errors: there is none, or it is old.
+Result<double> SkyReader::reading() const {
+  const std::string file = config_.illuminance_file.string();
+  if (file.empty())
+    return *config_.illuminance;
+  const auto error = [&](const char* what) { return Error{ErrorCode::value_invalid, what, file, ""}; };
+  const auto bytes = read_whole_file(config_.illuminance_file, 4096);
+  if (!bytes)
+    return bytes.error();
   std::error_code failed;
   const auto written = std::filesystem::last_write_time(config_.illuminance_file, failed);
   if (failed || std::filesystem::file_time_type::clock::now() - written > kOldestReading)
-    return std::nullopt;
-  const auto bytes = read_whole_file(config_.illuminance_file, 4096);
-  if (!bytes)
-    return std::nullopt;
+    return error("is older than two minutes");
   const std::string text(bytes->begin(), bytes->end());
   const auto number = parse_number(trimmed(std::string_view(text).substr(0, text.find_first_of("\r\n"))));
-  return number && *number >= 0 && *number < 1e12 ? number : std::nullopt;
+  if (!number || !(*number >= 0 && *number < 1e12))
+    return error("holds no number in its first line");
+  return *number;
 }
 
 Result<MeasuredSky> SkyReader::measured(Exposed exposed, std::int64_t time_ns) const {
@@ -130,8 +134,13 @@ Result<MeasuredSky> SkyReader::measured(Exposed exposed, std::int64_t time_ns) c
     const auto sun = lost_sun(*geometry_, exposed.over_range, expected);
     balance.sun_lost = sun.has_value();
     balance.unexplained = balance.over_range - (sun ? sun->pixels : 0);
-    if (const auto reading = sun ? illuminance() : std::nullopt)
-      balance.sun_restored = restore_sun(exposed.radiance, *geometry_, sun->direction, *reading);
+    if (sun && (config_.illuminance || !config_.illuminance_file.empty())) {
+      const auto read = reading();
+      if (read)
+        balance.sun_restored = restore_sun(exposed.radiance, *geometry_, sun->direction, *read);
+      else
+        balance.no_reading = read.error().message();
+    }
   }
   auto sky = SkyImage::make(std::move(exposed.radiance), geometry_, config_.ground, "sky camera");
   if (!sky)

@@ -45,7 +45,7 @@ private:
   Result<Exposed> one_exposure(const CameraFrame& frame) const;
   Result<std::optional<Exposed>> bracket(const CameraFrame& frame);
   Result<MeasuredSky> measured(Exposed exposed, std::int64_t time_ns) const;
-  std::optional<double> illuminance() const;
+  Result<double> reading() const;
 
   SkyConfig config_;
   SkyProjection projection_;

@@ -132,6 +132,7 @@ Json frame_json(const DrawnFrame& f) {
           {"sky_irradiance_at_most", or_null(sky.irradiance_at_most())},
           {"sky_over_range", sky.over_range},
           {"sun", sun_of(sky)},
+          {"no_reading", sky.no_reading},
           {"tracking", name_of(f.tracking)},
           {"drawn", f.drawn},
           {"total_ms", f.total_ms}};

@@ -30,7 +30,10 @@ std::string lost_light(const SkyBalance& sky) {
     return "";
   if (sky.unexplained > 0)
     return fmt::format("; {} pixels of the sky are brighter than the camera holds", sky.over_range);
-  return sky.sun_lost ? "; the sun is brighter than the sky camera can show" : "";
+  if (!sky.sun_lost)
+    return "";
+  return "; the sun is brighter than the sky camera can show" +
+         (sky.no_reading.empty() ? "" : ", no reading: " + sky.no_reading);
 }
 
 } // namespace

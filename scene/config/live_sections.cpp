@@ -11,6 +11,8 @@ namespace daylit::detail {
 
 namespace {
 
+constexpr int kFewestBytes = 576; ///< of a packet: GigE Vision
+
 /// Only this machine reaches it.
 bool is_loopback(const std::string& address) {
   return address == "localhost" || address == "::1" || address.starts_with("127.");
@@ -29,6 +31,8 @@ void read_camera(TomlSection& section, std::optional<CameraConfig>& camera) {
         section.problem(key, "is only used with camera");
   section.read("pixel_format", c.pixel_format);
   section.read_word("mosaic", c.mosaic, {"rggb", "grbg", "gbrg", "bggr"});
+  if (!c.mosaic.empty() && !c.pixel_format.empty() && !c.pixel_format.starts_with("Mono"))
+    section.problem("mosaic", "is only for the pixel formats Mono8 to Mono16: others say it themselves");
   double number = 0.0;
   if (section.read("exposure_us", number, {1e-3, 1e9}))
     c.exposure_us = number;
@@ -36,7 +40,8 @@ void read_camera(TomlSection& section, std::optional<CameraConfig>& camera) {
     c.gain = number;
   if (section.read("frame_rate", number, {1e-3, 1e5}))
     c.frame_rate_hz = number;
-  section.read("packet_size", c.packet_bytes, {0, 65535});
+  if (section.read("packet_size", c.packet_bytes, {0, 65535}) && c.packet_bytes > 0 && c.packet_bytes < kFewestBytes)
+    section.problem("packet_size", "is 0 (as the camera has it) or 576 to 65535, bytes");
   section.read_size("size", c.width_px, c.height_px);
   if (named)
     camera = c;

@@ -170,7 +170,7 @@ TEST(Doctor, a_port_in_use_is_a_warning_and_a_short_or_open_token_is_said) {
   getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
 
   HttpConfig http{ntohs(address.sin_port), "127.0.0.1", s.folder / "token"};
-  std::ofstream(http.token_file) << "short";
+  std::ofstream(http.token_file) << "short\n";
   expect(worst(check_http(http), "http"), Level::warning, "another program listens", "port");
   expect(worst(check_http(http), "http token"), Level::error, "5 characters", "openssl rand");
   std::ofstream(http.token_file) << "0123456789abcdef0123456789abcdef";

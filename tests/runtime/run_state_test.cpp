@@ -46,6 +46,8 @@ TEST(RunState, light_that_the_sky_camera_does_not_hold_is_said) {
   EXPECT_EQ(under({500, 480, true}), "drawing; 500 pixels of the sky are brighter than the camera holds");
   EXPECT_EQ(under({20, 0, true}), "drawing; the sun is brighter than the sky camera can show");
   EXPECT_EQ(under({20, 0, true, true}), "drawing");
+  EXPECT_EQ(under({20, 0, true, false, Rgb(0.0f), "lux: cannot open the file"}),
+            "drawing; the sun is brighter than the sky camera can show, no reading: lux: cannot open the file");
 }
 
 } // namespace

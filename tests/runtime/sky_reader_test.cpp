@@ -177,6 +177,9 @@ TEST_F(SkyReaderTest, a_sun_beyond_the_range_is_counted_and_restored_by_a_readin
   config_.illuminance.reset();
   config_.illuminance_file = folder_ / "meter";
   EXPECT_FALSE(balance().sun_restored) << "there is no reading";
+  EXPECT_NE(balance().no_reading.find("meter"), std::string::npos) << balance().no_reading;
+  std::ofstream(config_.illuminance_file) << "lux 5\n";
+  EXPECT_TRUE(balance().no_reading.ends_with("no number in its first line")) << balance().no_reading;
   std::ofstream(config_.illuminance_file) << luminance(truth) << "\n";
   EXPECT_NEAR(balance().irradiance.g, truth.g, 0.01f * truth.g);
   config_.place = SkyPlace{-45.0, -170.0}; // night there

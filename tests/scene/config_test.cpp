@@ -189,6 +189,8 @@ TEST_F(ConfigTest, impossible_cameras_boards_and_servers_are_refused_with_their_
       {"frame_rate = 25", "frame_rate = 0", "line 3: [sky] frame_rate"},
       {"frame_rate = 25", "exposure_us = \"long\"", "line 3: [sky] exposure_us: expected a number"},
       {"frame_rate = 25", "mosaic = \"rgbg\"", "did you mean 'rggb'"},
+      {"frame_rate = 25", "pixel_format = \"RGB8\"\nmosaic = \"rggb\"", "line 4: [sky] mosaic: is only for"},
+      {"frame_rate = 25", "packet_size = 1", "line 3: [sky] packet_size: is 0"},
       {"frame_rate = 25", "image = \"sky.exr\"", "given together with image"},
       {"camera = \"127.0.0.1\"", "image = \"sky.exr\"", "is only used with camera"},
       {"camera = \"127.0.0.2\"", "image = \"photo.png\"", "[sky] has a camera and [interior] has none"},

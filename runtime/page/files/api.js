@@ -1,7 +1,10 @@
 // Requests to the daemon. Changes carry the token; it stays in this tab.
 
 const given = new URLSearchParams(location.search).get("token") || new URLSearchParams(location.hash.slice(1)).get("token");
-if (given) sessionStorage.setItem("daylit-token", given);
+if (given) {
+  sessionStorage.setItem("daylit-token", given);
+  history.replaceState(null, "", location.pathname); // not into screenshots and bookmarks
+}
 
 export const token = {
   get: () => sessionStorage.getItem("daylit-token") || "",
