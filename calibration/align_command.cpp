@@ -20,11 +20,35 @@ constexpr double kTolerance_deg = 1.5;      ///< a sun further off is none
 constexpr double kPointTolerance_deg = 3.0; ///< clicked points
 constexpr std::size_t kFewestSuns = 3, kFewestPoints = 3;
 constexpr double kBoardScatter_deg = 0.5;
+constexpr double kTurnPerMinute_deg = 0.25;
 constexpr double kSpread_deg = 20.0, kSure_deg = 0.2, kScatter_deg = 0.6;
 
-std::string figures(const OrientationFit& fit, const std::vector<Sighting>& sightings,
+std::vector<std::string> night_faults(const Findings& found) {
+  if (found.suns_at_night.empty())
+    return {};
+  return {fmt::format("{}: the sun is seen where it should be below the horizon: wrong times, time zone or place (or a "
+                      "lamp: leave these pictures out)",
+                      fmt::join(found.suns_at_night, ", "))};
+}
+
+/// Clockwise, degrees; from north, where +y of the room lies at `north_deg`.
+double azimuth_of(const glm::dvec3& room, double north_deg) {
+  return std::fmod(std::atan2(room.x, room.y) / kDegree + north_deg + 720.0, 360.0);
+}
+
+std::string figures(const OrientationFit& fit, const std::vector<Sighting>& sightings, const AlignOptions& options,
                     const std::optional<BoardFindings>& board) {
   nlohmann::ordered_json j;
+  const glm::dvec3 axis = fit.world_from_camera[2], top = -fit.world_from_camera[1];
+  const bool sun = options.source() == Source::sun;
+  if (sun)
+    j["north_deg"] = options.north_deg;
+  j["azimuth_from"] = sun ? "north" : "+y";
+  j["axis_azimuth_deg"] = azimuth_of(axis, options.north_deg);
+  j["axis_altitude_deg"] = std::asin(std::clamp(axis.z, -1.0, 1.0)) / kDegree;
+  j["top_azimuth_deg"] = azimuth_of(top, options.north_deg);
+  if (sun)
+    j["turn_per_minute_of_clock_deg"] = kTurnPerMinute_deg;
   if (board) {
     j["position"] = {board->position.x, board->position.y, board->position.z};
     j["sigma_m"] = board->sigma_m;
@@ -60,10 +84,28 @@ std::string page(const OrientationFit& fit, const std::vector<Sighting>& sightin
   return html_plot(series, "azimuth from +y clockwise, degrees", "altitude, degrees") + html_table(rows);
 }
 
-std::vector<std::string> faults_of(const OrientationFit& fit, Source source,
-                                   const std::optional<BoardFindings>& board) {
+/// Where the camera looks, so that a person can see whether it does.
+std::string look_of(const OrientationFit& fit, const AlignOptions& options) {
+  const glm::dvec3 axis = fit.world_from_camera[2], top = -fit.world_from_camera[1];
+  std::string text =
+      fmt::format("camera     looks towards azimuth {:.0f}, {:.0f} degrees above the horizon; the top of its picture "
+                  "towards azimuth {:.0f}\n",
+                  azimuth_of(axis, options.north_deg), std::asin(std::clamp(axis.z, -1.0, 1.0)) / kDegree,
+                  azimuth_of(top, options.north_deg));
+  if (options.source() != Source::sun)
+    return text + "           (azimuth clockwise from +y of the room)\n";
+  return text +
+         fmt::format("           (azimuth clockwise from north, +y of the room at {:g}, --north; compare it with the "
+                     "place)\n"
+                     "clock      each minute that it is wrong turns the camera by {:g} degrees, which the suns cannot "
+                     "show\n",
+                     options.north_deg, kTurnPerMinute_deg);
+}
+
+std::vector<std::string> faults_of(const OrientationFit& fit, Source source, const Findings& found) {
+  const std::optional<BoardFindings>& board = found.board;
   const bool sun = source == Source::sun;
-  std::vector<std::string> faults;
+  std::vector<std::string> faults = night_faults(found);
   if (!board && fit.spread_deg < kSpread_deg)
     faults.push_back(fmt::format("all directions lie within {:.0f} degrees: {}", fit.spread_deg,
                                  sun ? "take pictures some hours apart" : "click points in different directions"));
@@ -109,8 +151,9 @@ const char* advice(Source source) {
 }
 
 /// Used and dropped directions, figures, text and page.
-void describe(const OrientationFit& fit, const std::vector<Sighting>& sightings, Source source,
+void describe(const OrientationFit& fit, const std::vector<Sighting>& sightings, const AlignOptions& options,
               const std::optional<BoardFindings>& board, Report& report) {
+  const Source source = options.source();
   const char* const wrong = source == Source::sun ? "not the sun, or a wrong time"
                             : board               ? "another marker, or a bent board"
                                                   : "a wrong click or a wrong measure";
@@ -121,7 +164,7 @@ void describe(const OrientationFit& fit, const std::vector<Sighting>& sightings,
       report.dropped.push_back(
           {sightings[i].name, fmt::format("{:.1f} degrees from where it should be: {}", fit.error_deg[i], wrong)});
   }
-  report.figures = figures(fit, sightings, board);
+  report.figures = figures(fit, sightings, options, board);
   report.text =
       fmt::format("turn       known to {:.3f} degrees (one standard deviation); {} directions off by {:.3f} rms\n"
                   "spread     {:.0f} degrees; leaving one out turns it by {:.3f} at most\n",
@@ -129,7 +172,8 @@ void describe(const OrientationFit& fit, const std::vector<Sighting>& sightings,
   if (board && !board->position_given)
     report.text += fmt::format("position   {:.3f} {:.3f} {:.3f}, known to {:.3f} m\n", board->position.x,
                                board->position.y, board->position.z, board->sigma_m);
-  report.html = page(fit, sightings);
+  report.text += look_of(fit, options);
+  report.html = page(fit, sightings) + fmt::format("<pre>{}</pre>\n", html_escaped(report.text));
 }
 
 Result<void> run(CommonOptions& o, const AlignOptions& options) {
@@ -141,25 +185,29 @@ Result<void> run(CommonOptions& o, const AlignOptions& options) {
     return lens.error();
   Report report;
   report.title = "Alignment";
-  std::optional<BoardFindings> board;
-  const auto sightings = sightings_of(o, options, *lens, report.dropped, board);
+  Findings found;
+  const auto sightings = sightings_of(o, options, *lens, found);
   if (!sightings)
     return sightings.error();
+  report.dropped = found.dropped;
   auto fit = fit_orientation(*sightings, source == Source::sun ? kTolerance_deg : kPointTolerance_deg,
                              source == Source::sun ? kFewestSuns : kFewestPoints);
+  if (!fit && !found.suns_at_night.empty())
+    return deliver_without_result(o, report, night_faults(found));
   if (!fit)
     return deliver_without_result(
         o, report,
         {report.dropped.empty() || source == Source::sun || !sightings->empty()
              ? fit.error().what + advice(source)
              : report.dropped.front().file + ": " + report.dropped.front().why + advice(source)});
-  if (board)
-    fit->sigma_deg = std::max(fit->sigma_deg, board->sigma_deg);
+  if (found.board)
+    fit->sigma_deg = std::max(fit->sigma_deg, found.board->sigma_deg);
   lens->world_from_camera = fit->world_from_camera;
-  describe(*fit, *sightings, source, board, report);
-  judge(report, faults_of(*fit, source, board),
-        fmt::format("{} directions agree within {:.2f} degrees; the orientation is known to {:.2f}", report.used.size(),
-                    fit->rms_deg, fit->sigma_deg));
+  describe(*fit, *sightings, options, found.board, report);
+  judge(report, faults_of(*fit, source, found),
+        fmt::format("{} directions agree within {:.2f} degrees; the orientation is known to {:.2f}{}",
+                    report.used.size(), fit->rms_deg, fit->sigma_deg,
+                    source == Source::sun ? ", apart from the clock, --place and --north" : ""));
   return deliver_result(o, kLensKind, report, [&] { return write_lens(o.output, *lens); });
 }
 

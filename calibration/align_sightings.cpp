@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kLowest_deg = 5.0; ///< sun's altitude: below, refraction lifts it by more than 0.15 degrees
+constexpr double kNight_deg = -1.0; ///< below, no refraction lets it be seen
 
 /// World of the room from x east, y north, z up: the room's y axis points `north_deg` clockwise from north.
 glm::dvec3 room_from_compass(const glm::dvec3& d, double north_deg) {
@@ -81,7 +82,7 @@ Result<std::vector<LocalTime>> read_times(const CommonOptions& o, const AlignOpt
 
 /// One for each picture that shows the sun; the others are dropped with the reason.
 Result<std::vector<Sighting>> sun_sightings(const CommonOptions& o, const AlignOptions& options, const LensModel& lens,
-                                            std::vector<DroppedPicture>& dropped) {
+                                            Findings& findings) {
   const auto place = parse_place(options.place);
   if (!place)
     return place.error();
@@ -101,13 +102,17 @@ Result<std::vector<Sighting>> sun_sightings(const CommonOptions& o, const AlignO
     if (lens.width_px > 0 && (picture->code.width != lens.width_px || picture->code.height != lens.height_px))
       why = fmt::format("is {} x {} pixels, the lens {} x {}", picture->code.width, picture->code.height, lens.width_px,
                         lens.height_px);
-    else if (sun.altitude < kLowest_deg * kDegree)
-      why =
-          fmt::format("the sun stands at {:.1f} degrees then; too low, or wrong time or place", sun.altitude / kDegree);
-    else if (const auto spot = find_sun(picture->code, lens, picture->bits > 16 ? INFINITY : 0.98f, why))
-      sightings.push_back({picture->file, spot->direction, room_from_compass(sun.direction, options.north_deg)});
+    else if (const auto spot = find_sun(picture->code, lens, picture->bits > 16 ? INFINITY : 0.98f, why)) {
+      if (sun.altitude < kNight_deg * kDegree)
+        findings.suns_at_night.push_back(picture->file);
+      if (sun.altitude < kLowest_deg * kDegree)
+        why = fmt::format("the sun stands at {:.1f} degrees then: too low, or wrong time or place",
+                          sun.altitude / kDegree);
+      else
+        sightings.push_back({picture->file, spot->direction, room_from_compass(sun.direction, options.north_deg)});
+    }
     if (!why.empty())
-      dropped.push_back({picture->file, why});
+      findings.dropped.push_back({picture->file, why});
   }
   return sightings;
 }
@@ -220,12 +225,12 @@ Result<std::vector<Sighting>> board_sightings(const CommonOptions& o, const Alig
 } // namespace
 
 Result<std::vector<Sighting>> sightings_of(const CommonOptions& o, const AlignOptions& options, const LensModel& lens,
-                                           std::vector<DroppedPicture>& dropped, std::optional<BoardFindings>& board) {
+                                           Findings& findings) {
   if (options.source() == Source::sun)
-    return sun_sightings(o, options, lens, dropped);
+    return sun_sightings(o, options, lens, findings);
   if (options.source() == Source::landmarks)
-    return landmark_sightings(options, lens, dropped);
-  return board_sightings(o, options, lens, dropped, board.emplace());
+    return landmark_sightings(options, lens, findings.dropped);
+  return board_sightings(o, options, lens, findings.dropped, findings.board.emplace());
 }
 
 } // namespace daylit::calibration

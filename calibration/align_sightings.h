@@ -33,9 +33,15 @@ struct BoardFindings {
   double sigma_deg = 0.0, sigma_m = 0.0; ///< of a pose from all pictures; 0 where the position is given
 };
 
-/// From what the options name; `dropped`: pictures and points that gave none, with the reason. `board` is filled where
-/// a board was asked for. Errors: of the files.
+/// What the pictures say besides the directions that count.
+struct Findings {
+  std::vector<DroppedPicture> dropped;    ///< pictures and points that gave no direction, with the reason
+  std::vector<std::string> suns_at_night; ///< pictures that show a sun where the computed one is below the horizon
+  std::optional<BoardFindings> board;     ///< where a board was asked for
+};
+
+/// From what the options name. Errors: of the files.
 Result<std::vector<Sighting>> sightings_of(const CommonOptions& o, const AlignOptions& options, const LensModel& lens,
-                                           std::vector<DroppedPicture>& dropped, std::optional<BoardFindings>& board);
+                                           Findings& findings);
 
 } // namespace daylit::calibration

@@ -90,7 +90,7 @@ Result<CodePicture> read_code_picture(const std::filesystem::path& path, Mosaic 
   const auto bytes = read_whole_file(path, kMostBytes);
   if (!bytes)
     return bytes.error();
-  CodePicture picture{path.filename().string(), {}, 8, {}};
+  CodePicture picture{.file = path.filename().string(), .code = {}, .exif = {}};
   const bool png = starts_with(*bytes, "\x89PNG"), jpeg = starts_with(*bytes, "\xff\xd8\xff");
   if (starts_with(*bytes, kExrKind.start) || starts_with(*bytes, "#?")) {
     auto hdr = read_hdr_image(*bytes, path.string());
@@ -114,8 +114,20 @@ Result<CodePicture> read_code_picture(const std::filesystem::path& path, Mosaic 
       return code.error();
     picture.code = std::move(*code);
     picture.bits = frame->format.bits;
+    picture.raw = frame->format.mosaic != Mosaic::mono && frame->format.mosaic != Mosaic::rgb;
   }
   return picture;
+}
+
+Result<void> check_response_given(const CodePicture& picture, const std::string& response) {
+  if (!response.empty() || picture.bits > 8 || picture.raw)
+    return {};
+  return Error{ErrorCode::value_invalid, "codes of 8 bits, not light: what they stand for is not known", picture.file,
+               "give --response srgb, a file that `daylit-calibrate response` wrote, or linear if they are raw"};
+}
+
+Result<ResponseCurve> response_or_linear(const std::string& response) {
+  return ResponseCurve::named(response.empty() ? "linear" : response);
 }
 
 Result<ExifExposure> read_exif(const std::filesystem::path& path) {

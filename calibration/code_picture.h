@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/frames/frame.h"
+#include "capture/hdr/response_curve.h"
 #include "scene/core/result.h"
 #include "scene/image/image_formats.h"
 #include "scene/image/rgb_image.h"
@@ -24,11 +25,19 @@ struct CodePicture {
   RgbImage code;    ///< code values as fractions of the largest; of an HDR picture its radiance
   int bits = 8;     ///< of a code value; 32 of an HDR picture
   ExifExposure exif;
+  bool raw = false; ///< of a Bayer mosaic
 };
 
 /// PNG, TIFF, PGM and PPM of 8 or 16 bits, JPEG, and linear HDR pictures (EXR, Radiance), chosen by content. `mosaic`:
 /// what a picture with one channel is; not given: grey.
 Result<CodePicture> read_code_picture(const std::filesystem::path& path, Mosaic mosaic = Mosaic::mono);
+
+/// `response`: of the option, empty where it was not given. Error value_invalid: not given, and the codes may stand for
+/// anything: 8 bits, and not raw.
+Result<void> check_response_given(const CodePicture& picture, const std::string& response);
+
+/// The curve of that name; linear where none was given.
+Result<ResponseCurve> response_or_linear(const std::string& response);
 
 /// Of a JPEG photograph; zeros where the file says nothing, or is of another kind.
 Result<ExifExposure> read_exif(const std::filesystem::path& path);

@@ -8,8 +8,22 @@
 namespace daylit::calibration {
 
 namespace {
+
 constexpr FileKind kReportKind{"a report of daylit-calibrate", "<!doctype html><html lang='en'><meta charset='utf-8'>"};
+
+/// Makes the folder of the report. Error: there is a file of that name, or its page is no report.
+Result<void> check_report(const CommonOptions& o) {
+  if (o.report.empty())
+    return {};
+  std::error_code failed;
+  std::filesystem::create_directories(o.report, failed);
+  if (std::filesystem::exists(o.report, failed) && !std::filesystem::is_directory(o.report, failed))
+    return Error{ErrorCode::usage, "is a file, not a folder", "--report " + o.report.string(),
+                 "give the folder for report.html and report.json"};
+  return check_output(o.report / "report.html", kReportKind, o.force);
 }
+
+} // namespace
 
 void add_common_options(CLI::App& command, CommonOptions& o, const char* inputs, const char* output) {
   command.add_option("INPUT", o.inputs, inputs)->required();
@@ -23,11 +37,7 @@ void add_common_options(CLI::App& command, CommonOptions& o, const char* inputs,
 Result<void> check_outputs(const CommonOptions& o, const FileKind& kind) {
   if (const Result<void> good = check_output(o.output, kind, o.force); !good)
     return good;
-  if (o.report.empty())
-    return {};
-  std::error_code failed;
-  std::filesystem::create_directories(o.report, failed);
-  return check_output(o.report / "report.html", kReportKind, o.force);
+  return check_report(o);
 }
 
 Result<void> deliver(const CommonOptions& o, const Report& report) {
@@ -43,17 +53,26 @@ Result<void> deliver(const CommonOptions& o, const Report& report) {
     std::printf("%s\n", to_json(report).c_str());
   else if (!o.quiet)
     std::fprintf(stderr, "%s", to_text(report).c_str());
+  else if (!report.pass)
+    for (const std::string& why : report.why)
+      std::fprintf(stderr, "daylit-calibrate: repeat: %s\n", why.c_str());
   return {};
 }
 
-Result<void> deliver_result(const CommonOptions& o, const FileKind& kind, const Report& report,
+Result<void> deliver_result(CommonOptions& o, const FileKind& kind, Report report,
                             const std::function<Result<void>()>& write) {
   if (interrupted())
     return interrupted_error("calibration");
   if (const Result<void> good = check_outputs(o, kind); !good)
     return good;
-  if (const Result<void> written = write(); !written)
+  std::error_code failed;
+  if (!report.pass && !o.force && std::filesystem::exists(o.output, failed) &&
+      std::filesystem::file_size(o.output, failed) > 0) {
+    report.why.push_back(o.output.string() + " is left as it was; --force replaces it with this result");
+    o.nothing_written = true;
+  } else if (const Result<void> written = write(); !written) {
     return written;
+  }
   return deliver(o, report);
 }
 
@@ -61,14 +80,8 @@ Result<void> deliver_without_result(CommonOptions& o, Report report, std::vector
   report.pass = false;
   report.why = std::move(faults);
   o.nothing_written = true;
-  if (!o.report.empty()) {
-    std::error_code failed;
-    std::filesystem::create_directories(o.report, failed);
-    if (const Result<void> good = check_output(o.report / "report.html", kReportKind, o.force); !good)
-      return good;
-  }
-  if (o.quiet && !o.json)
-    std::fprintf(stderr, "daylit-calibrate: repeat: %s\n", report.why.front().c_str());
+  if (const Result<void> good = check_report(o); !good)
+    return good;
   return deliver(o, report);
 }
 

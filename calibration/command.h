@@ -20,7 +20,7 @@ struct CommonOptions {
   std::filesystem::path output, report;
   std::string command_line;
   bool json = false, quiet = false, force = false;
-  bool nothing_written = false; ///< the verdict is "repeat" and there is no result: exit code 1
+  bool nothing_written = false; ///< the verdict is "repeat" and no result was written: exit code 1
 };
 
 /// A subcommand and what it does when it was the one named.
@@ -34,10 +34,11 @@ void add_common_options(CLI::App& command, CommonOptions& options, const char* i
 
 /// When all inputs have been read: neither the output nor the page may be one of them.
 Result<void> check_outputs(const CommonOptions& options, const FileKind& kind);
-/// Writes page and JSON file, prints the summary or the JSON line.
+/// Writes page and JSON file, prints the summary or the JSON line; with --quiet the reasons of a "repeat" alone.
 Result<void> deliver(const CommonOptions& options, const Report& report);
-/// check_outputs(), the result by `write`, then the report: how a command with one output ends.
-Result<void> deliver_result(const CommonOptions& options, const FileKind& kind, const Report& report,
+/// check_outputs(), the result by `write`, then the report: how a command with one output ends. A "repeat" does not
+/// replace a file without --force, and says so.
+Result<void> deliver_result(CommonOptions& options, const FileKind& kind, Report report,
                             const std::function<Result<void>()>& write);
 /// The same where there is no result to write: the verdict is "repeat".
 Result<void> deliver_without_result(CommonOptions& options, Report report, std::vector<std::string> faults);

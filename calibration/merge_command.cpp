@@ -29,8 +29,8 @@ constexpr float kBright = 0.4f;     ///< of white: what the 80th percentile of t
 
 struct MergeOptions {
   BracketOptions bracket;
-  std::string response = "linear";
-  double scale = 1.0, illuminance = 0.0;
+  std::string response;
+  double scale = 1.0, illuminance = 0.0; ///< 0: no reading
   std::filesystem::path lens, vignette;
   bool every = false;
 };
@@ -41,7 +41,8 @@ struct Merged {
   std::vector<double> measured_over_stated; ///< of each exposure beside the one before; 0: not known
   double over_range_light = 0.0;            ///< share of the picture's light
   double scale = 1.0;
-  std::optional<double> illuminance; ///< on the plane through the lens, across its axis
+  std::optional<double> illuminance; ///< on the plane through the lens, across its axis; in lx where absolute
+  bool absolute = false;             ///< cd/m2; else in proportion to it
 };
 
 std::vector<double> exposure_ratios(const std::vector<PlaceCodes>& places, const ResponseCurve& response) {
@@ -101,10 +102,10 @@ std::string figures(const Merged& m, const Bracket& bracket) {
   j["over_range_pixels"] = m.bracket.over_range;
   j["over_range_light"] = m.over_range_light;
   j["ghost_pixels"] = m.bracket.ghosts;
-  j["unit"] = bracket.files.luminance || m.illuminance ? "cd/m2" : "relative";
+  j["unit"] = m.absolute ? "cd/m2" : "relative";
   j["scale"] = m.scale;
   if (m.illuminance)
-    j["illuminance_lx"] = *m.illuminance;
+    j[m.absolute ? "illuminance_lx" : "illuminance_relative"] = *m.illuminance;
   for (std::size_t p = 0; p < bracket.places.size(); ++p)
     j["exposures"].push_back(
         {{"file", bracket.places[p].file},
@@ -136,15 +137,18 @@ Rgb8Image preview(const MergedBracket& merged) {
 }
 
 /// Merges while the pictures are read, so that one is in memory at a time.
-Result<Bracket> merge_files(const CommonOptions& o, const BracketOptions& options, const ResponseCurve& response,
+Result<Bracket> merge_files(const CommonOptions& o, const MergeOptions& options, const ResponseCurve& response,
                             Merged& out) {
   std::optional<BracketMerger> merger;
-  const auto take = [&](const CodePicture& picture, double time, const std::vector<std::uint8_t>& ignored) {
+  const auto take = [&](const CodePicture& picture, double time,
+                        const std::vector<std::uint8_t>& ignored) -> Result<void> {
+    if (const Result<void> known = check_response_given(picture, options.response); !known)
+      return known;
     if (!merger)
       merger.emplace(picture.code.width, picture.code.height, MergeSettings{response, usual_noise(picture.bits)});
     return merger->add(picture.code, time, ignored);
   };
-  auto bracket = read_bracket(o, options, take);
+  auto bracket = read_bracket(o, options.bracket, take);
   if (bracket && merger)
     out.bracket = merger->result();
   return bracket;
@@ -153,6 +157,7 @@ Result<Bracket> merge_files(const CommonOptions& o, const BracketOptions& option
 /// Divides the fall-off out, measures the illuminance, sets the scale.
 Result<void> calibrate_light(const MergeOptions& options, Merged& m) {
   m.scale = options.scale;
+  m.absolute = m.absolute || options.illuminance > 0;
   if (options.lens.empty() && (!options.vignette.empty() || options.illuminance > 0))
     return Error{ErrorCode::usage, "needs the lens of the pictures",
                  options.vignette.empty() ? "--illuminance" : "--vignette", "give --lens FILE"};
@@ -178,15 +183,18 @@ Result<void> calibrate_light(const MergeOptions& options, Merged& m) {
   return {};
 }
 
-std::string text_of(const Merged& m, const Bracket& bracket) {
+std::string text_of(const Merged& m) {
   std::string text = fmt::format("range      {} pixels over it, {:.2f} % of the light\n", m.bracket.over_range,
                                  100 * m.over_range_light) +
                      fmt::format("ghosts     {} pixels shown as the shortest exposure that is not too dark saw them\n",
                                  m.bracket.ghosts) +
-                     fmt::format("unit       {}, scale {:.4g}\n",
-                                 bracket.files.luminance || m.illuminance ? "cd/m2" : "relative", m.scale);
+                     fmt::format("unit       {}, scale {:.4g}\n", m.absolute ? "cd/m2" : "relative", m.scale);
   if (m.illuminance)
-    text += fmt::format("light      {:.1f} lx on the plane across the lens axis\n", *m.illuminance);
+    text += m.absolute
+                ? fmt::format("light      {:.1f} lx on the plane across the lens axis\n", *m.illuminance)
+                : fmt::format("light      {:.4g} on the plane across the lens axis, not in lx: give --illuminance "
+                              "for that\n",
+                              *m.illuminance);
   return text;
 }
 
@@ -233,7 +241,7 @@ Report recording_report(const std::vector<LearnedFrame>& frames, const CycleRepo
     j["over_range_pixels"] = m->bracket.over_range;
     j["ghost_pixels"] = m->bracket.ghosts;
     if (m->illuminance)
-      j["illuminance_lx"] = *m->illuminance;
+      j[m->absolute ? "illuminance_lx" : "illuminance_relative"] = *m->illuminance;
     report.html = html_picture(preview(m->bracket), "The last merged picture; over-range pixels are magenta.");
   }
   report.figures = j.dump();
@@ -299,13 +307,13 @@ Result<void> run_recording(CommonOptions& o, const MergeOptions& options, const 
 }
 
 Result<void> run(CommonOptions& o, const MergeOptions& options) {
-  const auto response = ResponseCurve::named(options.response);
+  const auto response = response_or_linear(options.response);
   if (!response)
     return response.error();
   if (o.inputs.size() == 1 && std::filesystem::is_directory(o.inputs.front()))
     return run_recording(o, options, *response);
   Merged m;
-  const auto bracket = merge_files(o, options.bracket, *response, m);
+  const auto bracket = merge_files(o, options, *response, m);
   if (!bracket)
     return bracket.error();
   Report report = report_on("Exposure merge", *bracket);
@@ -314,11 +322,12 @@ Result<void> run(CommonOptions& o, const MergeOptions& options) {
   m.measured_over_stated = exposure_ratios(bracket->places, *response);
   if (interrupted())
     return interrupted_error("merge");
+  m.absolute = bracket->files.luminance;
   if (const Result<void> good = calibrate_light(options, m); !good)
     return good;
   m.over_range_light = light_over_range(m.bracket);
   report.figures = figures(m, *bracket);
-  report.text = text_of(m, *bracket);
+  report.text = text_of(m);
   report.html =
       html_picture(preview(m.bracket), "The merged picture; what is brighter than the shortest exposure holds is "
                                        "magenta.") +
@@ -335,14 +344,16 @@ Command add_merge_command(CLI::App& app, CommonOptions& o) {
   add_common_options(*command, o, "pictures of one scene at several exposures, or a recording of a camera that cycles",
                      "the EXR picture to write");
   add_bracket_options(*command, options->bracket);
-  command->add_option("--response", options->response, "linear, srgb, or a response file");
+  command->add_option("--response", options->response,
+                      "linear, srgb, or a response file; not given: linear, for pictures of more than 8 bits");
   command->add_flag("--every", options->every,
                     "of a recording: a picture for every frame of the shortest exposure, numbered as the frames");
   command->add_option("--lens", options->lens, "lens file: the illuminance at the lens is printed");
   command->add_option("--vignette", options->vignette, "fall-off file, divided out");
-  command->add_option("--scale", options->scale, "factor on the result")->check(positive_number());
+  CLI::Option* scale = command->add_option("--scale", options->scale, "factor on the result")->check(positive_number());
   command->add_option("--illuminance", options->illuminance, "reading at the lens, lx: the result is scaled to it")
-      ->check(positive_number());
+      ->check(positive_number())
+      ->excludes(scale);
   return {command, [&o, options] { return run(o, *options); }};
 }
 

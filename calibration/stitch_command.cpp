@@ -30,7 +30,8 @@ constexpr double kManyOdd = 0.25;     ///< of the pictures
 constexpr double kMisaligned_deg = 0.4;
 constexpr double kAligned_deg = 0.3; ///< deviation of a picture's turn beside the others
 constexpr double kUnaligned = 0.25;  ///< of the pictures
-constexpr std::size_t kGapsSaid = 4;
+constexpr double kFarTurn = 3.0;     ///< times --off
+constexpr std::size_t kGapsSaid = 4; ///< and pictures of one kind
 
 struct StitchOptions {
   std::filesystem::path lens;
@@ -44,6 +45,7 @@ struct Stitched {
   LightAgreement light;
   std::size_t matches = 0;
   double match_rms_deg = 0, moved_rms_deg = 0;
+  std::vector<double> moved_deg; ///< of each picture, from what the list states
   Panorama map;
   bool is_aligned(std::size_t picture) const { return light.sigma_deg[picture] < kAligned_deg; }
   std::size_t aligned() const {
@@ -105,6 +107,8 @@ Result<Stitched> stitch(std::vector<HandHeldPicture>& pictures, const SkyGeometr
   s.light = std::move(*light);
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const double moved = glm::length(turn_vector(pictures[i].world_from_camera * glm::transpose(rough[i]))) / kDegree;
+    s.moved_deg.push_back(moved);
+    s.light.sigma_deg[i] = std::min(s.light.sigma_deg[i], options.off_deg); // the list says as much
     s.moved_rms_deg += moved * moved / static_cast<double>(pictures.size());
   }
   s.moved_rms_deg = std::sqrt(s.moved_rms_deg);
@@ -139,7 +143,33 @@ void add_odd_exposures(const Stitched& s, const std::vector<HandHeldPicture>& pi
     faults.insert(faults.end(), odd.begin(), odd.end());
 }
 
-std::vector<std::string> faults_of(const Stitched& s, const std::vector<HandHeldPicture>& pictures) {
+/// Pictures that were turned by far more than their orientations are said to be off.
+void add_far_turns(const Stitched& s, const std::vector<HandHeldPicture>& pictures, double off_deg,
+                   std::vector<std::string>& faults) {
+  std::vector<std::string> far;
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (s.moved_deg[i] > kFarTurn * off_deg)
+      far.push_back(fmt::format("{} by {:.0f} degrees", pictures[i].file, s.moved_deg[i]));
+  if (far.empty())
+    return;
+  const std::size_t said = std::min(far.size(), kGapsSaid);
+  faults.push_back(fmt::format(
+      "{} of {} pictures had to be turned by more than {:g} times --off from what the list states ({}{}): "
+      "look at their angles (azimuth counter-clockwise, roll clockwise) and names, or give a larger --off",
+      far.size(), s.count, kFarTurn, fmt::join(far.begin(), far.begin() + static_cast<std::ptrdiff_t>(said), ", "),
+      said < far.size() ? ", ..." : ""));
+}
+
+/// Named whatever the verdict.
+void add_unaligned(const Stitched& s, const std::vector<HandHeldPicture>& pictures, Report& report) {
+  for (std::size_t i = 0; i < pictures.size() && s.aligned() > 0; ++i)
+    if (!s.is_aligned(i))
+      report.why.push_back(fmt::format("{} overlaps too little with other pictures: its orientation is only known to "
+                                       "{:.1f} degrees",
+                                       pictures[i].file, s.light.sigma_deg[i]));
+}
+
+std::vector<std::string> faults_of(const Stitched& s, const std::vector<HandHeldPicture>& pictures, double off_deg) {
   std::vector<std::string> faults;
   if (s.map.coverage < kCovered) {
     std::string list;
@@ -172,6 +202,7 @@ std::vector<std::string> faults_of(const Stitched& s, const std::vector<HandHeld
                     "camera's",
                     100 * s.light.disagreement));
   add_odd_exposures(s, pictures, faults);
+  add_far_turns(s, pictures, off_deg, faults);
   return faults;
 }
 
@@ -196,6 +227,7 @@ std::string figures(const Stitched& s, const std::vector<HandHeldPicture>& pictu
     j["pictures"].push_back({{"file", pictures[i].file},
                              {"aligned", s.is_aligned(i)},
                              {"sigma_deg", s.light.sigma_deg[i]},
+                             {"turned_deg", s.moved_deg[i]},
                              {"exposure", pictures[i].exposure},
                              {"measured_over_stated", s.light.measured_over_stated[i]},
                              {"world_from_camera", m}});
@@ -256,22 +288,13 @@ Result<void> run(CommonOptions& o, const StitchOptions& options) {
   report.figures = figures(*stitched, *pictures);
   report.text = text_of(*stitched);
   report.html = page(*stitched) + fmt::format("<pre>{}</pre>\n", html_escaped(report.text));
-  for (std::size_t i = 0; i < pictures->size(); ++i) {
-    report.used.push_back((*pictures)[i].file);
-    if (!stitched->is_aligned(i))
-      report.text +=
-          fmt::format("           {}: overlaps too little with other pictures, its orientation is only known to "
-                      "{:.1f} degrees\n",
-                      (*pictures)[i].file, std::min(stitched->light.sigma_deg[i], options.off_deg));
-  }
-  judge(report, faults_of(*stitched, *pictures),
+  for (const HandHeldPicture& picture : *pictures)
+    report.used.push_back(picture.file);
+  judge(report, faults_of(*stitched, *pictures, options.off_deg),
         fmt::format("{:.1f} % of the sphere from {} pictures that agree within {:.1f} %", 100 * stitched->map.coverage,
                     pictures->size(), 100 * stitched->light.disagreement));
-  if (const Result<void> good = check_outputs(o, kExrKind); !good)
-    return good;
-  if (const Result<void> written = write_exr(o.output, stitched->map.radiance); !written)
-    return written;
-  return deliver(o, report);
+  add_unaligned(*stitched, *pictures, report);
+  return deliver_result(o, kExrKind, report, [&] { return write_exr(o.output, stitched->map.radiance); });
 }
 
 } // namespace

@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kScatter = 0.03;    ///< relative, held out
+constexpr double kUneven = 0.05;     ///< relative, of a ring, apart from a slope
 constexpr double kReach = 0.8;       ///< of the lens's field
 constexpr double kHighest = 1.1;     ///< relative sensitivity: no lens has more towards its edge
 constexpr double kSaturated = 0.001; ///< of the pixels
@@ -27,7 +28,7 @@ constexpr float kTop = 0.98f;
 
 struct VignetteOptions {
   std::filesystem::path lens;
-  std::string response = "linear", mosaic = "mono";
+  std::string response, mosaic = "mono";
   bool lamp = false;
 };
 
@@ -76,6 +77,11 @@ std::vector<std::string> faults_of(const FallOffFit& fit, const LensModel& lens)
   if (fit.held_out > kScatter)
     faults.push_back(fmt::format("samples scatter by {:.1f} %: light that is not even, or a lamp that is not steady",
                                  100 * fit.held_out));
+  if (fit.uneven > kUneven)
+    faults.push_back(
+        fmt::format("the light varies by {:.0f} % around a ring, other than along one line: it is not even; "
+                    "hold the paper closer, or turn it and take several pictures",
+                    100 * fit.uneven));
   if (fit.reach < kReach * lens.max_theta)
     faults.push_back(
         fmt::format("samples reach {:.0f} of {:.0f} degrees; see the light at the edge of the picture, too",
@@ -92,7 +98,7 @@ Result<void> run(CommonOptions& o, const VignetteOptions& options) {
   const auto lens = read_lens(options.lens);
   if (!lens)
     return lens.error();
-  const auto response = ResponseCurve::named(options.response);
+  const auto response = response_or_linear(options.response);
   if (!response)
     return response.error();
   const auto mosaic = mosaic_named(options.mosaic);
@@ -108,12 +114,14 @@ Result<void> run(CommonOptions& o, const VignetteOptions& options) {
     auto picture = read_code_picture(o.inputs[i], *mosaic);
     if (!picture)
       return picture.error();
+    if (const Result<void> known = check_response_given(*picture, options.response); !known)
+      return known;
     std::string why;
     if (lens->width_px > 0 && (picture->code.width != lens->width_px || picture->code.height != lens->height_px))
       why = fmt::format("is {} x {} pixels, the lens {} x {}", picture->code.width, picture->code.height,
                         lens->width_px, lens->height_px);
     else if (const double part = saturated_part(*picture, *lens); part > (options.lamp ? 0.0 : kSaturated))
-      why = fmt::format("over-exposed: {:.2g} % of it is saturated", 100 * part);
+      why = fmt::format("over-exposed: {:.3g} % of it is saturated", 100 * part);
     if (picture->bits <= 16)
       for (Rgb& texel : picture->code.texels)
         for (int c = 0; c < 3; ++c)
@@ -132,6 +140,7 @@ Result<void> run(CommonOptions& o, const VignetteOptions& options) {
   nlohmann::ordered_json j{{"coefficients", fit->fall_off.coefficient},
                            {"rms", fit->rms},
                            {"held_out_rms", fit->held_out},
+                           {"uneven", fit->uneven},
                            {"reach_deg", fit->reach / kDegree},
                            {"at_reach", fit->at_reach}};
   report.figures = j.dump();
@@ -154,7 +163,8 @@ Command add_vignette_command(CLI::App& app, CommonOptions& o) {
   command->add_option("--lens", options->lens, "lens file of the camera")->required();
   command->add_flag("--lamp", options->lamp,
                     "each picture shows one small steady lamp, the camera turned between them");
-  command->add_option("--response", options->response, "linear, srgb, or a response file");
+  command->add_option("--response", options->response,
+                      "linear, srgb, or a response file; not given: linear, for pictures of more than 8 bits");
   command->add_option("--mosaic", options->mosaic,
                       "what a picture with one channel is: mono, rggb, grbg, gbrg or bggr");
   return {command, [&o, options] { return run(o, *options); }};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include <opencv2/core.hpp>
 
@@ -23,6 +24,16 @@ double median(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return static_cast<double>(*middle);
+}
+
+/// Of pairs of opposite sectors about their mean.
+double unevenness(const std::vector<double>& light) {
+  const std::size_t half = light.size() / 2;
+  const double mean = std::accumulate(light.begin(), light.end(), 0.0) / static_cast<double>(half);
+  double square = 0;
+  for (std::size_t k = 0; k < half; ++k)
+    square += std::pow((light[k] + light[k + half]) / mean - 1.0, 2);
+  return std::sqrt(square / static_cast<double>(half));
 }
 
 // Gauss-Newton for ln value = ln level + ln(1 + a1 t^2 + ...): relative errors count alike at all angles.
@@ -79,14 +90,14 @@ std::vector<FallOffSample> ring_samples(const RgbImage& picture, const LensModel
   std::vector<FallOffSample> samples;
   for (std::size_t ring = 0; ring < rings; ++ring) {
     double sum = 0;
-    int counted = 0;
+    std::vector<double> light;
     for (std::size_t k = 0; k < kSectors; ++k)
       if (auto& sector = values[ring * kSectors + k]; !sector.empty()) {
-        sum += median(sector);
-        ++counted;
+        light.push_back(median(sector));
+        sum += light.back();
       }
-    if (counted == kSectors && sum > 0)
-      samples.push_back({(static_cast<double>(ring) + 0.5) * kRing, sum / kSectors, source});
+    if (light.size() == kSectors && sum > 0)
+      samples.push_back({(static_cast<double>(ring) + 0.5) * kRing, sum / kSectors, source, unevenness(light)});
   }
   return samples;
 }
@@ -97,6 +108,7 @@ Result<FallOffFit> fit_fall_off(const std::vector<FallOffSample>& samples) {
   std::size_t sources = 0;
   for (const FallOffSample& s : samples) {
     fit.reach = std::max(fit.reach, s.theta);
+    fit.uneven = std::max(fit.uneven, s.uneven);
     innermost = std::min(innermost, s.theta);
     sources = std::max(sources, s.source + 1);
   }

@@ -16,6 +16,8 @@ struct FallOffSample {
   double theta = 0.0; ///< radians
   double value = 0.0;
   std::size_t source = 0;
+  /// Of a ring: the relative deviation (rms) of the light of opposite parts together, where a slope cancels.
+  double uneven = 0.0;
 };
 
 struct FallOffFit {
@@ -24,6 +26,7 @@ struct FallOffFit {
   double held_out = 0.0;               ///< the same of samples that had no part in the fit
   double reach = 0.0;                  ///< largest angle of a sample, radians
   double at_reach = 1.0;               ///< relative sensitivity there
+  double uneven = 0.0;                 ///< of the most uneven ring
   std::vector<double> theta, relative; ///< samples beside the level of their source
 };
 

@@ -165,6 +165,38 @@ TEST(AlignProgram, pictures_of_a_day_give_a_lens_file_and_a_wrong_clock_is_notic
   const auto dark = test::calibrate(folder, align + "night.txt");
   EXPECT_EQ(dark.exit_code, 1);
   EXPECT_EQ(dark.json.value("verdict", ""), "repeat") << dark.json;
+  EXPECT_TRUE(test::says(dark, "should be below the horizon")) << dark.json;
+}
+
+TEST(AlignProgram, a_sun_where_it_should_be_night_is_said_and_the_direction_of_the_camera_is_printed) {
+  const fs::path folder = test::fresh_folder("align-night");
+  SimulatedDay day(11);
+  ASSERT_TRUE(write_lens(folder / "lens.yaml", day.lens));
+  std::ofstream times(folder / "times.txt"), one(folder / "one.txt");
+  std::string names;
+  for (const LocalTime& time : {hours()[0], hours()[3], hours()[6], hours()[9]}) {
+    const std::string name = "sky" + std::to_string(static_cast<int>(time.hour)) + ".exr";
+    ASSERT_TRUE(write_exr(folder / name, day.picture(time, false)));
+    names += name + " ";
+    times << name << " " << time_text(time) << "\n";
+    one << name << " " << time_text(time.hour > 17.0 ? LocalTime{2026, 6, 3, 1.0} : time) << "\n";
+  }
+  times.close();
+  one.close();
+  const std::string align =
+      "align " + names + "--lens lens.yaml --place 50.36,7.6,1 --north 20 -o aligned.yaml --times ";
+  const auto good = test::calibrate(folder, align + "times.txt");
+  EXPECT_EQ(good.json.value("verdict", ""), "pass") << good.json;
+  EXPECT_EQ(good.json.value("north_deg", 0.0), 20.0);
+  EXPECT_EQ(good.json.value("turn_per_minute_of_clock_deg", 0.0), 0.25);
+  const glm::dvec3 axis = day.lens.world_from_camera[2], top = -day.lens.world_from_camera[1];
+  const auto azimuth = [](const glm::dvec3& d) { return std::atan2(d.x, d.y) / kDegree; };
+  EXPECT_NEAR(std::remainder(good.json.value("axis_azimuth_deg", -1.0) - azimuth(axis), 360.0), 0.0, 1.0);
+  EXPECT_NEAR(std::remainder(good.json.value("top_azimuth_deg", -1.0) - azimuth(top), 360.0), 0.0, 0.2);
+  EXPECT_TRUE(test::says(good, "apart from the clock")) << good.json;
+  const auto night = test::calibrate(folder, align + "one.txt --force");
+  EXPECT_EQ(night.json.value("verdict", ""), "repeat") << night.json;
+  EXPECT_TRUE(test::says(night, "sky17.exr: the sun is seen where it should be below the horizon")) << night.json;
 }
 
 TEST(AlignProgram, known_points_give_the_orientation) {

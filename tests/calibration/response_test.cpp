@@ -180,7 +180,7 @@ std::string png_bracket(const fs::path& folder) {
 TEST(ResponseProgram, one_exposure_only_is_said) {
   const fs::path folder = test::fresh_folder("one");
   const std::string names = png_bracket(folder);
-  for (const char* command : {"response ", "merge "}) {
+  for (const char* command : {"response ", "merge --response linear "}) {
     const auto same = test::calibrate(folder, command + names + "--exposures 1,1,1,1,1 -o out.txt");
     EXPECT_EQ(same.exit_code, 1);
     EXPECT_EQ(same.json.value("verdict", ""), "repeat");
@@ -214,12 +214,13 @@ TEST(MergeProgram, a_bracket_that_is_dark_throughout_is_said) {
         1e-6 * k, 8, [](double e) { return e; }, random);
     EXPECT_TRUE(write_png(folder / fmt::format("{}.png", k), view_of(picture.code, false)));
   }
-  const auto dark = test::calibrate(folder, "merge 2.png 8.png --exposures 2,8 -o out.exr");
+  const auto dark = test::calibrate(folder, "merge 2.png 8.png --response linear --exposures 2,8 -o out.exr");
   EXPECT_EQ(dark.json.value("verdict", ""), "repeat");
   EXPECT_TRUE(test::says(dark, "under-exposed")) << dark.json;
-  EXPECT_FALSE(test::says(
-      test::calibrate(folder, "merge " + png_bracket(folder) + "--exposures 0.0625,0.25,1,4,16 -o out.exr --force"),
-      "under-exposed"));
+  EXPECT_FALSE(
+      test::says(test::calibrate(folder, "merge " + png_bracket(folder) +
+                                             "--response linear --exposures 0.0625,0.25,1,4,16 -o out.exr --force"),
+                 "under-exposed"));
 }
 
 TEST(ResponseProgram, equal_large_steps_before_a_curve_are_said) {
@@ -257,6 +258,22 @@ TEST(ResponseProgram, a_bracket_becomes_a_response_and_a_picture) {
   EXPECT_TRUE(fs::exists(folder / "r/report.html"));
   const auto wrong = test::calibrate(folder, "merge " + names + "-o out.exr");
   EXPECT_EQ(wrong.exit_code, 1) << "no exposure times";
+}
+
+TEST(MergeProgram, a_picture_without_a_reading_is_relative_and_codes_are_no_light) {
+  const fs::path folder = test::fresh_folder("unit");
+  const std::string merge = "merge " + png_bracket(folder) + "--exposures 0.0625,0.25,1,4,16 -o out.exr ";
+  EXPECT_TRUE(write_lens(folder / "lens.yaml", ideal_fisheye(320, 240, 3.0)));
+  EXPECT_EQ(test::calibrate(folder, merge).exit_code, 1) << "8 bits, and no response";
+  EXPECT_FALSE(fs::exists(folder / "out.exr"));
+  const auto relative = test::calibrate(folder, merge + "--response linear --lens lens.yaml");
+  EXPECT_EQ(relative.json.value("unit", ""), "relative") << relative.json;
+  EXPECT_FALSE(relative.json.contains("illuminance_lx"));
+  const auto absolute = test::calibrate(folder, merge + "--response linear --lens lens.yaml --illuminance 1000");
+  EXPECT_EQ(absolute.json.value("unit", ""), "cd/m2");
+  EXPECT_NEAR(absolute.json.value("illuminance_lx", 0.0), 1000.0, 1e-6);
+  EXPECT_EQ(
+      test::calibrate(folder, merge + "--response linear --lens lens.yaml --illuminance 1000 --scale 3").exit_code, 2);
 }
 
 /// A camera that cycles through three exposures, each setting a frame late, before a scene with a lamp.

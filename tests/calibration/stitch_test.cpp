@@ -155,6 +155,21 @@ TEST(ProbeStitch, a_response_that_is_not_the_camera_s_is_said) {
   EXPECT_TRUE(says(done, "of 20 pictures were not exposed as stated: --response is not")) << done.json["why"];
 }
 
+TEST(ProbeStitch, rolls_of_the_wrong_sign_are_said_although_the_pictures_agree) {
+  const fs::path folder = pictures("stitch-roll", "--pictures 24");
+  std::ifstream list(folder / "p/list.txt");
+  std::ofstream reversed(folder / "p/reversed.txt");
+  std::string name, exposure;
+  double azimuth = 0, altitude = 0, roll = 0;
+  std::getline(list, name);
+  while (list >> name >> exposure >> azimuth >> altitude >> roll)
+    reversed << name << " " << exposure << " " << azimuth << " " << altitude << " " << -roll << "\n";
+  reversed.close();
+  const auto done = test::calibrate(folder, "probe-stitch p/reversed.txt --lens p/lens.yaml --height 64 -o found.exr");
+  EXPECT_EQ(done.json["verdict"], "repeat");
+  EXPECT_TRUE(says(done, "had to be turned by more than 3 times --off")) << done.json["why"];
+}
+
 TEST(ProbeStitch, pictures_with_nothing_in_common_are_no_map) {
   const fs::path folder = pictures("stitch-apart", "--pictures 24");
   std::ifstream list(folder / "p/list.txt");
@@ -168,6 +183,8 @@ TEST(ProbeStitch, pictures_with_nothing_in_common_are_no_map) {
   ASSERT_EQ(done.exit_code, 0);
   EXPECT_EQ(done.json["verdict"], "repeat");
   EXPECT_TRUE(says(done, "nothing could be aligned")) << done.json["why"];
+  for (const auto& picture : done.json["pictures"])
+    EXPECT_LE(picture["sigma_deg"], 3.0) << "the list is right to --off";
 }
 
 TEST(ProbeStitch, gaps_are_counted_and_placed) {

@@ -71,6 +71,60 @@ TEST(Vignette, samples_near_the_axis_alone_are_refused) {
   EXPECT_FALSE(fit_fall_off(samples));
 }
 
+TEST(VignetteProgram, codes_of_8_bits_are_no_light_unless_it_is_said) {
+  const fs::path folder = test::fresh_folder("vignette-codes");
+  ASSERT_TRUE(write_lens(folder / "lens.yaml", fisheye()));
+  ASSERT_TRUE(write_png(folder / "paper.png", to_srgb8(flat_field(0.1, 1), 1.0f)));
+  const std::string vignette = "vignette paper.png --lens lens.yaml -o fall.txt ";
+  EXPECT_EQ(test::calibrate(folder, vignette).exit_code, 1);
+  EXPECT_FALSE(fs::exists(folder / "fall.txt"));
+  EXPECT_EQ(test::calibrate(folder, vignette + "--response srgb").json.value("verdict", ""), "pass");
+  const auto fall_off = read_fall_off(folder / "fall.txt");
+  ASSERT_TRUE(fall_off);
+  expect_found(*fall_off, 1.4, 0.02);
+}
+
+TEST(VignetteProgram, uneven_light_is_said_and_replaces_no_file) {
+  const fs::path folder = test::fresh_folder("vignette-uneven");
+  ASSERT_TRUE(write_lens(folder / "lens.yaml", fisheye()));
+  RgbImage uneven = flat_field(0.0, 1);
+  for (int y = 0; y < 400; ++y)
+    for (int x = 0; x < 400; ++x)
+      uneven.at(x, y) *= static_cast<float>(1 + 0.5 * std::pow((x - 200) / 200.0, 2));
+  ASSERT_TRUE(write_exr(folder / "even.exr", flat_field(0.3, 2)));
+  ASSERT_TRUE(write_exr(folder / "uneven.exr", uneven));
+  EXPECT_EQ(test::calibrate(folder, "vignette even.exr --lens lens.yaml -o fall.txt").json.value("verdict", ""),
+            "pass");
+  const auto kept = test::calibrate(folder, "vignette uneven.exr --lens lens.yaml -o fall.txt --quiet");
+  EXPECT_EQ(kept.exit_code, 1);
+  EXPECT_TRUE(test::says(kept, "around a ring")) << kept.json;
+  EXPECT_TRUE(test::says(kept, "fall.txt is left as it was")) << kept.json;
+  const auto fall_off = read_fall_off(folder / "fall.txt");
+  ASSERT_TRUE(fall_off);
+  expect_found(*fall_off, 1.4, 0.02);
+  EXPECT_EQ(test::calibrate(folder, "vignette uneven.exr --lens lens.yaml -o fall.txt --force").exit_code, 0);
+  EXPECT_EQ(test::calibrate(folder, "vignette uneven.exr --lens lens.yaml -o new.txt").exit_code, 0);
+  const std::string program = "cd '" + folder.string() + "' && " DAYLIT_BINARY_DIR "/bin/daylit-calibrate ";
+  EXPECT_EQ(std::system((program + "vignette uneven.exr --lens lens.yaml -o fall.txt --quiet 2> said.txt").c_str()) ==
+                0,
+            false);
+  std::ifstream said(folder / "said.txt");
+  std::string line;
+  std::getline(said, line);
+  EXPECT_NE(line.find("repeat: the light varies"), std::string::npos) << line;
+}
+
+TEST(VignetteProgram, a_report_in_the_place_of_a_file_is_refused) {
+  const fs::path folder = test::fresh_folder("vignette-report");
+  ASSERT_TRUE(write_lens(folder / "lens.yaml", fisheye()));
+  ASSERT_TRUE(write_exr(folder / "even.exr", flat_field(0.3, 2)));
+  test::calibrate(folder, "vignette even.exr --lens lens.yaml -o fall.txt --report lens.yaml");
+  std::ifstream said(folder / "stderr.txt");
+  std::string line;
+  std::getline(said, line);
+  EXPECT_NE(line.find("is a file, not a folder"), std::string::npos) << line;
+}
+
 TEST(VignetteProgram, a_lamp_at_several_angles_gives_the_fall_off) {
   const fs::path folder = test::fresh_folder("vignette");
   ASSERT_TRUE(write_lens(folder / "lens.yaml", fisheye()));
