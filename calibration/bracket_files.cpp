@@ -39,6 +39,9 @@ Result<std::map<std::string, double>> read_list(const std::filesystem::path& lis
     if (!time || !(*time > 0) || !std::isfinite(*time))
       return Error{ErrorCode::value_invalid, "no positive exposure time after the file name",
                    list.string() + ", line " + std::to_string(lines.number()), "a file name and seconds on each line"};
+    if (const auto said = times.find(name); said != times.end() && said->second != *time)
+      return Error{ErrorCode::value_invalid, "another time for " + name + ", which was listed before",
+                   list.string() + ", line " + std::to_string(lines.number()), "remove one of the two lines"};
     times[name] = *time;
   }
   return times;

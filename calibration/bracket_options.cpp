@@ -51,6 +51,8 @@ Result<Bracket> read_bracket(const CommonOptions& common, const BracketOptions& 
     const auto picture = read_code_picture(f.path, *mosaic);
     if (!picture)
       return picture.error();
+    if (const Result<void> good = check_mosaic_given(*picture); !good)
+      return good.error();
     if (interrupted())
       return interrupted_error("exposure bracket");
     if (width == 0) {

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::size_t kMostBytes = std::size_t{1} << 30;
 constexpr double kHdrgenLuminance = 87.0;
+constexpr double kMosaic = 1.1; ///< light of the brightest over the darkest of four interlaced grids of pixels
 
 double rational_of(ExifData* data, ExifTag tag) {
   const ExifEntry* entry = exif_content_get_entry(data->ifd[EXIF_IFD_EXIF], tag);
@@ -124,6 +125,23 @@ Result<void> check_response_given(const CodePicture& picture, const std::string&
     return {};
   return Error{ErrorCode::value_invalid, "codes of 8 bits, not light: what they stand for is not known", picture.file,
                "give --response srgb, a file that `daylit-calibrate response` wrote, or linear if they are raw"};
+}
+
+Result<void> check_mosaic_given(const CodePicture& picture) {
+  double sum[4] = {};
+  for (int y = 0; y + 1 < picture.code.height; y += 2)
+    for (int x = 0; x + 1 < picture.code.width; x += 2)
+      for (int k = 0; k < 4; ++k) {
+        const Rgb& code = picture.code.at(x + k % 2, y + k / 2);
+        if (code.r != code.g || code.g != code.b)
+          return {};
+        sum[k] += static_cast<double>(code.g);
+      }
+  if (*std::ranges::max_element(sum) <= kMosaic * *std::ranges::min_element(sum))
+    return {};
+  return Error{ErrorCode::value_invalid,
+               "looks like a Bayer mosaic: neighbouring pixels differ in the same way all over", picture.file,
+               "give --mosaic rggb, grbg, gbrg or bggr, as the camera's data sheet says"};
 }
 
 Result<ResponseCurve> response_or_linear(const std::string& response) {

@@ -36,6 +36,10 @@ Result<CodePicture> read_code_picture(const std::filesystem::path& path, Mosaic 
 /// anything: 8 bits, and not raw.
 Result<void> check_response_given(const CodePicture& picture, const std::string& response);
 
+/// Error value_invalid: a grey picture whose every second pixel is far brighter than its neighbours all over, a Bayer
+/// mosaic that was read as grey.
+Result<void> check_mosaic_given(const CodePicture& picture);
+
 /// The curve of that name; linear where none was given.
 Result<ResponseCurve> response_or_linear(const std::string& response);
 

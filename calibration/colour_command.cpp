@@ -101,8 +101,8 @@ struct ColourResult {
 
 std::string file_text(const ColourResult& r) {
   const ColourModel& m = r.fit.model;
-  std::string text =
-      "# Colour of a camera: linear Rec. 709 from its code values (0..1), by rows; white of the chart is 1\n";
+  std::string text = "# Colour of a camera: linear Rec. 709 from its code values (0..1), by rows; a perfect white in "
+                     "the chart's light is 1\n";
   text += fmt::format("model = \"{}\"\n", m.terms.name());
   if (m.terms.curve)
     text += fmt::format(

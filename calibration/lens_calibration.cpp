@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <set>
@@ -19,14 +20,13 @@ namespace {
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kOdd = 3.5; ///< times the median of the views' errors: a view that does not belong
 constexpr double kOddLeast_px = 0.3;
-constexpr double kSpoilt = 1.5;          ///< usual error with a view that does not belong / without it
-constexpr std::size_t kEnough = 6;       ///< views
-constexpr double kLargeRms = 1.0 / 1000; ///< of the picture's width, and at least a pixel
-constexpr double kHeldOut = 1.5;         ///< held-out error / error: beyond, the lens follows single pictures
-constexpr double kSure = 0.01;           ///< standard deviation of the focal length / focal length
-constexpr double kAlike_deg = 10.0;      ///< largest tilt between two boards
-constexpr double kReach = 0.7;           ///< of the circle's radius
-constexpr double kCovered = 0.4;         ///< of the parts of the picture
+constexpr double kSpoilt = 1.5;     ///< usual error with a view that does not belong / without it
+constexpr std::size_t kEnough = 6;  ///< views
+constexpr double kHeldOut = 1.5;    ///< held-out error / error: beyond, the lens follows single pictures
+constexpr double kSure = 0.01;      ///< standard deviation of the focal length / focal length
+constexpr double kAlike_deg = 10.0; ///< largest tilt between two boards
+constexpr double kReach = 0.7;      ///< of the circle's radius
+constexpr double kCovered = 0.4;    ///< of the parts of the picture
 constexpr int kParts = 8;
 constexpr double kAsGood = 1.01;      ///< held-out error of an ideal curve / of the polynomial
 constexpr double kManyDropped = 0.25; ///< of the pictures: left out for one reason
@@ -92,7 +92,7 @@ Result<LensFit> fit_without_odd_views(LensKind kind, int width_px, int height_px
   return fit;
 }
 
-/// Rms over the views of what each is off by when the lens is fitted to the others.
+/// Rms over the views of what each is off by when the lens is fitted to the others; NaN where none can be told.
 Result<double> held_out_error(const LensFit& fit, const std::vector<BoardView>& views, bool curve_free,
                               const Progress& progress) {
   double sum = 0;
@@ -107,7 +107,7 @@ Result<double> held_out_error(const LensFit& fit, const std::vector<BoardView>& 
       ++counted;
     }
   }
-  return counted > 0 ? std::sqrt(sum / static_cast<double>(counted)) : 0.0;
+  return counted > 0 ? std::sqrt(sum / static_cast<double>(counted)) : std::numeric_limits<double>::quiet_NaN();
 }
 
 /// r = 2 f sin(t / 2) as a series in t; it differs from the sine by less than 1e-9 f up to 110 degrees.
@@ -255,6 +255,8 @@ std::vector<std::string> faults_of(const LensCalibration& c) {
                     "so that its edges are less certain; expose less",
                     bright.size(), c.views.size()));
   const LensModel& lens = c.fit.lens;
+  for (std::string& fault : shape_faults(c.fit, c.agreement))
+    faults.push_back(std::move(fault));
   if (c.views.size() < kEnough)
     faults.push_back(fmt::format("only {} pictures count; take at least {}", c.views.size(), kEnough));
   if (c.tilt_spread_deg < kAlike_deg)
@@ -263,10 +265,6 @@ std::vector<std::string> faults_of(const LensCalibration& c) {
   if (const double sure = c.fit.sigma[0] / lens.fx; sure > kSure)
     faults.push_back(
         fmt::format("the focal length is only known to {:.1f} %; tilt the board more, and come closer", 100 * sure));
-  if (c.fit.rms_px > std::max(1.0, kLargeRms * lens.width_px))
-    faults.push_back(fmt::format("corners are {:.2f} px off: blurred pictures, a bent board or a wrong --square; hold "
-                                 "the board on something flat",
-                                 c.fit.rms_px));
   if (c.held_out_rms_px > kHeldOut * c.fit.rms_px + 0.05)
     faults.push_back(fmt::format("a picture that was left out is {:.2f} px off, those that count {:.2f}: too few "
                                  "pictures, or too much alike",
@@ -293,6 +291,7 @@ void judge(LensCalibration& c) {
   c.tilt_spread_deg = tilt_spread(c.fit);
   c.reach_deg = reach_of(c);
   c.coverage = coverage_of(c);
+  c.agreement = lens_agreement(c.fit, c.views);
   c.why = faults_of(c);
   c.pass = c.why.empty();
   if (c.kind == LensKind::equidistant)

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibration/lens_agreement.h"
 #include "calibration/lens_fit.h"
 #include "calibration/report.h"
 #include "calibration/target.h"
@@ -28,10 +29,11 @@ struct LensCalibration {
   std::vector<DroppedPicture> dropped;
   ImageCircle circle;             ///< of a fish-eye; radius 0: none found
   std::vector<TriedCurve> curves; ///< of a fish-eye; the first one is the lens
-  double held_out_rms_px = 0;     ///< over views, each by a lens fitted to the others
+  double held_out_rms_px = 0;     ///< over views, each by a lens fitted to the others; NaN: none could be
   double reach_deg = 0;           ///< largest angle of a corner from the axis
   double coverage = 0;            ///< of 8 x 8 parts of the picture (of the circle): those with a corner
   double tilt_spread_deg = 0;     ///< largest angle between two boards
+  LensAgreement agreement;        ///< of the views on one lens
   bool pass = false;
   std::vector<std::string> why; ///< the reasons for the verdict, and what to do
 };

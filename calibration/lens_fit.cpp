@@ -97,14 +97,15 @@ public:
     return true;
   }
 
-  /// Diagonal of (J^T J)^-1 of the lens.
-  std::array<double, 12> variances(const LensModel& lens, const std::vector<BoardPose>& poses) {
-    std::array<double, 12> out{};
+  /// Diagonal of (J^T J)^-1 of the lens, and at the end the same of fx - fy.
+  std::array<double, 13> variances(const LensModel& lens, const std::vector<BoardPose>& poses) {
+    std::array<double, 13> out{};
     cv::Mat inverse;
     if (!linearise(lens, poses, kNone) || cv::invert(normal_, inverse, cv::DECOMP_SVD) == 0.0)
       return out;
     for (int i = 0; i < lens_count_; ++i)
       out[static_cast<std::size_t>(i)] = inverse.at<double>(i, i);
+    out.back() = out[0] + out[1] - 2.0 * inverse.at<double>(0, 1);
     return out;
   }
 
@@ -264,8 +265,9 @@ void judge(LensFit& fit, std::span<const BoardView> views, int count) {
   fit.rms_px = std::sqrt(sum / corners);
   const auto variance = Problem(views, count).variances(fit.lens, fit.pose);
   const double freedom = std::max(2.0 * corners - count - kPose * static_cast<double>(views.size()), 1.0);
-  for (std::size_t i = 0; i < variance.size(); ++i)
+  for (std::size_t i = 0; i < fit.sigma.size(); ++i)
     fit.sigma[i] = std::sqrt(std::max(variance[i], 0.0) * sum / freedom);
+  fit.sigma_aspect = std::sqrt(std::max(variance.back(), 0.0) * sum / freedom) / fit.lens.fy;
 }
 
 /// Numbers of the lens that are free, and from which distance on corners count linearly, in medians.

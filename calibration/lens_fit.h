@@ -43,6 +43,7 @@ struct LensFit {
   /// Standard deviations of fx, fy, cx, cy (pixels) and of the distortion coefficients, from the covariance
   /// rms^2 (J^T J)^-1.
   std::array<double, 12> sigma{};
+  double sigma_aspect = 0; ///< the same of fx / fy
 };
 
 inline constexpr std::size_t kFewestViews = 3; ///< from which a lens follows

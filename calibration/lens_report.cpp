@@ -73,16 +73,21 @@ std::string figures(const LensCalibration& c) {
   j["max_theta_deg"] = c.fit.lens.max_theta / kDegree;
   j["coverage"] = c.coverage;
   j["tilt_spread_deg"] = c.tilt_spread_deg;
+  j["fx_over_fy"] = {{"value", c.fit.lens.fx / c.fit.lens.fy}, {"sigma", c.fit.sigma_aspect}};
+  j["one_lens"] = {{"f", c.agreement.f}, {"two_lenses_explain", c.agreement.two}};
   if (c.circle.radius > 0)
     j["circle_px"] = {{"x", c.circle.centre.x}, {"y", c.circle.centre.y}, {"radius", c.circle.radius}};
   return j.dump();
 }
 
+std::string held_out_of(const LensCalibration& c) {
+  return std::isnan(c.held_out_rms_px) ? "not explained by the others" : fmt::format("{:.3f} px", c.held_out_rms_px);
+}
+
 std::string text(const LensCalibration& c) {
   const LensModel& lens = c.fit.lens;
-  return fmt::format(
-             "corners    off by {:.3f} px rms ({} x {} pixels); pictures that were left out in turn {:.3f} px\n",
-             c.fit.rms_px, lens.width_px, lens.height_px, c.held_out_rms_px) +
+  return fmt::format("corners    off by {:.3f} px rms ({} x {} pixels); pictures that were left out in turn {}\n",
+                     c.fit.rms_px, lens.width_px, lens.height_px, held_out_of(c)) +
          fmt::format(
              "lens       fx {:.2f} +- {:.2f}, fy {:.2f} +- {:.2f}, cx {:.2f} +- {:.2f}, cy {:.2f} +- {:.2f} px\n",
              lens.fx, c.fit.sigma[0], lens.fy, c.fit.sigma[1], lens.cx, c.fit.sigma[2], lens.cy, c.fit.sigma[3]) +
@@ -106,14 +111,13 @@ Report report_of(const LensCalibration& c) {
                 .html = {}};
   for (const BoardView& view : c.views)
     report.used.push_back(view.name);
-  report.html =
-      fmt::format("<p>Corners are off by {:.3f} px rms; pictures that were left out in turn by {:.3f} px.</p>\n",
-                  c.fit.rms_px, c.held_out_rms_px) +
-      drawing(c) +
-      fmt::format("<p>Every corner that counts, one colour per picture; lines: errors, {:.0f} times as "
-                  "long.</p>\n",
-                  kEnlarged) +
-      tables(c);
+  report.html = fmt::format("<p>Corners are off by {:.3f} px rms; pictures that were left out in turn: {}.</p>\n",
+                            c.fit.rms_px, held_out_of(c)) +
+                drawing(c) +
+                fmt::format("<p>Every corner that counts, one colour per picture; lines: errors, {:.0f} times as "
+                            "long.</p>\n",
+                            kEnlarged) +
+                tables(c);
   return report;
 }
 

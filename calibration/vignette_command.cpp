@@ -116,6 +116,8 @@ Result<void> run(CommonOptions& o, const VignetteOptions& options) {
       return picture.error();
     if (const Result<void> known = check_response_given(*picture, options.response); !known)
       return known;
+    if (const Result<void> good = check_mosaic_given(*picture); !good)
+      return good;
     std::string why;
     if (lens->width_px > 0 && (picture->code.width != lens->width_px || picture->code.height != lens->height_px))
       why = fmt::format("is {} x {} pixels, the lens {} x {}", picture->code.width, picture->code.height,

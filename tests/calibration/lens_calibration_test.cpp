@@ -34,7 +34,8 @@ TEST(FisheyeCalibration, lens_without_noise_is_found_exactly_and_its_field_is_th
   EXPECT_NEAR(found->fit.lens.max_theta / kDegree, 95.0, 0.1);
 }
 
-std::vector<BoardView> camera_views(int count, double tilt, std::mt19937& random) {
+std::vector<BoardView> camera_views(int count, double tilt, std::mt19937& random,
+                                    const LensModel& lens = test::true_camera()) {
   const auto board = board_points(kBoard.columns, kBoard.rows, kSquare_m);
   std::uniform_real_distribution<double> u(0.0, 1.0);
   std::vector<BoardView> views;
@@ -43,14 +44,14 @@ std::vector<BoardView> camera_views(int count, double tilt, std::mt19937& random
     const auto pose =
         test::board_at(board, 18 * kDegree * u(random) * (tilt > 0.1 ? 1.0 : 0.05), 6.28 * u(random),
                        0.45 + 0.15 * u(random), tilt * (0.4 + 0.6 * u(random)), tilt > 0.1 ? 6.28 * u(random) : 0.0);
-    if (test::look(test::true_camera(), pose, board, 0.1, random, corners))
+    if (test::look(lens, pose, board, 0.1, random, corners))
       views.push_back({"view" + std::to_string(views.size()), corners, board});
   }
   return views;
 }
 
 /// Ten views through an ideal fish-eye of this curve.
-std::vector<BoardView> ideal_views(const std::array<double, 8>& curve) {
+std::vector<BoardView> ideal_views(const std::array<double, 8>& curve, double widest_deg = 50) {
   LensModel lens = test::true_fisheye();
   lens.distortion = curve;
   std::mt19937 random(11);
@@ -59,8 +60,8 @@ std::vector<BoardView> ideal_views(const std::array<double, 8>& curve) {
   std::vector<BoardView> views;
   while (views.size() < 10) {
     std::vector<glm::dvec2> corners;
-    const auto pose = test::board_at(board, (views.empty() ? 5 : 50 * u(random)) * kDegree, 6.28 * u(random), 0.27,
-                                     (15 + 20 * u(random)) * kDegree, 6.28 * u(random));
+    const auto pose = test::board_at(board, (views.empty() ? 5 : widest_deg * u(random)) * kDegree, 6.28 * u(random),
+                                     0.27, (15 + 20 * u(random)) * kDegree, 6.28 * u(random));
     if (test::look(lens, pose, board, 0.1, random, corners))
       views.push_back({"view" + std::to_string(views.size()), corners, board});
   }
@@ -97,6 +98,52 @@ TEST(CameraCalibration, lens_is_found_and_the_verdict_is_pass) {
   EXPECT_NEAR(found->fit.lens.cy, truth.cy, 4 * found->fit.sigma[3]);
   EXPECT_LT(angle_error(found->fit.lens, truth, {{640, 480}, 480}, 0.9), 0.05);
   EXPECT_LT(found->held_out_rms_px, 1.3 * found->fit.rms_px);
+}
+
+LensCalibration camera_of(std::vector<BoardView> views) {
+  const LensModel truth = test::true_camera();
+  auto found =
+      calibrate_views(LensKind::pinhole, kBoard, truth.width_px, truth.height_px, {}, std::move(views), {}, go_on);
+  EXPECT_TRUE(found);
+  return std::move(*found);
+}
+
+TEST(CameraCalibration, pixels_or_a_print_longer_one_way_are_said_and_pixels_of_another_shape_are_not) {
+  for (const auto& [stretch, said] :
+       {std::pair{1.0, ""}, {1.01, "1.0 % longer across"}, {1.0 / 1.01, "bottom"}, {1.2, ""}}) {
+    std::mt19937 random(6);
+    LensModel lens = test::true_camera();
+    lens.fx = stretch * lens.fy;
+    const LensCalibration found = camera_of(camera_views(14, 0.7, random, lens));
+    EXPECT_EQ(found.pass, std::string(said).empty()) << stretch << " " << found.why[0];
+    EXPECT_NE(found.why[0].find(said), std::string::npos) << found.why[0];
+  }
+}
+
+TEST(CameraCalibration, pictures_of_two_lenses_are_said) {
+  std::mt19937 random(8);
+  const LensCalibration clean = camera_of(camera_views(14, 0.7, random));
+  EXPECT_NEAR(clean.agreement.f, 1.0, 0.6) << "F(39, 2889): deviation 0.23";
+  LensModel other = test::true_camera();
+  other.cx -= 25;
+  other.cy += 15;
+  auto views = camera_views(7, 0.7, random);
+  for (BoardView& view : camera_views(7, 0.7, random, other))
+    views.push_back(std::move(view));
+  const LensCalibration mixed = camera_of(views);
+  EXPECT_GT(mixed.agreement.f, 30.0);
+  EXPECT_GT(mixed.agreement.two, 0.65);
+  EXPECT_FALSE(mixed.pass);
+  EXPECT_NE(mixed.why[0].find("do not agree on one lens"), std::string::npos) << mixed.why[0];
+}
+
+TEST(CameraCalibration, pictures_of_a_fish_eye_are_told_the_way) {
+  const LensCalibration found = camera_of(ideal_views({}, 60));
+  EXPECT_FALSE(found.pass);
+  bool told = false;
+  for (const std::string& why : found.why)
+    told = told || why.find("daylit-calibrate fisheye") != std::string::npos;
+  EXPECT_TRUE(told) << found.why[0];
 }
 
 /// A print before a fish-eye: its axes, and its corner, 50 mm and 50 mm from the first inner corner of the board.

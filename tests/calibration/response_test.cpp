@@ -242,6 +242,38 @@ TEST(ResponseProgram, equal_large_steps_before_a_curve_are_said) {
   }
 }
 
+TEST(ResponseProgram, a_time_that_is_15_per_cent_wrong_is_named) {
+  const fs::path folder = test::fresh_folder("wrong-time");
+  std::mt19937 random(8);
+  std::string names;
+  for (const double e : {0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0}) {
+    const auto picture = exposed(
+        e, 8, [](double v) { return std::pow(v, 1 / 2.2); }, random);
+    names += fmt::format("e{}.png ", e);
+    EXPECT_TRUE(write_png(folder / fmt::format("e{}.png", e), view_of(picture.code, false)));
+  }
+  const auto right =
+      test::calibrate(folder, "response " + names + "--exposures 0.05,0.1,0.2,0.5,1,2,5,10 -o right.txt");
+  EXPECT_FALSE(test::says(right, "as long as stated")) << right.json;
+  const auto wrong =
+      test::calibrate(folder, "response " + names + "--exposures 0.05,0.1,0.2,0.575,1,2,5,10 -o wrong.txt");
+  EXPECT_TRUE(test::says(wrong, "e0.5.png was exposed 0.87 times as long as stated")) << wrong.json;
+}
+
+TEST(ResponseProgram, what_is_said_twice_or_not_said_of_pictures_is_refused) {
+  const fs::path folder = test::fresh_folder("unsaid");
+  const std::string names = png_bracket(folder);
+  std::ofstream(folder / "list.txt") << "e0.png 0.0625\ne1.png 0.25\ne2.png 1\ne3.png 4\ne4.png 16\ne0.png 0.5\n";
+  EXPECT_EQ(test::calibrate(folder, "response " + names + "--exposure-list list.txt -o out.txt").exit_code, 1);
+  RgbImage mosaic(64, 48, Rgb(0.2f));
+  for (int y = 0; y < 48; y += 2)
+    for (int x = 0; x < 64; x += 2)
+      mosaic.at(x, y) = Rgb(0.1f);
+  const CodePicture raw{"raw.png", mosaic, 8, {}}, even{"even.png", RgbImage(64, 48, Rgb(0.2f)), 8, {}};
+  EXPECT_FALSE(check_mosaic_given(raw));
+  EXPECT_TRUE(check_mosaic_given(even));
+}
+
 TEST(ResponseProgram, a_bracket_becomes_a_response_and_a_picture) {
   const fs::path folder = test::fresh_folder("bracket");
   const std::string names = png_bracket(folder), times = "--exposures 0.0625,0.25,1,4,16 --report r ";
