@@ -146,8 +146,10 @@ Result<void> check_usage(const AlignOptions& options) {
 const char* advice(Source source) {
   if (source == Source::sun)
     return ": take pictures with the sun at different hours; check time zone (no daylight saving), place and lens";
-  return source == Source::board ? ": check [marker] of --board, --position and the lens"
-                                 : ": check the points, the position and the lens";
+  return source == Source::board
+             ? ": come closer, the side of a marker needs 20 pixels of the picture; or check [marker] of "
+               "--board, --position and the lens"
+             : ": check the points, the position and the lens";
 }
 
 /// Used and dropped directions, figures, text and page.

@@ -141,7 +141,7 @@ LensAgreement lens_agreement(const LensFit& fit, std::span<const BoardView> view
 }
 
 // A print that is longer one way gives the lens another focal length that way where all boards are upright.
-std::vector<std::string> shape_faults(const LensFit& fit, const LensAgreement& agreement) {
+std::vector<std::string> shape_faults(const LensFit& fit, const LensAgreement& agreement, bool alike) {
   std::vector<std::string> faults;
   if (fit.rms_px > std::max(1.0, kLargeRms * fit.lens.width_px)) // what follows has no meaning then
     return {fmt::format("corners are {:.2f} px off: blurred pictures, a bent board or a wrong --square; hold the board "
@@ -150,7 +150,7 @@ std::vector<std::string> shape_faults(const LensFit& fit, const LensAgreement& a
                         fit.lens.kind == LensKind::pinhole ? "; pictures of a fish-eye need `daylit-calibrate fisheye`"
                                                            : "")};
   const double off = fit.lens.fx / fit.lens.fy - 1.0;
-  if (std::abs(off) > std::max(kSquare, kSure * fit.sigma_aspect) && std::abs(off) < kOtherPixels)
+  if (!alike && std::abs(off) > std::max(kSquare, kSure * fit.sigma_aspect) && std::abs(off) < kOtherPixels)
     faults.push_back(fmt::format("the board or the pixels are {:.1f} % longer {}: measure the print in both directions "
                                  "(of a camera whose pixels are not square the file is right)",
                                  100 * std::abs(off), off > 0 ? "across" : "from top to bottom"));

@@ -18,6 +18,7 @@ LensAgreement lens_agreement(const LensFit& fit, std::span<const BoardView> view
 
 /// Reasons against the result, each with what to do: corners far off; else pixels or a print that are longer one way,
 /// and views of two lenses.
-std::vector<std::string> shape_faults(const LensFit& fit, const LensAgreement& agreement);
+/// `alike`: the views are too much so to tell pixels from tilt.
+std::vector<std::string> shape_faults(const LensFit& fit, const LensAgreement& agreement, bool alike);
 
 } // namespace daylit::calibration

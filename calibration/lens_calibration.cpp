@@ -255,7 +255,7 @@ std::vector<std::string> faults_of(const LensCalibration& c) {
                     "so that its edges are less certain; expose less",
                     bright.size(), c.views.size()));
   const LensModel& lens = c.fit.lens;
-  for (std::string& fault : shape_faults(c.fit, c.agreement))
+  for (std::string& fault : shape_faults(c.fit, c.agreement, c.tilt_spread_deg < kAlike_deg))
     faults.push_back(std::move(fault));
   if (c.views.size() < kEnough)
     faults.push_back(fmt::format("only {} pictures count; take at least {}", c.views.size(), kEnough));

@@ -212,6 +212,7 @@ TEST(CameraCalibration, verdict_says_what_is_wrong) {
   ASSERT_TRUE(few) << few.error().message();
   EXPECT_FALSE(alike->pass);
   EXPECT_TRUE(says(alike->why, "alike")) << alike->why[0];
+  EXPECT_FALSE(says(alike->why, "longer")) << "alike views cannot tell pixels from tilt";
   EXPECT_FALSE(few->pass);
   EXPECT_TRUE(says(few->why, "only 4 pictures")) << few->why[0];
   const auto too_few = sitting(camera_views(2, 0.7, random));
