@@ -15,6 +15,7 @@
 #include "precompute/room_check.h"
 #include "precompute/room_frame.h"
 #include "precompute/room_survey.h"
+#include "precompute/transport_model.h"
 #include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
 #include "scene/core/command_line.h"
@@ -229,6 +230,9 @@ Result<void> run(const Arguments& a) {
   precompute::RoomSurvey survey;
   if (const Result<void> good = precompute::survey_room(*room, kMillimetre * a.close_gaps_mm, survey); !good)
     return good.error();
+  const Result<RoomFile> model = precompute::transport_model(*room);
+  if (!model)
+    return model.error();
   if (!a.quiet)
     tell(room->report.notes, survey);
   std::filesystem::path checkpoint_path = a.output;
@@ -249,10 +253,11 @@ Result<void> run(const Arguments& a) {
     return box.error();
   request->box = *box;
   ProgressLine progress(a.quiet);
-  Result<Outcome> baked = all_given(a) ? bake_as_given(a, *request, *room, **checkpoint, progress.callback())
-                                       : bake_as_planned(a, *request, *room, **checkpoint, progress);
+  Result<Outcome> baked = all_given(a) ? bake_as_given(a, *request, *model, **checkpoint, progress.callback())
+                                       : bake_as_planned(a, *request, *model, **checkpoint, progress);
   if (!baked)
     return baked.error();
+  baked->volume.room = std::move(room->room);
   baked->volume.provenance = {DAYLIT_VERSION, a.command_line, a.room.filename().string(), room->content_hash,
                               baked->stored_report};
   if (const Result<void> written = write_volume(a.output, baked->volume, baked->precision); !written)

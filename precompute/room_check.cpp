@@ -10,6 +10,7 @@
 #include "precompute/detail/text_format.h"
 #include "precompute/planned_bake.h"
 #include "precompute/room_frame.h"
+#include "precompute/transport_model.h"
 #include "scene/room/glass.h"
 
 namespace daylit::precompute {
@@ -116,7 +117,10 @@ std::optional<Error> find_problem(RoomFile& file, double close_gaps_m, RoomCheck
     check.openings.push_back(describe(a));
   if (!surveyed)
     return surveyed.error();
-  auto estimate = estimate_bake(file, progress);
+  const auto model = transport_model(file);
+  if (!model)
+    return model.error();
+  auto estimate = estimate_bake(*model, progress);
   if (!estimate)
     return estimate.error();
   check.estimate = std::move(*estimate);

@@ -147,6 +147,8 @@ std::optional<std::array<glm::dvec2, 2>> contact(const PlaneGroup& g, const Loca
   return std::array<glm::dvec2, 2>{hit[0], hit[1]};
 }
 
+constexpr double kSmall_m = 0.3;
+
 using Flat = std::array<glm::dvec2, 3>;
 
 /// Two triangles of one plane share more than a border: no side of either separates them.
@@ -218,6 +220,14 @@ private:
   int axis_ = 0;
 };
 
+/// A triangle by itself, of a curved surface: what crosses it is no larger than it, and it is not cut.
+bool is_small(const PlaneGroup& g) {
+  if (g.triangles.size() > 1)
+    return false;
+  const Flat& t = g.triangles.front();
+  return std::max({glm::length(t[1] - t[0]), glm::length(t[2] - t[1]), glm::length(t[0] - t[2])}) < kSmall_m;
+}
+
 void add_contacts(const std::vector<LocalTriangle>& triangles, const std::vector<std::uint32_t>& group_of,
                   double tolerance_m, std::vector<PlaneGroup>& groups) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> touching; // group, triangle
@@ -231,6 +241,8 @@ void add_contacts(const std::vector<LocalTriangle>& triangles, const std::vector
   const auto repeated = std::ranges::unique(touching);
   touching.erase(repeated.begin(), repeated.end());
   for (const auto& [g, i] : touching) {
+    if (is_small(groups[g]))
+      continue;
     if (const auto segment = contact(groups[g], triangles[i], tolerance_m))
       groups[g].contacts.push_back(*segment);
     else if (group_of[i] < g && groups[group_of[i]].material != groups[g].material &&

@@ -39,7 +39,7 @@ Result<std::unique_ptr<LoadedRoom>> load_room(const std::filesystem::path& path,
 }
 
 namespace {
-constexpr int kExchanges = 3; // between objects and room; what comes back a third time cannot be seen
+constexpr int kExchanges = 4; // between objects and room; what comes back a fourth time cannot be seen
 }
 
 /// The objects stand in a room on which they cast shadows, and beside each other: both change the light that they see,

@@ -172,6 +172,17 @@ TEST(SurfaceMesh, sphere_of_twenty_thousand_facets_keeps_each_and_leaves_the_wal
   EXPECT_NEAR(total_area(*mesh), face_area(room), 1e-9);
 }
 
+TEST(SurfaceMesh, small_faces_of_curved_surfaces_are_not_cut_where_they_cross) {
+  Room room = wall_with_hole();
+  add_quad(room, {0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0});
+  add_sphere(room, {2, 2, 1}, 0.6, 8);
+  const auto one = mesh_surfaces(room, {.edge_m = 1});
+  add_sphere(room, {2, 2.5, 1}, 0.6, 8);
+  const auto two = mesh_surfaces(room, {.edge_m = 1});
+  ASSERT_TRUE(one && two);
+  EXPECT_EQ(two->facets.size() - one->facets.size(), 8 * 8 * 20u);
+}
+
 TEST(SurfaceMesh, faces_and_gaps_of_a_millimetre_cost_a_handful_of_facets) {
   Room room;
   room.materials.push_back({});
