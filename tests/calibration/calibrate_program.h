@@ -7,20 +7,31 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
+#include <unistd.h>
 
 namespace daylit::test {
 
 namespace fs = std::filesystem;
 
-/// Empty, made anew, named after the test.
+/// Empty, of this process alone: tests of one file run beside each other. Goes with the process.
 inline fs::path fresh_folder(const std::string& name) {
-  const fs::path folder = fs::temp_directory_path() / ("daylit-calibrate-" + name);
-  fs::remove_all(folder);
-  fs::create_directories(folder);
-  return folder;
+  struct Folders {
+    std::vector<fs::path> made;
+    ~Folders() {
+      std::error_code none;
+      for (const fs::path& folder : made)
+        fs::remove_all(folder, none);
+    }
+  };
+  static Folders folders;
+  folders.made.push_back(fs::temp_directory_path() / ("daylit-calibrate-" + name + "-" + std::to_string(getpid())));
+  fs::remove_all(folders.made.back());
+  fs::create_directories(folders.made.back());
+  return folders.made.back();
 }
 
 struct CalibrateOutcome {
