@@ -7,7 +7,7 @@
 namespace daylit::calibration {
 
 struct LensAgreement {
-  /// F of the hypothesis that all views share focal length and middle: what the sum of squared errors falls by when
+  /// F of the hypothesis that all views have one focal length and middle: what the sum of squared errors falls by when
   /// each view has its own (linearised at the fit, its pose following), for each of these numbers, over what is left
   /// for each degree of freedom. About 1 for one lens and independent corners; 0 where there are too few.
   double f = 0;

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kCodes = 256;
 constexpr std::size_t kMiddle = 128; ///< the code whose exposure is 1 while the curve is fitted
-constexpr double kSmooth = 3000.0;    ///< weight of the second difference, per mean number of samples of a code
+constexpr double kSmooth = 3000.0;   ///< weight of the second difference, per mean number of samples of a code
 constexpr double kLeastSmooth = 1e-3;
 constexpr double kWidth = 4.0; ///< of Robertson's Gaussian weight
 constexpr int kRounds = 60;
