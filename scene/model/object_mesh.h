@@ -9,6 +9,7 @@
 
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
+#include "scene/material/material.h"
 
 namespace daylit {
 
@@ -17,8 +18,21 @@ namespace daylit {
 struct ObjectMesh {
   std::vector<glm::vec3> positions;
   std::vector<glm::vec3> normals;
-  std::vector<Rgb> reflectance; ///< Lambertian, per vertex, 0..1
+  std::vector<Rgb> reflectance; ///< per vertex, 0..1: what a vertex sends on to others; the mean of a texture around it
   std::vector<std::array<std::uint32_t, 3>> triangles;
+
+  /// Empty where no material has a texture; else per vertex, origin top left.
+  std::vector<glm::vec2> uv;
+  /// Unit direction in which u grows, times the sign of the bitangent n x t in w; per vertex, empty where no material
+  /// needs one.
+  std::vector<glm::vec4> tangents;
+  std::vector<Material> materials;              ///< at least one
+  std::vector<std::uint16_t> triangle_material; ///< per triangle; empty: all have the first
+  std::vector<Texture> textures;
+
+  const Material& material(std::size_t triangle) const {
+    return materials[triangle_material.empty() ? 0 : triangle_material[triangle]];
+  }
 };
 
 /// OBJ (Kd of the MTL, times map_Kd), PLY (vertex colours) or glTF (base colour, its texture, vertex colours; y up is
