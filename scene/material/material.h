@@ -24,9 +24,10 @@ struct TextureUse {
   std::int32_t texture = -1;    ///< of the mesh's textures; -1: none
   glm::mat3 uv_from_mesh{1.0f}; ///< KHR_texture_transform
   explicit operator bool() const { return texture >= 0; }
+  bool operator==(const TextureUse&) const = default;
 };
 
-struct Material {
+struct ObjectMaterial {
   std::string name;
   Rgb base_colour{0.7f};        ///< reflectance of the diffuse part, or reflectance of a metal seen face on
   float metallic = 0.0f;        ///< 0: dielectric, 1: metal
@@ -56,7 +57,7 @@ struct Material {
            static_cast<bool>(metallic_roughness_texture) || static_cast<bool>(clearcoat_texture);
   }
   bool is_transparent() const { return transmission > 0.0f || static_cast<bool>(transmission_texture); }
-  bool operator==(const Material&) const = default;
+  bool operator==(const ObjectMaterial&) const = default;
 };
 
 /// A material at one point of a surface, textures looked up.

@@ -26,11 +26,11 @@ struct ObjectMesh {
   /// Unit direction in which u grows, times the sign of the bitangent n x t in w; per vertex, empty where no material
   /// needs one.
   std::vector<glm::vec4> tangents;
-  std::vector<Material> materials;              ///< at least one
+  std::vector<ObjectMaterial> materials;        ///< at least one
   std::vector<std::uint16_t> triangle_material; ///< per triangle; empty: all have the first
   std::vector<Texture> textures;
 
-  const Material& material(std::size_t triangle) const {
+  const ObjectMaterial& material(std::size_t triangle) const {
     return materials[triangle_material.empty() ? 0 : triangle_material[triangle]];
   }
 };
