@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -55,6 +57,11 @@ struct ObjectMaterial {
   bool is_glossy() const {
     return metallic > 0.0f || transmission > 0.0f || clearcoat > 0.0f || roughness < kDiffuseRoughness ||
            static_cast<bool>(metallic_roughness_texture) || static_cast<bool>(clearcoat_texture);
+  }
+  /// -ln(colour) / distance.
+  Rgb absorption_per_m() const {
+    return attenuation_distance_m > 0.0f ? -glm::log(glm::max(attenuation_colour, Rgb(1e-6f))) / attenuation_distance_m
+                                         : Rgb(0.0f);
   }
   bool is_transparent() const { return transmission > 0.0f || static_cast<bool>(transmission_texture); }
   bool operator==(const ObjectMaterial&) const = default;

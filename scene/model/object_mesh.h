@@ -30,8 +30,9 @@ struct ObjectMesh {
   std::vector<std::uint16_t> triangle_material; ///< per triangle; empty: all have the first
   std::vector<Texture> textures;
 
-  const ObjectMaterial& material(std::size_t triangle) const {
-    return materials[triangle_material.empty() ? 0 : triangle_material[triangle]];
+  /// Of a triangle; null for a mesh made without materials: diffuse, of the vertices' reflectance.
+  const ObjectMaterial* material_or_null(std::size_t triangle) const {
+    return materials.empty() ? nullptr : &materials[triangle_material.empty() ? 0 : triangle_material[triangle]];
   }
 };
 
