@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -19,16 +20,20 @@ namespace daylit {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr int kCosines = 32;                  // their square roots are evenly spaced: denser where light grazes
-constexpr float kLeastCosine = 1e-4f;         // stands for 0
-constexpr int kSamplesU = 16, kSamplesV = 32; // of the facets that a direction sees
+constexpr int kCosines = 24;
+constexpr float kLeastCosine = 1e-4f;   // stands for 0
+constexpr std::uint32_t kSamples = 512; // of the facets that a direction sees
 constexpr float kIndexSteps = 1024.0f, kMostIndex = 4.0f;
 
 const float kLeastRoughness = std::sqrt(kLeastAlpha);
 
-glm::vec3 direction(float cosine, float azimuth) {
+float most(const Ggx& facets) { return std::max(facets.alpha_u, facets.alpha_v); }
+float least(const Ggx& facets) { return std::min(facets.alpha_u, facets.alpha_v); }
+
+/// `along_u`: cosine of the azimuth.
+glm::vec3 direction(float cosine, float along_u) {
   const float sine = std::sqrt(std::max(0.0f, (1.0f - cosine) * (1.0f + cosine)));
-  return {sine * std::cos(azimuth), sine * std::sin(azimuth), cosine};
+  return {sine * along_u, sine * std::sqrt(std::max(0.0f, (1.0f - along_u) * (1.0f + along_u))), cosine};
 }
 
 /// (1 + lambda(w)) / (1 + lambda(w) + lambda(in)): what a facet sampled as seen from w sends to `in`.
@@ -60,12 +65,49 @@ glm::vec2 dielectric_facet(const Ggx& facets, const glm::vec3& w, const glm::vec
 /// Of one facet: facets, direction, facet's normal, index behind over in front.
 using Facet = glm::vec2 (*)(const Ggx&, const glm::vec3&, const glm::vec3&, float);
 
+/// Base-2 digits of n behind the point, reversed (van der Corput 1935).
+float second_digits(std::uint32_t n) {
+  float result = 0.0f, digit = 0.5f;
+  for (; n > 0; n >>= 1, digit *= 0.5f)
+    result += static_cast<float>(n & 1u) * digit;
+  return result;
+}
+
+/// Points of Hammersley 1960; more of them where facets are steep: few, but what they send on gets lost.
 glm::vec2 mean_over_facets(const Ggx& facets, const glm::vec3& w, float ior, Facet facet) {
+  const bool symmetric = facets.alpha_u == facets.alpha_v;
   glm::vec2 sum(0.0f);
-  for (int i = 0; i < kSamplesU; ++i)
-    for (int j = 0; j < kSamplesV; ++j)
-      sum += facet(facets, w, facets.sample_visible(w, {(i + 0.5f) / kSamplesU, (j + 0.5f) / kSamplesV}), ior);
-  return sum / static_cast<float>(kSamplesU * kSamplesV);
+  for (std::uint32_t n = 0; n < kSamples; ++n) {
+    const float x = (static_cast<float>(n) + 0.5f) / kSamples, rest = 1.0f - second_digits(n) - 0.5f / kSamples;
+    sum +=
+        2.0f * rest * facet(facets, w, facets.sample_visible(w, {symmetric ? 0.5f * x : x, 1.0f - rest * rest}), ior);
+  }
+  return sum / static_cast<float>(kSamples);
+}
+
+/// Slope of the facets in the plane of w and the normal.
+float projected_slope(const Ggx& facets, const glm::vec3& w) {
+  const float x = facets.alpha_u * w.x, y = facets.alpha_v * w.y, sine2 = w.x * w.x + w.y * w.y;
+  return sine2 > 0.0f ? std::sqrt((x * x + y * y) / sine2) : most(facets);
+}
+/// Cosine of the azimuth from the direction of the larger slope.
+float along(const Ggx& facets, const glm::vec3& w) {
+  const float sine2 = w.x * w.x + w.y * w.y;
+  return sine2 > 0.0f ? std::abs(facets.alpha_u >= facets.alpha_v ? w.x : w.y) / std::sqrt(sine2) : 1.0f;
+}
+
+/// Cosines have their nodes where the albedo bends: at those like the slope, where facets begin to hide each other, and
+/// towards grazing light, where Fresnel's factor rises. Azimuths, where the smaller slope begins to count.
+float coordinate(float cosine, float slope) {
+  return 0.5f * std::sqrt(cosine) + 0.5f * cosine * (1.0f + slope) / (cosine + slope);
+}
+float inverse(float coordinate_of_it, float slope) {
+  float low = 0.0f, high = 1.0f;
+  for (int n = 0; n < 30; ++n) {
+    const float middle = 0.5f * (low + high);
+    (coordinate(middle, slope) < coordinate_of_it ? low : high) = middle;
+  }
+  return high;
 }
 
 } // namespace
@@ -84,41 +126,65 @@ struct AlbedoTable::Cell {
 };
 
 AlbedoTable::AlbedoTable(bool anisotropic, float ior, bool two_sided)
-    : roughs_(anisotropic ? 16 : 32), ratios_(anisotropic ? 10 : 1), azimuths_(anisotropic ? 8 : 1) {
+    : roughs_(anisotropic ? 14 : 32), ratios_(anisotropic ? 8 : 1), azimuths_(anisotropic ? 8 : 1) {
   const Facet facet = two_sided ? dielectric_facet : mirror_facet;
   if (two_sided)
     fresnel_ = mean_fresnel(ior);
-  for (int side = 0; side < (two_sided ? 2 : 1); ++side)
+  for (const float n : two_sided ? std::vector{ior, 1.0f / ior} : std::vector{1.0f})
     for (int i = 0; i < roughs_; ++i)
       for (int j = 0; j < ratios_; ++j) {
         const float r = kLeastRoughness + (1.0f - kLeastRoughness) * static_cast<float>(i) / (roughs_ - 1.0f);
         const float s = ratios_ == 1 ? 1.0f : static_cast<float>(j) / (ratios_ - 1.0f);
-        const Ggx facets{r * r, std::max(r * r * s * s, 1e-6f)};
-        means_.push_back(
-            fill([&](const glm::vec3& w) { return mean_over_facets(facets, w, side == 0 ? ior : 1.0f / ior, facet); }));
+        const Ggx facets{r * r, std::max(r * r * s * s, 1e-2f * kLeastAlpha)};
+        const std::size_t first = values_.size();
+        add_row(facets, [&](const glm::vec3& w) { return mean_over_facets(facets, w, n, facet); });
+        means_.push_back(mean_of_row(facets, &values_[first]));
       }
 }
 
-// Appends the values of one roughness. Their mean is that of the interpolated values, so that what is added for the
-// rest is the rest: they are linear in t = sqrt(c), 4 times the integral of t^3 value(t), midpoint rule.
+/// Between the nodes of one roughness, from `nodes` on.
+struct AlbedoTable::Direction {
+  Cell cosine, azimuth;
+  Direction(const AlbedoTable& table, const Ggx& facets, const glm::vec3& w)
+      : cosine(coordinate(std::min(std::abs(w.z), 1.0f), projected_slope(facets, w)), kCosines),
+        azimuth(table.azimuths_ == 1 ? 0.0f : coordinate(along(facets, w), least(facets) / most(facets)),
+                table.azimuths_) {}
+  glm::vec2 between(const glm::vec2* nodes) const {
+    const glm::vec2 a = cosine.between(nodes + azimuth.first * kCosines);
+    return azimuth.part == 0.0f
+               ? a
+               : (1.0f - azimuth.part) * a + azimuth.part * cosine.between(nodes + azimuth.last * kCosines);
+  }
+};
+
+/// Values of one roughness; facets.alpha_u is the larger slope.
 template <class Albedo>
-glm::vec2 AlbedoTable::fill(Albedo&& albedo) {
-  constexpr int kSteps = 16 * (kCosines - 1);
-  glm::vec2 mean(0.0f);
+void AlbedoTable::add_row(const Ggx& facets, Albedo&& albedo) {
   for (int a = 0; a < azimuths_; ++a) {
-    const float azimuth = azimuths_ == 1 ? 0.0f : 0.5f * kPi * static_cast<float>(a) / (azimuths_ - 1.0f);
-    const std::size_t row = values_.size();
+    const float along_u =
+        azimuths_ == 1 ? 1.0f : inverse(static_cast<float>(a) / (azimuths_ - 1.0f), facets.alpha_v / facets.alpha_u);
+    const float slope = projected_slope(facets, direction(0.0f, along_u));
     for (int k = 0; k < kCosines; ++k) {
-      const float t = static_cast<float>(k) / (kCosines - 1.0f);
-      values_.push_back(albedo(direction(std::max(t * t, kLeastCosine), azimuth)));
-    }
-    const float weight = azimuths_ == 1 ? 1.0f : (a == 0 || a == azimuths_ - 1 ? 0.5f : 1.0f) / (azimuths_ - 1.0f);
-    for (int n = 0; n < kSteps; ++n) {
-      const float t = (n + 0.5f) / kSteps;
-      mean += weight * 4.0f * t * t * t / kSteps * Cell(t, kCosines).between(&values_[row]);
+      const float cosine = inverse(static_cast<float>(k) / (kCosines - 1.0f), slope);
+      values_.push_back(albedo(direction(std::max(cosine, kLeastCosine), along_u)));
     }
   }
-  return mean;
+}
+
+// Of the interpolated values, so that what is added for the rest is the rest: the integral of 2 c value(c) and the mean
+// over azimuth, midpoint rule in t = sqrt(c).
+glm::vec2 AlbedoTable::mean_of_row(const Ggx& facets, const glm::vec2* nodes) const {
+  constexpr int kSteps = 256;
+  const int turns = azimuths_ == 1 ? 1 : 32;
+  glm::vec2 sum(0.0f);
+  for (int a = 0; a < turns; ++a) {
+    const float along_u = std::cos(0.5f * kPi * (a + 0.5f) / turns);
+    for (int n = 0; n < kSteps; ++n) {
+      const float t = (n + 0.5f) / kSteps;
+      sum += 4.0f * t * t * t * Direction(*this, facets, direction(t * t, along_u)).between(nodes);
+    }
+  }
+  return sum / static_cast<float>(turns * kSteps);
 }
 
 const AlbedoTable& AlbedoTable::mirror(bool anisotropic) {
@@ -157,9 +223,8 @@ const AlbedoTable& AlbedoTable::dielectric(float ior, bool anisotropic) {
 
 template <class Take>
 glm::vec2 AlbedoTable::over_roughness(const Ggx& facets, bool inside, Take&& take) const {
-  const float most = std::max(facets.alpha_u, facets.alpha_v), least = std::min(facets.alpha_u, facets.alpha_v);
-  const Cell rough((std::sqrt(most) - kLeastRoughness) / (1.0f - kLeastRoughness), roughs_);
-  const Cell ratio(std::sqrt(least / most), ratios_);
+  const Cell rough((std::sqrt(most(facets)) - kLeastRoughness) / (1.0f - kLeastRoughness), roughs_);
+  const Cell ratio(std::sqrt(least(facets) / most(facets)), ratios_);
   const auto at = [&](int r) {
     const std::size_t row = (static_cast<std::size_t>(inside) * roughs_ + r) * ratios_;
     return ratio.part == 0.0f ? take(row + ratio.first)
@@ -169,16 +234,9 @@ glm::vec2 AlbedoTable::over_roughness(const Ggx& facets, bool inside, Take&& tak
 }
 
 glm::vec2 AlbedoTable::at(const Ggx& facets, const glm::vec3& w) const {
-  const Cell cosine(std::sqrt(std::min(std::abs(w.z), 1.0f)), kCosines);
-  const bool along_u = facets.alpha_u >= facets.alpha_v;
-  const float angle = azimuths_ == 1 ? 0.0f : std::atan2(std::abs(along_u ? w.y : w.x), std::abs(along_u ? w.x : w.y));
-  const Cell azimuth(2.0f / kPi * angle, azimuths_);
+  const Direction direction(*this, facets, w);
   return over_roughness(facets, w.z < 0.0f && two_sided(), [&](std::size_t row) {
-    const glm::vec2* nodes = &values_[row * azimuths_ * kCosines];
-    const glm::vec2 a = cosine.between(nodes + azimuth.first * kCosines);
-    return azimuth.part == 0.0f
-               ? a
-               : (1.0f - azimuth.part) * a + azimuth.part * cosine.between(nodes + azimuth.last * kCosines);
+    return direction.between(&values_[row * static_cast<std::size_t>(azimuths_ * kCosines)]);
   });
 }
 

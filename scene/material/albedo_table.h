@@ -31,8 +31,10 @@ public:
 private:
   AlbedoTable(bool anisotropic, float ior, bool two_sided);
   struct Cell;
+  struct Direction;
   template <class Albedo>
-  glm::vec2 fill(Albedo&& albedo);
+  void add_row(const Ggx& facets, Albedo&& albedo);
+  glm::vec2 mean_of_row(const Ggx& facets, const glm::vec2* nodes) const;
   template <class Take>
   glm::vec2 over_roughness(const Ggx& facets, bool inside, Take&& take) const;
   bool two_sided() const { return means_.size() > static_cast<std::size_t>(roughs_) * ratios_; }

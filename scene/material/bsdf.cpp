@@ -67,8 +67,8 @@ Bsdf::Bsdf(const SurfaceMaterial& material) : m_(material), solid_(material.tran
   for (const int s : {0, 1}) {
     const glm::vec2 e = dielectric_->mean(facets_, s == 1);
     rest_[s] = m_.thin ? mirror_rest_ : std::max(0.0f, 1.0f - e.x - e.y);
-    base_[s] = coat_ ? mean_base_light(s) : 1.0f - e.x;
   }
+  base_ = coat_ ? mean_base_light() : 1.0f - dielectric_->mean(facets_, false).x;
   const float outside = 1.0f - dielectric_->fresnel(), most = std::max({rest_[0], rest_[1], kLeastRest});
   const float inside = m_.thin ? outside : outside / (m_.ior * m_.ior);
   passed_rest_[0] = outside * rest_[1] / most;
@@ -82,6 +82,7 @@ Bsdf::Seen Bsdf::seen(const glm::vec3& w) const {
     s.mirror = mirror_->at(facets_, at);
   if (dielectric_) {
     s.dielectric = dielectric_->at(facets_, at);
+    s.opaque = side(w) == 0 ? s.dielectric.x : dielectric_->at(facets_, mirrored_z(w)).x;
     if (m_.thin)
       s.dielectric.y = s.mirror.x - s.dielectric.x;
   }
@@ -91,10 +92,10 @@ Bsdf::Seen Bsdf::seen(const glm::vec3& w) const {
 }
 
 /// What comes down to the diffuse base.
-float Bsdf::base_light(const Seen& s) const { return (1.0f - s.coat) * (1.0f - s.dielectric.x); }
+float Bsdf::base_light(const Seen& s) const { return (1.0f - s.coat) * (1.0f - s.opaque); }
 
 // Integral of 2 c base_light(c) by the midpoint rule in sqrt(c), over azimuths where facets are stretched.
-float Bsdf::mean_base_light(int s) const {
+float Bsdf::mean_base_light() const {
   constexpr int kSteps = 24;
   const int azimuths = facets_.alpha_u == facets_.alpha_v ? 1 : 4;
   float sum = 0.0f, weights = 0.0f;
@@ -102,21 +103,25 @@ float Bsdf::mean_base_light(int s) const {
     for (int k = 0; k < kSteps; ++k) {
       const float t = (k + 0.5f) / kSteps, c = t * t, sine = std::sqrt((1.0f - c) * (1.0f + c));
       const float angle = 0.5f * kPi * (a + 0.5f) / azimuths;
-      sum += t * c * base_light(seen({sine * std::cos(angle), sine * std::sin(angle), s == 1 ? -c : c}));
+      sum += t * c * base_light(seen({sine * std::cos(angle), sine * std::sin(angle), c}));
       weights += t * c;
     }
   return sum / weights;
 }
 
-Bsdf::Facet Bsdf::facet(float cosine, float ior) const {
+// A boundary that lets a part of the light through is a mixture of a clear one and of one before an opaque base, which
+// is the same on both sides.
+Bsdf::Facet Bsdf::facet(float cosine, int s) const {
   Facet result;
   if (m_.metallic > 0.0f)
     result.mirrored = m_.metallic * schlick(m_.base_colour, cosine);
-  if (m_.metallic < 1.0f) {
-    const float f = fresnel_dielectric(cosine, ior);
-    result.mirrored += (1.0f - m_.metallic) * f;
-    result.passed = (1.0f - m_.metallic) * m_.transmission * (1.0f - f) * m_.base_colour;
-  }
+  if (m_.metallic >= 1.0f)
+    return result;
+  const float dielectric = 1.0f - m_.metallic;
+  const float clear = fresnel_dielectric(s == 1 ? -cosine : cosine, m_.ior);
+  const float opaque = s == 1 && m_.transmission < 1.0f ? fresnel_dielectric(cosine, m_.ior) : clear;
+  result.mirrored += dielectric * (opaque + m_.transmission * (clear - opaque));
+  result.passed = dielectric * m_.transmission * (1.0f - clear) * m_.base_colour;
   return result;
 }
 
@@ -145,7 +150,7 @@ Rgb Bsdf::rest_passed(const Seen& out, const Seen& in, int s) const {
 Rgb Bsdf::reflected(const glm::vec3& out, const glm::vec3& in, const Seen& a, const Seen& b) const {
   const glm::vec3 h = glm::normalize(out + in);
   const float c = std::abs(glm::dot(out, h)), area = 4.0f * std::abs(out.z * in.z);
-  const Rgb once = facet(c, relative_ior(out)).mirrored * (facets_.distribution(h) * facets_.masking(out, in) / area);
+  const Rgb once = facet(c, side(out)).mirrored * (facets_.distribution(h) * facets_.masking(out, in) / area);
   const Rgb below = (once + rest_reflected(a, b, side(out))) * (1.0f - std::max(a.coat, b.coat));
   if (!coat_)
     return below;
@@ -159,15 +164,15 @@ Rgb Bsdf::passed(const glm::vec3& out, const glm::vec3& in, const Seen& a, const
   const float area = std::abs(out.z * in.z);
   if (!solid_) {
     const glm::vec3 h = glm::normalize(out + mirrored_z(in));
-    once = facet(std::abs(glm::dot(out, h)), m_.ior).passed *
+    once = facet(std::abs(glm::dot(out, h)), 0).passed *
            (facets_.distribution(h) * facets_.masking(out, in) / (4.0f * area));
   } else {
     const float ior = relative_ior(out);
     const glm::vec3 h = bending_normal(out, in, ior);
     const float cos_out = glm::dot(out, h), cos_in = glm::dot(in, h);
     if (cos_out > 0.0f && cos_in < 0.0f)
-      once = facet(cos_out, ior).passed * (facets_.distribution(h) * facets_.masking(out, in) * cos_out * -cos_in *
-                                           bending_jacobian(cos_out, cos_in, ior) / area);
+      once = facet(cos_out, side(out)).passed * (facets_.distribution(h) * facets_.masking(out, in) * cos_out *
+                                                 -cos_in * bending_jacobian(cos_out, cos_in, ior) / area);
   }
   return (once + rest_passed(a, b, side(out))) * (1.0f - std::max(a.coat, b.coat));
 }
@@ -185,7 +190,7 @@ Rgb Bsdf::diffuse(const glm::vec3& out, const glm::vec3& in) const {
   if (!dielectric_ || m_.transmission >= 1.0f || out.z * in.z <= 0.0f)
     return Rgb(0.0f);
   return (1.0f - m_.metallic) * (1.0f - m_.transmission) * m_.base_colour *
-         (base_light(seen(out)) * base_light(seen(in)) / (kPi * base_[side(out)]));
+         (base_light(seen(out)) * base_light(seen(in)) / (kPi * base_));
 }
 
 Rgb Bsdf::f(const glm::vec3& out, const glm::vec3& in) const { return glossy(out, in) + diffuse(out, in); }
@@ -203,7 +208,8 @@ Rgb Bsdf::reflected_albedo(const glm::vec3& out) const {
     below +=
         m_.metallic * (m_.base_colour * (s.mirror.x - s.mirror.y) + s.mirror.y + metal_rest_ * (1.0f - s.mirror.x));
   if (dielectric_)
-    below += (1.0f - m_.metallic) * (s.dielectric.x + m_.transmission * (1.0f - passed_rest_[side(out)]) * s.rest());
+    below += (1.0f - m_.metallic) * (s.opaque + m_.transmission * (s.dielectric.x - s.opaque) +
+                                     m_.transmission * (1.0f - passed_rest_[side(out)]) * s.rest());
   return s.coat + (1.0f - s.coat) * below;
 }
 
@@ -223,7 +229,8 @@ Bsdf::Ways Bsdf::ways(const glm::vec3& out, bool with_base) const {
   Ways w;
   w.coat = s.coat;
   w.facets = (1.0f - s.coat) * (m_.metallic * (colour * (s.mirror.x - s.mirror.y) + s.mirror.y) +
-                                dielectric * s.dielectric.x + through * colour * s.dielectric.y);
+                                dielectric * (1.0f - m_.transmission) * s.opaque + through * s.dielectric.x +
+                                through * colour * s.dielectric.y);
   w.same_side = (1.0f - s.coat) * (m_.metallic * luminance(metal_rest_) * (1.0f - s.mirror.x) +
                                    through * (1.0f - passed_part) * s.rest());
   if (with_base)
@@ -245,7 +252,7 @@ float Bsdf::density(const Ways& w, const glm::vec3& out, const glm::vec3& in) co
   if (same || !solid_) {
     const glm::vec3 up = same ? in : mirrored_z(in);
     const glm::vec3 h = glm::normalize(out + up);
-    const float c = std::abs(glm::dot(out, h)), share = facet(c, ior).mirrored_share();
+    const float c = std::abs(glm::dot(out, h)), share = facet(c, side(out)).mirrored_share();
     sum += w.facets * (same ? share : 1.0f - share) * facets_.visible_density(out, h) / (4.0f * c);
     if (same && w.coat > 0.0f)
       sum += w.coat * coat_facets_.visible_density(out, h) / (4.0f * c);
@@ -254,7 +261,7 @@ float Bsdf::density(const Ways& w, const glm::vec3& out, const glm::vec3& in) co
   const glm::vec3 h = bending_normal(out, in, ior);
   const float cos_out = glm::dot(out, h), cos_in = glm::dot(in, h);
   if (cos_out > 0.0f && cos_in < 0.0f)
-    sum += w.facets * (1.0f - facet(cos_out, ior).mirrored_share()) * facets_.visible_density(out, h) * -cos_in *
+    sum += w.facets * (1.0f - facet(cos_out, side(out)).mirrored_share()) * facets_.visible_density(out, h) * -cos_in *
            bending_jacobian(cos_out, cos_in, ior);
   return sum;
 }
@@ -266,7 +273,7 @@ std::optional<glm::vec3> Bsdf::direction(const Ways& w, const glm::vec3& out, co
   if (u.z < w.coat + w.facets) {
     const bool coat = u.z < w.coat;
     const glm::vec3 h = (coat ? coat_facets_ : facets_).sample_visible(up, u2);
-    const float c = glm::dot(up, h), share = coat ? 1.0f : facet(c, relative_ior(out)).mirrored_share();
+    const float c = glm::dot(up, h), share = coat ? 1.0f : facet(c, side(out)).mirrored_share();
     const bool mirrored = coat || (u.z - w.coat) < share * w.facets;
     const glm::vec3 reflection = 2.0f * c * h - up;
     if (mirrored || !solid_)

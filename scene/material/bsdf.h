@@ -60,6 +60,7 @@ private:
   struct Seen {
     glm::vec2 mirror{0.0f};     ///< AlbedoTable::mirror
     glm::vec2 dielectric{0.0f}; ///< AlbedoTable::dielectric; thin: through as mirror
+    float opaque = 0.0f;        ///< reflected once by a boundary in front of an opaque base
     float coat = 0.0f;          ///< times the coat's share
     float rest() const;         ///< of light at a transparent boundary, met by more than one facet
   };
@@ -80,14 +81,14 @@ private:
   Rgb metal_rest_{0.0f};                ///< part of it that a metal keeps
   float rest_[2] = {0.0f, 0.0f};        ///< mean of Seen::rest, outside and inside
   float passed_rest_[2] = {0.0f, 0.0f}; ///< part of the rest that goes through, from outside and from inside
-  float base_[2] = {1.0f, 1.0f};        ///< mean of base_light()
+  float base_ = 1.0f;                   ///< mean of base_light()
 
   int side(const glm::vec3& w) const { return solid_ && w.z < 0.0f ? 1 : 0; }
   float relative_ior(const glm::vec3& out) const { return side(out) == 1 ? 1.0f / m_.ior : m_.ior; }
   Seen seen(const glm::vec3& w) const;
   float base_light(const Seen& seen) const;
-  float mean_base_light(int side) const;
-  Facet facet(float cosine, float ior) const;
+  float mean_base_light() const;
+  Facet facet(float cosine, int side) const;
   Rgb rest_reflected(const Seen& out, const Seen& in, int side) const;
   Rgb rest_passed(const Seen& out, const Seen& in, int side) const;
   Rgb reflected(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
