@@ -12,6 +12,7 @@
 #include "runtime/object/mesh_topology.h"
 #include "runtime/object/relight.h"
 #include "scene/core/parallel.h"
+#include "scene/placing/read_object.h"
 #include "scene/placing/standing.h"
 
 namespace daylit {
@@ -31,7 +32,7 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
       const std::size_t at = part.first_vertex + i;
       surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
       surface.normals[at] = glm::normalize(rotation * part.mesh.normals[i]);
-      surface.reflectance[at] = placement.reflectance ? *placement.reflectance : part.mesh.reflectance[i];
+      surface.reflectance[at] = part.mesh.reflectance[i];
     }
   });
   // Transfer vectors are integrals over directions: a uniform scale leaves them as they are.
@@ -108,7 +109,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
   for (std::size_t k = 0; k < objects.size(); ++k) {
     if (!progress("objects", static_cast<double>(k) / static_cast<double>(objects.size())))
       return interrupted_error("loading objects");
-    auto mesh = read_object_mesh(objects[k].model);
+    auto mesh = read_object(objects[k], &all.notes);
     if (!mesh)
       return mesh.error();
     if (mesh->triangles.empty())
