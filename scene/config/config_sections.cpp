@@ -166,6 +166,13 @@ void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects) {
   }
 }
 
+void read_glossy_room(TomlSection& room, RunConfig& config) {
+  TomlSection glossy = room.section("glossy");
+  for (const std::string& material : glossy.keys())
+    glossy.read(material, config.glossy_room[material], {0.0, 1.0});
+  glossy.finish();
+}
+
 void read_light(TomlSection root, RunConfig& config) {
   root.read("samples", config.light_samples, {1, 4096});
   root.read("indirect_shadow", config.indirect_shadow);
@@ -234,6 +241,13 @@ std::string objects_toml(const std::vector<ObjectConfig>& objects) {
       out += "material = " + quoted(o.material) + "\n";
   }
   return out;
+}
+
+std::string glossy_room_toml(const std::map<std::string, double>& glossy) {
+  std::string out;
+  for (const auto& [material, reflectance] : glossy)
+    out += fmt::format("{}{} = {}", out.empty() ? "glossy = { " : ", ", quoted(material), text(reflectance));
+  return out.empty() ? out : out + " }\n";
 }
 
 std::string output_toml(const OutputConfig& output) {
