@@ -13,6 +13,7 @@
 #include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
 #include "scene/core/parallel.h"
+#include "scene/placing/read_object.h"
 #include "scene/placing/standing.h"
 
 namespace daylit {
@@ -32,7 +33,7 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
       const std::size_t at = part.first_vertex + i;
       surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
       surface.normals[at] = glm::normalize(rotation * part.mesh.normals[i]);
-      surface.reflectance[at] = placement.reflectance ? *placement.reflectance : part.mesh.reflectance[i];
+      surface.reflectance[at] = part.mesh.reflectance[i];
       if (part.per_pixel)
         surface.reflectance[at] = glm::max(surface.reflectance[at], Rgb(kLeastReflectance));
       surface.drawn_reflectance[at] = part.per_pixel ? Rgb(1.0f) : surface.reflectance[at];
@@ -108,7 +109,7 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   auto rays = RayScene::build(positions, mesh.triangles);
   if (!rays)
     return rays.error();
-  const bool per_pixel = looked_up_per_pixel(mesh) && !placement.reflectance;
+  const bool per_pixel = looked_up_per_pixel(mesh);
   all.parts.push_back(
       {std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass, per_pixel});
   return all.set_placement(all.parts.size() - 1, placement);
@@ -142,7 +143,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
   for (std::size_t k = 0; k < objects.size(); ++k) {
     if (!progress("objects", static_cast<double>(k) / static_cast<double>(objects.size())))
       return interrupted_error("loading objects");
-    auto mesh = read_object_mesh(objects[k].model);
+    auto mesh = read_object(objects[k], &all.notes);
     if (!mesh)
       return mesh.error();
     if (mesh->triangles.empty())

@@ -21,7 +21,8 @@
 //   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
 //   [room]     volume; model (optional): the volume must have been baked from it; glossy (optional): real materials
 //              that mirror, { NAME = reflectance face on }
-//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance;
+//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance, material = a name of
+//              scene/material/library.h in the place of the model's own materials;
 //              on = material of the room, with position = [x, y], or alone: in the middle of it; or on = [x, y]:
 //              set down on the surface below (scene/placing/set_down.h)
 //   [light]    samples, indirect_shadow = true | false
@@ -126,7 +127,8 @@ struct ObjectConfig { // [[object]]
   glm::dvec3 position{0.0};     ///< metres, world, of the object's origin
   glm::dvec3 rotation_deg{0.0}; ///< about x, then y, then z
   double scale = 1.0;
-  std::optional<Rgb> reflectance; ///< overrides the model's
+  std::optional<Rgb> reflectance; ///< overrides the model's; with a material, its base colour
+  std::string material;           ///< of the library; empty: the model's own
   std::optional<StandsOn> on;
 };
 
