@@ -75,7 +75,7 @@ float second_digits(std::uint32_t n) {
 
 /// Points of Hammersley 1960; more of them where facets are steep: few, but what they send on gets lost.
 glm::vec2 mean_over_facets(const Ggx& facets, const glm::vec3& w, float ior, Facet facet) {
-  const bool symmetric = facets.alpha_u == facets.alpha_v;
+  const bool symmetric = w.y == 0.0f; // halves of the facets are mirror images
   glm::vec2 sum(0.0f);
   for (std::uint32_t n = 0; n < kSamples; ++n) {
     const float x = (static_cast<float>(n) + 0.5f) / kSamples, rest = 1.0f - second_digits(n) - 0.5f / kSamples;
