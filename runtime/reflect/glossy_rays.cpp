@@ -53,7 +53,6 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
   const glm::mat3& rotation = room_.objects.rotation(point.part);
   glm::vec3 normal = glm::normalize(rotation * look.normal), face = point.face_normal;
   SurfaceMaterial material = look.material;
-  material.absorption_per_m *= static_cast<float>(scale);
   const bool inside = glm::dot(face, ray.direction) > 0.0f;
   if (inside && (material.transmission == 0.0f || material.thin)) {
     normal = -normal;
@@ -128,21 +127,20 @@ Rgb GlossyRays::branch(const ObjectPoint& point, const Surface& s, const BsdfSam
   return sample.weight * found;
 }
 
-/// Both branches at the first surfaces, the one that brings more first; what the other is worth decides whether it is
-/// followed.
+/// The lobe that brings most first; what the others are worth decides whether they are followed.
 Rgb GlossyRays::glossy(const ObjectPoint& point, const Surface& s, float importance, Path& path) const {
   Rgb sum(0.0f);
   const glm::vec2 u = path.depth == 0
                           ? path.u
                           : glm::fract(path.u + static_cast<float>(path.depth) * glm::vec2(0.754877666f, 0.569840291f));
-  const auto mirrored = s.bsdf.sample_reflected(s.out, u);
-  const auto refracted = s.bsdf.sample_transmitted(s.out, u);
-  std::array<const std::optional<BsdfSample>*, 2> order{&mirrored, &refracted};
-  if (mirrored && refracted && largest(refracted->weight) > largest(mirrored->weight))
-    std::swap(order[0], order[1]);
-  for (const auto* sample : order)
-    if (*sample)
-      sum += branch(point, s, **sample, importance, path);
+  std::array<std::optional<BsdfSample>, Bsdf::kLobes.size()> lobes;
+  for (std::size_t k = 0; k < lobes.size(); ++k)
+    lobes[k] = s.bsdf.sample_lobe(Bsdf::kLobes[k], s.out, u);
+  const auto brings = [](const std::optional<BsdfSample>& l) { return l ? largest(l->weight) : 0.0f; };
+  std::ranges::sort(lobes, [&](const auto& a, const auto& b) { return brings(a) > brings(b); });
+  for (const std::optional<BsdfSample>& lobe : lobes)
+    if (lobe)
+      sum += branch(point, s, *lobe, importance, path);
   return sum;
 }
 
