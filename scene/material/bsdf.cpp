@@ -305,6 +305,43 @@ std::optional<BsdfSample> Bsdf::sample(const glm::vec3& out, const glm::vec3& u,
   return BsdfSample{*in, value * (std::abs(in->z) / p), p, out.z * in->z < 0.0f};
 }
 
+/// What a lobe sends on in all over what it sends on of single facets, under the coat.
+Rgb Bsdf::lobe_gain(Lobe lobe, const Seen& s, int where) const {
+  if (lobe == Lobe::coat)
+    return Rgb(m_.clearcoat);
+  const float dielectric = dielectric_ ? 1.0f - m_.metallic : 0.0f, through = dielectric * m_.transmission;
+  if (lobe == Lobe::passed)
+    return Rgb((1.0f - s.coat) * (1.0f + passed_rest_[where] * s.rest() / std::max(s.dielectric.y, kLeastCosine)));
+  const Rgb once = m_.metallic * (m_.base_colour * (s.mirror.x - s.mirror.y) + s.mirror.y) +
+                   dielectric * (s.opaque + m_.transmission * (s.dielectric.x - s.opaque));
+  const Rgb rest = m_.metallic * metal_rest_ * (1.0f - s.mirror.x) + through * (1.0f - passed_rest_[where]) * s.rest();
+  return (1.0f - s.coat) * (1.0f + rest / glm::max(once, Rgb(kLeastCosine)));
+}
+
+// F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain().
+std::optional<BsdfSample> Bsdf::sample_lobe(Lobe lobe, const glm::vec3& out, const glm::vec2& u) const {
+  if (std::abs(out.z) < kLeastCosine || (lobe == Lobe::coat && !coat_) ||
+      (lobe == Lobe::passed && (m_.transmission <= 0.0f || m_.metallic >= 1.0f)))
+    return std::nullopt;
+  const Ggx& facets = lobe == Lobe::coat ? coat_facets_ : facets_;
+  const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out, h = facets.sample_visible(up, u);
+  const float c = glm::dot(up, h);
+  const Facet sent = facet(c, side(out));
+  const Rgb part = lobe == Lobe::coat     ? Rgb(fresnel_dielectric(c, kCoatIor))
+                   : lobe == Lobe::passed ? sent.passed
+                                          : sent.mirrored;
+  const glm::vec3 reflection = 2.0f * c * h - up;
+  std::optional<glm::vec3> in = lobe == Lobe::passed ? mirrored_z(reflection) : reflection;
+  if (lobe == Lobe::passed && solid_)
+    in = refracted(up, h, relative_ior(out));
+  if (!in || (lobe == Lobe::passed ? in->z >= 0.0f : in->z <= 0.0f) || part == Rgb(0.0f))
+    return std::nullopt;
+  const float seen_by_both = facets.masking(up, *in) / facets.masking(up);
+  if (out.z < 0.0f)
+    in = mirrored_z(*in);
+  return BsdfSample{*in, part * seen_by_both * lobe_gain(lobe, seen(out), side(out)), 0.0f, lobe == Lobe::passed};
+}
+
 float Bsdf::density(const glm::vec3& out, const glm::vec3& in) const { return density(ways(out, true), out, in); }
 float Bsdf::glossy_density(const glm::vec3& out, const glm::vec3& in) const {
   return density(ways(out, false), out, in);

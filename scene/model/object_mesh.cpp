@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/read_file.h"
+#include "scene/model/mesh_edit.h"
 #include "scene/model/triangle_soup.h"
 
 namespace daylit {
@@ -37,7 +38,7 @@ double worst_fan_area(const std::vector<SoupCorner>& corners, std::size_t start,
 
 } // namespace
 
-bool append_polygon(const std::vector<SoupCorner>& corners, Rgb reflectance, TriangleSoup& soup) {
+bool append_polygon(const std::vector<SoupCorner>& corners, std::uint32_t material, TriangleSoup& soup) {
   const std::size_t n = corners.size();
   if (n < 3)
     return true;
@@ -57,7 +58,7 @@ bool append_polygon(const std::vector<SoupCorner>& corners, Rgb reflectance, Tri
       return false;
   }
   for (std::size_t i = 1; i + 1 < n; ++i)
-    soup.triangles.push_back({{corners[start], corners[(start + i) % n], corners[(start + i + 1) % n]}, reflectance});
+    soup.triangles.push_back({{corners[start], corners[(start + i) % n], corners[(start + i + 1) % n]}, material});
   return true;
 }
 
@@ -148,33 +149,79 @@ glm::vec3 smooth_normal(std::size_t triangle, std::uint32_t position, const Inci
   return glm::vec3(glm::normalize(sum));
 }
 
-/// Vertices of a finished mesh, one per distinct (position, normal, reflectance).
+/// What tells vertices at one position apart.
+struct Vertex {
+  glm::vec3 normal{0.0f};
+  Rgb colour{1.0f};
+  glm::vec2 uv{0.0f};
+  glm::vec4 tangent{0.0f}; ///< of the file; else (0, 0, 0, side): on a seam where a texture is mirrored, two vertices
+  std::uint32_t material = 0;
+  bool operator==(const Vertex&) const = default;
+};
+
 class VertexPool {
 public:
   explicit VertexPool(std::size_t positions) : first_(positions, kNone) {}
-  std::uint32_t add(std::uint32_t position, const glm::vec3& point, const glm::vec3& normal, const Rgb& reflectance,
-                    ObjectMesh& mesh) {
+  std::uint32_t add(std::uint32_t position, const glm::vec3& point, const Vertex& vertex, ObjectMesh& mesh) {
     for (std::uint32_t v = first_[position]; v != kNone; v = next_[v])
-      if (mesh.normals[v] == normal && mesh.reflectance[v] == reflectance)
+      if (vertices_[v] == vertex)
         return v;
-    const std::uint32_t vertex = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto number = static_cast<std::uint32_t>(vertices_.size());
+    vertices_.push_back(vertex);
     mesh.positions.push_back(point);
-    mesh.normals.push_back(normal);
-    mesh.reflectance.push_back(reflectance);
+    mesh.normals.push_back(vertex.normal);
     next_.push_back(first_[position]);
-    first_[position] = vertex;
-    return vertex;
+    first_[position] = number;
+    return number;
   }
+  const std::vector<Vertex>& vertices() const { return vertices_; }
 
 private:
   static constexpr std::uint32_t kNone = 0xffffffffu;
+  std::vector<Vertex> vertices_;
   std::vector<std::uint32_t> first_, next_; ///< chains of the vertices at a position
 };
 
-ObjectMesh build_mesh(const TriangleSoup& soup) {
+/// -1 where a texture is seen from behind.
+float texture_side(const SoupTriangle& t) {
+  const glm::vec2 a = t.corner[1].uv - t.corner[0].uv, b = t.corner[2].uv - t.corner[0].uv;
+  return a.x * b.y - a.y * b.x < 0.0f ? -1.0f : 1.0f;
+}
+
+/// Only what some material or corner of the mesh has.
+void keep_attributes(const std::vector<Vertex>& vertices, bool textured, bool file_tangents, ObjectMesh& mesh) {
+  if (std::ranges::any_of(vertices, [](const Vertex& v) { return v.colour != Rgb(1.0f); }))
+    for (const Vertex& v : vertices)
+      mesh.colours.push_back(v.colour);
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    if (textured)
+      mesh.uv.push_back(vertices[v].uv);
+    if (file_tangents)
+      mesh.tangents.push_back(vertices[v].tangent);
+  }
+}
+
+/// A corner as a vertex. `textures`, `tangents`: the mesh has such things at all, else the corner's do not count.
+Vertex vertex_of(const TriangleSoup& soup, const SoupTriangle& t, std::size_t k, bool textures, bool tangents) {
+  const auto& corner = t.corner[k];
+  Vertex vertex{.colour = corner.colour, .material = t.material};
+  if (textures)
+    vertex.uv = corner.uv;
+  if (tangents)
+    vertex.tangent = corner.tangent >= 0 ? soup.tangents[static_cast<std::size_t>(corner.tangent)]
+                                         : glm::vec4(0.0f, 0.0f, 0.0f, texture_side(t));
+  return vertex;
+}
+
+ObjectMesh build_mesh(TriangleSoup soup) {
   const std::vector<std::uint32_t> welded = weld(soup.positions);
   const Incidence at = corners_at_positions(soup, welded);
   const FaceShape shape = face_shapes(soup);
+  const bool textures = !soup.surfaces.textures.empty();
+  const bool tangents = std::ranges::any_of(soup.surfaces.materials, &ObjectMaterial::needs_tangents);
+  const bool file_tangents = tangents && std::ranges::all_of(soup.triangles, [](const SoupTriangle& t) {
+    return std::ranges::all_of(t.corner, [](const auto& c) { return c.tangent >= 0; });
+  });
   VertexPool pool(soup.positions.size());
   ObjectMesh mesh;
   for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
@@ -182,16 +229,20 @@ ObjectMesh build_mesh(const TriangleSoup& soup) {
     for (std::size_t k = 0; k < 3; ++k) {
       const auto& corner = soup.triangles[t].corner[k];
       const std::uint32_t position = welded[corner.position];
-      const glm::vec3 normal = corner.normal >= 0
-                                   ? glm::normalize(soup.normals[static_cast<std::size_t>(corner.normal)])
-                                   : smooth_normal(t, position, at, shape);
-      const Rgb reflectance = soup.vertex_colour.empty()
-                                  ? soup.triangles[t].reflectance * soup.triangles[t].corner_colour[k]
-                                  : soup.vertex_colour[corner.position];
-      triangle[k] = pool.add(position, soup.positions[position], normal, reflectance, mesh);
+      Vertex vertex = vertex_of(soup, soup.triangles[t], k, textures, tangents);
+      vertex.normal = corner.normal >= 0 ? glm::normalize(soup.normals[static_cast<std::size_t>(corner.normal)])
+                                         : smooth_normal(t, position, at, shape);
+      triangle[k] = pool.add(position, soup.positions[position], vertex, mesh);
     }
     mesh.triangles.push_back(triangle);
+    if (soup.surfaces.materials.size() > 1)
+      mesh.triangle_material.push_back(static_cast<std::uint16_t>(soup.triangles[t].material));
   }
+  keep_attributes(pool.vertices(), textures, file_tangents, mesh);
+  mesh.materials = std::move(soup.surfaces.materials);
+  mesh.textures = std::move(soup.surfaces.textures);
+  set_tangents(mesh);
+  set_reflectance(mesh);
   return mesh;
 }
 
@@ -213,7 +264,8 @@ bool starts_with_ply(std::span<const std::uint8_t> bytes) {
 
 } // namespace
 
-Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback) {
+Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback,
+                                    std::vector<std::string>* notes) {
   for (int c = 0; c < 3; ++c)
     if (!(fallback[c] >= 0 && fallback[c] <= 1))
       return Error{ErrorCode::value_invalid, "reflectance outside 0..1", path.string(), ""};
@@ -225,12 +277,13 @@ Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallb
                                         : detail::parse_obj_soup(*bytes, path, fallback);
   if (!soup)
     return soup.error();
-  resolve_textures(*soup);
   drop_degenerate(*soup);
   if (soup->triangles.empty())
     return Error{ErrorCode::file_malformed, "the object has no triangle with area", path.string(),
                  "an OBJ, PLY or glTF file with faces is needed"};
-  return build_mesh(*soup);
+  if (notes)
+    notes->insert(notes->end(), soup->surfaces.notes.begin(), soup->surfaces.notes.end());
+  return build_mesh(std::move(*soup));
 }
 
 } // namespace daylit
