@@ -37,6 +37,10 @@ glm::vec3 direction(float cosine, float along_u) {
   return {sine * along_u, sine * std::sqrt(std::max(0.0f, (1.0f - along_u) * (1.0f + along_u))), cosine};
 }
 
+/// Node of an axis from 0 to 1 (the end, where it has but one); middle of a step of one.
+float node(int i, int count) { return count == 1 ? 1.0f : static_cast<float>(i) / static_cast<float>(count - 1); }
+float middle(int i, int count) { return (static_cast<float>(i) + 0.5f) / static_cast<float>(count); }
+
 /// (1 + lambda(w)) / (1 + lambda(w) + lambda(in)): what a facet sampled as seen from w sends to `in`.
 float passed(const Ggx& facets, const glm::vec3& w, const glm::vec3& in) {
   const float own = 1.0f + facets.lambda(w);
@@ -135,9 +139,9 @@ AlbedoTable::AlbedoTable(bool anisotropic, float ior, bool two_sided)
   for (const float n : two_sided ? std::vector{ior, 1.0f / ior} : std::vector{1.0f})
     for (int i = 0; i < roughs_; ++i)
       for (int j = 0; j < ratios_; ++j) {
-        const float q = kLeastRough + (1.0f - kLeastRough) * static_cast<float>(i) / (roughs_ - 1.0f);
+        const float q = kLeastRough + (1.0f - kLeastRough) * node(i, roughs_);
         const float r = q * q;
-        const float s = ratios_ == 1 ? 1.0f : static_cast<float>(j) / (ratios_ - 1.0f);
+        const float s = node(j, ratios_);
         const Ggx facets{r * r, std::max(r * r * s * s, 1e-2f * kLeastAlpha)};
         const std::size_t first = values_.size();
         add_row(facets, [&](const glm::vec3& w) { return mean_over_facets(facets, w, n, samples, facet); });
@@ -164,11 +168,10 @@ struct AlbedoTable::Direction {
 template <class Albedo>
 void AlbedoTable::add_row(const Ggx& facets, Albedo&& albedo) {
   for (int a = 0; a < azimuths_; ++a) {
-    const float along_u =
-        azimuths_ == 1 ? 1.0f : inverse(static_cast<float>(a) / (azimuths_ - 1.0f), facets.alpha_v / facets.alpha_u);
+    const float along_u = azimuths_ == 1 ? 1.0f : inverse(node(a, azimuths_), facets.alpha_v / facets.alpha_u);
     const float slope = projected_slope(facets, direction(0.0f, along_u));
     for (int k = 0; k < kCosines; ++k) {
-      const float cosine = inverse(static_cast<float>(k) / (kCosines - 1.0f), slope);
+      const float cosine = inverse(node(k, kCosines), slope);
       values_.push_back(albedo(direction(std::max(cosine, kLeastCosine), along_u)));
     }
   }
@@ -181,9 +184,9 @@ glm::vec2 AlbedoTable::mean_of_row(const Ggx& facets, const glm::vec2* nodes) co
   const int turns = azimuths_ == 1 ? 1 : 32;
   glm::vec2 sum(0.0f);
   for (int a = 0; a < turns; ++a) {
-    const float along_u = std::cos(0.5f * kPi * (a + 0.5f) / turns);
+    const float along_u = std::cos(0.5f * kPi * middle(a, turns));
     for (int n = 0; n < kSteps; ++n) {
-      const float t = (n + 0.5f) / kSteps;
+      const float t = middle(n, kSteps);
       sum += 4.0f * t * t * t * Direction(*this, facets, direction(t * t, along_u)).between(nodes);
     }
   }

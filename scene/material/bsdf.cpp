@@ -101,8 +101,8 @@ float Bsdf::mean_base_light() const {
   float sum = 0.0f, weights = 0.0f;
   for (int a = 0; a < azimuths; ++a)
     for (int k = 0; k < kSteps; ++k) {
-      const float t = (k + 0.5f) / kSteps, c = t * t, sine = std::sqrt((1.0f - c) * (1.0f + c));
-      const float angle = 0.5f * kPi * (a + 0.5f) / azimuths;
+      const float t = (static_cast<float>(k) + 0.5f) / kSteps, c = t * t, sine = std::sqrt((1.0f - c) * (1.0f + c));
+      const float angle = 0.5f * kPi * (static_cast<float>(a) + 0.5f) / static_cast<float>(azimuths);
       sum += t * c * base_light(seen({sine * std::cos(angle), sine * std::sin(angle), c}));
       weights += t * c;
     }

@@ -219,9 +219,10 @@ void expect_samples_as_density(const Bsdf& bsdf, const glm::vec3& out, const std
   double integral = 0.0;
   for (int i = 0; i < kRows * kFine; ++i)
     for (int j = 0; j < kColumns * kFine; ++j) {
-      const float z = 2.0f * (i + 0.5f) / (kRows * kFine) - 1.0f, turn = (j + 0.5f) / (kColumns * kFine);
-      const double p = bsdf.density(out, direction(z, 2.0f * kPi * turn)) * 4.0 * std::numbers::pi /
-                       (kRows * kFine * kColumns * kFine);
+      const float z = 2.0f * (static_cast<float>(i) + 0.5f) / (kRows * kFine) - 1.0f;
+      const float turn = (static_cast<float>(j) + 0.5f) / (kColumns * kFine);
+      const double p = static_cast<double>(bsdf.density(out, direction(z, 2.0f * kPi * turn))) * 4.0 *
+                       std::numbers::pi / (kRows * kFine * kColumns * kFine);
       integral += p;
       expected[i / kFine * kColumns + j / kFine] += p * kCount;
     }
@@ -259,8 +260,8 @@ TEST(bsdf, parts_sum_to_the_whole) {
     for (std::uint32_t n = 0; n < kCount; ++n)
       if (const auto s = bsdf.sample_glossy(out, cube_point(n, kCount)))
         glossy += glm::dvec3(s->weight);
-    EXPECT_NEAR(glossy.x / kCount + bsdf.diffuse_albedo(out).x, furnace(bsdf, out).x, 2e-3);
-    const double stated = bsdf.reflected_albedo(out).x + bsdf.transmitted_albedo(out).x;
+    EXPECT_NEAR(glossy.x / kCount + static_cast<double>(bsdf.diffuse_albedo(out).x), furnace(bsdf, out).x, 2e-3);
+    const auto stated = static_cast<double>(bsdf.reflected_albedo(out).x + bsdf.transmitted_albedo(out).x);
     EXPECT_NEAR(glossy.x / kCount, stated, m.clearcoat > 0.0f ? 0.05 : 2e-3);
   }
 }
