@@ -135,11 +135,11 @@ Rgb PathTracer::escaped(const Met& m, const glm::vec3& direction, const Path& pa
   return sum * scene_->apertures().transmittance(origin, direction);
 }
 
-/// BRDF of the diffuse part times cosine of the light.
-Rgb PathTracer::base_reflected(const SurfacePoint& y, const glm::vec3& to, const glm::vec3& from) const {
+/// Of the diffuse part; `from` with a positive cosine to y.normal.
+Rgb PathTracer::base_brdf(const SurfacePoint& y, const glm::vec3& to, const glm::vec3& from) const {
   if (y.plain)
-    return y.reflectance / std::numbers::pi_v<float> * glm::dot(y.normal, from);
-  return GlossySurface(scene_->look(y), y, to).base(from);
+    return y.reflectance / std::numbers::pi_v<float>;
+  return GlossySurface(scene_->look(y), y, to).base(from) / glm::dot(y.normal, from);
 }
 
 Rgb PathTracer::from_glossy(SurfacePoint hit, glm::vec3 direction, Rgb throughput, const Vertex* previous,

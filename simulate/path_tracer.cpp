@@ -149,9 +149,10 @@ PathTracer::BeamLight PathTracer::sunlit_surface(const Vertex& v, Path& path) co
     return {};
   const glm::vec3 w = to / r;
   const float cos_v = glm::dot(v.normal, w), cos_y = -glm::dot(y.geometric_normal, w),
-              cos_y_shading = -glm::dot(y.normal, w), sun_geometric = glm::dot(y.geometric_normal, s);
+              cos_y_shading = -glm::dot(y.normal, w), sun_geometric = glm::dot(y.geometric_normal, s),
+              sun_shading = glm::dot(y.normal, s);
   if (cos_v <= 0.0f || glm::dot(v.geometric_normal, w) <= 0.0f || cos_y <= 0.0f || cos_y_shading <= 0.0f ||
-      sun_geometric <= 0.0f || glm::dot(y.normal, s) <= 0.0f)
+      sun_geometric <= 0.0f || sun_shading <= 0.0f)
     return {};
   const float beam = sun_geometric * scene_->apertures().beam_density(y.origin, s);
   if (beam <= 0.0f)
@@ -161,9 +162,9 @@ PathTracer::BeamLight PathTracer::sunlit_surface(const Vertex& v, Path& path) co
     return {};
   const float bounce = v.share * cos_v * cos_y / (kPi * r2);
   const SunDisc& disc = *scene_->sky().sun();
-  const Rgb sunlight =
-      disc.radiance() * static_cast<float>(disc.solid_angle_sr()) * scene_->apertures().transmittance(y.origin, s);
-  return {base_reflected(*lit, -w, s) * sunlight * (cos_v * cos_y / r2 / (beam + bounce)) * through, w};
+  const Rgb irradiance = disc.radiance() * static_cast<float>(disc.solid_angle_sr()) *
+                         scene_->apertures().transmittance(y.origin, s) * sun_shading;
+  return {base_brdf(*lit, -w, s) * irradiance * (cos_v * cos_y / r2 / (beam + bounce)) * through, w};
 }
 
 Rgb PathTracer::direct(const Vertex& v, const Vertex* previous, Path& path) const {

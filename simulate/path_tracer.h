@@ -89,7 +89,7 @@ private:
   Rgb open_base(const Met& m, const glm::vec3& direction, bool open, Path& path) const;
   bool open_glossy(const Met& m, const glm::vec3& direction, Path& path) const;
   Rgb escaped(const Met& m, const glm::vec3& direction, const Path& path) const;
-  Rgb base_reflected(const SurfacePoint& y, const glm::vec3& to, const glm::vec3& from) const;
+  Rgb base_brdf(const SurfacePoint& y, const glm::vec3& to, const glm::vec3& from) const;
 };
 
 /// Direction about `normal` with density cos / pi, from a point of the unit square (concentric map, Shirley & Chiu
