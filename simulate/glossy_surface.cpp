@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/material/fresnel.h"
@@ -22,35 +23,26 @@ Ggx coat_of(const SurfaceMaterial& m) {
   return {alpha, alpha};
 }
 
-/// Density D |h.z|: tan^2 = u / (1 - u) along the stretched slopes.
-glm::vec3 sample_normal(const Ggx& facets, const glm::vec2& u) {
-  const float slope = std::sqrt(u.x / (1.0f - u.x)), angle = 2.0f * kPi * u.y;
-  return glm::normalize(
-      glm::vec3(facets.alpha_u * slope * std::cos(angle), facets.alpha_v * slope * std::sin(angle), 1.0f));
+/// Normal of a facet as seen from `w`, w.z > 0 (Heitz 2018, listing 1): a point of the projected half ball of the
+/// stretched surface.
+glm::vec3 sample_normal(const Ggx& facets, const glm::vec3& w, const glm::vec2& u) {
+  const glm::vec3 ball = glm::normalize(glm::vec3(facets.alpha_u * w.x, facets.alpha_v * w.y, w.z));
+  const float sine2 = ball.x * ball.x + ball.y * ball.y;
+  const glm::vec3 t = sine2 > 0.0f ? glm::vec3(-ball.y, ball.x, 0.0f) / std::sqrt(sine2) : glm::vec3(1.0f, 0.0f, 0.0f);
+  const glm::vec3 b = glm::cross(ball, t);
+  const float r = std::sqrt(u.x), angle = 2.0f * kPi * u.y, s = 0.5f * (1.0f + ball.z);
+  const float x = r * std::cos(angle), y = glm::mix(std::sqrt(1.0f - x * x), r * std::sin(angle), s);
+  const glm::vec3 h = x * t + y * b + std::sqrt(std::max(0.0f, 1.0f - x * x - y * y)) * ball;
+  return glm::normalize(glm::vec3(facets.alpha_u * h.x, facets.alpha_v * h.y, std::max(1e-12f, h.z)));
 }
-float normal_density(const Ggx& facets, const glm::vec3& h) { return facets.distribution(h) * std::abs(h.z); }
+/// G1 max(0, w.h) D / w.z (eq. 3).
+float normal_density(const Ggx& facets, const glm::vec3& w, const glm::vec3& h) {
+  return facets.masking(w) * std::max(0.0f, glm::dot(w, h)) * facets.distribution(h) / w.z;
+}
 
 glm::vec3 sample_cosine_z(const glm::vec2& u) {
   const float r = std::sqrt(u.x), angle = 2.0f * kPi * u.y;
   return {r * std::cos(angle), r * std::sin(angle), std::sqrt(1.0f - u.x)};
-}
-
-/// Of directions mirrored at normals of that density.
-float mirrored_density(const Ggx& facets, const glm::vec3& out, const glm::vec3& in) {
-  const glm::vec3 h = glm::normalize(out + in);
-  return normal_density(facets, h) / (4.0f * std::max(std::abs(glm::dot(out, h)), 1e-7f));
-}
-
-/// Of directions bent at normals of that density, `ior` behind over in front (Walter et al. 2007, eq. 17).
-float bent_density(const Ggx& facets, const glm::vec3& out, const glm::vec3& in, float ior) {
-  glm::vec3 h = glm::normalize(out + ior * in);
-  if (h.z < 0.0f)
-    h = -h;
-  const float cos_out = glm::dot(out, h), cos_in = glm::dot(in, h);
-  if (cos_out <= 0.0f || cos_in >= 0.0f)
-    return 0.0f;
-  const float s = cos_out + ior * cos_in;
-  return normal_density(facets, h) * ior * ior * -cos_in / (s * s);
 }
 
 glm::vec3 other_z(const glm::vec3& w) { return {w.x, w.y, -w.z}; }
@@ -75,8 +67,9 @@ GlossySurface::GlossySurface(const SurfaceLook& look, const SurfacePoint& point,
   const Ggx facets = facets_of(material_);
   // Light met by several facets goes everywhere; there is the more of it the rougher they are.
   const float spread = 0.5f * std::sqrt(std::max(facets.alpha_u, facets.alpha_v));
-  const float coat = material_.clearcoat > 0.0f ? 0.5f * (1.0f - through) : 0.0f, bare = 1.0f - through - coat;
-  ways_ = {coat, bare * (1.0f - spread), through * (1.0f - spread), bare * spread, through * spread};
+  const float coat = material_.clearcoat > 0.0f ? 0.5f * (1.0f - through) : 0.0f;
+  ways_ = {coat, (1.0f - coat) * (1.0f - spread), (1.0f - coat) * spread * (1.0f - through),
+           (1.0f - coat) * spread * through};
 }
 
 glm::vec3 GlossySurface::to_local(const glm::vec3& v) const {
@@ -88,7 +81,15 @@ glm::vec3 GlossySurface::to_world(const glm::vec3& v) const {
 
 float GlossySurface::ior_behind() const {
   const float ior = std::max(material_.ior, Bsdf::kLeastIor);
-  return out_.z < 0.0f ? 1.0f / ior : ior;
+  return is_solid() && out_.z < 0.0f ? 1.0f / ior : ior;
+}
+
+/// How often a facet mirrors instead of letting through: as Fresnel's factor says.
+float GlossySurface::mirrored_share(float cosine) const {
+  const float f = fresnel_dielectric(cosine, ior_behind());
+  const float mirrored = material_.metallic + (1.0f - material_.metallic) * f;
+  const float passed = (1.0f - material_.metallic) * material_.transmission * (1.0f - f);
+  return mirrored / (mirrored + passed);
 }
 
 Rgb GlossySurface::base(const glm::vec3& in) const {
@@ -107,13 +108,13 @@ std::optional<glm::vec3> GlossySurface::sample_glossy(const glm::vec2& u, float 
   const glm::vec3 out = below ? other_z(out_) : out_;
   const Ways& w = ways_;
   glm::vec3 in;
-  if (choice < w.coat + w.mirrored + w.passed) {
-    const glm::vec3 h = sample_normal(choice < w.coat ? coat_of(material_) : facets_of(material_), u);
+  if (choice < w.coat + w.facets) {
+    const glm::vec3 h = sample_normal(choice < w.coat ? coat_of(material_) : facets_of(material_), out, u);
     const float c = glm::dot(out, h);
     if (c <= 0.0f)
       return std::nullopt;
     in = 2.0f * c * h - out;
-    if (choice >= w.coat + w.mirrored) {
+    if (choice >= w.coat + w.facets * mirrored_share(c)) {
       const auto bent = is_solid() ? refracted(out, h, ior_behind()) : std::optional(other_z(in));
       if (!bent || bent->z >= 0.0f)
         return std::nullopt;
@@ -123,23 +124,34 @@ std::optional<glm::vec3> GlossySurface::sample_glossy(const glm::vec2& u, float 
     }
   } else {
     in = sample_cosine_z(u);
-    if (choice >= w.coat + w.mirrored + w.passed + w.same_side)
+    if (choice >= w.coat + w.facets + w.same_side)
       in = other_z(in);
   }
   return to_world(below ? other_z(in) : in);
 }
 
+// Directions mirrored at normals h have their density over 4 out.h, bent ones that of Walter et al. 2007, eq. 17.
 float GlossySurface::glossy_density(const glm::vec3& world) const {
   const bool below = out_.z < 0.0f;
   const glm::vec3 local = to_local(world), out = below ? other_z(out_) : out_, in = below ? other_z(local) : local;
   const Ggx facets = facets_of(material_);
+  const bool bends = in.z <= 0.0f && is_solid();
+  const float ior = ior_behind();
+  glm::vec3 h = glm::normalize(out + (in.z > 0.0f ? in : bends ? ior * in : other_z(in)));
+  if (h.z < 0.0f)
+    h = -h;
+  const float c = std::max(glm::dot(out, h), 1e-7f), share = mirrored_share(c);
+  const float mirrored = ways_.facets * normal_density(facets, out, h) / (4.0f * c);
   if (in.z > 0.0f) {
-    const float coat = ways_.coat > 0.0f ? ways_.coat * mirrored_density(coat_of(material_), out, in) : 0.0f;
-    return coat + ways_.mirrored * mirrored_density(facets, out, in) + ways_.same_side * in.z / kPi;
+    const float coat = ways_.coat > 0.0f ? ways_.coat * normal_density(coat_of(material_), out, h) / (4.0f * c) : 0.0f;
+    return coat + share * mirrored + ways_.same_side * in.z / kPi;
   }
-  const float bent =
-      is_solid() ? bent_density(facets, out, in, ior_behind()) : mirrored_density(facets, out, other_z(in));
-  return ways_.passed * bent + ways_.other_side * -in.z / kPi;
+  const float spread = ways_.other_side * -in.z / kPi, cos_in = glm::dot(in, h), s = c + ior * cos_in;
+  if (!bends)
+    return (1.0f - share) * mirrored + spread;
+  if (cos_in >= 0.0f)
+    return spread;
+  return (1.0f - share) * ways_.facets * normal_density(facets, out, h) * ior * ior * -cos_in / (s * s) + spread;
 }
 
 } // namespace daylit

@@ -1,8 +1,8 @@
 #pragma once
 
 // A point of an object that is not plainly diffuse, as paths meet it. It evaluates the same BSDF as the renderer but
-// finds directions in its own way: normals of facets by their area (Walter et al. 2007, eq. 35 and 36) and cosines, so
-// that a mistake of one sampling shows in the other's picture.
+// finds directions in its own way: visible normals after Heitz 2018 (the renderer: Dupuy & Benyoub 2023), and cosines,
+// so that a mistake of one sampling shows beside the other's picture.
 
 #include <optional>
 
@@ -41,7 +41,7 @@ public:
 private:
   /// Chances of the ways to sample; their sum is 1.
   struct Ways {
-    float coat = 0.0f, mirrored = 0.0f, passed = 0.0f, same_side = 0.0f, other_side = 0.0f;
+    float coat = 0.0f, facets = 0.0f, same_side = 0.0f, other_side = 0.0f;
   };
   SurfaceMaterial material_;
   Bsdf bsdf_;
@@ -53,6 +53,7 @@ private:
   glm::vec3 to_local(const glm::vec3& v) const;
   glm::vec3 to_world(const glm::vec3& v) const;
   float ior_behind() const; ///< over the index on the side of the path
+  float mirrored_share(float cosine) const;
 };
 
 } // namespace daylit
