@@ -52,9 +52,9 @@ struct ObjectMaterial {
       anisotropy_texture{};
 
   std::array<TextureUse*, 9> texture_uses() {
-    return {&base_colour_texture, &metallic_roughness_texture, &normal_texture,
-            &occlusion_texture,   &emission_texture,           &transmission_texture,
-            &clearcoat_texture,   &clearcoat_roughness_texture, &anisotropy_texture};
+    return {&base_colour_texture, &metallic_roughness_texture, &normal_texture,    &occlusion_texture,
+            &emission_texture,    &transmission_texture,       &clearcoat_texture, &clearcoat_roughness_texture,
+            &anisotropy_texture};
   }
 
   /// Roughness from which a dielectric without coat and transmission counts as a diffuse surface of its base colour:

@@ -220,8 +220,8 @@ ObjectMesh build_mesh(TriangleSoup soup) {
   const bool textures = !soup.surfaces.textures.empty();
   const bool tangents = std::ranges::any_of(soup.surfaces.materials, &ObjectMaterial::needs_tangents);
   const bool file_tangents = tangents && std::ranges::all_of(soup.triangles, [](const SoupTriangle& t) {
-    return std::ranges::all_of(t.corner, [](const auto& c) { return c.tangent >= 0; });
-  });
+                               return std::ranges::all_of(t.corner, [](const auto& c) { return c.tangent >= 0; });
+                             });
   VertexPool pool(soup.positions.size());
   ObjectMesh mesh;
   for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
@@ -264,8 +264,7 @@ bool starts_with_ply(std::span<const std::uint8_t> bytes) {
 
 } // namespace
 
-Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback,
-                                    std::vector<std::string>* notes) {
+Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback, std::vector<std::string>* notes) {
   for (int c = 0; c < 3; ++c)
     if (!(fallback[c] >= 0 && fallback[c] <= 1))
       return Error{ErrorCode::value_invalid, "reflectance outside 0..1", path.string(), ""};
