@@ -255,10 +255,15 @@ std::vector<int> roots_of(const tinygltf::Model& model) {
 } // namespace
 
 bool is_known_extension(const std::string& name) {
-  static constexpr std::array kKnown = {
-      "KHR_lights_punctual",     "KHR_materials_anisotropy",        "KHR_materials_clearcoat",
-      "KHR_materials_dispersion", "KHR_materials_emissive_strength", "KHR_materials_ior",
-      "KHR_materials_transmission", "KHR_materials_volume",          "KHR_texture_transform"};
+  static constexpr std::array kKnown = {"KHR_lights_punctual",
+                                        "KHR_materials_anisotropy",
+                                        "KHR_materials_clearcoat",
+                                        "KHR_materials_dispersion",
+                                        "KHR_materials_emissive_strength",
+                                        "KHR_materials_ior",
+                                        "KHR_materials_transmission",
+                                        "KHR_materials_volume",
+                                        "KHR_texture_transform"};
   return std::ranges::find(kKnown, name) != kKnown.end();
 }
 

@@ -47,7 +47,7 @@ struct GltfVertices {
   std::vector<glm::vec3> normals;
   std::vector<glm::vec4> tangents; ///< TANGENT, the sign of the bitangent in w
   std::vector<glm::vec2> uv;       ///< TEXCOORD_n, origin top left
-  std::vector<Rgb> colour;   ///< COLOR_0, linear, 0..1
+  std::vector<Rgb> colour;         ///< COLOR_0, linear, 0..1
 };
 /// `count`: of the positions; `uv_set`: n of TEXCOORD_n. Error as for read_triangles, or another number of elements.
 Result<GltfVertices> read_vertices(const tinygltf::Model& model, const tinygltf::Primitive& primitive,

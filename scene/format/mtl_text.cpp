@@ -63,9 +63,9 @@ struct ColourWord {
   std::string_view keyword;
   std::optional<Rgb> MtlMaterial::*member;
 };
-constexpr std::array kColours = {
-    ColourWord{"Kd", &MtlMaterial::reflectance}, ColourWord{"Ks", &MtlMaterial::specular},
-    ColourWord{"Tf", &MtlMaterial::transmittance}, ColourWord{"Ke", &MtlMaterial::emission}};
+constexpr std::array kColours = {ColourWord{"Kd", &MtlMaterial::reflectance}, ColourWord{"Ks", &MtlMaterial::specular},
+                                 ColourWord{"Tf", &MtlMaterial::transmittance},
+                                 ColourWord{"Ke", &MtlMaterial::emission}};
 
 struct NumberWord {
   std::string_view keyword;

@@ -16,9 +16,17 @@ struct Quantity {
   float value, least, most;
 };
 
-/// Mean over the hemisphere, cosine weighted, of a dielectric's Fresnel reflectance seen from outside, 1 <= ior <= 3:
-/// the fit of Kulla and Conty (2017), within 0.002.
-float mean_fresnel(float ior) { return (ior - 1.0f) / (4.08567f + 1.00071f * ior); }
+/// Mean over the hemisphere, cosine weighted, of Fresnel's reflectance of unpolarised light seen from outside: the
+/// closed form of Walsh (1926), n > 1.
+float mean_fresnel(float ior) {
+  if (ior < 1.001f)
+    return 0.0f;
+  const double n = static_cast<double>(ior), n2 = n * n, n4 = n2 * n2, s = n2 + 1.0, d = n2 - 1.0;
+  return static_cast<float>(0.5 + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0) * (n + 1.0)) +
+                            n2 * d * d / (s * s * s) * std::log((n - 1.0) / (n + 1.0)) -
+                            2.0 * n * n2 * (n2 + 2.0 * n - 1.0) / (s * (n4 - 1.0)) +
+                            8.0 * n4 * (n4 + 1.0) / (s * (n4 - 1.0) * (n4 - 1.0)) * std::log(n));
+}
 
 } // namespace
 

@@ -28,11 +28,7 @@ public:
   /// An extension of the material; null where it has none of that name.
   const tinygltf::Value* extension(const tinygltf::Material& m, const char* name) {
     const auto found = m.extensions.find(name);
-    if (found == m.extensions.end())
-      return nullptr;
-    if (!found->second.IsObject())
-      malformed(fmt::format("{} is no object", name));
-    return error ? nullptr : &found->second;
+    return error || found == m.extensions.end() ? nullptr : &found->second;
   }
 
   void number(const tinygltf::Value& of, const char* key, float& out) {
@@ -149,7 +145,8 @@ private:
       picture.wrap_u = *u;
       picture.wrap_v = *v;
     }
-    const auto added = list_.add_texture(picture, [&] { return read_image(model_, texture.source); }, where_);
+    const auto added = list_.add_texture(
+        picture, [&] { return read_image(model_, texture.source); }, where_);
     if (added)
       use.texture = *added;
     else

@@ -98,7 +98,8 @@ Result<ObjectMaterial> material_from_mtl(const MtlMaterial& mtl, Rgb fallback, c
   m.clearcoat_roughness = static_cast<float>(mtl.clearcoat_roughness.value_or(0.0));
   m.anisotropy = static_cast<float>(mtl.anisotropy.value_or(0.0));
   m.anisotropy_rotation = static_cast<float>(2.0 * std::numbers::pi * mtl.anisotropy_turns.value_or(0.0));
-  if (const bool traced = is_ray_traced_glass(mtl.illumination.value_or(2.0)); traced || mtl.opacity.value_or(1.0) < 1.0)
+  if (const bool traced = is_ray_traced_glass(mtl.illumination.value_or(2.0));
+      traced || mtl.opacity.value_or(1.0) < 1.0)
     set_glass(mtl, traced, m);
   if (const auto checked = check_material(m, where); !checked)
     return checked.error();

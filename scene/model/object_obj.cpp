@@ -84,8 +84,8 @@ private:
       return {};
     const std::filesystem::path file = path_.parent_path() / map.file;
     const TextureWrap wrap = map.clamp ? TextureWrap::clamp : TextureWrap::repeat;
-    const auto added = soup_.surfaces.add_texture({file.string(), coding, wrap, wrap},
-                                                  [&] { return read_ldr_image(file); }, file.string());
+    const auto added = soup_.surfaces.add_texture(
+        {file.string(), coding, wrap, wrap}, [&] { return read_ldr_image(file); }, file.string());
     if (!added)
       return added.error();
     use.texture = *added;

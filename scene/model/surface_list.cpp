@@ -66,8 +66,9 @@ void SurfaceList::note(std::string text) {
 void SurfaceList::check_normal_map(std::int32_t texture, const std::string& where) {
   const Rgb mean = 2.0f * textures[static_cast<std::size_t>(texture)].at(glm::vec2(0.5f), 1.0f) - 1.0f;
   if (std::fabs(mean.r) > kMostLean || std::fabs(mean.g) > kMostLean || mean.b < kMostLean)
-    note(where + ": the normal map leans to one side on the whole; was it saved as a colour picture (sRGB)? Its numbers "
-                 "are read as they are");
+    note(where +
+         ": the normal map leans to one side on the whole; was it saved as a colour picture (sRGB)? Its numbers "
+         "are read as they are");
 }
 
 } // namespace daylit::detail

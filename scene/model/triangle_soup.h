@@ -16,6 +16,7 @@
 #include "scene/core/read_file.h"
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
+#include "scene/model/object_mesh.h"
 #include "scene/model/surface_list.h"
 
 namespace daylit::detail {
@@ -43,6 +44,10 @@ struct TriangleSoup {
 /// Splits a polygon into triangles (a quadrilateral along its shorter diagonal, others as a fan around the corner that
 /// keeps all triangles on one side; concave outlines without such a corner are refused: false).
 bool append_polygon(const std::vector<SoupCorner>& corners, std::uint32_t material, TriangleSoup& soup);
+
+/// Triangles without area are left out. Vertices are shared where all that they have is equal; normals that the file
+/// does not give are those of the faces around within the crease angle.
+ObjectMesh build_mesh(TriangleSoup soup, std::vector<std::string>* notes = nullptr);
 
 Result<TriangleSoup> parse_obj_soup(std::span<const std::uint8_t> bytes, const std::filesystem::path& path,
                                     Rgb fallback);

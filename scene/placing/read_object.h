@@ -9,8 +9,9 @@
 
 namespace daylit {
 
-/// The mesh of an [[object]], in its own frame. `material` replaces the materials of the model; `reflectance` becomes its
-/// base colour or, alone, makes the object diffuse. `notes`: as read_object_mesh() has them. Errors: those of the model.
+/// The mesh of an [[object]], in its own frame. `material` replaces the materials of the model; `reflectance` becomes
+/// its base colour or, alone, makes the object diffuse. `notes`: as read_object_mesh() has them. Errors: those of the
+/// model.
 Result<ObjectMesh> read_object(const ObjectConfig& object, std::vector<std::string>* notes = nullptr);
 
 } // namespace daylit
