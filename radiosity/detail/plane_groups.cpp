@@ -220,7 +220,7 @@ private:
   int axis_ = 0;
 };
 
-/// A triangle by itself, as curved surfaces consist of, so small that it is not cut where it is partly inside something.
+/// A triangle by itself, as of curved surfaces, so small that it is not cut where it is partly inside something.
 bool is_small(const PlaneGroup& g) {
   if (g.triangles.size() > 1)
     return false;
