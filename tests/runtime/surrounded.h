@@ -73,7 +73,7 @@ struct Surrounded {
     change.set_objects({{&mesh_rays, mesh.triangles, mesh.positions, 0, world}});
     change.set_sky(pyramid, sun);
     change.set_direct(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}),
-                      place(mesh, at));
+                      test::place(mesh, at));
     change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
     change.exchange_with_room();
   }
