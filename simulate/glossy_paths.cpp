@@ -83,15 +83,17 @@ Rgb PathTracer::glossy_sky(const Met& m, const glm::vec3& direction, Path& path)
   const glm::vec3 origin = m.origin(direction);
   const float spot = scene_->sky().spot_density(direction);
   const float light = scene_->apertures().density(origin, direction) + spot;
-  if (!(light > 0.0f)) // at the border of an opening, by rounding
-    return Rgb(0.0f);
   const bool open = open_glossy(m, direction, path);
-  Rgb sum = open_base(m, direction, open, path) / (light + m.base.share * m.surface.base_density(direction));
+  Rgb base = open_base(m, direction, open, path);
+  if (base != Rgb(0.0f)) // no density is above zero where there is none
+    base /= light + m.base.share * std::max(0.0f, m.surface.base_density(direction));
+  Rgb other(0.0f);
   if (open && !(path.diffuse_before && spot > 0.0f))
-    sum += m.surface.glossy(direction) / (light + m.glossy_density(direction));
-  if (sum == Rgb(0.0f))
-    return sum;
-  return sum * scene_->sky().radiance(direction) * scene_->apertures().transmittance(origin, direction);
+    if (other = m.surface.glossy(direction); other != Rgb(0.0f))
+      other /= light + m.glossy_density(direction);
+  if (base + other == Rgb(0.0f))
+    return Rgb(0.0f);
+  return (base + other) * scene_->sky().radiance(direction) * scene_->apertures().transmittance(origin, direction);
 }
 
 Rgb PathTracer::glossy_sun(const Met& m, const Vertex* previous, Path& path) const {
