@@ -247,7 +247,11 @@ TEST(Glossy, light_found_through_an_opening_agrees_with_light_found_by_chance) {
        {std::pair("metal", metal(0.3f)), std::pair("rough metal", metal(0.7f)), std::pair("coated varnish", coated),
         std::pair("glass", glass(0.2f)), std::pair("half of glass", half)}) {
     const ObjectMesh ball = sphere({0.5f, 0.5f, 0.5f}, 0.25f, material);
-    const SkyLight sky(uniform_sky(1.0f, 0.3f));
+    SkyModel model = uniform_sky(1.0f, 0.3f);
+    model.sun = SunDisc{};
+    model.sun->direction = glm::normalize(glm::dvec3(0.1, -1.0, 0.7));
+    model.sun->normal_irradiance = Rgb(5.0f);
+    const SkyLight sky(model);
     const TraceScene listed = scene_of(coloured_cube(), kOpenFace, sky, ball),
                      unlisted = scene_of(coloured_cube(), {}, sky, ball);
     for (const glm::vec3 d : {glm::vec3(0, 1, 0.1f), glm::vec3(0.2f, 1, -0.2f)}) {
