@@ -110,8 +110,8 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   if (!rays)
     return rays.error();
   const bool per_pixel = looked_up_per_pixel(mesh);
-  all.parts.push_back(
-      {std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass, per_pixel});
+  all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass,
+                       1.0f, per_pixel});
   return all.set_placement(all.parts.size() - 1, placement);
 }
 

@@ -11,6 +11,8 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
+#include "runtime/base/orthonormal.h"
+
 namespace daylit {
 
 namespace {

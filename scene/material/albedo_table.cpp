@@ -20,12 +20,13 @@ namespace daylit {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr int kCosines = 24;
-constexpr float kLeastCosine = 1e-4f;   // stands for 0
-constexpr std::uint32_t kSamples = 512; // of the facets that a direction sees
-constexpr float kIndexSteps = 1024.0f, kMostIndex = 4.0f;
+constexpr int kCosines = 32;
+constexpr float kLeastCosine = 1e-4f; // stands for 0
+constexpr float kIndexSteps = 256.0f, kMostIndex = 4.0f;
 
-const float kLeastRoughness = std::sqrt(kLeastAlpha);
+/// Slopes have their nodes evenly in this.
+float rough_coordinate(float alpha) { return std::sqrt(std::sqrt(alpha)); }
+const float kLeastRough = rough_coordinate(kLeastAlpha);
 
 float most(const Ggx& facets) { return std::max(facets.alpha_u, facets.alpha_v); }
 float least(const Ggx& facets) { return std::min(facets.alpha_u, facets.alpha_v); }
@@ -35,6 +36,10 @@ glm::vec3 direction(float cosine, float along_u) {
   const float sine = std::sqrt(std::max(0.0f, (1.0f - cosine) * (1.0f + cosine)));
   return {sine * along_u, sine * std::sqrt(std::max(0.0f, (1.0f - along_u) * (1.0f + along_u))), cosine};
 }
+
+/// Node of an axis from 0 to 1 (the end, where it has but one); middle of a step of one.
+float node(int i, int count) { return count == 1 ? 1.0f : static_cast<float>(i) / static_cast<float>(count - 1); }
+float middle(int i, int count) { return (static_cast<float>(i) + 0.5f) / static_cast<float>(count); }
 
 /// (1 + lambda(w)) / (1 + lambda(w) + lambda(in)): what a facet sampled as seen from w sends to `in`.
 float passed(const Ggx& facets, const glm::vec3& w, const glm::vec3& in) {
@@ -74,15 +79,15 @@ float second_digits(std::uint32_t n) {
 }
 
 /// Points of Hammersley 1960; more of them where facets are steep: few, but what they send on gets lost.
-glm::vec2 mean_over_facets(const Ggx& facets, const glm::vec3& w, float ior, Facet facet) {
-  const bool symmetric = w.y == 0.0f; // halves of the facets are mirror images
+glm::vec2 mean_over_facets(const Ggx& facets, const glm::vec3& w, float ior, std::uint32_t samples, Facet facet) {
+  const auto count = static_cast<float>(samples);
+  const float turn = w.y == 0.0f ? 0.5f : 1.0f; // halves of the facets may be mirror images
   glm::vec2 sum(0.0f);
-  for (std::uint32_t n = 0; n < kSamples; ++n) {
-    const float x = (static_cast<float>(n) + 0.5f) / kSamples, rest = 1.0f - second_digits(n) - 0.5f / kSamples;
-    sum +=
-        2.0f * rest * facet(facets, w, facets.sample_visible(w, {symmetric ? 0.5f * x : x, 1.0f - rest * rest}), ior);
+  for (std::uint32_t n = 0; n < samples; ++n) {
+    const float x = turn * (static_cast<float>(n) + 0.5f) / count, rest = 1.0f - second_digits(n) - 0.5f / count;
+    sum += 2.0f * rest * facet(facets, w, facets.sample_visible(w, {x, 1.0f - rest * rest}), ior);
   }
-  return sum / static_cast<float>(kSamples);
+  return sum / count;
 }
 
 /// Slope of the facets in the plane of w and the normal.
@@ -126,18 +131,20 @@ struct AlbedoTable::Cell {
 };
 
 AlbedoTable::AlbedoTable(bool anisotropic, float ior, bool two_sided)
-    : roughs_(anisotropic ? 14 : 32), ratios_(anisotropic ? 8 : 1), azimuths_(anisotropic ? 8 : 1) {
+    : roughs_(anisotropic ? 18 : 32), ratios_(anisotropic ? 8 : 1), azimuths_(anisotropic ? 8 : 1) {
   const Facet facet = two_sided ? dielectric_facet : mirror_facet;
+  const std::uint32_t samples = anisotropic ? 256 : 1024;
   if (two_sided)
     fresnel_ = mean_fresnel(ior);
   for (const float n : two_sided ? std::vector{ior, 1.0f / ior} : std::vector{1.0f})
     for (int i = 0; i < roughs_; ++i)
       for (int j = 0; j < ratios_; ++j) {
-        const float r = kLeastRoughness + (1.0f - kLeastRoughness) * static_cast<float>(i) / (roughs_ - 1.0f);
-        const float s = ratios_ == 1 ? 1.0f : static_cast<float>(j) / (ratios_ - 1.0f);
+        const float q = kLeastRough + (1.0f - kLeastRough) * node(i, roughs_);
+        const float r = q * q;
+        const float s = node(j, ratios_);
         const Ggx facets{r * r, std::max(r * r * s * s, 1e-2f * kLeastAlpha)};
         const std::size_t first = values_.size();
-        add_row(facets, [&](const glm::vec3& w) { return mean_over_facets(facets, w, n, facet); });
+        add_row(facets, [&](const glm::vec3& w) { return mean_over_facets(facets, w, n, samples, facet); });
         means_.push_back(mean_of_row(facets, &values_[first]));
       }
 }
@@ -161,11 +168,10 @@ struct AlbedoTable::Direction {
 template <class Albedo>
 void AlbedoTable::add_row(const Ggx& facets, Albedo&& albedo) {
   for (int a = 0; a < azimuths_; ++a) {
-    const float along_u =
-        azimuths_ == 1 ? 1.0f : inverse(static_cast<float>(a) / (azimuths_ - 1.0f), facets.alpha_v / facets.alpha_u);
+    const float along_u = azimuths_ == 1 ? 1.0f : inverse(node(a, azimuths_), facets.alpha_v / facets.alpha_u);
     const float slope = projected_slope(facets, direction(0.0f, along_u));
     for (int k = 0; k < kCosines; ++k) {
-      const float cosine = inverse(static_cast<float>(k) / (kCosines - 1.0f), slope);
+      const float cosine = inverse(node(k, kCosines), slope);
       values_.push_back(albedo(direction(std::max(cosine, kLeastCosine), along_u)));
     }
   }
@@ -178,9 +184,9 @@ glm::vec2 AlbedoTable::mean_of_row(const Ggx& facets, const glm::vec2* nodes) co
   const int turns = azimuths_ == 1 ? 1 : 32;
   glm::vec2 sum(0.0f);
   for (int a = 0; a < turns; ++a) {
-    const float along_u = std::cos(0.5f * kPi * (a + 0.5f) / turns);
+    const float along_u = std::cos(0.5f * kPi * middle(a, turns));
     for (int n = 0; n < kSteps; ++n) {
-      const float t = (n + 0.5f) / kSteps;
+      const float t = middle(n, kSteps);
       sum += 4.0f * t * t * t * Direction(*this, facets, direction(t * t, along_u)).between(nodes);
     }
   }
@@ -223,7 +229,7 @@ const AlbedoTable& AlbedoTable::dielectric(float ior, bool anisotropic) {
 
 template <class Take>
 glm::vec2 AlbedoTable::over_roughness(const Ggx& facets, bool inside, Take&& take) const {
-  const Cell rough((std::sqrt(most(facets)) - kLeastRoughness) / (1.0f - kLeastRoughness), roughs_);
+  const Cell rough((rough_coordinate(most(facets)) - kLeastRough) / (1.0f - kLeastRough), roughs_);
   const Cell ratio(std::sqrt(least(facets) / most(facets)), ratios_);
   const auto at = [&](int r) {
     const std::size_t row = (static_cast<std::size_t>(inside) * roughs_ + r) * ratios_;

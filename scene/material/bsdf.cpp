@@ -101,8 +101,8 @@ float Bsdf::mean_base_light() const {
   float sum = 0.0f, weights = 0.0f;
   for (int a = 0; a < azimuths; ++a)
     for (int k = 0; k < kSteps; ++k) {
-      const float t = (k + 0.5f) / kSteps, c = t * t, sine = std::sqrt((1.0f - c) * (1.0f + c));
-      const float angle = 0.5f * kPi * (a + 0.5f) / azimuths;
+      const float t = (static_cast<float>(k) + 0.5f) / kSteps, c = t * t, sine = std::sqrt((1.0f - c) * (1.0f + c));
+      const float angle = 0.5f * kPi * (static_cast<float>(a) + 0.5f) / static_cast<float>(azimuths);
       sum += t * c * base_light(seen({sine * std::cos(angle), sine * std::sin(angle), c}));
       weights += t * c;
     }
@@ -148,8 +148,8 @@ Rgb Bsdf::rest_passed(const Seen& out, const Seen& in, int s) const {
 // Walter et al. 2007, eq. 20, under what the coat leaves of both directions, and the coat. The lesser of both keeps
 // the sum below 1 and reciprocal (Estevez & Kulla 2017, for sheen).
 Rgb Bsdf::reflected(const glm::vec3& out, const glm::vec3& in, const Seen& a, const Seen& b) const {
-  const glm::vec3 h = glm::normalize(out + in);
-  const float c = std::abs(glm::dot(out, h)), area = 4.0f * std::abs(out.z * in.z);
+  const glm::vec3 sum = out + in, h = glm::normalize(sum);
+  const float c = 0.5f * glm::length(sum), area = 4.0f * std::abs(out.z * in.z);
   const Rgb once = facet(c, side(out)).mirrored * (facets_.distribution(h) * facets_.masking(out, in) / area);
   const Rgb below = (once + rest_reflected(a, b, side(out))) * (1.0f - std::max(a.coat, b.coat));
   if (!coat_)
@@ -163,16 +163,18 @@ Rgb Bsdf::passed(const glm::vec3& out, const glm::vec3& in, const Seen& a, const
   Rgb once(0.0f);
   const float area = std::abs(out.z * in.z);
   if (!solid_) {
-    const glm::vec3 h = glm::normalize(out + mirrored_z(in));
-    once = facet(std::abs(glm::dot(out, h)), 0).passed *
-           (facets_.distribution(h) * facets_.masking(out, in) / (4.0f * area));
+    const glm::vec3 sum = out + mirrored_z(in);
+    once = facet(0.5f * glm::length(sum), 0).passed *
+           (facets_.distribution(glm::normalize(sum)) * facets_.masking(out, in) / (4.0f * area));
   } else {
-    const float ior = relative_ior(out);
-    const glm::vec3 h = bending_normal(out, in, ior);
-    const float cos_out = glm::dot(out, h), cos_in = glm::dot(in, h);
-    if (cos_out > 0.0f && cos_in < 0.0f)
-      once = facet(cos_out, side(out)).passed * (facets_.distribution(h) * facets_.masking(out, in) * cos_out *
-                                                 -cos_in * bending_jacobian(cos_out, cos_in, ior) / area);
+    const bool outside = side(out) == 0;
+    const glm::vec3 &front = outside ? out : in, &behind = outside ? in : out;
+    const glm::vec3 h = bending_normal(front, behind, m_.ior);
+    const float cos_front = glm::dot(front, h), cos_behind = glm::dot(behind, h);
+    if (cos_front > 0.0f && cos_behind < 0.0f)
+      once = facet(cos_front, 0).passed *
+             (facets_.distribution(h) * facets_.masking(out, in) * cos_front * -cos_behind *
+              bending_jacobian(cos_front, cos_behind, m_.ior) / (outside ? area : area * m_.ior * m_.ior));
   }
   return (once + rest_passed(a, b, side(out))) * (1.0f - std::max(a.coat, b.coat));
 }

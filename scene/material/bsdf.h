@@ -28,6 +28,8 @@ struct BsdfSample {
 /// which is like its front. Radiance: light that goes through a surface is not scaled by the squared index (basic
 /// radiance is kept), as a camera outside sees it: n_out^2 f(out, in) = n_in^2 f(in, out). Slopes below kLeastAlpha
 /// and indices below kLeastIor count as these. Making one costs some table look-ups.
+/// What comes back of 1 from everywhere, without absorption: 1 within 0.5 %, within 1.2 % where facets are stretched
+/// (glass of anisotropy above 0.3: up to 20 % off from inside at grazing angles), never more than 1 under a coat.
 class Bsdf {
 public:
   explicit Bsdf(const SurfaceMaterial& material);
