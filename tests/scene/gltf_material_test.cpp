@@ -249,6 +249,27 @@ TEST_F(GltfMaterial, alpha_is_said_to_be_left_out) {
   EXPECT_TRUE(noted("alpha is not read"));
 }
 
+TEST_F(GltfMaterial, anisotropy_without_a_texture_follows_the_texture_coordinates) {
+  const auto mesh = read(with_extension("KHR_materials_anisotropy", R"({"anisotropyStrength":0.5})"), "");
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  const SurfaceLook look = surface_look(*mesh, 0, 0.3f, 0.3f, 0.01f);
+  EXPECT_GT(look.tangent.x, 0.9999f) << "u grows along x";
+  EXPECT_TRUE(mesh->uv.empty());
+}
+
+TEST_F(GltfMaterial, tangents_of_the_file_count) {
+  auto parts = test::square(with_extension("KHR_materials_anisotropy", R"({"anisotropyStrength":0.5})"),
+                            ",\"TEXCOORD_0\":2,\"TANGENT\":5");
+  parts.add_accessor(parts.add_view(std::vector<float>{0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0, -1}), 5126, 4,
+                     "VEC4");
+  const std::vector<std::uint8_t> bytes = parts.glb();
+  std::ofstream(folder_ / "a.glb", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const auto mesh = read_object_mesh(folder_ / "a.glb");
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_EQ(mesh->tangents[0], glm::vec4(0, 0, 1, -1)) << "y of the file is z of the world";
+}
+
 TEST_F(GltfMaterial, damaged_materials_are_refused_or_give_finite_looks) {
   const std::string transform = R"({"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.1,0.2],"rotation":1,)"
                                 R"("scale":[2,3],"texCoord":0}}})";
