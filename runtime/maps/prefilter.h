@@ -2,7 +2,8 @@
 
 // Radiance maps blurred by a Phong lobe, for glossy and diffuse reflection by one look-up (Kautz & McCool 2000;
 // Unterguggenberger 2016, chapter 4):
-//   L_s(r) = sum_i max(0, w_i . r)^s L_i / sum_i max(0, w_i . r)^s     over all texels i, which are of equal solid angle,
+//   L_s(r) = sum_i max(0, w_i . r)^s L_i / sum_i max(0, w_i . r)^s     over all texels i, which are of equal solid
+//   angle,
 // the mean of the radiance under a lobe about r. s = 1: irradiance / pi for the normal r. Dividing by the sum of the
 // weights (algorithm 4.1 there) keeps a constant map constant whatever its side.
 //

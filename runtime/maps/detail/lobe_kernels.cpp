@@ -1,0 +1,160 @@
+#include "runtime/maps/detail/lobe_kernels.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/maps/detail/lobe_kernels.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace daylit::detail::HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, kChargePad>;
+using Integers = hn::RebindToSigned<Floats>;
+using Vector = hn::Vec<Floats>;
+
+inline Vector load(const float* from) { return hn::LoadU(Floats(), from); }
+inline Vector all(float value) { return hn::Set(Floats(), value); }
+
+/// log2(1 - d) for d < 1: log2(t) of the rounded t = 1 - d, and what rounding took, (1 - t) - d, to first order.
+/// Without it an error of 6e-8 in t would be one of 6e-8 x exponent in the power. Mantissa m in [sqrt(1/2), sqrt(2)),
+/// then log2(m) = 2 / ln 2 (y + y^3/3 + ... + y^9/9), y = (m - 1) / (m + 1), |y| < 0.172: error 2e-9 of y.
+inline Vector log2_one_minus(Vector d) {
+  const Floats f;
+  const Integers i;
+  const Vector one = all(1.0f), t = hn::Sub(one, d);
+  const Vector lost = hn::Sub(hn::Sub(one, t), d);
+  const auto bits = hn::BitCast(i, t);
+  const auto offset = hn::Set(i, 0x3f3504f3); // bits of sqrt(1/2)
+  const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, offset));
+  const Vector m = hn::BitCast(f, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
+  const Vector y = hn::Div(hn::Sub(m, one), hn::Add(m, one)), y2 = hn::Mul(y, y);
+  Vector series = hn::MulAdd(y2, all(2.885390082f / 9.0f), all(2.885390082f / 7.0f));
+  series = hn::MulAdd(series, y2, all(2.885390082f / 5.0f));
+  series = hn::MulAdd(series, y2, all(2.885390082f / 3.0f));
+  series = hn::MulAdd(series, y2, all(2.885390082f));
+  const Vector whole = hn::MulAdd(series, y, hn::ConvertTo(f, exponent));
+  return hn::MulAdd(hn::Div(lost, t), all(1.442695041f), whole);
+}
+
+/// 2^x for x <= 0; 0 below 2^-124. Integer and fraction f in [-1/2, 1/2]; the series of 2^f to degree 6, error 1.2e-7.
+inline Vector exp2_of_negative(Vector x) {
+  const Floats f;
+  const Integers i;
+  const auto enough = hn::Ge(x, all(-124.0f));
+  const Vector bounded = hn::Max(x, all(-124.0f)), whole = hn::Round(bounded), part = hn::Sub(bounded, whole);
+  Vector p = hn::MulAdd(part, all(1.5403530e-4f), all(1.3333558e-3f));
+  p = hn::MulAdd(p, part, all(9.6181291e-3f));
+  p = hn::MulAdd(p, part, all(5.5504109e-2f));
+  p = hn::MulAdd(p, part, all(2.4022651e-1f));
+  p = hn::MulAdd(p, part, all(6.9314718e-1f));
+  p = hn::MulAdd(p, part, all(1.0f));
+  const auto scaled = hn::Add(hn::BitCast(i, p), hn::ShiftLeft<23>(hn::ConvertTo(i, whole)));
+  return hn::IfThenElseZero(enough, hn::BitCast(f, scaled));
+}
+
+/// max(0, cos)^exponent, cos = 1 - |w - r|^2 / 2: near the axis the difference keeps the digits that w . r loses.
+template <bool kCosine>
+inline Vector lobe(Vector dx, Vector dy, Vector dz, float exponent) {
+  const Vector square = hn::MulAdd(dx, dx, hn::MulAdd(dy, dy, hn::Mul(dz, dz)));
+  const Vector d = hn::Mul(square, all(0.5f));
+  if constexpr (kCosine)
+    return hn::Max(hn::Zero(Floats()), hn::Sub(all(1.0f), d));
+  const auto in_front = hn::Lt(d, all(1.0f - 1e-6f));
+  const Vector bounded = hn::IfThenElseZero(in_front, d);
+  return hn::IfThenElseZero(in_front, exp2_of_negative(hn::Mul(log2_one_minus(bounded), all(exponent))));
+}
+
+/// Points of one pass over the charges, so that a loaded charge serves all of them.
+constexpr std::size_t kPointsAtOnce = 2;
+
+template <bool kCosine, std::size_t kPoints>
+void add_to_points(const Charges& c, std::size_t first, std::size_t count, const glm::vec3* points, float exponent,
+                   LobeSum* sums) {
+  const Floats f;
+  Vector red[kPoints], green[kPoints], blue[kPoints], weight[kPoints];
+  for (std::size_t p = 0; p < kPoints; ++p)
+    red[p] = green[p] = blue[p] = weight[p] = hn::Zero(f);
+  for (std::size_t i = first; i < first + count; i += hn::Lanes(f)) {
+    const Vector x = load(&c.x[i]), y = load(&c.y[i]), z = load(&c.z[i]);
+    const Vector r = load(&c.red[i]), g = load(&c.green[i]), b = load(&c.blue[i]), w = load(&c.weight[i]);
+    for (std::size_t p = 0; p < kPoints; ++p) {
+      const Vector k = lobe<kCosine>(hn::Sub(x, all(points[p].x)), hn::Sub(y, all(points[p].y)),
+                                     hn::Sub(z, all(points[p].z)), exponent);
+      red[p] = hn::MulAdd(k, r, red[p]);
+      green[p] = hn::MulAdd(k, g, green[p]);
+      blue[p] = hn::MulAdd(k, b, blue[p]);
+      weight[p] = hn::MulAdd(k, w, weight[p]);
+    }
+  }
+  for (std::size_t p = 0; p < kPoints; ++p) {
+    sums[p].red += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, red[p])));
+    sums[p].green += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, green[p])));
+    sums[p].blue += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, blue[p])));
+    sums[p].weight += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, weight[p])));
+  }
+}
+
+template <bool kCosine>
+void add_to_all(const Charges& c, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
+                float exponent, std::span<LobeSum> sums) {
+  std::size_t p = 0;
+  for (; p + kPointsAtOnce <= points.size(); p += kPointsAtOnce)
+    add_to_points<kCosine, kPointsAtOnce>(c, first, count, &points[p], exponent, &sums[p]);
+  for (; p < points.size(); ++p)
+    add_to_points<kCosine, 1>(c, first, count, &points[p], exponent, &sums[p]);
+}
+
+void add_lobe_here(const Charges& c, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
+                   float exponent, std::span<LobeSum> sums) {
+  if (exponent == 1.0f)
+    add_to_all<true>(c, first, count, points, exponent, sums);
+  else
+    add_to_all<false>(c, first, count, points, exponent, sums);
+}
+
+void powers_here(std::span<const float> log2_base, float exponent, std::span<float> powers) {
+  const Floats f;
+  std::size_t i = 0;
+  for (; i + hn::Lanes(f) <= powers.size(); i += hn::Lanes(f))
+    hn::StoreU(exp2_of_negative(hn::Mul(load(&log2_base[i]), all(exponent))), f, &powers[i]);
+  for (; i < powers.size(); ++i)
+    powers[i] = hn::GetLane(exp2_of_negative(all(log2_base[i] * exponent)));
+}
+
+} // namespace daylit::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace daylit::detail {
+
+HWY_EXPORT(add_lobe_here);
+HWY_EXPORT(powers_here);
+
+void Charges::resize(std::size_t count) {
+  for (std::vector<float>* v : {&x, &y, &z, &red, &green, &blue, &weight})
+    v->resize(count);
+}
+
+void Charges::set(std::size_t i, const glm::dvec3& direction, const glm::dvec3& colour, double of_weight) {
+  x[i] = static_cast<float>(direction.x);
+  y[i] = static_cast<float>(direction.y);
+  z[i] = static_cast<float>(direction.z);
+  red[i] = static_cast<float>(colour.r);
+  green[i] = static_cast<float>(colour.g);
+  blue[i] = static_cast<float>(colour.b);
+  weight[i] = static_cast<float>(of_weight);
+}
+
+void add_lobe(const Charges& charges, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
+              float exponent, std::span<LobeSum> sums) {
+  HWY_DYNAMIC_DISPATCH(add_lobe_here)(charges, first, count, points, exponent, sums);
+}
+
+void lobe_powers(std::span<const float> log2_base, float exponent, std::span<float> powers) {
+  HWY_DYNAMIC_DISPATCH(powers_here)(log2_base, exponent, powers);
+}
+
+} // namespace daylit::detail
+#endif // HWY_ONCE
