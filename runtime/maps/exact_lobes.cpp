@@ -17,54 +17,85 @@ namespace {
 constexpr std::size_t kRun = 8;
 /// Of the tolerance, that skipped tiles may cost, and tiles summed at points.
 constexpr double kShare = 0.4;
+/// Work for a pair of tiles over that for a pair of texels.
+constexpr double kBoundCost = 30.0;
 /// Below this part of the mean of the map a texel's error is relative to that.
 constexpr double kFloor = 1e-6;
+
+struct Source {
+  const RadianceMap& map;
+  TexelOrder order;
+
+  explicit Source(const RadianceMap& m) : map(m), order(m) {}
+};
 
 /// What a lobe needs of the source.
 struct LobeSource {
   float exponent = 1.0f;
-  TiledCharges coarse; ///< texels about half as wide as the lobe's standard deviation, in the same tiles
-  double texels_per_coarse = 1.0;
-  double smallest[4] = {}; ///< red, green, blue, weight: what a sum is taken to be at least
+  Tiles tiles;
+  TiledCharges texels;
+  std::vector<glm::dvec3> sum; ///< of the radiance of each tile
+  TiledCharges coarse;         ///< groups about half as wide as the lobe's standard deviation
+  double smallest[4] = {};     ///< red, green, blue, weight: what a sum is taken to be at least
   std::optional<SmoothLobe> smooth;
   std::optional<Chebyshev> chebyshev;
   TiledCharges points;
+
+  LobeSource(const Source& source, const Lobe& lobe, std::size_t per_tile, double tolerance);
 };
 
-struct Source {
-  const RadianceMap& map;
-  MapTiles tiles;
-  TiledCharges texels;
-
-  explicit Source(const RadianceMap& m) : map(m), tiles(m.side), texels(texel_charges(m, tiles)) {}
-};
-
-RadianceMap coarse_map(const Source& source, double exponent) {
-  const int least = source.map.side / source.tiles.side * 4;
-  RadianceMap map = source.map;
-  while (map.side / 2 >= least && std::sqrt(4.0 * std::numbers::pi * exponent) / (map.side / 2) < 0.5)
-    map = halved(map);
-  return map;
+/// Groups of texels whose side is below half a standard deviation, 16 of them in a tile at least.
+std::size_t group_size(std::size_t map_texels, double exponent, std::size_t per_tile) {
+  std::size_t group = 1;
+  while (32 * group <= per_tile && std::sqrt(4.0 * std::numbers::pi * exponent * 2.0 * static_cast<double>(group) /
+                                             static_cast<double>(map_texels)) < 0.5)
+    group *= 2;
+  return group;
 }
 
-LobeSource lobe_source(const Source& source, double exponent, double half, double tolerance) {
-  LobeSource out;
-  out.exponent = static_cast<float>(exponent);
-  const RadianceMap coarse = coarse_map(source, exponent);
-  out.coarse = texel_charges(coarse, MapTiles(coarse.side, coarse.side * source.tiles.side / source.map.side));
-  out.texels_per_coarse = std::pow(static_cast<double>(source.map.side) / coarse.side, 2);
+double wanted_error(double tolerance) { return kShare * tolerance / 100.0; }
+
+LobeSource::LobeSource(const Source& source, const Lobe& lobe, std::size_t per_tile, double tolerance)
+    : exponent(static_cast<float>(lobe.exponent)), tiles(source.order, per_tile),
+      texels(texel_charges(source.map, tiles)), sum(tiles.frames.size(), glm::dvec3(0.0)),
+      coarse(group_charges(source.map, tiles, group_size(source.map.radiance.size(), lobe.exponent, per_tile))),
+      smooth(smooth_lobe(lobe.exponent, tiles.largest_half(), per_tile, wanted_error(tolerance))) {
   glm::dvec3 whole(0.0);
-  for (const glm::dvec3& s : source.texels.sum)
-    whole += s;
+  for (std::size_t t = 0; t < sum.size(); ++t) {
+    for (const std::uint32_t texel : tiles.texels_of(t))
+      sum[t] += glm::dvec3(source.map.radiance[texel]);
+    whole += sum[t];
+  }
   // integral of the lobe over the sphere: 2 pi / (exponent + 1) of 4 pi
   for (int c = 0; c < 3; ++c)
-    out.smallest[c] = std::max(kFloor * whole[c] / (2.0 * exponent + 2.0), std::numeric_limits<double>::min());
-  out.smooth = smooth_lobe(exponent, half, source.tiles.texels(), kShare * tolerance / 100.0);
-  if (out.smooth) {
-    out.chebyshev.emplace(out.smooth->order);
-    out.points = point_charges(source.map, source.tiles, *out.chebyshev);
+    smallest[c] = std::max(kFloor * whole[c] / (2.0 * lobe.exponent + 2.0), std::numeric_limits<double>::min());
+  if (smooth) {
+    chebyshev.emplace(smooth->order);
+    points = point_charges(source.map, tiles, *chebyshev);
   }
-  return out;
+}
+
+/// Texels of a tile with the least work for an output texel: caps of the lobe's reach, at points where that is
+/// possible.
+std::size_t tile_texels(const Source& source, const Lobe& lobe, double tolerance) {
+  const std::size_t all = source.order.texel.size();
+  std::size_t best = 16;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t size = 16; size <= 1024 && 16 * size <= all; size *= 4) {
+    const double side = std::sqrt(4.0 * std::numbers::pi * static_cast<double>(size) / static_cast<double>(all));
+    // e^-25 of the lobe: bright lights
+    const double reach = std::min(1.5, std::sqrt(50.0 / lobe.exponent)) + 1.5 * side;
+    const double cap = 0.5 - 0.5 * std::cos(std::min(reach, std::numbers::pi / 2.0));
+    const auto smooth = smooth_lobe(lobe.exponent, 0.85 * side, size, wanted_error(tolerance));
+    const double part = smooth ? std::pow(smooth->order * smooth->order / static_cast<double>(size), 2) : 1.0;
+    const double edge = smooth && lobe.exponent < 30.0 ? 1.5 * side : 0.0;
+    const double bounds = kBoundCost / (static_cast<double>(size) * static_cast<double>(size));
+    if (const double work = cap * part + edge + bounds; work < least) {
+      least = work;
+      best = size;
+    }
+  }
+  return best;
 }
 
 /// body(first, count) for runs of tiles that are summed in the given way.
@@ -90,16 +121,16 @@ void add_tiles(const TiledCharges& from, std::span<const Summing> summing, Summi
 /// One tile of one blurred map.
 class ExactTile {
 public:
-  ExactTile(const Source& source, const LobeSource& lobe, const MapTiles& tiles, std::size_t tile, double tolerance)
-      : source_(source), lobe_(lobe), tiles_(tiles), tile_(tile), tolerance_(tolerance) {}
+  ExactTile(const LobeSource& lobe, const Tiles& tiles, std::size_t tile, double tolerance)
+      : lobe_(lobe), tiles_(tiles), tile_(tile), tolerance_(tolerance) {}
 
   /// Means under the lobe, texel by texel.
   std::vector<Rgb> means() {
     choose();
-    const auto directions = tiles_.directions_of(tile_);
+    const auto directions = tiles_.directions(tile_);
     const std::vector<glm::vec3> texels(directions.begin(), directions.end());
     std::vector<LobeSum> sums(texels.size());
-    add_tiles(source_.texels, summing_, Summing::at_texels, texels, lobe_.exponent, sums);
+    add_tiles(lobe_.texels, summing_, Summing::at_texels, texels, lobe_.exponent, sums);
     if (lobe_.smooth)
       add_points(sums);
     std::vector<Rgb> means;
@@ -114,9 +145,8 @@ private:
   void estimate(const PairBounds& bounds);
   void add_points(std::span<LobeSum> sums) const;
 
-  const Source& source_;
   const LobeSource& lobe_;
-  const MapTiles& tiles_;
+  const Tiles& tiles_;
   std::size_t tile_;
   double tolerance_;
   double least_[4] = {}; ///< of the tile's sums: red, green, blue, weight
@@ -125,10 +155,9 @@ private:
 
 /// Sums at five texels of the tile, of the coarse texels within five standard deviations; half the smallest.
 void ExactTile::estimate(const PairBounds& bounds) {
-  const auto w = tiles_.directions_of(tile_);
-  const std::size_t n = static_cast<std::size_t>(tiles_.side);
-  const glm::vec3 points[5] = {glm::vec3(w[0]), glm::vec3(w[n - 1]), glm::vec3(w[n * (n - 1)]), glm::vec3(w[n * n - 1]),
-                               glm::vec3(tiles_.tiles[tile_].centre)};
+  const auto w = tiles_.directions(tile_);
+  const glm::vec3 points[5] = {glm::vec3(w[0]), glm::vec3(w[w.size() / 3]), glm::vec3(w[w.size() / 3 * 2]),
+                               glm::vec3(w[w.size() - 1]), glm::vec3(tiles_.frames[tile_].centre)};
   const double reach = std::min(1.5, 5.0 / std::sqrt(static_cast<double>(lobe_.exponent)));
   const float farthest = static_cast<float>(std::log2(std::cos(reach)));
   std::vector<Summing> near;
@@ -140,7 +169,7 @@ void ExactTile::estimate(const PairBounds& bounds) {
     double least = std::numeric_limits<double>::infinity();
     for (const LobeSum& s : sums)
       least = std::min(least, c == 0 ? s.red : c == 1 ? s.green : c == 2 ? s.blue : s.weight);
-    least_[c] = std::max(0.5 * least * lobe_.texels_per_coarse, lobe_.smallest[c]);
+    least_[c] = std::max(0.5 * least, lobe_.smallest[c]);
   }
 }
 
@@ -148,9 +177,9 @@ void ExactTile::estimate(const PairBounds& bounds) {
 /// channel.
 std::vector<float> ExactTile::shares(std::span<const float> lobe_bound) const {
   std::vector<float> bounds(lobe_bound.size());
-  const double of_weight = static_cast<double>(source_.texels.per_tile) / least_[3];
+  const double of_weight = static_cast<double>(lobe_.texels.per_tile) / least_[3];
   for (std::size_t t = 0; t < bounds.size(); ++t) {
-    const glm::dvec3& sum = source_.texels.sum[t];
+    const glm::dvec3& sum = lobe_.sum[t];
     const double most = std::max({sum.r / least_[0], sum.g / least_[1], sum.b / least_[2], of_weight});
     bounds[t] = static_cast<float>(static_cast<double>(lobe_bound[t]) * most);
   }
@@ -159,8 +188,8 @@ std::vector<float> ExactTile::shares(std::span<const float> lobe_bound) const {
 
 /// Skips the tiles that can add least, sums at points those that lose least by it, and at texels the rest.
 void ExactTile::choose() {
-  const std::size_t count = source_.tiles.tiles.size();
-  const PairBounds bounds = pair_bounds(tiles_.tiles[tile_], source_.tiles, lobe_.smooth ? &*lobe_.smooth : nullptr);
+  const std::size_t count = lobe_.tiles.frames.size();
+  const PairBounds bounds = pair_bounds(tiles_.frames[tile_], lobe_.tiles, lobe_.smooth ? &*lobe_.smooth : nullptr);
   estimate(bounds);
   std::vector<float> power(count);
   lobe_powers(bounds.cosine, lobe_.exponent, power);
@@ -184,8 +213,7 @@ void ExactTile::choose() {
 }
 
 void ExactTile::add_points(std::span<LobeSum> sums) const {
-  const auto directions = chebyshev_points(tiles_.tiles[tile_], *lobe_.chebyshev);
-  const std::vector<glm::vec3> points(directions.begin(), directions.end());
+  const auto points = chebyshev_points(tiles_.frames[tile_], *lobe_.chebyshev);
   std::vector<LobeSum> at_points(points.size());
   add_tiles(lobe_.points, summing_, Summing::at_points, points, lobe_.exponent, at_points);
   const TileInterpolation to(tiles_, tile_, *lobe_.chebyshev);
@@ -207,21 +235,22 @@ void ExactTile::add_points(std::span<LobeSum> sums) const {
 /// Lobe by lobe, tile by tile.
 void exact_lobes(const PrefilterJob& job) {
   const Source source(job.source);
-  std::map<int, MapTiles> by_side;
+  std::map<int, TexelOrder> orders;
   for (std::size_t k = 0; k < job.lobes.size() && !job.options.stop.stop_requested(); ++k) {
     const Lobe& lobe = job.lobes[k];
-    const MapTiles& tiles = by_side.try_emplace(lobe.side, lobe.side).first->second;
-    const double half = std::max(tiles.largest_half(), source.tiles.largest_half());
-    const LobeSource of_lobe = lobe_source(source, lobe.exponent, half, job.options.tolerance);
-    parallel_for(std::size_t(0), tiles.tiles.size(), [&](std::size_t t) {
+    const TexelOrder& order =
+        lobe.side == job.source.side ? source.order : orders.try_emplace(lobe.side, job.maps[k]).first->second;
+    const std::size_t per_tile = tile_texels(source, lobe, job.options.tolerance);
+    const LobeSource from(source, lobe, per_tile, job.options.tolerance);
+    const Tiles tiles(order, std::min(per_tile, order.texel.size()));
+    parallel_for(std::size_t(0), tiles.frames.size(), [&](std::size_t t) {
       if (job.options.stop.stop_requested())
         return;
-      const std::vector<Rgb> means = ExactTile(source, of_lobe, tiles, t, job.options.tolerance).means();
+      const std::vector<Rgb> means = ExactTile(from, tiles, t, job.options.tolerance).means();
       for (std::size_t i = 0; i < means.size(); ++i)
-        job.maps[k].radiance[tiles.texel(t, i)] = means[i];
-      const int across = lobe.side / tiles.side, at = static_cast<int>(t);
+        job.maps[k].radiance[tiles.texels_of(t)[i]] = means[i];
       if (job.options.tile_done)
-        job.options.tile_done({k, at % across * tiles.side, at / across * tiles.side, tiles.side}, job.maps[k]);
+        job.options.tile_done({k, tiles.texels_of(t)}, job.maps[k]);
     });
   }
 }

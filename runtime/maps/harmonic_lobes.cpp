@@ -3,8 +3,9 @@
 #include <atomic>
 #include <cmath>
 #include <map>
-#include <mutex>
 #include <numbers>
+#include <numeric>
+#include <optional>
 
 #include <glm/common.hpp>
 
@@ -28,35 +29,48 @@ constexpr double kAnalysed = 1.0 / 30.0;
 constexpr double kMargin = 0.6;
 constexpr int kProbes = 96;
 
-/// Texels whose diamond |u| + |v| has the number `part` modulo kParts: whole rings, so that each |z| is in one part.
+/// Whole rings of texels, the diamonds |u| + |v| = const, every kParts-th of them: each |z| is in one part.
 struct MapPart {
   std::vector<std::size_t> texel;
   std::vector<double> x, y, z;
+  std::optional<sh::DirectionTransform> transform; ///< of degree 0; none of a part without texels
 };
 
-/// Ring by ring from the equator, the mirror images of a direction one after the other, as transforms sort them.
-std::array<MapPart, kParts> map_parts(int side) {
-  const RadianceMap map(side);
+struct MapParts {
   std::array<MapPart, kParts> parts;
-  const int half = side / 2;
-  for (int ring = 1; ring <= half; ++ring) {
-    MapPart& part = parts[static_cast<std::size_t>(ring) % kParts];
-    const auto add = [&](int a, int b) { // texel in the quadrant u, v > 0, and its images
-      for (int image = 0; image < 4; ++image) {
-        const int column = image % 2 ? half - 1 - a : half + a, row = image / 2 ? half - 1 - b : half + b;
-        part.texel.push_back(static_cast<std::size_t>(row) * side + column);
-        const glm::dvec3 w = map.direction(part.texel.back());
-        part.x.push_back(w.x);
-        part.y.push_back(w.y);
-        part.z.push_back(w.z);
-      }
-    };
-    for (int a = 0; a < ring; ++a)
-      add(a, ring - 1 - a);
-    for (int a = 0; a < ring && ring < half; ++a)
-      add(half - 1 - a, half - ring + a);
+
+  explicit MapParts(int side);
+};
+
+/// The mirror images of a texel of the quadrant u, v > 0, which is (a, b) texels from the centre of the square.
+void add_images(const RadianceMap& map, int a, int b, MapPart& part) {
+  const int half = map.side / 2;
+  const glm::dvec3 w = map.direction(static_cast<std::size_t>(half + b) * map.side + half + a);
+  for (int image = 0; image < 4; ++image) {
+    const int column = image % 2 ? half - 1 - a : half + a, row = image / 2 ? half - 1 - b : half + b;
+    part.texel.push_back(static_cast<std::size_t>(row) * map.side + column);
+    part.x.push_back(image % 2 ? -w.x : w.x);
+    part.y.push_back(image / 2 ? -w.y : w.y);
+    part.z.push_back(w.z);
   }
-  return parts;
+}
+
+/// Ring by ring from the poles, as transforms sort directions.
+MapParts::MapParts(int side) {
+  RadianceMap map;
+  map.side = side;
+  const int half = side / 2;
+  parallel_for(0, static_cast<int>(kParts), [&](int p) {
+    MapPart& part = parts[static_cast<std::size_t>(p)];
+    for (int ring = p + 1; ring <= half; ring += static_cast<int>(kParts)) {
+      for (int a = 0; a < ring; ++a)
+        add_images(map, a, ring - 1 - a, part);
+      for (int a = ring - 1; a >= 0 && ring < half; --a)
+        add_images(map, half - 1 - a, half - ring + a, part);
+    }
+    if (!part.texel.empty())
+      part.transform.emplace(*sh::DirectionTransform::create(part.x, part.y, part.z, 0));
+  });
 }
 
 class HarmonicLobes {
@@ -80,24 +94,26 @@ public:
         const std::size_t k = order_[i / kParts];
         synthesise(k, i % kParts);
         if (--left[k] == 0 && job_.options.tile_done)
-          job_.options.tile_done({k, 0, 0, job_.lobes[k].side}, job_.maps[k]);
+          done(k);
       }
     });
   }
 
 private:
-  const std::array<MapPart, kParts>& parts_of(int side) {
-    const auto found = parts_.find(side);
-    return found != parts_.end() ? found->second : parts_.emplace(side, map_parts(side)).first->second;
-  }
+  const std::array<MapPart, kParts>& parts_of(int side) { return parts_.try_emplace(side, side).first->second.parts; }
 
+  void done(std::size_t lobe) const {
+    std::vector<std::uint32_t> all(job_.maps[lobe].radiance.size());
+    std::iota(all.begin(), all.end(), 0u);
+    job_.options.tile_done({lobe, all}, job_.maps[lobe]);
+  }
   void analyse();
   void choose_degrees();
   void synthesise(std::size_t lobe, std::size_t part);
 
   const PrefilterJob& job_;
   int degree_ = 0;
-  std::map<int, std::array<MapPart, kParts>> parts_;
+  std::map<int, MapParts> parts_;
   std::vector<double> coefficients_;
   std::vector<int> degrees_;
   std::vector<std::size_t> order_; ///< lobes by falling degree
@@ -114,8 +130,8 @@ void HarmonicLobes::analyse() {
       for (int c = 0; c < kChannels; ++c)
         values.push_back(c < 3 ? static_cast<double>(job_.source.radiance[t][c]) : 1.0);
     sums[p].resize(count);
-    auto transform = sh::DirectionTransform::create(parts[p].x, parts[p].y, parts[p].z, degree_);
-    (void)transform->analyse(values, ones, kChannels, sums[p]);
+    if (parts[p].transform)
+      (void)parts[p].transform->at_degree(degree_)->analyse(values, ones, kChannels, sums[p]);
   });
   coefficients_.assign(count, 0.0);
   for (const auto& sum : sums)
@@ -146,16 +162,15 @@ void HarmonicLobes::choose_degrees() {
 /// sum_lm A_l L_lm Y_lm over the same sum of the weights (Funk-Hecke, sh/zonal.h): exactly the sum over texels, but for
 /// the bands above the degree, since every band takes the texels themselves as its quadrature.
 void HarmonicLobes::synthesise(std::size_t lobe, std::size_t part) {
-  const MapPart& to = parts_.at(job_.lobes[lobe].side)[part];
-  if (to.texel.empty())
+  const MapPart& to = parts_.at(job_.lobes[lobe].side).parts[part];
+  if (!to.transform)
     return;
   const int degree = degrees_[lobe];
   const std::size_t count = sh::coefficient_count(degree) * kChannels;
   std::vector<double> c(coefficients_.begin(), coefficients_.begin() + static_cast<std::ptrdiff_t>(count));
   (void)sh::convolve(*sh::phong_mean_bands(job_.lobes[lobe].exponent, degree), kChannels, c);
   std::vector<double> values(kChannels * to.texel.size());
-  auto transform = sh::DirectionTransform::create(to.x, to.y, to.z, degree);
-  (void)transform->synthesise(c, kChannels, values);
+  (void)to.transform->at_degree(degree)->synthesise(c, kChannels, values);
   for (std::size_t i = 0; i < to.texel.size(); ++i) {
     const double* v = &values[kChannels * i];
     job_.maps[lobe].radiance[to.texel[i]] = glm::max(Rgb(glm::dvec3(v[0], v[1], v[2]) / v[3]), Rgb(0.0f));

@@ -7,14 +7,15 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/maps/detail/lobe_samples.h"
-#include "runtime/maps/detail/map_tiles.h"
 #include "runtime/maps/detail/prefilter_methods.h"
 #include "scene/core/parallel.h"
 
 namespace daylit::detail {
 namespace {
 
-constexpr std::size_t kSamples = 32;
+/// Samples of a texel: as many as keep the work for a lobe the same, between two bounds. Few texels hold a wide lobe,
+/// and a wide lobe needs more samples: each stands for more of the map.
+constexpr std::size_t kFewSamples = 32, kManySamples = 1024, kSamplesOfMap = std::size_t(1) << 22;
 /// Texels to a standard deviation of the lobe, at least, where a blurred map is computed; then it is enlarged.
 constexpr double kTexelsPerDeviation = 2.85;
 
@@ -53,15 +54,15 @@ std::vector<BorderedMap> chain_of(const RadianceMap& map) {
 
 /// Mean over the samples, each between the two levels of its solid angle.
 Rgb sampled_mean(const std::vector<BorderedMap>& chain, const LobeSamples& samples, const glm::vec3& axis) {
-  float u[kSamples], v[kSamples];
+  float u[kManySamples], v[kManySamples];
   sample_points(samples, axis, u, v);
   glm::vec4 sum(0.0f);
-  for (std::size_t k = 0; k < kSamples; ++k) {
+  for (std::size_t k = 0; k < samples.size(); ++k) {
     const std::size_t fine = std::min(static_cast<std::size_t>(samples.level[k]), chain.size() - 2);
     const float part = samples.level[k] - static_cast<float>(fine);
     sum += (1.0f - part) * chain[fine].at(u[k], v[k]) + part * chain[fine + 1].at(u[k], v[k]);
   }
-  return Rgb(sum) / static_cast<float>(kSamples);
+  return Rgb(sum) / static_cast<float>(samples.size());
 }
 
 int working_side(const Lobe& lobe) {
@@ -71,21 +72,20 @@ int working_side(const Lobe& lobe) {
   return std::min(side, lobe.side);
 }
 
-/// body(tile) for the tiles of a map, unless stopped.
-template <class Body>
-void for_each_tile(const PrefilterJob& job, int side, const Body& body) {
-  const int width = tile_side(side), across = side / width;
-  parallel_for(0, across * across, [&](int t) {
-    if (!job.options.stop.stop_requested())
-      body(MapTile{0, t % across * width, t / across * width, width});
+/// value(column, row) for every texel, a few rows at a time, unless stopped; done(texels) after each.
+template <class Value, class Done>
+void fill(const PrefilterJob& job, RadianceMap& map, const Value& value, const Done& done) {
+  parallel_for(tbb::blocked_range<int>(0, map.side, 4), [&](const tbb::blocked_range<int>& rows) {
+    if (job.options.stop.stop_requested())
+      return;
+    std::vector<std::uint32_t> texels;
+    for (int y = rows.begin(); y != rows.end(); ++y)
+      for (int x = 0; x < map.side; ++x) {
+        texels.push_back(static_cast<std::uint32_t>(y * map.side + x));
+        map.radiance[texels.back()] = value(x, y);
+      }
+    done(texels);
   });
-}
-
-template <class Value>
-void fill(RadianceMap& map, const MapTile& tile, const Value& value) {
-  for (int y = tile.row; y < tile.row + tile.width; ++y)
-    for (int x = tile.column; x < tile.column + tile.width; ++x)
-      map.radiance[static_cast<std::size_t>(y) * map.side + x] = value(x, y);
 }
 
 } // namespace
@@ -96,23 +96,26 @@ void mip_lobes(const PrefilterJob& job) {
   const std::vector<BorderedMap> chain = chain_of(job.source);
   for (std::size_t k = 0; k < job.lobes.size(); ++k) {
     const Lobe& lobe = job.lobes[k];
-    const LobeSamples samples(lobe.exponent, kSamples, job.source.solid_angle_sr(), static_cast<int>(chain.size()));
     RadianceMap small(working_side(lobe));
-    for_each_tile(job, small.side, [&](const MapTile& tile) {
-      fill(small, tile, [&](int x, int y) {
-        return sampled_mean(chain, samples, small.direction(static_cast<std::size_t>(y) * small.side + x));
-      });
-    });
+    const std::size_t count = std::clamp(kSamplesOfMap / small.radiance.size(), kFewSamples, kManySamples);
+    const LobeSamples samples(lobe.exponent, count, job.source.solid_angle_sr(), static_cast<int>(chain.size()));
+    fill(
+        job, small,
+        [&](int x, int y) {
+          return sampled_mean(chain, samples, small.direction(static_cast<std::size_t>(y) * small.side + x));
+        },
+        [](auto&&) {});
     const BorderedMap from(small);
     const float scale = 1.0f / static_cast<float>(lobe.side);
-    for_each_tile(job, lobe.side, [&](MapTile tile) {
-      fill(job.maps[k], tile, [&](int x, int y) {
-        return Rgb(from.at((static_cast<float>(x) + 0.5f) * scale, (static_cast<float>(y) + 0.5f) * scale));
-      });
-      tile.lobe = k;
-      if (job.options.tile_done)
-        job.options.tile_done(tile, job.maps[k]);
-    });
+    fill(
+        job, job.maps[k],
+        [&](int x, int y) {
+          return Rgb(from.at((static_cast<float>(x) + 0.5f) * scale, (static_cast<float>(y) + 0.5f) * scale));
+        },
+        [&](std::span<const std::uint32_t> texels) {
+          if (job.options.tile_done)
+            job.options.tile_done({k, texels}, job.maps[k]);
+        });
   }
 }
 

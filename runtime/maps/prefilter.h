@@ -9,6 +9,7 @@
 //
 // Three methods, one interface; figures of error and time: docs/maps.md.
 
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <stop_token>
@@ -32,10 +33,10 @@ struct Lobe {
 };
 inline constexpr double kMaxExponent = 100000.0;
 
-/// Part of a result: texels [column, column + width) x [row, row + width) of the map of a lobe.
+/// Part of a result: texels of the map of a lobe, by their index. A tile of the exact method is compact on the sphere.
 struct MapTile {
   std::size_t lobe = 0;
-  int column = 0, row = 0, width = 0;
+  std::span<const std::uint32_t> texels;
 };
 
 struct PrefilterOptions {

@@ -18,24 +18,35 @@ inline Vector load(const float* from) { return hn::LoadU(Floats(), from); }
 inline Vector all(float value) { return hn::Set(Floats(), value); }
 
 /// log2(1 - d) for d < 1: log2(t) of the rounded t = 1 - d, and what rounding took, (1 - t) - d, to first order.
-/// Without it an error of 6e-8 in t would be one of 6e-8 x exponent in the power. Mantissa m in [sqrt(1/2), sqrt(2)),
-/// then log2(m) = 2 / ln 2 (y + y^3/3 + ... + y^9/9), y = (m - 1) / (m + 1), |y| < 0.172: error 2e-9 of y.
+/// Without it an error of 6e-8 in t would be one of 6e-8 x exponent in the power. Mantissa m = 1 + f in [sqrt(1/2),
+/// sqrt(2)), then ln(m) = f - f^2 / 2 + f^3 P(f) with the minimax P of Cephes (Moshier 1989, logf), error 1e-7 of it.
 inline Vector log2_one_minus(Vector d) {
   const Floats f;
   const Integers i;
   const Vector one = all(1.0f), t = hn::Sub(one, d);
   const Vector lost = hn::Sub(hn::Sub(one, t), d);
   const auto bits = hn::BitCast(i, t);
-  const auto offset = hn::Set(i, 0x3f3504f3); // bits of sqrt(1/2)
-  const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, offset));
-  const Vector m = hn::BitCast(f, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
-  const Vector y = hn::Div(hn::Sub(m, one), hn::Add(m, one)), y2 = hn::Mul(y, y);
-  Vector series = hn::MulAdd(y2, all(2.885390082f / 9.0f), all(2.885390082f / 7.0f));
-  series = hn::MulAdd(series, y2, all(2.885390082f / 5.0f));
-  series = hn::MulAdd(series, y2, all(2.885390082f / 3.0f));
-  series = hn::MulAdd(series, y2, all(2.885390082f));
-  const Vector whole = hn::MulAdd(series, y, hn::ConvertTo(f, exponent));
-  return hn::MulAdd(hn::Div(lost, t), all(1.442695041f), whole);
+  const auto exponent = hn::ShiftRight<23>(hn::Sub(bits, hn::Set(i, 0x3f3504f3))); // bits of sqrt(1/2)
+  const Vector x = hn::Sub(hn::BitCast(f, hn::Sub(bits, hn::ShiftLeft<23>(exponent))), one), x2 = hn::Mul(x, x);
+  Vector p = hn::MulAdd(x, all(7.0376836292e-2f), all(-1.1514610310e-1f));
+  p = hn::MulAdd(p, x, all(1.1676998740e-1f));
+  p = hn::MulAdd(p, x, all(-1.2420140846e-1f));
+  p = hn::MulAdd(p, x, all(1.4249322787e-1f));
+  p = hn::MulAdd(p, x, all(-1.6668057665e-1f));
+  p = hn::MulAdd(p, x, all(2.0000714765e-1f));
+  p = hn::MulAdd(p, x, all(-2.4999993993e-1f));
+  p = hn::MulAdd(p, x, all(3.3333331174e-1f));
+  p = hn::MulAdd(hn::Mul(p, x), x2, hn::MulAdd(x2, all(-0.5f), hn::Mul(lost, hn::ApproximateReciprocal(t))));
+  return hn::MulAdd(hn::Add(p, x), all(1.442695041f), hn::ConvertTo(f, exponent));
+}
+
+/// The same by its series, d + d^2 / 2 + ... + d^5 / 5. exponent d^6 / 6 is missing, times the lobe exp(-exponent d)
+/// below (6 / exponent)^5 exp(-6): 6e-9 from exponent 80 on.
+inline Vector log2_one_minus_small(Vector d) {
+  Vector p = hn::MulAdd(d, all(-1.442695041f / 5.0f), all(-1.442695041f / 4.0f));
+  p = hn::MulAdd(p, d, all(-1.442695041f / 3.0f));
+  p = hn::MulAdd(p, d, all(-1.442695041f / 2.0f));
+  return hn::Mul(hn::MulAdd(p, d, all(-1.442695041f)), d);
 }
 
 /// 2^x for x <= 0; 0 below 2^-124. Integer and fraction f in [-1/2, 1/2]; the series of 2^f to degree 6, error 1.2e-7.
@@ -54,25 +65,31 @@ inline Vector exp2_of_negative(Vector x) {
   return hn::IfThenElseZero(enough, hn::BitCast(f, scaled));
 }
 
+enum class Width { cosine, wide, narrow };
+constexpr float kNarrow = 80.0f;
+
 /// max(0, cos)^exponent, cos = 1 - |w - r|^2 / 2: near the axis the difference keeps the digits that w . r loses.
-template <bool kCosine>
-inline Vector lobe(Vector dx, Vector dy, Vector dz, float exponent) {
+template <Width kWidth>
+inline Vector lobe(Vector dx, Vector dy, Vector dz, Vector exponent) {
   const Vector square = hn::MulAdd(dx, dx, hn::MulAdd(dy, dy, hn::Mul(dz, dz)));
   const Vector d = hn::Mul(square, all(0.5f));
-  if constexpr (kCosine)
+  if constexpr (kWidth == Width::cosine)
     return hn::Max(hn::Zero(Floats()), hn::Sub(all(1.0f), d));
+  if constexpr (kWidth == Width::narrow)
+    return exp2_of_negative(hn::Mul(log2_one_minus_small(d), exponent));
   const auto in_front = hn::Lt(d, all(1.0f - 1e-6f));
   const Vector bounded = hn::IfThenElseZero(in_front, d);
-  return hn::IfThenElseZero(in_front, exp2_of_negative(hn::Mul(log2_one_minus(bounded), all(exponent))));
+  return hn::IfThenElseZero(in_front, exp2_of_negative(hn::Mul(log2_one_minus(bounded), exponent)));
 }
 
 /// Points of one pass over the charges, so that a loaded charge serves all of them.
 constexpr std::size_t kPointsAtOnce = 2;
 
-template <bool kCosine, std::size_t kPoints>
+template <Width kWidth, std::size_t kPoints>
 void add_to_points(const Charges& c, std::size_t first, std::size_t count, const glm::vec3* points, float exponent,
                    LobeSum* sums) {
   const Floats f;
+  const Vector power = all(exponent);
   Vector red[kPoints], green[kPoints], blue[kPoints], weight[kPoints];
   for (std::size_t p = 0; p < kPoints; ++p)
     red[p] = green[p] = blue[p] = weight[p] = hn::Zero(f);
@@ -80,8 +97,8 @@ void add_to_points(const Charges& c, std::size_t first, std::size_t count, const
     const Vector x = load(&c.x[i]), y = load(&c.y[i]), z = load(&c.z[i]);
     const Vector r = load(&c.red[i]), g = load(&c.green[i]), b = load(&c.blue[i]), w = load(&c.weight[i]);
     for (std::size_t p = 0; p < kPoints; ++p) {
-      const Vector k = lobe<kCosine>(hn::Sub(x, all(points[p].x)), hn::Sub(y, all(points[p].y)),
-                                     hn::Sub(z, all(points[p].z)), exponent);
+      const Vector k =
+          lobe<kWidth>(hn::Sub(x, all(points[p].x)), hn::Sub(y, all(points[p].y)), hn::Sub(z, all(points[p].z)), power);
       red[p] = hn::MulAdd(k, r, red[p]);
       green[p] = hn::MulAdd(k, g, green[p]);
       blue[p] = hn::MulAdd(k, b, blue[p]);
@@ -96,22 +113,24 @@ void add_to_points(const Charges& c, std::size_t first, std::size_t count, const
   }
 }
 
-template <bool kCosine>
+template <Width kWidth>
 void add_to_all(const Charges& c, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
                 float exponent, std::span<LobeSum> sums) {
   std::size_t p = 0;
   for (; p + kPointsAtOnce <= points.size(); p += kPointsAtOnce)
-    add_to_points<kCosine, kPointsAtOnce>(c, first, count, &points[p], exponent, &sums[p]);
+    add_to_points<kWidth, kPointsAtOnce>(c, first, count, &points[p], exponent, &sums[p]);
   for (; p < points.size(); ++p)
-    add_to_points<kCosine, 1>(c, first, count, &points[p], exponent, &sums[p]);
+    add_to_points<kWidth, 1>(c, first, count, &points[p], exponent, &sums[p]);
 }
 
 void add_lobe_here(const Charges& c, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
                    float exponent, std::span<LobeSum> sums) {
   if (exponent == 1.0f)
-    add_to_all<true>(c, first, count, points, exponent, sums);
+    add_to_all<Width::cosine>(c, first, count, points, exponent, sums);
+  else if (exponent < kNarrow)
+    add_to_all<Width::wide>(c, first, count, points, exponent, sums);
   else
-    add_to_all<false>(c, first, count, points, exponent, sums);
+    add_to_all<Width::narrow>(c, first, count, points, exponent, sums);
 }
 
 void powers_here(std::span<const float> log2_base, float exponent, std::span<float> powers) {

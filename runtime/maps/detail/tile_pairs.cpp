@@ -11,48 +11,50 @@
 namespace daylit::detail {
 namespace {
 
-constexpr int kMostOrder = 16;
-/// Radians: a longer ellipse would keep too many tiles near the lobe's edge, cos = 0, from being summed at points.
-constexpr double kMostReach = 0.3;
+constexpr int kMostOrder = 20;
+/// Radians.
+constexpr double kMostReach = 0.8;
+/// cos^s with a larger s is below 1e-6 at the branch point's distance of a tile.
+constexpr double kSmoothAtEdge = 8.0;
 
-/// Four coordinates, each interpolated through the others' interpolation, which enlarges errors by the Lebesgue
-/// constant 2 / pi ln(order) + 1 of about three of them; they do not add up in the worst way, so once is taken.
+/// Of all four coordinates.
 double interpolation_error(int order, double rho, double exponent, double eta) {
-  const double lebesgue = 2.0 / std::numbers::pi * std::log(order) + 1.0;
-  return 4.0 * lebesgue * 4.0 / (rho - 1.0) * std::pow(rho, -order) * std::pow(std::cosh(eta), exponent);
+  return 4.0 * 4.0 / (rho - 1.0) * std::pow(rho, -order) * std::pow(std::cosh(eta), exponent);
 }
 
 } // namespace
 
 std::optional<SmoothLobe> smooth_lobe(double exponent, double half, std::size_t texels, double wanted) {
   for (int order = 3; order <= kMostOrder && 4 * order * order <= 3 * static_cast<int>(texels); ++order) {
-    SmoothLobe best{order, 0.0, 0.0, std::numeric_limits<double>::infinity()};
+    SmoothLobe best{order, 0.0, 0.0, std::numeric_limits<double>::infinity(), 0.0};
     for (double rho = 1.5; half * (rho + 1.0 / rho) / 2.0 <= kMostReach; rho *= 1.1) {
       const double eta = half * (rho - 1.0 / rho) / 2.0, error = interpolation_error(order, rho, exponent, eta);
       if (error < best.error_at_0)
-        best = {order, half * (rho + 1.0 / rho) / 2.0, eta, error};
+        best = {order, half * (rho + 1.0 / rho) / 2.0, eta, error, 0.0};
     }
-    if (best.error_at_0 <= wanted)
+    if (best.error_at_0 <= wanted) {
+      best.clearance = exponent >= kSmoothAtEdge || exponent == std::floor(exponent) ? 0.0 : best.reach;
       return best;
+    }
   }
   return std::nullopt;
 }
 
-PairBounds pair_bounds(const TileFrame& tile, const MapTiles& source, const SmoothLobe* smooth) {
+PairBounds pair_bounds(const TileFrame& tile, const Tiles& source, const SmoothLobe* smooth) {
   constexpr float kNever = std::numeric_limits<float>::infinity();
   PairBounds b;
-  for (const TileFrame& other : source.tiles) {
+  for (const TileFrame& other : source.frames) {
     const double between = std::acos(std::clamp(glm::dot(tile.centre, other.centre), -1.0, 1.0));
     const double nearest = std::max(0.0, between - tile.radius - other.radius);
     b.cosine.push_back(nearest < std::numbers::pi / 2.0 ? static_cast<float>(std::log2(std::cos(nearest))) : -kNever);
     if (!smooth)
       continue;
-    const double around = tile.box_radius() + other.box_radius() + smooth->reach;
-    const double cosine = std::cos(std::max(0.0, between - around)), sinh = std::sinh(smooth->eta);
-    b.ellipse.push_back(
-        between + around < std::numbers::pi / 2.0
-            ? static_cast<float>(0.5 * std::log2(cosine * cosine + sinh * sinh) - std::log2(std::cosh(smooth->eta)))
-            : kNever);
+    const double around = tile.box_radius + other.box_radius;
+    const double cosine = std::cos(std::clamp(between - around - smooth->reach, 0.0, std::numbers::pi / 2.0));
+    const double sinh = std::sinh(smooth->eta), relative = (cosine * cosine + sinh * sinh) / (1.0 + sinh * sinh);
+    b.ellipse.push_back(between + around + smooth->clearance < std::numbers::pi / 2.0
+                            ? static_cast<float>(std::min(0.0, 0.5 * std::log2(relative)))
+                            : kNever);
   }
   return b;
 }

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/maps/detail/map_tiles.h"
+#include "runtime/maps/detail/tiles.h"
 
 namespace daylit::detail {
 
@@ -20,6 +20,9 @@ struct SmoothLobe {
   double reach = 0.0;      ///< real semi-axis, radians: so far around the pair the lobe must be analytic
   double eta = 0.0;        ///< imaginary semi-axis
   double error_at_0 = 0.0; ///< of a pair whose ellipse holds theta = 0; the lobe is 1 there
+  /// Between the pair and cos = 0, radians. cos^s is analytic beyond where s is whole, and has a branch point too weak
+  /// to see where s is large.
+  double clearance = 0.0;
 };
 /// The lowest order with error_at_0 <= wanted that is worth it, for tiles of `texels` texels and `half` radians; none
 /// where a lobe is too narrow.
@@ -30,7 +33,7 @@ std::optional<SmoothLobe> smooth_lobe(double exponent, double half, std::size_t 
 struct PairBounds {
   std::vector<float> cosine, ellipse;
 };
-PairBounds pair_bounds(const TileFrame& tile, const MapTiles& source, const SmoothLobe* smooth);
+PairBounds pair_bounds(const TileFrame& tile, const Tiles& source, const SmoothLobe* smooth);
 
 enum class Summing : std::uint8_t { skipped, at_points, at_texels };
 
