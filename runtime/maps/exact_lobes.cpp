@@ -13,8 +13,6 @@
 namespace daylit::detail {
 namespace {
 
-/// Tiles side by side that are summed in one go: long sums in float lose digits.
-constexpr std::size_t kRun = 8;
 /// Of the tolerance, that skipped tiles may cost, and tiles summed at points.
 constexpr double kShare = 0.4;
 /// Work for a pair of tiles over that for a pair of texels.
@@ -98,24 +96,18 @@ std::size_t tile_texels(const Source& source, const Lobe& lobe, double tolerance
   return best;
 }
 
-/// body(first, count) for runs of tiles that are summed in the given way.
-template <class Body>
-void for_each_run(std::span<const Summing> summing, Summing way, const Body& body) {
-  for (std::size_t t = 0; t < summing.size();) {
-    std::size_t end = t;
-    while (end < summing.size() && end < t + kRun && summing[end] == way)
-      ++end;
-    if (end > t)
-      body(t, end - t);
-    t = std::max(end, t + 1);
-  }
-}
-
+/// Adds the tiles that are summed in the given way.
 void add_tiles(const TiledCharges& from, std::span<const Summing> summing, Summing way,
                std::span<const glm::vec3> points, float exponent, std::span<LobeSum> sums) {
-  for_each_run(summing, way, [&](std::size_t first, std::size_t count) {
-    add_lobe(from.charges, first * from.per_tile, count * from.per_tile, points, exponent, sums);
-  });
+  std::vector<ChargeRange> ranges;
+  for (std::size_t t = 0; t < summing.size(); ++t)
+    if (summing[t] == way) {
+      if (!ranges.empty() && ranges.back().first + ranges.back().count == t * from.per_tile)
+        ranges.back().count += from.per_tile;
+      else
+        ranges.push_back({t * from.per_tile, from.per_tile});
+    }
+  add_lobe(from.charges, ranges, points, exponent, sums);
 }
 
 /// One tile of one blurred map.
@@ -141,7 +133,7 @@ public:
 
 private:
   void choose();
-  std::vector<float> shares(std::span<const float> lobe_bound) const;
+  void relate(std::span<float> lobe_bound) const;
   void estimate(const PairBounds& bounds);
   void add_points(std::span<LobeSum> sums) const;
 
@@ -159,7 +151,7 @@ void ExactTile::estimate(const PairBounds& bounds) {
   const glm::vec3 points[5] = {glm::vec3(w[0]), glm::vec3(w[w.size() / 3]), glm::vec3(w[w.size() / 3 * 2]),
                                glm::vec3(w[w.size() - 1]), glm::vec3(tiles_.frames[tile_].centre)};
   const double reach = std::min(1.5, 5.0 / std::sqrt(static_cast<double>(lobe_.exponent)));
-  const float farthest = static_cast<float>(std::log2(std::cos(reach)));
+  const float farthest = static_cast<float>(std::cos(reach));
   std::vector<Summing> near;
   for (const float cosine : bounds.cosine)
     near.push_back(cosine >= farthest ? Summing::at_texels : Summing::skipped);
@@ -174,16 +166,14 @@ void ExactTile::estimate(const PairBounds& bounds) {
 }
 
 /// What a source tile can add to a texel, relative to it, when the lobe is at most `lobe_bound` there: the worst
-/// channel.
-std::vector<float> ExactTile::shares(std::span<const float> lobe_bound) const {
-  std::vector<float> bounds(lobe_bound.size());
+/// channel. In place.
+void ExactTile::relate(std::span<float> lobe_bound) const {
   const double of_weight = static_cast<double>(lobe_.texels.per_tile) / least_[3];
-  for (std::size_t t = 0; t < bounds.size(); ++t) {
-    const glm::dvec3& sum = lobe_.sum[t];
-    const double most = std::max({sum.r / least_[0], sum.g / least_[1], sum.b / least_[2], of_weight});
-    bounds[t] = static_cast<float>(static_cast<double>(lobe_bound[t]) * most);
+  const glm::dvec3 scale(1.0 / least_[0], 1.0 / least_[1], 1.0 / least_[2]);
+  for (std::size_t t = 0; t < lobe_bound.size(); ++t) {
+    const glm::dvec3 share = lobe_.sum[t] * scale;
+    lobe_bound[t] *= static_cast<float>(std::max({share.r, share.g, share.b, of_weight}));
   }
-  return bounds;
 }
 
 /// Skips the tiles that can add least, sums at points those that lose least by it, and at texels the rest.
@@ -191,24 +181,24 @@ void ExactTile::choose() {
   const std::size_t count = lobe_.tiles.frames.size();
   const PairBounds bounds = pair_bounds(tiles_.frames[tile_], lobe_.tiles, lobe_.smooth ? &*lobe_.smooth : nullptr);
   estimate(bounds);
-  std::vector<float> power(count);
-  lobe_powers(bounds.cosine, lobe_.exponent, power);
-  const std::vector<float> adds = shares(power);
-  const double skip = affordable(adds, kShare * tolerance_);
+  std::vector<float> bound(count);
+  lobe_powers(bounds.cosine, lobe_.exponent, bound);
+  relate(bound);
+  const float skip = affordable(bound, kShare * tolerance_);
   summing_.resize(count);
   for (std::size_t t = 0; t < count; ++t)
-    summing_[t] = static_cast<double>(adds[t]) < skip ? Summing::skipped : Summing::at_texels;
+    summing_[t] = bound[t] < skip ? Summing::skipped : Summing::at_texels;
   if (!lobe_.smooth)
     return;
-  lobe_powers(bounds.ellipse, lobe_.exponent, power);
+  lobe_powers(bounds.ellipse, 0.5f * lobe_.exponent, bound);
   for (std::size_t t = 0; t < count; ++t)
-    power[t] = summing_[t] == Summing::skipped ? 0.0f
-               : bounds.ellipse[t] <= 0.0f     ? power[t] * static_cast<float>(lobe_.smooth->error_at_0)
-                                               : std::numeric_limits<float>::infinity();
-  const std::vector<float> loses = shares(power);
-  const double at_points = affordable(loses, kShare * tolerance_);
+    bound[t] = summing_[t] == Summing::skipped ? 0.0f
+               : bounds.ellipse[t] < 0.0f      ? std::numeric_limits<float>::infinity()
+                                               : bound[t] * static_cast<float>(lobe_.smooth->error_at_0);
+  relate(bound);
+  const float at_points = affordable(bound, kShare * tolerance_);
   for (std::size_t t = 0; t < count; ++t)
-    if (summing_[t] == Summing::at_texels && static_cast<double>(loses[t]) < at_points)
+    if (summing_[t] == Summing::at_texels && bound[t] < at_points)
       summing_[t] = Summing::at_points;
 }
 

@@ -85,61 +85,90 @@ inline Vector lobe(Vector dx, Vector dy, Vector dz, Vector exponent) {
 /// Points of one pass over the charges, so that a loaded charge serves all of them.
 constexpr std::size_t kPointsAtOnce = 2;
 
-template <Width kWidth, std::size_t kPoints>
-void add_to_points(const Charges& c, std::size_t first, std::size_t count, const glm::vec3* points, float exponent,
-                   LobeSum* sums) {
-  const Floats f;
-  const Vector power = all(exponent);
+/// Charges that are summed in float before the sums go to double.
+constexpr std::size_t kFlush = 8192;
+
+template <std::size_t kPoints>
+struct Accumulators {
   Vector red[kPoints], green[kPoints], blue[kPoints], weight[kPoints];
-  for (std::size_t p = 0; p < kPoints; ++p)
-    red[p] = green[p] = blue[p] = weight[p] = hn::Zero(f);
-  for (std::size_t i = first; i < first + count; i += hn::Lanes(f)) {
-    const Vector x = load(&c.x[i]), y = load(&c.y[i]), z = load(&c.z[i]);
-    const Vector r = load(&c.red[i]), g = load(&c.green[i]), b = load(&c.blue[i]), w = load(&c.weight[i]);
+
+  void clear() {
+    for (std::size_t p = 0; p < kPoints; ++p)
+      red[p] = green[p] = blue[p] = weight[p] = hn::Zero(Floats());
+  }
+  void flush(LobeSum* sums) {
+    const Floats f;
     for (std::size_t p = 0; p < kPoints; ++p) {
-      const Vector k =
-          lobe<kWidth>(hn::Sub(x, all(points[p].x)), hn::Sub(y, all(points[p].y)), hn::Sub(z, all(points[p].z)), power);
-      red[p] = hn::MulAdd(k, r, red[p]);
-      green[p] = hn::MulAdd(k, g, green[p]);
-      blue[p] = hn::MulAdd(k, b, blue[p]);
-      weight[p] = hn::MulAdd(k, w, weight[p]);
+      sums[p].red += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, red[p])));
+      sums[p].green += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, green[p])));
+      sums[p].blue += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, blue[p])));
+      sums[p].weight += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, weight[p])));
+    }
+    clear();
+  }
+};
+
+template <Width kWidth, std::size_t kPoints>
+void add_to_points(const Charges& c, std::span<const ChargeRange> ranges, const glm::vec3* points, float exponent,
+                   LobeSum* sums) {
+  const Vector power = all(exponent);
+  Accumulators<kPoints> a;
+  a.clear();
+  std::size_t held = 0;
+  for (const ChargeRange& range : ranges) {
+    for (std::size_t i = range.first; i < range.first + range.count; i += hn::Lanes(Floats())) {
+      const Vector x = load(&c.x[i]), y = load(&c.y[i]), z = load(&c.z[i]);
+      const Vector r = load(&c.red[i]), g = load(&c.green[i]), b = load(&c.blue[i]), w = load(&c.weight[i]);
+      for (std::size_t p = 0; p < kPoints; ++p) {
+        const Vector k = lobe<kWidth>(hn::Sub(x, all(points[p].x)), hn::Sub(y, all(points[p].y)),
+                                      hn::Sub(z, all(points[p].z)), power);
+        a.red[p] = hn::MulAdd(k, r, a.red[p]);
+        a.green[p] = hn::MulAdd(k, g, a.green[p]);
+        a.blue[p] = hn::MulAdd(k, b, a.blue[p]);
+        a.weight[p] = hn::MulAdd(k, w, a.weight[p]);
+      }
+    }
+    if ((held += range.count) >= kFlush) {
+      a.flush(sums);
+      held = 0;
     }
   }
-  for (std::size_t p = 0; p < kPoints; ++p) {
-    sums[p].red += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, red[p])));
-    sums[p].green += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, green[p])));
-    sums[p].blue += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, blue[p])));
-    sums[p].weight += static_cast<double>(hn::GetLane(hn::SumOfLanes(f, weight[p])));
-  }
+  a.flush(sums);
 }
 
 template <Width kWidth>
-void add_to_all(const Charges& c, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
+void add_to_all(const Charges& c, std::span<const ChargeRange> ranges, std::span<const glm::vec3> points,
                 float exponent, std::span<LobeSum> sums) {
   std::size_t p = 0;
   for (; p + kPointsAtOnce <= points.size(); p += kPointsAtOnce)
-    add_to_points<kWidth, kPointsAtOnce>(c, first, count, &points[p], exponent, &sums[p]);
+    add_to_points<kWidth, kPointsAtOnce>(c, ranges, &points[p], exponent, &sums[p]);
   for (; p < points.size(); ++p)
-    add_to_points<kWidth, 1>(c, first, count, &points[p], exponent, &sums[p]);
+    add_to_points<kWidth, 1>(c, ranges, &points[p], exponent, &sums[p]);
 }
 
-void add_lobe_here(const Charges& c, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
+void add_lobe_here(const Charges& c, std::span<const ChargeRange> ranges, std::span<const glm::vec3> points,
                    float exponent, std::span<LobeSum> sums) {
   if (exponent == 1.0f)
-    add_to_all<Width::cosine>(c, first, count, points, exponent, sums);
+    add_to_all<Width::cosine>(c, ranges, points, exponent, sums);
   else if (exponent < kNarrow)
-    add_to_all<Width::wide>(c, first, count, points, exponent, sums);
+    add_to_all<Width::wide>(c, ranges, points, exponent, sums);
   else
-    add_to_all<Width::narrow>(c, first, count, points, exponent, sums);
+    add_to_all<Width::narrow>(c, ranges, points, exponent, sums);
 }
 
-void powers_here(std::span<const float> log2_base, float exponent, std::span<float> powers) {
+inline Vector power_of(Vector cosine, float exponent) {
+  const Vector some = hn::Max(cosine, all(1e-6f));
+  const Vector log2 = hn::Min(log2_one_minus(hn::Sub(all(1.0f), some)), hn::Zero(Floats()));
+  return hn::IfThenElseZero(hn::Gt(cosine, hn::Zero(Floats())), exp2_of_negative(hn::Mul(log2, all(exponent))));
+}
+
+void powers_here(std::span<const float> cosine, float exponent, std::span<float> powers) {
   const Floats f;
   std::size_t i = 0;
   for (; i + hn::Lanes(f) <= powers.size(); i += hn::Lanes(f))
-    hn::StoreU(exp2_of_negative(hn::Mul(load(&log2_base[i]), all(exponent))), f, &powers[i]);
+    hn::StoreU(power_of(load(&cosine[i]), exponent), f, &powers[i]);
   for (; i < powers.size(); ++i)
-    powers[i] = hn::GetLane(exp2_of_negative(all(log2_base[i] * exponent)));
+    powers[i] = hn::GetLane(power_of(all(cosine[i]), exponent));
 }
 
 } // namespace daylit::detail::HWY_NAMESPACE
@@ -166,13 +195,13 @@ void Charges::set(std::size_t i, const glm::dvec3& direction, const glm::dvec3& 
   weight[i] = static_cast<float>(of_weight);
 }
 
-void add_lobe(const Charges& charges, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
+void add_lobe(const Charges& charges, std::span<const ChargeRange> ranges, std::span<const glm::vec3> points,
               float exponent, std::span<LobeSum> sums) {
-  HWY_DYNAMIC_DISPATCH(add_lobe_here)(charges, first, count, points, exponent, sums);
+  HWY_DYNAMIC_DISPATCH(add_lobe_here)(charges, ranges, points, exponent, sums);
 }
 
-void lobe_powers(std::span<const float> log2_base, float exponent, std::span<float> powers) {
-  HWY_DYNAMIC_DISPATCH(powers_here)(log2_base, exponent, powers);
+void lobe_powers(std::span<const float> cosine, float exponent, std::span<float> powers) {
+  HWY_DYNAMIC_DISPATCH(powers_here)(cosine, exponent, powers);
 }
 
 } // namespace daylit::detail

@@ -28,13 +28,18 @@ struct LobeSum {
   double red = 0.0, green = 0.0, blue = 0.0, weight = 0.0;
 };
 
-/// sums[p] += sum over charges i in [first, first + count) of max(0, w_i . point_p)^exponent x (colour, weight)_i, for
-/// unit directions. first and count: multiples of kChargePad. Relative error of a term: about 1e-7 sqrt(exponent)
-/// within the lobe's standard deviation, of either sign from term to term.
-void add_lobe(const Charges& charges, std::size_t first, std::size_t count, std::span<const glm::vec3> points,
+/// Charges [first, first + count): multiples of kChargePad.
+struct ChargeRange {
+  std::size_t first = 0, count = 0;
+};
+
+/// sums[p] += sum over the charges i of the ranges of max(0, w_i . point_p)^exponent x (colour, weight)_i, for unit
+/// directions. Relative error of a term: about 1e-7 sqrt(exponent) within the lobe's standard deviation, of either sign
+/// from term to term.
+void add_lobe(const Charges& charges, std::span<const ChargeRange> ranges, std::span<const glm::vec3> points,
               float exponent, std::span<LobeSum> sums);
 
-/// powers[i] = 2^(exponent x log2_base[i]), 0 below 1e-37.
-void lobe_powers(std::span<const float> log2_base, float exponent, std::span<float> powers);
+/// powers[i] = cosine[i]^exponent for cosines in [0, 1], to 1e-6 (exponent + 1) of it; 0 below 1e-37.
+void lobe_powers(std::span<const float> cosine, float exponent, std::span<float> powers);
 
 } // namespace daylit::detail

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -40,37 +41,62 @@ std::optional<SmoothLobe> smooth_lobe(double exponent, double half, std::size_t 
   return std::nullopt;
 }
 
+namespace {
+
+/// Radians: above it the sums of angles below would leave [0, pi).
+constexpr double kWide = std::numbers::pi / 2.0;
+
+struct Angle {
+  double cosine, sine;
+};
+Angle angle(double radians) { return {std::cos(radians), std::sin(radians)}; }
+Angle sum(const Angle& a, const Angle& b) {
+  return {a.cosine * b.cosine - a.sine * b.sine, a.sine * b.cosine + a.cosine * b.sine};
+}
+/// cos(max(0, a - b)) for a in [0, pi], b in [0, pi): the difference is negative where cos(a) > cos(b).
+double cosine_of_rest(const Angle& a, const Angle& b) {
+  return a.cosine >= b.cosine ? 1.0 : a.cosine * b.cosine + a.sine * b.sine;
+}
+
+} // namespace
+
 PairBounds pair_bounds(const TileFrame& tile, const Tiles& source, const SmoothLobe* smooth) {
-  constexpr float kNever = std::numeric_limits<float>::infinity();
+  const std::size_t count = source.frames.size();
   PairBounds b;
-  for (const TileFrame& other : source.frames) {
-    const double between = std::acos(std::clamp(glm::dot(tile.centre, other.centre), -1.0, 1.0));
-    const double nearest = std::max(0.0, between - tile.radius - other.radius);
-    b.cosine.push_back(nearest < std::numbers::pi / 2.0 ? static_cast<float>(std::log2(std::cos(nearest))) : -kNever);
+  b.cosine.resize(count);
+  b.ellipse.resize(smooth ? count : 0);
+  const Angle radius = angle(tile.radius), clearance = angle(smooth ? tile.box_radius + smooth->clearance : 0.0);
+  const Angle reach = angle(smooth ? tile.box_radius + smooth->reach : 0.0);
+  const double most = smooth ? std::max(smooth->reach, smooth->clearance) : 0.0;
+  const double sinh2 = smooth ? std::pow(std::sinh(smooth->eta), 2) : 0.0;
+  for (std::size_t t = 0; t < count; ++t) {
+    const TileFrame& other = source.frames[t];
+    const double cosine = glm::dot(tile.centre, other.centre);
+    const Angle between{cosine, std::sqrt(std::max(0.0, 1.0 - cosine * cosine))};
+    const Angle other_radius{other.cos_radius, other.sin_radius}, other_box{other.cos_box, other.sin_box};
+    const bool wide = tile.radius + other.radius > kWide; // a map of few texels
+    b.cosine[t] = wide ? 1.0f : static_cast<float>(std::max(0.0, cosine_of_rest(between, sum(radius, other_radius))));
     if (!smooth)
       continue;
-    const double around = tile.box_radius + other.box_radius;
-    const double cosine = std::cos(std::clamp(between - around - smooth->reach, 0.0, std::numbers::pi / 2.0));
-    const double sinh = std::sinh(smooth->eta), relative = (cosine * cosine + sinh * sinh) / (1.0 + sinh * sinh);
-    b.ellipse.push_back(between + around + smooth->clearance < std::numbers::pi / 2.0
-                            ? static_cast<float>(std::min(0.0, 0.5 * std::log2(relative)))
-                            : kNever);
+    const double near = std::max(0.0, cosine_of_rest(between, sum(reach, other_box)));
+    const bool clear =
+        tile.box_radius + other.box_radius + most < kWide && sum(between, sum(clearance, other_box)).cosine > 0.0;
+    b.ellipse[t] = clear ? static_cast<float>((near * near + sinh2) / (1.0 + sinh2)) : -1.0f;
   }
   return b;
 }
 
-double affordable(std::span<const float> bounds, double budget) {
-  constexpr int kLowest = -140, kBuckets = 200;
-  std::array<double, kBuckets> sum{};
-  const auto bucket = [](float bound) { return std::clamp(std::ilogb(bound) - kLowest, 0, kBuckets - 1); };
+/// By the exponent bits of the floats, which are in the order of their values.
+float affordable(std::span<const float> bounds, double budget) {
+  constexpr std::uint32_t kInfinite = 255;
+  std::array<double, kInfinite + 1> sums{};
   for (const float bound : bounds)
-    if (bound > 0.0f && std::isfinite(bound))
-      sum[static_cast<std::size_t>(bucket(bound))] += static_cast<double>(bound);
+    sums[std::bit_cast<std::uint32_t>(bound) >> 23] += static_cast<double>(bound);
   double total = 0.0;
-  int k = 0;
-  while (k < kBuckets && (total += sum[static_cast<std::size_t>(k)]) <= budget)
+  std::uint32_t k = 0;
+  while (k < kInfinite && (total += sums[k]) <= budget)
     ++k;
-  return std::ldexp(1.0, k + kLowest);
+  return std::bit_cast<float>(k << 23);
 }
 
 } // namespace daylit::detail

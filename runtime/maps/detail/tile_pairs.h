@@ -28,8 +28,9 @@ struct SmoothLobe {
 /// where a lobe is too narrow.
 std::optional<SmoothLobe> smooth_lobe(double exponent, double half, std::size_t texels, double wanted);
 
-/// Base 2 logarithms for the pairs of one tile with all tiles of a source: of the largest cosine between them, and of
-/// the largest magnitude on the ellipse over that at theta = 0, +infinity where the lobe is not analytic.
+/// For the pairs of one tile with all tiles of a source: the largest cosine between them, 0 where there is none above;
+/// and the square of the largest magnitude of the cosine on the ellipse over that at theta = 0, -1 where the lobe is
+/// not analytic.
 struct PairBounds {
   std::vector<float> cosine, ellipse;
 };
@@ -38,7 +39,7 @@ PairBounds pair_bounds(const TileFrame& tile, const Tiles& source, const SmoothL
 enum class Summing : std::uint8_t { skipped, at_points, at_texels };
 
 /// A largest set of the smallest bounds whose sum stays below the budget, by powers of two: returns the limit below
-/// which a bound belongs to it.
-double affordable(std::span<const float> bounds, double budget);
+/// which a bound belongs to it. Bounds are 0, positive or +infinity.
+float affordable(std::span<const float> bounds, double budget);
 
 } // namespace daylit::detail

@@ -82,6 +82,10 @@ TileFrame frame_of(std::span<const glm::dvec3> directions) {
     square += std::pow(std::max(std::abs(t.low[k]), std::abs(high[k])), 2);
   }
   t.box_radius = std::asin(std::min(1.0, std::sqrt(square)));
+  t.cos_radius = std::cos(t.radius);
+  t.sin_radius = std::sin(t.radius);
+  t.cos_box = std::cos(t.box_radius);
+  t.sin_box = std::sin(t.box_radius);
   return t;
 }
 

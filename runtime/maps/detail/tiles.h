@@ -19,6 +19,7 @@ struct TileFrame {
   double radius = 0.0; ///< largest angle between the centre and a texel's centre, radians
   double low[2] = {0.0, 0.0}, half[2] = {0.0, 0.0};
   double box_radius = 0.0; ///< largest angle between the centre and a point of the box
+  double cos_radius = 1.0, sin_radius = 0.0, cos_box = 1.0, sin_box = 0.0; ///< of both
 
   glm::dvec3 direction(double a, double b) const;
 };
