@@ -145,17 +145,19 @@ private:
   std::vector<Summing> summing_;
 };
 
-/// Sums at five texels of the tile, of the coarse texels within five standard deviations; half the smallest.
+/// Sums at the middle and the corners of the tile, of the coarse texels within five standard deviations; half the
+/// smallest.
 void ExactTile::estimate(const PairBounds& bounds) {
   const auto w = tiles_.directions(tile_);
-  const glm::vec3 points[5] = {glm::vec3(w[0]), glm::vec3(w[w.size() / 3]), glm::vec3(w[w.size() / 3 * 2]),
-                               glm::vec3(w[w.size() - 1]), glm::vec3(tiles_.frames[tile_].centre)};
+  std::vector<glm::vec3> points{glm::vec3(tiles_.frames[tile_].centre)};
+  for (const std::uint32_t corner : tiles_.frames[tile_].corner)
+    points.emplace_back(w[corner]);
   const double reach = std::min(1.5, 5.0 / std::sqrt(static_cast<double>(lobe_.exponent)));
   const float farthest = static_cast<float>(std::cos(reach));
   std::vector<Summing> near;
   for (const float cosine : bounds.cosine)
     near.push_back(cosine >= farthest ? Summing::at_texels : Summing::skipped);
-  LobeSum sums[5];
+  std::vector<LobeSum> sums(points.size());
   add_tiles(lobe_.coarse, near, Summing::at_texels, points, lobe_.exponent, sums);
   for (int c = 0; c < 4; ++c) {
     double least = std::numeric_limits<double>::infinity();

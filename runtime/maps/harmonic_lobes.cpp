@@ -28,6 +28,8 @@ constexpr double kAnalysed = 1.0 / 30.0;
 /// Degrees are chosen for this part of the tolerance: the probe sees some of the texels.
 constexpr double kMargin = 0.6;
 constexpr int kProbes = 96;
+/// Degrees to a side of the map beyond which no analysis goes: it resolves about one.
+constexpr int kMostDegree = 2;
 
 /// Whole rings of texels, the diamonds |u| + |v| = const, every kParts-th of them: each |z| is in one part.
 struct MapPart {
@@ -81,8 +83,10 @@ public:
   }
 
   void run() {
-    analyse();
-    choose_degrees();
+    do {
+      analyse();
+      choose_degrees();
+    } while (!job_.options.stop.stop_requested() && more_is_needed());
     for (const Lobe& lobe : job_.lobes)
       parts_of(lobe.side);
     std::vector<std::atomic<std::size_t>> left(job_.lobes.size());
@@ -106,6 +110,15 @@ private:
     std::vector<std::uint32_t> all(job_.maps[lobe].radiance.size());
     std::iota(all.begin(), all.end(), 0u);
     job_.options.tile_done({lobe, all}, job_.maps[lobe]);
+  }
+  /// The last quarter of the degrees still matters to a lobe: what lies beyond is not known to be small.
+  bool more_is_needed() {
+    const int most = std::max(degree_, kMostDegree * job_.source.side);
+    const int needed = *std::max_element(degrees_.begin(), degrees_.end());
+    if (4 * needed <= 3 * degree_ || degree_ == most)
+      return false;
+    degree_ = std::min(most, 2 * degree_);
+    return true;
   }
   void analyse();
   void choose_degrees();
@@ -149,6 +162,7 @@ void HarmonicLobes::choose_degrees() {
     y.push_back(r * std::sin(phi));
   }
   const auto probe = sh::BandProbe::create(coefficients_, kChannels, x, y, z);
+  degrees_.clear();
   for (const Lobe& lobe : job_.lobes)
     degrees_.push_back(std::max(1, probe->needed_degree(*sh::phong_mean_bands(lobe.exponent, degree_), true,
                                                         kMargin * job_.options.tolerance)));

@@ -31,14 +31,15 @@ std::size_t RadianceMap::texel(const glm::dvec3& direction) const {
   return static_cast<std::size_t>(row) * side + column;
 }
 
-/// A side of the square is folded in its middle: what lies beyond it is the same side, mirrored.
+/// A side of the square is folded in its middle: what lies beyond it is the square itself, turned by half a turn about
+/// that middle.
 Rgb RadianceMap::at_folded(int column, int row) const {
   if (column < 0 || column >= side) {
-    column = std::clamp(column, 0, side - 1);
+    column = column < 0 ? -1 - column : 2 * side - 1 - column;
     row = side - 1 - row;
   }
   if (row < 0 || row >= side) {
-    row = std::clamp(row, 0, side - 1);
+    row = row < 0 ? -1 - row : 2 * side - 1 - row;
     column = side - 1 - column;
   }
   return at(column, row);

@@ -35,7 +35,7 @@ struct RadianceMap {
   /// Bilinear between texel centres, across the folds of the square too; `direction` of any length above 0.
   Rgb lookup(const glm::vec3& direction) const;
   Rgb at(int column, int row) const { return radiance[static_cast<std::size_t>(row) * side + column]; }
-  /// The texel beside the square that a column or row from -1 to `side` stands for.
+  /// The texel that a column or row up to half a side beyond the square stands for.
   Rgb at_folded(int column, int row) const;
 };
 

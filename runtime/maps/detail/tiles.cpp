@@ -58,6 +58,19 @@ glm::dvec3 long_axis(std::span<const glm::dvec3> directions, const glm::dvec3& c
   return (diagonal + glm::cross(centre, diagonal)) / std::numbers::sqrt2;
 }
 
+/// The texel farthest in each of eight directions of the frame.
+std::array<std::uint32_t, 8> corners(std::span<const glm::dvec3> directions, const TileFrame& t) {
+  std::array<std::uint32_t, 8> corner{};
+  for (std::size_t k = 0; k < corner.size(); ++k) {
+    const double angle = std::numbers::pi / 4.0 * static_cast<double>(k);
+    const glm::dvec3 along = std::cos(angle) * t.e1 + std::sin(angle) * t.e2;
+    for (std::size_t i = 1; i < directions.size(); ++i)
+      if (glm::dot(directions[i], along) > glm::dot(directions[corner[k]], along))
+        corner[k] = static_cast<std::uint32_t>(i);
+  }
+  return corner;
+}
+
 TileFrame frame_of(std::span<const glm::dvec3> directions) {
   TileFrame t;
   glm::dvec3 sum(0.0);
@@ -82,6 +95,7 @@ TileFrame frame_of(std::span<const glm::dvec3> directions) {
     square += std::pow(std::max(std::abs(t.low[k]), std::abs(high[k])), 2);
   }
   t.box_radius = std::asin(std::min(1.0, std::sqrt(square)));
+  t.corner = corners(directions, t);
   t.cos_radius = std::cos(t.radius);
   t.sin_radius = std::sin(t.radius);
   t.cos_box = std::cos(t.box_radius);

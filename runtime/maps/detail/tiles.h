@@ -3,6 +3,7 @@
 // The texels of a radiance map in tiles: compact clusters on the sphere, whatever shape the map gives its texels; the
 // cap of directions that holds one, and the Chebyshev points that stand for its texels where a lobe is smooth.
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -18,7 +19,8 @@ struct TileFrame {
   glm::dvec3 centre, e1, e2;
   double radius = 0.0; ///< largest angle between the centre and a texel's centre, radians
   double low[2] = {0.0, 0.0}, half[2] = {0.0, 0.0};
-  double box_radius = 0.0; ///< largest angle between the centre and a point of the box
+  double box_radius = 0.0;               ///< largest angle between the centre and a point of the box
+  std::array<std::uint32_t, 8> corner{}; ///< texels of the tile farthest along e1, e2, e1 + e2, ...
   double cos_radius = 1.0, sin_radius = 0.0, cos_box = 1.0, sin_box = 0.0; ///< of both
 
   glm::dvec3 direction(double a, double b) const;
