@@ -28,7 +28,7 @@ struct Method {
 };
 constexpr Method kMethods[] = {{"mip chain", PrefilterMethod::mip_chain, 1e-5, 7},
                                {"harmonics", PrefilterMethod::harmonics, 1e-4, 7},
-                               {"exact", PrefilterMethod::exact, 1e-5, 2}};
+                               {"exact", PrefilterMethod::exact, 1e-5, 1}};
 
 std::vector<Lobe> eight_lobes() {
   std::vector<Lobe> lobes;

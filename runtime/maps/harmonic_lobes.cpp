@@ -111,11 +111,11 @@ private:
     std::iota(all.begin(), all.end(), 0u);
     job_.options.tile_done({lobe, all}, job_.maps[lobe]);
   }
-  /// The last quarter of the degrees still matters to a lobe: what lies beyond is not known to be small.
+  /// The last eighth of the degrees still matters to a lobe: what lies beyond is not known to be small.
   bool more_is_needed() {
     const int most = std::max(degree_, kMostDegree * job_.source.side);
     const int needed = *std::max_element(degrees_.begin(), degrees_.end());
-    if (4 * needed <= 3 * degree_ || degree_ == most)
+    if (8 * needed <= 7 * degree_ || degree_ == most)
       return false;
     degree_ = std::min(most, 2 * degree_);
     return true;

@@ -14,6 +14,8 @@ namespace {
 constexpr std::size_t kFewSamples = 64, kManySamples = LobeSamples::kMost, kSamplesOfMap = std::size_t(1) << 21;
 /// Texels to a standard deviation of the lobe, at least, where a blurred map is computed; then it is enlarged.
 constexpr double kTexelsPerDeviation = 2.0;
+/// Side of the coarsest of these: the folds of a coarser one show.
+constexpr int kFewestTexels = 32;
 
 /// Levels of a chain: the map, and its halves down to 4 x 4.
 std::vector<MipLevel> chain_of(const RadianceMap& map) {
@@ -26,7 +28,7 @@ std::vector<MipLevel> chain_of(const RadianceMap& map) {
 }
 
 int working_side(const Lobe& lobe) {
-  int side = 8;
+  int side = kFewestTexels;
   while (side < lobe.side && side < kTexelsPerDeviation * std::sqrt(4.0 * std::numbers::pi * lobe.exponent))
     side *= 2;
   return std::min(side, lobe.side);

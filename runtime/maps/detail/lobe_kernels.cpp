@@ -40,10 +40,12 @@ inline Vector log2_one_minus(Vector d) {
   return hn::MulAdd(hn::Add(p, x), all(1.442695041f), hn::ConvertTo(f, exponent));
 }
 
-/// The same by its series, d + d^2 / 2 + ... + d^5 / 5. exponent d^6 / 6 is missing, times the lobe exp(-exponent d)
-/// below (6 / exponent)^5 exp(-6): 6e-9 from exponent 80 on.
+/// The same by its series, d + d^2 / 2 + ... + d^7 / 7. exponent d^8 / 8 is missing: 1e-5 of the lobe where that is
+/// exp(-25), for exponent 150; far less elsewhere.
 inline Vector log2_one_minus_small(Vector d) {
-  Vector p = hn::MulAdd(d, all(-1.442695041f / 5.0f), all(-1.442695041f / 4.0f));
+  Vector p = hn::MulAdd(d, all(-1.442695041f / 7.0f), all(-1.442695041f / 6.0f));
+  p = hn::MulAdd(p, d, all(-1.442695041f / 5.0f));
+  p = hn::MulAdd(p, d, all(-1.442695041f / 4.0f));
   p = hn::MulAdd(p, d, all(-1.442695041f / 3.0f));
   p = hn::MulAdd(p, d, all(-1.442695041f / 2.0f));
   return hn::Mul(hn::MulAdd(p, d, all(-1.442695041f)), d);
@@ -66,7 +68,7 @@ inline Vector exp2_of_negative(Vector x) {
 }
 
 enum class Width { cosine, wide, narrow };
-constexpr float kNarrow = 80.0f;
+constexpr float kNarrow = 150.0f;
 
 /// max(0, cos)^exponent, cos = 1 - |w - r|^2 / 2: near the axis the difference keeps the digits that w . r loses.
 template <Width kWidth>
