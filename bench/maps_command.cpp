@@ -22,7 +22,8 @@ void print(const nlohmann::json& probe) {
   std::printf("%s, largest / mean %.0f\n", probe["name"].get<std::string>().c_str(),
               m["largest_over_mean"].get<double>());
   for (const auto& [name, method] : m["methods"].items()) {
-    std::printf("  %-10s %8.1f ms", name.c_str(), method["ms"].get<double>());
+    std::printf("  %-10s %8.1f ms of processor, %.1f elapsed", name.c_str(), method["ms"].get<double>(),
+                method["wall_ms"].get<double>());
     for (std::size_t k = 0; k < method["maps"].size(); ++k)
       std::printf(" | %g: %.1e", m["exponents"][k].get<double>(), method["maps"][k]["mean"].get<double>());
     std::printf(" | mean %.1e, largest %.1e\n", method["mean_error"].get<double>(),
@@ -52,7 +53,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
     return line.update(what, fraction) && !interrupted();
   };
   nlohmann::json d{{"machine", machine()}, {"probes", nlohmann::json::array()}};
-  d["machine"]["clock"] = "wall clock of all threads, least of the runs";
+  d["machine"]["clock"] = "processor time of all threads, least of the runs";
   d["machine"]["threads"] = options.threads;
   for (std::size_t k = 0; k <= a.probes.size(); ++k) {
     auto probe = k == 0 ? Result<Probe>(generated_probe()) : read_probe(a.probes[k - 1]);
