@@ -160,7 +160,8 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
 }
 
 /// The smooth skies, and suns where this room lets them in.
-radiosity::FirstBounce Audit::direct_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
+radiosity::FirstBounce Audit::direct_light(std::span<const radiosity::FirstBounceRow> light,
+                                           const radiosity::PatchSet& set) {
   skies_ = smooth_skies();
   for (HeldOutSky& sun : suns(light, set))
     skies_.push_back(std::move(sun));

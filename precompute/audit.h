@@ -61,7 +61,7 @@ public:
   /// Valid ones that points are interpolated from, increasing: where exact light is wanted too.
   std::vector<std::size_t> probes() const;
   /// Direct light of the held-out skies; also chooses the suns. `light`: of held_out_partition().
-  radiosity::FirstBounce direct_light(const radiosity::FirstBounce& light, const radiosity::PatchSet& set);
+  radiosity::FirstBounce direct_light(std::span<const radiosity::FirstBounceRow> light, const radiosity::PatchSet& set);
   std::size_t skies() const { return skies_.size(); }
 
   /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky], the latter at `probes`, which hold all

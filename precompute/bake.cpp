@@ -1,6 +1,9 @@
 #include "precompute/bake.h"
 
+#include <algorithm>
+
 #include "precompute/detail/bake_stage.h"
+#include "precompute/memory_need.h"
 #include "precompute/probes.h"
 
 namespace daylit::precompute {
@@ -69,6 +72,26 @@ Result<radiosity::ExchangeMatrix> closed_exchange(const Problem& problem, const 
   return exchange;
 }
 
+/// Bytes of the form factors, none of which is computed, and of the whole bake.
+Result<void> predict_memory(const Problem& problem, const Room& room, const SkyPartition& partition,
+                            const BakeOptions& options, BakeReport& report) {
+  const Result<double> bytes =
+      radiosity::exchange_bytes(problem.patches, problem.mesh, room, exchange_options(options));
+  if (!bytes)
+    return bytes.error();
+  report.exchange.bytes = static_cast<std::size_t>(*bytes);
+  report.memory_bytes = needed_memory(report, partition, options);
+  return {};
+}
+
+/// Hits of rays are kept in what is left; the others are traced again.
+std::size_t kept_rays(const BakeOptions& options, double needed_bytes) {
+  constexpr std::size_t kMost = radiosity::GatherHits::kMostKeptRays;
+  if (options.memory_bytes <= 0)
+    return kMost;
+  return std::min(kMost, static_cast<std::size_t>((options.memory_bytes - needed_bytes) / sizeof(std::int32_t)));
+}
+
 } // namespace
 
 /// Settings without a plan, coarse to fine; given points have no neighbours on a grid that average their noise.
@@ -94,21 +117,18 @@ Result<BakeOptions> quality_options(const std::string& name, bool given_points) 
   return o;
 }
 
-Result<BakeReport> count_bake(const RoomFile& file, bool fine, const BakeOptions& options) {
+Result<BakeReport> count_bake(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options) {
   BakeReport report;
   detail::StageClock clock(report);
   const Result<Problem> problem = detail::set_up(file.room, options, report, clock);
   if (!problem)
     return problem.error();
-  const auto elements = light_elements(*problem, fine, options);
+  const auto elements = light_elements(*problem, partition.interpolated(), options);
   if (!elements)
     return elements.error();
   report.elements = elements->patches.patches.size();
-  const Result<double> bytes =
-      radiosity::exchange_bytes(problem->patches, problem->mesh, file.room, exchange_options(options));
-  if (!bytes)
-    return bytes.error();
-  report.exchange.bytes = static_cast<std::size_t>(*bytes);
+  if (const Result<void> memory = predict_memory(*problem, file.room, partition, options, report); !memory)
+    return memory.error();
   return report;
 }
 
@@ -126,6 +146,10 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   if (!elements)
     return elements.error();
   report.elements = elements->patches.patches.size();
+  if (const Result<void> memory = predict_memory(*problem, file.room, partition, options, report); !memory)
+    return memory.error();
+  if (const Result<void> fits = check_memory(report.memory_bytes, options.memory_bytes); !fits)
+    return fits.error();
   auto light = direct_light(*problem, *elements, partition, progress, report.first_bounce);
   if (!light)
     return light.error();
@@ -141,9 +165,9 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
   const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
-  const auto hits =
-      radiosity::gather_hits(points.at, elements->patches, elements->mesh, elements->rays,
-                             {.rays = options.gather_rays, .group = elements->parent, .faces = &faces}, progress);
+  const auto hits = radiosity::gather_hits(points.at, elements->patches, elements->mesh, elements->rays,
+                                           {.rays = options.gather_rays, .group = elements->parent, .faces = &faces},
+                                           progress, kept_rays(options, report.memory_bytes));
   if (!hits)
     return hits.error();
   clock.finish("rays");

@@ -41,6 +41,7 @@ struct BakeOptions {
   std::vector<glm::dvec3> receivers;     ///< world metres, where the light is wanted: facets are larger where what they
                                          ///< send hardly comes (radiosity::SizeField). Empty: all alike
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
+  double memory_bytes = 0;               ///< that the bake may take; 0: no limit
   double compact_error = 0.03;           ///< of the factors of a fine sky
   std::size_t elements = 3600;           ///< of the facets, on which the light of a fine sky falls: at least these
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
@@ -83,15 +84,17 @@ struct BakeReport {
   AuditReport audit;     ///< empty without BakeOptions::audit
   std::vector<StageTime> stages;
   double total_seconds = 0;
+  double memory_bytes = 0; ///< needed_memory()
 };
 
-/// The volume of `room` for every region of `partition`. Errors of the stages are passed on.
+/// The volume of `room` for every region of `partition`. Errors of the stages are passed on; limit_exceeded before the
+/// first of them where needed_memory() is more than the bake may take.
 Result<BasisVolume> bake(const RoomFile& room, const SkyPartition& partition, const BakeOptions& options,
                          const Progress& progress, BakeReport& report);
 
-/// The first stage alone: the counts that bake() would report (facets, patches, elements, probes) and the bytes of its
-/// form factors. `fine`: under a sky of nodes. Errors of that stage, and of form factors that need too much memory.
-Result<BakeReport> count_bake(const RoomFile& room, bool fine, const BakeOptions& options);
+/// The first stage alone: the counts that bake() would report (facets, patches, elements, probes), the bytes of its
+/// form factors and of all. Errors of that stage, and of form factors that need too much memory.
+Result<BakeReport> count_bake(const RoomFile& room, const SkyPartition& partition, const BakeOptions& options);
 
 /// The report as JSON (one object) and as the lines a person reads.
 /// Without `times` it is a function of the input: the same room and settings give the same text.

@@ -119,7 +119,8 @@ double mean_spacing(const Bounds& room, const glm::ivec3& probes) {
 /// Two bakes at fixed settings, 320 and 640 facets, about 330 and 900 probes, 64 regions: their
 /// differences show what of the error belongs to the mesh and what to the grid.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
-                                             const Bounds& box, const std::string& stand_on, const Progress& progress) {
+                                             const Bounds& box, const std::string& stand_on, double memory_bytes,
+                                             const Progress& progress) {
   CalibrationBake calibration;
   calibration.bounds = box.empty() ? room.room.bounds() : box;
   auto faces = standing_faces(room.room, stand_on);
@@ -138,6 +139,7 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   options.visibility_rays = kVisibilityRays;
   options.gather_rays = kGatherRays;
   options.audit = true;
+  options.memory_bytes = memory_bytes;
   options.points = thinned(points, kPoints);
   calibration.receivers = thinned(points, kReceivers);
   options.box = box;

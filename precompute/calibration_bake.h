@@ -45,8 +45,10 @@ struct CalibrationBake {
 /// `points`: where the volume is wanted; empty: anywhere in the room's air, or in a `box` of it. Errors of the bake.
 /// `stand_on`: material of the faces on which objects will stand; empty: all level ones. Probes and points of audits
 /// stand close above these.
+/// `memory_bytes`: BakeOptions::memory_bytes.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
-                                             const Bounds& box, const std::string& stand_on, const Progress& progress);
+                                             const Bounds& box, const std::string& stand_on, double memory_bytes,
+                                             const Progress& progress);
 
 /// Geometric mean of the distances of neighbouring probes.
 double mean_spacing(const Bounds& room, const glm::ivec3& probes);

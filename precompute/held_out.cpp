@@ -124,13 +124,13 @@ const std::vector<HeldOutSky>& smooth_skies() {
 
 /// flux[r] = sum_i W_i A_i H_i of region r, green, W_i the importance; a sun stands where a third and two thirds of its
 /// band are reached.
-std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::PatchSet& set) {
+std::vector<HeldOutSky> suns(std::span<const radiosity::FirstBounceRow> light, const radiosity::PatchSet& set) {
   std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0), weight;
   for (const radiosity::Patch& e : set.patches)
     weight.push_back(static_cast<double>(e.importance) * e.area_m2);
-  for (std::size_t e = 0; e < light.patches; ++e)
-    for (std::size_t k = 0; k < light.columns(); ++k)
-      flux[static_cast<std::size_t>(light.region[k])] += weight[e] * static_cast<double>(light.row(e, 1)[k]);
+  for (std::size_t e = 0; e < light.size(); ++e)
+    for (std::size_t k = 0; k < light[e].region.size(); ++k)
+      flux[static_cast<std::size_t>(light[e].region[k])] += weight[e] * static_cast<double>(light[e].irradiance[k].g);
   double brightest = 0;
   for (const SunBand& band : layout().suns)
     brightest = std::max(brightest, *std::max_element(flux.begin() + band.first, flux.begin() + band.last));
@@ -157,23 +157,27 @@ std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosit
   return skies;
 }
 
-/// H_i of a sky = sum_r L_r H_i,r: the columns of the regions summed by their radiance.
-radiosity::FirstBounce direct_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies) {
+/// H_i of a sky = sum_r L_r H_i,r over the regions that a patch sees. One channel where all panes are colourless.
+radiosity::FirstBounce direct_light(std::span<const radiosity::FirstBounceRow> light,
+                                    std::span<const HeldOutSky> skies) {
+  const bool colourless = std::ranges::all_of(light, [](const radiosity::FirstBounceRow& row) {
+    return std::ranges::all_of(row.irradiance, [](const Rgb& c) { return c == Rgb(c.r); });
+  });
   radiosity::FirstBounce out{
-      .patches = light.patches, .channels = light.channels, .region = {}, .irradiance = {}, .opening = light.opening};
+      .patches = light.size(), .channels = colourless ? 1 : 3, .region = {}, .irradiance = {}, .opening = {}};
   for (std::size_t s = 0; s < skies.size(); ++s)
     out.region.push_back(static_cast<std::int32_t>(s));
-  const std::size_t channels = static_cast<std::size_t>(light.channels), count = skies.size();
-  out.irradiance.resize(light.patches * channels * count);
-  parallel_for(std::size_t{0}, light.patches, [&](std::size_t e) {
-    for (std::size_t c = 0; c < channels; ++c)
-      for (std::size_t s = 0; s < count; ++s) {
-        const float* row = light.row(e, static_cast<int>(c));
+  for (const radiosity::FirstBounceRow& row : light)
+    out.opening.push_back(row.opening);
+  out.irradiance.resize(out.patches * static_cast<std::size_t>(out.channels) * skies.size());
+  parallel_for(std::size_t{0}, light.size(), [&](std::size_t e) {
+    for (int c = 0; c < out.channels; ++c)
+      for (std::size_t s = 0; s < skies.size(); ++s) {
         double sum = 0;
-        for (std::size_t k = 0; k < light.columns(); ++k)
-          sum += static_cast<double>(row[k]) *
-                 static_cast<double>(skies[s].radiance[static_cast<std::size_t>(light.region[k])]);
-        out.irradiance[(e * channels + c) * count + s] = static_cast<float>(sum);
+        for (std::size_t k = 0; k < light[e].region.size(); ++k)
+          sum += static_cast<double>(light[e].irradiance[k][c]) *
+                 static_cast<double>(skies[s].radiance[static_cast<std::size_t>(light[e].region[k])]);
+        out.row(e, c)[s] = static_cast<float>(sum);
       }
   });
   return out;

@@ -31,11 +31,12 @@ const SkyPartition& held_out_partition();
 const std::vector<HeldOutSky>& smooth_skies();
 
 /// Suns of half a degree, two for each band that lights the room at all: where a third and two thirds of the band's
-/// light have come in, so that they stand where suns count in this room. `light`: of held_out_partition().
-std::vector<HeldOutSky> suns(const radiosity::FirstBounce& light, const radiosity::PatchSet& set);
+/// light have come in, so that they stand where suns count in this room. `light`: of held_out_partition(), by patch.
+std::vector<HeldOutSky> suns(std::span<const radiosity::FirstBounceRow> light, const radiosity::PatchSet& set);
 
 /// Direct light of the skies: column s is sky s.
-radiosity::FirstBounce direct_light(const radiosity::FirstBounce& light, std::span<const HeldOutSky> skies);
+radiosity::FirstBounce direct_light(std::span<const radiosity::FirstBounceRow> light,
+                                    std::span<const HeldOutSky> skies);
 
 /// What a sky puts on the regions or nodes of another partition: mean radiance per region, or the integral with the
 /// hat functions over the solid angle of the node.

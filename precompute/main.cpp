@@ -8,6 +8,7 @@
 #include "precompute/adaptive_sky.h"
 #include "precompute/check_plot.h"
 #include "precompute/checkpoint.h"
+#include "precompute/memory_need.h"
 #include "precompute/parse_options.h"
 #include "precompute/planned_bake.h"
 #include "precompute/probes.h"
@@ -100,7 +101,7 @@ struct Arguments {
   std::filesystem::path room, output, points;
   std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto", stand_on,
                                         box, inside;
-  double spacing_m = 0, patch_size_m = 0, close_gaps_mm = 0;
+  double spacing_m = 0, patch_size_m = 0, close_gaps_mm = 0, memory_gb = 0;
   int threads = 0, facets = 0;
   bool quiet = false, json = false, resume = false, force = false;
   std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
@@ -136,6 +137,10 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   if (!target)
     return target.error();
   request.max_error = *target;
+  const Result<double> memory = precompute::allowed_memory(1e9 * a.memory_gb);
+  if (!memory)
+    return memory.error();
+  request.memory_bytes = *memory;
   request.must_reach = !a.max_error.empty();
   if (!a.grid.empty()) {
     const Result<glm::ivec3> grid = precompute::parse_grid(a.grid);
@@ -192,6 +197,7 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   options->box = request.box;
   options->sh_order = request.sh_order.value_or(ShOrder::second);
   options->store = &store;
+  options->memory_bytes = request.memory_bytes;
   precompute::BakeReport report;
   const auto partition = precompute::sky_for(room, request.regions, progress);
   if (!partition)
@@ -277,10 +283,11 @@ std::string content_arguments(int argc, char** argv) {
   std::string text = "daylit-precompute";
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
-    if (word == "-o" || word == "--output" || word == "--threads")
+    if (word == "-o" || word == "--output" || word == "--threads" || word == "--memory")
       ++i;
     else if (word != "--resume" && word != "--force" && word != "--quiet" && word != "--json" &&
-             !word.starts_with("--output=") && !word.starts_with("--threads=") && !word.starts_with("-o"))
+             !word.starts_with("--output=") && !word.starts_with("--threads=") && !word.starts_with("--memory=") &&
+             !word.starts_with("-o"))
       text += " " + std::string(word);
   }
   return text;
@@ -358,6 +365,11 @@ int main(int argc, char** argv) {
          "--drop-bad-faces", [] {}, "what is done anyway; older scripts ask for it")
       ->group("");
   add_force_option(app, a.force);
+  app.add_option(
+         "--memory", a.memory_gb,
+         "gigabytes that may be taken; a bake that needs more is refused before it starts (default: 60 % of the\n"
+         "machine, or what its control group or ulimit -v leave)")
+      ->check(positive_number());
   app.add_flag("--resume", a.resume, "go on from OUT.volume.checkpoint, written by an interrupted run");
   add_threads_option(app, a.threads);
   app.add_flag("--quiet", a.quiet, "no progress, no summary");

@@ -52,6 +52,7 @@ public:
     plan.options.receivers = calibration_.receivers;
     plan.options.box = request_.box;
     plan.options.audit = true;
+    plan.options.memory_bytes = request_.memory_bytes;
     plan.options.held_out = calibration_.fine.audit.points;
     plan.options.held_out_standing = calibration_.standing;
     choose_effort(target, plan.options);

@@ -37,6 +37,7 @@ struct PlanRequest {
   std::optional<ShOrder> sh_order; ///< fixed
   /// False: what was fixed may make the target impossible, and the rest is planned as if it did not.
   bool must_reach = true;
+  double memory_bytes = 0; ///< BakeOptions::memory_bytes
 };
 
 struct Plan {

@@ -33,8 +33,9 @@ std::string facets(const Plan& plan) {
                                        : format("%d facets", plan.options.target_facets);
 }
 
-constexpr double kMostGrowth = 2;     ///< of the file, by a second bake: its time depends on the machine
-constexpr double kClearlyFiner = 1.8; ///< ratio of facets from which a difference shows an error
+constexpr double kMostGrowth = 2; ///< of the file, by a second bake: its time depends on the machine
+constexpr double kOfferStep = 1.5, kLargestOffer = 0.2; ///< errors that are offered where a bake does not fit
+constexpr double kClearlyFiner = 1.8;                   ///< ratio of facets from which a difference shows an error
 
 /// How much finer the mesh of the report is than one of the calibration: ratio of facets where light comes from, with
 /// the elements under a fine sky.
@@ -125,7 +126,8 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
 }
 
 Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, const Progress& progress) {
-  auto calibration = run_calibration_bake(room, request.points, request.box, request.stand_on, progress);
+  auto calibration =
+      run_calibration_bake(room, request.points, request.box, request.stand_on, request.memory_bytes, progress);
   if (!calibration)
     return calibration.error();
   auto plan = make_plan(*calibration, request);
@@ -138,6 +140,33 @@ bool worth_a_second_bake(const Plan& first, const Plan& better) {
   return better.predicted.total <= first.max_error && better.predicted.bytes <= kMostGrowth * first.predicted.bytes;
 }
 
+namespace {
+
+/// What the bake of a plan needs at once, by its counts.
+Result<double> memory_of(const RoomFile& room, const Plan& plan, const Progress& progress) {
+  const auto partition = sky_for(room, plan.regions, progress);
+  if (!partition)
+    return partition.error();
+  const auto counts = count_room_bake(room, *partition, plan.options);
+  return counts ? counts->memory_bytes : Result<double>(counts.error());
+}
+
+/// The refusal of a bake that needs too much memory, with the smallest error, in steps of a half, that needs less.
+Error with_offer(Error refusal, const RoomFile& room, const CalibrationBake& calibration, PlanRequest request,
+                 const Progress& progress) {
+  for (request.max_error *= kOfferStep; request.max_error < kLargestOffer; request.max_error *= kOfferStep) {
+    const auto plan = make_plan(calibration, request);
+    const auto needed = plan ? memory_of(room, *plan, progress) : Result<double>(plan.error());
+    if (needed && *needed <= request.memory_bytes) {
+      refusal.hint = format("--max-error %.2g needs %.2g GB; ", 100 * request.max_error, *needed / 1e9) + refusal.hint;
+      break;
+    }
+  }
+  return refusal;
+}
+
+} // namespace
+
 /// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce) {
@@ -149,7 +178,8 @@ Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& reque
   out.plan = std::move(planned->plan);
   announce(to_text(out.plan));
   if (const Result<void> baked = bake_plan(room, store, progress, out); !baked)
-    return baked.error();
+    return baked.error().where == "--memory" ? with_offer(baked.error(), room, out.calibration, request, progress)
+                                             : baked.error();
   if (out.measured.limited <= request.max_error)
     return out;
   // Once more, with the cost model tied to what was measured. A target that is now out of reach, or far more work than
@@ -157,6 +187,9 @@ Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& reque
   const auto better = make_plan(corrected(out.calibration, out.plan, out.report), request);
   if (!better || !worth_a_second_bake(out.plan, *better))
     return out;
+  if (request.memory_bytes > 0)
+    if (const auto needed = memory_of(room, *better, progress); !needed || *needed > request.memory_bytes)
+      return out;
   announce(to_text(out.plan, out.measured) + "once more\n");
   std::optional<RepeatedStore> again;
   if (store)

@@ -2,6 +2,7 @@
 
 #include "precompute/bake.h"
 #include "precompute/detail/text_format.h"
+#include "scene/core/memory.h"
 
 namespace daylit::precompute {
 
@@ -175,8 +176,11 @@ std::string to_json(const BakeReport& r, bool times) {
   for (const StageTime& s : r.stages)
     if (times)
       j["seconds"][s.name] = s.seconds;
-  if (times)
+  if (times) {
     j["seconds"]["total"] = r.total_seconds;
+    j["memory_bytes"] = r.memory_bytes; // threads count
+    j["peak_memory_bytes"] = peak_memory_bytes();
+  }
   return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

@@ -6,8 +6,9 @@
 #include <glm/geometric.hpp>
 #include <nlohmann/json.hpp>
 
-#include "precompute/cost_model.h"
+#include "precompute/adaptive_sky.h"
 #include "precompute/detail/text_format.h"
+#include "precompute/memory_need.h"
 #include "precompute/planned_bake.h"
 #include "precompute/room_frame.h"
 #include "precompute/transport_model.h"
@@ -65,11 +66,11 @@ std::string gap_lines(const Gaps& gaps) {
 /// What the bake's own lines will say.
 std::string estimate_line(const BakeEstimate& e) {
   const Prediction& p = e.plan.predicted;
-  return format("bake       %zu facets, %zu of %zu probes with light of their own, %s: about %.1f s, a file of %.1f "
-                "MB, %.0f MB of "
-                "form factors in memory, error %.2g %%\n",
-                e.counts.facets, e.counts.probes_valid, e.counts.probes, e.plan.regions.c_str(), p.seconds,
-                p.bytes / 1e6, static_cast<double>(e.counts.exchange.bytes) / 1e6, 100 * p.total);
+  return format(
+      "bake       %zu facets, %zu of %zu probes with light of their own, %s: about %.1f s, %.2g GB of memory, a "
+      "file of %.1f MB, error %.2g %%\n",
+      e.counts.facets, e.counts.probes_valid, e.counts.probes, e.plan.regions.c_str(), p.seconds,
+      e.counts.memory_bytes / 1e9, p.bytes / 1e6, 100 * p.total);
 }
 
 nlohmann::ordered_json triple(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
@@ -100,13 +101,20 @@ CheckedOpening describe(const Aperture& aperture) {
 }
 
 Result<BakeEstimate> estimate_bake(const RoomFile& room, const Progress& progress) {
+  const auto memory = allowed_memory(0);
+  if (!memory)
+    return memory.error();
   auto planned = plan_bake(room, {}, progress);
   if (!planned)
     return planned.error();
-  const bool fine = SkyKind::of(planned->plan.regions).nodes;
-  auto counts = count_room_bake(room, fine, planned->plan.options);
+  const auto sky = sky_for(room, planned->plan.regions, progress);
+  if (!sky)
+    return sky.error();
+  auto counts = count_room_bake(room, *sky, planned->plan.options);
   if (!counts)
     return counts.error();
+  if (const Result<void> fits = check_memory(counts->memory_bytes, *memory); !fits)
+    return fits.error();
   return BakeEstimate{std::move(planned->plan), std::move(*counts)};
 }
 
@@ -213,6 +221,7 @@ std::string to_json(const RoomCheck& check) {
                      {"seconds", e->plan.predicted.seconds},
                      {"file_bytes", e->plan.predicted.bytes},
                      {"form_factor_bytes", e->counts.exchange.bytes},
+                     {"memory_bytes", e->counts.memory_bytes},
                      {"error", e->plan.predicted.total}};
   std::vector<std::string> notes = check.faces.notes;
   notes.insert(notes.end(), check.survey.apertures.report.notes.begin(), check.survey.apertures.report.notes.end());

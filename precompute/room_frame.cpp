@@ -141,11 +141,11 @@ Result<BasisVolume> bake_room(const RoomFile& file, const SkyPartition& partitio
   return volume;
 }
 
-Result<BakeReport> count_room_bake(const RoomFile& file, bool fine, const BakeOptions& options) {
+Result<BakeReport> count_room_bake(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options) {
   const RoomFrame frame = RoomFrame::of(file.room);
   std::size_t collapsed = 0;
   const RoomFile local{room_in_frame(file.room, frame, collapsed), file.report, file.content_hash};
-  Result<BakeReport> report = count_bake(local, fine, options_in_frame(options, frame));
+  Result<BakeReport> report = count_bake(local, partition, options_in_frame(options, frame));
   if (!report) {
     BakeReport none;
     return in_world(report.error(), file.room, none);

@@ -28,6 +28,6 @@ Result<BasisVolume> bake_room(const RoomFile& room, const SkyPartition& partitio
                               const Progress& progress, BakeReport& report);
 
 /// count_bake() in the room's own frame.
-Result<BakeReport> count_room_bake(const RoomFile& room, bool fine, const BakeOptions& options);
+Result<BakeReport> count_room_bake(const RoomFile& room, const SkyPartition& partition, const BakeOptions& options);
 
 } // namespace daylit::precompute

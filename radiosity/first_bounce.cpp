@@ -1,5 +1,6 @@
 #include "radiosity/first_bounce.h"
 
+#include <algorithm>
 #include <limits>
 #include <numbers>
 
@@ -52,6 +53,10 @@ void receive_open_sky(DirectLight& task, std::size_t index, Received& out) {
 /// Only the regions that give light.
 FirstBounceRow squeeze(const Received& received) {
   FirstBounceRow row;
+  const auto lit =
+      received.region.size() - static_cast<std::size_t>(std::ranges::count(received.region, glm::dvec3(0.0)));
+  row.region.reserve(lit); // there are as many rows as elements: no byte more than needed
+  row.irradiance.reserve(lit);
   for (std::size_t i = 0; i < received.region.size(); ++i)
     if (received.region[i] != glm::dvec3(0.0)) {
       row.region.push_back(static_cast<std::int32_t>(i));

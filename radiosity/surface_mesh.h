@@ -2,7 +2,8 @@
 
 // Planar faces of a room, merged where coplanar and of one material, re-meshed into well-shaped triangles
 // (constrained Delaunay refinement, Shewchuk 2000, through CGAL). Holes stay holes; the lines where other faces touch
-// or cross a plane (furniture standing on the floor) become mesh edges, so that no facet is half in the dark.
+// or cross a plane (furniture standing on the floor) become mesh edges, so that no facet is half in the dark, but for
+// single triangles under 30 cm, which curved surfaces consist of.
 
 #include <array>
 #include <cstdint>

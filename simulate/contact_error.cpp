@@ -1,46 +1,22 @@
 #include "simulate/contact_error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
+
+#include "simulate/masked_blur.h"
 
 namespace daylit {
 
 namespace {
 
-using Plane = std::vector<double>;
-
-constexpr int kBlurReach = 6; // 4 sigma
-
-/// exp(-x^2 / (2 sigma^2)) along one axis; outside the picture is nothing.
-Plane blur_along(const Plane& from, int width, int height, int dx, int dy) {
-  std::array<double, 2 * kBlurReach + 1> weight{};
-  for (int k = -kBlurReach; k <= kBlurReach; ++k)
-    weight[static_cast<std::size_t>(k + kBlurReach)] = std::exp(-k * k / (2.0 * kContactBlur_px * kContactBlur_px));
-  Plane to(from.size(), 0.0);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      for (int k = -kBlurReach; k <= kBlurReach; ++k)
-        if (const int u = x + k * dx, v = y + k * dy; u >= 0 && u < width && v >= 0 && v < height)
-          to[static_cast<std::size_t>(y) * width + x] +=
-              weight[static_cast<std::size_t>(k + kBlurReach)] * from[static_cast<std::size_t>(v) * width + u];
-  return to;
-}
-
-/// G * (luminance x room) / G * room: what is not room takes no part.
+/// Luminance, smoothed over the room's pixels.
 Plane smoothed(const RgbImage& image, const Plane& room) {
   Plane value(room.size());
   for (std::size_t i = 0; i < value.size(); ++i)
-    value[i] = room[i] * static_cast<double>(luminance(image.texels[i]));
-  const auto blur = [&](const Plane& p) {
-    return blur_along(blur_along(p, image.width, image.height, 1, 0), image.width, image.height, 0, 1);
-  };
-  Plane sum = blur(value);
-  const Plane weight = blur(room);
-  for (std::size_t i = 0; i < sum.size(); ++i)
-    sum[i] /= std::max(weight[i], 1e-9);
-  return sum;
+    value[i] = static_cast<double>(luminance(image.texels[i]));
+  return blur_within(std::move(value), room, image.width, image.height);
 }
 
 /// A pixel of the object lies within the band's width.

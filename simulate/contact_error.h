@@ -9,7 +9,7 @@
 namespace daylit {
 
 /// Luminance over the contact band: pixels that show nothing of the object and lie within kContactBand_px of one that
-/// does. Both pictures are smoothed over the room's pixels by a Gaussian of kContactBlur_px, which noise needs.
+/// does. Both pictures are smoothed over the room's pixels by blur_within(), which noise needs.
 struct ContactError {
   std::size_t pixels = 0;
   double relative_rms = 0.0; ///< of the difference / mean of the truth there
@@ -19,7 +19,6 @@ struct ContactError {
 };
 
 constexpr int kContactBand_px = 4;
-constexpr double kContactBlur_px = 1.5;
 
 /// `coverage`: fraction of each pixel that the object covers in the truth. All of one size.
 ContactError measure_contact(const RgbImage& result, const RgbImage& truth, const RgbImage& coverage);

@@ -21,9 +21,6 @@ constexpr std::uint32_t kBeamDepth = 4;
 constexpr std::uint32_t kRouletteDepth = 4;
 constexpr float kMaxSurvival = 0.95f, kSurvivalPerWeight = 2.0f;
 
-// Dimension pairs of one vertex.
-enum Pair : std::uint32_t { kBounce, kOpening, kSpot, kSun, kBeamSun, kBeamPoint, kRoulette, kPairsPerVertex = 8 };
-
 float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
 /// Orthonormal tangents of a unit vector (Duff et al. 2017, eq. in listing 3).
@@ -54,17 +51,8 @@ glm::vec3 sample_cosine(const glm::vec3& normal, const glm::vec2& u) {
   return glm::normalize(d.x * t + d.y * b + std::sqrt(std::max(1e-12f, 1.0f - glm::dot(d, d))) * normal);
 }
 
-struct PathTracer::Path {
-  const SampleStream& samples;
-  bool with_object;
-  bool touched = false;
-  std::uint32_t depth = 0;
-
-  glm::vec2 point(Pair pair) const { return samples.point(depth * kPairsPerVertex + pair); }
-};
-
 PathTracer::Vertex PathTracer::vertex_at(const SurfacePoint& p) const {
-  return {p.position, p.geometric_normal, p.normal, p.position + scene_->surface_offset() * p.geometric_normal};
+  return {p.position, p.geometric_normal, p.normal, p.position + scene_->surface_offset() * p.geometric_normal, 1.0f};
 }
 
 glm::vec3 PathTracer::sun_direction(const glm::vec2& u) const {
@@ -80,133 +68,164 @@ glm::vec3 PathTracer::sun_direction(const glm::vec2& u) const {
   return glm::normalize(scale * (d.x * t + d.y * b) + (1.0f - 2.0f * chord2) * axis);
 }
 
-/// Cosine at the surface towards an unoccluded direction in front of it; 0 for any other.
-float PathTracer::open_cosine(const Vertex& v, const glm::vec3& direction, Path& path) const {
+/// Cosine at the surface towards a direction in front of it, times what comes through from there; 0 for any other.
+Rgb PathTracer::open_cosine(const Vertex& v, const glm::vec3& direction, Path& path) const {
   const float cosine = glm::dot(v.normal, direction);
   if (cosine <= 0.0f || glm::dot(v.geometric_normal, direction) <= 0.0f)
-    return 0.0f;
-  return scene_->occluded(v.origin, direction, kInfinity, path.with_object, path.touched) ? 0.0f : cosine;
+    return Rgb(0.0f);
+  return cosine * scene_->transmittance(v.origin, direction, kInfinity, path.with_object, path.touched);
 }
 
 Rgb PathTracer::sky_from_openings(const Vertex& v, const glm::vec2& u, Path& path) const {
   const auto sample = scene_->apertures().sample(v.origin, u);
   if (!sample)
     return Rgb(0.0f);
-  const float cosine = open_cosine(v, sample->direction, path);
-  if (cosine == 0.0f)
+  const Rgb open = open_cosine(v, sample->direction, path);
+  if (open == Rgb(0.0f))
     return Rgb(0.0f);
+  const float cosine = glm::dot(v.normal, sample->direction);
   const float all = sample->density + scene_->sky().spot_density(sample->direction) + cosine / kPi;
-  return scene_->sky().radiance(sample->direction) * sample->transmittance * (cosine / all);
+  return scene_->sky().radiance(sample->direction) * sample->transmittance * (open / all);
 }
 
 Rgb PathTracer::sky_from_spots(const Vertex& v, const glm::vec2& u, Path& path) const {
   const auto sample = scene_->sky().sample_spot(u);
   if (!sample)
     return Rgb(0.0f);
-  const float cosine = open_cosine(v, sample->direction, path);
-  if (cosine == 0.0f)
+  const Rgb open = open_cosine(v, sample->direction, path);
+  if (open == Rgb(0.0f))
     return Rgb(0.0f);
+  const float cosine = glm::dot(v.normal, sample->direction);
   const float all = sample->density + scene_->apertures().density(v.origin, sample->direction) + cosine / kPi;
   return scene_->sky().radiance(sample->direction) * scene_->apertures().transmittance(v.origin, sample->direction) *
-         (cosine / all);
+         (open / all);
 }
 
 float PathTracer::escape_weight(const Vertex& v, const glm::vec3& direction) const {
-  const float own = glm::dot(v.normal, direction) / kPi;
+  const float own = v.share * glm::dot(v.normal, direction) / kPi;
   return own / (own + scene_->apertures().density(v.origin, direction) + scene_->sky().spot_density(direction));
+}
+
+/// Of the sun's light at v when the vertex before it looks for sunlit surfaces too.
+float PathTracer::bounce_weight(const Vertex& v, const Vertex* previous, const glm::vec3& to_sun,
+                                const Path& path) const {
+  if (!previous || path.depth - path.first > kBeamDepth)
+    return 1.0f;
+  const glm::vec3 to = v.position - previous->position;
+  const float r2 = glm::dot(to, to), r = std::sqrt(r2);
+  const float bounce = previous->share * std::max(0.0f, glm::dot(previous->normal, to)) *
+                       std::abs(glm::dot(v.geometric_normal, to)) / (kPi * r2 * r2);
+  const float beam = glm::dot(v.geometric_normal, to_sun) * scene_->apertures().beam_density(v.origin, to_sun);
+  return r > 0.0f && bounce + beam > 0.0f ? bounce / (bounce + beam) : 1.0f;
 }
 
 Rgb PathTracer::sun(const Vertex& v, const glm::vec2& u, const Vertex* previous, Path& path) const {
   const glm::vec3 s = sun_direction(u);
-  const float cosine = open_cosine(v, s, path), geometric = glm::dot(v.geometric_normal, s);
-  if (cosine == 0.0f)
+  const Rgb open = open_cosine(v, s, path);
+  if (open == Rgb(0.0f))
     return Rgb(0.0f);
-  float weight = 1.0f;
-  if (previous) {
-    const glm::vec3 to = v.position - previous->position;
-    const float r2 = glm::dot(to, to), r = std::sqrt(r2);
-    const float bounce =
-        std::max(0.0f, glm::dot(previous->normal, to)) * std::abs(glm::dot(v.geometric_normal, to)) / (kPi * r2 * r2);
-    const float beam = geometric * scene_->apertures().beam_density(v.origin, s);
-    weight = r > 0.0f && bounce + beam > 0.0f ? bounce / (bounce + beam) : 1.0f;
-  }
   const SunDisc& disc = *scene_->sky().sun();
   return disc.radiance() * static_cast<float>(disc.solid_angle_sr()) * scene_->apertures().transmittance(v.origin, s) *
-         (cosine * weight);
+         (open * bounce_weight(v, previous, s, path));
 }
 
-Rgb PathTracer::sunlit_surface(const Vertex& v, const glm::vec2& u_sun, const glm::vec2& u_beam, Path& path) const {
-  const glm::vec3 s = sun_direction(u_sun);
-  const auto entry = scene_->apertures().sample_beam(s, u_beam);
-  if (!entry || scene_->occluded(*entry, s, kInfinity, path.with_object, path.touched))
-    return Rgb(0.0f);
-  const auto lit = scene_->closest(*entry, -s, path.with_object, path.touched);
+PathTracer::BeamLight PathTracer::sunlit_surface(const Vertex& v, Path& path) const {
+  if (!scene_->sky().sun() || path.depth - path.first >= kBeamDepth)
+    return {};
+  const glm::vec3 s = sun_direction(path.point(kBeamSun));
+  const auto entry = scene_->apertures().sample_beam(s, path.point(kBeamPoint));
+  if (!entry)
+    return {};
+  Rgb through = scene_->transmittance(*entry, s, kInfinity, path.with_object, path.touched);
+  if (through == Rgb(0.0f))
+    return {};
+  const auto lit = scene_->closest_opaque(*entry, -s, path.with_object, path.touched, through);
   if (!lit)
-    return Rgb(0.0f);
+    return {};
   const Vertex y = vertex_at(*lit);
   const glm::vec3 to = y.origin - v.origin;
   const float r2 = glm::dot(to, to), r = std::sqrt(r2);
   if (!(r > scene_->surface_offset()))
-    return Rgb(0.0f);
+    return {};
   const glm::vec3 w = to / r;
   const float cos_v = glm::dot(v.normal, w), cos_y = -glm::dot(y.geometric_normal, w),
-              cos_y_shading = -glm::dot(y.normal, w);
-  const float sun_geometric = glm::dot(y.geometric_normal, s), sun_shading = glm::dot(y.normal, s);
+              cos_y_shading = -glm::dot(y.normal, w), sun_geometric = glm::dot(y.geometric_normal, s),
+              sun_shading = glm::dot(y.normal, s);
   if (cos_v <= 0.0f || glm::dot(v.geometric_normal, w) <= 0.0f || cos_y <= 0.0f || cos_y_shading <= 0.0f ||
       sun_geometric <= 0.0f || sun_shading <= 0.0f)
-    return Rgb(0.0f);
+    return {};
   const float beam = sun_geometric * scene_->apertures().beam_density(y.origin, s);
-  if (beam <= 0.0f || scene_->occluded(v.origin, w, r, path.with_object, path.touched))
-    return Rgb(0.0f);
-  const float bounce = cos_v * cos_y / (kPi * r2);
+  if (beam <= 0.0f)
+    return {};
+  through *= scene_->transmittance(v.origin, w, r, path.with_object, path.touched);
+  if (through == Rgb(0.0f))
+    return {};
+  const float bounce = v.share * cos_v * cos_y / (kPi * r2);
   const SunDisc& disc = *scene_->sky().sun();
   const Rgb irradiance = disc.radiance() * static_cast<float>(disc.solid_angle_sr()) *
                          scene_->apertures().transmittance(y.origin, s) * sun_shading;
-  return lit->reflectance / kPi * irradiance * (cos_v * cos_y / r2 / (beam + bounce));
+  return {base_brdf(*lit, -w, s) * irradiance * (cos_v * cos_y / r2 / (beam + bounce)) * through, w};
 }
 
-Rgb PathTracer::direct(const Vertex& v, std::uint32_t depth, const Vertex* previous, Path& path) const {
+Rgb PathTracer::direct(const Vertex& v, const Vertex* previous, Path& path) const {
   Rgb sum = sky_from_openings(v, path.point(kOpening), path);
   if (scene_->sky().has_spots())
     sum += sky_from_spots(v, path.point(kSpot), path);
   if (scene_->sky().sun())
-    sum += sun(v, path.point(kSun), depth > 0 && depth <= kBeamDepth ? previous : nullptr, path);
+    sum += sun(v, path.point(kSun), previous, path);
   return sum;
 }
 
-Rgb PathTracer::scattered(Vertex v, Rgb throughput, std::uint32_t depth, bool direct_at_first, Path& path) const {
+/// Russian roulette.
+bool PathTracer::survives(Rgb& throughput, const Path& path) const {
+  if (path.depth - path.first < kRouletteDepth)
+    return true;
+  const float survival = std::min(kMaxSurvival, kSurvivalPerWeight * largest(throughput) / path.full);
+  if (path.point(kRoulette).x >= survival)
+    return false;
+  throughput /= survival;
+  return true;
+}
+
+Rgb PathTracer::scattered(Vertex v, Rgb throughput, const Vertex* previous, bool direct_at_first, Path& path) const {
   Rgb sum(0.0f);
-  Vertex previous = v;
-  const float full = std::max(largest(throughput), 1e-30f);
-  for (const std::uint32_t first = depth;; ++depth) {
-    path.depth = depth;
-    const bool count_direct = depth > first || direct_at_first;
+  Vertex before;
+  path.diffuse_before = true;
+  for (bool count_direct = direct_at_first;; ++path.depth, count_direct = true) {
     if (count_direct)
-      sum += throughput / kPi * direct(v, depth - first, &previous, path);
-    if (scene_->sky().sun() && depth - first < kBeamDepth)
-      sum += throughput / kPi * sunlit_surface(v, path.point(kBeamSun), path.point(kBeamPoint), path);
-    if (depth - first >= kRouletteDepth) {
-      const float survival = std::min(kMaxSurvival, kSurvivalPerWeight * largest(throughput) / full);
-      if (path.point(kRoulette).x >= survival)
-        return sum;
-      throughput /= survival;
-    }
+      sum += throughput / kPi * direct(v, previous, path);
+    sum += throughput / kPi * sunlit_surface(v, path).irradiance;
+    if (!survives(throughput, path))
+      return sum;
     const glm::vec3 direction = sample_cosine(v.normal, path.point(kBounce));
     if (glm::dot(direction, v.geometric_normal) <= 0.0f)
       return sum;
-    const auto hit = scene_->closest(v.origin, direction, path.with_object, path.touched);
+    const auto hit = scene_->closest_opaque(v.origin, direction, path.with_object, path.touched, throughput);
     if (!hit) {
       if (count_direct)
         sum += throughput * scene_->sky().radiance(direction) * scene_->apertures().transmittance(v.origin, direction) *
                escape_weight(v, direction);
       return sum;
     }
+    before = v;
+    previous = &before;
+    if (!hit->plain) {
+      ++path.depth;
+      return sum + from_glossy(*hit, direction, throughput, previous, path);
+    }
     throughput *= hit->reflectance;
     if (largest(throughput) <= 0.0f)
       return sum;
-    previous = v;
     v = vertex_at(*hit);
   }
+}
+
+/// What a camera's ray brings back from the first surface that it meets.
+Rgb PathTracer::first_hit(const glm::vec3& direction, const SurfacePoint& hit, Path& path) const {
+  path.first = path.depth = 1;
+  path.full = hit.plain ? std::max(largest(hit.reflectance), 1e-30f) : 1.0f;
+  return hit.plain ? scattered(vertex_at(hit), hit.reflectance, nullptr, true, path)
+                   : from_glossy(hit, direction, Rgb(1.0f), nullptr, path);
 }
 
 PathResult PathTracer::radiance(const glm::vec3& origin, const glm::vec3& direction, const SampleStream& samples,
@@ -214,7 +233,7 @@ PathResult PathTracer::radiance(const glm::vec3& origin, const glm::vec3& direct
   Path path{samples, with_object};
   const auto hit = scene_->closest(origin, direction, with_object, path.touched);
   if (hit) {
-    const Rgb value = scattered(vertex_at(*hit), hit->reflectance, 1, true, path);
+    const Rgb value = first_hit(direction, *hit, path);
     return {value, path.touched, hit->on_object};
   }
   Rgb value = scene_->sky().radiance(direction);
@@ -229,25 +248,26 @@ PathResult PathTracer::indirect_radiance(const glm::vec3& origin, const glm::vec
   const auto hit = scene_->closest(origin, direction, with_object, path.touched);
   if (!hit)
     return {Rgb(0.0f), path.touched, false};
-  const Rgb value = scattered(vertex_at(*hit), hit->reflectance, 1, true, path);
+  const Rgb value = first_hit(direction, *hit, path);
   return {value, path.touched, hit->on_object};
 }
 
 PathResult PathTracer::indirect_irradiance(const glm::vec3& point, const glm::vec3& normal, const SampleStream& samples,
                                            bool with_object) const {
   Path path{samples, with_object};
-  const Rgb value = scattered({point, normal, normal, point}, Rgb(kPi), 0, false, path);
+  path.full = kPi;
+  const Rgb value = scattered({point, normal, normal, point, 1.0f}, Rgb(kPi), nullptr, false, path);
   return {value, path.touched, false};
 }
 
 PathResult PathTracer::direct_irradiance(const glm::vec3& point, const glm::vec3& normal, const SampleStream& samples,
                                          bool with_object) const {
   Path path{samples, with_object};
-  const Vertex v{point, normal, normal, point};
-  Rgb value = direct(v, 0, nullptr, path);
+  const Vertex v{point, normal, normal, point, 1.0f};
+  Rgb value = direct(v, nullptr, path), through(1.0f);
   const glm::vec3 direction = sample_cosine(normal, path.point(kBounce));
-  if (!scene_->closest(point, direction, with_object, path.touched))
-    value += kPi * scene_->sky().radiance(direction) * scene_->apertures().transmittance(point, direction) *
+  if (!scene_->closest_opaque(point, direction, with_object, path.touched, through))
+    value += kPi * through * scene_->sky().radiance(direction) * scene_->apertures().transmittance(point, direction) *
              escape_weight(v, direction);
   return {value, path.touched, false};
 }

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <glm/common.hpp>
 
+#include "simulate/masked_blur.h"
+
 namespace daylit {
 
 namespace {
@@ -87,6 +89,32 @@ RegionError measure(const PictureErrorInput& in, const Mask& where) {
   return e;
 }
 
+/// Clipped at `white` and smoothed over the mask.
+RgbImage as_seen(const RgbImage& image, const Mask& mask, float white) {
+  const Plane weight(mask.begin(), mask.end());
+  RgbImage seen(image.width, image.height);
+  for (int c = 0; c < 3; ++c) {
+    Plane channel(mask.size());
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      channel[i] = static_cast<double>(std::min(image.texels[i][c], white));
+    channel = blur_within(std::move(channel), weight, image.width, image.height);
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      seen.texels[i][c] = static_cast<float>(channel[i]);
+  }
+  return seen;
+}
+
+RegionError measure_seen(const PictureErrorInput& in, const Mask& where) {
+  const float white = 1.0f / preview_exposure(in.room);
+  const PictureErrorInput seen{as_seen(in.result, where, white),
+                               as_seen(in.truth, where, white),
+                               as_seen(in.room, where, white),
+                               {},
+                               in.standard_error,
+                               {}};
+  return measure(seen, where);
+}
+
 Result<void> check(const RgbImage& image, const RgbImage& like, const char* name) {
   if (image.width != like.width || image.height != like.height || image.empty())
     return Error{
@@ -146,7 +174,9 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
   for (std::size_t i = 0; i < shadow.size(); ++i)
     shadow[i] = shadow[i] && !dilated[i] ? 1 : 0;
   PictureError error;
-  error.object = measure(in, spread(both, width, height, kMaskErosion, true));
+  const Mask inner = spread(both, width, height, kMaskErosion, true);
+  error.object = measure(in, inner);
+  error.seen = measure_seen(in, inner);
   error.shadow = measure(in, shadow);
   error.contact = measure_contact(in.result, in.truth, in.coverage);
   error.whole = measure(in, Mask(mask.size(), 1));
@@ -159,7 +189,7 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
 
 std::string to_text(const PictureError& e) {
   std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %\n";
-  out += row("object", e.object) + row("shadow", e.shadow) + row("whole", e.whole);
+  out += row("object", e.object) + row("as seen", e.seen) + row("shadow", e.shadow) + row("whole", e.whole);
   const ContactError& c = e.contact;
   out += fmt::format("contact  {:>8} {:>8.2f} {:>8.2f}  brightest pixel {:+.0f} %, darkest {:+.0f} %\n", c.pixels,
                      100.0 * c.relative_rms, 100.0 * c.bias, 100.0 * c.brightest, 100.0 * c.darkest);
@@ -168,9 +198,9 @@ std::string to_text(const PictureError& e) {
 }
 
 std::string to_json(const PictureError& e) {
-  return fmt::format("{{\"object\":{},\"shadow\":{},\"contact\":{},\"whole\":{},\"object_fraction\":{:.6g},"
+  return fmt::format("{{\"object\":{},\"seen\":{},\"shadow\":{},\"contact\":{},\"whole\":{},\"object_fraction\":{:.6g},"
                      "\"mask_iou\":{}}}",
-                     json(e.object), json(e.shadow), json(e.contact), json(e.whole), e.object_fraction,
+                     json(e.object), json(e.seen), json(e.shadow), json(e.contact), json(e.whole), e.object_fraction,
                      e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null");
 }
 

@@ -29,8 +29,11 @@ struct RegionError {
 };
 
 struct PictureError {
-  RegionError object;   ///< inside the mask of both pictures, eroded by 2 pixels
-  RegionError shadow;   ///< outside the mask dilated by 2 pixels, where the object changes the truth by more than 2 %
+  RegionError object; ///< inside the mask of both pictures, eroded by 2 pixels
+  RegionError shadow; ///< outside the mask dilated by 2 pixels, where the object changes the truth by more than 2 %
+  /// The object's pixels as a picture shows them: both clipped at white, which is 1 / preview_exposure() of the room,
+  /// and smoothed over those pixels (blur_within()).
+  RegionError seen;
   ContactError contact; ///< beside the object, which the two above leave out
   RegionError whole;
   std::optional<double> mask_iou; ///< intersection over union of the masks; only with result_coverage

@@ -14,6 +14,8 @@
 #include "scene/core/atomic_file.h"
 #include "scene/core/output_file.h"
 #include "scene/image/image_formats.h"
+#include "scene/model/mesh_edit.h"
+#include "scene/placing/read_object.h"
 #include "scene/placing/set_down.h"
 #include "scene/room/room_formats.h"
 #include "simulate/low_discrepancy.h"
@@ -38,23 +40,14 @@ Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects, const 
   if (!rays)
     return rays.error();
   for (const ObjectConfig& given : objects) {
-    auto mesh = read_object_mesh(given.model, given.reflectance.value_or(Rgb(0.7f)));
+    auto mesh = read_object(given);
     if (!mesh)
       return mesh.error();
     const auto placed = set_down(given, WeighedMesh(*mesh), room, *rays);
     if (!placed)
       return placed.error();
-    const ObjectConfig& config = *placed;
-    const glm::dmat4 transform = object_transform(config);
-    const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(transform)));
-    const auto first = static_cast<std::uint32_t>(all.positions.size());
-    for (std::size_t i = 0; i < mesh->positions.size(); ++i) {
-      all.positions.emplace_back(transform * glm::dvec4(glm::dvec3(mesh->positions[i]), 1.0));
-      all.normals.emplace_back(glm::normalize(normal_matrix * glm::dvec3(mesh->normals[i])));
-      all.reflectance.push_back(config.reflectance.value_or(mesh->reflectance[i]));
-    }
-    for (const auto& t : mesh->triangles)
-      all.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    if (const auto added = append_mesh(all, std::move(*mesh), object_transform(*placed)); !added)
+      return added.error();
   }
   return all;
 }

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec4.hpp>
 
+#include "scene/material/fresnel.h"
 #include "scene/room/aperture.h"
 
 namespace daylit {
@@ -37,6 +39,13 @@ struct TriangleList {
     return glm::vec3(glm::normalize(glm::cross(vertices[triangles[t][1]] - a, vertices[triangles[t][2]] - a)));
   }
 };
+
+constexpr int kMostFaces = 64; // of transparent objects on one straight way; more let nothing through
+
+/// Its reflectance says all.
+bool is_plain(const ObjectMaterial& m) {
+  return !m.is_glossy() && m.emission == Rgb(0.0f) && !m.normal_texture && !m.occlusion_texture;
+}
 
 glm::vec3 facing(const glm::vec3& normal, const glm::vec3& direction) {
   return glm::dot(normal, direction) > 0.0f ? -normal : normal;
@@ -205,13 +214,19 @@ Result<void> TraceScene::place_object(const ObjectMesh& object, const glm::dmat4
   if (!rays)
     return rays.error();
   object_ = *std::move(rays);
-  object_reflectance_ = object.reflectance;
+  mesh_ = std::make_shared<const ObjectMesh>(object);
   const glm::dmat3 normal_matrix = glm::transpose(glm::inverse(glm::dmat3(world_from_object)));
+  world_from_mesh_ = glm::mat3(world_from_object);
+  normal_matrix_ = glm::mat3(normal_matrix);
+  has_textures_ = !object.textures.empty() || !object.colours.empty();
   for (const glm::vec3& n : object.normals)
     object_normal_.push_back(glm::vec3(glm::normalize(normal_matrix * glm::dvec3(n))));
   Bounds box;
   for (std::size_t t = 0; t < list.triangles.size(); ++t) {
-    object_surface_.push_back({list.unit_normal(t), object.triangles[t]});
+    const ObjectMaterial* material = object.material_or_null(t);
+    object_surface_.push_back(
+        {list.unit_normal(t), !material || is_plain(*material), material && material->is_transparent()});
+    has_transparent_ |= object_surface_.back().transparent;
     for (const std::uint32_t v : list.triangles[t])
       box.include(list.vertices[v]);
   }
@@ -265,6 +280,78 @@ bool TraceScene::occluded(const glm::vec3& origin, const glm::vec3& direction, f
   return true;
 }
 
+/// What a face of the object lets through straight: transmission, colour and 1 - F, as seen from outside on both sides
+/// (a pane bends light back), and exp(-a d) of what lies inside, from `from` on.
+Rgb TraceScene::straight(const RayHit& hit, const glm::vec3& direction, float from) const {
+  const ObjectSurface& s = object_surface_[hit.triangle];
+  if (!s.transparent)
+    return Rgb(0.0f);
+  const SurfaceMaterial m = surface_look(*mesh_, hit.triangle, hit.u, hit.v, 0.0f).material;
+  const float cosine = glm::dot(s.normal, direction);
+  const Rgb face =
+      (1.0f - m.metallic) * m.transmission * (1.0f - fresnel_dielectric(std::abs(cosine), m.ior)) * m.base_colour;
+  return cosine > 0.0f && !m.thin ? face * glm::exp(-m.absorption_per_m * (hit.distance - from)) : face;
+}
+
+/// Follows a ray through transparent faces of the object; true where one stops it.
+bool TraceScene::stopped(const glm::vec3& origin, const glm::vec3& direction, float distance, Rgb& through,
+                         RayHit& hit) const {
+  float from = 0.0f, near = 0.0f;
+  for (int face = 0; face < kMostFaces; ++face) {
+    if (!object_->closest(origin, direction, near, distance, hit))
+      return false;
+    const Rgb left = straight(hit, direction, from);
+    if (left == Rgb(0.0f))
+      return true;
+    through *= left;
+    from = hit.distance;
+    near = hit.distance * (1.0f + 0x1p-20f) + surface_offset();
+  }
+  return true;
+}
+
+std::optional<SurfacePoint> TraceScene::closest_opaque(const glm::vec3& origin, const glm::vec3& direction,
+                                                       bool with_object, bool& touched, Rgb& through) const {
+  if (!has_transparent_ || !with_object)
+    return closest(origin, direction, with_object, touched);
+  RayHit hit, object_hit;
+  const bool hit_room = room_.closest(origin, direction, 0.0f, kFar, hit);
+  const float limit = hit_room ? hit.distance : kFar;
+  if (may_hit_object(origin, direction, limit)) {
+    const Rgb before = through;
+    const bool stop = stopped(origin, direction, limit, through, object_hit);
+    touched |= stop || through != before;
+    if (stop)
+      return object_point(origin, direction, object_hit);
+  }
+  return hit_room ? std::optional(room_point(origin, direction, hit)) : std::nullopt;
+}
+
+Rgb TraceScene::transmittance(const glm::vec3& origin, const glm::vec3& direction, float distance, bool with_object,
+                              bool& touched) const {
+  if (!has_transparent_ || !with_object)
+    return Rgb(occluded(origin, direction, distance, with_object, touched) ? 0.0f : 1.0f);
+  Rgb through(1.0f);
+  RayHit hit;
+  if (room_.occluded(origin, direction, 0.0f, distance))
+    return Rgb(0.0f);
+  if (!may_hit_object(origin, direction, distance))
+    return through;
+  const bool stop = stopped(origin, direction, distance, through, hit);
+  touched |= stop || through != Rgb(1.0f);
+  return stop ? Rgb(0.0f) : through;
+}
+
+SurfaceLook TraceScene::look(const SurfacePoint& point) const {
+  SurfaceLook look = surface_look(*mesh_, point.triangle, point.u, point.v, 0.0f);
+  look.normal = glm::normalize(normal_matrix_ * look.normal);
+  if (glm::dot(look.normal, object_surface_[point.triangle].normal) < 0.0f)
+    look.normal = -look.normal;
+  const glm::vec3 t = world_from_mesh_ * look.tangent;
+  look.tangent = glm::normalize(t - glm::dot(t, look.normal) * look.normal);
+  return look;
+}
+
 SurfacePoint TraceScene::room_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const {
   const RoomSurface& s = room_surface_[hit.triangle];
   SurfacePoint point;
@@ -277,20 +364,28 @@ SurfacePoint TraceScene::room_point(const glm::vec3& origin, const glm::vec3& di
 
 SurfacePoint TraceScene::object_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const {
   const ObjectSurface& s = object_surface_[hit.triangle];
+  const auto& t = mesh_->triangles[hit.triangle];
   const float w = 1.0f - hit.u - hit.v;
   SurfacePoint point;
   point.position = origin + hit.distance * direction;
   point.geometric_normal = facing(s.normal, direction);
-  const glm::vec3 smooth =
-      w * object_normal_[s.vertex[0]] + hit.u * object_normal_[s.vertex[1]] + hit.v * object_normal_[s.vertex[2]];
+  const glm::vec3 smooth = w * object_normal_[t[0]] + hit.u * object_normal_[t[1]] + hit.v * object_normal_[t[2]];
   const float length = glm::length(smooth);
   point.normal = length > 1e-6f ? smooth / length : point.geometric_normal;
   if (glm::dot(point.normal, point.geometric_normal) < 0.0f)
     point.normal = -point.normal;
-  point.reflectance = w * object_reflectance_[s.vertex[0]] + hit.u * object_reflectance_[s.vertex[1]] +
-                      hit.v * object_reflectance_[s.vertex[2]];
   point.distance = hit.distance;
   point.on_object = true;
+  point.plain = s.plain;
+  point.outside = glm::dot(s.normal, direction) < 0.0f;
+  point.triangle = hit.triangle;
+  point.u = hit.u;
+  point.v = hit.v;
+  if (s.plain) {
+    const std::vector<Rgb>& reflectance = mesh_->reflectance;
+    point.reflectance = has_textures_ ? base_colour(*mesh_, hit.triangle, hit.u, hit.v, 0.0f)
+                                      : w * reflectance[t[0]] + hit.u * reflectance[t[1]] + hit.v * reflectance[t[2]];
+  }
   return point;
 }
 

@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -18,6 +19,7 @@
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
 #include "scene/model/object_mesh.h"
+#include "scene/model/surface_look.h"
 #include "scene/room/ray_scene.h"
 #include "scene/room/room.h"
 #include "scene/sky/sky_image.h"
@@ -82,9 +84,13 @@ struct SurfacePoint {
   glm::vec3 position{0.0f};         ///< local
   glm::vec3 geometric_normal{0.0f}; ///< unit, towards the side the ray came from
   glm::vec3 normal{0.0f};           ///< unit shading normal, same side
-  Rgb reflectance{0.0f};
+  Rgb reflectance{0.0f};            ///< of a plain surface
   float distance = 0.0f;
   bool on_object = false;
+  bool plain = true;          ///< diffuse, and sends nothing by itself; else surface_look() says what it is
+  bool outside = true;        ///< of the object: the ray came from the side that its triangles are wound for
+  std::uint32_t triangle = 0; ///< of the object
+  float u = 0.0f, v = 0.0f;   ///< weights of the corners 1 and 2 of the triangle
 };
 
 class TraceScene {
@@ -113,6 +119,18 @@ public:
   bool occluded(const glm::vec3& origin, const glm::vec3& direction, float distance, bool with_object,
                 bool& touched) const;
 
+  /// The same for light of diffuse surfaces, which goes straight through transparent objects (docs/materials.md):
+  /// first surface that is not transparent, and what is left of the light on the way; `through` is multiplied.
+  std::optional<SurfacePoint> closest_opaque(const glm::vec3& origin, const glm::vec3& direction, bool with_object,
+                                             bool& touched, Rgb& through) const;
+  /// 0 where [0, distance] is blocked.
+  Rgb transmittance(const glm::vec3& origin, const glm::vec3& direction, float distance, bool with_object,
+                    bool& touched) const;
+
+  /// Material, normal and tangent of a point on the object, local axes; the normal on the side that the triangle is
+  /// wound for.
+  SurfaceLook look(const SurfacePoint& point) const;
+
 private:
   struct RoomSurface {
     glm::vec3 normal{0.0f}; ///< unit
@@ -121,14 +139,16 @@ private:
   };
   struct ObjectSurface {
     glm::vec3 normal{0.0f}; ///< unit, of the flat triangle
-    std::array<std::uint32_t, 3> vertex{};
+    bool plain = true, transparent = false;
   };
   RayScene room_;
   std::optional<RayScene> object_;
   std::vector<RoomSurface> room_surface_;
   std::vector<ObjectSurface> object_surface_;
+  std::shared_ptr<const ObjectMesh> mesh_;
   std::vector<glm::vec3> object_normal_; ///< per vertex, world
-  std::vector<Rgb> object_reflectance_;
+  glm::mat3 world_from_mesh_{1.0f}, normal_matrix_{1.0f};
+  bool has_transparent_ = false, has_textures_ = false;
   glm::vec3 object_min_{0.0f}, object_max_{0.0f}; ///< local box
   std::optional<MarkerBoard> board_;
   glm::dvec3 origin_{0.0};
@@ -142,6 +162,8 @@ private:
   bool may_hit_object(const glm::vec3& origin, const glm::vec3& direction, float distance) const;
   SurfacePoint room_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
   SurfacePoint object_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
+  Rgb straight(const RayHit& hit, const glm::vec3& direction, float from) const;
+  bool stopped(const glm::vec3& origin, const glm::vec3& direction, float distance, Rgb& through, RayHit& hit) const;
 };
 
 } // namespace daylit

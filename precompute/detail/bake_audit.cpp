@@ -40,8 +40,8 @@ Result<std::vector<float>> fitted_coefficients(const Stage& s, const std::vector
 /// Radiosity of the elements under the audit's skies, from direct light that falls on the elements.
 Result<radiosity::Radiosity> held_out_radiosity(const Stage& s, Audit& audit) {
   const LightElements& elements = s.elements;
-  const auto light = radiosity::first_bounce(elements.patches, elements.mesh, elements.rays, s.problem.apertures.list,
-                                             held_out_partition(), s.progress);
+  const auto light = radiosity::first_bounce_rows(elements.patches, elements.mesh, elements.rays,
+                                                  s.problem.apertures.list, held_out_partition(), s.progress);
   if (!light)
     return light.error();
   const radiosity::FirstBounce direct = audit.direct_light(*light, elements.patches),

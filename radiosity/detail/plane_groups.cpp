@@ -147,7 +147,7 @@ std::optional<std::array<glm::dvec2, 2>> contact(const PlaneGroup& g, const Loca
   return std::array<glm::dvec2, 2>{hit[0], hit[1]};
 }
 
-constexpr double kSmall_m = 0.3;
+constexpr double kSmall_m = 0.3; // longest edge
 
 using Flat = std::array<glm::dvec2, 3>;
 
@@ -220,7 +220,7 @@ private:
   int axis_ = 0;
 };
 
-/// A triangle by itself, of a curved surface: what crosses it is no larger than it, and it is not cut.
+/// A triangle by itself, as of curved surfaces, so small that it is not cut where it is partly inside something.
 bool is_small(const PlaneGroup& g) {
   if (g.triangles.size() > 1)
     return false;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "scene/image/image_formats.h"
 #include "scene/image/rgb_image.h"
@@ -38,6 +40,11 @@ public:
   void read(std::size_t first, std::size_t count, Rgb* out) const {
     for (std::size_t i = 0; i < count; ++i)
       out[i] = (*this)[first + i];
+  }
+  /// From this value on a channel may stand for anything brighter.
+  float white() const {
+    return linear_ ? std::numeric_limits<float>::infinity()
+                   : std::min({(*exposure_)[0][255], (*exposure_)[1][255], (*exposure_)[2][255]});
   }
   RgbImage copy() const {
     RgbImage image(width_, height_);

@@ -155,7 +155,7 @@ private:
     LiveSurroundings around{board_, status_};
     around.sky_recorder = recordings_[0].recorder.get();
     around.interior_recorder = recordings_[1].recorder.get();
-    around.frames = options_.frames;
+    around.frames = options_.frames > 0 ? options_.frames - pictures_ : 0;
     around.drawn = [this](const DrawnFrame& frame) {
       ++pictures_;
       report_(frame);
@@ -259,7 +259,8 @@ private:
 
   /// False: there is none, the daemon ends.
   bool take_next() {
-    if (!next_ || interrupted() || !is_window_open())
+    const bool all_drawn = options_.frames > 0 && pictures_ >= options_.frames;
+    if (!next_ || all_drawn || interrupted() || !is_window_open())
       return false;
     run_ = std::move(next_);
     editor_.reset(next_config_);
@@ -304,7 +305,6 @@ private:
 Result<void> run_live(const RunConfig& config, const LiveOptions& options,
                       const std::function<void(const DrawnFrame&)>& report) {
   mallopt(M_ARENA_MAX, kMemoryArenas);
-  watch_for_reload();
   return Daemon(config, options, report).run();
 }
 

@@ -11,7 +11,7 @@
 namespace daylit {
 
 struct LiveOptions {
-  std::filesystem::path config; ///< read again on SIGHUP
+  std::filesystem::path config; ///< read again on SIGHUP, which the program watches for
   std::filesystem::path record; ///< folder for recordings of both cameras; empty: none
   int frames = 0;               ///< so many pictures are drawn and written to [output]; 0: until it is told to stop
   Backend backend = Backend::automatic;

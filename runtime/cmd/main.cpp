@@ -158,6 +158,8 @@ Result<void> run(const Options& options) {
   const auto given = read_run_config(options.config);
   if (!given)
     return given.error();
+  if (!given->is_live() || !options.replay.empty())
+    watch_for_reload(false);
   if (!options.replay.empty() && !options.record.empty())
     return Error{ErrorCode::usage, "--record is for cameras, --replay draws what was recorded", options.config,
                  "give one of them"};
@@ -216,6 +218,7 @@ int main(int argc, char** argv) {
   if (argc > 1)
     if (const auto command = commands.find(argv[1]); command != commands.end())
       return command->second(argc - 1, argv + 1);
+  daylit::watch_for_reload(); // now: it may come to a service that has just been started
   daylit::Options options;
   CLI::App app{
       "Draws virtual objects into a camera picture of a real room, lit by the daylight outside.\n"

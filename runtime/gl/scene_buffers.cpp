@@ -145,7 +145,7 @@ Result<void> ObjectBuffers::set(const Gl& gl, const ObjectSurface& objects, cons
   for (std::size_t i = 0; i < vertex_count_; ++i) {
     vertices.emplace_back(objects.positions[i] - origin);
     vertices.push_back(objects.normals[i]);
-    vertices.push_back(objects.reflectance[i]);
+    vertices.push_back(objects.drawn_reflectance[i]);
   }
   vertices_ = make_buffer(gl, bytes_of(vertices));
   indices_ = make_buffer(gl, bytes_of(objects.triangles));

@@ -113,6 +113,13 @@ IndirectChange IndirectShadow::evaluate(std::uint32_t triangle, const glm::dvec3
   return state_->receivers.evaluate(triangle, x, direction, rays);
 }
 
+Rgb IndirectShadow::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
+                                           const glm::dvec3& direction) const {
+  return state_->receivers.irradiance_without_sun(triangle, x, direction);
+}
+
+std::span<const TwoSided> IndirectShadow::sent() const { return state_->radiance; }
+
 Rgb IndirectShadow::sun_irradiance(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
   const glm::dvec3 n = state_->normal_of(triangle, direction);
   return state_->windows.sun(x + kAirGap_m * n, n);

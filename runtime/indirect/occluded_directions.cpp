@@ -132,7 +132,8 @@ void look_at_part(const RayScene& room, const RoomPatches& patches, const Placed
       if (!(met >> i & 1u))
         continue;
       candidates.direction[candidates.count] = directions[i];
-      candidates.covered[candidates.count++] = {hits[i], weights[i], nullptr, x + directions[i]};
+      candidates.covered[candidates.count++] = {hits[i], weights[i] * parts.opacity(seen.part), nullptr,
+                                                x + directions[i]};
       if (candidates.count == kPacket)
         candidates.flush(room, patches, x, covered);
     }

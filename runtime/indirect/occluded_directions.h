@@ -44,19 +44,6 @@ private:
 void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
                    const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered);
 
-/// What the room shows x in all directions of the pattern, objects or none.
-struct SeenPatch {
-  RoomPatch* patch = nullptr;
-  float weight = 0.0f; ///< cos dw of its directions, sr
-};
-/// The weight of directions that show one patch is summed: it is looked up once per light.
-void add_patch(std::vector<SeenPatch>& seen, RoomPatch* patch, float weight);
-std::vector<SeenPatch> find_around(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x,
-                                   const glm::dvec3& n, const DirectionPattern& pattern);
-/// 1 where x lies within the sphere of a part, 0 where all spheres cover so little that find_occluded() looks at their
-/// cones and not around.
-float surrounded(const PlacedParts& parts, const glm::dvec3& x);
-
 /// An object, and another whose own triangles hide nothing.
 struct SeenFrom {
   std::size_t part = 0, ignored = 0;
@@ -64,6 +51,20 @@ struct SeenFrom {
 /// The same of the directions in which one part lies, on all sides of x; the weights are solid angles, sr.
 void find_occluded_by(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
                       const glm::dvec3& x, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered);
+
+/// A piece of the room as a point x sees it.
+struct SeenPatch {
+  RoomPatch* patch = nullptr;
+  float weight = 0.0f; ///< cos dw of its directions, sr
+};
+/// The weight of directions that show one patch is summed: it is looked up once per light.
+void add_patch(std::vector<SeenPatch>& seen, RoomPatch* patch, float weight);
+/// What the room shows x with normal n in all directions of the pattern, objects or none.
+std::vector<SeenPatch> find_around(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x,
+                                   const glm::dvec3& n, const DirectionPattern& pattern);
+/// 1 where x lies within the sphere of a part, 0 where all spheres cover so little that find_occluded() looks at their
+/// cones and not around.
+float surrounded(const PlacedParts& parts, const glm::dvec3& x);
 
 /// Radiance of the object there.
 inline Rgb object_radiance(const OccludedDirection& covered, std::span<const TwoSided> radiance) {

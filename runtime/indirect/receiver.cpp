@@ -62,7 +62,7 @@ Rgb LitScene::hidden_irradiance(const Receiver& receiver, std::uint32_t triangle
       sum += s.weight * s.patch->reflectance * patches.irradiance(*s.patch) * std::numbers::inv_pi_v<float>;
     return sum;
   };
-  const Sunlight sunlight = sent_by_sunlit(x + kAirGap_m * n, n);
+  const Sunlight sunlight = sent_by_sunlit(x + kAirGap_m * n, n, receiver.surrounded > 0.0f);
   const Rgb hidden = sunlight.hidden + sent(receiver.hidden);
   if (receiver.surrounded == 0.0f)
     return hidden;
@@ -76,19 +76,19 @@ Rgb LitScene::hidden_irradiance(const Receiver& receiver, std::uint32_t triangle
 
 /// sum over the points of power / pi cos cos' / r^2 (a small diffuse source), where none of the room stands between;
 /// hidden: where an object does.
-LitScene::Sunlight LitScene::sent_by_sunlit(const glm::dvec3& x, const glm::dvec3& n) const {
+LitScene::Sunlight LitScene::sent_by_sunlit(const glm::dvec3& x, const glm::dvec3& n, bool all) const {
   constexpr std::size_t kPacket = 16;
   Sunlight sum;
   std::array<glm::dvec3, kPacket> offset, direction;
   std::array<Rgb, kPacket> arriving;
   std::size_t count = 0;
   const auto add = [&] {
-    const std::uint32_t seen = windows.past_room(x, {offset.data(), count}),
-                        hidden = seen ? seen & parts.occluded(x, {direction.data(), count}) : 0u;
+    const std::uint32_t behind = parts.occluded(x, {direction.data(), count}),
+                        seen = all || behind ? windows.past_room(x, {offset.data(), count}) : 0u;
     for (std::size_t k = 0; k < count; ++k) {
-      if (seen >> k & 1u)
+      if (all && seen >> k & 1u)
         sum.all += arriving[k];
-      if (hidden >> k & 1u)
+      if (seen & behind & 1u << k)
         sum.hidden += arriving[k];
     }
     count = 0;
@@ -117,7 +117,8 @@ Rgb LitScene::before(const Receiver& receiver, std::uint32_t triangle, const glm
 }
 
 /// V_blocked E_sky + the mean of the sun's loss.
-Rgb LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width) const {
+LitScene::LostDirect LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n,
+                                           double width) const {
   constexpr int kSunPoints = 4;
   const glm::dvec3 air = x + kAirGap_m * n;
   Rgb sun(0.0f);
@@ -128,7 +129,7 @@ Rgb LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm
       sun += windows.lost_sun(air + u.x * plane.u + u.y * plane.v, n, parts) / static_cast<float>(kSunPoints);
     }
   }
-  return windows.blocked_fraction(air, n, parts) * light.at_surface(triangle, x, -n).open_sky_irradiance + sun;
+  return {windows.blocked_fraction(air, n, parts) * light.at_surface(triangle, x, -n).open_sky_irradiance, sun};
 }
 
 /// rho / pi E_sun(x, n) V, by one sample of the disc: L of a diffuse surface.

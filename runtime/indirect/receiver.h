@@ -64,12 +64,16 @@ struct LitScene {
   Rgb before(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Irradiance straight from sky and sun that the objects keep from point x of a triangle with normal n: the sun's is
   /// the mean over a square of that width, for its edges are sharp.
-  Rgb lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
-  /// The light that the sunlit surfaces of the room send to x with normal n, and what of it the objects hide.
+  struct LostDirect {
+    Rgb sky{0.0f}, sun{0.0f};
+  };
+  LostDirect lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
+  /// The light that the sunlit surfaces of the room send to x with normal n (only where `all`, else 0), and what of it
+  /// the objects hide.
   struct Sunlight {
     Rgb all{0.0f}, hidden{0.0f};
   };
-  Sunlight sent_by_sunlit(const glm::dvec3& x, const glm::dvec3& n) const;
+  Sunlight sent_by_sunlit(const glm::dvec3& x, const glm::dvec3& n, bool all) const;
   /// The sun's light that one side of an object's surface reflects.
   Rgb reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb& reflectance) const;
   const Rgb& reflectance(std::uint32_t triangle) const { return room.material(room.triangles[triangle]).reflectance; }

@@ -55,8 +55,8 @@ struct ReceiverLattice::Node {
   Rgb hidden{0.0f}; ///< irradiance from what the objects hide
   Rgb before{0.0f}; ///< without the objects, sun excepted
   IndirectChange change;
-  Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
-  float distance = 0.0f; ///< to the nearest surface of an object, radii
+  LitScene::LostDirect lost; ///< direct irradiance that the objects keep away
+  float distance = 0.0f;     ///< to the nearest surface of an object, radii
   std::atomic<std::uint64_t> light_version{0}, lost_version{0}, distance_version{0};
   std::uint64_t placement_version = 0, sky_version = 0;
   std::mutex renewing;
@@ -85,6 +85,7 @@ struct ReceiverLattice::State {
   void renew(Node& node) const;
   const IndirectChange& current(Node& node) const;
   float current_distance(Node& node) const;
+  const LitScene::LostDirect& current_lost(Node& node) const;
 
   /// A point of a plane.
   struct Place {
@@ -186,6 +187,12 @@ float ReceiverLattice::State::current_distance(Node& node) const {
     node.distance = static_cast<float>(scene.parts.distance(node.x, node.farthest * radius) / radius);
   });
   return node.distance;
+}
+
+const LitScene::LostDirect& ReceiverLattice::State::current_lost(Node& node) const {
+  once(node.lost_version, (placement_version << 32) + sky_version, node.renewing,
+       [&] { node.lost = scene.lost_direct(node.triangle, node.x, node.n, node.cell_m); });
+  return node.lost;
 }
 
 ReceiverLattice::State::Found ReceiverLattice::State::find(std::size_t level, const Place& place) const {
@@ -367,9 +374,28 @@ std::size_t ReceiverLattice::number_of(const Node& node) { return node.number; }
 /// Delta E + E_direct lost, negative.
 Rgb ReceiverLattice::whole_change(Node& node) const {
   const State& s = *state_;
-  once(node.lost_version, (s.placement_version << 32) + s.sky_version, node.renewing,
-       [&] { node.lost = s.scene.lost_direct(node.triangle, node.x, node.n, node.cell_m); });
-  return s.current(node).irradiance - node.lost;
+  return s.current(node).irradiance - s.current_lost(node).sky - node.lost.sun;
+}
+
+/// E = sum_k w_k (E_before + Delta E - E_sky lost) of the nodes around.
+Rgb ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
+                                            const glm::dvec3& direction) const {
+  const State& s = *state_;
+  const Link around = link(triangle, x, direction, near(x));
+  Rgb sum(0.0f);
+  float whole = 0.0f;
+  for (std::size_t k = 0; k < 4; ++k) {
+    if (around.weight[k] == 0.0f)
+      continue;
+    Node& node = *around.node[k];
+    const IndirectChange& change = s.current(node);
+    sum += around.weight[k] * (change.before + change.irradiance - s.current_lost(node).sky);
+    whole += around.weight[k];
+  }
+  if (whole > 0.0f)
+    return glm::max(sum, Rgb(0.0f));
+  const IndirectChange here = evaluate(triangle, x, direction, kRays);
+  return glm::max(here.before + here.irradiance, Rgb(0.0f));
 }
 
 } // namespace daylit

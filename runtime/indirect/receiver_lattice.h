@@ -49,6 +49,8 @@ public:
   /// Nodes are numbered from 0 as they are made.
   std::size_t node_count() const;
   static std::size_t number_of(const Node& node);
+  /// Irradiance of point x of a triangle with the objects there, sun excepted; interpolated.
+  Rgb irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Change of the irradiance there, direct light included.
   Rgb whole_change(Node& node) const;
 

@@ -215,6 +215,10 @@ Rgb RoomLight::indirect_irradiance(const glm::dvec3& n, const VertexProbes& prob
   return state_->indirect_at(n, probes);
 }
 
+const glm::dvec3& RoomLight::normal(std::uint32_t triangle, const glm::dvec3& direction) const {
+  return state_->planes[state_->planes.facing_of(triangle, direction)].normal;
+}
+
 std::size_t RoomLight::cells_kept() const { return kSide * kSide * state_->blocks.size(); }
 
 } // namespace daylit

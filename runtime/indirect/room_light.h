@@ -58,6 +58,9 @@ public:
   VertexProbes probes_at(const glm::dvec3& x) const;
   Rgb indirect_irradiance(const glm::dvec3& n, const VertexProbes& probes) const;
 
+  /// Of the surface, towards the side that a ray along `direction` meets.
+  const glm::dvec3& normal(std::uint32_t triangle, const glm::dvec3& direction) const;
+
   std::size_t cells_kept() const;
 
 private:

@@ -56,8 +56,9 @@ std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<
   };
   std::vector<VertexLight> light(count);
   for (std::size_t i = 0; i < count; ++i) {
-    light[i].indirect_front = indirect[i].front;
-    light[i].indirect_back = indirect[i].back;
+    const Rgb per_reflectance = surface.drawn_reflectance[i] / glm::max(surface.reflectance[i], Rgb(1e-30f));
+    light[i].indirect_front = per_reflectance * indirect[i].front;
+    light[i].indirect_back = per_reflectance * indirect[i].back;
     if (!in_view[i])
       continue;
     ++lit;

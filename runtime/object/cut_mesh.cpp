@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/parallel.h"
+#include "scene/model/mesh_edit.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
@@ -53,13 +54,18 @@ public:
     for (std::size_t i = 0; i < edges_.size(); ++i)
       if (at[i] >= 0.0f) {
         ends_[i] = static_cast<std::uint32_t>(mesh_.positions.size());
-        add_vertex(edges_[i], at[i] - kSlit);
-        add_vertex(edges_[i], at[i] + kSlit);
+        add_between(mesh_, edges_[i].from, edges_[i].to, at[i] - kSlit);
+        add_between(mesh_, edges_[i].from, edges_[i].to, at[i] + kSlit);
       }
     std::vector<Triangle> parts;
-    for (const Triangle& t : mesh_.triangles)
-      add_parts(t, parts);
+    std::vector<std::uint16_t> material;
+    for (std::size_t k = 0; k < mesh_.triangles.size(); ++k) {
+      add_parts(mesh_.triangles[k], parts);
+      if (!mesh_.triangle_material.empty())
+        material.resize(parts.size(), mesh_.triangle_material[k]);
+    }
     mesh_.triangles = std::move(parts);
+    mesh_.triangle_material = std::move(material);
     return cuts;
   }
 
@@ -100,14 +106,6 @@ private:
       found = found ? found : hit.distance;
     }
     return found;
-  }
-
-  /// Position, normal and reflectance are linear along the edge.
-  void add_vertex(const Edge& e, float t) {
-    mesh_.positions.push_back(glm::mix(mesh_.positions[e.from], mesh_.positions[e.to], t));
-    const glm::vec3 n = glm::mix(mesh_.normals[e.from], mesh_.normals[e.to], t);
-    mesh_.normals.push_back(glm::dot(n, n) > 1e-12f ? glm::normalize(n) : mesh_.normals[e.from]);
-    mesh_.reflectance.push_back(glm::mix(mesh_.reflectance[e.from], mesh_.reflectance[e.to], t));
   }
 
   /// Seen from corner a: its own side first.

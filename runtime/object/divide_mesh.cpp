@@ -8,6 +8,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/model/mesh_edit.h"
+
 namespace daylit {
 
 namespace {
@@ -29,9 +31,14 @@ public:
   }
   void divide() {
     std::vector<Triangle> parts;
-    for (const Triangle& t : mesh_.triangles)
-      add_parts(t, parts);
+    std::vector<std::uint16_t> material;
+    for (std::size_t k = 0; k < mesh_.triangles.size(); ++k) {
+      add_parts(mesh_.triangles[k], parts);
+      if (!mesh_.triangle_material.empty())
+        material.resize(parts.size(), mesh_.triangle_material[k]);
+    }
     mesh_.triangles = std::move(parts);
+    mesh_.triangle_material = std::move(material);
     middle_.clear();
   }
 
@@ -43,19 +50,14 @@ private:
     return glm::dot(d, d) > longest2_;
   }
 
-  /// The vertex in the middle of a long edge; position, normal and reflectance are linear along it.
+  /// The vertex in the middle of a long edge.
   std::uint32_t middle(std::uint32_t a, std::uint32_t b) {
     if (!is_long(a, b))
       return kNone;
     const auto key = (std::uint64_t{std::min(a, b)} << 32) | std::max(a, b);
     const auto [found, made] = middle_.emplace(key, static_cast<std::uint32_t>(mesh_.positions.size()));
-    if (made) {
-      const glm::vec3 n = mesh_.normals[a] + mesh_.normals[b];
-      const glm::vec3 first = mesh_.normals[std::min(a, b)];
-      mesh_.positions.push_back(0.5f * (mesh_.positions[a] + mesh_.positions[b]));
-      mesh_.normals.push_back(glm::dot(n, n) > 1e-12f ? glm::normalize(n) : first);
-      mesh_.reflectance.push_back(0.5f * (mesh_.reflectance[a] + mesh_.reflectance[b]));
-    }
+    if (made)
+      add_between(mesh_, std::min(a, b), std::max(a, b), 0.5f);
     return found->second;
   }
 
@@ -97,8 +99,11 @@ void divide_long_edges(ObjectMesh& mesh) {
     high = glm::max(high, p);
   }
   Divider divider(mesh, kLongest * 0.5f * glm::length(high - low));
+  const std::size_t before = mesh.positions.size();
   while (mesh.triangles.size() < kMostTriangles && divider.any())
     divider.divide();
+  if (mesh.positions.size() > before && !mesh.textures.empty())
+    set_reflectance(mesh); // of the textures on the smaller triangles
 }
 
 } // namespace daylit

@@ -13,10 +13,14 @@ namespace daylit {
 
 /// All virtual objects together, in the world.
 struct ObjectSurface {
-  std::vector<glm::dvec3> positions; ///< world metres
-  std::vector<glm::vec3> normals;    ///< unit, world frame
-  std::vector<Rgb> reflectance;
+  std::vector<glm::dvec3> positions;  ///< world metres
+  std::vector<glm::vec3> normals;     ///< unit, world frame
+  std::vector<Rgb> reflectance;       ///< what they send on
+  std::vector<Rgb> drawn_reflectance; ///< what a renderer draws: 1 where the material is looked up per pixel
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::vector<std::uint8_t> is_glass; ///< per triangle; empty: none is
+  /// Glass casts a thin shadow: it stops this part of the lights, evenly chosen, and lets the others through.
+  float glass_opacity = 0.0f;
   BoundingSphere bounds() const; ///< of the vertices that triangles use; radius 0 when there are none
 };
 

@@ -146,6 +146,8 @@ std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dv
     const glm::vec3 from = rays.to_local(to_own(part, x));
     std::array<std::size_t, 16> source{};
     std::size_t count = 0;
+    if (c.part.opacity < 1.0f)
+      continue;
     for (std::size_t k = 0; k < directions.size(); ++k)
       if (!(all >> k & 1u) && may_cover(c, x, directions[k]))
         source[count++] = k;

@@ -23,6 +23,7 @@ struct PlacedPart {
   std::span<const glm::vec3> positions;                    ///< own frame
   std::size_t first_vertex = 0;                            ///< in the light of all objects
   glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
+  float opacity = 1.0f;                                    ///< of glass: the part of light that it keeps from behind it
 };
 
 /// First point of an object along a ray.
@@ -45,6 +46,7 @@ public:
   std::span<const glm::vec3> positions(std::size_t which) const {
     return casters_[which].part.positions;
   } ///< own frame
+  float opacity(std::size_t which) const { return casters_[which].part.opacity; }
   glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
   glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;
 
@@ -58,7 +60,7 @@ public:
   double distance(const glm::dvec3& x, double within_m) const;
   /// A surface of a part stands between two points.
   bool between(const glm::dvec3& a, const glm::dvec3& b) const;
-  /// Some part lies in the direction.
+  /// Some part that is not of glass lies in the direction.
   bool occluded(const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same of up to sixteen directions: bit k is direction k.
   std::uint32_t occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions) const;

@@ -10,8 +10,10 @@
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/divide_mesh.h"
 #include "runtime/object/mesh_topology.h"
+#include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
 #include "scene/core/parallel.h"
+#include "scene/placing/read_object.h"
 #include "scene/placing/standing.h"
 
 namespace daylit {
@@ -31,7 +33,10 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
       const std::size_t at = part.first_vertex + i;
       surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
       surface.normals[at] = glm::normalize(rotation * part.mesh.normals[i]);
-      surface.reflectance[at] = placement.reflectance ? *placement.reflectance : part.mesh.reflectance[i];
+      surface.reflectance[at] = part.mesh.reflectance[i];
+      if (part.per_pixel)
+        surface.reflectance[at] = glm::max(surface.reflectance[at], Rgb(kLeastReflectance));
+      surface.drawn_reflectance[at] = part.per_pixel ? Rgb(1.0f) : surface.reflectance[at];
     }
   });
   // Transfer vectors are integrals over directions: a uniform scale leaves them as they are.
@@ -69,6 +74,13 @@ BoundingSphere VirtualObjects::bounds(std::size_t k) const {
 
 namespace {
 
+/// It mirrors, or its colour varies between vertices.
+bool looked_up_per_pixel(const ObjectMesh& mesh) {
+  return std::ranges::any_of(mesh.materials, [](const ObjectMaterial& m) {
+    return m.is_glossy() || m.base_colour_texture || m.normal_texture || m.emission != Rgb(0.0f);
+  });
+}
+
 /// Winding and normals of a file may disagree; the normals win. From here on the winding says what is outside.
 void wind_by_normals(ObjectMesh& mesh) {
   for (auto& t : mesh.triangles) {
@@ -86,6 +98,7 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   all.surface.positions.resize(count);
   all.surface.normals.resize(count);
   all.surface.reflectance.resize(count);
+  all.surface.drawn_reflectance.resize(count);
   all.transfer.resize(count);
   const auto offset = static_cast<std::uint32_t>(first);
   for (const auto& t : mesh.triangles)
@@ -96,8 +109,30 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   auto rays = RayScene::build(positions, mesh.triangles);
   if (!rays)
     return rays.error();
-  all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass});
+  const bool per_pixel = looked_up_per_pixel(mesh);
+  all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass,
+                       1.0f, per_pixel});
   return all.set_placement(all.parts.size() - 1, placement);
+}
+
+void find_glass(VirtualObjects& all) {
+  const auto is_glass = [](const ObjectMaterial& m) { return m.is_transparent(); };
+  double opacity = 0.0, parts = 0.0;
+  for (std::size_t k = 0; k < all.parts.size(); ++k) {
+    VirtualObjects::Part& part = all.parts[k];
+    const bool glass = part.per_pixel && std::ranges::any_of(part.mesh.materials, is_glass);
+    if (glass) {
+      part.opacity = ObjectRays(all).opacity(k);
+      opacity += static_cast<double>(part.opacity);
+      parts += 1.0;
+    }
+    for (std::size_t t = 0; t < part.mesh.triangles.size(); ++t)
+      all.surface.is_glass.push_back(glass);
+  }
+  if (parts == 0.0)
+    all.surface.is_glass.clear();
+  else
+    all.surface.glass_opacity = static_cast<float>(opacity / parts);
 }
 
 } // namespace
@@ -108,7 +143,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
   for (std::size_t k = 0; k < objects.size(); ++k) {
     if (!progress("objects", static_cast<double>(k) / static_cast<double>(objects.size())))
       return interrupted_error("loading objects");
-    auto mesh = read_object_mesh(objects[k].model);
+    auto mesh = read_object(objects[k], &all.notes);
     if (!mesh)
       return mesh.error();
     if (mesh->triangles.empty())
@@ -127,6 +162,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     if (const auto placed = append(all, std::move(*mesh), std::move(transfer->transfer), mass, objects[k]); !placed)
       return placed.error();
   }
+  find_glass(all);
   return all;
 }
 

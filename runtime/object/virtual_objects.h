@@ -13,6 +13,9 @@
 
 namespace daylit {
 
+/// Of a vertex whose material is looked up per pixel: its light is divided by it.
+constexpr float kLeastReflectance = 0.02f;
+
 /// All virtual objects of a scene, placed in the world.
 struct VirtualObjects {
   /// One object in its own frame.
@@ -23,6 +26,8 @@ struct VirtualObjects {
     std::size_t first_vertex = 0; ///< in surface
     glm::dmat4 world_from_object{1.0};
     glm::dvec3 centre_of_mass{0.0}; ///< of the mesh, in its own frame
+    float opacity = 1.0f;           ///< what it keeps of light that comes from behind it; below 1: glass
+    bool per_pixel = false;         ///< its material is looked up at every pixel (reflect/glossy_picture.h)
   };
   ObjectSurface surface;
   std::vector<VertexTransfer> transfer; ///< per vertex, world frame

@@ -13,20 +13,22 @@ namespace {
 std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
   std::vector<PlacedPart> parts;
   for (const VirtualObjects::Part& part : objects.parts)
-    parts.push_back({&part.rays, part.mesh.triangles, part.mesh.positions, part.first_vertex, part.world_from_object});
+    parts.push_back({&part.rays, part.mesh.triangles, part.mesh.positions, part.first_vertex, part.world_from_object,
+                     part.opacity});
   return parts;
 }
 
 } // namespace
 
-LoadedRoom::LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, bool with_indirect_shadow)
-    : volume(std::move(v)), sampler(std::move(s)), rays(std::move(r)), light(volume.room, rays, sampler) {
+LoadedRoom::LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RoomMirror m, bool with_indirect_shadow)
+    : volume(std::move(v)), sampler(std::move(s)), rays(std::move(r)), light(volume.room, rays, sampler),
+      windows(volume.apertures), mirror(std::move(m)) {
   if (with_indirect_shadow)
     indirect_shadow.emplace(volume.room, rays, volume.apertures, light);
 }
 
-Result<std::unique_ptr<LoadedRoom>> load_room(const std::filesystem::path& path, bool with_indirect_shadow) {
-  auto volume = read_volume(path);
+Result<std::unique_ptr<LoadedRoom>> load_room(const RunConfig& config) {
+  auto volume = read_volume(config.volume);
   if (!volume)
     return volume.error();
   auto sampler = LightFieldSampler::make(*volume);
@@ -35,7 +37,11 @@ Result<std::unique_ptr<LoadedRoom>> load_room(const std::filesystem::path& path,
   auto rays = RayScene::build(volume->room);
   if (!rays)
     return rays.error();
-  return std::make_unique<LoadedRoom>(std::move(*volume), std::move(*sampler), std::move(*rays), with_indirect_shadow);
+  auto mirror = RoomMirror::make(volume->room, config.glossy_room);
+  if (!mirror)
+    return mirror.error();
+  return std::make_unique<LoadedRoom>(std::move(*volume), std::move(*sampler), std::move(*rays), std::move(*mirror),
+                                      config.indirect_shadow);
 }
 
 namespace {
@@ -65,6 +71,23 @@ void LightStage::add_object_effects(const SkyStage& sky, const VirtualObjects& o
   shadow.set_indirect(radiance);
 }
 
+/// Without the exchange with the room the sun's light on the objects is not known at vertices: it is left out.
+std::vector<TwoSided> LightStage::sent_light(const SkyStage& sky, const VirtualObjects& objects,
+                                             std::span<const TwoSided> indirect) const {
+  if (room_.indirect_shadow) {
+    const std::span<const TwoSided> sent = room_.indirect_shadow->sent();
+    return {sent.begin(), sent.end()};
+  }
+  const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
+  std::vector<TwoSided> sent =
+      direct_radiance(windows, objects.surface.normals, objects.transfer, objects.surface.reflectance);
+  for (std::size_t i = 0; i < sent.size(); ++i) {
+    sent[i].front += indirect[i].front;
+    sent[i].back += indirect[i].back;
+  }
+  return sent;
+}
+
 void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples,
                         FrameReport& report) {
   StageClock clock(report);
@@ -90,6 +113,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
                                          objects->surface.reflectance, &indirect.ringing);
     if (room_.indirect_shadow)
       add_object_effects(sky, *objects, indirect.radiance);
+    indirect.sent = needs_rays(*objects) ? sent_light(sky, *objects, indirect.radiance) : std::vector<TwoSided>{};
     clock.end("object_light");
   });
   report.reused.samples = direct_.reused();

@@ -8,6 +8,8 @@
 #include "runtime/indirect/room_light.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/virtual_objects.h"
+#include "runtime/reflect/glossy_picture.h"
+#include "runtime/reflect/room_mirror.h"
 #include "runtime/session/sky_stage.h"
 #include "runtime/sky/direct_light.h"
 #include "scene/room/ray_scene.h"
@@ -22,14 +24,16 @@ struct LoadedRoom {
   RayScene rays;
   RoomLight light;
   std::optional<IndirectShadow> indirect_shadow; ///< empty: not drawn
+  ApertureCrossings windows;
+  RoomMirror mirror;
 
-  LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, bool with_indirect_shadow);
+  LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RoomMirror m, bool with_indirect_shadow);
   LoadedRoom(const LoadedRoom&) = delete;
   LoadedRoom& operator=(const LoadedRoom&) = delete;
 };
 
-/// Errors: of the volume file, of its probe grid, no ray scene.
-Result<std::unique_ptr<LoadedRoom>> load_room(const std::filesystem::path& volume, bool with_indirect_shadow);
+/// Errors: of the volume file, of its probe grid, no ray scene, a glossy material that is not there.
+Result<std::unique_ptr<LoadedRoom>> load_room(const RunConfig& config);
 
 /// Direct light at the objects.
 struct ObjectsDirectLight {
@@ -47,6 +51,7 @@ struct ObjectsProbes {
 /// Indirect light that the vertices reflect.
 struct ObjectsIndirectLight {
   std::vector<TwoSided> radiance;
+  std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
   Ringing ringing;
 };
 
@@ -59,12 +64,16 @@ public:
   /// Fills times and what was reused of samples and probes.
   void update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples, FrameReport& report);
 
+  /// Some ray leaves an object, or meets one in a mirror of the room.
+  bool needs_rays(const VirtualObjects& objects) const { return any_per_pixel(objects) || !room_.mirror.empty(); }
   const ObjectsDirectLight& direct() const { return *direct_; }
   const ObjectsProbes& probes() const { return *probes_; }
   const ObjectsIndirectLight& indirect() const { return *indirect_; }
   Version version() const { return indirect_.version(); } ///< of all three
 
 private:
+  std::vector<TwoSided> sent_light(const SkyStage& sky, const VirtualObjects& objects,
+                                   std::span<const TwoSided> indirect) const;
   void add_object_effects(const SkyStage& sky, const VirtualObjects& objects, std::vector<TwoSided>& radiance) const;
 
   LoadedRoom& room_;

@@ -102,8 +102,24 @@ Result<void> PictureStage::update(const PictureInputs& in, FrameReport& report) 
   return {};
 }
 
+/// What mirrors and refracts, over the composite of everything else.
+GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInputs& in, const PhotoScale& scale,
+                                      Composite& result) const {
+  const ObjectRays objects(*in.objects);
+  const PhotographedRoom photograph(result, *in.camera, in.lens, scale, photo.white());
+  const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
+  const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,     in.sky->pyramid[0],
+                      in.sky->sun,       room_.windows, objects,     &photograph};
+  const GlossyRays rays(seen, in.light.indirect().sent, {});
+  const DrawnPicture drawn{*drawn_, *in.camera};
+  const GlossyCounts counts =
+      any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};
+  result.shadow_pixels += room_.mirror.draw(drawn, rays, seen, scale, result);
+  return counts;
+}
+
 void PictureStage::compose_with(const PhotoPixels& photo, std::uint64_t noise_seed, const PictureInputs& in,
-                                const InteriorConfig& interior, Composite& result) const {
+                                const InteriorConfig& interior, Composite& result, FrameReport& report) const {
   ComposeSettings settings{{interior.scale, interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = in.shown->differential;
   const glm::dvec3 eye = in.camera->eye();
@@ -112,6 +128,11 @@ void PictureStage::compose_with(const PhotoPixels& photo, std::uint64_t noise_se
                                         : room_.light.at_plane(triangle, eye, direction);
   };
   compose(photo, *drawn_, *in.camera, look_up, settings, result, room_.indirect_shadow ? &*change_ : nullptr);
+  if (in.light.needs_rays(*in.objects)) {
+    const GlossyCounts counts = add_glossy(photo, in, settings.photo, result);
+    report.glossy_pixels = counts.pixels;
+    report.glossy_rays = counts.rays;
+  }
   match_blur(photo, interior.blur_px, settings.threshold, result);
   match_noise(photo, interior.noise, noise_seed, result);
 }

@@ -6,6 +6,7 @@
 
 #include "runtime/composite/change_picture.h"
 #include "runtime/composite/compose.h"
+#include "runtime/reflect/glossy_picture.h"
 #include "runtime/session/choose_renderer.h"
 #include "runtime/session/light_stage.h"
 
@@ -18,6 +19,7 @@ struct PictureInputs {
   const Versioned<VirtualObjects>& objects;
   const Versioned<RenderCamera>& camera;
   const Versioned<ShownParts>& shown;
+  const LensModel& lens;
 };
 
 /// From the light at the objects to their picture, and what they change in the picture of the room.
@@ -34,13 +36,16 @@ public:
   Result<void> update(const PictureInputs& in, FrameReport& report);
   Version version() const { return drawn_.version(); }
 
+  /// Fills the counts of the pixels that mirror.
   void compose_with(const PhotoPixels& photo, std::uint64_t noise_seed, const PictureInputs& in,
-                    const InteriorConfig& interior, Composite& result) const;
+                    const InteriorConfig& interior, Composite& result, FrameReport& report) const;
   const PictureRenderer& renderer() const { return **renderer_; }
 
 private:
   Result<void> light_objects(const PictureInputs& in, std::size_t& lit);
   void change_room(const PictureInputs& in);
+  GlossyCounts add_glossy(const PhotoPixels& photo, const PictureInputs& in, const PhotoScale& scale,
+                          Composite& result) const;
 
   LoadedRoom& room_;
   Versioned<std::unique_ptr<PictureRenderer>> renderer_;

@@ -91,7 +91,7 @@ struct Session::State {
   std::vector<std::string> standing_warnings() const;
   Result<void> set_camera(const glm::dmat4& world_from_camera, int width, int height);
   void finish_report(FrameReport report);
-  PictureInputs inputs() const { return {sky, light, objects, camera, shown}; }
+  PictureInputs inputs() const { return {sky, light, objects, camera, shown, lens}; }
 };
 
 Result<void> Session::State::set_camera(const glm::dmat4& world_from_camera, int width, int height) {
@@ -180,7 +180,7 @@ Result<Session> Session::open(const RunConfig& config, int width, int height, co
                  "give world_from_camera, or position and look_at"};
   if (!progress("volume", 0.0))
     return interrupted_error("loading");
-  auto room = load_room(config.volume, config.indirect_shadow);
+  auto room = load_room(config);
   if (!room)
     return room.error();
   if (const auto same = check_room_model(config.room_model, (*room)->volume.provenance); !same)
@@ -278,7 +278,7 @@ Result<const Frame*> Session::render(const FrameInput& input) {
     return drawn.error();
   StageClock clock(report);
   s.frame.update({s.picture.version(), photo}, [&](Frame& frame) {
-    s.picture.compose_with(input.photo, input.photo_id, s.inputs(), s.config.interior, frame.composite);
+    s.picture.compose_with(input.photo, input.photo_id, s.inputs(), s.config.interior, frame.composite, report);
     clock.end("composite");
   });
   report.reused.picture = s.frame.reused();

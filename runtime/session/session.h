@@ -41,7 +41,8 @@ struct FrameReport {
   std::size_t object_pixels = 0, shadow_pixels = 0;
   std::size_t vertices_lit = 0, vertices = 0;
   std::uint64_t shadow_rays = 0;
-  Ringing ringing;                       ///< of the indirect light on the objects
+  std::uint64_t glossy_pixels = 0, glossy_rays = 0; ///< pixels whose material is looked up, rays that left them
+  Ringing ringing;                                  ///< of the indirect light on the objects
   double indirect_shadow_left_out = 0.0; ///< largest relative change of the room that was too small to be drawn
   std::vector<std::string> skipped;
   std::vector<std::string> warnings; ///< where the user must act, each with what to do

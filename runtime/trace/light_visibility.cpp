@@ -67,9 +67,10 @@ bool block_is_near(const PointBlock& p, const glm::vec3& w, const ShadowCasters&
 /// The lights that a block of points loses, one after the other.
 class BlockedSearch {
 public:
-  BlockedSearch(const PortalLights& lights, const ShadowCasters& casters, Layer layer, const PointBlock& points,
+  BlockedSearch(const TracedLights& lights, const ShadowCasters& casters, Layer layer, const PointBlock& points,
                 const RayStarts& starts)
-      : lights_(lights), casters_(casters), points_(points), starts_(starts), layer_(layer) {
+      : lights_(lights.portal), stops_at_glass_(lights.stops_at_glass), casters_(casters), points_(points),
+        starts_(starts), layer_(layer) {
     aim(block_, starts.of(0), nearest_hit(layer));
   }
   /// Lanes that face the light. `clear`: of these, points of the room whose rays miss the objects' box.
@@ -93,11 +94,12 @@ public:
       aim(block_, starts_.of(light), nearest_hit(layer_));
     turn(block_, lights_.direction(light));
     rays += count(lanes);
-    return casters_.objects->occluded(lanes, block_);
+    return (stops_at_glass_[light] ? casters_.objects : casters_.opaque)->occluded(lanes, block_);
   }
 
 private:
   const PortalLights& lights_;
+  std::span<const std::uint8_t> stops_at_glass_;
   const ShadowCasters& casters_;
   const PointBlock& points_;
   const RayStarts& starts_;
@@ -137,6 +139,20 @@ bool ShadowBounds::may_block(const glm::vec3& w, const glm::vec3& centre, float 
     }
     return ahead && disc_meets_triangle(across, radius);
   });
+}
+
+/// Light j stops where floor((j + 1) a) > floor(j a).
+void TracedLights::find_glass_shadows(float opacity) {
+  stops_at_glass.resize(size());
+  for (std::size_t j = 0; j < size(); ++j)
+    stops_at_glass[j] = std::floor(static_cast<float>(j + 1) * opacity) > std::floor(static_cast<float>(j) * opacity);
+}
+
+LaneMask TracedLights::glass_lanes(std::size_t first) const {
+  LaneMask mask = 0;
+  for (std::size_t k = 0; k < kLanes && first + k < stops_at_glass.size(); ++k)
+    mask |= static_cast<LaneMask>(stops_at_glass[first + k]) << k;
+  return mask;
 }
 
 void TracedLights::find_room_shadows(const ShadowBounds& room, const glm::vec3& centre, float radius) {
@@ -180,7 +196,10 @@ std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters
     std::copy(directions[g].x, directions[g].x + kLanes, block.dir_x);
     std::copy(directions[g].y, directions[g].y + kLanes, block.dir_y);
     std::copy(directions[g].z, directions[g].z + kLanes, block.dir_z);
-    const LaneMask blocked = casters.objects->occluded(near, block), left = facing & ~blocked;
+    const LaneMask glass = lights.glass_lanes(first);
+    const LaneMask blocked =
+        casters.objects->occluded(near & glass, block) | casters.opaque->occluded(near & ~glass, block);
+    const LaneMask left = facing & ~blocked;
     const LaneMask by_room = past_room ? casters.occluders->occluded(left, block) : 0u;
     rays += count(near) + (past_room ? count(left) : 0u);
     const std::size_t word = first / kLightsPerWord, shift = first % kLightsPerWord;
@@ -198,7 +217,7 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
   blocked.entries.clear();
   blocked.verdicts.resize(lights.size());
   blocked.lanes = 0;
-  BlockedSearch search(lights.portal, casters, layer, points, starts);
+  BlockedSearch search(lights, casters, layer, points, starts);
   std::uint64_t rays = 0;
   for (std::size_t j = 0; j < lights.size(); ++j) {
     LaneVerdict& verdict = blocked.verdicts[j] = hints.empty() ? LaneVerdict{} : hints[j];

@@ -40,6 +40,7 @@ constexpr float kOwnSurface_m = 2e-4f;
 
 struct ShadowCasters {
   const PacketScene* objects = nullptr;
+  const PacketScene* opaque = nullptr;    ///< the same without glass
   const PacketScene* occluders = nullptr; ///< the parts of the room that can stand between a point and the sky
   glm::vec3 centre{0.0f};                 ///< sphere around the objects, relative to the scenes' origin
   float radius = 0.0f;
@@ -52,9 +53,13 @@ struct TracedLights {
   LightCone cone;
   /// Per light: the room can stand between the objects and it.
   std::vector<std::uint8_t> room_may_block;
+  std::vector<std::uint8_t> stops_at_glass;      ///< per light
+  LaneMask glass_lanes(std::size_t first) const; ///< bit k: light first + k stops at glass
   bool room_may_block_any = false;
 
   std::size_t size() const { return portal.size(); }
+  /// `opacity` of the lights, evenly chosen, stop at glass.
+  void find_glass_shadows(float opacity);
   /// Of objects within the sphere.
   void find_room_shadows(const ShadowBounds& room, const glm::vec3& centre, float radius);
 };

@@ -148,6 +148,8 @@ struct TracedRenderer::State {
   std::uint64_t shadow_rays = 0;
 
   void find_surfaces();
+  Result<void> build_objects(std::span<const std::uint8_t> is_glass);
+  Result<void> move_objects();
 };
 
 void TracedRenderer::State::find_surfaces() {
@@ -158,6 +160,42 @@ void TracedRenderer::State::find_surfaces() {
                        scene.triangles.empty() ? PixelBox{} : projected_box(camera, scene.origin, scene.positions),
                        kApart * static_cast<float>(scene.sphere.radius));
   room_is_traced = objects_are_traced = true;
+}
+
+/// A ray that slips between facets is one light of many at a point; a pixel that misses becomes an outline, which is
+/// looked at eight times.
+Result<void> TracedRenderer::State::build_objects(std::span<const std::uint8_t> is_glass) {
+  auto built = PacketScene::build(scene.positions, scene.triangles, PacketScene::Edges::quick);
+  if (!built)
+    return built.error();
+  scene.objects = std::move(*built);
+  scene.opaque.reset();
+  if (is_glass.empty())
+    return {};
+  std::vector<std::array<std::uint32_t, 3>> opaque;
+  for (std::size_t t = 0; t < is_glass.size(); ++t)
+    if (!is_glass[t])
+      opaque.push_back(scene.triangles[t]);
+  auto without = PacketScene::build(scene.positions, opaque, PacketScene::Edges::quick);
+  if (!without)
+    return without.error();
+  scene.opaque = std::move(*without);
+  return {};
+}
+
+Result<void> TracedRenderer::State::move_objects() {
+  const bool rigid = motion.set(scene.positions);
+  if (!rigid)
+    motion = RigidMotion(scene.positions);
+  for (PacketScene* rays : {&scene.objects, scene.opaque ? &*scene.opaque : nullptr}) {
+    if (!rays)
+      continue;
+    if (rigid)
+      rays->set_transform(motion.to_first());
+    else if (const auto moved = rays->move(scene.positions); !moved)
+      return moved;
+  }
+  return {};
 }
 
 Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Aperture> apertures,
@@ -217,27 +255,16 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
     scene.high = glm::max(scene.high, p + kMargin_m);
   }
   scene.normals = objects.normals;
-  scene.reflectance = objects.reflectance;
+  scene.reflectance = objects.drawn_reflectance;
   scene.sphere = objects.bounds();
   scene.light.assign(objects.positions.size(), {});
   s.objects_are_traced = false;
-  if (same_mesh && !scene.triangles.empty()) {
-    if (s.motion.set(scene.positions)) {
-      scene.objects.set_transform(s.motion.to_first());
-      return {};
-    }
-    s.motion = RigidMotion(scene.positions);
-    return scene.objects.move(scene.positions);
-  }
+  if (same_mesh && !scene.triangles.empty())
+    return s.move_objects();
   scene.triangles = objects.triangles;
-  // A ray that slips between facets is one light of many at a point; a pixel that misses becomes an outline, which is
-  // looked at eight times.
-  auto built = PacketScene::build(scene.positions, scene.triangles, PacketScene::Edges::quick);
-  if (!built)
-    return built.error();
-  scene.objects = std::move(*built);
+  scene.glass_opacity = objects.is_glass.empty() ? 1.0f : objects.glass_opacity;
   s.motion = RigidMotion(scene.positions);
-  return {};
+  return s.build_objects(objects.is_glass);
 }
 
 Result<void> TracedRenderer::set_lights(const LightSet& lights) {
@@ -294,8 +321,10 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   s.find_surfaces();
   const ShadowCasters casters = s.scene.casters();
-  for (TracedLights* group : {&s.scene.sky, &s.scene.sun}) // rays start a little outside the surface
+  for (TracedLights* group : {&s.scene.sky, &s.scene.sun}) { // rays start a little outside the surface
+    group->find_glass_shadows(s.scene.glass_opacity);
     group->find_room_shadows(s.scene.room_shadow_bounds, casters.centre, 1.01f * casters.radius);
+  }
   s.shadow_rays = s.shader.shade(s.scene, s.view, frame);
   return {};
 }

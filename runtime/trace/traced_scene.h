@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "runtime/picture/picture_renderer.h"
@@ -17,6 +18,8 @@ struct TracedScene {
   TraceSettings settings;
   glm::dvec3 origin{0.0};
   PacketScene objects, occluders;
+  std::optional<PacketScene> opaque; ///< objects without glass, where some is of glass
+  float glass_opacity = 0.0f;
   ShadowBounds room_shadow_bounds;
   std::vector<glm::vec3> room_normals;      ///< unit, per triangle of the room's ray scene
   std::vector<std::uint32_t> room_triangle; ///< the same in Room::triangles
@@ -30,7 +33,13 @@ struct TracedScene {
   Rgb sun_normal_irradiance{0.0f};
 
   ShadowCasters casters() const {
-    return {&objects, &occluders, glm::vec3(sphere.centre - origin), static_cast<float>(sphere.radius), low, high};
+    return {&objects,
+            opaque ? &*opaque : &objects,
+            &occluders,
+            glm::vec3(sphere.centre - origin),
+            static_cast<float>(sphere.radius),
+            low,
+            high};
   }
 };
 

@@ -74,6 +74,7 @@ void read_room_section(TomlSection room, Use use, RunConfig& config) {
     room.problem("", "needs volume, made by daylit-precompute");
   if (!room.has("model") && use == Use::view)
     room.problem("", "needs model, the OBJ or glTF file");
+  detail::read_glossy_room(room, config);
   room.finish();
 }
 
@@ -163,6 +164,7 @@ std::string to_toml(const RunConfig& c) {
   if (!c.room_model.empty())
     out += fmt::format("model = {}\n", detail::quoted(c.room_model.string()));
   out += fmt::format("volume = {}\n", detail::quoted(c.volume.string()));
+  out += detail::glossy_room_toml(c.glossy_room);
   out += detail::objects_toml(c.objects);
   out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.light_samples, c.indirect_shadow);
   return out + detail::output_toml(c.output) + detail::http_toml(c.http);

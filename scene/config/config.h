@@ -19,8 +19,10 @@
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board; for a board of several markers of one size
 //              columns and gap_m: ids row by row from the top left, the board's origin in its middle
 //   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
-//   [room]     volume; model (optional): the volume must have been baked from it
-//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance;
+//   [room]     volume; model (optional): the volume must have been baked from it; glossy (optional): real materials
+//              that mirror, { NAME = reflectance face on }
+//   [[object]] model, position, rotation (degrees about x, then y, then z), scale, reflectance, material = a name of
+//              scene/material/library.h in the place of the model's own materials;
 //              on = material of the room, with position = [x, y], or alone: in the middle of it; or on = [x, y]:
 //              set down on the surface below (scene/placing/set_down.h)
 //   [light]    samples, indirect_shadow = true | false
@@ -37,6 +39,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -124,7 +127,8 @@ struct ObjectConfig { // [[object]]
   glm::dvec3 position{0.0};     ///< metres, world, of the object's origin
   glm::dvec3 rotation_deg{0.0}; ///< about x, then y, then z
   double scale = 1.0;
-  std::optional<Rgb> reflectance; ///< overrides the model's
+  std::optional<Rgb> reflectance; ///< overrides the model's; with a material, its base colour
+  std::string material;           ///< of the library; empty: the model's own
   std::optional<StandsOn> on;
 };
 
@@ -146,6 +150,9 @@ struct RunConfig {
   std::optional<MarkerConfig> marker;
   std::optional<glm::dmat4> world_from_camera; ///< [pose] (else [marker] is there): camera x right, y down, z forward
   std::filesystem::path room_model, volume;    ///< [room]
+  /// [room] glossy = { MATERIAL = 0.1, ... }: real surfaces that mirror, with the part of light that they mirror seen
+  /// face on.
+  std::map<std::string, double> glossy_room;
   std::vector<ObjectConfig> objects;
   int light_samples = 64;      ///< [light] samples
   bool indirect_shadow = true; ///< [light] indirect_shadow: the objects' effect on the room's indirect light is drawn

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <glm/matrix.hpp>
 
+#include "scene/material/library.h"
+
 namespace daylit::detail {
 
 namespace {
@@ -152,15 +154,23 @@ void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects) {
   for (TomlSection section : root.sections("object")) {
     ObjectConfig object;
     if (!section.read("model", object.model) && !section.has("model"))
-      section.problem("", "needs model, an OBJ or PLY file");
+      section.problem("", "needs model, an OBJ, PLY or glTF file");
     read_place(section, object);
     section.read("rotation", object.rotation_deg, {-3600.0, 3600.0});
     section.read("scale", object.scale, {1e-6, 1e6});
     if (Rgb c(0.0f); section.read_rgb("reflectance", c, {0.0, 1.0}))
       object.reflectance = c;
+    section.read_word("material", object.material, library_names());
     section.finish();
     objects.push_back(object);
   }
+}
+
+void read_glossy_room(TomlSection& room, RunConfig& config) {
+  TomlSection glossy = room.section("glossy");
+  for (const std::string& material : glossy.keys())
+    glossy.read(material, config.glossy_room[material], {0.0, 1.0});
+  glossy.finish();
 }
 
 void read_light(TomlSection root, RunConfig& config) {
@@ -227,8 +237,17 @@ std::string objects_toml(const std::vector<ObjectConfig>& objects) {
     out += fmt::format("rotation = {}\nscale = {}\n", text(o.rotation_deg), text(o.scale));
     if (o.reflectance)
       out += "reflectance = " + text(*o.reflectance) + "\n";
+    if (!o.material.empty())
+      out += "material = " + quoted(o.material) + "\n";
   }
   return out;
+}
+
+std::string glossy_room_toml(const std::map<std::string, double>& glossy) {
+  std::string out;
+  for (const auto& [material, reflectance] : glossy)
+    out += fmt::format("{}{} = {}", out.empty() ? "glossy = { " : ", ", quoted(material), text(reflectance));
+  return out.empty() ? out : out + " }\n";
 }
 
 std::string output_toml(const OutputConfig& output) {

@@ -22,6 +22,8 @@ void read_http(TomlSection root, std::optional<HttpConfig>& http);
 void read_pose(TomlSection root, std::optional<glm::dmat4>& world_from_camera);
 void read_marker(TomlSection root, std::optional<MarkerConfig>& marker);
 void read_objects(TomlSection& root, std::vector<ObjectConfig>& objects);
+/// `glossy` of [room].
+void read_glossy_room(TomlSection& room, RunConfig& config);
 void read_light(TomlSection root, RunConfig& config);
 void read_output(TomlSection root, OutputConfig& output);
 
@@ -41,6 +43,7 @@ struct PlaceText {
   std::vector<double> number;
 };
 PlaceText place_text(const ObjectConfig& object);
+std::string glossy_room_toml(const std::map<std::string, double>& glossy);
 std::string output_toml(const OutputConfig& output);
 
 } // namespace daylit::detail

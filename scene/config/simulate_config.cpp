@@ -135,6 +135,7 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path) {
   if (TomlSection room = root.section("room")) {
     if (!room.read("model", config.run.room_model) && !room.has("model"))
       room.problem("", "needs model, an OBJ file");
+    detail::read_glossy_room(room, config.run);
     room.finish();
   }
   read_path(root.section("path"), config);
@@ -187,6 +188,7 @@ std::string to_toml(const SimulateConfig& c) {
                      detail::text(c.sensor_noise), c.marker_board);
   out += path_toml(c) + detail::marker_toml(c.run.marker) + detail::pose_toml(c.run.world_from_camera);
   out += fmt::format("\n[room]\nmodel = {}\n", detail::quoted(c.run.room_model.string()));
+  out += detail::glossy_room_toml(c.run.glossy_room);
   out += detail::objects_toml(c.run.objects);
   out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.run.light_samples, c.run.indirect_shadow);
   return out + detail::output_toml(c.run.output);

@@ -43,9 +43,9 @@ void watch_for_interrupt() {
 
 bool interrupted() { return g_interrupted.load(std::memory_order_relaxed); }
 
-void watch_for_reload() {
+void watch_for_reload(bool watch) {
   struct sigaction action = {};
-  action.sa_handler = on_reload;
+  action.sa_handler = watch ? on_reload : SIG_DFL;
   action.sa_flags = SA_RESTART;
   sigaction(SIGHUP, &action, nullptr);
 }

@@ -20,8 +20,9 @@ int exit_code(const Error& error);
 /// Installs SIGINT/SIGTERM handlers that only set a flag.
 void watch_for_interrupt();
 bool interrupted();
-/// Installs a SIGHUP handler: what a service is told when its configuration was changed.
-void watch_for_reload();
+/// Installs a SIGHUP handler: what a service is told when its configuration was changed. False: SIGHUP ends the program
+/// again, as of one that is no service.
+void watch_for_reload(bool watch = true);
 /// Whether SIGHUP has come since the last call.
 bool reload_requested();
 /// The Error that long work returns when interrupted() became true.

@@ -80,10 +80,6 @@ bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, 
   return true;
 }
 
-bool known_extension(const std::string& name) {
-  return name.starts_with("KHR_materials_") || name == "KHR_lights_punctual" || name == "KHR_texture_transform";
-}
-
 Result<std::span<const std::uint8_t>> view_bytes(const tinygltf::Model& model, int index) {
   const std::string where = fmt::format("bufferView {}", index);
   if (index < 0 || static_cast<std::size_t>(index) >= model.bufferViews.size())
@@ -258,6 +254,19 @@ std::vector<int> roots_of(const tinygltf::Model& model) {
 
 } // namespace
 
+bool is_known_extension(const std::string& name) {
+  static constexpr std::array kKnown = {"KHR_lights_punctual",
+                                        "KHR_materials_anisotropy",
+                                        "KHR_materials_clearcoat",
+                                        "KHR_materials_dispersion",
+                                        "KHR_materials_emissive_strength",
+                                        "KHR_materials_ior",
+                                        "KHR_materials_transmission",
+                                        "KHR_materials_volume",
+                                        "KHR_texture_transform"};
+  return std::ranges::find(kKnown, name) != kKnown.end();
+}
+
 Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const std::string& name,
                                    const ReadFile& read_file) {
   if (bytes.size() > kLargestModel_bytes)
@@ -288,9 +297,9 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
     return malformed("no valid glTF 2.0" + (first.empty() ? "" : ": " + first.substr(0, 200)), name);
   }
   for (const std::string& extension : model.extensionsRequired)
-    if (!known_extension(extension))
+    if (!is_known_extension(extension))
       return Error{ErrorCode::file_malformed, "the model requires an extension that is not read here",
-                   name + ", " + extension.substr(0, 80), "export without it (compression, quantisation)"};
+                   name + ", " + extension.substr(0, 80), "export without it"};
   return model;
 }
 
@@ -308,18 +317,22 @@ Result<GltfTriangles> read_triangles(const tinygltf::Model& model, const tinyglt
 }
 
 Result<GltfVertices> read_vertices(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
-                                   std::size_t count) {
+                                   std::size_t count, int uv_set) {
   GltfVertices v;
-  const auto read = [&](const char* name, int type) -> Result<std::vector<float>> {
+  const auto read = [&](const std::string& name, int type) -> Result<std::vector<float>> {
     const auto found = primitive.attributes.find(name);
     return found == primitive.attributes.end() ? std::vector<float>{}
                                                : read_attribute(model, found->second, type, count);
   };
-  const auto normals = read("NORMAL", TINYGLTF_TYPE_VEC3), uv = read("TEXCOORD_0", TINYGLTF_TYPE_VEC2);
-  if (!normals || !uv)
-    return !normals ? normals.error() : uv.error();
+  const auto normals = read("NORMAL", TINYGLTF_TYPE_VEC3), tangents = read("TANGENT", TINYGLTF_TYPE_VEC4),
+             uv = read(fmt::format("TEXCOORD_{}", uv_set), TINYGLTF_TYPE_VEC2);
+  for (const auto* attribute : {&normals, &tangents, &uv})
+    if (!*attribute)
+      return attribute->error();
   for (std::size_t i = 0; i + 2 < normals->size(); i += 3)
     v.normals.emplace_back((*normals)[i], (*normals)[i + 1], (*normals)[i + 2]);
+  for (std::size_t i = 0; i + 3 < tangents->size(); i += 4)
+    v.tangents.emplace_back((*tangents)[i], (*tangents)[i + 1], (*tangents)[i + 2], (*tangents)[i + 3]);
   for (std::size_t i = 0; i + 1 < uv->size(); i += 2)
     v.uv.emplace_back((*uv)[i], (*uv)[i + 1]);
   if (const auto found = primitive.attributes.find("COLOR_0"); found != primitive.attributes.end()) {

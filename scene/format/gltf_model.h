@@ -11,6 +11,7 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #define TINYGLTF_NO_STB_IMAGE
 #define TINYGLTF_NO_STB_IMAGE_WRITE
@@ -29,6 +30,9 @@ namespace daylit::detail {
 Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const std::string& name,
                                    const ReadFile& read_file);
 
+/// An extension whose content is read here or by the readers above.
+bool is_known_extension(const std::string& name);
+
 /// Corners of a primitive's triangles, three each, as indices into `positions`. Strips and fans are unrolled.
 struct GltfTriangles {
   std::vector<glm::dvec3> positions; ///< the primitive's own frame, as written
@@ -38,15 +42,16 @@ struct GltfTriangles {
 /// Error: an index, accessor or buffer range outside its container, non-finite positions, unsupported storage.
 Result<GltfTriangles> read_triangles(const tinygltf::Model& model, const tinygltf::Primitive& primitive);
 
-/// Positions, normals, texture coordinates and colours of a primitive's vertices; what the file lacks is empty.
+/// Normals, tangents, texture coordinates and colours of a primitive's vertices; what the file lacks is empty.
 struct GltfVertices {
   std::vector<glm::vec3> normals;
-  std::vector<glm::vec2> uv; ///< TEXCOORD_0, origin top left
-  std::vector<Rgb> colour;   ///< COLOR_0, linear, 0..1
+  std::vector<glm::vec4> tangents; ///< TANGENT, the sign of the bitangent in w
+  std::vector<glm::vec2> uv;       ///< TEXCOORD_n, origin top left
+  std::vector<Rgb> colour;         ///< COLOR_0, linear, 0..1
 };
-/// `count`: of the positions. Error as for read_triangles, or another number of elements.
+/// `count`: of the positions; `uv_set`: n of TEXCOORD_n. Error as for read_triangles, or another number of elements.
 Result<GltfVertices> read_vertices(const tinygltf::Model& model, const tinygltf::Primitive& primitive,
-                                   std::size_t count);
+                                   std::size_t count, int uv_set = 0);
 
 /// Calls `visit(mesh, world_from_mesh, where)` for every mesh that the scene shows, in order; matrices in the file's
 /// own frame (y up). Stops at the first error. Error: nodes that are not there, or form no tree.

@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <array>
+
 #include "scene/format/obj_lines.h"
 #include "scene/format/obj_text.h"
 
@@ -5,7 +8,6 @@ namespace daylit::detail {
 
 namespace {
 
-constexpr double kIllumGlass = 7.0; // "transparency: refraction on, reflection: Fresnel on"
 constexpr std::size_t kMostMaterials = 65536;
 
 /// One number means grey, three mean r g b.
@@ -28,46 +30,103 @@ Result<Rgb> parse_colour(const ObjLines& lines, std::string_view keyword, std::s
   return Rgb(c);
 }
 
-/// The file of a texture: what is left after options such as "-s 1 1 1" or "-clamp on".
-std::string texture_file(std::string_view rest) {
-  while (trimmed(rest).starts_with('-')) {
-    take_word(rest);
-    for (std::string_view after = rest, word = take_word(after);
-         word == "on" || word == "off" || parse_number(word).has_value(); word = take_word(after))
-      rest = after;
+/// Numbers and switches that follow an option.
+std::vector<std::string_view> option_values(std::string_view& rest) {
+  std::vector<std::string_view> values;
+  for (std::string_view after = rest, word = take_word(after);
+       word == "on" || word == "off" || parse_number(word).has_value(); word = take_word(after)) {
+    values.push_back(word);
+    rest = after;
   }
-  return std::string(trimmed(rest));
+  return values;
 }
 
-Result<void> read_colour(const ObjLines& lines, std::string_view keyword, std::string_view rest, MtlMaterial& m) {
-  const Result<Rgb> colour = parse_colour(lines, keyword, rest);
-  if (!colour)
-    return colour.error();
-  if (keyword == "Kd")
-    m.reflectance = *colour;
-  else if (keyword == "Tf")
-    m.transmittance = *colour;
-  else
-    m.emits = *colour != Rgb(0.0f);
-  return {};
+/// Options such as "-s 2 2 1" or "-clamp on", then the file.
+MtlTexture read_texture(std::string_view rest) {
+  MtlTexture texture;
+  while (trimmed(rest).starts_with('-')) {
+    const std::string_view option = take_word(rest);
+    if (option == "-imfchan" || option == "-type" || option == "-texopt")
+      take_word(rest);
+    const std::vector<std::string_view> values = option_values(rest);
+    if (option == "-clamp")
+      texture.clamp = !values.empty() && values[0] == "on";
+    if (option == "-s" || option == "-o")
+      for (std::size_t k = 0; k < std::min<std::size_t>(values.size(), 2); ++k)
+        (option == "-s" ? texture.scale : texture.offset)[static_cast<int>(k)] = parse_number(values[k]).value_or(0.0);
+  }
+  texture.file = trimmed(rest);
+  return texture;
+}
+
+struct ColourWord {
+  std::string_view keyword;
+  std::optional<Rgb> MtlMaterial::*member;
+};
+constexpr std::array kColours = {ColourWord{"Kd", &MtlMaterial::reflectance}, ColourWord{"Ks", &MtlMaterial::specular},
+                                 ColourWord{"Tf", &MtlMaterial::transmittance},
+                                 ColourWord{"Ke", &MtlMaterial::emission}};
+
+struct NumberWord {
+  std::string_view keyword;
+  std::optional<double> MtlMaterial::*member;
+};
+constexpr std::array kNumbers = {NumberWord{"Ni", &MtlMaterial::refractive_index},
+                                 NumberWord{"Ns", &MtlMaterial::exponent},
+                                 NumberWord{"illum", &MtlMaterial::illumination},
+                                 NumberWord{"Pr", &MtlMaterial::roughness},
+                                 NumberWord{"Pm", &MtlMaterial::metallic},
+                                 NumberWord{"Pc", &MtlMaterial::clearcoat},
+                                 NumberWord{"Pcr", &MtlMaterial::clearcoat_roughness},
+                                 NumberWord{"aniso", &MtlMaterial::anisotropy},
+                                 NumberWord{"anisor", &MtlMaterial::anisotropy_turns}};
+
+struct TextureWord {
+  std::string_view keyword;
+  MtlTexture MtlMaterial::*member;
+};
+constexpr std::array kTextures = {TextureWord{"map_Kd", &MtlMaterial::texture},
+                                  TextureWord{"map_Ke", &MtlMaterial::emission_map},
+                                  TextureWord{"norm", &MtlMaterial::normal_map}};
+
+constexpr std::array<std::string_view, 10> kUnread = {"map_Ks", "map_Ns", "map_d",  "map_Bump", "map_bump",
+                                                      "bump",   "map_Pr", "map_Pm", "map_Ps",   "disp"};
+
+/// d and Tr may be pictures' options ("d -halo 0.5"): the number is the last word. d counts where both are given.
+void read_opacity(std::string_view keyword, std::optional<double> number, MtlMaterial& m) {
+  if (keyword == "d")
+    m.opacity = number;
+  else if (!m.opacity)
+    m.opacity = 1.0 - *number;
 }
 
 Result<void> read_line(const ObjLines& lines, std::string_view keyword, std::string_view rest, MtlMaterial& m) {
-  if (keyword == "Kd" || keyword == "Tf" || keyword == "Ke")
-    return read_colour(lines, keyword, rest, m);
-  if (keyword == "Ni" || keyword == "illum") {
-    const std::optional<double> number = parse_number(ObjLines::next_word(rest));
+  const auto is_keyword = [&](const auto& word) { return word.keyword == keyword; };
+  if (const auto* word = std::ranges::find_if(kColours, is_keyword); word != kColours.end()) {
+    const Result<Rgb> colour = parse_colour(lines, keyword, rest);
+    if (!colour)
+      return colour.error();
+    m.*(word->member) = *colour;
+    return {};
+  }
+  const auto* word = std::ranges::find_if(kNumbers, is_keyword);
+  if (word != kNumbers.end() || keyword == "d" || keyword == "Tr") {
+    std::string_view value = ObjLines::next_word(rest);
+    if (value == "-halo")
+      value = ObjLines::next_word(rest);
+    const std::optional<double> number = parse_number(value);
     if (!number)
       return lines.error(ErrorCode::file_malformed, std::string(keyword) + " needs a number", "");
-    if (keyword == "Ni")
-      m.refractive_index = *number;
+    if (word != kNumbers.end())
+      m.*(word->member) = *number;
     else
-      m.is_glass = *number == kIllumGlass;
-  } else if (keyword == "map_Kd") {
-    m.texture = texture_file(rest);
-  } else if (keyword == "d" || keyword == "Tr") {
-    m.has_dissolve = true;
+      read_opacity(keyword, number, m);
+    return {};
   }
+  if (const auto* map = std::ranges::find_if(kTextures, is_keyword); map != kTextures.end())
+    m.*(map->member) = read_texture(rest);
+  else if (std::ranges::find(kUnread, keyword) != kUnread.end())
+    m.unread.emplace_back(keyword);
   return {};
 }
 

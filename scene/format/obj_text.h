@@ -45,14 +45,29 @@ struct ObjText {
 /// value_invalid (a coordinate beyond 1e9), limit_exceeded; all with the number of the line.
 Result<ObjText> parse_obj_text(std::string_view text, const std::string& name);
 
+/// A picture with the options -s, -o and -clamp.
+struct MtlTexture {
+  std::string file; ///< "": none
+  glm::dvec2 scale{1.0}, offset{0.0};
+  bool clamp = false;
+};
+
+/// All numbers as written, whatever they are; nothing where the file has none. Pr and what follows it: the extension
+/// for physically based materials that Blender and others write.
 struct MtlMaterial {
   std::string name;
-  std::optional<Rgb> reflectance;         ///< Kd, as written
-  std::optional<Rgb> transmittance;       ///< Tf, as written
-  std::optional<double> refractive_index; ///< Ni, as written
-  std::string texture;                    ///< file of map_Kd, "" = none
-  bool is_glass = false;                  ///< illum 7: refraction and Fresnel reflection
-  bool has_dissolve = false, emits = false;
+  std::optional<Rgb> reflectance, specular, transmittance, emission; ///< Kd, Ks, Tf, Ke
+  std::optional<double> refractive_index, exponent;                  ///< Ni, Ns
+  std::optional<double> opacity;                                     ///< d, or 1 - Tr
+  std::optional<double> illumination;                                ///< illum
+  std::optional<double> roughness, metallic;                         ///< Pr, Pm
+  std::optional<double> clearcoat, clearcoat_roughness;              ///< Pc, Pcr
+  std::optional<double> anisotropy, anisotropy_turns;                ///< aniso, anisor
+  MtlTexture texture, emission_map, normal_map;                      ///< map_Kd, map_Ke, norm
+  std::vector<std::string> unread;                                   ///< keywords of other maps
+
+  bool is_glass() const { return illumination == 7.0; } ///< refraction and Fresnel reflection
+  bool emits() const { return emission && *emission != Rgb(0.0f); }
 };
 
 /// Errors as above: a number that is none, a colour before the first newmtl.

@@ -329,6 +329,14 @@ std::vector<TomlSection> TomlSection::sections(const std::string& key) {
   return list;
 }
 
+std::vector<std::string> TomlSection::keys() const {
+  std::vector<std::string> names;
+  if (table_)
+    for (const auto& [key, node] : *table_)
+      names.emplace_back(key.str());
+  return names;
+}
+
 void TomlSection::finish() {
   if (!table_)
     return;

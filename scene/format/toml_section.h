@@ -83,6 +83,8 @@ public:
   TomlSection section_if_table(const std::string& key);      ///< absent when `key` is no table
   std::vector<TomlSection> sections(const std::string& key); ///< [[key]]
 
+  std::vector<std::string> keys() const; ///< all of the table, in its order
+
   /// Reports every key that was not read. Call once, last.
   void finish();
 

@@ -4,11 +4,14 @@
 // glTF 2.0 (Khronos 2021, section 3.9 and appendix B) and of its extensions KHR_materials_ior, _transmission, _volume,
 // _dispersion, _clearcoat, _anisotropy and _emissive_strength.
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -28,7 +31,7 @@ struct TextureUse {
 };
 
 struct ObjectMaterial {
-  std::string name;
+  std::string name{};
   Rgb base_colour{0.7f};        ///< reflectance of the diffuse part, or reflectance of a metal seen face on
   float metallic = 0.0f;        ///< 0: dielectric, 1: metal
   float roughness = 1.0f;       ///< perceptual, 0..1: the microfacets' slope is its square
@@ -44,9 +47,15 @@ struct ObjectMaterial {
   Rgb emission{0.0f}; ///< radiance it sends by itself, W/(m^2 sr), or what the sky is measured in
   float normal_scale = 1.0f, occlusion_strength = 1.0f;
 
-  TextureUse base_colour_texture, metallic_roughness_texture, normal_texture, occlusion_texture, emission_texture,
-      transmission_texture, clearcoat_texture, clearcoat_roughness_texture, clearcoat_normal_texture,
-      anisotropy_texture;
+  TextureUse base_colour_texture{}, metallic_roughness_texture{}, normal_texture{}, occlusion_texture{},
+      emission_texture{}, transmission_texture{}, clearcoat_texture{}, clearcoat_roughness_texture{},
+      anisotropy_texture{};
+
+  std::array<TextureUse*, 9> texture_uses() {
+    return {&base_colour_texture, &metallic_roughness_texture, &normal_texture,    &occlusion_texture,
+            &emission_texture,    &transmission_texture,       &clearcoat_texture, &clearcoat_roughness_texture,
+            &anisotropy_texture};
+  }
 
   /// Roughness from which a dielectric without coat and transmission counts as a diffuse surface of its base colour:
   /// nothing of the room can be seen in it.
@@ -56,11 +65,18 @@ struct ObjectMaterial {
     return metallic > 0.0f || transmission > 0.0f || clearcoat > 0.0f || roughness < kDiffuseRoughness ||
            static_cast<bool>(metallic_roughness_texture) || static_cast<bool>(clearcoat_texture);
   }
-  bool is_transparent() const { return transmission > 0.0f || static_cast<bool>(transmission_texture); }
+  /// -ln(colour) / distance.
+  Rgb absorption_per_m() const {
+    return attenuation_distance_m > 0.0f ? -glm::log(glm::max(attenuation_colour, Rgb(1e-6f))) / attenuation_distance_m
+                                         : Rgb(0.0f);
+  }
+  bool is_transparent() const { return transmission > 0.0f; }
+  /// It is drawn with directions along the surface.
+  bool needs_tangents() const { return static_cast<bool>(normal_texture) || anisotropy > 0.0f; }
   bool operator==(const ObjectMaterial&) const = default;
 };
 
-/// A material at one point of a surface, textures looked up.
+/// A material at one point of a surface, textures looked up. Diffuse materials have no interface: index 1.
 struct SurfaceMaterial {
   Rgb base_colour{0.7f};
   float metallic = 0.0f;
@@ -74,6 +90,13 @@ struct SurfaceMaterial {
   Rgb emission{0.0f};
   float occlusion = 1.0f; ///< what is left of the indirect light in hollows that the mesh does not have
 };
+
+/// Error value_invalid: a number that is NaN, or outside the range that its description gives. `where` stands in it.
+Result<void> check_material(const ObjectMaterial& material, const std::string& where);
+
+/// Part of diffuse light that the surface sends back, both sides of a pane together: the base colour of a diffuse
+/// material; else the mean Fresnel reflectance of the interfaces, and of the base what gets through them.
+Rgb mean_reflectance(const ObjectMaterial& material);
 
 /// Slope of the smoothest surface that is told from a rougher one: below, a mirror is drawn with it.
 constexpr float kLeastAlpha = 1e-3f;

@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
 #include "scene/format/gltf_model.h"
+#include "scene/model/gltf_material.h"
 #include "scene/model/triangle_soup.h"
 
 namespace daylit::detail {
@@ -22,7 +22,7 @@ glm::vec3 turned(const glm::dvec3& v) { return glm::vec3(v.x, -v.z, v.y); }
 class GltfObject {
 public:
   GltfObject(const tinygltf::Model& model, const std::string& name, Rgb fallback)
-      : model_(model), name_(name), fallback_(fallback) {}
+      : model_(model), name_(name), materials_(model, name, fallback, soup_.surfaces) {}
 
   Result<TriangleSoup> run() {
     const auto walked = walk_meshes(
@@ -40,35 +40,6 @@ public:
   }
 
 private:
-  /// Base colour, and the index of its texture in the soup, or -1.
-  Result<std::pair<Rgb, std::int32_t>> surface_of(int material, const std::string& where) {
-    if (material < 0)
-      return std::pair(fallback_, -1);
-    if (static_cast<std::size_t>(material) >= model_.materials.size())
-      return Error{ErrorCode::file_malformed, "a material that is not there", where, "export the model again"};
-    const auto& given = model_.materials[static_cast<std::size_t>(material)].pbrMetallicRoughness;
-    Rgb colour(1.0f);
-    for (int c = 0; c < 3 && c < static_cast<int>(given.baseColorFactor.size()); ++c) {
-      colour[c] = static_cast<float>(given.baseColorFactor[static_cast<std::size_t>(c)]);
-      if (!(colour[c] >= 0.0f && colour[c] <= 1.0f))
-        return Error{ErrorCode::value_invalid, "a base colour outside 0..1", where,
-                     "set it to the reflected fraction of light"};
-    }
-    const int texture = given.baseColorTexture.index;
-    if (texture < 0 || given.baseColorTexture.texCoord != 0)
-      return std::pair(colour, -1);
-    if (static_cast<std::size_t>(texture) >= model_.textures.size())
-      return Error{ErrorCode::file_malformed, "a texture that is not there", where, "export the model again"};
-    const int image = model_.textures[static_cast<std::size_t>(texture)].source;
-    if (const auto known = images_.find(image); known != images_.end())
-      return std::pair(colour, known->second);
-    const auto added = add_texture(soup_, read_image(model_, image), where);
-    if (!added)
-      return added.error();
-    images_[image] = *added;
-    return std::pair(colour, *added);
-  }
-
   Result<void> add_vertices(const GltfTriangles& t, const GltfVertices& v, const glm::dmat4& world,
                             const std::string& where) {
     for (const glm::dvec3& p : t.positions) {
@@ -87,6 +58,13 @@ private:
       const double length = glm::length(m);
       soup_.normals.push_back(length > 0.0 && std::isfinite(length) ? turned(m / length) : glm::vec3(0.0f));
     }
+    const float side = glm::determinant(linear) < 0.0 ? -1.0f : 1.0f; // a mirrored node turns the bitangent over
+    for (const glm::vec4& tangent : v.tangents) {
+      const glm::dvec3 m = linear * glm::dvec3(tangent);
+      const double length = glm::length(m);
+      soup_.tangents.emplace_back(length > 0.0 && std::isfinite(length) ? turned(m / length) : glm::vec3(0.0f),
+                                  tangent.w < 0.0f ? -side : side);
+    }
     return {};
   }
 
@@ -94,42 +72,55 @@ private:
     const auto triangles = read_triangles(model_, p);
     if (!triangles)
       return triangles.error();
-    const auto vertices = read_vertices(model_, p, triangles->positions.size());
-    if (!vertices)
-      return vertices.error();
-    const auto surface = surface_of(p.material, where);
+    auto surface = materials_.at(p.material);
     if (!surface)
       return surface.error();
+    const auto vertices = read_vertices(model_, p, triangles->positions.size(), surface->uv_set);
+    if (!vertices)
+      return vertices.error();
+    if (vertices->uv.empty()) {
+      const auto plain = soup_.surfaces.without_textures(surface->material, where);
+      if (!plain)
+        return plain.error();
+      surface->material = *plain;
+    }
     if (soup_.triangles.size() + triangles->corners.size() / 3 > kMostTriangles ||
         soup_.positions.size() + triangles->positions.size() > 3 * kMostTriangles)
       return Error{ErrorCode::limit_exceeded, "more than five million triangles with all instances", where,
                    "simplify the object"};
-    const auto first = static_cast<std::uint32_t>(soup_.positions.size());
-    const auto first_normal = static_cast<std::int32_t>(soup_.normals.size());
+    const Offsets first{soup_.positions.size(), soup_.normals.size(), soup_.tangents.size()};
     if (const auto added = add_vertices(*triangles, *vertices, world, where); !added)
       return added;
     for (std::size_t k = 0; k + 2 < triangles->corners.size(); k += 3) {
-      SoupTriangle t;
-      t.reflectance = surface->first;
-      t.texture = vertices->uv.empty() ? -1 : surface->second;
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::uint32_t i = triangles->corners[k + c];
-        const std::int32_t normal = vertices->normals.empty() ? -1 : first_normal + static_cast<std::int32_t>(i);
-        const bool usable = normal >= 0 && glm::length(soup_.normals[static_cast<std::size_t>(normal)]) > 1e-6f;
-        t.corner[c] = {first + i, usable ? normal : -1, vertices->uv.empty() ? glm::vec2(0.0f) : vertices->uv[i]};
-        if (!vertices->colour.empty())
-          t.corner_colour[c] = glm::clamp(vertices->colour[i], Rgb(0.0f), Rgb(1.0f));
-      }
+      SoupTriangle t{{}, surface->material};
+      for (std::size_t c = 0; c < 3; ++c)
+        t.corner[c] = corner(triangles->corners[k + c], *vertices, first);
       soup_.triangles.push_back(t);
     }
     return {};
   }
 
+  /// Where the vertices of a primitive begin in the soup.
+  struct Offsets {
+    std::size_t position, normal, tangent;
+  };
+  SoupCorner corner(std::uint32_t i, const GltfVertices& v, const Offsets& first) const {
+    SoupCorner c{.position = static_cast<std::uint32_t>(first.position) + i};
+    if (!v.normals.empty() && glm::length(soup_.normals[first.normal + i]) > 1e-6f)
+      c.normal = static_cast<std::int32_t>(first.normal + i);
+    if (!v.tangents.empty() && glm::length(glm::vec3(soup_.tangents[first.tangent + i])) > 1e-6f)
+      c.tangent = static_cast<std::int32_t>(first.tangent + i);
+    if (!v.uv.empty())
+      c.uv = v.uv[i];
+    if (!v.colour.empty())
+      c.colour = glm::clamp(v.colour[i], Rgb(0.0f), Rgb(1.0f));
+    return c;
+  }
+
   const tinygltf::Model& model_;
   const std::string& name_;
-  Rgb fallback_;
   TriangleSoup soup_;
-  std::map<int, std::int32_t> images_;
+  GltfMaterials materials_;
 };
 
 } // namespace

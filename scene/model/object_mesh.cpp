@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/read_file.h"
+#include "scene/model/mesh_edit.h"
 #include "scene/model/triangle_soup.h"
 
 namespace daylit {
@@ -37,7 +38,7 @@ double worst_fan_area(const std::vector<SoupCorner>& corners, std::size_t start,
 
 } // namespace
 
-bool append_polygon(const std::vector<SoupCorner>& corners, Rgb reflectance, TriangleSoup& soup) {
+bool append_polygon(const std::vector<SoupCorner>& corners, std::uint32_t material, TriangleSoup& soup) {
   const std::size_t n = corners.size();
   if (n < 3)
     return true;
@@ -57,7 +58,7 @@ bool append_polygon(const std::vector<SoupCorner>& corners, Rgb reflectance, Tri
       return false;
   }
   for (std::size_t i = 1; i + 1 < n; ++i)
-    soup.triangles.push_back({{corners[start], corners[(start + i) % n], corners[(start + i + 1) % n]}, reflectance});
+    soup.triangles.push_back({{corners[start], corners[(start + i) % n], corners[(start + i + 1) % n]}, material});
   return true;
 }
 
@@ -69,131 +70,6 @@ using detail::SoupTriangle;
 using detail::TriangleSoup;
 
 constexpr std::size_t kMostFileBytes = std::size_t{1} << 31;
-const double kCreaseCosine = std::cos(40.0 * std::numbers::pi / 180.0);
-
-/// Representative of all positions with exactly equal coordinates (OBJ files repeat them along texture seams).
-std::vector<std::uint32_t> weld(const std::vector<glm::vec3>& positions) {
-  std::vector<std::uint32_t> order(positions.size()), welded(positions.size());
-  std::iota(order.begin(), order.end(), 0u);
-  const auto key = [&](std::uint32_t i) { return std::tuple(positions[i].x, positions[i].y, positions[i].z); };
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b) || (key(a) == key(b) && a < b); });
-  for (std::size_t i = 0; i < order.size(); ++i)
-    welded[order[i]] = i > 0 && key(order[i]) == key(order[i - 1]) ? welded[order[i - 1]] : order[i];
-  return welded;
-}
-
-struct Incidence {
-  std::vector<std::uint32_t> begin;  ///< per position
-  std::vector<std::uint32_t> corner; ///< 3 * triangle + corner, ascending
-};
-
-Incidence corners_at_positions(const TriangleSoup& soup, const std::vector<std::uint32_t>& welded) {
-  Incidence at;
-  at.begin.assign(soup.positions.size() + 1, 0);
-  for (const SoupTriangle& t : soup.triangles)
-    for (const auto& c : t.corner)
-      ++at.begin[welded[c.position] + 1];
-  for (std::size_t i = 1; i < at.begin.size(); ++i)
-    at.begin[i] += at.begin[i - 1];
-  std::vector<std::uint32_t> next(at.begin.begin(), at.begin.end() - 1);
-  at.corner.resize(3 * soup.triangles.size());
-  for (std::size_t t = 0; t < soup.triangles.size(); ++t)
-    for (std::uint32_t k = 0; k < 3; ++k)
-      at.corner[next[welded[soup.triangles[t].corner[k].position]]++] = static_cast<std::uint32_t>(3 * t) + k;
-  return at;
-}
-
-struct FaceShape {
-  std::vector<glm::dvec3> normal;           ///< unit
-  std::vector<std::array<double, 3>> angle; ///< radians, at the corners: the weight of the face in a vertex normal
-};
-
-FaceShape face_shapes(const TriangleSoup& soup) {
-  FaceShape shape;
-  for (const SoupTriangle& t : soup.triangles) {
-    std::array<glm::dvec3, 3> p;
-    for (std::size_t k = 0; k < 3; ++k)
-      p[k] = soup.positions[t.corner[k].position];
-    shape.normal.push_back(glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0])));
-    std::array<double, 3> angle;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const glm::dvec3 a = p[(k + 1) % 3] - p[k], b = p[(k + 2) % 3] - p[k];
-      angle[k] = std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
-    }
-    shape.angle.push_back(angle);
-  }
-  return shape;
-}
-
-/// Triangles without area carry no light and have no normal.
-void drop_degenerate(TriangleSoup& soup) {
-  std::erase_if(soup.triangles, [&](const SoupTriangle& t) {
-    const glm::dvec3 a(soup.positions[t.corner[0].position]), b(soup.positions[t.corner[1].position]),
-        c(soup.positions[t.corner[2].position]);
-    const double longest = std::max({glm::length(b - a), glm::length(c - a), glm::length(c - b)});
-    return !(glm::length(glm::cross(b - a, c - a)) > 1e-10 * longest * longest);
-  });
-}
-
-/// Normal of a corner that the file gives none for: mean of the faces around it within the crease angle of its own.
-/// The sum runs in the same order for every corner of the vertex, so that equal sets give equal bits and are merged.
-glm::vec3 smooth_normal(std::size_t triangle, std::uint32_t position, const Incidence& at, const FaceShape& shape) {
-  glm::dvec3 sum{0.0};
-  for (std::uint32_t i = at.begin[position]; i < at.begin[position + 1]; ++i) {
-    const std::size_t other = at.corner[i] / 3;
-    if (glm::dot(shape.normal[other], shape.normal[triangle]) >= kCreaseCosine)
-      sum += shape.angle[other][at.corner[i] % 3] * shape.normal[other];
-  }
-  return glm::vec3(glm::normalize(sum));
-}
-
-/// Vertices of a finished mesh, one per distinct (position, normal, reflectance).
-class VertexPool {
-public:
-  explicit VertexPool(std::size_t positions) : first_(positions, kNone) {}
-  std::uint32_t add(std::uint32_t position, const glm::vec3& point, const glm::vec3& normal, const Rgb& reflectance,
-                    ObjectMesh& mesh) {
-    for (std::uint32_t v = first_[position]; v != kNone; v = next_[v])
-      if (mesh.normals[v] == normal && mesh.reflectance[v] == reflectance)
-        return v;
-    const std::uint32_t vertex = static_cast<std::uint32_t>(mesh.positions.size());
-    mesh.positions.push_back(point);
-    mesh.normals.push_back(normal);
-    mesh.reflectance.push_back(reflectance);
-    next_.push_back(first_[position]);
-    first_[position] = vertex;
-    return vertex;
-  }
-
-private:
-  static constexpr std::uint32_t kNone = 0xffffffffu;
-  std::vector<std::uint32_t> first_, next_; ///< chains of the vertices at a position
-};
-
-ObjectMesh build_mesh(const TriangleSoup& soup) {
-  const std::vector<std::uint32_t> welded = weld(soup.positions);
-  const Incidence at = corners_at_positions(soup, welded);
-  const FaceShape shape = face_shapes(soup);
-  VertexPool pool(soup.positions.size());
-  ObjectMesh mesh;
-  for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
-    std::array<std::uint32_t, 3> triangle;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto& corner = soup.triangles[t].corner[k];
-      const std::uint32_t position = welded[corner.position];
-      const glm::vec3 normal = corner.normal >= 0
-                                   ? glm::normalize(soup.normals[static_cast<std::size_t>(corner.normal)])
-                                   : smooth_normal(t, position, at, shape);
-      const Rgb reflectance = soup.vertex_colour.empty()
-                                  ? soup.triangles[t].reflectance * soup.triangles[t].corner_colour[k]
-                                  : soup.vertex_colour[corner.position];
-      triangle[k] = pool.add(position, soup.positions[position], normal, reflectance, mesh);
-    }
-    mesh.triangles.push_back(triangle);
-  }
-  return mesh;
-}
 
 /// glTF by its name or its first bytes.
 bool is_gltf(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
@@ -213,7 +89,7 @@ bool starts_with_ply(std::span<const std::uint8_t> bytes) {
 
 } // namespace
 
-Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback) {
+Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback, std::vector<std::string>* notes) {
   for (int c = 0; c < 3; ++c)
     if (!(fallback[c] >= 0 && fallback[c] <= 1))
       return Error{ErrorCode::value_invalid, "reflectance outside 0..1", path.string(), ""};
@@ -225,12 +101,11 @@ Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallb
                                         : detail::parse_obj_soup(*bytes, path, fallback);
   if (!soup)
     return soup.error();
-  resolve_textures(*soup);
-  drop_degenerate(*soup);
-  if (soup->triangles.empty())
+  auto mesh = detail::build_mesh(std::move(*soup), notes);
+  if (mesh.triangles.empty())
     return Error{ErrorCode::file_malformed, "the object has no triangle with area", path.string(),
                  "an OBJ, PLY or glTF file with faces is needed"};
-  return build_mesh(*soup);
+  return mesh;
 }
 
 } // namespace daylit

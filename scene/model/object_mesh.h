@@ -3,13 +3,17 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
 #include "scene/material/material.h"
+#include "scene/material/texture.h"
 
 namespace daylit {
 
@@ -21,6 +25,8 @@ struct ObjectMesh {
   std::vector<Rgb> reflectance; ///< per vertex, 0..1: what a vertex sends on to others; the mean of a texture around it
   std::vector<std::array<std::uint32_t, 3>> triangles;
 
+  /// Multiplies the base colour of the material; per vertex, empty: white.
+  std::vector<Rgb> colours;
   /// Empty where no material has a texture; else per vertex, origin top left.
   std::vector<glm::vec2> uv;
   /// Unit direction in which u grows, times the sign of the bitangent n x t in w; per vertex, empty where no material
@@ -30,14 +36,16 @@ struct ObjectMesh {
   std::vector<std::uint16_t> triangle_material; ///< per triangle; empty: all have the first
   std::vector<Texture> textures;
 
-  const ObjectMaterial& material(std::size_t triangle) const {
-    return materials[triangle_material.empty() ? 0 : triangle_material[triangle]];
+  /// Of a triangle; null for a mesh made without materials: diffuse, of the vertices' reflectance.
+  const ObjectMaterial* material_or_null(std::size_t triangle) const {
+    return materials.empty() ? nullptr : &materials[triangle_material.empty() ? 0 : triangle_material[triangle]];
   }
 };
 
-/// OBJ (Kd of the MTL, times map_Kd), PLY (vertex colours) or glTF (base colour, its texture, vertex colours; y up is
-/// turned to z up). `fallback`: reflectance where the file gives none. Textures are kept at vertices: the mesh is
-/// divided until its edges span about eight texels (at most 60,000 triangles).
-Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback = Rgb(0.7f));
+/// OBJ with its MTL, PLY (vertex colours, diffuse) or glTF (y up is turned to z up), with their materials as
+/// docs/materials.md has it. `fallback`: reflectance where the file gives none. `notes`: for people, what was left out.
+/// Errors: the file or a picture that it names is missing, damaged or too large; a number outside its range.
+Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback = Rgb(0.7f),
+                                    std::vector<std::string>* notes = nullptr);
 
 } // namespace daylit

@@ -1,10 +1,12 @@
 #include <map>
 #include <system_error>
+#include <tuple>
 
 #include <glm/geometric.hpp>
 
 #include "scene/core/read_file.h"
 #include "scene/format/obj_text.h"
+#include "scene/model/mtl_material.h"
 #include "scene/model/triangle_soup.h"
 
 namespace daylit::detail {
@@ -12,13 +14,6 @@ namespace daylit::detail {
 namespace {
 
 constexpr std::size_t kMostLibraryBytes = std::size_t{1} << 24;
-
-struct ObjSurface {
-  Rgb reflectance{0.5f};
-  std::int32_t texture = -1;
-};
-
-bool in_unit_range(const Rgb& c) { return c.r >= 0 && c.r <= 1 && c.g >= 0 && c.g <= 1 && c.b >= 0 && c.b <= 1; }
 
 /// Materials of the MTL files beside the OBJ, by name; the first of a name counts. A missing file has none.
 Result<std::map<std::string, MtlMaterial>> read_libraries(const ObjText& obj, const std::filesystem::path& folder) {
@@ -50,7 +45,9 @@ public:
       return materials.error();
     for (const std::string& name : obj_.material_names) {
       const auto material = materials->find(name);
-      const auto surface = material == materials->end() ? ObjSurface{fallback} : surface_of(material->second, fallback);
+      const auto surface = material == materials->end()
+                               ? soup_.surfaces.add({.name = name, .base_colour = fallback}, path_.string())
+                               : surface_of(material->second, fallback);
       if (!surface)
         return surface.error();
       surfaces_.push_back(*surface);
@@ -64,24 +61,38 @@ public:
   }
 
 private:
-  /// Kd, times map_Kd (a file beside the OBJ) where there is one.
-  Result<ObjSurface> surface_of(const MtlMaterial& m, Rgb fallback) {
-    ObjSurface surface{m.reflectance.value_or(m.texture.empty() ? fallback : Rgb(1.0f))};
-    if (!in_unit_range(surface.reflectance))
-      return Error{ErrorCode::value_invalid, "reflectance Kd outside 0..1", path_.string() + ", material " + m.name,
-                   "give Kd between 0 and 1"};
-    if (m.texture.empty())
-      return surface;
-    const auto [known, is_new] = textures_.try_emplace(m.texture, -1);
-    if (is_new) {
-      const std::filesystem::path file = path_.parent_path() / m.texture;
-      const auto added = add_texture(soup_, read_ldr_image(file), file.string());
-      if (!added)
+  Result<std::uint32_t> surface_of(const MtlMaterial& mtl, Rgb fallback) {
+    const std::string where = path_.string() + ", material " + mtl.name;
+    auto m = material_from_mtl(mtl, fallback, where);
+    if (!m)
+      return m.error();
+    for (const auto& [map, coding, use] : {std::tuple(&mtl.texture, TextureCoding::srgb, &m->base_colour_texture),
+                                           std::tuple(&mtl.emission_map, TextureCoding::srgb, &m->emission_texture),
+                                           std::tuple(&mtl.normal_map, TextureCoding::linear, &m->normal_texture)})
+      if (const auto added = add_texture(*map, coding, *use); !added)
         return added.error();
-      known->second = *added;
-    }
-    surface.texture = known->second;
-    return surface;
+    if (m->normal_texture)
+      soup_.surfaces.check_normal_map(m->normal_texture.texture, where);
+    for (const std::string& keyword : mtl.unread)
+      soup_.surfaces.note(where + ": " + keyword + " is not read");
+    return soup_.surfaces.add(std::move(*m), where);
+  }
+
+  /// A file beside the OBJ. Options count from the bottom left, textures from the top left.
+  Result<void> add_texture(const MtlTexture& map, TextureCoding coding, TextureUse& use) {
+    if (map.file.empty())
+      return {};
+    const std::filesystem::path file = path_.parent_path() / map.file;
+    const TextureWrap wrap = map.clamp ? TextureWrap::clamp : TextureWrap::repeat;
+    const auto added = soup_.surfaces.add_texture(
+        {file.string(), coding, wrap, wrap}, [&] { return read_ldr_image(file); }, file.string());
+    if (!added)
+      return added.error();
+    use.texture = *added;
+    use.uv_from_mesh[0].x = static_cast<float>(map.scale.x);
+    use.uv_from_mesh[1].y = static_cast<float>(map.scale.y);
+    use.uv_from_mesh[2] = glm::vec3(map.offset.x, 1.0 - map.scale.y - map.offset.y, 1.0);
+    return {};
   }
 
   Result<void> add_face(const ObjFace& face) {
@@ -94,15 +105,17 @@ private:
         return error(face, "uses a normal or a texture coordinate that does not exist");
       const bool has_normal = c.normal >= 0 && glm::length(soup_.normals[static_cast<std::size_t>(c.normal)]) > 1e-6f;
       const glm::dvec2 uv = c.texture >= 0 ? obj_.textures[static_cast<std::size_t>(c.texture)] : glm::dvec2(0.0);
-      corners.push_back({c.vertex, has_normal ? static_cast<std::int32_t>(c.normal) : -1,
-                         glm::vec2(uv.x, 1.0 - uv.y)}); // origin turned from bottom left to top left
+      corners.push_back({.position = c.vertex,
+                         .normal = has_normal ? static_cast<std::int32_t>(c.normal) : -1,
+                         .uv = glm::vec2(uv.x, 1.0 - uv.y)}); // origin turned from bottom left to top left
     }
-    const ObjSurface& surface = surfaces_[face.material];
-    const std::size_t before = soup_.triangles.size();
-    if (!append_polygon(corners, surface.reflectance, soup_))
+    Result<std::uint32_t> material = surfaces_[face.material];
+    if (!has_uv)
+      material = soup_.surfaces.without_textures(*material, path_.string());
+    if (!material)
+      return material.error();
+    if (!append_polygon(corners, *material, soup_))
       return error(face, "is a concave polygon; triangulate it on export");
-    for (std::size_t k = before; k < soup_.triangles.size(); ++k)
-      soup_.triangles[k].texture = has_uv ? surface.texture : -1;
     return {};
   }
 
@@ -114,8 +127,7 @@ private:
   const ObjText& obj_;
   std::filesystem::path path_;
   TriangleSoup soup_;
-  std::vector<ObjSurface> surfaces_; ///< by index of material_names
-  std::map<std::string, std::int32_t> textures_;
+  std::vector<std::uint32_t> surfaces_; ///< materials, by index of material_names
 };
 
 } // namespace

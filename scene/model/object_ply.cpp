@@ -204,7 +204,8 @@ int vertex_slot(const std::string& name) {
 
 double colour_scale(Scalar type) { return type == Scalar::uint8 ? 255.0 : type == Scalar::uint16 ? 65535.0 : 1.0; }
 
-void read_vertices(Body& body, const Element& element, TriangleSoup& soup) {
+/// `colour`: of the vertices, stays empty where the file gives none.
+void read_vertices(Body& body, const Element& element, TriangleSoup& soup, std::vector<Rgb>& colour) {
   std::array<bool, 9> has{};
   std::array<double, 9> value{};
   for (const Property& p : element.properties)
@@ -228,15 +229,16 @@ void read_vertices(Body& body, const Element& element, TriangleSoup& soup) {
     if (normals)
       soup.normals.emplace_back(value[3], value[4], value[5]);
     if (colours) {
-      soup.vertex_colour.emplace_back(value[6], value[7], value[8]);
+      colour.emplace_back(value[6], value[7], value[8]);
       for (int c = 0; c < 3; ++c)
-        if (!(soup.vertex_colour.back()[c] >= 0 && soup.vertex_colour.back()[c] <= 1))
+        if (!(colour.back()[c] >= 0 && colour.back()[c] <= 1))
           throw PlyError{"vertex " + std::to_string(i) + " has a colour (reflectance) outside 0..1"};
     }
   }
 }
 
-void read_polygon(Body& body, const Property& property, std::uint64_t face, Rgb fallback, TriangleSoup& soup) {
+void read_polygon(Body& body, const Property& property, std::uint64_t face, const std::vector<Rgb>& colour,
+                  TriangleSoup& soup) {
   const std::size_t n = list_count(body, property);
   if (n > kMaxPolygonCorners)
     throw PlyError{"face " + std::to_string(face) + " has more than 1000 corners"};
@@ -248,8 +250,10 @@ void read_polygon(Body& body, const Property& property, std::uint64_t face, Rgb 
     corner.position = static_cast<std::uint32_t>(index);
     if (!soup.normals.empty() && glm::length(soup.normals[corner.position]) > 1e-6f)
       corner.normal = static_cast<std::int32_t>(corner.position);
+    if (!colour.empty())
+      corner.colour = colour[corner.position];
   }
-  if (!append_polygon(corners, fallback, soup))
+  if (!append_polygon(corners, 0, soup))
     throw PlyError{"face " + std::to_string(face) + " is a concave polygon; triangulate it on export"};
 }
 
@@ -257,19 +261,21 @@ TriangleSoup read_soup(std::span<const std::uint8_t> bytes, Rgb fallback) {
   const Header header = read_header(bytes);
   Body body(bytes.subspan(header.body), header.encoding);
   TriangleSoup soup;
+  std::vector<Rgb> colour;
   for (const Element& element : header.elements) {
     body.expect(element);
     if (element.name == "vertex" && soup.positions.empty()) {
-      read_vertices(body, element, soup);
+      read_vertices(body, element, soup, colour);
       continue;
     }
     for (std::uint64_t i = 0; i < element.count; ++i)
       for (const Property& p : element.properties)
         if (element.name == "face" && p.count_type && (p.name == "vertex_indices" || p.name == "vertex_index"))
-          read_polygon(body, p, i, fallback, soup);
+          read_polygon(body, p, i, colour, soup);
         else
           skip(body, p);
   }
+  soup.surfaces.materials.push_back({.base_colour = colour.empty() ? fallback : Rgb(1.0f)});
   return soup;
 }
 

@@ -90,18 +90,18 @@ Result<Material> make_material(const std::string& name, const MaterialFile& file
     material.transmittance = mtl.transmittance.value_or(Rgb(1.0f));
     if (!in_unit_range(material.transmittance))
       return range_error("transmittance", material.transmittance, name);
-    if (mtl.has_dissolve && !mtl.transmittance && !mtl.is_glass)
+    if (mtl.opacity && !mtl.transmittance && !mtl.is_glass())
       report.notes.push_back(
           fmt::format("window material \"{}\": d/Tr is not used, Tf is missing: transmittance 1", name));
-    return mtl.is_glass ? clear_glass(std::move(material), mtl, report) : material;
+    return mtl.is_glass() ? clear_glass(std::move(material), mtl, report) : material;
   }
   if (mtl.reflectance && !in_unit_range(*mtl.reflectance))
     return range_error("reflectance", *mtl.reflectance, name);
   if (!mtl.reflectance)
     report.notes.push_back(fmt::format("material \"{}\" has no Kd: reflectance 0.5 assumed", name));
-  if (!mtl.texture.empty())
+  if (!mtl.texture.file.empty())
     report.notes.push_back(fmt::format("material \"{}\": the texture is not read, Kd counts", name));
-  if (mtl.emits)
+  if (mtl.emits())
     report.notes.push_back(
         fmt::format("material \"{}\" emits light, which is ignored: light comes from the sky", name));
   material.reflectance = mtl.reflectance.value_or(material.reflectance);

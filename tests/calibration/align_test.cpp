@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <numbers>
 #include <random>
 
@@ -131,6 +132,19 @@ TEST(Alignment, one_direction_is_refused) {
   EXPECT_FALSE(fit_orientation({}, 1.5, 3));
 }
 
+/// Pictures of four hours of the day; line(name, time) is called for each. Their names, a blank after each.
+std::string write_hours(const fs::path& folder, SimulatedDay& day,
+                        const std::function<void(const std::string&, const LocalTime&)>& line) {
+  std::string names;
+  for (const LocalTime& time : {hours()[0], hours()[3], hours()[6], hours()[9]}) {
+    const std::string name = "sky" + std::to_string(static_cast<int>(time.hour)) + ".exr";
+    EXPECT_TRUE(write_exr(folder / name, day.picture(time, false)));
+    names += name + " ";
+    line(name, time);
+  }
+  return names;
+}
+
 TEST(AlignProgram, pictures_of_a_day_give_a_lens_file_and_a_wrong_clock_is_noticed) {
   const fs::path folder = test::fresh_folder("align");
   SimulatedDay day(7);
@@ -138,11 +152,7 @@ TEST(AlignProgram, pictures_of_a_day_give_a_lens_file_and_a_wrong_clock_is_notic
   lens.world_from_camera = glm::dmat3(1.0);
   ASSERT_TRUE(write_lens(folder / "lens.yaml", lens));
   std::ofstream times(folder / "times.txt"), late(folder / "late.txt"), night(folder / "night.txt");
-  std::string names;
-  for (const LocalTime& time : {hours()[0], hours()[3], hours()[6], hours()[9]}) {
-    const std::string name = "sky" + std::to_string(static_cast<int>(time.hour)) + ".exr";
-    ASSERT_TRUE(write_exr(folder / name, day.picture(time, false)));
-    names += name + " ";
+  const std::string names = write_hours(folder, day, [&](const std::string& name, const LocalTime& time) {
     times << name << " " << time_text(time) << "\n";
     LocalTime wrong = time;
     wrong.day = wrong.hour > 11 ? 25 : 3; // two clocks
@@ -150,7 +160,7 @@ TEST(AlignProgram, pictures_of_a_day_give_a_lens_file_and_a_wrong_clock_is_notic
     late << name << " " << time_text(wrong) << "\n";
     wrong.hour = 1;
     night << name << " " << time_text(wrong) << "\n";
-  }
+  });
   for (std::ofstream* file : {&times, &late, &night})
     file->close();
   const std::string align =
@@ -173,14 +183,10 @@ TEST(AlignProgram, a_sun_where_it_should_be_night_is_said_and_the_direction_of_t
   SimulatedDay day(11);
   ASSERT_TRUE(write_lens(folder / "lens.yaml", day.lens));
   std::ofstream times(folder / "times.txt"), one(folder / "one.txt");
-  std::string names;
-  for (const LocalTime& time : {hours()[0], hours()[3], hours()[6], hours()[9]}) {
-    const std::string name = "sky" + std::to_string(static_cast<int>(time.hour)) + ".exr";
-    ASSERT_TRUE(write_exr(folder / name, day.picture(time, false)));
-    names += name + " ";
+  const std::string names = write_hours(folder, day, [&](const std::string& name, const LocalTime& time) {
     times << name << " " << time_text(time) << "\n";
     one << name << " " << time_text(time.hour > 17.0 ? LocalTime{2026, 6, 3, 1.0} : time) << "\n";
-  }
+  });
   times.close();
   one.close();
   const std::string align =

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "scene/model/triangle_soup.h"
 #include "scene/room/room_formats.h"
+#include "tests/fuzz/check_mesh.h"
 
 namespace {
 
@@ -22,13 +22,8 @@ void read_as_room(std::span<const std::uint8_t> bytes, const ReadFile& read_file
 
 void read_as_object(std::span<const std::uint8_t> bytes, const ReadFile& read_file) {
   auto soup = detail::parse_gltf_soup(bytes, "fuzz.gltf", read_file, Rgb(0.5f));
-  if (!soup)
-    return;
-  detail::resolve_textures(*soup);
-  for (const detail::SoupTriangle& t : soup->triangles)
-    for (const detail::SoupCorner& c : t.corner)
-      if (c.position >= soup->positions.size() || c.normal >= static_cast<int>(soup->normals.size()))
-        std::abort();
+  if (soup)
+    check_object(std::move(*soup));
 }
 
 } // namespace

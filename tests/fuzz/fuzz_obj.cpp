@@ -4,8 +4,9 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "scene/model/triangle_soup.h"
+#include "scene/model/mtl_material.h"
 #include "scene/room/room_formats.h"
+#include "tests/fuzz/check_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace daylit;
@@ -13,11 +14,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t cut = text.find('\0');
   const std::string_view library = cut == std::string_view::npos ? std::string_view() : text.substr(cut + 1);
   const auto read_library = [library](const std::string&) { return Result<std::string>(std::string(library)); };
-  if (const auto soup = detail::parse_obj_soup({data, size}, "/nowhere/fuzz.obj", Rgb(0.5f)))
-    for (const detail::SoupTriangle& t : soup->triangles)
-      for (const detail::SoupCorner& c : t.corner)
-        if (c.position >= soup->positions.size() || c.normal >= static_cast<int>(soup->normals.size()))
-          std::abort();
+  if (auto soup = detail::parse_obj_soup({data, size}, "/nowhere/fuzz.obj", Rgb(0.5f)))
+    check_object(std::move(*soup));
+  if (const auto materials = detail::parse_mtl_text(library, "fuzz.mtl"))
+    for (const detail::MtlMaterial& m : *materials)
+      if (const auto made = detail::material_from_mtl(m, Rgb(0.5f), "fuzz.mtl"); made && !check_material(*made, ""))
+        std::abort();
   const Result<RoomFile> file = parse_obj_room(text.substr(0, cut), "fuzz.obj", read_library);
   if (!file)
     return 0;

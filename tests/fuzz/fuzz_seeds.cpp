@@ -1,5 +1,5 @@
-// Writes valid inputs to start from: fuzz_seeds FOLDER makes FOLDER/volume, /sky, /transfer, /weather, /rad and
-// /hbjson.
+// Writes valid inputs to start from: fuzz_seeds FOLDER makes FOLDER/volume, /sky, /transfer, /weather, /rad, /hbjson,
+// /gltf and /obj.
 
 #include <cstdio>
 
@@ -58,6 +58,29 @@ void write_rooms(const std::filesystem::path& folder) {
       R"("properties":{"radiance":{"modifier":"g"}},"geometry":{"boundary":[[1,0,1],[2,0,1],[2,0,2]]}}]}]}]})");
 }
 
+/// One triangle with every extension and an image that is not one.
+void write_models(const std::filesystem::path& folder) {
+  const std::string texture = R"({"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.1,0.2],"rotation":1,)"
+                              R"("scale":[2,3]}}})";
+  write(folder / "gltf/materials.gltf",
+        R"({"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{)"
+        R"("attributes":{"POSITION":0,"TEXCOORD_0":1},"material":0}]}],"materials":[{"emissiveFactor":[1,1,1],)"
+        R"("pbrMetallicRoughness":{"roughnessFactor":0.5,"metallicFactor":0.5,"baseColorTexture":)" +
+            texture + R"(},"normalTexture":)" + texture +
+            R"(,"extensions":{"KHR_materials_ior":{"ior":1.4},"KHR_materials_transmission":{"transmissionFactor":0.5,)"
+            R"("transmissionTexture":{"index":0}},"KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":2,)"
+            R"("attenuationColor":[1,0.5,0.2]},"KHR_materials_clearcoat":{"clearcoatFactor":1},)"
+            R"("KHR_materials_anisotropy":{"anisotropyStrength":0.5}}}],"textures":[{"source":0,"sampler":0}],)"
+            R"("samplers":[{"wrapS":33071}],"images":[{"uri":"a.png"}],"accessors":[{"bufferView":0,)"
+            R"("componentType":5126,"count":3,"type":"VEC3"},{"bufferView":0,"componentType":5126,"count":3,)"
+            R"("type":"VEC2"}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":)"
+            R"("data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})");
+  std::string obj = "mtllib a.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n";
+  obj += '\0';
+  write(folder / "obj/material.obj", obj + "newmtl a\nKd 0.5 0.5 0.5\nKs 0.5 0.5 0.5\nNs 250\nNi 1.5\nd 0.5\nillum 7\n"
+                                           "Ke 1 1 1\nPr 0.2\nPm 1\nmap_Kd -s 2 2 1 -clamp on a.png\n");
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -70,6 +93,7 @@ int main(int argc, char** argv) {
     write(folder / "volume" / v.name, *volume_bytes(v.volume, v.precision));
   write_skies(folder);
   write_rooms(folder);
+  write_models(folder);
   std::vector<std::uint8_t> transfer(48 + 2 * 112);
   const char magic[] = "daylitTV";
   std::copy(magic, magic + 8, transfer.begin());

@@ -7,6 +7,9 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "scene/model/mesh_edit.h"
+#include "scene/model/surface_look.h"
+
 namespace daylit {
 namespace {
 
@@ -63,6 +66,53 @@ TEST(DivideMesh, a_fine_mesh_keeps_every_vertex_and_an_empty_one_is_left) {
   ObjectMesh none;
   divide_long_edges(none);
   EXPECT_TRUE(none.positions.empty());
+}
+
+/// A sheet of one metre, its two triangles of two materials, a checker pattern on it.
+ObjectMesh patterned_sheet() {
+  ObjectMesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  for (const glm::vec3& p : mesh.positions) {
+    mesh.normals.emplace_back(0, 0, 1);
+    mesh.uv.emplace_back(p.x, 1.0f - p.y);
+    mesh.colours.emplace_back(p.x);
+  }
+  mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+  mesh.triangle_material = {0, 1};
+  mesh.materials.resize(2);
+  for (ObjectMaterial& m : mesh.materials)
+    m.base_colour_texture.texture = m.normal_texture.texture = 0;
+  Rgb8Image checks{32, 32, {}};
+  for (int k = 0; k < 32 * 32; ++k)
+    for (int c = 0; c < 3; ++c)
+      checks.bytes.push_back((k + k / 32) % 2 ? 255 : 0);
+  mesh.textures.push_back(*Texture::make(checks, TextureCoding::linear));
+  set_tangents(mesh);
+  set_reflectance(mesh);
+  return mesh;
+}
+
+TEST(DivideMesh, a_pattern_stays_where_it_is) {
+  ObjectMesh mesh = patterned_sheet();
+  divide_long_edges(mesh);
+  ASSERT_GT(mesh.triangles.size(), 100u);
+  ASSERT_EQ(mesh.triangle_material.size(), mesh.triangles.size());
+  for (const std::size_t size : {mesh.uv.size(), mesh.colours.size(), mesh.tangents.size(), mesh.reflectance.size()})
+    ASSERT_EQ(size, mesh.positions.size());
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const glm::vec3& p = mesh.positions[v];
+    EXPECT_LT(glm::distance(mesh.uv[v], glm::vec2(p.x, 1.0f - p.y)), 1e-6f);
+    EXPECT_NEAR(mesh.colours[v].r, p.x, 1e-6f);
+    EXPECT_LT(glm::distance(mesh.tangents[v], glm::vec4(1, 0, 0, 1)), 1e-5f);
+    EXPECT_NEAR(mesh.reflectance[v].r, 0.7f * 0.5f * p.x, 0.02f) << "half of the texels around";
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& v = mesh.triangles[t];
+    const glm::vec3 p = (mesh.positions[v[0]] + mesh.positions[v[1]] + mesh.positions[v[2]]) / 3.0f;
+    EXPECT_EQ(mesh.triangle_material[t], p.y > p.x ? 1 : 0);
+    const float texel = mesh.textures[0].at({p.x, 1.0f - p.y}).r;
+    EXPECT_NEAR(base_colour(mesh, t, 1.0f / 3.0f, 1.0f / 3.0f, 0.0f).r, 0.7f * texel * p.x, 1e-3f);
+  }
 }
 
 } // namespace

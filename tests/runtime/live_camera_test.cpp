@@ -304,6 +304,32 @@ TEST_F(LiveCamerasTest, pictures_that_cannot_be_written_are_told_before_a_camera
   EXPECT_TRUE(read_ldr_image(theirs));
 }
 
+TEST_F(LiveCamerasTest, pictures_asked_for_are_counted_on_after_a_reload) {
+  studio_.config.output.png = studio_.folder / "out.png";
+  LiveOptions options;
+  options.config = studio_.folder / "config.toml";
+  options.frames = 60;
+  options.backend = Backend::rays;
+  options.quiet = true;
+  std::ofstream(options.config) << to_toml(studio_.config);
+  const auto config = read_run_config(options.config);
+  ASSERT_TRUE(config) << config.error().message();
+  watch_for_reload();
+  int drawn = 0;
+  testing::internal::CaptureStderr();
+  const auto done = run_live(*config, options, [&](const DrawnFrame&) {
+    if (++drawn == 3)
+      std::raise(SIGHUP);
+    std::this_thread::sleep_for(20ms); // of 60, enough to load it
+  });
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_TRUE(done) << done.error().message();
+  EXPECT_NE(said.find("the new configuration is in use"), std::string::npos) << said;
+  EXPECT_EQ(drawn, options.frames);
+  EXPECT_TRUE(std::filesystem::exists(studio_.folder / "out-00059.png"));
+  EXPECT_FALSE(std::filesystem::exists(studio_.folder / "out-00060.png"));
+}
+
 /// What systemd listens on.
 class NotifySocket {
 public:
@@ -345,6 +371,7 @@ TEST_F(LiveCamerasTest, z_signals_reload_the_configuration_and_end_the_run) {
   ASSERT_TRUE(config) << config.error().message();
   Result<void> ended = Error{ErrorCode::io, "not ended", "", ""};
   watch_for_interrupt();
+  watch_for_reload();
   std::thread daemon([&] {
     LiveOptions options;
     options.config = file;

@@ -97,6 +97,7 @@ inline ObjectMesh ring_with_wire() {
 /// Turned about x by `tilt` radians, then moved.
 inline ObjectSurface place(const ObjectMesh& mesh, const glm::dvec3& position, double tilt = 0.0) {
   ObjectSurface s;
+  s.drawn_reflectance = mesh.reflectance;
   const double c = std::cos(tilt), d = std::sin(tilt);
   const auto turn = [&](const glm::dvec3& p) { return glm::dvec3(p.x, c * p.y - d * p.z, d * p.y + c * p.z); };
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {

@@ -202,6 +202,27 @@ TEST(CutMesh, no_triangle_of_a_pipe_leads_from_inside_a_pot_to_its_outside) {
   EXPECT_NEAR(area(mesh), area(before), 0.003 * area(before)); // the slits
 }
 
+TEST(CutMesh, textures_and_materials_stay_where_they_are) {
+  ObjectMesh mesh = pot_with_pipe();
+  for (const glm::vec3& p : mesh.positions)
+    mesh.uv.emplace_back(2.0f * p.x, p.y - p.z);
+  mesh.materials.resize(2);
+  const auto pipe = [&](const auto& t) {
+    return std::ranges::all_of(t, [&](std::uint32_t v) { return on_pipe(mesh.positions[v]); });
+  };
+  for (const auto& t : mesh.triangles)
+    mesh.triangle_material.push_back(pipe(t) ? 1 : 0);
+  ASSERT_TRUE(cut_where_parts_cross(mesh));
+  ASSERT_EQ(mesh.uv.size(), mesh.positions.size());
+  ASSERT_EQ(mesh.triangle_material.size(), mesh.triangles.size());
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const glm::vec3& p = mesh.positions[v];
+    EXPECT_LT(glm::distance(mesh.uv[v], glm::vec2(2.0f * p.x, p.y - p.z)), 1e-6f);
+  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    EXPECT_EQ(mesh.triangle_material[t], pipe(mesh.triangles[t]) ? 1 : 0);
+}
+
 TEST(CutMesh, what_nothing_crosses_stays_as_it_is) {
   ObjectMesh mesh = test::torus(0.15f, 0.06f);
   const ObjectMesh before = mesh;

@@ -271,6 +271,19 @@ TEST_F(ConfigTest, wrong_types_and_inconsistent_parts_are_refused) {
   }
 }
 
+TEST_F(ConfigTest, an_object_may_have_a_material_of_the_library) {
+  const auto c = run(replaced(kRun, "reflectance = 0.4", "material = \"brushed-steel\""));
+  ASSERT_TRUE(c) << c.error().message();
+  EXPECT_EQ(c->objects[0].material, "brushed-steel");
+  const auto again = run(to_toml(*c));
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(again->objects[0].material, "brushed-steel");
+  const auto wrong = run(replaced(kRun, "reflectance = 0.4", "material = \"brushed-stel\""));
+  ASSERT_FALSE(wrong);
+  EXPECT_NE(wrong.error().message().find("did you mean 'brushed-steel'"), std::string::npos) << wrong.error().message();
+  EXPECT_NE(wrong.error().message().find("porcelain"), std::string::npos) << "and all others";
+}
+
 TEST_F(ConfigTest, damaged_text_is_an_error_with_its_place) {
   const auto c = run("[sky\nimage=");
   ASSERT_FALSE(c);

@@ -96,6 +96,24 @@ struct GltfParts {
   int view_count = 0, accessor_count = 0, material_count = 0, mesh_count = 0, node_count = 0;
 };
 
+/// A square of one metre in the file's x-y plane (in the world: upright, facing -y), u to the right, v down.
+inline GltfParts square(const std::string& material, const std::string& attributes = "") {
+  GltfParts parts;
+  const std::vector<float> p{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, uv{0, 1, 1, 1, 1, 0, 0, 0},
+      normal{0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+  const std::vector<std::uint8_t> colour{255, 0, 0, 255, 255, 0, 0, 255, 0, 255, 0, 255, 0, 255, 0, 255};
+  parts.add_accessor(parts.add_view(p), 5126, 4, "VEC3");
+  parts.add_accessor(parts.add_view(std::vector<std::uint16_t>{0, 1, 2, 0, 2, 3}), 5123, 6, "SCALAR");
+  parts.add_accessor(parts.add_view(uv), 5126, 4, "VEC2");
+  parts.add_accessor(parts.add_view(normal), 5126, 4, "VEC3");
+  parts.add_accessor(parts.add_view(colour), 5121, 4, "VEC4");
+  parts.add_material(material);
+  parts.meshes = "{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":3" + attributes +
+                 "},\"indices\":1,\"material\":0}]}";
+  parts.add_node("{\"mesh\":0}");
+  return parts;
+}
+
 /// The room as one mesh and node per material.
 inline GltfParts gltf_of(const Room& room) {
   GltfParts parts;

@@ -1,4 +1,4 @@
-// Virtual objects from glTF and textured OBJ: frames, colours, textures as reflectance at vertices, damaged files.
+// Virtual objects from glTF and textured OBJ: frames, colours, textures per pixel, damaged files.
 
 #include <cmath>
 #include <cstdlib>
@@ -12,6 +12,7 @@
 #include "gltf_builder.h"
 #include "scene/image/image_formats.h"
 #include "scene/model/object_mesh.h"
+#include "scene/model/surface_look.h"
 
 namespace daylit {
 namespace {
@@ -49,27 +50,11 @@ protected:
   fs::path folder_;
 };
 
-/// A square of one metre in the file's x-y plane (in the world: upright, facing -y), u to the right, v down.
-test::GltfParts square(const std::string& material, const std::string& attributes = "") {
-  test::GltfParts parts;
-  const std::vector<float> p{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0}, uv{0, 1, 1, 1, 1, 0, 0, 0},
-      normal{0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
-  const std::vector<std::uint8_t> colour{255, 0, 0, 255, 255, 0, 0, 255, 0, 255, 0, 255, 0, 255, 0, 255};
-  parts.add_accessor(parts.add_view(p), 5126, 4, "VEC3");
-  parts.add_accessor(parts.add_view(std::vector<std::uint16_t>{0, 1, 2, 0, 2, 3}), 5123, 6, "SCALAR");
-  parts.add_accessor(parts.add_view(uv), 5126, 4, "VEC2");
-  parts.add_accessor(parts.add_view(normal), 5126, 4, "VEC3");
-  parts.add_accessor(parts.add_view(colour), 5121, 4, "VEC4");
-  parts.add_material(material);
-  parts.meshes = "{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":3" + attributes +
-                 "},\"indices\":1,\"material\":0}]}";
-  parts.add_node("{\"mesh\":0}");
-  return parts;
-}
+using test::square;
 
-const char* const kPlain = R"({"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,1.0,1]}})";
+const char* const kPlain = R"({"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,1.0,1],"metallicFactor":0}})";
 const char* const kTextured = R"({"pbrMetallicRoughness":{"baseColorFactor":[0.5,0.5,0.5,1],)"
-                              R"("baseColorTexture":{"index":0}}})";
+                              R"("metallicFactor":0,"baseColorTexture":{"index":0}}})";
 
 TEST_F(ObjectGltf, y_up_is_turned_to_z_up_with_normals) {
   auto parts = square(kPlain);
@@ -104,39 +89,58 @@ TEST_F(ObjectGltf, vertex_colours_multiply_the_base_colour) {
     EXPECT_EQ(mesh->reflectance[k], mesh->positions[k].z > 0.5f ? Rgb(0, 0.25f, 0) : Rgb(0.5f, 0, 0));
 }
 
-/// What the quarters say at a vertex of the square, or nothing near their borders.
-std::optional<Rgb> expected_at(const glm::vec3& p, float factor) {
-  if (std::abs(p.x - 0.5f) < 0.15f || std::abs(p.z - 0.5f) < 0.15f || std::min(p.x, p.z) < 0.1f ||
-      std::max(p.x, p.z) > 0.9f) // beyond the edge the texture repeats
-    return std::nullopt;
-  const bool right = p.x > 0.5f, below = p.z < 0.5f;
-  return factor * Rgb(right == below ? 1 : 0, right ? 1 : 0, below ? 1 : 0);
-}
-
+/// A square of one metre, upright, whose texture shows the quarters: at every point the colour of its quarter.
 void expect_quarters(const ObjectMesh& mesh, float factor) {
-  int compared = 0;
   double area = 0;
-  for (std::size_t k = 0; k < mesh.positions.size(); ++k)
-    if (const auto expected = expected_at(mesh.positions[k], factor)) {
-      ++compared;
-      EXPECT_LT(glm::length(mesh.reflectance[k] - *expected), 1e-5f)
-          << mesh.positions[k].x << " " << mesh.positions[k].z;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const glm::vec3 a = mesh.positions[mesh.triangles[t][0]], b = mesh.positions[mesh.triangles[t][1]],
+                    c = mesh.positions[mesh.triangles[t][2]];
+    area += 0.5 * static_cast<double>(glm::length(glm::cross(b - a, c - a)));
+    for (const auto& [u, v] : {std::pair(0.1f, 0.1f), std::pair(0.7f, 0.2f), std::pair(0.2f, 0.7f)}) {
+      const glm::vec3 p = a + u * (b - a) + v * (c - a);
+      const bool right = p.x > 0.5f, below = p.z < 0.5f;
+      const Rgb expected = factor * Rgb(right == below ? 1 : 0, right ? 1 : 0, below ? 1 : 0);
+      EXPECT_LT(glm::length(base_colour(mesh, t, u, v, 0.0f) - expected), 1e-5f) << p.x << " " << p.z;
     }
-  for (const auto& t : mesh.triangles)
-    area += 0.5 * glm::length(glm::cross(glm::dvec3(mesh.positions[t[1]] - mesh.positions[t[0]]),
-                                         glm::dvec3(mesh.positions[t[2]] - mesh.positions[t[0]])));
+  }
   EXPECT_NEAR(area, 1.0, 1e-6);
-  EXPECT_GE(compared, 8);
 }
 
-TEST_F(ObjectGltf, a_texture_becomes_reflectance_at_the_vertices_of_a_divided_mesh) {
+/// Black and white texels in turn.
+Rgb8Image checks(int side) {
+  Rgb8Image image{side, side, std::vector<std::uint8_t>(static_cast<std::size_t>(3 * side * side))};
+  for (int y = 0; y < side; ++y)
+    for (int x = 0; x < side; ++x)
+      for (int c = 0; c < 3; ++c)
+        image.bytes[static_cast<std::size_t>(3 * (side * y + x) + c)] = (x + y) % 2 ? 255 : 0;
+  return image;
+}
+
+TEST_F(ObjectGltf, a_fine_pattern_is_kept_per_pixel_and_its_mean_from_far) {
+  ASSERT_TRUE(write_png(folder_ / "checks.png", checks(256)));
   auto parts = square(kTextured, ",\"TEXCOORD_0\":2");
+  parts.more = R"(,"textures":[{"source":0}],"images":[{"uri":"checks.png"}])";
+  const auto mesh = read_object_mesh(write("a.glb", parts.glb()));
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_EQ(mesh->triangles.size(), 2u) << "the mesh is not divided for its texture";
+  ASSERT_EQ(mesh->uv.size(), mesh->positions.size());
+  for (int x = 1; x < 100; ++x) { // middles of texels along the lower edge, triangle (0, 0), (1, 0), (1, 1)
+    const float u = (static_cast<float>(x) + 0.5f) / 256.0f;
+    EXPECT_NEAR(base_colour(*mesh, 0, u - 0.5f / 256.0f, 0.5f / 256.0f, 1e-4f).r, x % 2 ? 0.0f : 0.5f, 1e-3f) << x;
+  }
+  for (const Rgb& r : mesh->reflectance)
+    EXPECT_NEAR(r.g, 0.25f, 2e-3f) << "what a vertex sends on: half of the texels times 0.5";
+  EXPECT_NEAR(base_colour(*mesh, 0, 0.3f, 0.3f, 0.1f).r, 0.25f, 2e-3f) << "seen from far";
+}
+
+TEST_F(ObjectGltf, vertex_colours_survive_beside_a_texture) {
+  auto parts = square(kTextured, ",\"TEXCOORD_0\":2,\"COLOR_0\":4");
   parts.more = R"(,"textures":[{"source":0}],"images":[{"uri":"quarters.png"}])";
   const auto mesh = read_object_mesh(write("a.glb", parts.glb()));
   ASSERT_TRUE(mesh) << mesh.error().message();
-  EXPECT_EQ(mesh->triangles.size(), 2u * 6 * 6) << "a diagonal of 45 texels, eight to an edge";
-  EXPECT_EQ(mesh->positions.size(), 7u * 7) << "no vertex twice: the two halves meet without a crack";
-  expect_quarters(*mesh, 0.5f);
+  // Lower left: blue in the picture, red in the vertices: nothing. Lower right: white times red.
+  EXPECT_EQ(base_colour(*mesh, 0, 0.2f, 0.05f, 0.0f), Rgb(0.0f));
+  EXPECT_LT(glm::length(base_colour(*mesh, 0, 0.8f, 0.05f, 0.0f) - 0.5f * Rgb(0.95f, 0.05f, 0.0f)), 1e-5f);
 }
 
 TEST_F(ObjectGltf, an_image_inside_the_file_is_the_same_as_one_beside_it) {
@@ -160,21 +164,6 @@ TEST_F(ObjectGltf, obj_with_a_texture_shows_the_same_picture) {
   expect_quarters(*mesh, 0.5f);
 }
 
-TEST_F(ObjectGltf, fine_textures_keep_their_mean) {
-  Rgb8Image checks{256, 256, std::vector<std::uint8_t>(3 * 256 * 256)};
-  for (int y = 0; y < 256; ++y)
-    for (int x = 0; x < 256; ++x)
-      for (int c = 0; c < 3; ++c)
-        checks.bytes[static_cast<std::size_t>(3 * (256 * y + x) + c)] = (x + y) % 2 ? 255 : 0;
-  ASSERT_TRUE(write_png(folder_ / "checks.png", checks));
-  auto parts = square(kTextured, ",\"TEXCOORD_0\":2");
-  parts.more = R"(,"textures":[{"source":0}],"images":[{"uri":"checks.png"}])";
-  const auto mesh = read_object_mesh(write("a.glb", parts.glb()));
-  ASSERT_TRUE(mesh) << mesh.error().message();
-  for (const Rgb& r : mesh->reflectance)
-    EXPECT_NEAR(r.g, 0.25f, 1e-4f) << "half of the texels times 0.5";
-}
-
 TEST_F(ObjectGltf, errors_name_what_is_wrong) {
   auto parts = square(kTextured, ",\"TEXCOORD_0\":2");
   parts.more = R"(,"textures":[{"source":0}],"images":[{"uri":"not-there.png"}])";
@@ -195,12 +184,12 @@ TEST_F(ObjectGltf, more_texels_than_an_object_may_have_are_refused) {
   const Rgb8Image large{4096, 4096, std::vector<std::uint8_t>(std::size_t{3} * 4096 * 4096, 128)};
   ASSERT_TRUE(write_png(folder_ / "large.png", large));
   std::string materials = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 0 1\nvt 0 0\nvt 1 0\nvt 1 1\n", library;
-  for (const char* name : {"a", "b", "c"}) { // three names of one file: each is read
+  for (const char* name : {"a", "b", "c", "d", "e"}) { // five names of one file: each is read
     fs::create_hard_link(folder_ / "large.png", folder_ / (std::string(name) + ".png"));
     library += std::string("newmtl ") + name + "\nKd 1 1 1\nmap_Kd " + name + ".png\n";
   }
   std::ofstream(folder_ / "a.mtl") << library;
-  for (const char* name : {"a", "b", "c"})
+  for (const char* name : {"a", "b", "c", "d", "e"})
     materials += std::string("usemtl ") + name + "\nf 1/1 2/2 3/3\n";
   std::ofstream(folder_ / "a.obj") << materials;
   const auto mesh = read_object_mesh(folder_ / "a.obj");

@@ -1,0 +1,111 @@
+#include "runtime/object/object_rays.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include "runtime/base/orthonormal.h"
+#include "scene/material/fresnel.h"
+
+namespace daylit {
+
+namespace {
+constexpr int kMostFaces = 16; // of glass on one straight way; more let nothing through that could be seen
+}
+
+ObjectRays::ObjectRays(const VirtualObjects& objects) : objects_(objects) {
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
+    const VirtualObjects::Part& part = objects.parts[k];
+    Placed p;
+    p.own_from_world = glm::inverse(part.world_from_object);
+    const glm::dmat3 linear(part.world_from_object);
+    p.scale = std::cbrt(std::fabs(glm::determinant(linear)));
+    p.rotation = glm::mat3(linear / p.scale);
+    p.offset_m = 4.0 * static_cast<double>(part.rays.surface_offset()) * p.scale;
+    p.sphere = objects.bounds(k);
+    placed_.push_back(p);
+  }
+}
+
+/// The ray passes the sphere around the part within `most_m`.
+bool ObjectRays::may_meet(const Placed& part, const WorldRay& ray, double most_m) const {
+  const glm::dvec3 d = part.sphere.centre - ray.origin;
+  const double along = glm::dot(d, glm::dvec3(ray.direction)), r2 = part.sphere.radius * part.sphere.radius;
+  const double away2 = glm::dot(d, d);
+  return away2 <= r2 || (along > 0.0 && away2 - along * along <= r2 && along - part.sphere.radius <= most_m);
+}
+
+/// In the frame of each part, whose directions are not unit vectors: distances along the ray are those of the world.
+std::optional<ObjectPoint> ObjectRays::closest(const WorldRay& ray, double most_m) const {
+  std::optional<ObjectPoint> first;
+  float nearest = static_cast<float>(std::min(most_m, 1e9));
+  for (std::size_t k = 0; k < placed_.size(); ++k) {
+    const Placed& p = placed_[k];
+    if (!may_meet(p, ray, static_cast<double>(nearest)))
+      continue;
+    const VirtualObjects::Part& part = objects_.parts[k];
+    RayHit hit;
+    if (!part.rays.closest(part.rays.to_local(glm::dvec3(p.own_from_world * glm::dvec4(ray.origin, 1.0))),
+                           glm::vec3(glm::dmat3(p.own_from_world) * glm::dvec3(ray.direction)), 0.0f, nearest, hit))
+      continue;
+    nearest = hit.distance;
+    first = ObjectPoint{k, hit.triangle, hit.u, hit.v, static_cast<double>(hit.distance), {}, {}};
+  }
+  if (!first)
+    return std::nullopt;
+  const ObjectMesh& mesh = objects_.parts[first->part].mesh;
+  const auto& t = mesh.triangles[first->triangle];
+  const glm::vec3 a = mesh.positions[t[0]];
+  first->position = ray.origin + first->distance * glm::dvec3(ray.direction);
+  first->face_normal =
+      glm::normalize(placed_[first->part].rotation * glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+  return first;
+}
+
+/// Product over the faces on the way of 1 - F, and over the ways inside of exp(-a d).
+Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m) const {
+  Rgb left(1.0f);
+  WorldRay rest = ray;
+  for (int face = 0; face < kMostFaces; ++face) {
+    const auto point = closest(rest, most_m);
+    if (!point)
+      return left;
+    const ObjectMaterial* material = objects_.parts[point->part].mesh.material_or_null(point->triangle);
+    if (!material || !material->is_transparent())
+      return Rgb(0.0f);
+    const float cosine = -glm::dot(point->face_normal, ray.direction);
+    left *= (1.0f - fresnel_dielectric(cosine, material->ior)) * material->transmission * material->base_colour;
+    if (cosine < 0.0f && !material->thin)
+      left *= glm::exp(-material->absorption_per_m() * static_cast<float>(point->distance));
+    rest.origin = point->position + offset_m(point->part) * glm::dvec3(ray.direction);
+    most_m -= point->distance;
+  }
+  return Rgb(0.0f);
+}
+
+/// Parallel rays from kSides directions, even on the disc that the sphere around the part shows.
+float ObjectRays::opacity(std::size_t part) const {
+  constexpr int kSides = 16, kRays = 32;
+  const BoundingSphere& sphere = placed_[part].sphere;
+  double kept = 0.0, met = 0.0;
+  for (int side = 0; side < kSides; ++side) {
+    const double z = 1.0 - (2.0 * side + 1.0) / kSides, r = std::sqrt(1.0 - z * z), turn = 2.399963 * side;
+    const glm::dvec3 towards(r * std::cos(turn), r * std::sin(turn), z);
+    const OrthonormalBasis basis(towards);
+    for (int k = 0; k < kRays; ++k) { // Vogel's spiral
+      const double d = sphere.radius * std::sqrt((k + 0.5) / kRays), a = 2.399963 * k;
+      const WorldRay ray{sphere.centre + d * (std::cos(a) * basis.u + std::sin(a) * basis.v) -
+                             2.0 * sphere.radius * towards,
+                         glm::vec3(towards)};
+      if (const auto point = closest(ray, 4.0 * sphere.radius); !point || point->part != part)
+        continue;
+      kept += 1.0 - static_cast<double>(luminance(transmittance(ray, 4.0 * sphere.radius)));
+      met += 1.0;
+    }
+  }
+  return met > 0.0 ? static_cast<float>(kept / met) : 1.0f;
+}
+
+} // namespace daylit

@@ -1,0 +1,114 @@
+#include "runtime/reflect/room_mirror.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "scene/core/parallel.h"
+
+namespace daylit {
+
+namespace {
+constexpr double kSamePlane_m = 1e-4, kSameNormal = 1e-6;
+}
+
+Result<RoomMirror> RoomMirror::make(const Room& room, const std::map<std::string, double>& glossy) {
+  RoomMirror mirror;
+  mirror.reflectance_.assign(room.triangles.size(), 0.0f);
+  for (const auto& [name, reflectance] : glossy) {
+    std::vector<std::string> known;
+    bool found = false;
+    for (std::size_t t = 0; t < room.triangles.size(); ++t) {
+      const Material& material = room.material(room.triangles[t]);
+      if (std::ranges::find(known, material.name) == known.end())
+        known.push_back(material.name);
+      if (material.name != name || room.is_window(room.triangles[t]))
+        continue;
+      found = true;
+      mirror.reflectance_[t] = static_cast<float>(reflectance);
+      const glm::dvec3 n = area_normal(room, room.triangles[t]);
+      if (glm::length(n) == 0.0)
+        continue;
+      const Plane plane{glm::normalize(n), glm::dot(glm::normalize(n), room.vertices[room.triangles[t].vertex[0]])};
+      if (std::ranges::none_of(mirror.planes_, [&](const Plane& p) {
+            const double side = glm::dot(p.normal, plane.normal);
+            return std::fabs(side) > 1.0 - kSameNormal &&
+                   std::fabs(p.height - std::copysign(plane.height, side * plane.height)) < kSamePlane_m;
+          }))
+        mirror.planes_.push_back(plane);
+    }
+    if (!found)
+      return Error{ErrorCode::value_invalid, fmt::format("the room has no material '{}'", name), "[room] glossy",
+                   fmt::format("its materials are: {}", fmt::join(known, ", "))};
+  }
+  return mirror;
+}
+
+/// Of the mirrored sphere: centre c - 2 (n.c - h) n.
+PixelBox RoomMirror::box_of(const Plane& plane, const BoundingSphere& object, const DrawnPicture& drawn) const {
+  const PixelBox all{0, 0, drawn.camera.photo_width_px, drawn.camera.photo_height_px};
+  const glm::dvec3 centre = object.centre - 2.0 * (glm::dot(plane.normal, object.centre) - plane.height) * plane.normal;
+  const glm::dvec3 to = glm::transpose(glm::dmat3(drawn.camera.world_from_camera)) * (centre - drawn.camera.eye());
+  if (to.z <= 1.5 * object.radius || !drawn.camera.drawn_position.empty())
+    return all; // behind the camera or around it; in a distorted picture every pixel is asked
+  const double reach = object.radius / (to.z - object.radius) * std::max(drawn.camera.fx, drawn.camera.fy);
+  const double tangent = std::hypot(to.x, to.y) / to.z, wide = reach * (1.0 + tangent);
+  const double x = drawn.camera.fx * to.x / to.z + drawn.camera.cx, y = drawn.camera.fy * to.y / to.z + drawn.camera.cy;
+  const auto pixel = [](double v) { return static_cast<int>(std::clamp(std::floor(v), -1e6, 1e6)); };
+  return PixelBox{pixel(x - wide), pixel(y - wide), pixel(x + wide) + 2, pixel(y + wide) + 2}.clipped(all.x1, all.y1);
+}
+
+/// F (L_object - L_room behind it), F = R + (1 - R) (1 - cos)^5 (Schlick 1994).
+Rgb RoomMirror::image(const WorldRay& ray, const GlossyRays& rays, const RoomSeen& room) const {
+  const auto hit = room.closest(ray);
+  if (!hit || reflectance_[hit->triangle] <= 0.0f)
+    return Rgb(0.0f);
+  const glm::dvec3 direction(ray.direction), n = room.light.normal(hit->triangle, direction);
+  const double cosine = -glm::dot(n, direction);
+  const WorldRay mirrored{ray.origin + hit->distance * direction + kAirGap_m * n,
+                          glm::vec3(direction + 2.0 * cosine * n)};
+  const auto behind = room.closest(mirrored);
+  const auto object = room.objects.closest(mirrored, behind ? behind->distance : 1e9);
+  if (!object)
+    return Rgb(0.0f);
+  const float r = reflectance_[hit->triangle], grazing = std::pow(1.0f - static_cast<float>(cosine), 5.0f);
+  return (r + (1.0f - r) * grazing) * (rays.radiance(mirrored) - room.radiance(mirrored, behind, true));
+}
+
+std::size_t RoomMirror::draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
+                             const PhotoScale& scale, Composite& composite) const {
+  PixelBox box;
+  const VirtualObjects& objects = room.objects.objects();
+  for (const Plane& plane : planes_)
+    for (std::size_t k = 0; k < objects.parts.size(); ++k)
+      box.include(box_of(plane, objects.bounds(k), drawn));
+  if (box.empty())
+    return 0;
+  std::atomic<std::size_t> changed{0};
+  parallel_for(box.y0, box.y1, [&](int y) {
+    std::size_t mine = 0;
+    for (int x = box.x0; x < box.x1; ++x) {
+      const std::size_t i = static_cast<std::size_t>(y) * composite.picture.width + x;
+      const float uncovered = 1.0f - composite.coverage[i];
+      if (uncovered <= 0.0f)
+        continue;
+      const Rgb image = this->image(
+          {drawn.camera.eye(), glm::vec3(drawn.camera.direction(glm::dvec2(drawn.position(x, y))))}, rays, room);
+      if (image == Rgb(0.0f))
+        continue;
+      composite.picture.texels[i] = glm::max(composite.picture.texels[i] + scale.apply(uncovered * image), Rgb(0.0f));
+      mine += composite.touched[i] == 0;
+      composite.touched[i] = std::max<std::uint8_t>(composite.touched[i], 1);
+    }
+    changed += mine;
+  });
+  return changed;
+}
+
+} // namespace daylit

@@ -1,0 +1,39 @@
+#pragma once
+
+// Mirror images of virtual objects in real surfaces that are declared to mirror ([room] glossy). The photograph holds
+// what they mirror without the objects: only the difference is added.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "runtime/composite/compose.h"
+#include "runtime/composite/drawn_picture.h"
+#include "runtime/reflect/glossy_rays.h"
+
+namespace daylit {
+
+class RoomMirror {
+public:
+  /// `glossy`: by material, the part of light that it mirrors seen face on. Error value_invalid: no such material.
+  static Result<RoomMirror> make(const Room& room, const std::map<std::string, double>& glossy);
+  bool empty() const { return planes_.empty(); }
+
+  /// Adds the images to the room's part of the pixels; returns how many pixels show one.
+  std::size_t draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room, const PhotoScale& scale,
+                   Composite& composite) const;
+
+private:
+  struct Plane {
+    glm::dvec3 normal{0.0};
+    double height = 0.0;
+  };
+  /// Pixels in which a plane may show the object.
+  PixelBox box_of(const Plane& plane, const BoundingSphere& object, const DrawnPicture& drawn) const;
+  Rgb image(const WorldRay& ray, const GlossyRays& rays, const RoomSeen& room) const;
+
+  std::vector<float> reflectance_; ///< per triangle of the room, seen face on
+  std::vector<Plane> planes_;      ///< of the triangles that mirror
+};
+
+} // namespace daylit

@@ -1,0 +1,72 @@
+#pragma once
+
+// What a ray that leaves a virtual object sees of the real room: the photograph where the camera sees that point, else
+// the room's computed light, else sky and sun through the window it passes.
+
+#include <optional>
+#include <span>
+
+#include "runtime/base/photo_scale.h"
+#include "runtime/base/render_camera.h"
+#include "runtime/composite/compose.h"
+#include "runtime/indirect/indirect_shadow.h"
+#include "runtime/indirect/room_light.h"
+#include "runtime/object/object_rays.h"
+#include "runtime/sky/sky_map.h"
+#include "runtime/sky/sun.h"
+#include "scene/lens/lens.h"
+#include "scene/room/aperture.h"
+
+namespace daylit {
+
+/// The photograph with the objects' shadows on the room, as a map of the room's radiance.
+class PhotographedRoom {
+public:
+  /// Keeps references to all. `white`: from which value on a pixel of the photograph says nothing but that it is
+  /// bright.
+  PhotographedRoom(const Composite& composite, const RenderCamera& camera, const LensModel& lens,
+                   const PhotoScale& scale, float white);
+
+  /// Radiance of world point x, bilinear. Empty where it lies outside the picture, behind an object in it, or where the
+  /// picture is white. What of the room stands before x is not looked at.
+  std::optional<Rgb> radiance(const glm::dvec3& x) const;
+  glm::dvec3 eye() const { return camera_.eye(); }
+
+private:
+  const Composite& composite_;
+  const RenderCamera& camera_;
+  const LensModel& lens_;
+  glm::dmat3 camera_from_world_{1.0}, radiance_from_photo_{1.0};
+  double scale_x_ = 1.0, scale_y_ = 1.0; ///< of the photograph over the lens's calibration
+  float white_ = 1.0f;
+};
+
+/// Keeps references to all that it is made of. Thread-safe.
+struct RoomSeen {
+  const Room& room;
+  const RayScene& rays;
+  const RoomLight& light;
+  const IndirectShadow* shadow = nullptr; ///< what the objects do to the room; null: not known
+  const SkyMap& sky;                      ///< without the sun
+  const std::optional<DetectedSun>& sun;
+  const ApertureCrossings& windows;
+  const ObjectRays& objects;
+  const PhotographedRoom* photograph = nullptr; ///< null: only computed light
+
+  /// Where a ray from outside the objects ends in the room. Empty: nowhere, it leaves.
+  struct Hit {
+    std::uint32_t triangle = 0;
+    double distance = 0.0;
+  };
+  std::optional<Hit> closest(const WorldRay& ray) const;
+
+  /// Radiance that arrives against the ray from there; of the sky where `hit` is empty. `with_disc`: the sun's disc is
+  /// seen too.
+  Rgb radiance(const WorldRay& ray, const std::optional<Hit>& hit, bool with_disc) const;
+  /// The same without the photograph: rho / pi E of the room's surface.
+  Rgb computed(const WorldRay& ray, const Hit& hit) const;
+  /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
+  Rgb sun_at(const glm::dvec3& x) const;
+};
+
+} // namespace daylit

@@ -1,0 +1,74 @@
+#include "scene/material/material.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+#include <glm/common.hpp>
+
+namespace daylit {
+
+namespace {
+
+constexpr float kMost = 1e6f;
+
+struct Quantity {
+  const char* name;
+  float value, least, most;
+};
+
+/// Mean over the hemisphere, cosine weighted, of Fresnel's reflectance of unpolarised light seen from outside: the
+/// closed form of Walsh (1926), n > 1.
+float mean_fresnel(float ior) {
+  if (ior < 1.001f)
+    return 0.0f;
+  const double n = static_cast<double>(ior), n2 = n * n, n4 = n2 * n2, s = n2 + 1.0, d = n2 - 1.0;
+  return static_cast<float>(0.5 + (n - 1.0) * (3.0 * n + 1.0) / (6.0 * (n + 1.0) * (n + 1.0)) +
+                            n2 * d * d / (s * s * s) * std::log((n - 1.0) / (n + 1.0)) -
+                            2.0 * n * n2 * (n2 + 2.0 * n - 1.0) / (s * (n4 - 1.0)) +
+                            8.0 * n4 * (n4 + 1.0) / (s * (n4 - 1.0) * (n4 - 1.0)) * std::log(n));
+}
+
+} // namespace
+
+Result<void> check_material(const ObjectMaterial& m, const std::string& where) {
+  const Quantity quantities[] = {{"base colour (red)", m.base_colour.r, 0, 1},
+                                 {"base colour (green)", m.base_colour.g, 0, 1},
+                                 {"base colour (blue)", m.base_colour.b, 0, 1},
+                                 {"metallic", m.metallic, 0, 1},
+                                 {"roughness", m.roughness, 0, 1},
+                                 {"index of refraction", m.ior, 1, 100},
+                                 {"transmission", m.transmission, 0, 1},
+                                 {"attenuation colour (red)", m.attenuation_colour.r, 0, 1},
+                                 {"attenuation colour (green)", m.attenuation_colour.g, 0, 1},
+                                 {"attenuation colour (blue)", m.attenuation_colour.b, 0, 1},
+                                 {"attenuation distance", m.attenuation_distance_m, 0, kMost},
+                                 {"dispersion", m.dispersion, 0, 100},
+                                 {"clear coat", m.clearcoat, 0, 1},
+                                 {"roughness of the clear coat", m.clearcoat_roughness, 0, 1},
+                                 {"anisotropy", m.anisotropy, 0, 1},
+                                 {"rotation of the anisotropy", m.anisotropy_rotation, -kMost, kMost},
+                                 {"emission (red)", m.emission.r, 0, 1e30f},
+                                 {"emission (green)", m.emission.g, 0, 1e30f},
+                                 {"emission (blue)", m.emission.b, 0, 1e30f},
+                                 {"scale of the normal map", m.normal_scale, -kMost, kMost},
+                                 {"strength of the occlusion", m.occlusion_strength, 0, 1}};
+  for (const Quantity& q : quantities)
+    if (!(q.value >= q.least && q.value <= q.most))
+      return Error{ErrorCode::value_invalid,
+                   fmt::format("{} is {:g}, outside {:g} to {:g}", q.name, q.value, q.least, q.most), where,
+                   "correct the material in the program that wrote it"};
+  return {};
+}
+
+/// A metal after Schlick: (20 F0 + 1) / 21. A pane of two interfaces reflects 2 F / (1 + F), all inner reflections
+/// summed.
+Rgb mean_reflectance(const ObjectMaterial& m) {
+  if (!m.is_glossy())
+    return m.base_colour;
+  const float f = mean_fresnel(m.ior), coat = m.clearcoat * mean_fresnel(1.5f);
+  const Rgb inside = (1.0f - m.transmission) * m.base_colour + m.transmission * f / (1.0f + f);
+  const Rgb dielectric = f + (1.0f - f) * inside, metal = (20.0f * m.base_colour + 1.0f) / 21.0f;
+  return coat + (1.0f - coat) * glm::mix(dielectric, metal, m.metallic);
+}
+
+} // namespace daylit

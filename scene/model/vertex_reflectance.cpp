@@ -1,0 +1,55 @@
+#include <cmath>
+
+#include <glm/geometric.hpp>
+
+#include "scene/model/mesh_edit.h"
+#include "scene/model/texture_lookup.h"
+
+namespace daylit {
+
+namespace {
+
+double triangle_area(const ObjectMesh& mesh, std::size_t triangle) {
+  const auto& t = mesh.triangles[triangle];
+  const glm::dvec3 p(mesh.positions[t[0]]);
+  return 0.5 * glm::length(glm::cross(glm::dvec3(mesh.positions[t[1]]) - p, glm::dvec3(mesh.positions[t[2]]) - p));
+}
+
+/// The material of a triangle with its textures averaged over it.
+ObjectMaterial mean_material(const ObjectMesh& mesh, std::size_t triangle, double area) {
+  ObjectMaterial m = mesh.materials[mesh.triangle_material.empty() ? 0 : mesh.triangle_material[triangle]];
+  if (mesh.uv.empty())
+    return m;
+  constexpr float third = 1.0f / 3.0f;
+  const detail::TextureLookup textures(mesh, triangle, third, third, static_cast<float>(std::sqrt(area)));
+  const Rgb metallic_roughness = textures.at(m.metallic_roughness_texture);
+  m.base_colour *= textures.at(m.base_colour_texture);
+  m.roughness *= metallic_roughness.g;
+  m.metallic *= metallic_roughness.b;
+  m.transmission *= textures.at(m.transmission_texture).r;
+  m.clearcoat *= textures.at(m.clearcoat_texture).r;
+  return m;
+}
+
+} // namespace
+
+void set_reflectance(ObjectMesh& mesh) {
+  std::vector<double> weight(mesh.positions.size(), 0.0);
+  std::vector<glm::dvec3> sum(mesh.positions.size(), glm::dvec3(0.0));
+  for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
+    const double area = triangle_area(mesh, k);
+    ObjectMaterial m = mean_material(mesh, k, area);
+    const Rgb base = m.base_colour;
+    for (const std::uint32_t v : mesh.triangles[k]) {
+      m.base_colour = mesh.colours.empty() ? base : base * mesh.colours[v];
+      sum[v] += area * glm::dvec3(mean_reflectance(m));
+      weight[v] += area;
+    }
+  }
+  mesh.reflectance.assign(mesh.positions.size(), Rgb(0.0f));
+  for (std::size_t v = 0; v < sum.size(); ++v)
+    if (weight[v] > 0.0)
+      mesh.reflectance[v] = Rgb(sum[v] / weight[v]);
+}
+
+} // namespace daylit

@@ -1,0 +1,91 @@
+#pragma once
+
+// A room whose light is known everywhere, and an object in its air.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "runtime/indirect/indirect_shadow.h"
+#include "runtime/sky/window_sampler.h"
+#include "test_session.h"
+
+namespace daylit::test {
+
+constexpr double kPi = std::numbers::pi;
+
+/// The box room under an indirect light that is the same everywhere and in all directions, and that its white walls
+/// send back; a sphere in its air.
+struct Surrounded {
+  BasisVolume volume;
+  LightField field;
+  LightFieldSampler sampler = *LightFieldSampler::make(volume);
+  RayScene rays = *RayScene::build(volume.room);
+  RoomLight room_light{volume.room, rays, sampler};
+  std::vector<SkyMap> pyramid;
+  std::vector<ApertureCell> cells;
+  ObjectMesh mesh;
+  RayScene mesh_rays;
+  IndirectShadow change;
+
+  static constexpr double kRadiance = 2.0;
+  static RayScene rays_of(const ObjectMesh& mesh) {
+    return *RayScene::build(std::vector<glm::dvec3>(mesh.positions.begin(), mesh.positions.end()), mesh.triangles);
+  }
+  /// Without windows their place is wall.
+  static BasisVolume white_box(bool closed) {
+    BasisVolume box = box_volume({});
+    for (Material& m : box.room.materials)
+      m.reflectance = Rgb(1.0f);
+    for (const Aperture& pane : closed ? box_window() : std::vector<Aperture>{}) {
+      const auto first = static_cast<std::uint32_t>(box.room.vertices.size());
+      box.room.vertices.insert(box.room.vertices.end(), pane.corners.begin(), pane.corners.end());
+      for (std::uint32_t k = 2; k < pane.corners.size(); ++k)
+        box.room.triangles.push_back({{first, first + k - 1, first + k}, box.room.triangles[0].material});
+    }
+    return box;
+  }
+  explicit Surrounded(float radius, const std::vector<Aperture>& windows = {}, float sky_factor = 0.0f)
+      : volume(white_box(windows.empty())), mesh(torus(0.0f, radius, 96, 64)), mesh_rays(rays_of(mesh)),
+        change(volume.room, rays, windows, room_light) {
+    Sh9Rgb light{};
+    light[0] = Rgb(static_cast<float>(kRadiance * 2.0 * std::sqrt(kPi)));
+    field.probe.assign(volume.probes.size(), light);
+    SkyMap sky = overcast_sky(64);
+    for (Rgb& c : sky.radiance)
+      c *= sky_factor;
+    pyramid = sky_map_pyramid(sky);
+    cells = aperture_cells(windows, {{2, 3, 1}, 0.2}, pyramid);
+    room_light.set_frame(field, pyramid, cells, {});
+  }
+  void set_walls(float reflectance) {
+    for (Material& m : volume.room.materials)
+      m.reflectance = Rgb(reflectance);
+  }
+  /// At a place, sending `radiance` from everywhere, under a sun.
+  void place(const glm::dvec3& at, float radiance, const std::optional<DetectedSun>& sun = {}) {
+    glm::dmat4 world(1.0);
+    world[3] = glm::dvec4(at, 1.0);
+    change.set_objects({{&mesh_rays, mesh.triangles, mesh.positions, 0, world}});
+    change.set_sky(pyramid, sun);
+    change.set_direct(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}),
+                      test::place(mesh, at));
+    change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
+    change.exchange_with_room();
+  }
+  std::size_t lowest_vertex() const {
+    return std::ranges::min_element(mesh.positions, {}, &glm::vec3::z) - mesh.positions.begin();
+  }
+  std::uint32_t floor_at(const glm::dvec3& x) const {
+    RayHit hit;
+    EXPECT_TRUE(rays.closest(rays.to_local(x + glm::dvec3(0, 0, 0.5)), glm::vec3(0, 0, -1), 0.0f, 1.0f, hit));
+    return hit.triangle;
+  }
+  IndirectChange at(const glm::dvec3& x) const { return change.at(floor_at(x), x, {0, 0, -1}); }
+};
+
+} // namespace daylit::test
