@@ -80,6 +80,8 @@ def thesis_tables(probe):
     if not t:
         return ""
     s = t["exponents"]
+    orders = sorted(t["orders"], key=int, reverse=True)
+    bounds = sorted(t["fixed_bounds"], key=int)
     out = [f'### {probe["name"]}', "Tables 6.1 and 6.2, mean / largest:",
            table(["s", "thesis' mip maps", "order 35", "mip chain", "harmonics", "exact"],
                  [[f"{s[k]:g}", pair(t["methods"]["thesis mip maps"][k]), pair(t["orders"]["35"][k]),
@@ -90,12 +92,12 @@ def thesis_tables(probe):
                  [["coefficients"] + [f'{r["analysis_ms"]:.0f}' for r in t["order_times"]],
                   ["eight maps"] + [f'{r["eight_maps_ms"]:.0f}' for r in t["order_times"]]]),
            "Tables 6.4 and 6.5, mean error of the series cut at an order:",
-           table(["s"] + list(t["orders"]), [[f"{s[k]:g}"] + [percent(c[k]["mean"]) for c in t["orders"].values()] for k in range(len(s))]),
+           table(["s"] + orders, [[f"{s[k]:g}"] + [percent(t["orders"][o][k]["mean"]) for o in orders] for k in range(len(s))]),
            "Table 6.6, ms of one exact map (tolerance 1e-5):",
            table(["s"] + [f'{r["exponent"]:g}' for r in t["bounds_times"]], [["ms"] + [f'{r["exact_ms"]:.0f}' for r in t["bounds_times"]]]),
            "Tables 6.7 and 6.8, squares of fixed width in the angular map, mean / largest:",
-           table(["s"] + [f"bounds for {b}" for b in t["fixed_bounds"]],
-                 [[f"{s[k]:g}"] + [pair(c[k]) for c in t["fixed_bounds"].values()] for k in range(len(s))])]
+           table(["s"] + [f"bounds for {b}" for b in bounds],
+                 [[f"{s[k]:g}"] + [pair(t["fixed_bounds"][b][k]) for b in bounds] for k in range(len(s))])]
     return "\n\n".join(out)
 
 
