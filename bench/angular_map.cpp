@@ -33,7 +33,7 @@ Rgb sample_cross(const RgbImage& cross, const glm::dvec3& d) {
   return d.y > 0 ? on(1, 0, d.x, d.z, ay) : on(1, 2, d.x, -d.z, ay);
 }
 
-AngularMap angular_map(const RgbImage& cross, int side) {
+AngularMap angular_map(const std::function<Rgb(const glm::dvec3&)>& radiance, int side) {
   AngularMap map;
   const auto direction = [](double u, double v) { // u right, v up, in units of the radius
     const double r = std::hypot(u, v), s = r > 0.0 ? std::sin(kPi * r) / r : kPi;
@@ -55,13 +55,16 @@ AngularMap angular_map(const RgbImage& cross, int side) {
       for (int k = 0; k < kSub * kSub; ++k) {
         const double u = (2.0 * (j + (k % kSub + 0.5) / kSub) - side) / side;
         const double v = (side - 2.0 * (i + (k / kSub + 0.5) / kSub)) / side;
-        sum += sample_cross(cross,
-                            std::hypot(u, v) < 1.0 ? direction(u, v) : direction(double(a) / side, double(b) / side));
+        sum += radiance(std::hypot(u, v) < 1.0 ? direction(u, v) : direction(double(a) / side, double(b) / side));
       }
       for (int c = 0; c < 3; ++c)
         map.values.push_back(double(sum[c] / float(kSub * kSub)));
     }
   return map;
+}
+
+AngularMap angular_map(const RgbImage& cross, int side) {
+  return angular_map([&](const glm::dvec3& w) { return sample_cross(cross, w); }, side);
 }
 
 std::vector<float> equirectangular_map(const RgbImage& cross, int width, int height) {

@@ -3,6 +3,7 @@
 // Test images for the lobe maps: a light probe stored as a vertical cross of cube faces, resampled.
 
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -23,6 +24,8 @@ struct AngularMap {
   std::vector<double> values;      ///< radiance, 3 per pixel
   std::vector<int> column, row;
 };
+/// Mean of 16 directions of each pixel.
+AngularMap angular_map(const std::function<Rgb(const glm::dvec3&)>& radiance, int side);
 AngularMap angular_map(const RgbImage& cross, int side);
 
 /// Equirectangular image, z of the cross frame forward at the centre, rows of width x 3 floats.

@@ -38,6 +38,7 @@ Command add_combine(CLI::App& program);
 Command add_direct(CLI::App& program);        ///< only where everything is built
 Command add_error_vs_time(CLI::App& program); ///< only where radiosity and simulate are built
 Command add_fine_sky(CLI::App& program);      ///< only where radiosity and simulate are built
+Command add_maps(CLI::App& program);          ///< only where the runtime is built
 Command add_markers(CLI::App& program);       ///< only where capture and simulate are built
 Command add_rooms(CLI::App& program);         ///< only where radiosity and simulate are built
 Command add_sh(CLI::App& program);

@@ -10,13 +10,26 @@ namespace {
 using namespace daylit;
 
 constexpr bench::AddCommand kCommands[] = {
-    bench::add_combine,         bench::add_sh,       bench::add_sky_projection,
+    bench::add_combine,
+    bench::add_sh,
+    bench::add_sky_projection,
 #ifdef DAYLIT_BENCH_BAKE
-    bench::add_error_vs_time,   bench::add_fine_sky, bench::add_transport,      bench::add_transport_cost,
-    bench::add_transport_rooms, bench::add_rooms,    bench::add_selftest,
+    bench::add_error_vs_time,
+    bench::add_fine_sky,
+    bench::add_transport,
+    bench::add_transport_cost,
+    bench::add_transport_rooms,
+    bench::add_rooms,
+    bench::add_selftest,
 #endif
 #ifdef DAYLIT_BENCH_FRAME
-    bench::add_direct,          bench::add_flicker,  bench::add_frame,          bench::add_sequence,
+    bench::add_direct,
+    bench::add_flicker,
+    bench::add_frame,
+    bench::add_sequence,
+#endif
+#ifdef DAYLIT_BENCH_MAPS
+    bench::add_maps,
 #endif
 #ifdef DAYLIT_BENCH_CAMERA
     bench::add_camera,

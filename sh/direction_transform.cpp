@@ -16,39 +16,78 @@ using detail::RingPair;
 
 constexpr std::size_t kBlockBytes = 64u << 20;
 
-/// Directions of one |z| and one hemisphere: positions [begin, end) of the sorted order.
+constexpr std::size_t kImages = 4; ///< of a direction: with x, y or both turned round
+constexpr std::ptrdiff_t kNone = -1;
+
+/// Azimuths of one |z| and one hemisphere: positions [begin, end).
 struct Members {
   std::size_t begin = 0, end = 0;
 };
 
-struct Grouping {
-  std::vector<std::size_t> order; ///< direction at each sorted position
-  std::vector<RingPair> pairs;
-  std::vector<Members> members; ///< north and south of each pair
+/// A direction of the quadrant x, y >= 0 and which of the directions it and its mirror images are.
+struct Azimuth {
+  double cosine, sine;
+  std::ptrdiff_t direction[kImages] = {kNone, kNone, kNone, kNone};
 };
 
-Grouping group_by_latitude(std::span<const double> x, std::span<const double> y, std::span<const double> z) {
-  Grouping g;
-  g.order.resize(z.size());
-  std::iota(g.order.begin(), g.order.end(), std::size_t(0));
-  std::sort(g.order.begin(), g.order.end(), [&](std::size_t a, std::size_t b) {
+struct Directions {
+  std::span<const double> x, y, z;
+
+  /// Same |z| side by side, falling; within it the hemispheres, within these the mirror images.
+  bool before(std::size_t a, std::size_t b) const {
     const double za = std::abs(z[a]), zb = std::abs(z[b]);
     if (za != zb)
       return za > zb;
-    return std::signbit(z[a]) != std::signbit(z[b]) ? !std::signbit(z[a]) : a < b;
-  });
-  for (std::size_t i = 0; i < g.order.size(); ++i) {
-    const std::size_t k = g.order[i];
-    const double length = std::sqrt(x[k] * x[k] + y[k] * y[k] + z[k] * z[k]);
-    const double cosine = std::abs(z[k]), sine = std::hypot(x[k], y[k]) / length;
-    if (i == 0 || std::abs(z[g.order[i - 1]]) != cosine) {
-      g.pairs.push_back({std::min(1.0, cosine / length), sine, 0, 0, 1.0, 1.0});
-      g.members.insert(g.members.end(), 2, {i, i});
+    if (std::signbit(z[a]) != std::signbit(z[b]))
+      return !std::signbit(z[a]);
+    return mirrors(a, b)                      ? a < b
+           : std::abs(x[a]) != std::abs(x[b]) ? std::abs(x[a]) < std::abs(x[b])
+                                              : std::abs(y[a]) < std::abs(y[b]);
+  }
+  bool mirrors(std::size_t a, std::size_t b) const {
+    return std::abs(x[a]) == std::abs(x[b]) && std::abs(y[a]) == std::abs(y[b]);
+  }
+  std::size_t image(std::size_t k) const { return (std::signbit(x[k]) ? 1u : 0u) + (std::signbit(y[k]) ? 2u : 0u); }
+};
+
+struct Grouping {
+  std::vector<Azimuth> azimuths;
+  std::vector<RingPair> pairs;
+  std::vector<Members> members; ///< north and south of each pair
+  std::size_t directions = 0;
+};
+
+Azimuth azimuth_of(const Directions& d, std::size_t k) {
+  const double sine = std::hypot(d.x[k], d.y[k]);
+  return {sine > 0.0 ? std::abs(d.x[k]) / sine : 1.0, sine > 0.0 ? std::abs(d.y[k]) / sine : 0.0};
+}
+
+Grouping group_by_latitude(const Directions& d) {
+  Grouping g;
+  g.directions = d.z.size();
+  std::vector<std::size_t> order(d.z.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  const auto before = [&](std::size_t a, std::size_t b) { return d.before(a, b); };
+  if (!std::is_sorted(order.begin(), order.end(), before))
+    std::sort(order.begin(), order.end(), before);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t k = order[i], last = order[i == 0 ? 0 : i - 1];
+    const bool new_ring = i == 0 || std::abs(d.z[last]) != std::abs(d.z[k]);
+    if (new_ring) {
+      const double length = std::sqrt(d.x[k] * d.x[k] + d.y[k] * d.y[k] + d.z[k] * d.z[k]);
+      const double cosine = std::abs(d.z[k]) / length, sine = std::hypot(d.x[k], d.y[k]) / length;
+      g.pairs.push_back({std::min(1.0, cosine), sine, 0, 0, 1.0, 1.0});
+      g.members.insert(g.members.end(), 2, {g.azimuths.size(), g.azimuths.size()});
     }
-    Members& side = g.members[2 * g.pairs.size() - (std::signbit(z[k]) ? 1 : 2)];
+    Members& side = g.members[2 * g.pairs.size() - (std::signbit(d.z[k]) ? 1 : 2)];
     if (side.begin == side.end)
-      side.begin = i;
-    side.end = i + 1;
+      side.begin = side.end = g.azimuths.size();
+    const bool image = side.end > side.begin && d.mirrors(last, k) && g.azimuths.back().direction[d.image(k)] == kNone;
+    if (!image) {
+      g.azimuths.push_back(azimuth_of(d, k));
+      side.end = g.azimuths.size();
+    }
+    g.azimuths.back().direction[d.image(k)] = std::ptrdiff_t(k);
   }
   return g;
 }
@@ -56,31 +95,25 @@ Grouping group_by_latitude(std::span<const double> x, std::span<const double> y,
 } // namespace
 
 struct DirectionTransform::State {
-  Grouping groups;
+  std::shared_ptr<const Grouping> groups;
   detail::LegendreEngine engine;
-  std::vector<double> cosine, sine; ///< of the azimuth, by sorted position
-  AlignedBuffer lanes_buffer;
+  AlignedBuffer lanes_buffer; ///< cosine and sine, then the values of three channels
 
-  State(Grouping g, std::span<const double> x, std::span<const double> y, int degree)
-      : groups(std::move(g)), engine(groups.pairs, degree, kBlockBytes, detail::kernels()) {
-    for (const std::size_t k : groups.order) {
-      const double s = std::hypot(x[k], y[k]);
-      cosine.push_back(s > 0.0 ? x[k] / s : 1.0);
-      sine.push_back(s > 0.0 ? y[k] / s : 0.0);
-    }
-    lanes_buffer.reserve(5 * std::size_t(engine.lanes()));
+  State(std::shared_ptr<const Grouping> g, int degree)
+      : groups(std::move(g)), engine(groups->pairs, degree, kBlockBytes, detail::kernels()) {
+    lanes_buffer.reserve((2 + 3 * kImages) * std::size_t(engine.lanes()));
   }
 
   const Members* members(int vector, int lane, int south) const {
     const std::size_t pair = std::size_t(vector) * std::size_t(engine.lanes()) + std::size_t(lane);
-    return pair < groups.pairs.size() ? &groups.members[2 * pair + std::size_t(south)] : nullptr;
+    return pair < groups->pairs.size() ? &groups->members[2 * pair + std::size_t(south)] : nullptr;
   }
 
-  /// body(vector in block, hemisphere, sorted position or -1 per lane) for rounds of one direction per ring.
+  /// body(vector in block, hemisphere, azimuth or null per lane) for rounds of one azimuth per ring.
   template <class Body>
   void for_each_round(int block, Body&& body) {
     const int lanes = engine.lanes();
-    std::ptrdiff_t position[detail::kMaxLanes];
+    const Azimuth* azimuth[detail::kMaxLanes];
     for (int v = 0; v < engine.block_vectors(block); ++v)
       for (int south = 0; south < 2; ++south)
         for (std::size_t round = 0;; ++round) {
@@ -88,22 +121,32 @@ struct DirectionTransform::State {
           for (int lane = 0; lane < lanes; ++lane) {
             const Members* m = members(engine.first_vector(block) + v, lane, south);
             const bool here = m && m->begin + round < m->end;
-            position[lane] = here ? std::ptrdiff_t(m->begin + round) : -1;
+            azimuth[lane] = here ? &groups->azimuths[m->begin + round] : nullptr;
             some |= here;
           }
           if (!some)
             break;
-          fill_azimuths(position);
-          body(v, south, position);
+          fill_azimuths(azimuth);
+          body(v, south, azimuth);
         }
   }
 
-  void fill_azimuths(const std::ptrdiff_t* position) {
+  void fill_azimuths(const Azimuth* const* azimuth) {
     const std::size_t lanes = std::size_t(engine.lanes());
     for (std::size_t k = 0; k < lanes; ++k) {
-      lanes_buffer[k] = position[k] < 0 ? 1.0 : cosine[std::size_t(position[k])];
-      lanes_buffer[lanes + k] = position[k] < 0 ? 0.0 : sine[std::size_t(position[k])];
+      lanes_buffer[k] = azimuth[k] ? azimuth[k]->cosine : 1.0;
+      lanes_buffer[lanes + k] = azimuth[k] ? azimuth[k]->sine : 0.0;
     }
+  }
+
+  /// body(direction, place of its first channel) for the directions of a round; channels lie kImages x lanes apart.
+  template <class Body>
+  void for_each_direction(const Azimuth* const* azimuth, Body&& body) {
+    const std::size_t lanes = std::size_t(engine.lanes());
+    for (std::size_t k = 0; k < lanes; ++k)
+      for (std::size_t image = 0; azimuth[k] && image < kImages; ++image)
+        if (azimuth[k]->direction[image] != kNone)
+          body(std::size_t(azimuth[k]->direction[image]), lanes_buffer.data() + (2 + image) * lanes + k);
   }
 
   void synthesise(std::span<const double> coefficients, int channels, double scale, std::span<double> values);
@@ -121,14 +164,15 @@ void DirectionTransform::State::synthesise(std::span<const double> coefficients,
     for (int block = 0; block < engine.blocks(); ++block) {
       const auto a = engine.amplitudes(block, group);
       engine.synthesise(block, a);
-      for_each_round(block, [&](int v, int south, const std::ptrdiff_t* position) {
+      for_each_round(block, [&](int v, int south, const Azimuth* const* of_lane) {
         engine.kernels().sum_orders(engine.row(a, v, south, 0), std::size_t(a.order_stride) * 2 * lanes, group,
                                     engine.last_order(engine.first_vector(block) + v) + 1, azimuth, azimuth + lanes,
                                     azimuth + 2 * lanes);
-        for (std::size_t k = 0; k < lanes; ++k)
-          for (int g = 0; g < group && position[k] >= 0; ++g)
-            values[groups.order[std::size_t(position[k])] * std::size_t(channels) + std::size_t(c + g)] =
-                azimuth[(2 + std::size_t(g)) * lanes + k] / scale;
+        for_each_direction(of_lane, [&](std::size_t direction, const double* value) {
+          for (int g = 0; g < group; ++g)
+            values[direction * std::size_t(channels) + std::size_t(c + g)] =
+                value[std::size_t(g) * kImages * lanes] / scale;
+        });
       });
     }
   }
@@ -146,13 +190,13 @@ void DirectionTransform::State::analyse(std::span<const double> values, std::spa
                   std::size_t(engine.block_vectors(block)) * 2 * std::size_t(group) * std::size_t(a.order_stride) * 2 *
                       lanes,
                   0.0);
-      for_each_round(block, [&](int v, int south, const std::ptrdiff_t* position) {
-        for (std::size_t k = 0; k < lanes; ++k) {
-          const std::size_t at = position[k] < 0 ? 0 : groups.order[std::size_t(position[k])];
+      for_each_round(block, [&](int v, int south, const Azimuth* const* of_lane) {
+        std::fill_n(azimuth + 2 * lanes, 3 * kImages * lanes, 0.0);
+        for_each_direction(of_lane, [&](std::size_t direction, double* value) {
           for (int g = 0; g < group; ++g)
-            azimuth[(2 + std::size_t(g)) * lanes + k] =
-                position[k] < 0 ? 0.0 : values[at * std::size_t(channels) + std::size_t(c + g)] * scale * weights[at];
-        }
+            value[std::size_t(g) * kImages * lanes] =
+                values[direction * std::size_t(channels) + std::size_t(c + g)] * scale * weights[direction];
+        });
         engine.kernels().add_orders(engine.row(a, v, south, 0), std::size_t(a.order_stride) * 2 * lanes, group,
                                     engine.last_order(engine.first_vector(block) + v) + 1, azimuth, azimuth + lanes,
                                     azimuth + 2 * lanes);
@@ -173,7 +217,8 @@ Expected<DirectionTransform> DirectionTransform::create(std::span<const double> 
   for (std::size_t i = 0; i < x.size(); ++i)
     if (!(std::abs(std::sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]) - 1.0) <= kUnitTolerance))
       return Error{ErrorCode::not_a_unit_direction, "direction " + std::to_string(i) + " is not of unit length", where};
-  return DirectionTransform(std::make_unique<State>(group_by_latitude(x, y, z), x, y, degree));
+  return DirectionTransform(
+      std::make_unique<State>(std::make_shared<const Grouping>(group_by_latitude({x, y, z})), degree));
 }
 
 DirectionTransform::DirectionTransform(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -181,8 +226,14 @@ DirectionTransform::DirectionTransform(DirectionTransform&&) noexcept = default;
 DirectionTransform& DirectionTransform::operator=(DirectionTransform&&) noexcept = default;
 DirectionTransform::~DirectionTransform() = default;
 
+Expected<DirectionTransform> DirectionTransform::at_degree(int degree) const {
+  if (const auto ok = detail::check_degree(degree, "DirectionTransform::at_degree"); !ok)
+    return ok.error();
+  return DirectionTransform(std::make_unique<State>(state_->groups, degree));
+}
+
 int DirectionTransform::degree() const { return state_->engine.degree(); }
-std::size_t DirectionTransform::directions() const { return state_->groups.order.size(); }
+std::size_t DirectionTransform::directions() const { return state_->groups->directions; }
 
 Expected<void> DirectionTransform::synthesise(std::span<const double> coefficients, int channels,
                                               std::span<double> values) {

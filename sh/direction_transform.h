@@ -4,7 +4,8 @@
 // with weights (true solid angles, in sr); what they are pixels of is the caller's business.
 //
 // Directions with bitwise equal |z| have one set of Legendre functions: in an angular map whose axis is z, eight pixels
-// do. Time: (distinct |z|) x degree^2 + directions x degree. Storage as in sh/transform.h.
+// do. Directions that differ in the signs of x and y only have one sum over the azimuth. Time: (distinct |z|) x degree^2
+// + (distinct |x|, |y|, z) x degree. Storage as in sh/transform.h.
 
 #include <memory>
 #include <span>
@@ -21,6 +22,9 @@ public:
   DirectionTransform(DirectionTransform&&) noexcept;
   DirectionTransform& operator=(DirectionTransform&&) noexcept;
   ~DirectionTransform();
+
+  /// The same directions at another degree; what was sorted is shared.
+  Expected<DirectionTransform> at_degree(int degree) const;
 
   int degree() const;
   std::size_t directions() const;

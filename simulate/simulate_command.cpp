@@ -87,7 +87,12 @@ Result<TraceScene> build_scene(const SimulateConfig& config) {
   const auto sky = sky_light(config);
   if (!sky)
     return sky.error();
-  return TraceScene::of_room(room->room, *sky, &*object, glm::dmat4(1.0), board);
+  auto scene = TraceScene::of_room(room->room, *sky, &*object, glm::dmat4(1.0), board);
+  if (!scene)
+    return scene.error();
+  if (const auto declared = scene->declare_glossy(room->room, config.run.glossy_room); !declared)
+    return declared.error();
+  return scene;
 }
 
 namespace {

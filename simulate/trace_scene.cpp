@@ -22,12 +22,6 @@ namespace {
 
 constexpr int kCells = 8; // six and the border
 
-const AnalyticSky black_sky() {
-  SkyModel model;
-  model.zenith_radiance = Rgb(0.0f);
-  return AnalyticSky(model);
-}
-
 constexpr float kFar = std::numeric_limits<float>::max();
 
 struct TriangleList {
@@ -78,75 +72,6 @@ Rgb MarkerBoard::reflectance(const glm::dvec3& world_point) const {
   const bool inside = column > 0 && row > 0 && column < kCells - 1 && row < kCells - 1;
   const bool white = inside && ((kMarker23[static_cast<std::size_t>(row - 1)] >> (kCells - 2 - column)) & 1) != 0;
   return Rgb(white ? white_reflectance : black_reflectance);
-}
-
-SkyLight::SkyLight(const SkyModel& model) : source_(AnalyticSky(model)), sun_(model.sun) {
-  if (sun_ && sun_->normal_irradiance == Rgb(0.0f))
-    sun_.reset();
-}
-
-SkyLight::SkyLight(std::shared_ptr<const SkyImage> image) : source_(black_sky()) {
-  const SkyImage& sky = *image;
-  const std::vector<float>& solid_angle = sky.solid_angle_sr();
-  double power = 0.0, total = 0.0;
-  for (std::size_t i = 0; i < solid_angle.size(); ++i) {
-    power += static_cast<double>(luminance(sky.image().texels[i])) * static_cast<double>(solid_angle[i]);
-    total += static_cast<double>(solid_angle[i]);
-  }
-  const float threshold = total > 0.0 ? kSpotContrast * static_cast<float>(power / total) : 0.0f;
-  double spot_power = 0.0;
-  for (std::size_t i = 0; i < solid_angle.size(); ++i)
-    if (solid_angle[i] > 0.0f && luminance(sky.image().texels[i]) > threshold) {
-      spot_texel_.push_back(static_cast<std::uint32_t>(i));
-      spot_power += static_cast<double>(luminance(sky.image().texels[i])) * static_cast<double>(solid_angle[i]);
-      spot_cdf_.push_back(spot_power);
-    }
-  if (!spot_texel_.empty())
-    texel_density_.assign(solid_angle.size(), 0.0f);
-  for (std::size_t k = 0; k < spot_texel_.size(); ++k) {
-    spot_cdf_[k] /= spot_power;
-    texel_density_[spot_texel_[k]] =
-        static_cast<float>(static_cast<double>(luminance(sky.image().texels[spot_texel_[k]])) / spot_power);
-  }
-  source_ = std::move(image);
-}
-
-Rgb SkyLight::radiance(const glm::vec3& d) const {
-  const glm::dvec3 direction = glm::normalize(glm::dvec3(d));
-  if (const auto* analytic = std::get_if<AnalyticSky>(&source_))
-    return analytic->sky_radiance(direction);
-  return std::get<std::shared_ptr<const SkyImage>>(source_)->radiance(direction);
-}
-
-std::optional<SpotSample> SkyLight::sample_spot(const glm::vec2& u) const {
-  if (spot_texel_.empty())
-    return std::nullopt;
-  const double target = static_cast<double>(u.x);
-  const auto at = std::upper_bound(spot_cdf_.begin(), spot_cdf_.end() - 1, target);
-  const std::size_t k = static_cast<std::size_t>(at - spot_cdf_.begin());
-  const double low = k == 0 ? 0.0 : spot_cdf_[k - 1];
-  const double stretched = std::clamp((target - low) / (spot_cdf_[k] - low), 0.0, 1.0 - 0x1p-24);
-  const SkyImage& sky = *std::get<std::shared_ptr<const SkyImage>>(source_);
-  const int width = sky.image().width;
-  const int x = static_cast<int>(spot_texel_[k]) % width, y = static_cast<int>(spot_texel_[k]) / width;
-  // Uniform in the texel's area instead of its solid angle: within one texel these differ by its angular size squared.
-  const auto direction = sky.direction({x - 0.5 + stretched, y - 0.5 + static_cast<double>(u.y)});
-  if (!direction)
-    return std::nullopt;
-  return SpotSample{glm::vec3(*direction), texel_density_[spot_texel_[k]]};
-}
-
-float SkyLight::spot_density(const glm::vec3& d) const {
-  if (spot_texel_.empty())
-    return 0.0f;
-  const SkyImage& sky = *std::get<std::shared_ptr<const SkyImage>>(source_);
-  const auto pixel = sky.pixel(glm::normalize(glm::dvec3(d)));
-  if (!pixel)
-    return 0.0f;
-  const int width = sky.image().width, height = sky.image().height;
-  const int x = std::clamp(static_cast<int>(std::floor(pixel->x + 0.5)), 0, width - 1);
-  const int y = std::clamp(static_cast<int>(std::floor(pixel->y + 0.5)), 0, height - 1);
-  return texel_density_[static_cast<std::size_t>(y) * width + x];
 }
 
 Result<TraceScene> TraceScene::make(const Room& room, const std::vector<Aperture>& apertures, const SkyLight& sky,
@@ -233,6 +158,21 @@ Result<void> TraceScene::place_object(const ObjectMesh& object, const glm::dmat4
   const glm::vec3 margin(4.0f * surface_offset());
   object_min_ = to_local(box.min) - margin;
   object_max_ = to_local(box.max) + margin;
+  return {};
+}
+
+Result<void> TraceScene::declare_glossy(const Room& room, const std::map<std::string, double>& glossy) {
+  for (const auto& [name, mirrored] : glossy)
+    if (std::ranges::none_of(room.materials, [&](const Material& m) { return m.name == name; }))
+      return Error{ErrorCode::not_found, "the room has no material of that name", name, "correct [room] glossy"};
+  std::size_t surface = 0;
+  for (const RoomTriangle& t : room.triangles) {
+    if (room.is_window(t))
+      continue;
+    if (const auto at = glossy.find(room.material(t).name); at != glossy.end())
+      room_surface_[surface].mirrored = static_cast<float>(at->second);
+    ++surface;
+  }
   return {};
 }
 
@@ -342,7 +282,20 @@ Rgb TraceScene::transmittance(const glm::vec3& origin, const glm::vec3& directio
   return stop ? Rgb(0.0f) : through;
 }
 
+/// F = ((n - 1) / (n + 1))^2 gives n.
+SurfaceLook TraceScene::room_look(const SurfacePoint& point) const {
+  const RoomSurface& s = room_surface_[point.triangle];
+  const float root = std::min(std::sqrt(s.mirrored), 0.99f);
+  SurfaceMaterial material;
+  material.base_colour = point.reflectance;
+  material.alpha_u = material.alpha_v = kLeastAlpha;
+  material.ior = (1.0f + root) / (1.0f - root);
+  return {material, s.normal, around_axis(s.normal)};
+}
+
 SurfaceLook TraceScene::look(const SurfacePoint& point) const {
+  if (!point.on_object)
+    return room_look(point);
   SurfaceLook look = surface_look(*mesh_, point.triangle, point.u, point.v, 0.0f);
   look.normal = glm::normalize(normal_matrix_ * look.normal);
   if (glm::dot(look.normal, object_surface_[point.triangle].normal) < 0.0f)
@@ -359,6 +312,9 @@ SurfacePoint TraceScene::room_point(const glm::vec3& origin, const glm::vec3& di
   point.geometric_normal = point.normal = facing(s.normal, direction);
   point.reflectance = s.is_board ? board_->reflectance(origin_ + glm::dvec3(point.position)) : s.reflectance;
   point.distance = hit.distance;
+  point.plain = s.mirrored == 0.0f;
+  point.outside = glm::dot(s.normal, direction) < 0.0f;
+  point.triangle = hit.triangle;
   return point;
 }
 

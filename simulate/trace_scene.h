@@ -5,8 +5,10 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -89,7 +91,7 @@ struct SurfacePoint {
   bool on_object = false;
   bool plain = true;          ///< diffuse, and sends nothing by itself; else surface_look() says what it is
   bool outside = true;        ///< of the object: the ray came from the side that its triangles are wound for
-  std::uint32_t triangle = 0; ///< of the object
+  std::uint32_t triangle = 0; ///< of the object, or of the room's surfaces
   float u = 0.0f, v = 0.0f;   ///< weights of the corners 1 and 2 of the triangle
 };
 
@@ -105,6 +107,10 @@ public:
                                     const glm::dmat4& world_from_object = glm::dmat4(1.0),
                                     const std::optional<MarkerBoard>& board = std::nullopt,
                                     std::vector<std::string>* notes = nullptr);
+
+  /// Surfaces of the room that mirror: the part of light seen face on, by material, as a smooth dielectric before the
+  /// diffuse surface. `room`: what the scene was made of. Error not_found: no such material.
+  Result<void> declare_glossy(const Room& room, const std::map<std::string, double>& glossy);
 
   const ApertureSampler& apertures() const { return apertures_; }
   const SkyLight& sky() const { return sky_; }
@@ -127,7 +133,7 @@ public:
   Rgb transmittance(const glm::vec3& origin, const glm::vec3& direction, float distance, bool with_object,
                     bool& touched) const;
 
-  /// Material, normal and tangent of a point on the object, local axes; the normal on the side that the triangle is
+  /// Material, normal and tangent of a point that is not plain, local axes; the normal on the side that the triangle is
   /// wound for.
   SurfaceLook look(const SurfacePoint& point) const;
 
@@ -136,6 +142,7 @@ private:
     glm::vec3 normal{0.0f}; ///< unit
     Rgb reflectance{0.0f};
     bool is_board = false;
+    float mirrored = 0.0f; ///< of light face on
   };
   struct ObjectSurface {
     glm::vec3 normal{0.0f}; ///< unit, of the flat triangle
@@ -162,6 +169,7 @@ private:
   bool may_hit_object(const glm::vec3& origin, const glm::vec3& direction, float distance) const;
   SurfacePoint room_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
   SurfacePoint object_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
+  SurfaceLook room_look(const SurfacePoint& point) const;
   Rgb straight(const RayHit& hit, const glm::vec3& direction, float from) const;
   bool stopped(const glm::vec3& origin, const glm::vec3& direction, float distance, Rgb& through, RayHit& hit) const;
 };

@@ -17,10 +17,6 @@ namespace daylit {
 
 namespace {
 
-// From this slope on the sun's disc is narrower than the lobe: its light is added by its direction. Below, a mirrored
-// ray meets the disc or does not.
-constexpr float kSharpest = 0.01f;
-
 float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
 } // namespace
@@ -31,7 +27,8 @@ struct GlossyRays::Surface {
   glm::vec3 out{0.0f};                                    ///< local, towards where the ray came from
   Bsdf bsdf;
 
-  bool is_sharp() const { return std::min(material.alpha_u, material.alpha_v) < kSharpest; }
+  float alpha() const { return std::min(material.alpha_u, material.alpha_v); }
+  bool is_sharp() const { return alpha() < kWideAlpha; }
   glm::vec3 to_world(const glm::vec3& v) const { return v.x * tangent + v.y * bitangent + v.z * normal; }
   glm::vec3 to_local(const glm::vec3& v) const {
     return {glm::dot(v, tangent), glm::dot(v, bitangent), glm::dot(v, normal)};
@@ -92,7 +89,7 @@ Rgb GlossyRays::sent_by(const ObjectPoint& point, const Surface& s) const {
   return radiance * s.bsdf.diffuse_albedo(s.out) / glm::max(reflectance, Rgb(kLeastReflectance)) + s.material.emission;
 }
 
-/// f(out, sun) cos E.
+/// f(out, sun) cos E. The disc is narrower than a wide lobe; a sharp one meets it with its ray, or does not.
 Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s) const {
   if (!room_.sun || s.is_sharp())
     return Rgb(0.0f);
@@ -170,10 +167,11 @@ Rgb GlossyRays::radiance(const WorldRay& ray) const {
 GlossyLight GlossyRays::look(const WorldRay& ray, const ObjectPoint& point, std::span<const glm::vec2> places,
                              double width_m, std::uint64_t& rays) const {
   const Surface s = surface(ray, point, width_m);
-  GlossyLight light{s.bsdf.diffuse_albedo(s.out), s.material.emission};
+  GlossyLight light{s.bsdf.diffuse_albedo(s.out), s.material.emission, s.normal, 0.0f};
   const ObjectMaterial* m = material(point);
   if (!m || !m->is_glossy())
     return light;
+  light.alpha = s.alpha();
   light.radiance += glint(point, s);
   if (s.is_sharp())
     places = places.first(1);

@@ -22,9 +22,14 @@ struct GlossySettings {
 
 /// What a sample of a pixel shows of an object whose material is looked up.
 struct GlossyLight {
-  Rgb diffuse{1.0f};  ///< reflectance of the diffuse part: times irradiance / pi is its radiance
-  Rgb radiance{0.0f}; ///< all that is not diffuse: mirrored, refracted, sent by itself
+  Rgb diffuse{1.0f};      ///< reflectance of the diffuse part: times irradiance / pi is its radiance
+  Rgb radiance{0.0f};     ///< all that is not diffuse: mirrored, refracted, sent by itself
+  glm::vec3 normal{0.0f}; ///< of the shading, world
+  float alpha = 0.0f;     ///< slope of the narrowest lobe; 0 where none is followed
 };
+
+/// From this slope on a lobe takes several rays, which neighbouring pixels share. Below, it shows sharp pictures.
+constexpr float kWideAlpha = 0.01f;
 
 /// Keeps references to what it is made of. Thread-safe.
 class GlossyRays {

@@ -89,8 +89,8 @@ constexpr std::array kTextures = {TextureWord{"map_Kd", &MtlMaterial::texture},
                                   TextureWord{"map_Ke", &MtlMaterial::emission_map},
                                   TextureWord{"norm", &MtlMaterial::normal_map}};
 
-constexpr std::array<std::string_view, 10> kUnread = {"map_Ks", "map_Ns", "map_d",  "map_Bump", "map_bump",
-                                                      "bump",   "map_Pr", "map_Pm", "map_Ps",   "disp"};
+constexpr std::array<std::string_view, 11> kUnread = {"refl", "map_Ks", "map_Ns", "map_d",  "map_Bump", "map_bump",
+                                                      "bump", "map_Pr", "map_Pm", "map_Ps", "disp"};
 
 /// d and Tr may be pictures' options ("d -halo 0.5"): the number is the last word. d counts where both are given.
 void read_opacity(std::string_view keyword, std::optional<double> number, MtlMaterial& m) {

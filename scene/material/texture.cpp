@@ -98,6 +98,11 @@ Between between(float u, int size, TextureWrap wrap) {
   return {std::max(low, 0), std::min(low + 1, size - 1), x - lower};
 }
 
+const std::uint8_t* code_at(const Rgb8Image& level, int x, int y) {
+  return level.bytes.data() +
+         3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) + static_cast<std::size_t>(x));
+}
+
 constexpr float kFarthest = 1e9f;
 
 } // namespace
@@ -107,7 +112,7 @@ Result<Texture> Texture::make(Rgb8Image picture, TextureCoding coding, TextureWr
       picture.bytes.size() != 3 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height))
     return Error{ErrorCode::value_invalid, "an empty picture cannot be a texture", "texture", "export it again"};
   Texture texture;
-  texture.coding_ = coding;
+  texture.linear_ = &decoded(coding);
   texture.wrap_u_ = wrap_u;
   texture.wrap_v_ = wrap_v;
   texture.levels_.push_back(std::move(picture));
@@ -115,7 +120,7 @@ Result<Texture> Texture::make(Rgb8Image picture, TextureCoding coding, TextureWr
   while (texture.levels_.back().width > 1 || texture.levels_.back().height > 1) {
     const Rgb8Image& finest = texture.levels_.front();
     linear = linear.empty() ? halved(finest.width, finest.height,
-                                     [&](int x, int y) { return texture.texel(texture.levels_.front(), x, y); })
+                                     [&](int x, int y) { return texture.texel(code_at(finest, x, y)); })
                             : halved(linear.width, linear.height, [&](int x, int y) { return linear.at(x, y); });
     texture.levels_.push_back(coded(linear, coding));
   }
@@ -129,17 +134,18 @@ std::size_t Texture::bytes() const {
   return sum;
 }
 
-Rgb Texture::texel(const Rgb8Image& level, int x, int y) const {
-  const Codes& value = decoded(coding_);
-  const std::uint8_t* code = &level.bytes[3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(level.width) +
-                                               static_cast<std::size_t>(x))];
+Rgb Texture::texel(const std::uint8_t* code) const {
+  const Codes& value = *linear_;
   return {value[code[0]], value[code[1]], value[code[2]]};
 }
 
 Rgb Texture::bilinear(const Rgb8Image& level, const glm::vec2& uv) const {
   const Between x = between(uv.x, level.width, wrap_u_), y = between(uv.y, level.height, wrap_v_);
-  return glm::mix(glm::mix(texel(level, x.low, y.low), texel(level, x.high, y.low), x.t),
-                  glm::mix(texel(level, x.low, y.high), texel(level, x.high, y.high), x.t), y.t);
+  const std::uint8_t *upper = code_at(level, 0, y.low), *lower = code_at(level, 0, y.high);
+  const std::size_t left = 3 * static_cast<std::size_t>(x.low), right = 3 * static_cast<std::size_t>(x.high);
+  const Rgb above = (1.0f - x.t) * texel(upper + left) + x.t * texel(upper + right);
+  const Rgb below = (1.0f - x.t) * texel(lower + left) + x.t * texel(lower + right);
+  return (1.0f - y.t) * above + y.t * below;
 }
 
 /// A texel of level k is 2^k texels wide (Williams 1983).

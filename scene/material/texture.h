@@ -2,6 +2,7 @@
 
 // Pictures on surfaces.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -36,10 +37,10 @@ public:
 
 private:
   Texture() = default;
-  Rgb texel(const Rgb8Image& level, int x, int y) const;
+  Rgb texel(const std::uint8_t* code) const;
   Rgb bilinear(const Rgb8Image& level, const glm::vec2& uv) const;
-  std::vector<Rgb8Image> levels_; ///< as coded, the picture first
-  TextureCoding coding_ = TextureCoding::linear;
+  std::vector<Rgb8Image> levels_;                  ///< as coded, the picture first
+  const std::array<float, 256>* linear_ = nullptr; ///< value of each code
   TextureWrap wrap_u_ = TextureWrap::repeat, wrap_v_ = TextureWrap::repeat;
 };
 

@@ -133,29 +133,62 @@ float texture_side(const SoupTriangle& t) {
   return a.x * b.y - a.y * b.x < 0.0f ? -1.0f : 1.0f;
 }
 
-/// Only what some material or corner of the mesh has.
-void keep_attributes(const std::vector<Vertex>& vertices, bool textured, bool file_tangents, ObjectMesh& mesh) {
+/// What vertices of this mesh have; of the rest nothing is kept.
+struct Kept {
+  bool uv = false, tangents = false, file_tangents = false;
+};
+Kept kept_of(const TriangleSoup& soup) {
+  Kept kept;
+  kept.tangents = std::ranges::any_of(soup.surfaces.materials, &ObjectMaterial::needs_tangents);
+  kept.file_tangents = kept.tangents && std::ranges::all_of(soup.triangles, [](const SoupTriangle& t) {
+                         return std::ranges::all_of(t.corner, [](const auto& c) { return c.tangent >= 0; });
+                       });
+  kept.uv = !soup.surfaces.textures.empty() || (kept.tangents && !kept.file_tangents);
+  return kept;
+}
+
+Vertex vertex_of(const TriangleSoup& soup, const SoupTriangle& t, std::size_t k, const Kept& kept) {
+  const auto& corner = t.corner[k];
+  Vertex vertex{.colour = corner.colour, .material = t.material};
+  if (kept.uv)
+    vertex.uv = corner.uv;
+  if (kept.tangents)
+    vertex.tangent = kept.file_tangents ? soup.tangents[static_cast<std::size_t>(corner.tangent)]
+                                        : glm::vec4(0.0f, 0.0f, 0.0f, texture_side(t));
+  return vertex;
+}
+
+/// Vertices and triangles; the rest of the mesh is the pool's.
+VertexPool shared_vertices(const TriangleSoup& soup, const Kept& kept, ObjectMesh& mesh) {
+  const std::vector<std::uint32_t> welded = weld(soup.positions);
+  const Incidence at = corners_at_positions(soup, welded);
+  const FaceShape shape = face_shapes(soup);
+  VertexPool pool(soup.positions.size());
+  for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+    std::array<std::uint32_t, 3> triangle;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& corner = soup.triangles[t].corner[k];
+      const std::uint32_t position = welded[corner.position];
+      Vertex vertex = vertex_of(soup, soup.triangles[t], k, kept);
+      vertex.normal = corner.normal >= 0 ? glm::normalize(soup.normals[static_cast<std::size_t>(corner.normal)])
+                                         : smooth_normal(t, position, at, shape);
+      triangle[k] = pool.add(position, soup.positions[position], vertex, mesh);
+    }
+    mesh.triangles.push_back(triangle);
+  }
+  return pool;
+}
+
+void keep_attributes(const std::vector<Vertex>& vertices, const Kept& kept, ObjectMesh& mesh) {
   if (std::ranges::any_of(vertices, [](const Vertex& v) { return v.colour != Rgb(1.0f); }))
     for (const Vertex& v : vertices)
       mesh.colours.push_back(v.colour);
   for (std::size_t v = 0; v < vertices.size(); ++v) {
-    if (textured)
+    if (kept.uv)
       mesh.uv.push_back(vertices[v].uv);
-    if (file_tangents)
+    if (kept.file_tangents)
       mesh.tangents.push_back(vertices[v].tangent);
   }
-}
-
-/// A corner as a vertex. `textures`, `tangents`: the mesh has such things at all, else the corner's do not count.
-Vertex vertex_of(const TriangleSoup& soup, const SoupTriangle& t, std::size_t k, bool textures, bool tangents) {
-  const auto& corner = t.corner[k];
-  Vertex vertex{.colour = corner.colour, .material = t.material};
-  if (textures)
-    vertex.uv = corner.uv;
-  if (tangents)
-    vertex.tangent = corner.tangent >= 0 ? soup.tangents[static_cast<std::size_t>(corner.tangent)]
-                                         : glm::vec4(0.0f, 0.0f, 0.0f, texture_side(t));
-  return vertex;
 }
 
 } // namespace
@@ -164,34 +197,17 @@ ObjectMesh build_mesh(TriangleSoup soup, std::vector<std::string>* notes) {
   if (notes)
     notes->insert(notes->end(), soup.surfaces.notes.begin(), soup.surfaces.notes.end());
   drop_degenerate(soup);
-  const std::vector<std::uint32_t> welded = weld(soup.positions);
-  const Incidence at = corners_at_positions(soup, welded);
-  const FaceShape shape = face_shapes(soup);
-  const bool textures = !soup.surfaces.textures.empty();
-  const bool tangents = std::ranges::any_of(soup.surfaces.materials, &ObjectMaterial::needs_tangents);
-  const bool file_tangents = tangents && std::ranges::all_of(soup.triangles, [](const SoupTriangle& t) {
-                               return std::ranges::all_of(t.corner, [](const auto& c) { return c.tangent >= 0; });
-                             });
-  VertexPool pool(soup.positions.size());
+  const Kept kept = kept_of(soup);
   ObjectMesh mesh;
-  for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
-    std::array<std::uint32_t, 3> triangle;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto& corner = soup.triangles[t].corner[k];
-      const std::uint32_t position = welded[corner.position];
-      Vertex vertex = vertex_of(soup, soup.triangles[t], k, textures, tangents);
-      vertex.normal = corner.normal >= 0 ? glm::normalize(soup.normals[static_cast<std::size_t>(corner.normal)])
-                                         : smooth_normal(t, position, at, shape);
-      triangle[k] = pool.add(position, soup.positions[position], vertex, mesh);
-    }
-    mesh.triangles.push_back(triangle);
-    if (soup.surfaces.materials.size() > 1)
-      mesh.triangle_material.push_back(static_cast<std::uint16_t>(soup.triangles[t].material));
-  }
-  keep_attributes(pool.vertices(), textures, file_tangents, mesh);
+  keep_attributes(shared_vertices(soup, kept, mesh).vertices(), kept, mesh);
+  if (soup.surfaces.materials.size() > 1)
+    for (const SoupTriangle& t : soup.triangles)
+      mesh.triangle_material.push_back(static_cast<std::uint16_t>(t.material));
   mesh.materials = std::move(soup.surfaces.materials);
   mesh.textures = std::move(soup.surfaces.textures);
   set_tangents(mesh);
+  if (mesh.textures.empty())
+    mesh.uv.clear();
   set_reflectance(mesh);
   return mesh;
 }

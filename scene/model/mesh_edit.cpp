@@ -89,6 +89,7 @@ void give_material(ObjectMesh& mesh, ObjectMaterial material) {
   mesh.textures.clear();
   mesh.colours.clear();
   set_tangents(mesh);
+  mesh.uv.clear();
   set_reflectance(mesh);
 }
 

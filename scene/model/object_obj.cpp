@@ -15,14 +15,18 @@ namespace {
 
 constexpr std::size_t kMostLibraryBytes = std::size_t{1} << 24;
 
-/// Materials of the MTL files beside the OBJ, by name; the first of a name counts. A missing file has none.
-Result<std::map<std::string, MtlMaterial>> read_libraries(const ObjText& obj, const std::filesystem::path& folder) {
+/// Materials of the MTL files beside the OBJ, by name; the first of a name counts. A missing file has none, and is
+/// noted.
+Result<std::map<std::string, MtlMaterial>> read_libraries(const ObjText& obj, const std::filesystem::path& folder,
+                                                          SurfaceList& list) {
   std::map<std::string, MtlMaterial> all;
   for (const std::string& library : obj.libraries) {
     std::error_code failed;
     const std::filesystem::path file = folder / library;
-    if (!std::filesystem::is_regular_file(file, failed))
+    if (!std::filesystem::is_regular_file(file, failed)) {
+      list.note(file.string() + " is not there: its materials are diffuse");
       continue;
+    }
     const auto bytes = read_whole_file(file, kMostLibraryBytes);
     if (!bytes)
       return bytes.error();
@@ -40,7 +44,7 @@ public:
   ObjectReader(const ObjText& obj, std::filesystem::path path) : obj_(obj), path_(std::move(path)) {}
 
   Result<TriangleSoup> run(Rgb fallback) {
-    const auto materials = read_libraries(obj_, path_.parent_path());
+    const auto materials = read_libraries(obj_, path_.parent_path(), soup_.surfaces);
     if (!materials)
       return materials.error();
     for (const std::string& name : obj_.material_names) {

@@ -15,13 +15,13 @@ double triangle_area(const ObjectMesh& mesh, std::size_t triangle) {
   return 0.5 * glm::length(glm::cross(glm::dvec3(mesh.positions[t[1]]) - p, glm::dvec3(mesh.positions[t[2]]) - p));
 }
 
-/// The material of a triangle with its textures averaged over it.
+/// The material of a triangle with its textures averaged over it: the triangle is half of a parallelogram.
 ObjectMaterial mean_material(const ObjectMesh& mesh, std::size_t triangle, double area) {
   ObjectMaterial m = mesh.materials[mesh.triangle_material.empty() ? 0 : mesh.triangle_material[triangle]];
   if (mesh.uv.empty())
     return m;
   constexpr float third = 1.0f / 3.0f;
-  const detail::TextureLookup textures(mesh, triangle, third, third, static_cast<float>(std::sqrt(area)));
+  const detail::TextureLookup textures(mesh, triangle, third, third, static_cast<float>(std::sqrt(2.0 * area)));
   const Rgb metallic_roughness = textures.at(m.metallic_roughness_texture);
   m.base_colour *= textures.at(m.base_colour_texture);
   m.roughness *= metallic_roughness.g;

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <random>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
@@ -12,6 +13,7 @@
 #include "gltf_builder.h"
 #include "scene/image/image_formats.h"
 #include "scene/model/object_mesh.h"
+#include "scene/model/surface_look.h"
 
 namespace daylit {
 namespace {
@@ -24,8 +26,10 @@ protected:
     std::string pattern = (fs::temp_directory_path() / "daylit-material-XXXXXX").string();
     ASSERT_NE(mkdtemp(pattern.data()), nullptr);
     folder_ = pattern;
-    ASSERT_TRUE(write_png(folder_ / "flat.png", {2, 3, {128, 128, 255, 128, 128, 255, 128, 128, 255, //
-                                                        128, 128, 255, 128, 128, 255, 128, 128, 255}}));
+    ASSERT_TRUE(write_png(folder_ / "flat.png", {2,
+                                                 3,
+                                                 {128, 128, 255, 128, 128, 255, 128, 128, 255, //
+                                                  128, 128, 255, 128, 128, 255, 128, 128, 255}}));
   }
   void TearDown() override { fs::remove_all(folder_); }
 
@@ -106,7 +110,8 @@ TEST_F(GltfMaterial, defaults_are_those_of_the_specification) {
 }
 
 TEST_F(GltfMaterial, every_texture_is_found_and_a_picture_is_kept_once_for_each_meaning) {
-  const auto mesh = read(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0},"metallicRoughnessTexture":{"index":0}},
+  const auto mesh =
+      read(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0},"metallicRoughnessTexture":{"index":0}},
     "normalTexture":{"index":0,"scale":0.5},"occlusionTexture":{"index":0,"strength":0.25},"emissiveTexture":{"index":0},
     "extensions":{"KHR_materials_transmission":{"transmissionTexture":{"index":0}},
     "KHR_materials_clearcoat":{"clearcoatTexture":{"index":0},"clearcoatRoughnessTexture":{"index":0}},
@@ -126,7 +131,8 @@ TEST_F(GltfMaterial, every_texture_is_found_and_a_picture_is_kept_once_for_each_
 
 /// KhronosGroup/glTF-Sample-Models, TextureTransformTest: offset, counter-clockwise rotation with v down, scale.
 TEST_F(GltfMaterial, texture_coordinates_are_transformed_as_khr_texture_transform_says) {
-  const auto mesh = read(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":
+  const auto mesh =
+      read(R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":0,"extensions":{"KHR_texture_transform":
     {"offset":[0.25,0.5],"rotation":0.5,"scale":[2,3]}}}}})");
   ASSERT_TRUE(mesh) << mesh.error().message();
   const glm::mat3& m = mesh->materials[0].base_colour_texture.uv_from_mesh;
@@ -177,8 +183,9 @@ TEST_F(GltfMaterial, textures_that_cannot_be_used_are_errors) {
   expect_error(base + "0}}}", "image", R"(,"textures":[{"source":5}],"images":[{"uri":"flat.png"}])");
   expect_error(base + "0}}}", "sampler that is not there",
                R"(,"textures":[{"source":0,"sampler":2}],"images":[{"uri":"flat.png"}])");
-  expect_error(base + "0}}}", "wrap mode", R"(,"textures":[{"source":0,"sampler":0}],"samplers":[{"wrapS":7}],)"
-                                           R"("images":[{"uri":"flat.png"}])");
+  expect_error(base + "0}}}", "wrap mode",
+               R"(,"textures":[{"source":0,"sampler":0}],"samplers":[{"wrapS":7}],)"
+               R"("images":[{"uri":"flat.png"}])");
   expect_error(base + "0}}}", "EXT_texture_webp", R"(,"textures":[{"extensions":{"EXT_texture_webp":{"source":0}}}])");
   expect_error(base + R"(0,"extensions":{"KHR_texture_transform":{"scale":[1]}}}}})", "scale");
   expect_error(base + R"(0,"extensions":{"KHR_texture_transform":{"offset":[1e30,0]}}}}})", "KHR_texture_transform");
@@ -211,7 +218,8 @@ TEST_F(GltfMaterial, an_unknown_extension_is_an_error_where_it_is_required_and_a
 
 TEST_F(GltfMaterial, without_texture_coordinates_the_factors_count_and_that_is_said) {
   const auto mesh = read(R"({"name":"cup","pbrMetallicRoughness":{"baseColorFactor":[0.5,0.5,0.5,1],"metallicFactor":0,
-    "baseColorTexture":{"index":0}}})", kTexture, "");
+    "baseColorTexture":{"index":0}}})",
+                         kTexture, "");
   ASSERT_TRUE(mesh) << mesh.error().message();
   EXPECT_EQ(mesh->reflectance[0], Rgb(0.5f));
   EXPECT_FALSE(mesh->materials[mesh->triangle_material[0]].base_colour_texture);
@@ -239,6 +247,63 @@ TEST_F(GltfMaterial, a_normal_map_saved_as_a_colour_picture_is_noted) {
 TEST_F(GltfMaterial, alpha_is_said_to_be_left_out) {
   ASSERT_TRUE(read(R"({"alphaMode":"BLEND"})"));
   EXPECT_TRUE(noted("alpha is not read"));
+}
+
+TEST_F(GltfMaterial, anisotropy_without_a_texture_follows_the_texture_coordinates) {
+  const auto mesh = read(with_extension("KHR_materials_anisotropy", R"({"anisotropyStrength":0.5})"), "");
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  const SurfaceLook look = surface_look(*mesh, 0, 0.3f, 0.3f, 0.01f);
+  EXPECT_GT(look.tangent.x, 0.9999f) << "u grows along x";
+  EXPECT_TRUE(mesh->uv.empty());
+}
+
+TEST_F(GltfMaterial, tangents_of_the_file_count) {
+  auto parts = test::square(with_extension("KHR_materials_anisotropy", R"({"anisotropyStrength":0.5})"),
+                            ",\"TEXCOORD_0\":2,\"TANGENT\":5");
+  parts.add_accessor(parts.add_view(std::vector<float>{0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0, -1, 0, 1, 0, -1}), 5126, 4,
+                     "VEC4");
+  const std::vector<std::uint8_t> bytes = parts.glb();
+  std::ofstream(folder_ / "a.glb", std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const auto mesh = read_object_mesh(folder_ / "a.glb");
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_EQ(mesh->tangents[0], glm::vec4(0, 0, 1, -1)) << "y of the file is z of the world";
+}
+
+TEST_F(GltfMaterial, damaged_materials_are_refused_or_give_finite_looks) {
+  const std::string transform = R"({"index":0,"extensions":{"KHR_texture_transform":{"offset":[0.1,0.2],"rotation":1,)"
+                                R"("scale":[2,3],"texCoord":0}}})";
+  auto parts = test::square(
+      R"({"emissiveFactor":[1,1,1],"pbrMetallicRoughness":{"roughnessFactor":0.5,"metallicFactor":0.5,"baseColorTexture":)" +
+          transform + R"(},"normalTexture":)" + transform +
+          R"(,"extensions":{"KHR_materials_ior":{"ior":1.4},"KHR_materials_transmission":{"transmissionFactor":0.5,)"
+          R"("transmissionTexture":{"index":0}},"KHR_materials_volume":{"thicknessFactor":1,"attenuationDistance":2,)"
+          R"("attenuationColor":[1,0.5,0.2]},"KHR_materials_clearcoat":{"clearcoatFactor":1},)"
+          R"("KHR_materials_anisotropy":{"anisotropyStrength":0.5,"anisotropyRotation":3}}})",
+      ",\"TEXCOORD_0\":2,\"COLOR_0\":4");
+  parts.more = R"(,"textures":[{"source":0,"sampler":0}],"samplers":[{"wrapS":33071}],"images":[{"uri":"flat.png"}])";
+  const std::string good = parts.json("buffer.bin");
+  std::ofstream(folder_ / "buffer.bin", std::ios::binary)
+      .write(reinterpret_cast<const char*>(parts.buffer.data()), static_cast<std::streamsize>(parts.buffer.size()));
+  std::mt19937 random(11);
+  const char letters[] = "0123456789-.eE[]{}\"null";
+  int read = 0;
+  for (int k = 0; k < 1500; ++k) {
+    std::string bad = good;
+    for (int n = 0; n < 1 + k % 3; ++n)
+      bad[good.find("\"materials\"") + random() % 900] = letters[random() % (sizeof(letters) - 1)];
+    std::ofstream(folder_ / "bad.gltf") << bad;
+    const auto mesh = read_object_mesh(folder_ / "bad.gltf");
+    if (!mesh)
+      continue;
+    ++read;
+    const SurfaceLook look = surface_look(*mesh, 0, 0.3f, 0.3f, 0.01f);
+    const SurfaceMaterial& m = look.material;
+    ASSERT_TRUE(std::isfinite(look.normal.x + look.tangent.y + m.absorption_per_m.r + m.emission.g + m.ior)) << bad;
+    for (const float v : {m.base_colour.r, m.metallic, m.alpha_u, m.alpha_v, m.transmission, m.clearcoat, m.occlusion})
+      ASSERT_TRUE(v >= 0.0f && v <= 1.0f) << v << " " << bad;
+  }
+  EXPECT_GT(read, 30) << "some damage is harmless";
 }
 
 } // namespace

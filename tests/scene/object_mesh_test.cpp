@@ -77,6 +77,17 @@ TEST_F(ObjectMeshFile, material_and_file_normals_are_used) {
   EXPECT_NE(bright.error().message().find("red"), std::string::npos);
 }
 
+TEST_F(ObjectMeshFile, a_missing_library_is_said_and_its_materials_are_diffuse) {
+  std::vector<std::string> notes;
+  const auto mesh = read_object_mesh(
+      write("t.obj", "mtllib lost.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"), Rgb(0.7f), &notes);
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_FALSE(mesh->materials[0].is_glossy());
+  EXPECT_EQ(mesh->reflectance[0], Rgb(0.7f));
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("lost.mtl is not there"), std::string::npos) << notes[0];
+}
+
 std::string binary_ply(bool big) {
   std::string out = std::string("ply\nformat binary_") + (big ? "big" : "little") +
                     "_endian 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n"

@@ -314,6 +314,44 @@ TEST(Glossy, an_object_that_sends_light_lights_what_is_around_it) {
                 0.02 * static_cast<double>(lamp.emission[k]));
 }
 
+// A black floor that mirrors R shows a lamp with Fresnel's factor of the index that belongs to R.
+TEST(Glossy, a_room_surface_declared_to_mirror_shows_the_object) {
+  Room room;
+  room.vertices = {{-5, -5, 0}, {5, -5, 0}, {5, 5, 0}, {-5, 5, 0}};
+  room.materials = {{"floor", Rgb(0.0f), Rgb(1.0f), false}};
+  room.triangles = {{{0, 1, 2}, 0}, {{0, 2, 3}, 0}};
+  ObjectMaterial lamp = varnish(1.0f);
+  lamp.base_colour = Rgb(0.0f);
+  lamp.emission = Rgb(1.0f);
+  TraceScene scene = scene_of(room, {}, SkyLight(uniform_sky(0.0f, 0.0f)), box({-1, 1.9f, 0}, {1, 2, 2}, lamp));
+  EXPECT_EQ(radiance(scene, {0, 0, 1}, {0, 1, -1}, 64).value.x, 0.0);
+  EXPECT_FALSE(scene.declare_glossy(room, {{"flor", 0.1}}));
+  ASSERT_TRUE(scene.declare_glossy(room, {{"floor", 0.1}}));
+  const double n = (1.0 + std::sqrt(0.1)) / (1.0 - std::sqrt(0.1));
+  const auto f = static_cast<double>(fresnel_dielectric(std::sqrt(0.5f), static_cast<float>(n)));
+  const Mean m = radiance(scene, {0, 0, 1}, {0, 1, -1}, 4096);
+  EXPECT_NEAR(m.value.x, f, 0.01 * f + 4.0 * m.standard_error.x);
+}
+
+TEST(Glossy, every_path_brings_a_finite_radiance) {
+  ObjectMaterial prism = glass(0.0f, 1.7f);
+  prism.dispersion = 1.0f;
+  for (const ObjectMaterial& material : {metal(0.0f), metal(0.3f), varnish(0.1f), glass(0.4f), prism}) {
+    const TraceScene scene = scene_of(coloured_cube(), kOpenFace, SkyLight(sun_from({0.1, -1.0, 0.7})),
+                                      sphere({0.5f, 0.5f, 0.3f}, 0.25f, material));
+    const PathTracer tracer(scene);
+    for (std::uint32_t n = 0; n < 20000; ++n) {
+      const SampleStream stream(5, n);
+      const glm::vec2 u = stream.point(100);
+      const Rgb value = tracer
+                            .radiance(scene.to_local({0.5, 0.05, 0.9}),
+                                      glm::normalize(glm::vec3(u.x - 0.5f, 0.8f, u.y - 1.1f)), stream, true)
+                            .value;
+      ASSERT_TRUE(std::isfinite(value.r + value.g + value.b)) << n;
+    }
+  }
+}
+
 // The same look, once as a plainly diffuse surface and once, by the least emission, as one with a BSDF.
 TEST(Glossy, a_diffuse_surface_is_the_same_with_and_without_a_bsdf) {
   SkyModel sky = uniform_sky(1.0f, 0.3f);
