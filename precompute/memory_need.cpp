@@ -25,8 +25,9 @@ constexpr double kFilling = 0.75;        ///< probes of a cluster / most
 constexpr double kParts = 0.5;           ///< what a cluster tells apart / elements
 constexpr double kThreadBytes = 2.4e4;   ///< per thread and part, at work on a cluster
 constexpr double kSketch = 360;          ///< floats per element: random suns
-// Of the address space: what threads, allocator and libraries reserve and do not use.
-constexpr double kReserved = 2.5e8, kReservedByThread = 1e8;
+// Of the address space: what libraries, allocator and threads reserve and do not use. Each thread has a buffer of 134
+// MB from OpenBLAS, which waits for ever where it gets none, and 72 MB of stack and heap.
+constexpr double kReserved = 2.5e8, kReservedByThread = 2.1e8;
 
 double threads() {
   return static_cast<double>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
