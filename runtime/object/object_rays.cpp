@@ -76,7 +76,8 @@ Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m) const {
     if (!material || !material->is_transparent())
       return Rgb(0.0f);
     const float cosine = -glm::dot(point->face_normal, ray.direction);
-    left *= (1.0f - fresnel_dielectric(cosine, material->ior)) * material->transmission * material->base_colour;
+    left *=
+        (1.0f - fresnel_dielectric(std::fabs(cosine), material->ior)) * material->transmission * material->base_colour;
     if (cosine < 0.0f && !material->thin)
       left *= glm::exp(-material->absorption_per_m() * static_cast<float>(point->distance));
     rest.origin = point->position + offset_m(point->part) * glm::dvec3(ray.direction);
