@@ -198,6 +198,11 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
   return {};
 }
 
+std::filesystem::path folder_of(const std::filesystem::path& all, std::string name) {
+  std::ranges::replace(name, ':', '-');
+  return all / name;
+}
+
 Result<void> run(const Arguments& a, const CommonOptions& options) {
   nlohmann::json document = {{"machine", machine()},
                              {"picture", {kFrameWidth, kFrameHeight}},
@@ -212,7 +217,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   for (const std::string& object : a.objects)
     for (const std::string& sky : a.skies) {
       ProgressLine progress(options.quiet || options.json);
-      auto scene = make_frame_scene(std::filesystem::path(a.folder) / (object + "-" + sky), object, sky,
+      auto scene = make_frame_scene(folder_of(a.folder, object + "-" + sky), object, sky,
                                     std::max(kPhotos, a.flicker_frames), kPhotos, progress.callback());
       progress.clear();
       if (!scene)
@@ -239,7 +244,9 @@ Command add_frame(CLI::App& program) {
   auto a = std::make_shared<Arguments>();
   CLI::App* parser = program.add_subcommand("frame", "time of an augmented frame against its error");
   parser->add_option("--folder", a->folder, "where the scenes are written and kept")->capture_default_str();
-  parser->add_option("--objects", a->objects, "teapot, blob, folds")->delimiter(',')->capture_default_str();
+  parser->add_option("--objects", a->objects, "teapot, blob, folds; each with :MATERIAL, as in teapot:chrome")
+      ->delimiter(',')
+      ->capture_default_str();
   parser->add_option("--skies", a->skies, "overcast, sun, shade")->delimiter(',')->capture_default_str();
   parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
   parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();

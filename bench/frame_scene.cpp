@@ -128,8 +128,9 @@ Result<ObjectMesh> object_named(const std::string& name) {
 
 } // namespace
 
-Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
+Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& what,
                                     const std::string& sky, int skies, int photos, const Progress& progress) {
+  const std::string object = what.substr(0, what.find(':'));
   std::error_code ignored;
   std::filesystem::create_directories(folder, ignored);
   if (const auto written = write_sample_scene(sky, folder, kFrameWidth, kFrameHeight, true); !written)
@@ -143,6 +144,8 @@ Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const s
   scene.config.volume = folder / "room.volume";
   scene.config.room_model = folder / "room.obj";
   scene.config.objects[0].model = folder / (object + ".obj");
+  if (object != what)
+    scene.config.objects[0].material = what.substr(object.size() + 1);
   if (const auto baked = bake_room(folder / "room.obj", scene.config.volume, progress); !baked)
     return baked.error();
   const auto mesh = object_named(object);

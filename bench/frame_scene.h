@@ -26,9 +26,9 @@ struct FrameScene {
   std::vector<Rgb8Image> photo_bytes; ///< what the marker is looked for in
 };
 
-/// `object`: "teapot" (4 K triangles), "blob" (15 K, closed, bumpy) or "folds" (102 K, 40 folds around). `sky`:
-/// "overcast", "sun" or "shade".
-Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& object,
+/// `what`: "teapot" (4 K triangles), "blob" (15 K, closed, bumpy) or "folds" (102 K, 40 folds around), and a colon and
+/// a name of scene/material/library.h for another material than a diffuse white. `sky`: "overcast", "sun" or "shade".
+Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& what,
                                     const std::string& sky, int skies, int photos, const Progress& progress);
 
 } // namespace daylit::bench

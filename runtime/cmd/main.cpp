@@ -65,6 +65,8 @@ nlohmann::json to_json(const FrameReport& report, const std::vector<ObjectConfig
           {"shadow_pixels", report.shadow_pixels},
           {"vertices_lit", report.vertices_lit},
           {"shadow_rays", report.shadow_rays},
+          {"glossy_pixels", report.glossy_pixels},
+          {"glossy_rays", report.glossy_rays},
           {"reused",
            {{"sky", report.reused.sky},
             {"samples", report.reused.samples},

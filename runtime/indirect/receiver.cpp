@@ -117,8 +117,7 @@ Rgb LitScene::before(const Receiver& receiver, std::uint32_t triangle, const glm
 }
 
 /// V_blocked E_sky + the mean of the sun's loss.
-LitScene::LostDirect LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n,
-                                           double width) const {
+Rgb LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width) const {
   constexpr int kSunPoints = 4;
   const glm::dvec3 air = x + kAirGap_m * n;
   Rgb sun(0.0f);
@@ -129,7 +128,7 @@ LitScene::LostDirect LitScene::lost_direct(std::uint32_t triangle, const glm::dv
       sun += windows.lost_sun(air + u.x * plane.u + u.y * plane.v, n, parts) / static_cast<float>(kSunPoints);
     }
   }
-  return {windows.blocked_fraction(air, n, parts) * light.at_surface(triangle, x, -n).open_sky_irradiance, sun};
+  return windows.blocked_fraction(air, n, parts) * light.at_surface(triangle, x, -n).open_sky_irradiance + sun;
 }
 
 /// rho / pi E_sun(x, n) V, by one sample of the disc: L of a diffuse surface.

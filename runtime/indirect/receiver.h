@@ -64,10 +64,7 @@ struct LitScene {
   Rgb before(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Irradiance straight from sky and sun that the objects keep from point x of a triangle with normal n: the sun's is
   /// the mean over a square of that width, for its edges are sharp.
-  struct LostDirect {
-    Rgb sky{0.0f}, sun{0.0f};
-  };
-  LostDirect lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
+  Rgb lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
   /// The light that the sunlit surfaces of the room send to x with normal n (only where `all`, else 0), and what of it
   /// the objects hide.
   struct Sunlight {

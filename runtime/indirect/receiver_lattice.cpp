@@ -32,6 +32,7 @@ constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
                                         {2.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
 constexpr float kLeastWeight = 0.02f; // of the corners in view
+constexpr double kSeenRadii = 7.0;    // further from an object a mirror does not show what it changes
 
 /// How far from a cell's corner surfaces are looked for, radii: beyond it the next level holds.
 constexpr double farthest(std::size_t level) {
@@ -55,9 +56,13 @@ struct ReceiverLattice::Node {
   Rgb hidden{0.0f}; ///< irradiance from what the objects hide
   Rgb before{0.0f}; ///< without the objects, sun excepted
   IndirectChange change;
-  LitScene::LostDirect lost; ///< direct irradiance that the objects keep away
-  float distance = 0.0f;     ///< to the nearest surface of an object, radii
-  std::atomic<std::uint64_t> light_version{0}, lost_version{0}, distance_version{0};
+  Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
+  RoomPoint open;        ///< light without the objects, unshadowed
+  float blocked = 0.0f;  ///< part of the windows that they keep away
+  float visible = 0.0f;  ///< part of the windows that the room leaves
+  float distance = 0.0f; ///< to the nearest surface of an object, radii
+  std::atomic<std::uint64_t> light_version{0}, lost_version{0}, open_version{0}, distance_version{0},
+      blocked_version{0}, visible_version{0};
   std::uint64_t placement_version = 0, sky_version = 0;
   std::mutex renewing;
 };
@@ -85,7 +90,9 @@ struct ReceiverLattice::State {
   void renew(Node& node) const;
   const IndirectChange& current(Node& node) const;
   float current_distance(Node& node) const;
-  const LitScene::LostDirect& current_lost(Node& node) const;
+  const RoomPoint& current_light(Node& node) const;
+  float current_blocked(Node& node) const;
+  float window_visibility(Node& node) const;
 
   /// A point of a plane.
   struct Place {
@@ -189,10 +196,22 @@ float ReceiverLattice::State::current_distance(Node& node) const {
   return node.distance;
 }
 
-const LitScene::LostDirect& ReceiverLattice::State::current_lost(Node& node) const {
-  once(node.lost_version, (placement_version << 32) + sky_version, node.renewing,
-       [&] { node.lost = scene.lost_direct(node.triangle, node.x, node.n, node.cell_m); });
-  return node.lost;
+float ReceiverLattice::State::current_blocked(Node& node) const {
+  once(node.blocked_version, placement_version, node.renewing,
+       [&] { node.blocked = scene.windows.blocked_fraction(node.x + kAirGap_m * node.n, node.n, scene.parts); });
+  return node.blocked;
+}
+
+const RoomPoint& ReceiverLattice::State::current_light(Node& node) const {
+  once(node.open_version, sky_version, node.renewing,
+       [&] { node.open = scene.light.at_surface(node.triangle, node.x, -node.n); });
+  return node.open;
+}
+
+float ReceiverLattice::State::window_visibility(Node& node) const {
+  once(node.visible_version, 1, node.renewing,
+       [&] { node.visible = scene.windows.visible_fraction(node.x + kAirGap_m * node.n, node.n); });
+  return node.visible;
 }
 
 ReceiverLattice::State::Found ReceiverLattice::State::find(std::size_t level, const Place& place) const {
@@ -374,28 +393,35 @@ std::size_t ReceiverLattice::number_of(const Node& node) { return node.number; }
 /// Delta E + E_direct lost, negative.
 Rgb ReceiverLattice::whole_change(Node& node) const {
   const State& s = *state_;
-  return s.current(node).irradiance - s.current_lost(node).sky - node.lost.sun;
+  once(node.lost_version, (s.placement_version << 32) + s.sky_version, node.renewing,
+       [&] { node.lost = s.scene.lost_direct(node.triangle, node.x, node.n, node.cell_m); });
+  return s.current(node).irradiance - node.lost;
 }
 
-/// E = sum_k w_k (E_before + Delta E - E_sky lost) of the nodes around.
+/// E = sum_k w_k E_k, E_k = E_indirect + V_window E_sky of the nodes around, and where an object is near + Delta E -
+/// V_blocked E_sky.
 Rgb ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
                                             const glm::dvec3& direction) const {
   const State& s = *state_;
-  const Link around = link(triangle, x, direction, near(x));
+  const bool with_objects = s.scene.radii_away(x) < kSeenRadii;
+  const Link around = link(triangle, x, direction, with_objects && near(x));
   Rgb sum(0.0f);
   float whole = 0.0f;
   for (std::size_t k = 0; k < 4; ++k) {
     if (around.weight[k] == 0.0f)
       continue;
     Node& node = *around.node[k];
-    const IndirectChange& change = s.current(node);
-    sum += around.weight[k] * (change.before + change.irradiance - s.current_lost(node).sky);
+    const RoomPoint& light = s.current_light(node);
+    const float seen = s.window_visibility(node) - (with_objects ? s.current_blocked(node) : 0.0f);
+    const Rgb change = with_objects ? s.current(node).irradiance : Rgb(0.0f);
+    sum += around.weight[k] * (light.indirect_irradiance + std::max(seen, 0.0f) * light.open_sky_irradiance + change);
     whole += around.weight[k];
   }
   if (whole > 0.0f)
     return glm::max(sum, Rgb(0.0f));
-  const IndirectChange here = evaluate(triangle, x, direction, kRays);
-  return glm::max(here.before + here.irradiance, Rgb(0.0f));
+  const glm::dvec3 n = s.scene.normal_of(triangle, direction);
+  const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
+  return here.indirect_irradiance + s.scene.windows.visible_fraction(x + kAirGap_m * n, n) * here.open_sky_irradiance;
 }
 
 } // namespace daylit

@@ -20,17 +20,19 @@ constexpr int kSamples = 4;
 // Places in a pixel that shows more than one thing: a rotated square.
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
-constexpr float kEdge = 0.1f; // a larger step between neighbours, of the brighter one, is smoothed
+constexpr float kEdge = 0.25f; // a larger step between neighbours, of the brighter one, is smoothed
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 // Five pixels whose sum holds each place of a pattern of four once.
 constexpr std::array<float, 5> kTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
 
-/// Number `sample` of four: the R2 sequence (Roberts 2018), shifted from pixel to pixel so that a square of four by
-/// four pixels covers the lobe evenly. The same in every frame: a still scene does not flicker.
+/// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
+/// square of four by four pixels has all. The same in every frame: a still scene does not flicker.
 glm::vec2 lobe_place(int x, int y, int sample) {
-  const int in_block = (x & 3) + 4 * (y & 3);
-  const auto k = static_cast<float>(4 * (in_block * 5 & 15) + sample);
-  return glm::fract(glm::vec2(0.5f) + k * glm::vec2(0.754877666f, 0.569840291f));
+  const int pixel = ((x & 3) + 4 * (y & 3)) * 5 & 15, n = kSamples * kSamples * sample + ((pixel + sample) & 15);
+  int mirrored = 0;
+  for (int bit = 0; bit < 6; ++bit)
+    mirrored |= (n >> bit & 1) << (5 - bit);
+  return (glm::vec2(n, mirrored) + 0.5f) / 64.0f;
 }
 
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.

@@ -72,8 +72,12 @@ struct GlossyScene {
     const WorldRay ray{middle + glm::dvec3(-1.0, aside, 0.0), glm::vec3(1.0f, 0.0f, 0.0f)};
     const auto point = rays->closest(ray, 10.0);
     std::array<glm::vec2, 64> places;
-    for (std::size_t k = 0; k < places.size(); ++k)
-      places[k] = glm::fract(0.5f + static_cast<float>(k) * glm::vec2(0.754877666f, 0.569840291f));
+    for (std::size_t k = 0; k < places.size(); ++k) { // Hammersley
+      std::size_t mirrored = 0;
+      for (std::size_t bit = 0; bit < 6; ++bit)
+        mirrored |= (k >> bit & 1u) << (5 - bit);
+      places[k] = (glm::vec2(k, mirrored) + 0.5f) / 64.0f;
+    }
     std::uint64_t traced = 0;
     const GlossyLight light = glossy->look(ray, *point, places, 0.0, traced);
     return light.radiance + light.diffuse * kRoom;
@@ -113,7 +117,7 @@ TEST(GlossyRays, absorbing_glass_keeps_what_beers_law_says) {
   green.attenuation_distance_m = 0.2f;
   const GlossyScene scene(green);
   const Rgb found = scene.radiance(1e-4) / kRoom;
-  const double f = 0.04, d = 2.0 * GlossyScene::kRadius;
+  const double f = 0.04, d = 2.0 * static_cast<double>(GlossyScene::kRadius);
   for (int c = 0; c < 3; ++c) {
     const double left = std::pow(static_cast<double>(green.attenuation_colour[c]), d / 0.2);
     const double through = (1.0 - f) * (1.0 - f) * left / (1.0 - f * f * left * left);
