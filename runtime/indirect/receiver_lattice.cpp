@@ -10,34 +10,15 @@
 #include <glm/geometric.hpp>
 #include <tbb/concurrent_unordered_map.h>
 
+#include "runtime/base/once.h"
+#include "runtime/indirect/receiver_levels.h"
+
 namespace daylit {
 
 namespace {
 
-constexpr int kRays = 32, kFarRays = 24; // per object and node
-/// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
-/// `blend_to` it has taken over; the last level has none.
-struct Level {
-  double cell, blend_from, blend_to;
-  int rays;
-};
-/// The first levels reach as far from the objects' surfaces, the others from their middles.
-constexpr std::size_t kContactLevels = 2;
-constexpr std::array<Level, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
-                                        {1.0 / 18.0, 0.22, 0.30, kRays},
-                                        {1.0 / 8.0, 1.1, 1.3, kRays},
-                                        {1.0 / 4.0, 1.8, 2.2, kRays},
-                                        {1.0 / 2.0, 5.0, 6.5, kRays},
-                                        {1.0, 10.0, 13.0, kFarRays},
-                                        {2.0, 0.0, 0.0, kFarRays}}};
-constexpr double kWidestCell_m = 0.5;
 constexpr float kLeastWeight = 0.02f; // of the corners in view
 constexpr double kSeenRadii = 7.0;    // further from an object a mirror does not show what it changes
-
-/// How far from a cell's corner surfaces are looked for, radii: beyond it the next level holds.
-constexpr double farthest(std::size_t level) {
-  return level < kContactLevels ? kLevels[level].blend_to + 2.0 * kLevels[level].cell : 0.5;
-}
 
 struct Cell {
   bool open = false; ///< its corners lie in the same air
@@ -171,18 +152,6 @@ void ReceiverLattice::State::renew(Node& node) const {
   node.change = {scene.sent_irradiance(node.receiver) - node.hidden, node.before};
 }
 
-/// make() once per version, by the first thread that needs it.
-template <class Make>
-void once(std::atomic<std::uint64_t>& made, std::uint64_t version, std::mutex& mutex, const Make& make) {
-  if (made.load(std::memory_order_acquire) == version)
-    return;
-  const std::lock_guard lock(mutex);
-  if (made.load(std::memory_order_relaxed) == version)
-    return;
-  make();
-  made.store(version, std::memory_order_release);
-}
-
 const IndirectChange& ReceiverLattice::State::current(Node& node) const {
   once(node.light_version, light_version, node.renewing, [&] { renew(node); });
   return node.change;
@@ -265,7 +234,7 @@ ReceiverLattice::State::Mix ReceiverLattice::State::mix_of(std::size_t level, do
   const std::size_t last = level < kContactLevels ? kContactLevels : kLevels.size() - 1;
   while (level < last && away >= kLevels[level].blend_to)
     ++level;
-  const Level& l = kLevels[level];
+  const ReceiverLevel& l = kLevels[level];
   const double t = level < last ? std::max(0.0, (away - l.blend_from) / (l.blend_to - l.blend_from)) : 0.0;
   return {level, static_cast<float>(t * t * (3.0 - 2.0 * t)), {}};
 }

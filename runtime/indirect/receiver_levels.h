@@ -1,0 +1,33 @@
+#pragma once
+
+// How fine the lattices of receiver_lattice.h are, and where one takes over from another.
+
+#include <array>
+#include <cstddef>
+
+namespace daylit {
+
+constexpr int kRays = 32, kFarRays = 24; // per object and node
+/// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
+/// `blend_to` it has taken over; the last level has none.
+struct ReceiverLevel {
+  double cell, blend_from, blend_to;
+  int rays;
+};
+/// The first levels reach as far from the objects' surfaces, the others from their middles.
+constexpr std::size_t kContactLevels = 2;
+constexpr std::array<ReceiverLevel, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
+                                                {1.0 / 18.0, 0.22, 0.30, kRays},
+                                                {1.0 / 8.0, 1.1, 1.3, kRays},
+                                                {1.0 / 4.0, 1.8, 2.2, kRays},
+                                                {1.0 / 2.0, 5.0, 6.5, kRays},
+                                                {1.0, 10.0, 13.0, kFarRays},
+                                                {2.0, 0.0, 0.0, kFarRays}}};
+constexpr double kWidestCell_m = 0.5;
+
+/// How far from a cell's corner surfaces are looked for, radii: beyond it the next level holds.
+constexpr double farthest(std::size_t level) {
+  return level < kContactLevels ? kLevels[level].blend_to + 2.0 * kLevels[level].cell : 0.5;
+}
+
+} // namespace daylit
