@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "sh/zonal.h"
 
@@ -157,6 +158,20 @@ std::vector<double> factorial_lobes(const AngularMap& map, std::span<const std::
       }
   }
   return out;
+}
+
+std::vector<std::size_t> one_per_cell(const AngularMap& map, int side, int cell, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  const int cells = (side + cell - 1) / cell;
+  std::vector<std::size_t> chosen(std::size_t(cells) * std::size_t(cells), map.x.size());
+  std::vector<int> seen(chosen.size(), 0);
+  for (std::size_t i = 0; i < map.x.size(); ++i) {
+    const std::size_t k = std::size_t(map.row[i] / cell * cells + map.column[i] / cell);
+    if (std::uniform_int_distribution<int>(0, seen[k]++)(engine) == 0) // reservoir of one
+      chosen[k] = i;
+  }
+  std::erase(chosen, map.x.size());
+  return chosen;
 }
 
 } // namespace daylit::bench

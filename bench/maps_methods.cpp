@@ -44,19 +44,11 @@ struct Reference {
 
 Reference reference_of(const AngularMap& map, int cell) {
   Reference r;
-  r.outputs = one_per_cell(map, cell, 21);
+  r.outputs = one_per_cell(map, kProbeSide, cell, 21);
   const auto all = direct_by_exponent(map, r.outputs);
   for (const double s : kEightExponents)
     r.truth.push_back(all[std::size_t(std::find(kExponents.begin(), kExponents.end(), s) - kExponents.begin())]);
   return r;
-}
-
-std::vector<double> values_at(const RadianceMap& map, const std::vector<std::size_t>& outputs) {
-  std::vector<double> values;
-  for (const std::size_t o : outputs)
-    for (int c = 0; c < 3; ++c)
-      values.push_back(double(map.radiance[o][c]));
-  return values;
 }
 
 /// Elapsed, and of the processor by all threads: other load on the machine counts in the first only.
@@ -161,18 +153,12 @@ nlohmann::json as_json(const MapErrors& e) {
           {"mean_over_mean_of_map", e.mean_of_mean}};
 }
 
-std::vector<std::size_t> one_per_cell(const AngularMap& map, int cell, std::uint64_t seed) {
-  std::mt19937_64 engine(seed);
-  const int cells = (kProbeSide + cell - 1) / cell;
-  std::vector<std::size_t> chosen(std::size_t(cells) * std::size_t(cells), map.x.size());
-  std::vector<int> seen(chosen.size(), 0);
-  for (std::size_t i = 0; i < map.x.size(); ++i) {
-    const std::size_t k = std::size_t(map.row[i] / cell * cells + map.column[i] / cell);
-    if (std::uniform_int_distribution<int>(0, seen[k]++)(engine) == 0) // reservoir of one
-      chosen[k] = i;
-  }
-  std::erase(chosen, map.x.size());
-  return chosen;
+std::vector<double> values_at(const RadianceMap& map, const std::vector<std::size_t>& outputs) {
+  std::vector<double> values;
+  for (const std::size_t o : outputs)
+    for (int c = 0; c < 3; ++c)
+      values.push_back(double(map.radiance[o][c]));
+  return values;
 }
 
 std::vector<std::vector<double>> direct_by_exponent(const AngularMap& map, const std::vector<std::size_t>& outputs) {

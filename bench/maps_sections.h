@@ -24,8 +24,8 @@ struct MapErrors {
 MapErrors map_errors(const std::vector<double>& truth, const std::vector<double>& values);
 nlohmann::json as_json(const MapErrors& e);
 
-/// One texel or pixel, by chance, of every cell x cell block.
-std::vector<std::size_t> one_per_cell(const AngularMap& map, int cell, std::uint64_t seed);
+/// Radiance at some texels: [texel][3].
+std::vector<double> values_at(const RadianceMap& map, const std::vector<std::size_t>& outputs);
 
 /// Direct summation in double (bench/lobe_reference.h) by all threads: [exponent of kExponents][output][channel].
 std::vector<std::vector<double>> direct_by_exponent(const AngularMap& map, const std::vector<std::size_t>& outputs);

@@ -31,14 +31,6 @@ nlohmann::json column(const Table& truth, const Table& values) {
   return out;
 }
 
-std::vector<double> values_at(const RadianceMap& map, const std::vector<std::size_t>& outputs) {
-  std::vector<double> values;
-  for (const std::size_t o : outputs)
-    for (int c = 0; c < 3; ++c)
-      values.push_back(double(map.radiance[o][c]));
-  return values;
-}
-
 /// Fifteen maps of one method at the outputs.
 Result<Table> our_values(const Probe& probe, PrefilterMethod method, double tolerance,
                          const std::vector<std::size_t>& outputs) {
@@ -158,7 +150,7 @@ Table bounded_values(const AngularMap& map, double width, const std::vector<std:
 
 /// Tables 6.7 and 6.8.
 nlohmann::json bounds_errors(const Probe& probe) {
-  const auto outputs = one_per_cell(probe.angular, 24, 22);
+  const auto outputs = one_per_cell(probe.angular, kProbeSide, 24, 22);
   const Table truth = direct_by_exponent(probe.angular, outputs);
   nlohmann::json out = nlohmann::json::object();
   for (const Bounds& b : kBounds)
@@ -189,7 +181,7 @@ Result<nlohmann::json> measure_thesis_tables(const Probe& probe, const Step& ste
   const auto at = [&](const char* what, double done) { return step(probe.name + ": tables, " + what, done); };
   if (!at("plain sums", 0.0))
     return interrupted_error("daylit-bench maps");
-  const auto outputs = one_per_cell(probe.texels, 16, 23);
+  const auto outputs = one_per_cell(probe.texels, kProbeSide, 16, 23);
   const Table truth = direct_by_exponent(probe.texels, outputs);
   nlohmann::json methods{{"thesis mip maps", column(truth, thesis_mip_values(probe, outputs))}}, orders;
   const std::vector<double> coefficients = analyse_texels(probe.texels, kOrders[kFirstErrorOrder] - 1);

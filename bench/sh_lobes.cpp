@@ -21,21 +21,6 @@ constexpr std::size_t kLobes = kExponents.size();
 
 Error convert(const sh::Error& e) { return {ErrorCode::value_invalid, e.what, e.where, ""}; }
 
-/// One pixel, chosen at random, of every `cell` x `cell` block that the circle covers.
-std::vector<std::size_t> one_per_cell(const AngularMap& map, int cell, std::uint64_t seed) {
-  std::mt19937_64 engine(seed);
-  const int cells = kSide / cell;
-  std::vector<std::size_t> chosen(std::size_t(cells) * std::size_t(cells), map.x.size());
-  std::vector<int> seen(chosen.size(), 0);
-  for (std::size_t i = 0; i < map.x.size(); ++i) {
-    const std::size_t k = std::size_t(map.row[i] / cell * cells + map.column[i] / cell);
-    if (std::uniform_int_distribution<int>(0, seen[k]++)(engine) == 0) // reservoir of one
-      chosen[k] = i;
-  }
-  std::erase(chosen, map.x.size());
-  return chosen;
-}
-
 /// Equation 6.1 of the thesis: mean over pixels and channels of |a - v| / a, for one exponent.
 struct MapError {
   double mean = 0.0, max = 0.0;
@@ -112,7 +97,7 @@ void scatter(std::vector<double>& all, const std::vector<double>& values, std::s
 
 Result<sh::BandProbe> probe_of(const Analysis& a) {
   std::vector<double> x, y, z;
-  for (const std::size_t i : one_per_cell(a.map, 16, 11)) {
+  for (const std::size_t i : one_per_cell(a.map, kSide, 16, 11)) {
     x.push_back(a.map.x[i]);
     y.push_back(a.map.y[i]);
     z.push_back(a.map.z[i]);
@@ -196,7 +181,7 @@ Result<nlohmann::json> measure_lobe_maps(const RgbImage& cross, const Step& step
     return a.error();
   if (!step("probe: direct summation", 0.05))
     return interrupted_error("daylit-bench sh");
-  const auto outputs = one_per_cell(a->map, 8, 12);
+  const auto outputs = one_per_cell(a->map, kSide, 8, 12);
   const References r = references(a->map, outputs);
   const double start = thread_seconds();
   const auto probe = probe_of(*a);

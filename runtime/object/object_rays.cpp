@@ -37,11 +37,16 @@ bool ObjectRays::may_meet(const Placed& part, const WorldRay& ray, double most_m
   return away2 <= r2 || (along > 0.0 && away2 - along * along <= r2 && along - part.sphere.radius <= most_m);
 }
 
-/// In the frame of each part, whose directions are not unit vectors: distances along the ray are those of the world.
 std::optional<ObjectPoint> ObjectRays::closest(const WorldRay& ray, double most_m) const {
+  return closest(ray, most_m, all());
+}
+Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m) const { return transmittance(ray, most_m, all()); }
+
+/// In the frame of each part, whose directions are not unit vectors: distances along the ray are those of the world.
+std::optional<ObjectPoint> ObjectRays::closest(const WorldRay& ray, double most_m, Parts parts) const {
   std::optional<ObjectPoint> first;
   float nearest = static_cast<float>(std::min(most_m, 1e9));
-  for (std::size_t k = 0; k < placed_.size(); ++k) {
+  for (std::size_t k = parts.first; k < parts.last; ++k) {
     const Placed& p = placed_[k];
     if (!may_meet(p, ray, static_cast<double>(nearest)))
       continue;
@@ -65,11 +70,11 @@ std::optional<ObjectPoint> ObjectRays::closest(const WorldRay& ray, double most_
 }
 
 /// Product over the faces on the way of 1 - F, and over the ways inside of exp(-a d).
-Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m) const {
+Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) const {
   Rgb left(1.0f);
   WorldRay rest = ray;
   for (int face = 0; face < kMostFaces; ++face) {
-    const auto point = closest(rest, most_m);
+    const auto point = closest(rest, most_m, parts);
     if (!point)
       return left;
     const ObjectMaterial* material = objects_.parts[point->part].mesh.material_or_null(point->triangle);
@@ -90,6 +95,7 @@ Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m) const {
 float ObjectRays::opacity(std::size_t part) const {
   constexpr int kSides = 16, kRays = 32;
   const BoundingSphere& sphere = placed_[part].sphere;
+  const Parts alone{part, part + 1};
   double kept = 0.0, met = 0.0;
   for (int side = 0; side < kSides; ++side) {
     const double z = 1.0 - (2.0 * side + 1.0) / kSides, r = std::sqrt(1.0 - z * z), turn = 2.399963 * side;
@@ -100,9 +106,9 @@ float ObjectRays::opacity(std::size_t part) const {
       const WorldRay ray{sphere.centre + d * (std::cos(a) * basis.u + std::sin(a) * basis.v) -
                              2.0 * sphere.radius * towards,
                          glm::vec3(towards)};
-      if (const auto point = closest(ray, 4.0 * sphere.radius); !point || point->part != part)
+      if (!closest(ray, 4.0 * sphere.radius, alone))
         continue;
-      kept += 1.0 - static_cast<double>(luminance(transmittance(ray, 4.0 * sphere.radius)));
+      kept += 1.0 - static_cast<double>(luminance(transmittance(ray, 4.0 * sphere.radius, alone)));
       met += 1.0;
     }
   }

@@ -39,7 +39,7 @@ public:
   /// What of light comes through the objects on the way, straight: 0 past an opaque one; of glass, what its faces do
   /// not mirror and its inside does not absorb.
   Rgb transmittance(const WorldRay& ray, double most_m) const;
-  /// Mean of 1 - transmittance() over the rays that meet the part alone, from all sides (luminance).
+  /// Mean of 1 - transmittance() over the rays that meet the part, from all sides, as if it stood alone (luminance).
   float opacity(std::size_t part) const;
   /// How far from a surface of the part rays start, metres.
   double offset_m(std::size_t part) const { return placed_[part].offset_m; }
@@ -55,6 +55,13 @@ private:
     double scale = 1.0, offset_m = 0.0;
     BoundingSphere sphere; ///< world
   };
+  /// Of placed_.
+  struct Parts {
+    std::size_t first = 0, last = 0;
+  };
+  Parts all() const { return {0, placed_.size()}; }
+  std::optional<ObjectPoint> closest(const WorldRay& ray, double most_m, Parts parts) const;
+  Rgb transmittance(const WorldRay& ray, double most_m, Parts parts) const;
   bool may_meet(const Placed& part, const WorldRay& ray, double most_m) const;
   const VirtualObjects& objects_;
   std::vector<Placed> placed_;

@@ -117,12 +117,13 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
 
 void find_glass(VirtualObjects& all) {
   const auto is_glass = [](const ObjectMaterial& m) { return m.is_transparent(); };
+  const ObjectRays rays(all);
   double opacity = 0.0, parts = 0.0;
   for (std::size_t k = 0; k < all.parts.size(); ++k) {
     VirtualObjects::Part& part = all.parts[k];
     const bool glass = part.per_pixel && std::ranges::any_of(part.mesh.materials, is_glass);
     if (glass) {
-      part.opacity = ObjectRays(all).opacity(k);
+      part.opacity = rays.opacity(k);
       opacity += static_cast<double>(part.opacity);
       parts += 1.0;
     }

@@ -31,6 +31,8 @@ std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
   if (!at)
     return std::nullopt;
   const double px = (at->x + 0.5) * scale_x_ - 0.5, py = (at->y + 0.5) * scale_y_ - 0.5;
+  if (camera_.photo_width_px < 2 || camera_.photo_height_px < 2)
+    return std::nullopt; // nothing to interpolate between
   if (!(px >= 0.0 && py >= 0.0 && px <= camera_.photo_width_px - 1 && py <= camera_.photo_height_px - 1))
     return std::nullopt;
   const int x0 = std::min(static_cast<int>(px), camera_.photo_width_px - 2),

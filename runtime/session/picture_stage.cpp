@@ -114,7 +114,8 @@ GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInp
   const DrawnPicture drawn{*drawn_, *in.camera};
   const GlossyCounts counts =
       any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};
-  result.shadow_pixels += room_.mirror.draw(drawn, rays, seen, scale, result);
+  if (in.shown->differential)
+    result.shadow_pixels += room_.mirror.draw(drawn, rays, seen, scale, result);
   return counts;
 }
 

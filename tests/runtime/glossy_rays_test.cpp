@@ -139,6 +139,34 @@ TEST(GlossyRays, light_goes_straight_through_glass_by_fresnel_and_beer) {
                 (1.0 - f) * (1.0 - f) * std::pow(static_cast<double>(green.attenuation_colour[c]), d / 0.2), 0.01);
 }
 
+TEST(ObjectRays, glass_is_as_clear_behind_another_object_as_alone) {
+  GlossyScene scene(glass());
+  const float alone = scene.rays->opacity(0);
+  // Normal incidence on both faces loses 0.08; the rim loses all. The mean over the sphere's disc lies between.
+  EXPECT_GT(alone, 0.08f);
+  EXPECT_LT(alone, 0.3f);
+  VirtualObjects::Part opaque = scene.objects.parts[0];
+  opaque.mesh.materials = {metal(0.3f)};
+  opaque.first_vertex = scene.objects.surface.positions.size();
+  opaque.world_from_object[3].y += 0.4;
+  for (const glm::vec3& p : opaque.mesh.positions)
+    scene.objects.surface.positions.push_back(scene.middle + glm::dvec3(0.0, 0.4, 0.0) + glm::dvec3(p));
+  scene.objects.parts.push_back(std::move(opaque));
+  EXPECT_EQ(ObjectRays(scene.objects).opacity(0), alone);
+}
+
+TEST(GlossyRays, a_photograph_one_pixel_wide_shows_nothing) {
+  Composite composite;
+  composite.picture = RgbImage(1, 1);
+  composite.coverage = {0.0f};
+  LensModel lens;
+  lens.fx = lens.fy = 1.0;
+  const auto camera = make_render_camera(lens, glm::dmat4(1.0), 1, 1);
+  ASSERT_TRUE(camera);
+  const PhotoScale scale;
+  EXPECT_FALSE(PhotographedRoom(composite, *camera, lens, scale, 1.0f).radiance({0.0, 0.0, 1.0}));
+}
+
 TEST(GlossyRays, a_mirror_shows_what_the_mirrored_ray_meets) {
   GlossyScene scene(metal(0.0f));
   for (std::size_t t = 0; t < scene.room.volume.room.materials.size(); ++t)
