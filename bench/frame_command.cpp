@@ -34,22 +34,24 @@ struct Arguments {
 struct Timing {
   std::vector<double> wall_ms, cpu_ms;
   std::map<std::string, std::vector<double>> stages;
-  std::vector<double> shadow_rays;
+  std::vector<double> shadow_rays, glossy_pixels, glossy_rays;
   void add(double wall, double cpu, const FrameReport& report) {
     wall_ms.push_back(1e3 * wall);
     cpu_ms.push_back(1e3 * cpu);
     for (const auto& [name, ms] : report.stage_ms)
       stages[name].push_back(ms);
     shadow_rays.push_back(static_cast<double>(report.shadow_rays));
+    glossy_pixels.push_back(static_cast<double>(report.glossy_pixels));
+    glossy_rays.push_back(static_cast<double>(report.glossy_rays));
   }
 };
 
 nlohmann::json to_json(const Timing& t) {
-  nlohmann::json j{{"wall_ms", median(t.wall_ms)},
-                   {"wall_ms_best", *std::min_element(t.wall_ms.begin(), t.wall_ms.end())},
-                   {"cpu_ms", median(t.cpu_ms)},
-                   {"frames_per_second", 1e3 / median(t.wall_ms)},
-                   {"shadow_rays", median(t.shadow_rays)}};
+  nlohmann::json j{
+      {"wall_ms", median(t.wall_ms)},         {"wall_ms_best", *std::min_element(t.wall_ms.begin(), t.wall_ms.end())},
+      {"cpu_ms", median(t.cpu_ms)},           {"frames_per_second", 1e3 / median(t.wall_ms)},
+      {"shadow_rays", median(t.shadow_rays)}, {"glossy_pixels", median(t.glossy_pixels)},
+      {"glossy_rays", median(t.glossy_rays)}};
   for (const auto& [name, ms] : t.stages)
     j["stage_ms"][name] = median(ms);
   return j;

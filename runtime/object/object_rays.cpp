@@ -1,6 +1,8 @@
 #include "runtime/object/object_rays.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include <glm/geometric.hpp>
@@ -58,15 +60,51 @@ std::optional<ObjectPoint> ObjectRays::closest(const WorldRay& ray, double most_
     nearest = hit.distance;
     first = ObjectPoint{k, hit.triangle, hit.u, hit.v, static_cast<double>(hit.distance), {}, {}};
   }
-  if (!first)
-    return std::nullopt;
-  const ObjectMesh& mesh = objects_.parts[first->part].mesh;
-  const auto& t = mesh.triangles[first->triangle];
-  const glm::vec3 a = mesh.positions[t[0]];
-  first->position = ray.origin + first->distance * glm::dvec3(ray.direction);
-  first->face_normal =
-      glm::normalize(placed_[first->part].rotation * glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+  if (first)
+    complete(ray, *first);
   return first;
+}
+
+/// Where it is and how it lies.
+void ObjectRays::complete(const WorldRay& ray, ObjectPoint& point) const {
+  const ObjectMesh& mesh = objects_.parts[point.part].mesh;
+  const auto& t = mesh.triangles[point.triangle];
+  const glm::vec3 a = mesh.positions[t[0]];
+  point.position = ray.origin + point.distance * glm::dvec3(ray.direction);
+  point.face_normal =
+      glm::normalize(placed_[point.part].rotation * glm::cross(mesh.positions[t[1]] - a, mesh.positions[t[2]] - a));
+}
+
+void ObjectRays::closest(std::span<const WorldRay> rays, std::span<const double> most_m,
+                         std::span<std::optional<ObjectPoint>> points) const {
+  std::array<float, kRayBatch> nearest{};
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    nearest[k] = static_cast<float>(std::min(most_m[k], 1e9));
+    points[k].reset();
+  }
+  RayPacket16 packet{};
+  RayHits16 hits;
+  for (std::size_t part = 0; part < placed_.size(); ++part) {
+    const Placed& p = placed_[part];
+    const RayScene& scene = objects_.parts[part].rays;
+    std::array<std::size_t, kRayBatch> ray_of{};
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < rays.size(); ++k)
+      if (may_meet(p, rays[k], static_cast<double>(nearest[k]))) {
+        packet.set(count, scene.to_local(glm::dvec3(p.own_from_world * glm::dvec4(rays[k].origin, 1.0))),
+                   glm::vec3(glm::dmat3(p.own_from_world) * glm::dvec3(rays[k].direction)), 0.0f, nearest[k]);
+        ray_of[count++] = k;
+      }
+    for (std::uint32_t met = count ? scene.closest16(packet, static_cast<int>(count), hits) : 0; met; met &= met - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(met));
+      nearest[ray_of[lane]] = hits.distance[lane];
+      points[ray_of[lane]] = ObjectPoint{
+          part, hits.triangle[lane], hits.u[lane], hits.v[lane], static_cast<double>(hits.distance[lane]), {}, {}};
+    }
+  }
+  for (std::size_t k = 0; k < rays.size(); ++k)
+    if (points[k])
+      complete(rays[k], *points[k]);
 }
 
 /// Product over the faces on the way of 1 - F, and over the ways inside of exp(-a d).

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <glm/mat3x3.hpp>
@@ -19,6 +20,9 @@ struct WorldRay {
   glm::dvec3 origin{0.0};
   glm::vec3 direction{0.0f};
 };
+
+/// Rays are followed in batches of as many.
+constexpr std::size_t kRayBatch = 16;
 
 /// First point of the objects along a ray.
 struct ObjectPoint {
@@ -36,6 +40,9 @@ public:
   explicit ObjectRays(const VirtualObjects& objects);
 
   std::optional<ObjectPoint> closest(const WorldRay& ray, double most_m) const;
+  /// Of at most kRayBatch rays at once, each with its own limit.
+  void closest(std::span<const WorldRay> rays, std::span<const double> most_m,
+               std::span<std::optional<ObjectPoint>> points) const;
   /// What of light comes through the objects on the way, straight: 0 past an opaque one; of glass, what its faces do
   /// not mirror and its inside does not absorb.
   Rgb transmittance(const WorldRay& ray, double most_m) const;
@@ -62,6 +69,7 @@ private:
   Parts all() const { return {0, placed_.size()}; }
   std::optional<ObjectPoint> closest(const WorldRay& ray, double most_m, Parts parts) const;
   Rgb transmittance(const WorldRay& ray, double most_m, Parts parts) const;
+  void complete(const WorldRay& ray, ObjectPoint& point) const;
   bool may_meet(const Placed& part, const WorldRay& ray, double most_m) const;
   const VirtualObjects& objects_;
   std::vector<Placed> placed_;

@@ -16,7 +16,9 @@ struct ObjectSurface {
   std::vector<glm::dvec3> positions;  ///< world metres
   std::vector<glm::vec3> normals;     ///< unit, world frame
   std::vector<Rgb> reflectance;       ///< what they send on
-  std::vector<Rgb> drawn_reflectance; ///< what a renderer draws: 1 where the material is looked up per pixel
+  /// What a renderer draws: 1 where the material is looked up per pixel, 0 where nothing of it is diffuse.
+  std::vector<Rgb> drawn_reflectance;
+  std::vector<Rgb> emission; ///< radiance that they send by themselves, on both sides; empty: none does
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint8_t> is_glass; ///< per triangle; empty: none is
   /// Glass casts a thin shadow: it stops this part of the lights, evenly chosen, and lets the others through.

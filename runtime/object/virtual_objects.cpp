@@ -13,6 +13,7 @@
 #include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
 #include "scene/core/parallel.h"
+#include "scene/model/surface_look.h"
 #include "scene/placing/read_object.h"
 #include "scene/placing/standing.h"
 
@@ -36,7 +37,7 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
       surface.reflectance[at] = part.mesh.reflectance[i];
       if (part.per_pixel)
         surface.reflectance[at] = glm::max(surface.reflectance[at], Rgb(kLeastReflectance));
-      surface.drawn_reflectance[at] = part.per_pixel ? Rgb(1.0f) : surface.reflectance[at];
+      surface.drawn_reflectance[at] = part.per_pixel ? Rgb(part.has_diffuse[i]) : surface.reflectance[at];
     }
   });
   // Transfer vectors are integrals over directions: a uniform scale leaves them as they are.
@@ -81,6 +82,18 @@ bool looked_up_per_pixel(const ObjectMesh& mesh) {
   });
 }
 
+/// Per vertex: some triangle around it has a material of which a part is diffuse.
+std::vector<std::uint8_t> diffuse_vertices(const ObjectMesh& mesh) {
+  std::vector<std::uint8_t> found(mesh.positions.size(), 0);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const ObjectMaterial* m = mesh.material_or_null(t);
+    if (!m || m->has_diffuse())
+      for (const std::uint32_t v : mesh.triangles[t])
+        found[v] = 1;
+  }
+  return found;
+}
+
 /// Winding and normals of a file may disagree; the normals win. From here on the winding says what is outside.
 void wind_by_normals(ObjectMesh& mesh) {
   for (auto& t : mesh.triangles) {
@@ -110,9 +123,39 @@ Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTran
   if (!rays)
     return rays.error();
   const bool per_pixel = looked_up_per_pixel(mesh);
+  auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
   all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass,
-                       1.0f, per_pixel});
+                       1.0f, per_pixel, std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
+}
+
+/// Per vertex, the mean over the triangles around it by their area.
+std::vector<Rgb> vertex_emission(const ObjectMesh& mesh) {
+  std::vector<Rgb> sum(mesh.positions.size(), Rgb(0.0f));
+  std::vector<float> area(mesh.positions.size(), 0.0f);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    const float size =
+        0.5f * glm::length(glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]));
+    const Rgb emission = surface_look(mesh, t, 1.0f / 3.0f, 1.0f / 3.0f, std::sqrt(size)).material.emission;
+    for (const std::uint32_t v : mesh.triangles[t]) {
+      sum[v] += size * emission;
+      area[v] += size;
+    }
+  }
+  for (std::size_t i = 0; i < sum.size(); ++i)
+    sum[i] /= std::max(area[i], 1e-30f);
+  return sum;
+}
+
+void find_emission(VirtualObjects& all) {
+  for (const VirtualObjects::Part& part : all.parts) {
+    if (std::ranges::none_of(part.mesh.materials, [](const ObjectMaterial& m) { return m.emission != Rgb(0.0f); }))
+      continue;
+    all.surface.emission.resize(all.surface.positions.size(), Rgb(0.0f));
+    std::ranges::copy(vertex_emission(part.mesh),
+                      all.surface.emission.begin() + static_cast<std::ptrdiff_t>(part.first_vertex));
+  }
 }
 
 void find_glass(VirtualObjects& all) {
@@ -163,6 +206,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     if (const auto placed = append(all, std::move(*mesh), std::move(transfer->transfer), mass, objects[k]); !placed)
       return placed.error();
   }
+  find_emission(all);
   find_glass(all);
   return all;
 }

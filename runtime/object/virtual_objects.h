@@ -28,6 +28,7 @@ struct VirtualObjects {
     glm::dvec3 centre_of_mass{0.0}; ///< of the mesh, in its own frame
     float opacity = 1.0f;           ///< what it keeps of light that comes from behind it; below 1: glass
     bool per_pixel = false;         ///< its material is looked up at every pixel (reflect/glossy_picture.h)
+    std::vector<std::uint8_t> has_diffuse{}; ///< per vertex, of a part that is per_pixel
   };
   ObjectSurface surface;
   std::vector<VertexTransfer> transfer; ///< per vertex, world frame

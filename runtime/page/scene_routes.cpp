@@ -166,14 +166,13 @@ HttpReply made_between_frames(SessionDesk& desk, const Make& make) {
     text = make(now);
     return {};
   });
-  return !asked         ? failed(asked.error())
-         : text.empty() ? failed(bad("there is no sky yet"))
-                        : json_reply(std::move(text));
+  return asked ? json_reply(std::move(text)) : failed(asked.error());
 }
 
+/// Before the first sky: null.
 HttpReply made_under_sky(SessionDesk& desk, std::string (*make)(const Session&, const SkyImage&)) {
   return made_between_frames(
-      desk, [&](const BetweenFrames& now) { return now.sky ? make(now.session, *now.sky) : std::string(); });
+      desk, [&](const BetweenFrames& now) { return now.sky ? make(now.session, *now.sky) : "null"; });
 }
 
 /// Exposed so that all but the brightest fiftieth is below white. Only the copy is made between frames.

@@ -15,6 +15,7 @@ namespace daylit {
 ///   GET  /scene/room     triangles, windows, the probes that are shown
 ///   GET  /scene/light    light at these probes, light samples and windows in the sky picture, sun
 ///   GET  /scene/regions  outlines of the sky regions that count, an SVG path in the sky picture
+///                        (both null before the first sky)
 ///   GET  /scene/sky.jpg  the sky picture
 ///   GET  /scene/pick?x=&y=   the object under a pixel of the photograph
 ///   POST /scene/change   {"object": 0, "position": [x, y, z], "rotation": [...], "scale": 1}

@@ -4,7 +4,9 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <glm/common.hpp>
@@ -17,13 +19,15 @@ namespace daylit {
 namespace {
 
 constexpr int kSamples = 4;
-// Places in a pixel that shows more than one thing: a rotated square.
+// Places in a pixel at an outline: a rotated square.
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
 constexpr float kEdge = 0.25f; // a larger step between neighbours, of the brighter one, is smoothed
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 // Five pixels whose sum holds each place of a pattern of four once.
-constexpr std::array<float, 5> kTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
+constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
+// A variance of a third of a square pixel: four times that of the pixel's own square.
+constexpr std::array<float, 3> kEdgeTaps{0.33f, 1.0f, 0.33f};
 
 /// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
 /// square of four by four pixels has all. The same in every frame: a still scene does not flicker.
@@ -41,6 +45,13 @@ struct GlossyPixel {
   glm::vec3 normal{0.0f};
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
+  float samples = 0.0f;         ///< rays of the camera that met an object, whose light is summed up here
+
+  void average() {
+    diffuse /= std::max(samples, 1.0f);
+    radiance /= std::max(samples, 1.0f);
+    samples = std::min(samples, 1.0f);
+  }
 };
 
 PixelBox covered_box(const Composite& composite) {
@@ -64,24 +75,45 @@ public:
       : drawn_(drawn), rays_(rays), room_(room), composite_(composite), box_(covered_box(composite)) {}
 
   GlossyCounts paint(const PhotoScale& scale) {
-    traced_.resize(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()));
-    for_rows([&](int y, GlossyCounts& counts) { trace_row(y, counts); });
-    pixels_ = traced_;
-    for_rows([&](int y, GlossyCounts& counts) { smooth_edges(y, counts); });
-    for_rows([&](int y, GlossyCounts& counts) { write_row(y, scale, counts); });
-    return {pixel_count_, ray_count_};
+    pixels_.resize(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()));
+    for_pixels([&](int x, int y, Queue& queue) { trace_pixel(x, y, queue); });
+    std::atomic<std::uint64_t> count = 0;
+    parallel_for(box_.y0, box_.y1, [&](int y) { count += write_row(y, scale); });
+    return {count, ray_count_};
   }
 
 private:
-  template <class Row>
-  void for_rows(const Row& row) {
-    parallel_for(tbb::blocked_range<int>(box_.y0, box_.y1, 4), [&](const tbb::blocked_range<int>& rows) {
-      GlossyCounts mine;
-      for (int y = rows.begin(); y != rows.end(); ++y)
-        row(y, mine);
-      pixel_count_ += mine.pixels;
-      ray_count_ += mine.rays;
-    });
+  /// Rays of the camera that wait to be followed together, and the pixels that they belong to.
+  struct Queue {
+    std::array<WorldRay, kRayBatch> rays{};
+    std::array<std::size_t, kRayBatch> pixel{};
+    std::array<std::array<glm::vec2, kSamples>, kRayBatch> places{};
+    std::array<std::size_t, kRayBatch> place_count{};
+    std::size_t count = 0;
+    bool beside_room = false; ///< what of the room stands before an object is looked for
+    std::uint64_t traced = 0;
+  };
+
+  /// In squares of sixteen pixels, whose rays go nearly the same way.
+  template <class Pixel>
+  void for_pixels(const Pixel& pixel) {
+    constexpr int kSide = 4;
+    parallel_for(
+        tbb::blocked_range<int>(0, (box_.height() + kSide - 1) / kSide), [&](const tbb::blocked_range<int>& rows) {
+          Queue queue;
+          for (int row = rows.begin(); row != rows.end(); ++row)
+            for (int x0 = box_.x0; x0 < box_.x1; x0 += kSide)
+              for (int k = 0; k < kSide * kSide; ++k) {
+                const int x = x0 + k % kSide, y = box_.y0 + kSide * row + k / kSide;
+                if (box_.contains(x, y))
+                  pixel(x, y, queue);
+              }
+          follow(queue);
+          ray_count_ += queue.traced;
+          for (int y = box_.y0 + kSide * rows.begin(); y < std::min(box_.y0 + kSide * rows.end(), box_.y1); ++y)
+            for (int x = box_.x0; x < box_.x1; ++x)
+              pixels_[in_box(x, y)].average();
+        });
   }
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * composite_.picture.width + x; }
   std::size_t in_box(int x, int y) const {
@@ -90,20 +122,12 @@ private:
 
   /// Inside an object one ray of the camera, with four rays of its lobe where that is wide; elsewhere four, each with
   /// one.
-  void trace_row(int y, GlossyCounts& counts) {
-    for (int x = box_.x0; x < box_.x1; ++x) {
-      const float coverage = composite_.coverage[index(x, y)];
-      if (coverage > 0.0f)
-        traced_[in_box(x, y)] = coverage < 1.0f ? pixel_of_four(x, y, true, counts) : pixel_of_one(x, y, counts);
-    }
-  }
-  /// A narrow lobe shows edges: a pixel that differs from one beside it takes four rays of the camera.
-  void smooth_edges(int y, GlossyCounts& counts) {
-    for (int x = box_.x0; x < box_.x1; ++x) {
-      const GlossyPixel& p = traced_[in_box(x, y)];
-      if (p.part != kNoPart && p.alpha < kWideAlpha && composite_.coverage[index(x, y)] >= 1.0f && is_edge(x, y, p))
-        pixels_[in_box(x, y)] = pixel_of_four(x, y, false, counts);
-    }
+  void trace_pixel(int x, int y, Queue& queue) {
+    const float coverage = composite_.coverage[index(x, y)];
+    if (coverage >= 1.0f)
+      add(x, y, queue);
+    else if (coverage > 0.0f)
+      add_four(x, y, queue);
   }
   bool is_edge(int x, int y, const GlossyPixel& p) const {
     constexpr std::array<glm::ivec2, 4> kBeside{glm::ivec2(1, 0), glm::ivec2(-1, 0), glm::ivec2(0, 1),
@@ -111,86 +135,119 @@ private:
     return std::ranges::any_of(kBeside, [&](const glm::ivec2& d) {
       if (!box_.contains(x + d.x, y + d.y))
         return false;
-      const GlossyPixel& q = traced_[in_box(x + d.x, y + d.y)];
+      const GlossyPixel& q = pixels_[in_box(x + d.x, y + d.y)];
       const float a = luminance(p.radiance), b = luminance(q.radiance);
       return q.part != kNoPart && std::fabs(a - b) > kEdge * std::max(a, b);
     });
   }
 
-  GlossyPixel pixel_of_one(int x, int y, GlossyCounts& counts) const {
-    GlossyPixel pixel;
-    std::array<glm::vec2, kSamples> lobe;
+  void add(int x, int y, Queue& queue) {
+    const std::size_t ray = next(x, y, glm::vec2(0.0f), queue);
     for (int k = 0; k < kSamples; ++k)
-      lobe[static_cast<std::size_t>(k)] = lobe_place(x, y, k);
-    const WorldRay ray = camera_ray(x, y, glm::vec2(0.0f));
-    if (const auto point = room_.objects.closest(ray, kFar_m))
-      add(ray, *point, lobe, pixel, counts);
-    return pixel;
+      queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
   }
-  /// `beside_room`: what of the room stands before an object is looked for.
-  GlossyPixel pixel_of_four(int x, int y, bool beside_room, GlossyCounts& counts) const {
-    GlossyPixel pixel;
-    float met = 0.0f;
+  void add_four(int x, int y, Queue& queue) {
     for (int k = 0; k < kSamples; ++k) {
-      const WorldRay ray = camera_ray(x, y, kPlaces[static_cast<std::size_t>(k)]);
-      const auto wall = beside_room ? room_.closest(ray) : std::nullopt;
-      const auto point = room_.objects.closest(ray, wall ? wall->distance : kFar_m);
-      if (!point)
-        continue;
-      met += 1.0f;
-      const glm::vec2 place = lobe_place(x, y, k);
-      add(ray, *point, {&place, 1}, pixel, counts);
+      const std::size_t ray = next(x, y, kPlaces[static_cast<std::size_t>(k)], queue);
+      queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
+      queue.beside_room = true;
     }
-    pixel.diffuse /= std::max(met, 1.0f);
-    pixel.radiance /= std::max(met, 1.0f);
-    return pixel;
   }
-  void add(const WorldRay& ray, const ObjectPoint& point, std::span<const glm::vec2> lobe, GlossyPixel& pixel,
-           GlossyCounts& counts) const {
-    if (!room_.objects.objects().parts[point.part].per_pixel) {
-      pixel.diffuse += 1.0f;
-      return;
+  /// Room for one more ray of the camera.
+  std::size_t next(int x, int y, const glm::vec2& place, Queue& queue) {
+    if (queue.count == kRayBatch)
+      follow(queue);
+    queue.rays[queue.count] = camera_ray(x, y, place);
+    queue.pixel[queue.count] = in_box(x, y);
+    queue.place_count[queue.count] = 0;
+    return queue.count++;
+  }
+  void follow(Queue& queue) {
+    const std::size_t count = std::exchange(queue.count, 0);
+    std::array<double, kRayBatch> most;
+    most.fill(kFar_m);
+    if (std::exchange(queue.beside_room, false)) {
+      std::array<RoomRay, kRayBatch> room;
+      for (std::size_t k = 0; k < count; ++k)
+        room[k].ray = queue.rays[k];
+      room_.find_ends({room.data(), count});
+      for (std::size_t k = 0; k < count; ++k)
+        most[k] = room[k].end ? room[k].end->distance : kFar_m;
     }
-    const GlossyLight light = rays_.look(ray, point, lobe, point.distance / drawn_.camera.fx, counts.rays);
-    pixel.diffuse += light.diffuse;
-    pixel.radiance += light.radiance;
-    pixel.normal = light.normal;
-    pixel.alpha = light.alpha;
-    pixel.part = static_cast<std::uint32_t>(point.part);
+    std::array<std::optional<ObjectPoint>, kRayBatch> points;
+    room_.objects.closest({queue.rays.data(), count}, most, points);
+    look(queue, points, count);
+  }
+  void look(Queue& queue, std::span<const std::optional<ObjectPoint>> points, std::size_t count) {
+    std::array<CameraPoint, kRayBatch> looked_up;
+    std::array<GlossyPixel*, kRayBatch> pixel;
+    std::size_t n = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      if (!points[k])
+        continue;
+      GlossyPixel& p = pixels_[queue.pixel[k]];
+      p.samples += 1.0f;
+      if (!room_.objects.objects().parts[points[k]->part].per_pixel) {
+        p.diffuse += 1.0f;
+        continue;
+      }
+      p.part = static_cast<std::uint32_t>(points[k]->part);
+      looked_up[n] = {queue.rays[k], *points[k], std::span(queue.places[k]).first(queue.place_count[k]),
+                      points[k]->distance / drawn_.camera.fx};
+      pixel[n++] = &p;
+    }
+    std::array<GlossyLight, kRayBatch> light;
+    queue.traced += rays_.look({looked_up.data(), n}, light);
+    for (std::size_t k = 0; k < n; ++k) {
+      pixel[k]->diffuse += light[k].diffuse;
+      pixel[k]->radiance += light[k].radiance;
+      pixel[k]->normal = light[k].normal;
+      pixel[k]->alpha = light[k].alpha;
+    }
   }
   WorldRay camera_ray(int x, int y, const glm::vec2& place) const {
     const glm::vec2 at = drawn_.position(x, y) + place;
     return {drawn_.camera.eye(), glm::vec3(drawn_.camera.direction(glm::dvec2(at)))};
   }
 
-  /// picture += scale (new - drawn): only pixels with an object are written.
-  void write_row(int y, const PhotoScale& scale, GlossyCounts& counts) {
+  /// picture += scale (new - drawn). Returns the pixels written: those with an object.
+  std::uint64_t write_row(int y, const PhotoScale& scale) {
+    std::uint64_t written = 0;
     for (int x = box_.x0; x < box_.x1; ++x) {
       const GlossyPixel& p = pixels_[in_box(x, y)];
       if (p.part == kNoPart)
         continue;
-      ++counts.pixels;
+      ++written;
       const glm::vec4 object = drawn_.photo_pixel(x, y).object;
-      const Rgb shown = Rgb(object) * p.diffuse + object.w * (p.alpha < kWideAlpha ? p.radiance : shared(x, y, p));
+      const Rgb shown = Rgb(object) * p.diffuse + object.w * smoothed(x, y, p);
       Rgb& pixel = composite_.picture.texels[index(x, y)];
       pixel = glm::max(pixel + scale.apply(shown - Rgb(object)), Rgb(0.0f));
     }
+    return written;
   }
-  /// Mean over the pixels around that look into nearly the same lobe: weight 1 - (angle of the normals / alpha)^2.
-  Rgb shared(int x, int y, const GlossyPixel& p) const {
+  /// A wide lobe is shared by the pixels around. A narrow one shows pictures, whose edges are smoothed.
+  Rgb smoothed(int x, int y, const GlossyPixel& p) const {
+    if (p.alpha >= kWideAlpha) // weight 1 - (angle of the normals / alpha)^2
+      return mean_around(x, y, kSharedTaps, [&](const GlossyPixel& q) {
+        const glm::vec3 turn = q.normal - p.normal;
+        return q.part == p.part ? std::max(1.0f - glm::dot(turn, turn) / (p.alpha * p.alpha), 0.0f) : 0.0f;
+      });
+    if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p))
+      return p.radiance;
+    return mean_around(x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; });
+  }
+  template <std::size_t N, class Weight>
+  Rgb mean_around(int x, int y, const std::array<float, N>& taps, const Weight& weight_of) const {
+    constexpr int kReach = static_cast<int>(N / 2);
     Rgb sum(0.0f);
     float whole = 0.0f;
-    for (int j = -2; j <= 2; ++j)
-      for (int i = -2; i <= 2; ++i) {
+    for (int j = -kReach; j <= kReach; ++j)
+      for (int i = -kReach; i <= kReach; ++i) {
         if (!box_.contains(x + i, y + j))
           continue;
         const GlossyPixel& q = pixels_[in_box(x + i, y + j)];
-        if (q.part != p.part)
-          continue;
-        const glm::vec3 turn = q.normal - p.normal;
-        const float near = 1.0f - glm::dot(turn, turn) / (p.alpha * p.alpha);
         const float weight =
-            kTaps[static_cast<std::size_t>(i + 2)] * kTaps[static_cast<std::size_t>(j + 2)] * std::max(near, 0.0f);
+            taps[static_cast<std::size_t>(i + kReach)] * taps[static_cast<std::size_t>(j + kReach)] * weight_of(q);
         sum += weight * q.radiance;
         whole += weight;
       }
@@ -203,8 +260,8 @@ private:
   const RoomSeen& room_;
   Composite& composite_;
   const PixelBox box_;
-  std::vector<GlossyPixel> traced_, pixels_; ///< in the box
-  std::atomic<std::uint64_t> pixel_count_{0}, ray_count_{0};
+  std::vector<GlossyPixel> pixels_; ///< in the box
+  std::atomic<std::uint64_t> ray_count_{0};
 };
 
 } // namespace

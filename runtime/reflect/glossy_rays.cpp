@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
@@ -104,83 +105,153 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s) const {
   return f * room_.sun_at(point.position + offset * static_cast<double>(side) * glm::dvec3(point.face_normal));
 }
 
-/// What a sample of a lobe brings: weight x the radiance along it.
-Rgb GlossyRays::branch(const ObjectPoint& point, const Surface& s, const BsdfSample& sample, float importance,
-                       Path& path) const {
-  if (path.rays_left <= 0 || importance * largest(sample.weight) < settings_.least_importance)
-    return Rgb(0.0f);
-  --path.rays_left;
-  ++path.rays;
-  glm::vec3 direction = s.to_world(sample.direction);
-  // Against the face it goes on just above it, or below.
-  const float wanted = sample.direction.z > 0.0f ? 1.0f : -1.0f, face_sign = glm::dot(s.normal, point.face_normal);
+/// A ray of the tree, from outside or inside the objects.
+struct GlossyRays::Branch {
+  WorldRay ray;
+  Rgb weight{1.0f};           ///< what of the light along it reaches the camera
+  Rgb absorption_per_m{0.0f}; ///< of what it runs through
+  std::uint32_t tree = 0;
+  int depth = 0;
+  bool inside = false;
+  float width_rad = 0.0f; ///< RoomRay::width_rad
+};
+
+/// Trees of rays, each of one sample of a lobe at the camera, grown together.
+struct GlossyRays::Work {
+  struct Tree {
+    Rgb* radiance = nullptr; ///< where its light is added to
+    float share = 1.0f;      ///< times this
+    glm::vec2 u{0.5f};       ///< place in the lobes
+    int rays_left = 0;
+  };
+  std::vector<Tree> trees;
+  std::vector<Branch> level, next;
+  std::uint64_t rays = 0;
+
+  void add(std::uint32_t tree, const Rgb& radiance) { *trees[tree].radiance += trees[tree].share * radiance; }
+};
+
+/// Against the face a ray goes on just above it, or below.
+WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const glm::vec3& local) const {
+  glm::vec3 direction = s.to_world(local);
+  const float wanted = local.z > 0.0f ? 1.0f : -1.0f, face_sign = glm::dot(s.normal, point.face_normal);
   const glm::vec3 face = (face_sign < 0.0f ? -wanted : wanted) * point.face_normal;
   if (const float along = glm::dot(direction, face); along <= 1e-3f)
     direction = glm::normalize(direction + (1e-3f - along) * face);
-  const double offset = room_.objects.offset_m(point.part);
-  const WorldRay next{point.position + offset * glm::dvec3(face), direction};
-  const Rgb absorption = sample.direction.z < 0.0f && !s.material.thin ? s.material.absorption_per_m : Rgb(0.0f);
-  ++path.depth;
-  const Rgb found = along(next, importance * largest(sample.weight), absorption, s.is_sharp(), path);
-  --path.depth;
-  return sample.weight * found;
+  return {point.position + room_.objects.offset_m(point.part) * glm::dvec3(face), direction};
 }
 
-/// The lobe that brings most first; what the others are worth decides whether they are followed.
-Rgb GlossyRays::glossy(const ObjectPoint& point, const Surface& s, float importance, Path& path) const {
-  Rgb sum(0.0f);
-  const glm::vec2 u = path.depth == 0
-                          ? path.u
-                          : glm::fract(path.u + static_cast<float>(path.depth) * glm::vec2(0.754877666f, 0.569840291f));
-  std::array<std::optional<BsdfSample>, Bsdf::kLobes.size()> lobes;
-  for (std::size_t k = 0; k < lobes.size(); ++k)
-    lobes[k] = s.bsdf.sample_lobe(Bsdf::kLobes[k], s.out, u);
+/// One ray for each lobe, the one that brings most first, as long as it brings enough.
+void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const {
+  Work::Tree& tree = work.trees[from.tree];
+  const glm::vec2 u = from.depth == 0
+                          ? tree.u
+                          : glm::fract(tree.u + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
+  auto lobes = s.bsdf.sample_lobes(s.out, u);
   const auto brings = [](const std::optional<BsdfSample>& l) { return l ? largest(l->weight) : 0.0f; };
   std::ranges::sort(lobes, [&](const auto& a, const auto& b) { return brings(a) > brings(b); });
-  for (const std::optional<BsdfSample>& lobe : lobes)
-    if (lobe)
-      sum += branch(point, s, *lobe, importance, path);
-  return sum;
-}
-
-/// L(ray) = exp(-a d) L at its end.
-Rgb GlossyRays::along(const WorldRay& ray, float importance, const Rgb& absorption, bool with_disc, Path& path) const {
-  const auto room = room_.closest(ray);
-  const double most = room ? room->distance : std::numeric_limits<double>::infinity();
-  const auto point = room_.objects.closest(ray, most);
-  if (!point)
-    return room_.radiance(ray, room, with_disc); // a mesh that is not closed lets a ray out: nothing is absorbed
-  const Rgb left = glm::exp(-absorption * static_cast<float>(point->distance));
-  const Surface s = surface(ray, *point, 0.0);
-  Rgb sum = sent_by(*point, s);
-  const ObjectMaterial* m = material(*point);
-  if (m && m->is_glossy())
-    sum += glint(*point, s) + glossy(*point, s, importance * largest(left), path);
-  return left * sum;
-}
-
-Rgb GlossyRays::radiance(const WorldRay& ray) const {
-  Path path{settings_.most_rays, 1, glm::vec2(0.5f), 0};
-  return along(ray, 1.0f, Rgb(0.0f), true, path);
-}
-
-GlossyLight GlossyRays::look(const WorldRay& ray, const ObjectPoint& point, std::span<const glm::vec2> places,
-                             double width_m, std::uint64_t& rays) const {
-  const Surface s = surface(ray, point, width_m);
-  GlossyLight light{s.bsdf.diffuse_albedo(s.out), s.material.emission, s.normal, 0.0f};
-  const ObjectMaterial* m = material(point);
-  if (!m || !m->is_glossy())
-    return light;
-  light.alpha = s.alpha();
-  light.radiance += glint(point, s);
-  if (s.is_sharp())
-    places = places.first(1);
-  for (const glm::vec2& u : places) {
-    Path path{settings_.most_rays, 0, u, 0};
-    light.radiance += glossy(point, s, 1.0f, path) / static_cast<float>(places.size());
-    rays += path.rays;
+  for (const std::optional<BsdfSample>& lobe : lobes) {
+    const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
+    if (tree.rays_left <= 0 || largest(weight) < settings_.least_importance)
+      continue;
+    --tree.rays_left;
+    ++work.rays;
+    const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
+    work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
+                         from.tree, from.depth + 1, inside,
+                         s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha())});
   }
-  return light;
+}
+
+/// L(ray) = exp(-a d) L at its end, on an object.
+void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& work) const {
+  Branch left = branch;
+  left.weight *= glm::exp(-branch.absorption_per_m * static_cast<float>(point.distance));
+  const Surface s = surface(branch.ray, point, 0.0);
+  Rgb sent = sent_by(point, s);
+  const ObjectMaterial* m = material(point);
+  if (m && m->is_glossy()) {
+    sent += glint(point, s);
+    spread(point, s, left, work);
+  }
+  work.add(branch.tree, left.weight * sent);
+}
+
+/// A ray inside an object meets its surface before the room. A mesh that is not closed lets it out: nothing is
+/// absorbed.
+void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
+  std::array<WorldRay, kRayBatch> rays;
+  std::array<double, kRayBatch> most;
+  most.fill(std::numeric_limits<double>::infinity());
+  for (std::size_t k = 0; k < batch.size(); ++k)
+    rays[k] = batch[k].ray;
+  std::array<std::optional<ObjectPoint>, kRayBatch> points;
+  room_.objects.closest({rays.data(), batch.size()}, most, points);
+
+  std::array<RoomRay, kRayBatch> room;
+  std::array<std::size_t, kRayBatch> branch_of;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < batch.size(); ++k)
+    if (batch[k].inside && points[k])
+      arrive(batch[k], *points[k], work);
+    else {
+      room[count] = {rays[k], points[k] ? points[k]->distance : most[k], batch[k].width_rad, std::nullopt, Rgb(0.0f)};
+      branch_of[count++] = k;
+    }
+  room_.find_ends({room.data(), count});
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < count; ++k)
+    if (const auto& point = points[branch_of[k]]; point && !room[k].end)
+      arrive(batch[branch_of[k]], *point, work);
+    else {
+      room[kept] = room[k];
+      branch_of[kept++] = branch_of[k];
+    }
+  room_.find_radiance({room.data(), kept});
+  for (std::size_t k = 0; k < kept; ++k)
+    work.add(batch[branch_of[k]].tree, batch[branch_of[k]].weight * room[k].radiance);
+}
+
+void GlossyRays::follow(Work& work) const {
+  for (; !work.level.empty(); std::swap(work.level, work.next)) {
+    work.next.clear();
+    const std::span<const Branch> level(work.level);
+    for (std::size_t first = 0; first < level.size(); first += kRayBatch)
+      step(level.subspan(first, std::min(kRayBatch, level.size() - first)), work);
+  }
+}
+
+void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances) const {
+  Work work;
+  for (std::size_t k = 0; k < rays.size(); ++k) {
+    radiances[k] = Rgb(0.0f);
+    work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays});
+    work.level.push_back({rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, false, 0.0f});
+  }
+  follow(work);
+}
+
+std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const {
+  Work work;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const auto& [ray, point, places, width_m] = points[k];
+    const Surface s = surface(ray, point, width_m);
+    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, s.normal, 0.0f};
+    const ObjectMaterial* m = material(point);
+    if (!m || !m->is_glossy())
+      continue;
+    lights[k].alpha = s.alpha();
+    lights[k].radiance += glint(point, s);
+    for (const glm::vec2& u : s.is_sharp() ? places.first(1) : places) {
+      work.trees.push_back({&lights[k].radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(places.size()), u,
+                            settings_.most_rays});
+      Branch camera{ray, Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1), 0, false, 0.0f};
+      spread(point, s, camera, work);
+    }
+  }
+  std::swap(work.level, work.next);
+  follow(work);
+  return work.rays;
 }
 
 } // namespace daylit

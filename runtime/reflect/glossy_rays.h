@@ -1,7 +1,8 @@
 #pragma once
 
-// Radiance along a ray among virtual objects that mirror and refract: ray by ray, the brighter branch first, until what
-// is left cannot be seen (Whitted 1980; rough surfaces by samples of their lobe, Walter et al. 2007).
+// Radiance along a ray among virtual objects that mirror and refract: all rays of a level of the tree together, the
+// brighter branch of each first, until what is left cannot be seen (Whitted 1980; rough surfaces by samples of their
+// lobe, Walter et al. 2007).
 
 #include <optional>
 #include <span>
@@ -18,6 +19,14 @@ struct GlossySettings {
   int most_rays = 8;              ///< after the camera's, of one sample of a pixel
   float least_importance = 0.01f; ///< a branch that brings less of its light to the camera is left out
   bool shadows = true;            ///< the sun's glint is looked for behind what stands before it
+};
+
+/// A point of an object that a ray of the camera meets.
+struct CameraPoint {
+  WorldRay ray;
+  ObjectPoint point;
+  std::span<const glm::vec2> places; ///< of the unit square, where in the lobe rays go; one is taken of a narrow lobe
+  double width_m = 0.0;              ///< of the pixel on the surface
 };
 
 /// What a sample of a pixel shows of an object whose material is looked up.
@@ -37,26 +46,22 @@ public:
   /// `sent`: radiance of each vertex of all objects as a diffuse surface, on both sides.
   GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, const GlossySettings& settings);
 
-  /// At a point that the camera's ray meets. `places`: of the unit square, where in the lobe rays go; the first is
-  /// enough where the lobe is narrow. `width_m`: of the pixel on the surface. `rays`: those traced are added.
-  GlossyLight look(const WorldRay& ray, const ObjectPoint& point, std::span<const glm::vec2> places, double width_m,
-                   std::uint64_t& rays) const;
-  /// Along a ray from outside the objects: what it meets first, of them or of the room.
-  Rgb radiance(const WorldRay& ray) const;
+  /// What the camera sees of up to kRayBatch points. Returns how many rays were traced.
+  std::uint64_t look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const;
+  /// Along rays from outside the objects: what they meet first, of them or of the room.
+  void radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances) const;
   const ObjectMaterial* material(const ObjectPoint& point) const;
 
 private:
-  struct Path {
-    int rays_left = 0;
-    int depth = 0;
-    glm::vec2 u{0.5f};
-    std::uint64_t rays = 0;
-  };
   struct Surface;
+  struct Branch;
+  struct Work;
   Surface surface(const WorldRay& ray, const ObjectPoint& point, double width_m) const;
-  Rgb along(const WorldRay& ray, float importance, const Rgb& absorption_per_m, bool with_disc, Path& path) const;
-  Rgb glossy(const ObjectPoint& point, const Surface& s, float importance, Path& path) const;
-  Rgb branch(const ObjectPoint& point, const Surface& s, const BsdfSample& sample, float importance, Path& path) const;
+  void follow(Work& work) const;
+  void step(std::span<const Branch> batch, Work& work) const;
+  void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;
+  void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
+  WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   Rgb glint(const ObjectPoint& point, const Surface& s) const;
   Rgb sent_by(const ObjectPoint& point, const Surface& s) const;
 

@@ -1,6 +1,7 @@
 #include "runtime/reflect/room_mirror.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <utility>
@@ -64,21 +65,63 @@ PixelBox RoomMirror::box_of(const Plane& plane, const BoundingSphere& object, co
   return PixelBox{pixel(x - wide), pixel(y - wide), pixel(x + wide) + 2, pixel(y + wide) + 2}.clipped(all.x1, all.y1);
 }
 
-/// F (L_object - L_room behind it), F = R + (1 - R) (1 - cos)^5 (Schlick 1994).
-Rgb RoomMirror::image(const WorldRay& ray, const GlossyRays& rays, const RoomSeen& room) const {
-  const auto hit = room.closest(ray);
-  if (!hit || reflectance_[hit->triangle] <= 0.0f)
-    return Rgb(0.0f);
-  const glm::dvec3 direction(ray.direction), n = room.light.normal(hit->triangle, direction);
-  const double cosine = -glm::dot(n, direction);
-  const WorldRay mirrored{ray.origin + hit->distance * direction + kAirGap_m * n,
-                          glm::vec3(direction + 2.0 * cosine * n)};
-  const auto behind = room.closest(mirrored);
-  const auto object = room.objects.closest(mirrored, behind ? behind->distance : 1e9);
-  if (!object)
-    return Rgb(0.0f);
-  const float r = reflectance_[hit->triangle], grazing = std::pow(1.0f - static_cast<float>(cosine), 5.0f);
-  return (r + (1.0f - r) * grazing) * (rays.radiance(mirrored) - room.radiance(mirrored, behind, true));
+/// A ray of the camera that the room mirrors onto an object.
+struct RoomMirror::Mirrored {
+  std::size_t pixel = 0;
+  RoomRay behind;     ///< on from the mirror, past the objects
+  float share = 0.0f; ///< that is mirrored
+};
+
+/// F = R + (1 - R) (1 - cos)^5 (Schlick 1994).
+std::size_t RoomMirror::mirrored(std::span<const WorldRay> camera, const RoomSeen& room,
+                                 std::span<Mirrored> found) const {
+  std::array<RoomRay, kRayBatch> seen, behind;
+  std::array<WorldRay, kRayBatch> rays;
+  std::array<double, kRayBatch> most;
+  std::array<std::optional<ObjectPoint>, kRayBatch> points;
+  for (std::size_t k = 0; k < camera.size(); ++k)
+    seen[k].ray = camera[k];
+  room.find_ends({seen.data(), camera.size()});
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < camera.size(); ++k) {
+    if (!seen[k].end || reflectance_[seen[k].end->triangle] <= 0.0f)
+      continue;
+    const glm::dvec3 direction(camera[k].direction), n = room.light.normal(seen[k].end->triangle, direction);
+    const double cosine = -glm::dot(n, direction);
+    const float r = reflectance_[seen[k].end->triangle], grazing = std::pow(1.0f - static_cast<float>(cosine), 5.0f);
+    rays[count] = {camera[k].origin + seen[k].end->distance * direction + kAirGap_m * n,
+                   glm::vec3(direction + 2.0 * cosine * n)};
+    behind[count].ray = rays[count];
+    found[count++] = {k, {}, r + (1.0f - r) * grazing};
+  }
+  room.find_ends({behind.data(), count});
+  for (std::size_t k = 0; k < count; ++k)
+    most[k] = behind[k].end ? behind[k].end->distance : 1e9;
+  room.objects.closest({rays.data(), count}, most, points);
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < count; ++k)
+    if (points[k])
+      found[kept++] = {found[k].pixel, behind[k], found[k].share};
+  return kept;
+}
+
+/// F (L_object - L_room behind it); black where there is none.
+void RoomMirror::images(std::span<const WorldRay> camera, const GlossyRays& rays, const RoomSeen& room,
+                        std::span<Rgb> images) const {
+  std::ranges::fill(images, Rgb(0.0f));
+  std::array<Mirrored, kRayBatch> found;
+  const std::size_t count = mirrored(camera, room, found);
+  std::array<WorldRay, kRayBatch> mirrored;
+  std::array<RoomRay, kRayBatch> behind;
+  std::array<Rgb, kRayBatch> objects;
+  for (std::size_t k = 0; k < count; ++k) {
+    behind[k] = found[k].behind;
+    mirrored[k] = behind[k].ray;
+  }
+  rays.radiance({mirrored.data(), count}, objects);
+  room.find_radiance({behind.data(), count});
+  for (std::size_t k = 0; k < count; ++k)
+    images[found[k].pixel] = found[k].share * (objects[k] - behind[k].radiance);
 }
 
 std::size_t RoomMirror::draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
@@ -92,22 +135,32 @@ std::size_t RoomMirror::draw(const DrawnPicture& drawn, const GlossyRays& rays, 
     return 0;
   std::atomic<std::size_t> changed{0};
   parallel_for(box.y0, box.y1, [&](int y) {
-    std::size_t mine = 0;
-    for (int x = box.x0; x < box.x1; ++x) {
-      const std::size_t i = static_cast<std::size_t>(y) * composite.picture.width + x;
-      const float uncovered = 1.0f - composite.coverage[i];
-      if (uncovered <= 0.0f)
-        continue;
-      const Rgb image = this->image(
-          {drawn.camera.eye(), glm::vec3(drawn.camera.direction(glm::dvec2(drawn.position(x, y))))}, rays, room);
-      if (image == Rgb(0.0f))
-        continue;
-      composite.picture.texels[i] = glm::max(composite.picture.texels[i] + scale.apply(uncovered * image), Rgb(0.0f));
-      mine += composite.touched[i] == 0;
-      composite.touched[i] = std::max<std::uint8_t>(composite.touched[i], 1);
-    }
-    changed += mine;
+    for (int x = box.x0; x < box.x1; x += static_cast<int>(kRayBatch))
+      changed += draw_row(x, std::min(x + static_cast<int>(kRayBatch), box.x1), y, drawn, rays, room, scale, composite);
   });
+  return changed;
+}
+
+/// Pixels x0 to x1 of a row, at most kRayBatch.
+std::size_t RoomMirror::draw_row(int x0, int x1, int y, const DrawnPicture& drawn, const GlossyRays& rays,
+                                 const RoomSeen& room, const PhotoScale& scale, Composite& composite) const {
+  std::array<WorldRay, kRayBatch> camera;
+  std::array<Rgb, kRayBatch> found;
+  const auto count = static_cast<std::size_t>(x1 - x0);
+  for (std::size_t k = 0; k < count; ++k)
+    camera[k] = {drawn.camera.eye(),
+                 glm::vec3(drawn.camera.direction(glm::dvec2(drawn.position(x0 + static_cast<int>(k), y))))};
+  images({camera.data(), count}, rays, room, {found.data(), count});
+  std::size_t changed = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = static_cast<std::size_t>(y) * composite.picture.width + static_cast<std::size_t>(x0) + k;
+    const float uncovered = 1.0f - composite.coverage[i];
+    if (uncovered <= 0.0f || found[k] == Rgb(0.0f))
+      continue;
+    composite.picture.texels[i] = glm::max(composite.picture.texels[i] + scale.apply(uncovered * found[k]), Rgb(0.0f));
+    changed += composite.touched[i] == 0;
+    composite.touched[i] = std::max<std::uint8_t>(composite.touched[i], 1);
+  }
   return changed;
 }
 

@@ -30,7 +30,12 @@ private:
   };
   /// Pixels in which a plane may show the object.
   PixelBox box_of(const Plane& plane, const BoundingSphere& object, const DrawnPicture& drawn) const;
-  Rgb image(const WorldRay& ray, const GlossyRays& rays, const RoomSeen& room) const;
+  struct Mirrored;
+  std::size_t mirrored(std::span<const WorldRay> camera, const RoomSeen& room, std::span<Mirrored> found) const;
+  void images(std::span<const WorldRay> camera, const GlossyRays& rays, const RoomSeen& room,
+              std::span<Rgb> images) const;
+  std::size_t draw_row(int x0, int x1, int y, const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
+                       const PhotoScale& scale, Composite& composite) const;
 
   std::vector<float> reflectance_; ///< per triangle of the room, seen face on
   std::vector<Plane> planes_;      ///< of the triangles that mirror

@@ -1,6 +1,7 @@
 #include "runtime/reflect/room_seen.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -51,49 +52,78 @@ std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
   return glm::max(Rgb(radiance_from_photo_ * glm::dvec3(sum)), Rgb(0.0f));
 }
 
-std::optional<RoomSeen::Hit> RoomSeen::closest(const WorldRay& ray) const {
-  RayHit hit;
-  if (!rays.closest(rays.to_local(ray.origin), ray.direction, 0.0f, kInfinity, hit))
-    return std::nullopt;
-  return Hit{hit.triangle, static_cast<double>(hit.distance)};
+void RoomSeen::find_ends(std::span<RoomRay> batch) const {
+  RayPacket16 packet{};
+  for (std::size_t k = 0; k < batch.size(); ++k)
+    packet.set(k, rays.to_local(batch[k].ray.origin), batch[k].ray.direction, 0.0f,
+               static_cast<float>(batch[k].most_m));
+  RayHits16 hits;
+  const std::uint32_t met = rays.closest16(packet, static_cast<int>(batch.size()), hits);
+  for (std::size_t k = 0; k < batch.size(); ++k)
+    batch[k].end =
+        met >> k & 1u ? std::optional(RoomEnd{hits.triangle[k], static_cast<double>(hits.distance[k])}) : std::nullopt;
 }
 
-Rgb RoomSeen::radiance(const WorldRay& ray, const std::optional<Hit>& hit, bool with_disc) const {
-  if (hit) {
-    const glm::dvec3 x = ray.origin + hit->distance * glm::dvec3(ray.direction);
-    if (photograph) {
-      const glm::dvec3 n = glm::dvec3(light.normal(hit->triangle, glm::dvec3(ray.direction)));
-      const glm::dvec3 to_eye = photograph->eye() - x;
-      if (glm::dot(n, to_eye) > kFlattest * glm::length(to_eye) &&
-          !rays.occluded(rays.to_local(x + kAirGap_m * n), glm::vec3(to_eye), 0.0f, 1.0f))
-        if (const auto seen = photograph->radiance(x))
-          return *seen;
-    }
-    return computed(ray, *hit);
+/// The photograph where the way from there to the camera is free, else what is computed.
+void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
+  std::array<glm::dvec3, kRayBatch> x;
+  std::array<std::size_t, kRayBatch> ray_of;
+  std::array<bool, kRayBatch> is_seen{};
+  std::size_t count = 0;
+  RayPacket16 to_camera{};
+  for (std::size_t k = 0; k < batch.size(); ++k) {
+    RoomRay& r = batch[k];
+    if (!r.end)
+      r.radiance = outside(r);
+    if (!r.end || !photograph)
+      continue;
+    const glm::dvec3 direction(r.ray.direction), n = light.normal(r.end->triangle, direction);
+    x[count] = r.ray.origin + r.end->distance * direction;
+    const glm::dvec3 to_eye = photograph->eye() - x[count];
+    if (glm::dot(n, to_eye) <= kFlattest * glm::length(to_eye))
+      continue;
+    to_camera.set(count, rays.to_local(x[count] + kAirGap_m * n), glm::vec3(to_eye), 0.0f, 1.0f);
+    ray_of[count++] = k;
   }
-  const glm::dvec3 direction(ray.direction);
-  Rgb out = sky.interpolate(direction);
-  if (with_disc && sun && glm::dot(direction, sun->direction) > std::cos(kSunAngularRadius))
+  const std::uint32_t hidden = count ? rays.occluded16(to_camera, static_cast<int>(count)) : 0;
+  for (std::size_t k = 0; k < count; ++k)
+    if (const auto seen = hidden >> k & 1u ? std::nullopt : photograph->radiance(x[k])) {
+      batch[ray_of[k]].radiance = *seen;
+      is_seen[ray_of[k]] = true;
+    }
+  for (std::size_t k = 0; k < batch.size(); ++k)
+    if (batch[k].end && !is_seen[k])
+      batch[k].radiance = computed(batch[k]);
+}
+
+/// Sky and disc through the panes on the way. The sky's texels are not wider than what the ray stands for.
+Rgb RoomSeen::outside(const RoomRay& r) const {
+  const glm::dvec3 direction(r.ray.direction);
+  const float texels = r.width_rad * static_cast<float>(pyramid[0].height) * std::numbers::inv_pi_v<float>;
+  const auto level = static_cast<std::size_t>(texels > 1.0f ? std::log2(texels) : 0.0f);
+  Rgb out = pyramid[std::min(level, pyramid.size() - 1)].interpolate(direction);
+  if (r.width_rad == 0.0f && sun && glm::dot(direction, sun->direction) > std::cos(kSunAngularRadius))
     out +=
         sun->normal_irradiance * static_cast<float>(1.0 / (std::numbers::pi * kSunAngularRadius * kSunAngularRadius));
-  return out * windows.met(ray.origin, direction, std::numeric_limits<double>::infinity()).transmittance;
+  return out * windows.met(r.ray.origin, direction, std::numeric_limits<double>::infinity()).transmittance;
 }
 
 /// L = rho / pi E.
-Rgb RoomSeen::computed(const WorldRay& ray, const Hit& hit) const {
-  const glm::dvec3 direction(ray.direction), x = ray.origin + hit.distance * direction;
-  const Rgb& reflectance = room.material(room.triangles[hit.triangle]).reflectance;
+Rgb RoomSeen::computed(const RoomRay& r) const {
+  const std::uint32_t triangle = r.end->triangle;
+  const glm::dvec3 direction(r.ray.direction), x = r.ray.origin + r.end->distance * direction;
+  const Rgb& reflectance = room.material(room.triangles[triangle]).reflectance;
   Rgb irradiance;
   if (shadow) {
-    irradiance = shadow->irradiance_without_sun(hit.triangle, x, direction);
+    irradiance = shadow->irradiance_without_sun(triangle, x, direction);
     if (sun) {
-      const glm::dvec3 n = light.normal(hit.triangle, direction);
+      const glm::dvec3 n = light.normal(triangle, direction);
       const double cosine = glm::dot(n, sun->direction);
       if (cosine > 0.0)
         irradiance += static_cast<float>(cosine) * sun_at(x + kAirGap_m * n);
     }
   } else {
-    const RoomPoint point = light.at_surface(hit.triangle, x, direction);
+    const RoomPoint point = light.at_surface(triangle, x, direction);
     irradiance = point.indirect_irradiance + point.open_sky_irradiance;
   }
   return reflectance * irradiance * std::numbers::inv_pi_v<float>;

@@ -41,32 +41,43 @@ private:
   float white_ = 1.0f;
 };
 
-/// Keeps references to all that it is made of. Thread-safe.
+/// Where a ray ends in the room.
+struct RoomEnd {
+  std::uint32_t triangle = 0;
+  double distance = 0.0;
+};
+
+/// A ray from outside the objects, with what it finds in the room.
+struct RoomRay {
+  WorldRay ray;
+  double most_m = 1e9;        ///< its end is looked for up to here
+  float width_rad = 0.0f;     ///< of the part of a lobe that it stands for; 0: sharp, the sun's disc is seen too
+  std::optional<RoomEnd> end; ///< empty: nowhere, it leaves
+  Rgb radiance{0.0f};         ///< that arrives against the ray
+};
+
+/// Keeps references to all that it is made of. Thread-safe. Rays come in batches of at most kRayBatch.
 struct RoomSeen {
   const Room& room;
   const RayScene& rays;
   const RoomLight& light;
   const IndirectShadow* shadow = nullptr; ///< what the objects do to the room; null: not known
-  const SkyMap& sky;                      ///< without the sun
+  std::span<const SkyMap> pyramid;        ///< of the sky without the sun
   const std::optional<DetectedSun>& sun;
   const ApertureCrossings& windows;
   const ObjectRays& objects;
   const PhotographedRoom* photograph = nullptr; ///< null: only computed light
 
-  /// Where a ray from outside the objects ends in the room. Empty: nowhere, it leaves.
-  struct Hit {
-    std::uint32_t triangle = 0;
-    double distance = 0.0;
-  };
-  std::optional<Hit> closest(const WorldRay& ray) const;
-
-  /// Radiance that arrives against the ray from there; of the sky where `hit` is empty. `with_disc`: the sun's disc is
-  /// seen too.
-  Rgb radiance(const WorldRay& ray, const std::optional<Hit>& hit, bool with_disc) const;
-  /// The same without the photograph: rho / pi E of the room's surface.
-  Rgb computed(const WorldRay& ray, const Hit& hit) const;
+  /// Fills in where they end.
+  void find_ends(std::span<RoomRay> batch) const;
+  /// Fills in the radiance from there; of the sky where a ray leaves.
+  void find_radiance(std::span<RoomRay> batch) const;
   /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
   Rgb sun_at(const glm::dvec3& x) const;
+
+private:
+  Rgb outside(const RoomRay& ray) const;
+  Rgb computed(const RoomRay& ray) const;
 };
 
 } // namespace daylit

@@ -45,8 +45,16 @@ Result<std::unique_ptr<LoadedRoom>> load_room(const RunConfig& config) {
 }
 
 namespace {
-constexpr int kExchanges = 4; // between objects and room; what comes back a fourth time cannot be seen
+/// Times `factor`, on both sides.
+void add_emission(const ObjectSurface& surface, float factor, std::span<TwoSided> radiance) {
+  for (std::size_t i = 0; i < surface.emission.size(); ++i) {
+    radiance[i].front += factor * surface.emission[i];
+    radiance[i].back += factor * surface.emission[i];
+  }
 }
+
+constexpr int kExchanges = 4; // between objects and room; what comes back a fourth time cannot be seen
+} // namespace
 
 /// The objects stand in a room on which they cast shadows, and beside each other: both change the light that they see,
 /// and what leaves them changes the room.
@@ -56,7 +64,9 @@ void LightStage::add_object_effects(const SkyStage& sky, const VirtualObjects& o
   const ObjectSurface& surface = objects.surface;
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
   shadow.set_sky(sky->pyramid, sky->sun, sky.version());
-  shadow.set_direct(direct_radiance(windows, surface.normals, objects.transfer, surface.reflectance), surface);
+  std::vector<TwoSided> direct = direct_radiance(windows, surface.normals, objects.transfer, surface.reflectance);
+  add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
+  shadow.set_direct(std::move(direct), surface);
   const std::vector<TwoSided> from_room = radiance;
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
@@ -71,12 +81,15 @@ void LightStage::add_object_effects(const SkyStage& sky, const VirtualObjects& o
   shadow.set_indirect(radiance);
 }
 
-/// Without the exchange with the room the sun's light on the objects is not known at vertices: it is left out.
+/// What is reflected: emission is looked up where it is seen. Without the exchange with the room the sun's light on the
+/// objects is not known at vertices: it is left out.
 std::vector<TwoSided> LightStage::sent_light(const SkyStage& sky, const VirtualObjects& objects,
                                              std::span<const TwoSided> indirect) const {
   if (room_.indirect_shadow) {
-    const std::span<const TwoSided> sent = room_.indirect_shadow->sent();
-    return {sent.begin(), sent.end()};
+    const std::span<const TwoSided> all = room_.indirect_shadow->sent();
+    std::vector<TwoSided> reflected(all.begin(), all.end());
+    add_emission(objects.surface, -1.0f, reflected);
+    return reflected;
   }
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
   std::vector<TwoSided> sent =

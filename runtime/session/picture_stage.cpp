@@ -108,7 +108,7 @@ GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInp
   const ObjectRays objects(*in.objects);
   const PhotographedRoom photograph(result, *in.camera, in.lens, scale, photo.white());
   const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
-  const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,     in.sky->pyramid[0],
+  const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,     in.sky->pyramid,
                       in.sky->sun,       room_.windows, objects,     &photograph};
   const GlossyRays rays(seen, in.light.indirect().sent, {});
   const DrawnPicture drawn{*drawn_, *in.camera};

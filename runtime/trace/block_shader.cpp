@@ -54,10 +54,12 @@ int BlockShader::add_point(Batch& batch, const PixelSurface& at, const SamplingG
 }
 
 void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
+  const float coverage = static_cast<float>(hit.samples) / kCoverageSamples;
+  if (scene_.is_black(hit.triangle))
+    return show({}, Rgb(0.0f), {x, y}, coverage);
   const PixelSurface at = object_surface(scene_, view_.eye(), hit);
   const auto sky = grid_.interpolate(Layer::object, x, y, at.position, at.normal);
   const ObjectLight light = light_at(hit, at.back);
-  const float coverage = static_cast<float>(hit.samples) / kCoverageSamples;
   if (sky.is_known && scene_.sun.size() == 0) // nothing is left to look for
     return show(light, light.open_sky * sky.sky.past_both, {x, y}, coverage);
   Batch& b = sky.is_known ? objects_ : outlines_;

@@ -13,7 +13,9 @@ constexpr float kContact_px = 32.0f; // an object nearer than eight blocks casts
 PixelSurface RayVisibility::surface(Layer layer, int x, int y, bool beside_outline) const {
   const ObjectHit& hit = view_.object(x, y);
   if (layer == Layer::object)
-    return view_.is_outline(x, y) || hit.samples == 0 ? PixelSurface{} : object_surface(scene_, view_.eye(), hit);
+    return view_.is_outline(x, y) || hit.samples == 0 || scene_.is_black(hit.triangle)
+               ? PixelSurface{}
+               : object_surface(scene_, view_.eye(), hit);
   const RoomHit room = view_.room(x, y);
   if (room.triangle == kNoTriangle || (hit.samples > 0 && !beside_outline))
     return {};

@@ -287,7 +287,7 @@ Result<std::vector<std::uint8_t>> TracedRenderer::vertices_in_view() {
   s.find_surfaces();
   std::vector<std::uint8_t> used(s.scene.positions.size(), 0);
   const auto mark = [&](const ObjectHit& hit) {
-    if (hit.samples > 0)
+    if (hit.samples > 0 && !s.scene.is_black(hit.triangle))
       for (const std::uint32_t v : s.scene.triangles[hit.triangle])
         std::atomic_ref(used[v]).store(1, std::memory_order_relaxed);
   };

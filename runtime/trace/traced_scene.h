@@ -32,6 +32,11 @@ struct TracedScene {
   TracedLights sky, sun;
   Rgb sun_normal_irradiance{0.0f};
 
+  /// Nothing of the triangle is drawn: it is black, or what it mirrors is followed elsewhere.
+  bool is_black(std::uint32_t triangle) const {
+    const auto& t = triangles[triangle];
+    return reflectance[t[0]] == Rgb(0.0f) && reflectance[t[1]] == Rgb(0.0f) && reflectance[t[2]] == Rgb(0.0f);
+  }
   ShadowCasters casters() const {
     return {&objects,
             opaque ? &*opaque : &objects,

@@ -58,17 +58,23 @@ Bsdf::Bsdf(const SurfaceMaterial& material) : m_(material), solid_(material.tran
   dielectric_ = m_.metallic < 1.0f ? &AlbedoTable::dielectric(m_.ior, stretched) : nullptr;
   coat_ = m_.clearcoat > 0.0f ? &AlbedoTable::dielectric(kCoatIor, false) : nullptr;
 
-  const float mean = mirror_->mean(facets_, false).x;
-  mirror_rest_ = 1.0f - mean;
-  const Rgb f = m_.base_colour + (1.0f - m_.base_colour) / 21.0f;
-  metal_rest_ = f * f * mean / (1.0f - f * (1.0f - mean));
+  if (m_.metallic > 0.0f || m_.thin) {
+    const float mean = mirror_->mean(facets_, false).x;
+    mirror_rest_ = 1.0f - mean;
+    const Rgb f = m_.base_colour + (1.0f - m_.base_colour) / 21.0f;
+    metal_rest_ = f * f * mean / (1.0f - f * (1.0f - mean));
+  }
   if (!dielectric_)
     return;
+  const glm::vec2 outer = dielectric_->mean(facets_, false);
+  if (m_.transmission < 1.0f)
+    base_ = coat_ ? mean_base_light() : 1.0f - outer.x;
+  if (m_.transmission == 0.0f)
+    return;
   for (const int s : {0, 1}) {
-    const glm::vec2 e = dielectric_->mean(facets_, s == 1);
+    const glm::vec2 e = s == 0 ? outer : dielectric_->mean(facets_, true);
     rest_[s] = m_.thin ? mirror_rest_ : std::max(0.0f, 1.0f - e.x - e.y);
   }
-  base_ = coat_ ? mean_base_light() : 1.0f - dielectric_->mean(facets_, false).x;
   const float outside = 1.0f - dielectric_->fresnel(), most = std::max({rest_[0], rest_[1], kLeastRest});
   const float inside = m_.thin ? outside : outside / (m_.ior * m_.ior);
   passed_rest_[0] = outside * rest_[1] / most;
@@ -82,7 +88,8 @@ Bsdf::Seen Bsdf::seen(const glm::vec3& w) const {
     s.mirror = mirror_->at(facets_, at);
   if (dielectric_) {
     s.dielectric = dielectric_->at(facets_, at);
-    s.opaque = side(w) == 0 ? s.dielectric.x : dielectric_->at(facets_, mirrored_z(w)).x;
+    if (m_.transmission < 1.0f)
+      s.opaque = side(w) == 0 ? s.dielectric.x : dielectric_->at(facets_, mirrored_z(w)).x;
     if (m_.thin)
       s.dielectric.y = s.mirror.x - s.dielectric.x;
   }
@@ -318,28 +325,32 @@ Rgb Bsdf::lobe_gain(Lobe lobe, const Seen& s, int where) const {
   return (1.0f - s.coat) * (1.0f + rest / glm::max(once, Rgb(kLeastCosine)));
 }
 
-// F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain().
-std::optional<BsdfSample> Bsdf::sample_lobe(Lobe lobe, const glm::vec3& out, const glm::vec2& u) const {
-  if (std::abs(out.z) < kLeastCosine || (lobe == Lobe::coat && !coat_) ||
-      (lobe == Lobe::passed && (m_.transmission <= 0.0f || m_.metallic >= 1.0f)))
-    return std::nullopt;
-  const Ggx& facets = lobe == Lobe::coat ? coat_facets_ : facets_;
-  const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out, h = facets.sample_visible(up, u);
-  const float c = glm::dot(up, h);
-  const Facet sent = facet(c, side(out));
-  const Rgb part = lobe == Lobe::coat     ? Rgb(fresnel_dielectric(c, kCoatIor))
-                   : lobe == Lobe::passed ? sent.passed
-                                          : sent.mirrored;
-  const glm::vec3 reflection = 2.0f * c * h - up;
-  std::optional<glm::vec3> in = lobe == Lobe::passed ? mirrored_z(reflection) : reflection;
-  if (lobe == Lobe::passed && solid_)
-    in = refracted(up, h, relative_ior(out));
-  if (!in || (lobe == Lobe::passed ? in->z >= 0.0f : in->z <= 0.0f) || part == Rgb(0.0f))
-    return std::nullopt;
-  const float seen_by_both = facets.masking(up, *in) / facets.masking(up);
-  if (out.z < 0.0f)
-    in = mirrored_z(*in);
-  return BsdfSample{*in, part * seen_by_both * lobe_gain(lobe, seen(out), side(out)), 0.0f, lobe == Lobe::passed};
+// F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain(). Mirrored and refracted light share
+// the facet.
+std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
+  std::array<std::optional<BsdfSample>, 3> lobes;
+  if (std::abs(out.z) < kLeastCosine)
+    return lobes;
+  const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out;
+  const Seen s = seen(out);
+  const auto add = [&](Lobe lobe, const Ggx& facets, const std::optional<glm::vec3>& in, const Rgb& part) {
+    if (!in || (lobe == Lobe::passed ? in->z >= 0.0f : in->z <= 0.0f) || part == Rgb(0.0f))
+      return;
+    const float seen_by_both = facets.masking(up, *in) / facets.masking(up);
+    lobes[static_cast<std::size_t>(lobe)] =
+        BsdfSample{out.z < 0.0f ? mirrored_z(*in) : *in, part * seen_by_both * lobe_gain(lobe, s, side(out)), 0.0f,
+                   lobe == Lobe::passed};
+  };
+  const glm::vec3 h = facets_.sample_visible(up, u), reflection = 2.0f * glm::dot(up, h) * h - up;
+  const Facet sent = facet(glm::dot(up, h), side(out));
+  add(Lobe::mirrored, facets_, reflection, sent.mirrored);
+  if (m_.transmission > 0.0f && m_.metallic < 1.0f)
+    add(Lobe::passed, facets_, solid_ ? refracted(up, h, relative_ior(out)) : mirrored_z(reflection), sent.passed);
+  if (coat_) {
+    const glm::vec3 c = coat_facets_.sample_visible(up, u);
+    add(Lobe::coat, coat_facets_, 2.0f * glm::dot(up, c) * c - up, Rgb(fresnel_dielectric(glm::dot(up, c), kCoatIor)));
+  }
+  return lobes;
 }
 
 float Bsdf::density(const glm::vec3& out, const glm::vec3& in) const { return density(ways(out, true), out, in); }

@@ -45,11 +45,10 @@ public:
   Rgb glossy(const glm::vec3& out, const glm::vec3& in) const;
   float glossy_density(const glm::vec3& out, const glm::vec3& in) const;
   std::optional<BsdfSample> sample_glossy(const glm::vec3& out, const glm::vec3& u) const;
-  /// The glossy lobes one by one, for renderers that follow each: `u` of the unit square. What is met by more than one
-  /// facet goes where the first one sends it: right in sum, a little narrower than glossy().
-  enum class Lobe { coat, mirrored, passed };
-  static constexpr std::array<Lobe, 3> kLobes{Lobe::coat, Lobe::mirrored, Lobe::passed};
-  std::optional<BsdfSample> sample_lobe(Lobe lobe, const glm::vec3& out, const glm::vec2& u) const;
+  /// The glossy lobes one by one, for renderers that follow each: coat, mirrored, passed; empty where a lobe sends
+  /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it: right in
+  /// sum, a little narrower than glossy().
+  std::array<std::optional<BsdfSample>, 3> sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.
   Rgb diffuse_albedo(const glm::vec3& out) const;
@@ -72,6 +71,7 @@ private:
     float coat = 0.0f;          ///< times the coat's share
     float rest() const;         ///< of light at a transparent boundary, met by more than one facet
   };
+  enum class Lobe { coat, mirrored, passed };
   /// Parts of light that one facet sends on.
   struct Facet {
     Rgb mirrored{0.0f}, passed{0.0f};

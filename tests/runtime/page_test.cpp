@@ -34,7 +34,7 @@ protected:
       for (std::uint64_t k = 1; !over_; ++k) {
         if (!paused_) {
           drawn_ok_ = session_.render({sky_, studio_.photo, 1, 1}) && drawn_ok_;
-          desk_.serve({session_, &sky_});
+          desk_.serve({session_, has_sky_ ? &sky_ : nullptr});
         }
         std::this_thread::sleep_for(1ms);
       }
@@ -74,7 +74,7 @@ protected:
   SessionDesk desk_;
   std::unique_ptr<SceneEditor> editor_;
   std::vector<HttpRoute> routes_;
-  std::atomic<bool> over_ = false, paused_ = false, drawn_ok_ = true;
+  std::atomic<bool> over_ = false, paused_ = false, drawn_ok_ = true, has_sky_ = true;
   std::thread thread_;
 };
 
@@ -93,6 +93,15 @@ TEST_F(Page, scene_room_and_light_fit_together) {
   EXPECT_GT(light["probes"][0].get<double>(), 0.0);
   EXPECT_EQ(light["sky_samples"].size() + light["sun_samples"].size(), 12u);
   EXPECT_EQ(ask(HttpRoute::Method::get, "/scene/sky.jpg").body.substr(0, 2), "\xff\xd8");
+}
+
+TEST_F(Page, before_the_first_sky_there_is_no_light_and_that_is_no_error) {
+  has_sky_ = false;
+  for (const char* path : {"/scene/light", "/scene/regions"}) {
+    const HttpReply reply = ask(HttpRoute::Method::get, path);
+    EXPECT_EQ(reply.status, 200) << path;
+    EXPECT_EQ(reply.body, "null") << path;
+  }
 }
 
 TEST_F(Page, outlines_lie_where_two_regions_meet_and_every_region_that_counts_has_one) {

@@ -34,6 +34,7 @@ async function light() {
     window.daylitRoom = room; // for tests and the console
   }
   const now = await get("/scene/light");
+  if (!now) return; // no sky yet
   room.light(now);
   await showSky(now);
 }
