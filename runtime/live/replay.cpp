@@ -201,6 +201,9 @@ Result<void> replay_recording(const RunConfig& config, const ReplayOptions& opti
   if (config.interior.scale_from_marker)
     return Error{ErrorCode::value_invalid, "scale = \"marker\" is for single pictures", "[interior] scale",
                  "draw one picture with it, and give the number here"};
+  if (!config.interior.depth.empty())
+    return Error{ErrorCode::value_invalid, "a depth picture belongs to one photograph, not to a recording",
+                 "[interior] depth", "leave it out"};
   auto interior = Recording::open(options.folder / "interior");
   if (!interior)
     return interior.error();

@@ -67,7 +67,7 @@ PixelBox RoomMirror::box_of(const Plane& plane, const BoundingSphere& object, co
 /// F (L_object - L_room behind it), F = R + (1 - R) (1 - cos)^5 (Schlick 1994).
 Rgb RoomMirror::image(const WorldRay& ray, const GlossyRays& rays, const RoomSeen& room) const {
   const auto hit = room.closest(ray);
-  if (!hit || reflectance_[hit->triangle] <= 0.0f)
+  if (!hit || hit->triangle == kUnknownTriangle || reflectance_[hit->triangle] <= 0.0f)
     return Rgb(0.0f);
   const glm::dvec3 direction(ray.direction), n = room.light.normal(hit->triangle, direction);
   const double cosine = -glm::dot(n, direction);

@@ -9,6 +9,8 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "runtime/depth/depth_walk.h"
+
 namespace daylit {
 
 namespace {
@@ -53,15 +55,25 @@ std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
 
 std::optional<RoomSeen::Hit> RoomSeen::closest(const WorldRay& ray) const {
   RayHit hit;
-  if (!rays.closest(rays.to_local(ray.origin), ray.direction, 0.0f, kInfinity, hit))
-    return std::nullopt;
-  return Hit{hit.triangle, static_cast<double>(hit.distance)};
+  std::optional<Hit> met;
+  if (rays.closest(rays.to_local(ray.origin), ray.direction, 0.0f, kInfinity, hit))
+    met = Hit{hit.triangle, static_cast<double>(hit.distance)};
+  return things ? thing_before(ray, met) : met;
+}
+
+std::optional<RoomSeen::Hit> RoomSeen::thing_before(const WorldRay& ray, const std::optional<Hit>& met) const {
+  const auto distance = first_thing(*things, ray, met ? met->distance : std::numeric_limits<double>::infinity());
+  if (!distance || !photograph || !photograph->radiance(ray.origin + *distance * glm::dvec3(ray.direction)))
+    return met;
+  return Hit{kUnknownTriangle, *distance};
 }
 
 Rgb RoomSeen::radiance(const WorldRay& ray, const std::optional<Hit>& hit, bool with_disc) const {
   if (hit) {
     const glm::dvec3 x = ray.origin + hit->distance * glm::dvec3(ray.direction);
-    if (photograph) {
+    if (hit->triangle == kUnknownTriangle)
+      return photograph->radiance(x).value_or(Rgb(0.0f));
+    if (photograph && !(things && things->hide(x))) {
       const glm::dvec3 n = glm::dvec3(light.normal(hit->triangle, glm::dvec3(ray.direction)));
       const glm::dvec3 to_eye = photograph->eye() - x;
       if (glm::dot(n, to_eye) > kFlattest * glm::length(to_eye) &&

@@ -9,6 +9,7 @@
 #include "runtime/base/photo_scale.h"
 #include "runtime/base/render_camera.h"
 #include "runtime/composite/compose.h"
+#include "runtime/depth/real_things.h"
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/object/object_rays.h"
@@ -52,10 +53,11 @@ struct RoomSeen {
   const ApertureCrossings& windows;
   const ObjectRays& objects;
   const PhotographedRoom* photograph = nullptr; ///< null: only computed light
+  const RealThings* things = nullptr;           ///< seen in the photograph, where it is given; null: none
 
   /// Where a ray from outside the objects ends in the room. Empty: nowhere, it leaves.
   struct Hit {
-    std::uint32_t triangle = 0;
+    std::uint32_t triangle = 0; ///< kUnknownTriangle: a thing that the room's model lacks
     double distance = 0.0;
   };
   std::optional<Hit> closest(const WorldRay& ray) const;
@@ -65,6 +67,8 @@ struct RoomSeen {
   Rgb radiance(const WorldRay& ray, const std::optional<Hit>& hit, bool with_disc) const;
   /// The same without the photograph: rho / pi E of the room's surface.
   Rgb computed(const WorldRay& ray, const Hit& hit) const;
+  /// A thing that the ray meets before `met`, the room; else that. Only things whose radiance the photograph says.
+  std::optional<Hit> thing_before(const WorldRay& ray, const std::optional<Hit>& met) const;
   /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
   Rgb sun_at(const glm::dvec3& x) const;
 };
