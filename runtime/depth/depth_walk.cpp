@@ -5,6 +5,7 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtx/component_wise.hpp>
 
 namespace daylit {
 
@@ -20,8 +21,8 @@ std::optional<Stretch> in_box(const RealThings& things, const glm::dvec3& origin
   constexpr double kMargin_m = 0.01;
   Stretch s{0.0, most_m};
   for (int k = 0; k < 3; ++k) {
-    // Behind the fronts things are kThingDepth_m deep, which is wider the further from the axis.
-    const double deep = kThingDepth_m + kMargin_m;
+    // No thing is wider than all of them, nor deeper.
+    const double deep = glm::compMax(glm::dvec2(things.high() - things.low())) + kMargin_m;
     const double low = k == 2 ? std::max(things.low().z - kMargin_m, 0.5 * kNearPlane_m) : things.low()[k] - deep;
     const double high = things.high()[k] + deep;
     if (direction[k] == 0.0) {
@@ -41,13 +42,14 @@ class Walk {
 public:
   Walk(const RealThings& things, const glm::dvec3& origin, const glm::dvec3& direction, const Stretch& s)
       : things_(things), origin_(origin), direction_(direction), first_(at(s.from)), step_(at(s.to) - first_),
+        from_origin_(s.from == 0.0),
         count_(std::max(static_cast<int>(std::ceil(std::max(std::fabs(step_.x), std::fabs(step_.y)))), 1)) {
     step_ /= count_;
   }
 
   /// Distance to the first pixel in which the ray is behind a front, no deeper than things are, and was not before.
   std::optional<double> first_hit() const {
-    bool inside = true;
+    bool inside = false;
     for (int k = 0; k <= count_; ++k) {
       const glm::dvec3 p = first_ + static_cast<double>(k) * step_;
       const int x = static_cast<int>(std::floor(p.x + 0.5)), y = static_cast<int>(std::floor(p.y + 0.5));
@@ -57,11 +59,14 @@ public:
         continue;
       }
       const double enters = z(k - 0.5), leaves = z(k + 0.5);
-      const double front = static_cast<double>(things_.z(x, y)), back = front + kThingDepth_m;
+      const double front = static_cast<double>(things_.z(x, y)),
+                   back = front + static_cast<double>(things_.thickness_m(x, y));
+      if (k == 0)
+        inside = from_origin_ && enters >= front && enters <= back;
       const bool meets =
           things_.is_inner(x, y) && std::min(enters, leaves) <= back && std::max(enters, leaves) >= front;
       if (meets && !inside)
-        return distance(p, std::clamp(enters, front, back));
+        return distance(p, enters < front ? front : enters > back ? back : z(k)); // through front, back or side
       inside = meets && leaves >= front && leaves <= back;
     }
     return std::nullopt;
@@ -99,6 +104,7 @@ private:
   const RealThings& things_;
   glm::dvec3 origin_, direction_;
   glm::dvec3 first_, step_;
+  bool from_origin_;
   int count_;
 };
 

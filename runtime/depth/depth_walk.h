@@ -10,9 +10,6 @@
 
 namespace daylit {
 
-/// Of a thing its front is known. It is taken to be so deep behind it.
-constexpr double kThingDepth_m = 0.2;
-
 /// Metres along the ray to the first thing, up to `most_m`; empty: it meets none. A ray that starts inside one leaves
 /// it first.
 std::optional<double> first_thing(const RealThings& things, const WorldRay& ray, double most_m);

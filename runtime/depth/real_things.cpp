@@ -19,6 +19,7 @@ namespace {
 constexpr double kModelOff_m = 0.03; // a room measured with a tape, and the pose of the camera
 constexpr int kFewestBeside = 3;     // of the eight pixels around show the thing too; fewer are noise
 constexpr int kWidestFit_px = 12;    // of a normal, to each side
+constexpr double kStep_m = 0.05;     // a larger one in depth, beside the noise, is the edge of a thing
 
 /// The measured depth of each pixel of the drawn picture.
 class DrawnDepth {
@@ -75,6 +76,7 @@ void RealThings::find(const DepthPicture& depth, double noise_m, const RenderCam
   keep_nearer_than_room(depth, camera, lens, room_rays, renderer);
   drop_specks();
   find_inner();
+  find_thickness();
 }
 
 void RealThings::keep_nearer_than_room(const DepthPicture& depth, const RenderCamera& camera, const LensModel& lens,
@@ -130,8 +132,7 @@ void RealThings::find_inner() {
       if (z(x, y) == 0.0f)
         continue;
       ++pixels_;
-      if (x == 0 || y == 0 || x + 1 == camera_.width_px || y + 1 == camera_.height_px || z(x - 1, y) == 0.0f ||
-          z(x + 1, y) == 0.0f || z(x, y - 1) == 0.0f || z(x, y + 1) == 0.0f)
+      if (!is_surrounded(x, y))
         continue;
       inner_[index(x, y)] = 1;
       tiles_[static_cast<std::size_t>(y / kTile) * tile_columns() + static_cast<std::size_t>(x / kTile)] = 1;
@@ -139,6 +140,44 @@ void RealThings::find_inner() {
       high_ = glm::max(high_, seen(x, y));
     }
   any_ = pixels_ > 0;
+}
+
+/// By things, on all eight sides.
+bool RealThings::is_surrounded(int x, int y) const {
+  if (x == 0 || y == 0 || x + 1 == camera_.width_px || y + 1 == camera_.height_px)
+    return false;
+  for (int v = y - 1; v <= y + 1; ++v)
+    for (int u = x - 1; u <= x + 1; ++u)
+      if (z(u, v) == 0.0f)
+        return false;
+  return true;
+}
+
+/// Neighbours that show the same thing.
+bool RealThings::belong_together(std::size_t a, std::size_t b) const {
+  return z_[a] > 0.0f && z_[b] > 0.0f &&
+         std::fabs(z_[a] - z_[b]) < static_cast<float>(tolerance_m(static_cast<double>(z_[a])) + kStep_m);
+}
+
+/// The shorter of the pixel's row and column in its thing.
+void RealThings::find_thickness() {
+  thickness_m_.assign(z_.size(), 0.0f);
+  const auto along = [&](std::size_t first, std::size_t step, int count, double f, bool is_first) {
+    for (int from = 0, to = 0; from < count; from = to) {
+      for (to = from + 1; to < count && belong_together(first + step * (to - 1), first + step * to);)
+        ++to;
+      for (int k = from; k < to; ++k) {
+        const std::size_t i = first + step * static_cast<std::size_t>(k);
+        const float length_m = static_cast<float>((to - from) / f) * z_[i];
+        thickness_m_[i] = is_first ? length_m : std::min(thickness_m_[i], length_m);
+      }
+    }
+  };
+  const auto width = static_cast<std::size_t>(camera_.width_px);
+  for (int y = 0; y < camera_.height_px; ++y)
+    along(static_cast<std::size_t>(y) * width, 1, camera_.width_px, camera_.fx, true);
+  for (int x = 0; x < camera_.width_px; ++x)
+    along(static_cast<std::size_t>(x), width, camera_.height_px, camera_.fy, false);
 }
 
 /// What the pixel shows, in the camera's frame.
@@ -154,7 +193,7 @@ std::optional<ThingPoint> RealThings::point(int x, int y) const {
     return std::nullopt;
   const glm::dvec3 here = seen(x, y);
   const double pitch_m = here.z / camera_.fx, deviation_m = noise_m_ * here.z * here.z;
-  const int reach = std::clamp(static_cast<int>(std::ceil(4.0 * deviation_m / pitch_m)), 2, kWidestFit_px);
+  const int reach = std::clamp(static_cast<int>(std::ceil(8.0 * deviation_m / pitch_m)), 2, kWidestFit_px);
   const int step = std::max(reach / 3, 1);
   const double apart = tolerance_m(here.z) + 3.0 * reach * pitch_m;
   PlaneSums sums;

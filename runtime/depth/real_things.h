@@ -45,6 +45,8 @@ public:
   const PinholeCamera& camera() const { return camera_; }
   /// Depth along the optical axis, metres; 0: the pixel shows none.
   float z(int x, int y) const { return z_[index(x, y)]; }
+  /// How deep a thing is taken to be behind its front, metres: as it is wide or high in the picture, whichever is less.
+  float thickness_m(int x, int y) const { return thickness_m_[index(x, y)]; }
   /// Inside a thing: all pixels around show one too.
   bool is_inner(int x, int y) const { return inner_[index(x, y)] != 0; }
   bool tile_has_inner(int x, int y) const {
@@ -60,7 +62,7 @@ public:
   /// In the camera's frame: x right, y down, z forward.
   glm::dvec3 to_camera(const glm::dvec3& world) const { return camera_from_world_ * (world - camera_.eye()); }
   const glm::dmat3& camera_from_world() const { return camera_from_world_; }
-  /// Box around the inner pixels in the camera's frame, metres.
+  /// Box around the inner pixels, without what is behind their fronts, in the camera's frame, metres.
   const glm::dvec3& low() const { return low_; }
   const glm::dvec3& high() const { return high_; }
 
@@ -71,12 +73,15 @@ private:
                              const RayScene& room_rays, const PictureRenderer* renderer);
   void drop_specks();
   void find_inner();
+  void find_thickness();
+  bool is_surrounded(int x, int y) const;
+  bool belong_together(std::size_t a, std::size_t b) const;
   glm::dvec3 seen(int x, int y) const;
 
   PinholeCamera camera_;
   glm::dmat3 camera_from_world_{1.0};
   double noise_m_ = 0.0;
-  std::vector<float> z_;
+  std::vector<float> z_, thickness_m_;
   std::vector<std::uint8_t> inner_, tiles_;
   glm::dvec3 low_{0.0}, high_{0.0};
   std::size_t pixels_ = 0;

@@ -31,9 +31,15 @@ public:
   /// Radiance of world point x, bilinear. Empty where it lies outside the picture, behind an object in it, or where the
   /// picture is white. What of the room stands before x is not looked at.
   std::optional<Rgb> radiance(const glm::dvec3& x) const;
+  /// The same of the nearest pixel alone: at the edge of a thing that stands before an object.
+  std::optional<Rgb> nearest(const glm::dvec3& x) const;
   glm::dvec3 eye() const { return camera_.eye(); }
 
 private:
+  std::optional<glm::dvec2> pixel_of(const glm::dvec3& x) const;
+  bool is_known(std::size_t pixel) const;
+  Rgb from_photo(const Rgb& value) const;
+
   const Composite& composite_;
   const RenderCamera& camera_;
   const LensModel& lens_;
@@ -68,6 +74,7 @@ struct RoomSeen {
   /// The same without the photograph: rho / pi E of the room's surface.
   Rgb computed(const WorldRay& ray, const Hit& hit) const;
   /// A thing that the ray meets before `met`, the room; else that. Only things whose radiance the photograph says.
+  std::optional<Rgb> thing_radiance(const WorldRay& ray, double distance) const;
   std::optional<Hit> thing_before(const WorldRay& ray, const std::optional<Hit>& met) const;
   /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
   Rgb sun_at(const glm::dvec3& x) const;

@@ -235,10 +235,10 @@ TEST_F(ConfigTest, depth_keys_without_depth_and_depth_of_a_camera_are_refused) {
   EXPECT_NE(problem(replaced(kRun, "image = \"photo.png\"", "image = \"photo.png\"\ndepth_unit_m = 0.001"))
                 .find("depth_unit_m: is only used with depth"),
             std::string::npos);
-  EXPECT_NE(problem(replaced(kRun, "image = \"photo.png\"",
-                             "image = \"photo.png\"\ndepth = \"d.png\"\ndepth_noise_m = -1"))
-                .find("[interior] depth_noise_m"),
-            std::string::npos);
+  EXPECT_NE(
+      problem(replaced(kRun, "image = \"photo.png\"", "image = \"photo.png\"\ndepth = \"d.png\"\ndepth_noise_m = -1"))
+          .find("[interior] depth_noise_m"),
+      std::string::npos);
   EXPECT_NE(problem(replaced(kRun, "image = \"photo.png\"", "camera = \"127.0.0.2\"\ndepth = \"d.png\""))
                 .find("a camera's frames have none"),
             std::string::npos);

@@ -70,13 +70,14 @@ TEST_F(DepthFile, pictures_of_another_kind_are_refused_by_name) {
   EXPECT_TRUE(holds(refusal(folder_ / "colour.png"), "a colour PNG of 8 bits where one of 16 bits, grey, is needed"))
       << refusal(folder_ / "colour.png");
   // 1 x 1, grey, 8 bits: written by hand.
-  const unsigned char grey[] = {0x89, 'P',  'N',  'G',  0x0d, 0x0a, 0x1a, 0x0a, 0,    0,    0,    13,   'I', 'H',
-                                'D',  'R',  0,    0,    0,    1,    0,    0,    0,    1,    8,    0,    0,   0,
-                                0,    0x3a, 0x7e, 0x9b, 0x55, 0,    0,    0,    0,    'I',  'E',  'N',  'D', 0xae,
-                                0x42, 0x60, 0x82};
+  const unsigned char grey[] = {0x89, 0x50, 0x4e, 0x47, 0x0d, 0x0a, 0x1a, 0x0a, 0x00, 0x00, 0x00, 0x0d, 0x49, 0x48,
+                                0x44, 0x52, 0x00, 0x00, 0x00, 0x01, 0x00, 0x00, 0x00, 0x01, 0x08, 0x00, 0x00, 0x00,
+                                0x00, 0x3a, 0x7e, 0x9b, 0x55, 0x00, 0x00, 0x00, 0x0a, 0x49, 0x44, 0x41, 0x54, 0x78,
+                                0x9c, 0x63, 0xa8, 0x07, 0x00, 0x00, 0x81, 0x00, 0x80, 0xd3, 0x94, 0x53, 0x4a, 0x00,
+                                0x00, 0x00, 0x00, 0x49, 0x45, 0x4e, 0x44, 0xae, 0x42, 0x60, 0x82};
   std::ofstream(folder_ / "grey.png", std::ios::binary)
       .write(reinterpret_cast<const char*>(grey), static_cast<std::streamsize>(sizeof(grey)));
-  EXPECT_TRUE(holds(refusal(folder_ / "grey.png"), "PNG"));
+  EXPECT_TRUE(holds(refusal(folder_ / "grey.png"), "a grey PNG of 8 bits")) << refusal(folder_ / "grey.png");
   std::ofstream(folder_ / "text.png") << "depth";
   EXPECT_TRUE(holds(refusal(folder_ / "text.png"), "neither a PNG nor an OpenEXR file"));
 }
