@@ -5,7 +5,6 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/gtx/component_wise.hpp>
 
 namespace daylit {
 
@@ -21,8 +20,7 @@ std::optional<Stretch> in_box(const RealThings& things, const glm::dvec3& origin
   constexpr double kMargin_m = 0.01;
   Stretch s{0.0, most_m};
   for (int k = 0; k < 3; ++k) {
-    // No thing is wider than all of them, nor deeper.
-    const double deep = glm::compMax(glm::dvec2(things.high() - things.low())) + kMargin_m;
+    const double deep = things.thickest_m() + kMargin_m; // and so much wider behind their fronts
     const double low = k == 2 ? std::max(things.low().z - kMargin_m, 0.5 * kNearPlane_m) : things.low()[k] - deep;
     const double high = things.high()[k] + deep;
     if (direction[k] == 0.0) {

@@ -178,6 +178,7 @@ void RealThings::find_thickness() {
     along(static_cast<std::size_t>(y) * width, 1, camera_.width_px, camera_.fx, true);
   for (int x = 0; x < camera_.width_px; ++x)
     along(static_cast<std::size_t>(x), width, camera_.height_px, camera_.fy, false);
+  thickest_m_ = z_.empty() ? 0.0 : static_cast<double>(std::ranges::max(thickness_m_));
 }
 
 /// What the pixel shows, in the camera's frame.

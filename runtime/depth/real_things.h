@@ -47,6 +47,7 @@ public:
   float z(int x, int y) const { return z_[index(x, y)]; }
   /// How deep a thing is taken to be behind its front, metres: as it is wide or high in the picture, whichever is less.
   float thickness_m(int x, int y) const { return thickness_m_[index(x, y)]; }
+  double thickest_m() const { return thickest_m_; }
   /// Inside a thing: all pixels around show one too.
   bool is_inner(int x, int y) const { return inner_[index(x, y)] != 0; }
   bool tile_has_inner(int x, int y) const {
@@ -80,7 +81,7 @@ private:
 
   PinholeCamera camera_;
   glm::dmat3 camera_from_world_{1.0};
-  double noise_m_ = 0.0;
+  double noise_m_ = 0.0, thickest_m_ = 0.0;
   std::vector<float> z_, thickness_m_;
   std::vector<std::uint8_t> inner_, tiles_;
   glm::dvec3 low_{0.0}, high_{0.0};
