@@ -49,19 +49,12 @@ Received received(const ThingLight& l, std::span<const DirectionalLight> lights,
   return sum;
 }
 
-/// A ray towards some light may meet an object.
-bool may_lose(const ThingLight& l, const glm::dvec3& x) {
-  const VirtualObjects& objects = l.objects.objects();
-  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
-    const BoundingSphere sphere = objects.bounds(k);
-    const glm::dvec3 to = sphere.centre - x;
-    const double distance2 = glm::dot(to, to), r2 = sphere.radius * sphere.radius;
-    for (const auto* lights : {&l.lights.sky, &l.lights.sun})
-      for (const DirectionalLight& light : *lights)
-        if (const double along = glm::dot(to, light.direction);
-            distance2 <= r2 || (along > 0.0 && distance2 - along * along <= r2))
-          return true;
-  }
+/// An object stands before some light, whatever the room does.
+bool loses_any(const ThingLight& l, const glm::dvec3& x, const glm::dvec3& n) {
+  for (const auto* lights : {&l.lights.sky, &l.lights.sun})
+    for (const DirectionalLight& light : *lights)
+      if (glm::dot(n, light.direction) > 0.0 && l.objects.closest({x, glm::vec3(light.direction)}, kFar_m))
+        return true;
   return false;
 }
 
@@ -71,7 +64,7 @@ bool may_lose(const ThingLight& l, const glm::dvec3& x) {
 /// only which part of the sky is lost (runtime/sky/direct_light.h).
 Rgb ThingLight::ratio(const ThingPoint& point) const {
   const glm::dvec3 x = point.position + kAirGap_m * point.normal;
-  if (!may_lose(*this, x))
+  if (!loses_any(*this, x, point.normal)) // most points: no ray into the room is needed
     return Rgb(1.0f);
   const Received sky = received(*this, lights.sky, x, point.normal), sun = received(*this, lights.sun, x, point.normal);
   if (sky.past_room == sky.past_both && sun.past_room == sun.past_both)

@@ -14,6 +14,7 @@
 #include "runtime/depth/real_things.h"
 #include "runtime/depth/thing_layer.h"
 #include "runtime/depth/thing_light.h"
+#include "runtime/reflect/room_seen.h"
 #include "surrounded.h"
 
 namespace daylit {
@@ -274,6 +275,66 @@ TEST(ThingLight, only_a_point_in_the_shadow_of_an_object_loses_light) {
   EXPECT_NEAR(static_cast<double>(ratio.g), indirect / (indirect + sun), 0.01);
   EXPECT_EQ(light.ratio({behind + glm::dvec3(0.4, 0.0, 0.0), {0.0, 1.0, 0.0}}), Rgb(1.0f)) << "beside the shadow";
   EXPECT_EQ(light.ratio({behind, {0.0, -1.0, 0.0}}), Rgb(1.0f)) << "turned away from the sun";
+}
+
+/// A ray's way through the room with the plate in it, whose photograph is red before a blue wall.
+struct MirroredPlate : Layered {
+  Composite composite;
+  ApertureCrossings windows{std::vector<Aperture>{}};
+  std::optional<DetectedSun> sun;
+  PhotoScale scale;
+
+  MirroredPlate() {
+    put_plate();
+    find();
+    put_sphere({2.0, 1.5, 0.5});
+    composite.picture = RgbImage(kWidth, kHeight, Rgb(0.1f, 0.1f, 0.9f));
+    composite.coverage.assign(composite.picture.texels.size(), 0.0f);
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x)
+        if (on_plate(x, y))
+          composite.picture.at(x, y) = Rgb(0.9f, 0.1f, 0.1f);
+  }
+  /// From a place to a point.
+  Rgb seen(const glm::dvec3& from, const glm::dvec3& to, bool with_depth = true) const {
+    const PhotographedRoom photograph(composite, camera, lens, scale, 1e9f);
+    const ObjectRays object_rays(objects);
+    const RoomSeen room_seen{surrounded.volume.room,
+                             surrounded.rays,
+                             surrounded.room_light,
+                             nullptr,
+                             surrounded.pyramid[0],
+                             sun,
+                             windows,
+                             object_rays,
+                             &photograph,
+                             with_depth ? &things : nullptr};
+    const WorldRay ray{from, glm::vec3(glm::normalize(to - from))};
+    return room_seen.radiance(ray, room_seen.closest(ray), true);
+  }
+};
+
+TEST(RoomSeen, a_mirrored_ray_sees_a_thing_that_only_the_depth_picture_knows) {
+  const MirroredPlate v;
+  const glm::dvec3 from(1.6, 1.5, 0.5), to = v.world(80, 60, kPlate_m);
+  EXPECT_NEAR(v.seen(from, to).r, 0.9f, 1e-3f);
+  EXPECT_NEAR(v.seen(from, to, false).r, 0.1f, 1e-3f) << "the wall behind it";
+}
+
+TEST(RoomSeen, the_wall_behind_a_thing_does_not_take_the_things_colour) {
+  const MirroredPlate v;
+  const glm::dvec3 wall = v.world(80, 60, kWall_m), from(0.8, 4.5, 0.5); // from behind the plate
+  EXPECT_NEAR(v.seen(from, wall, false).r, 0.9f, 1e-3f) << "the model does not know that the camera does not see it";
+  EXPECT_NEAR(v.seen(from, wall).r, static_cast<float>(Surrounded::kRadiance), 0.01f);
+}
+
+TEST(RoomSeen, a_thing_behind_an_object_in_the_photograph_is_not_seen_as_the_object) {
+  MirroredPlate v;
+  const glm::dvec3 from(1.6, 1.5, 0.5), to = v.world(80, 60, kPlate_m);
+  for (int y = 50; y < 70; ++y)
+    for (int x = 70; x < 90; ++x)
+      v.composite.coverage[Layered::index(x, y)] = 1.0f;
+  EXPECT_NEAR(v.seen(from, to).r, 0.1f, 1e-3f) << "the ray goes on to the wall";
 }
 
 } // namespace
