@@ -152,6 +152,12 @@ TEST(DepthWalk, a_ray_that_passes_beside_or_far_behind_meets_nothing) {
   EXPECT_FALSE(first_thing(v.things, {{-0.5, 3.8, 0.5}, right}, 10.0)) << "further behind it than it is wide";
   EXPECT_FALSE(first_thing(v.things, {{-0.5, 3.0, 1.2}, right}, 10.0)) << "above it";
   EXPECT_TRUE(first_thing(v.things, {{-0.5, 3.1, 0.5}, right}, 10.0)) << "through its side";
+  v.set([](int x, int y) { // and a bar of three columns, as thick as these are wide
+    return static_cast<float>(View::on_plate(x, y) || (y >= 40 && y < 80 && x >= 120 && x < 123) ? kPlate_m : kWall_m);
+  });
+  v.find();
+  const glm::dvec3 behind = v.world(121, 60, kPlate_m + 0.1);
+  EXPECT_FALSE(first_thing(v.things, {behind + glm::dvec3(0.5, 0.0, 0.0), -right}, 0.7)) << "0.1 m behind the bar";
   View empty;
   empty.find();
   EXPECT_FALSE(first_thing(empty.things, {empty.camera.eye(), {0.0f, 1.0f, 0.0f}}, 10.0));
