@@ -70,6 +70,14 @@ void add_simulate(CLI::App& app, SimulateArguments& a) {
       ->delimiter(',')
       ->needs(demo)
       ->check(CLI::Range(16, 8192));
+  CLI::Option* depth =
+      app.add_option("--depth", a.depth,
+                     "also a depth picture of the room without the object: exr (metres) or png (16 bits, millimetres)")
+          ->check(CLI::IsMember({"exr", "png"}));
+  app.add_option("--depth-noise", a.depth_noise_m,
+                 "of the depth picture: deviation 1 m away, metres; z^2 times further")
+      ->needs(depth)
+      ->check(CLI::Range(0.0, 1.0));
   app.add_option("--frames", a.frames, "frames along the scene's [path], each with its own sensor noise")
       ->check(CLI::Range(1, 9999));
   app.add_option("--spp", a.samples, "paths per pixel where the object can be seen (default: as the scene says)")

@@ -120,6 +120,25 @@ Result<void> check_settings(const TraceScene& scene, const PictureSettings& sett
 
 } // namespace
 
+DepthPicture render_depth(const TraceScene& scene, const LensModel& lens, const glm::dmat4& world_from_camera) {
+  DepthPicture depth{lens.width_px, lens.height_px, {}};
+  depth.z_m.resize(static_cast<std::size_t>(lens.width_px) * static_cast<std::size_t>(lens.height_px));
+  const glm::vec3 origin = scene.to_local(glm::dvec3(world_from_camera[3]));
+  parallel_for(0, lens.height_px, [&](int y) {
+    for (int x = 0; x < lens.width_px; ++x) {
+      const auto ray = lens.unproject(glm::dvec2(x, y));
+      if (!ray)
+        continue;
+      bool touched = false;
+      const glm::vec3 direction(glm::normalize(glm::dmat3(world_from_camera) * *ray));
+      if (const auto point = scene.closest(origin, direction, false, touched))
+        depth.z_m[static_cast<std::size_t>(y) * lens.width_px + x] =
+            std::max(point->distance * static_cast<float>(ray->z / glm::length(*ray)), 0.0f);
+    }
+  });
+  return depth;
+}
+
 Result<std::vector<PixelEstimate>> render_pixels(const TraceScene& scene, const LensModel& lens,
                                                  const glm::dmat4& world_from_camera,
                                                  std::span<const glm::ivec2> pixels, const PictureSettings& settings,

@@ -10,6 +10,7 @@
 
 #include "scene/core/program.h"
 #include "scene/core/result.h"
+#include "scene/image/depth_picture.h"
 #include "scene/image/rgb_image.h"
 #include "scene/lens/lens.h"
 #include "scene/sky/sky_model.h"
@@ -38,6 +39,10 @@ Result<InteriorPictures> render_interior(const TraceScene& scene, const LensMode
                                          const glm::dmat4& world_from_camera, const PictureSettings& settings,
                                          const Progress& progress = {});
 
+/// What a depth camera at the same place would record of the room without the object: the depth through the middle of
+/// each pixel, without noise. A hole where no surface is met.
+DepthPicture render_depth(const TraceScene& scene, const LensModel& lens, const glm::dmat4& world_from_camera);
+
 /// One pixel of each of these pictures.
 struct PixelEstimate {
   Rgb room{0.0f}, truth{0.0f}, standard_error{0.0f};
@@ -59,5 +64,7 @@ RgbImage render_sky_panorama(const AnalyticSky& sky, int height);
 
 /// Multiplies every pixel by 1 + relative_deviation x a normal deviate, clipped at zero.
 void add_sensor_noise(RgbImage& image, double relative_deviation, std::uint32_t seed);
+/// Normal noise of deviation `noise_m` 1 m away, z metres away z^2 times as large; what falls below 0 is a hole.
+void add_depth_noise(DepthPicture& depth, double noise_m, std::uint32_t seed);
 
 } // namespace daylit

@@ -28,7 +28,7 @@ namespace daylit {
 namespace {
 
 constexpr int kBaseSamples = 32;
-constexpr std::uint32_t kSensorSeed = 0x53454E53u;
+constexpr std::uint32_t kSensorSeed = 0x53454E53u, kDepthKey = 0x44455054u;
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -122,13 +122,20 @@ SkyConfig sky_config(const SimulateConfig& config, const std::filesystem::path& 
   return sky;
 }
 
+std::string depth_name(const SimulateArguments& a, int frame) { return "depth" + frame_suffix(frame) + "." + a.depth; }
+
 /// What daylit-run draws a frame from.
-RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& folder, int frame) {
+RunConfig run_config(const SimulateConfig& config, const SimulateArguments& a, int frame) {
+  const std::filesystem::path& folder = a.folder;
   RunConfig run = config.run;
   run.sky = sky_config(config, folder, frame);
   run.marker.reset(); // the pose is known
   run.interior.image = "interior.exr";
   run.interior.lens = "interior.yaml";
+  if (!a.depth.empty()) {
+    run.interior.depth = depth_name(a, frame);
+    run.interior.depth_noise_m = a.depth_noise_m;
+  }
   run.room_model = seen_from(folder, run.room_model);
   run.volume = "room.volume";
   for (ObjectConfig& object : run.objects)
@@ -142,7 +149,8 @@ RunConfig run_config(const SimulateConfig& config, const std::filesystem::path& 
 }
 
 struct Frame {
-  std::optional<RgbImage> sky; ///< what the sky camera records; none where the scene's sky is a picture already
+  std::optional<DepthPicture> depth; ///< of the room without the object, where it is asked for
+  std::optional<RgbImage> sky;       ///< what the sky camera records; none where the scene's sky is a picture already
   InteriorPictures interior;
 };
 
@@ -187,6 +195,8 @@ Result<void> check_outputs(const SimulateConfig& config, const SimulateArguments
   for (int frame = 0; frame < a.frames; ++frame) {
     const std::string suffix = frame_suffix(frame);
     files.emplace_back("CONFIG" + suffix + ".toml", &kConfigKind);
+    if (!a.depth.empty())
+      files.emplace_back(depth_name(a, frame), a.depth == "png" ? &kPngKind : &kExrKind);
     for (const char* name : exr)
       files.emplace_back(name + suffix + ".exr", &kExrKind);
     for (const char* name : png)
@@ -298,6 +308,8 @@ Result<Moment> record(const SimulateConfig& config, const Cameras& cameras, cons
   if (!pictures)
     return pictures.error();
   moment.frame.interior = std::move(*pictures);
+  if (!a.depth.empty())
+    moment.frame.depth = render_depth(*scene, cameras.interior, *config.run.world_from_camera);
   return moment;
 }
 
@@ -305,13 +317,18 @@ Result<void> write_moment(const Moment& moment, const SimulateArguments& a, int 
   Frame noisy = moment.frame;
   const double noise = moment.config.sensor_noise;
   const auto key = [&](int k) { return combine_keys(a.seed ^ kSensorSeed, static_cast<std::uint32_t>(k)); };
+  if (noisy.depth)
+    add_depth_noise(*noisy.depth, a.depth_noise_m, combine_keys(key(number), kDepthKey));
   if (noisy.sky)
     add_sensor_noise(*noisy.sky, noise, key(2 * number));
   add_sensor_noise(noisy.interior.room, noise, key(2 * number + 1));
   if (const auto done = write_frame(noisy, a.folder, number); !done)
     return done;
+  if (noisy.depth)
+    if (const auto done = write_depth_picture(a.folder / depth_name(a, number), *noisy.depth); !done)
+      return done;
   return write_file_atomically(a.folder / ("CONFIG" + frame_suffix(number) + ".toml"),
-                               std::string(kConfigKind.start) + to_toml(run_config(moment.config, a.folder, number)));
+                               std::string(kConfigKind.start) + to_toml(run_config(moment.config, a, number)));
 }
 
 Result<void> write_lenses(const SimulateConfig& config, const Cameras& cameras, const std::filesystem::path& folder) {

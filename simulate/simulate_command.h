@@ -17,7 +17,9 @@ Result<TraceScene> build_scene(const SimulateConfig& config);
 /// daylit-simulate SCENE.toml -o DIR, or --demo NAME -o DIR.
 struct SimulateArguments {
   std::filesystem::path scene, folder;
-  std::string demo; ///< overcast, sun or shade: writes the scene into the folder first
+  std::string depth;          ///< "exr" or "png": a depth picture of the room is written too; empty: none
+  double depth_noise_m = 0.0; ///< deviation of a depth 1 m away, as [interior] depth_noise_m
+  std::string demo;           ///< overcast, sun or shade: writes the scene into the folder first
   std::vector<int> size{512, 496};
   int frames = 1;
   int samples = 0; ///< 0: as the scene says
@@ -27,9 +29,9 @@ struct SimulateArguments {
 };
 
 /// Writes sky.exr and sky.yaml (unless the scene names a sky picture), interior.exr, interior.yaml, truth.exr, se.exr,
-/// mask.exr, mask.png, interior.png, truth.png and CONFIG.toml. With --frames N > 1 camera and sun go along the scene's
-/// [path]; the pictures and the configuration of frame k > 0 carry its number (truth_0001.exr, CONFIG_0001.toml). Each
-/// frame has its own sensor noise.
+/// mask.exr, mask.png, interior.png, truth.png and CONFIG.toml; with `depth` also depth.exr or depth.png. With --frames
+/// N > 1 camera and sun go along the scene's [path]; the pictures and the configuration of frame k > 0 carry its number
+/// (truth_0001.exr, CONFIG_0001.toml). Each frame has its own sensor noise.
 Result<void> run_simulate(const SimulateArguments& arguments);
 
 } // namespace daylit

@@ -74,17 +74,35 @@ RgbImage render_sky_panorama(const AnalyticSky& sky, int height) {
   return image;
 }
 
+namespace {
+
+/// Box & Muller 1958.
+double normal_deviate(std::uint32_t key) {
+  const double u = (mix_bits(key) + 0.5) * 0x1p-32, v = mix_bits(key ^ 0x5EEDu) * 0x1p-32;
+  return std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
+}
+
+} // namespace
+
 void add_sensor_noise(RgbImage& image, double relative_deviation, std::uint32_t seed) {
   if (relative_deviation <= 0.0)
     return;
   for (std::size_t i = 0; i < image.texels.size(); ++i)
     for (int c = 0; c < 3; ++c) {
-      // Box & Muller 1958.
-      const std::uint32_t key = combine_keys(seed, static_cast<std::uint32_t>(3 * i + static_cast<std::size_t>(c)));
-      const double u = (mix_bits(key) + 0.5) * 0x1p-32, v = mix_bits(key ^ 0x5EEDu) * 0x1p-32;
-      const double normal = std::sqrt(-2.0 * std::log(u)) * std::cos(2.0 * std::numbers::pi * v);
+      const double normal =
+          normal_deviate(combine_keys(seed, static_cast<std::uint32_t>(3 * i + static_cast<std::size_t>(c))));
       image.texels[i][c] = std::max(0.0f, image.texels[i][c] * static_cast<float>(1.0 + relative_deviation * normal));
     }
+}
+
+void add_depth_noise(DepthPicture& depth, double noise_m, std::uint32_t seed) {
+  if (noise_m <= 0.0)
+    return;
+  for (std::size_t i = 0; i < depth.z_m.size(); ++i) {
+    const auto z = static_cast<double>(depth.z_m[i]);
+    const double noise = noise_m * z * z * normal_deviate(combine_keys(seed, static_cast<std::uint32_t>(i)));
+    depth.z_m[i] = static_cast<float>(std::max(z + noise, 0.0));
+  }
 }
 
 } // namespace daylit

@@ -63,6 +63,7 @@ nlohmann::json to_json(const FrameReport& report, const std::vector<ObjectConfig
           {"sun_lights", report.sun_lights},
           {"object_pixels", report.object_pixels},
           {"shadow_pixels", report.shadow_pixels},
+          {"thing_pixels", report.thing_pixels},
           {"vertices_lit", report.vertices_lit},
           {"shadow_rays", report.shadow_rays},
           {"glossy_pixels", report.glossy_pixels},
@@ -114,9 +115,10 @@ void print_notes(const std::vector<std::string>& notes) {
 }
 
 /// The files are one picture: the same frame again and again.
-Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo) {
+Result<Composite> draw_frames(const Options& options, Session session, const SkyImage& sky, const PhotoPixels& photo,
+                              const DepthPicture* depth) {
   for (int k = 0; k < std::max(1, options.frames); ++k) {
-    const auto frame = render_again_once(session, {sky, photo, 1, 1});
+    const auto frame = render_again_once(session, {sky, photo, 1, 1, depth});
     if (!frame)
       return frame.error();
     if (interrupted())
@@ -180,6 +182,7 @@ Result<void> run(const Options& options) {
   if (!input)
     return input.error();
   const PhotoPixels photo = input->photo.pixels();
+  const DepthPicture* depth = input->depth ? &*input->depth : nullptr;
   if (const auto fits = check_output_size(given->output, photo.width(), photo.height()); !fits)
     return fits;
   std::vector<std::string> sky_notes;
@@ -200,12 +203,12 @@ Result<void> run(const Options& options) {
   print_notes(input->notes);
   print_notes(session->notes());
   if (!options.window) {
-    const auto composite = draw_frames(options, std::move(*session), *sky, photo);
+    const auto composite = draw_frames(options, std::move(*session), *sky, photo, depth);
     return composite ? write_outputs(config->output, input->photo, *composite) : composite.error();
   }
   const auto view = [&](const RgbImage& picture) { return view_of(input->photo, picture); };
   const auto save = [&] { save_placements(options.config, *session); };
-  return run_viewer(*session, *sky, photo, view, save, options.frames > 1 ? options.frames : 0);
+  return run_viewer(*session, *sky, {photo, depth}, view, save, options.frames > 1 ? options.frames : 0);
 }
 
 } // namespace

@@ -85,7 +85,9 @@ public:
   };
   /// Pixels of one block of ChangePicture; the result holds the photograph there.
   void fill_block(const PixelBox& block, Composite& result, Counts& counts) const {
-    if (settings_.mode == ShadowMode::ratio && !drawn_.may_show(block))
+    if (drawn_.things && shows_thing(block))
+      thing_block(block, result, counts);
+    else if (settings_.mode == ShadowMode::ratio && !drawn_.may_show(block))
       change_block(block, result, counts);
     else if (!shadow_block(block, result, counts))
       for (int y = block.y0; y < block.y1; ++y)
@@ -113,9 +115,42 @@ private:
       }
     if (!differs)
       return std::nullopt;
+    return object_over(background, pixel);
+  }
+  Pixel object_over(const Rgb& background, const DrawnPixel& pixel) const {
+    const float coverage = std::min(pixel.object.w, 1.0f);
     if (coverage < kLeastCoverage)
-      return Pixel{background, coverage};
-    return Pixel{(1.0f - coverage) * background + settings_.photo.apply(Rgb(pixel.object)), coverage};
+      return {background, coverage};
+    return {(1.0f - coverage) * background + settings_.photo.apply(Rgb(pixel.object)), coverage};
+  }
+
+  bool shows_thing(const PixelBox& block) const {
+    for (int y = block.y0; y < block.y1; ++y)
+      for (int x = block.x0; x < block.x1; ++x)
+        if (drawn_.things->part[photo_.index(x, y)] > 0.0f)
+          return true;
+    return false;
+  }
+  void thing_block(const PixelBox& block, Composite& result, Counts& counts) const {
+    for (int y = block.y0; y < block.y1; ++y)
+      for (int x = block.x0; x < block.x1; ++x) {
+        const std::size_t i = photo_.index(x, y);
+        const float part = drawn_.things->part[i];
+        if (const auto after = part > 0.0f ? std::optional(at_thing(x, y, part)) : at(x, y))
+          write(i, *after, result, counts);
+      }
+  }
+  /// A thing takes its own change of light, and no part in that of the room behind it.
+  Pixel at_thing(int x, int y, float part) const {
+    const DrawnPixel pixel = drawn_.photo_pixel(x, y);
+    const Rgb before = photo_[photo_.index(x, y)];
+    if (!settings_.differential || pixel.object.w >= 1.0f)
+      return object_over(before, pixel);
+    Rgb behind = before;
+    if (part < 1.0f)
+      if (const auto loss = loss_at(x, y, pixel))
+        behind = changed(before, loss->loss, loss->reflectance, settings_);
+    return object_over(glm::mix(behind, before * drawn_.things->light_ratio(x, y), part), pixel);
   }
 
   /// A block where nothing but the indirect light of the room changes.
@@ -254,16 +289,24 @@ private:
   const ChangePicture* change_;
 };
 
+void add_edges(const ThingLayer& things, Composite& result) {
+  for (const auto& [i, more] : things.edges) {
+    result.picture.texels[i] = glm::max(result.picture.texels[i] + more, Rgb(0.0f));
+    result.touched[i] = std::max<std::uint8_t>(result.touched[i], 1);
+  }
+}
+
 } // namespace
 
 void compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
-             const ComposeSettings& settings, Composite& result, const ChangePicture* change) {
+             const ComposeSettings& settings, Composite& result, const ChangePicture* change,
+             const ThingLayer* things) {
   result.picture.width = photo.width();
   result.picture.height = photo.height();
   result.picture.texels.resize(photo.size()); // keeps the memory of the last frame, as the others do
   result.touched.resize(photo.size());
   result.coverage.resize(photo.size());
-  const DrawnPicture drawn{frame, camera};
+  const DrawnPicture drawn{frame, camera, things};
   const Compositor compositor(photo, drawn, room, settings, change);
   std::atomic<std::size_t> object_pixels{0}, shadow_pixels{0};
   parallel_for(0, (photo.height() + kBlock - 1) / kBlock, [&](int row) {
@@ -280,6 +323,8 @@ void compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderC
   });
   result.shadow_pixels = shadow_pixels;
   result.object_pixels = object_pixels;
+  if (things)
+    add_edges(*things, result);
 }
 
 Composite compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera,

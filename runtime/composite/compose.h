@@ -41,13 +41,16 @@ struct Composite {
 /// seen there, or kUnknownTriangle.
 using RoomLookup = std::function<std::optional<RoomPoint>(const glm::dvec3& direction, std::uint32_t triangle)>;
 
+/// Real things that stand before the room's model (runtime/depth/thing_layer.h).
+struct ThingLayer;
 /// What the objects do to the indirect light of the room, where it is known (change_picture.h).
 class ChangePicture;
 
 /// `photo`: camera.photo_width_px x photo_height_px. `room` is called, from several threads, only for pixels
 /// that lose light. Giving the last composite of the same size again saves its memory.
 void compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera, const RoomLookup& room,
-             const ComposeSettings& settings, Composite& result, const ChangePicture* change = nullptr);
+             const ComposeSettings& settings, Composite& result, const ChangePicture* change = nullptr,
+             const ThingLayer* things = nullptr);
 Composite compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderCamera& camera,
                   const RoomLookup& room, const ComposeSettings& settings);
 

@@ -7,6 +7,7 @@
 #include <glm/vec4.hpp>
 
 #include "runtime/base/render_camera.h"
+#include "runtime/depth/thing_layer.h"
 #include "runtime/picture/picture_renderer.h"
 
 namespace daylit {
@@ -15,6 +16,7 @@ namespace daylit {
 struct DrawnPicture {
   const RenderedFrame& frame;
   const RenderCamera& camera;
+  const ThingLayer* things = nullptr; ///< that stand before the objects; null: none
 
   DrawnPixel at(int x, int y) const { return frame.shown(x, y) ? frame.at(x, y) : DrawnPixel{}; }
 
@@ -55,8 +57,16 @@ struct DrawnPicture {
                : camera.drawn_position[static_cast<std::size_t>(y) * camera.photo_width_px + x];
   }
 
-  /// The drawn pixel itself, or the bilinear mean of four where the photograph is distorted.
+  /// A pixel of the photograph, without what things hide of the objects in it.
   DrawnPixel photo_pixel(int x, int y) const {
+    DrawnPixel pixel = whole_pixel(x, y);
+    if (things)
+      pixel.object *= 1.0f - things->hides[static_cast<std::size_t>(y) * camera.photo_width_px + x];
+    return pixel;
+  }
+
+  /// The drawn pixel itself, or the bilinear mean of four where the photograph is distorted.
+  DrawnPixel whole_pixel(int x, int y) const {
     if (camera.drawn_position.empty())
       return at(x, y);
     const glm::vec2 p = position(x, y);

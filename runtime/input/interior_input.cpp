@@ -1,6 +1,7 @@
 #include "runtime/input/interior_input.h"
 #include "runtime/input/camera_pose.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -87,6 +88,24 @@ Result<void> use_marker(const RunConfig& config, const MarkerConfig& marker, Int
   return {};
 }
 
+/// Of [interior] depth, where it is given.
+Result<void> read_depth(const InteriorConfig& interior, InteriorInput& input) {
+  if (interior.depth.empty())
+    return {};
+  auto depth = read_depth_picture(interior.depth, interior.depth_unit_m);
+  if (!depth)
+    return depth.error();
+  const PhotoPixels photo = input.photo.pixels();
+  if (const auto fits = check_depth_size(*depth, photo.width(), photo.height(), interior.depth.string()); !fits)
+    return fits;
+  if (std::ranges::all_of(depth->z_m, [](float z) { return z == 0.0f; }))
+    input.notes.push_back(interior.depth.string() +
+                          ": no depth above 0 in it, the room's model decides everywhere; was it written in another "
+                          "unit or with another sign?");
+  input.depth = std::move(*depth);
+  return {};
+}
+
 } // namespace
 
 Result<InteriorInput> read_interior(const RunConfig& config) {
@@ -96,7 +115,9 @@ Result<InteriorInput> read_interior(const RunConfig& config) {
   auto lens = interior_lens(config.interior, photo->pixels().width(), photo->pixels().height());
   if (!lens)
     return lens.error();
-  InteriorInput input{std::move(*photo), *lens, glm::dmat4(1.0), {}, {}, {}};
+  InteriorInput input{std::move(*photo), *lens, glm::dmat4(1.0), {}, {}, {}, {}};
+  if (const auto read = read_depth(config.interior, input); !read)
+    return read.error();
   const std::size_t saturated = input.photo.saturated_pixels(), pixels = input.photo.pixels().size();
   if (saturated * 100 > pixels)
     input.notes.push_back(std::to_string(saturated * 100 / pixels) +

@@ -13,6 +13,7 @@
 #include "runtime/input/photograph.h"
 #include "scene/config/config.h"
 #include "scene/core/result.h"
+#include "scene/image/depth_picture.h"
 
 namespace daylit {
 
@@ -20,9 +21,10 @@ struct InteriorInput {
   Photograph photo;
   LensModel lens; ///< for the picture's size
   glm::dmat4 world_from_camera{1.0};
-  std::optional<MarkerPose> pose;  ///< when the pose comes from a marker
-  std::optional<Rgb> marker_white; ///< linear RGB of the paper around it, for scale = "marker"
-  std::vector<std::string> notes;  ///< one line per thing a user should know
+  std::optional<MarkerPose> pose;    ///< when the pose comes from a marker
+  std::optional<Rgb> marker_white;   ///< linear RGB of the paper around it, for scale = "marker"
+  std::optional<DepthPicture> depth; ///< of the same view
+  std::vector<std::string> notes;    ///< one line per thing a user should know
 };
 
 /// The lens of [interior] for pictures of that size: scaled when the calibration was made at another resolution of

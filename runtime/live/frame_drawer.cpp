@@ -36,7 +36,7 @@ Result<const Composite*> FrameDrawer::draw(const FrameToDraw& f) {
   }
   if (const auto posed = session_.set_pose(f.pose.world_from_camera); !posed)
     return posed.error();
-  const auto frame = render_again_once(session_, {*f.sky, pixels, f.sky_id, f.photo_id});
+  const auto frame = render_again_once(session_, {*f.sky, pixels, f.sky_id, f.photo_id, f.depth});
   if (!frame)
     return frame.error();
   report_ = (*frame)->report;

@@ -30,6 +30,7 @@ struct FrameToDraw {
   TrackedPose pose;
   const SkyImage* sky = nullptr;
   std::uint64_t sky_id = 0;
+  const DepthPicture* depth = nullptr; ///< of the photograph's view; null: none
   bool can_be_drawn() const { return sky && pose.usable(); }
 };
 

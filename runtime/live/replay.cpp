@@ -12,6 +12,7 @@
 #include "runtime/input/camera_pose.h"
 #include "runtime/input/interior_input.h"
 #include "runtime/input/sky_reader.h"
+#include "runtime/live/depth_tape.h"
 #include "runtime/live/newest.h"
 #include "runtime/output/outputs.h"
 #include "scene/core/program.h"
@@ -72,14 +73,16 @@ struct ReadyFrame {
   std::int64_t time_ns = 0;
   Photograph photo;
   TrackedPose pose;
-  std::shared_ptr<const RecordedSky> sky; ///< null: none yet
+  std::shared_ptr<const RecordedSky> sky;    ///< null: none yet
+  std::shared_ptr<const DepthPicture> depth; ///< null: none
 };
 
 /// Reads the frames in their order.
 class FrameReader {
 public:
-  FrameReader(const RunConfig& config, Recording interior, SkyTape sky, PhotographReader reader)
-      : config_(config), interior_(std::move(interior)), sky_(std::move(sky)), reader_(std::move(reader)) {}
+  FrameReader(const RunConfig& config, Recording interior, SkyTape sky, DepthTape depth, PhotographReader reader)
+      : config_(config), interior_(std::move(interior)), sky_(std::move(sky)), depth_(std::move(depth)),
+        reader_(std::move(reader)) {}
   std::size_t frames() const { return interior_.size(); }
 
   Result<ReadyFrame> read(std::size_t k) {
@@ -92,12 +95,15 @@ public:
     auto sky = sky_.at(frame->time_ns);
     if (!sky)
       return sky.error();
+    auto depth = depth_.at(frame->time_ns);
+    if (!depth)
+      return depth.error();
     if (const auto opened = open_pose(frame->width_px, frame->height_px); !opened)
       return opened.error();
     const auto pose = pose_->at(*photo, 1e-9 * static_cast<double>(frame->time_ns - interior_.time_ns(0)));
     if (!pose)
       return pose.error();
-    return ReadyFrame{frame->id, frame->time_ns, std::move(*photo), *pose, std::move(*sky)};
+    return ReadyFrame{frame->id, frame->time_ns, std::move(*photo), *pose, std::move(*sky), std::move(*depth)};
   }
 
 private:
@@ -118,6 +124,7 @@ private:
   const RunConfig& config_;
   Recording interior_;
   SkyTape sky_;
+  DepthTape depth_;
   PhotographReader reader_;
   std::optional<CameraPose> pose_;
 };
@@ -146,8 +153,9 @@ public:
     if (const auto loaded = load(pixels.width(), pixels.height()); !loaded)
       return loaded.error();
     const RecordedSky* sky = ready->sky.get();
-    const FrameToDraw input{ready->photo, k + 1, ready->pose, sky ? &sky->measured.sky : nullptr,
-                            sky ? sky->version : 0};
+    const FrameToDraw input{
+        ready->photo,      k + 1, ready->pose, sky ? &sky->measured.sky : nullptr, sky ? sky->version : 0,
+        ready->depth.get()};
     const auto composite = drawer_->draw(input);
     if (!composite)
       return composite.error();
@@ -207,13 +215,17 @@ Result<void> replay_recording(const RunConfig& config, const ReplayOptions& opti
   auto sky = Recording::open(options.folder / "sky");
   if (!sky)
     return sky.error();
+  auto depth = DepthTape::open(options.folder / "depth", config.interior.depth_unit_m);
+  if (!depth)
+    return depth.error();
   auto sky_reader = SkyReader::open(config.sky);
   if (!sky_reader)
     return sky_reader.error();
   auto reader = PhotographReader::open(config.interior.response);
   if (!reader)
     return reader.error();
-  FrameReader frames(config, std::move(*interior), {std::move(*sky), std::move(*sky_reader)}, std::move(*reader));
+  FrameReader frames(config, std::move(*interior), {std::move(*sky), std::move(*sky_reader)}, std::move(*depth),
+                     std::move(*reader));
   Replayer replayer(config, options, frames);
   for (std::size_t k = 0; k < replayer.frames(); ++k) {
     if (interrupted())

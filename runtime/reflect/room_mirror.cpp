@@ -84,7 +84,7 @@ std::size_t RoomMirror::mirrored(std::span<const WorldRay> camera, const RoomSee
   room.find_ends({seen.data(), camera.size()});
   std::size_t count = 0;
   for (std::size_t k = 0; k < camera.size(); ++k) {
-    if (!seen[k].end || reflectance_[seen[k].end->triangle] <= 0.0f)
+    if (!seen[k].end || seen[k].end->triangle == kUnknownTriangle || reflectance_[seen[k].end->triangle] <= 0.0f)
       continue;
     const glm::dvec3 direction(camera[k].direction), n = room.light.normal(seen[k].end->triangle, direction);
     const double cosine = -glm::dot(n, direction);

@@ -10,6 +10,8 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "runtime/depth/depth_walk.h"
+
 namespace daylit {
 
 namespace {
@@ -27,29 +29,55 @@ PhotographedRoom::PhotographedRoom(const Composite& composite, const RenderCamer
       scale_y_(lens.height_px > 0 ? static_cast<double>(camera.photo_height_px) / lens.height_px : 1.0), white_(white) {
 }
 
-std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
+/// In the picture, where there are pixels on all sides to interpolate between.
+std::optional<glm::dvec2> PhotographedRoom::pixel_of(const glm::dvec3& x) const {
   const auto at = lens_.project(camera_from_world_ * (x - camera_.eye()));
   if (!at)
     return std::nullopt;
   const double px = (at->x + 0.5) * scale_x_ - 0.5, py = (at->y + 0.5) * scale_y_ - 0.5;
   if (camera_.photo_width_px < 2 || camera_.photo_height_px < 2)
-    return std::nullopt; // nothing to interpolate between
+    return std::nullopt;
   if (!(px >= 0.0 && py >= 0.0 && px <= camera_.photo_width_px - 1 && py <= camera_.photo_height_px - 1))
     return std::nullopt;
-  const int x0 = std::min(static_cast<int>(px), camera_.photo_width_px - 2),
-            y0 = std::min(static_cast<int>(py), camera_.photo_height_px - 2);
-  const auto s = static_cast<float>(px - x0), t = static_cast<float>(py - y0);
+  return glm::dvec2(px, py);
+}
+
+/// Not covered by an object, and not white.
+bool PhotographedRoom::is_known(std::size_t i) const {
+  const Rgb& pixel = composite_.picture.texels[i];
+  return composite_.coverage[i] <= 0.0f && std::max({pixel.r, pixel.g, pixel.b}) < white_;
+}
+
+Rgb PhotographedRoom::from_photo(const Rgb& value) const {
+  return glm::max(Rgb(radiance_from_photo_ * glm::dvec3(value)), Rgb(0.0f));
+}
+
+std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
+  const auto p = pixel_of(x);
+  if (!p)
+    return std::nullopt;
+  const int x0 = std::min(static_cast<int>(p->x), camera_.photo_width_px - 2),
+            y0 = std::min(static_cast<int>(p->y), camera_.photo_height_px - 2);
+  const auto s = static_cast<float>(p->x - x0), t = static_cast<float>(p->y - y0);
   const std::size_t first = static_cast<std::size_t>(y0) * camera_.photo_width_px + x0;
   const std::size_t four[4] = {first, first + 1, first + camera_.photo_width_px, first + camera_.photo_width_px + 1};
   const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   Rgb sum(0.0f);
   for (int k = 0; k < 4; ++k) {
-    const Rgb& pixel = composite_.picture.texels[four[k]];
-    if (composite_.coverage[four[k]] > 0.0f || std::max({pixel.r, pixel.g, pixel.b}) >= white_)
+    if (!is_known(four[k]))
       return std::nullopt;
-    sum += weight[k] * pixel;
+    sum += weight[k] * composite_.picture.texels[four[k]];
   }
-  return glm::max(Rgb(radiance_from_photo_ * glm::dvec3(sum)), Rgb(0.0f));
+  return from_photo(sum);
+}
+
+std::optional<Rgb> PhotographedRoom::nearest(const glm::dvec3& x) const {
+  const auto p = pixel_of(x);
+  if (!p)
+    return std::nullopt;
+  const std::size_t i = static_cast<std::size_t>(p->y + 0.5) * static_cast<std::size_t>(camera_.photo_width_px) +
+                        static_cast<std::size_t>(p->x + 0.5);
+  return is_known(i) ? std::optional(from_photo(composite_.picture.texels[i])) : std::nullopt;
 }
 
 void RoomSeen::find_ends(std::span<RoomRay> batch) const {
@@ -62,6 +90,25 @@ void RoomSeen::find_ends(std::span<RoomRay> batch) const {
   for (std::size_t k = 0; k < batch.size(); ++k)
     batch[k].end =
         met >> k & 1u ? std::optional(RoomEnd{hits.triangle[k], static_cast<double>(hits.distance[k])}) : std::nullopt;
+  if (things)
+    for (RoomRay& r : batch)
+      find_things(r);
+}
+
+/// A thing that the ray meets before the room; only one whose radiance the photograph says.
+void RoomSeen::find_things(RoomRay& r) const {
+  const auto distance = first_thing(*things, r.ray, r.end ? r.end->distance : r.most_m);
+  if (distance && thing_radiance(r, *distance))
+    r.end = RoomEnd{kUnknownTriangle, *distance};
+}
+
+/// Behind an edge an object may stand, which the pixels between do not show.
+std::optional<Rgb> RoomSeen::thing_radiance(const RoomRay& r, double distance) const {
+  const glm::dvec3 x = r.ray.origin + distance * glm::dvec3(r.ray.direction);
+  if (!photograph)
+    return std::nullopt;
+  const auto seen = photograph->radiance(x);
+  return seen ? seen : photograph->nearest(x);
 }
 
 /// The photograph where the way from there to the camera is free, else what is computed.
@@ -75,11 +122,17 @@ void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
     RoomRay& r = batch[k];
     if (!r.end)
       r.radiance = outside(r);
-    if (!r.end || !photograph)
+    else if (r.end->triangle == kUnknownTriangle) {
+      r.radiance = thing_radiance(r, r.end->distance).value_or(Rgb(0.0f));
+      is_seen[k] = true;
+    }
+    if (!r.end || is_seen[k] || !photograph)
       continue;
     const glm::dvec3 direction(r.ray.direction), n = light.normal(r.end->triangle, direction);
     x[count] = r.ray.origin + r.end->distance * direction;
     const glm::dvec3 to_eye = photograph->eye() - x[count];
+    if (things && things->hide(x[count]))
+      continue;
     if (glm::dot(n, to_eye) <= kFlattest * glm::length(to_eye))
       continue;
     to_camera.set(count, rays.to_local(x[count] + kAirGap_m * n), glm::vec3(to_eye), 0.0f, 1.0f);

@@ -9,6 +9,7 @@
 #include "runtime/base/photo_scale.h"
 #include "runtime/base/render_camera.h"
 #include "runtime/composite/compose.h"
+#include "runtime/depth/real_things.h"
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/object/object_rays.h"
@@ -30,9 +31,15 @@ public:
   /// Radiance of world point x, bilinear. Empty where it lies outside the picture, behind an object in it, or where the
   /// picture is white. What of the room stands before x is not looked at.
   std::optional<Rgb> radiance(const glm::dvec3& x) const;
+  /// The same of the nearest pixel alone: at the edge of a thing that stands before an object.
+  std::optional<Rgb> nearest(const glm::dvec3& x) const;
   glm::dvec3 eye() const { return camera_.eye(); }
 
 private:
+  std::optional<glm::dvec2> pixel_of(const glm::dvec3& x) const;
+  bool is_known(std::size_t pixel) const;
+  Rgb from_photo(const Rgb& value) const;
+
   const Composite& composite_;
   const RenderCamera& camera_;
   const LensModel& lens_;
@@ -43,7 +50,7 @@ private:
 
 /// Where a ray ends in the room.
 struct RoomEnd {
-  std::uint32_t triangle = 0;
+  std::uint32_t triangle = 0; ///< kUnknownTriangle: a thing that the room's model lacks
   double distance = 0.0;
 };
 
@@ -67,6 +74,7 @@ struct RoomSeen {
   const ApertureCrossings& windows;
   const ObjectRays& objects;
   const PhotographedRoom* photograph = nullptr; ///< null: only computed light
+  const RealThings* things = nullptr;           ///< seen in the photograph, where it is given; null: none
 
   /// Fills in where they end.
   void find_ends(std::span<RoomRay> batch) const;
@@ -76,6 +84,8 @@ struct RoomSeen {
   Rgb sun_at(const glm::dvec3& x) const;
 
 private:
+  void find_things(RoomRay& ray) const;
+  std::optional<Rgb> thing_radiance(const RoomRay& ray, double distance) const;
   Rgb outside(const RoomRay& ray) const;
   Rgb computed(const RoomRay& ray) const;
 };

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "runtime/composite/camera_match.h"
+#include "runtime/composite/drawn_picture.h"
 #include "runtime/indirect/vertex_light.h"
 #include "runtime/session/stage_clock.h"
 
@@ -102,16 +103,36 @@ Result<void> PictureStage::update(const PictureInputs& in, FrameReport& report) 
   return {};
 }
 
+/// What of the real room only the depth picture shows; null where it shows nothing.
+const ThingLayer* PictureStage::find_things(const PictureToChange& picture, const PictureInputs& in,
+                                            const InteriorConfig& interior, const ThingLight& light) {
+  if (!picture.depth)
+    return nullptr;
+  things_.update({picture.version, in.camera.version()}, [&](RealThings& things) {
+    things.find(*picture.depth, interior.depth_noise_m, *in.camera, in.lens, room_.rays, renderer_->get());
+  });
+  if (!things_->any())
+    return nullptr;
+  const ThingLayerMaker maker(*things_, *in.camera, picture.photo);
+  const DrawnPicture drawn{*drawn_, *in.camera};
+  maker.make(
+      light.objects, [&](int x, int y) { return drawn.photo_pixel(x, y).object.w; }, thing_layer_);
+  thing_layer_.light_ratio = [maker, light](int x, int y) {
+    const auto point = maker.point(x, y);
+    return point ? light.ratio(*point) : Rgb(1.0f);
+  };
+  return &thing_layer_;
+}
+
 /// What mirrors and refracts, over the composite of everything else.
 GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInputs& in, const PhotoScale& scale,
-                                      Composite& result) const {
-  const ObjectRays objects(*in.objects);
+                                      const ObjectRays& objects, const ThingLayer* things, Composite& result) const {
   const PhotographedRoom photograph(result, *in.camera, in.lens, scale, photo.white());
   const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
-  const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,     in.sky->pyramid,
-                      in.sky->sun,       room_.windows, objects,     &photograph};
+  const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
+                      in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
   const GlossyRays rays(seen, in.light.indirect().sent, {});
-  const DrawnPicture drawn{*drawn_, *in.camera};
+  const DrawnPicture drawn{*drawn_, *in.camera, things};
   const GlossyCounts counts =
       any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};
   if (in.shown->differential)
@@ -119,8 +140,8 @@ GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInp
   return counts;
 }
 
-void PictureStage::compose_with(const PhotoPixels& photo, std::uint64_t noise_seed, const PictureInputs& in,
-                                const InteriorConfig& interior, Composite& result, FrameReport& report) const {
+void PictureStage::compose_with(const PictureToChange& picture, const PictureInputs& in, const InteriorConfig& interior,
+                                Composite& result, FrameReport& report) {
   ComposeSettings settings{{interior.scale, interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = in.shown->differential;
   const glm::dvec3 eye = in.camera->eye();
@@ -128,14 +149,20 @@ void PictureStage::compose_with(const PhotoPixels& photo, std::uint64_t noise_se
     return triangle == kUnknownTriangle ? room_.light.at(eye, direction)
                                         : room_.light.at_plane(triangle, eye, direction);
   };
-  compose(photo, *drawn_, *in.camera, look_up, settings, result, room_.indirect_shadow ? &*change_ : nullptr);
+  const ObjectRays objects(*in.objects);
+  const ThingLight light{room_.rays,    room_.light, in.light.direct().lights, in.sky->pyramid, in.light.direct().cells,
+                         room_.windows, objects};
+  const ThingLayer* things = find_things(picture, in, interior, light);
+  report.thing_pixels = things ? things_->pixels() : 0;
+  compose(picture.photo, *drawn_, *in.camera, look_up, settings, result, room_.indirect_shadow ? &*change_ : nullptr,
+          things);
   if (in.light.needs_rays(*in.objects)) {
-    const GlossyCounts counts = add_glossy(photo, in, settings.photo, result);
+    const GlossyCounts counts = add_glossy(picture.photo, in, settings.photo, objects, things, result);
     report.glossy_pixels = counts.pixels;
     report.glossy_rays = counts.rays;
   }
-  match_blur(photo, interior.blur_px, settings.threshold, result);
-  match_noise(photo, interior.noise, noise_seed, result);
+  match_blur(picture.photo, interior.blur_px, settings.threshold, result);
+  match_noise(picture.photo, interior.noise, picture.noise_seed, result);
 }
 
 } // namespace daylit

@@ -6,6 +6,9 @@
 
 #include "runtime/composite/change_picture.h"
 #include "runtime/composite/compose.h"
+#include "runtime/depth/real_things.h"
+#include "runtime/depth/thing_layer.h"
+#include "runtime/depth/thing_light.h"
 #include "runtime/reflect/glossy_picture.h"
 #include "runtime/session/choose_renderer.h"
 #include "runtime/session/light_stage.h"
@@ -20,6 +23,14 @@ struct PictureInputs {
   const Versioned<RenderCamera>& camera;
   const Versioned<ShownParts>& shown;
   const LensModel& lens;
+};
+
+/// What they are drawn into.
+struct PictureToChange {
+  const PhotoPixels& photo;
+  std::uint64_t noise_seed = 0;
+  const DepthPicture* depth = nullptr; ///< of the photograph; null: none
+  Version version = 0;                 ///< of both
 };
 
 /// From the light at the objects to their picture, and what they change in the picture of the room.
@@ -37,15 +48,17 @@ public:
   Version version() const { return drawn_.version(); }
 
   /// Fills the counts of the pixels that mirror.
-  void compose_with(const PhotoPixels& photo, std::uint64_t noise_seed, const PictureInputs& in,
-                    const InteriorConfig& interior, Composite& result, FrameReport& report) const;
+  void compose_with(const PictureToChange& picture, const PictureInputs& in, const InteriorConfig& interior,
+                    Composite& result, FrameReport& report);
   const PictureRenderer& renderer() const { return **renderer_; }
 
 private:
   Result<void> light_objects(const PictureInputs& in, std::size_t& lit);
   void change_room(const PictureInputs& in);
+  const ThingLayer* find_things(const PictureToChange& picture, const PictureInputs& in, const InteriorConfig& interior,
+                                const ThingLight& light);
   GlossyCounts add_glossy(const PhotoPixels& photo, const PictureInputs& in, const PhotoScale& scale,
-                          Composite& result) const;
+                          const ObjectRays& objects, const ThingLayer* things, Composite& result) const;
 
   LoadedRoom& room_;
   Versioned<std::unique_ptr<PictureRenderer>> renderer_;
@@ -54,6 +67,8 @@ private:
   Cached<RenderedFrame> drawn_;
   Cached<ViewCorners> view_;
   Cached<ChangePicture> change_; ///< of the room's indirect light
+  Cached<RealThings> things_;    ///< only where a depth picture is given
+  ThingLayer thing_layer_;
 };
 
 } // namespace daylit

@@ -269,16 +269,21 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   if (input.photo.width() != camera().photo_width_px || input.photo.height() != camera().photo_height_px)
     return Error{ErrorCode::value_invalid, "the picture changed its size", "interior image",
                  "restart with the new size"};
+  if (input.depth)
+    if (const auto fits = check_depth_size(*input.depth, input.photo.width(), input.photo.height(), "depth picture");
+        !fits)
+      return fits.error();
   measure_sky(input.sky, input.sky_id);
   FrameReport report = std::exchange(s.sky_report, {});
   report.reused.sky = std::exchange(s.last_frame_sky, s.sky.version()) == s.sky.version();
-  const Version photo = s.photo.of(input.photo, input.photo_id);
+  const Version photo = s.photo.of(input.photo, input.photo_id, input.depth);
   s.light.update(s.sky, s.objects, s.config.light_samples, report);
   if (const auto drawn = s.picture.update(s.inputs(), report); !drawn)
     return drawn.error();
   StageClock clock(report);
   s.frame.update({s.picture.version(), photo}, [&](Frame& frame) {
-    s.picture.compose_with(input.photo, input.photo_id, s.inputs(), s.config.interior, frame.composite, report);
+    s.picture.compose_with({input.photo, input.photo_id, input.depth, photo}, s.inputs(), s.config.interior,
+                           frame.composite, report);
     clock.end("composite");
   });
   report.reused.picture = s.frame.reused();

@@ -39,6 +39,7 @@ struct FrameReport {
   Reused reused;
   std::size_t sky_lights = 0, sun_lights = 0;
   std::size_t object_pixels = 0, shadow_pixels = 0;
+  std::size_t thing_pixels = 0; ///< that show what only the depth picture knows
   std::size_t vertices_lit = 0, vertices = 0;
   std::uint64_t shadow_rays = 0;
   std::uint64_t glossy_pixels = 0, glossy_rays = 0; ///< pixels whose material is looked up, rays that left them
@@ -59,6 +60,8 @@ struct FrameInput {
   const SkyImage& sky;
   PhotoPixels photo;
   std::uint64_t sky_id = 0, photo_id = 0;
+  /// Of the photograph; null: none. Another one has another address, or comes with another photo_id.
+  const DepthPicture* depth = nullptr;
 };
 
 /// Parts of the light that are drawn (figure 1 of the paper): to look at them one by one.

@@ -36,6 +36,7 @@ public:
     return true;
   }
   PhotoPixels picture() const { return seen_from_ == pose_ ? photo_ : PhotoPixels(model_); }
+  bool is_photo() const { return seen_from_ == pose_; }
   std::uint64_t number() const { return number_; }
 
 private:
@@ -109,9 +110,10 @@ void FrameGraph::draw(Rgb8Image& picture) const {
   }
 }
 
-Result<void> run_viewer(Session& session, const SkyImage& sky, const PhotoPixels& photo,
+Result<void> run_viewer(Session& session, const SkyImage& sky, const ViewedPicture& viewed,
                         const std::function<Rgb8Image(const RgbImage&)>& encode, const std::function<void()>& save,
                         int most_frames) {
+  const PhotoPixels& photo = viewed.photo;
   auto window = ViewWindow::open(photo.width(), photo.height(), "daylit");
   if (!window)
     return window.error();
@@ -131,7 +133,8 @@ Result<void> run_viewer(Session& session, const SkyImage& sky, const PhotoPixels
     if (const auto followed = follow(session, control, photo_pose); !followed)
       return followed;
     background.follow(session, session.camera().world_from_camera);
-    const auto frame = session.render({sky, background.picture(), 1, background.number()});
+    const auto frame = session.render(
+        {sky, background.picture(), 1, background.number(), background.is_photo() ? viewed.depth : nullptr});
     if (!frame)
       return frame.error();
     graph.add((*frame)->report.total_ms);

@@ -48,6 +48,17 @@ void read_noise(TomlSection& interior, CameraNoise& noise) {
   }
 }
 
+void read_depth(TomlSection& interior, InteriorConfig& config) {
+  interior.read("depth", config.depth);
+  if (interior.has("depth") && interior.has("camera"))
+    interior.problem("depth", "belongs to one picture: a camera's frames have none; leave it out");
+  for (const char* key : {"depth_unit_m", "depth_noise_m"})
+    if (interior.has(key) && !interior.has("depth"))
+      interior.problem(key, "is only used with depth");
+  interior.read("depth_unit_m", config.depth_unit_m, {1e-6, 1.0});
+  interior.read("depth_noise_m", config.depth_noise_m, {0.0, 1.0});
+}
+
 void read_interior_section(TomlSection interior, InteriorConfig& config) {
   detail::read_camera(interior, config.camera);
   if (!interior.read("image", config.image) && !interior.has("image") && !interior.has("camera"))
@@ -63,6 +74,7 @@ void read_interior_section(TomlSection interior, InteriorConfig& config) {
     interior.problem("colour_matrix", "has no inverse");
   interior.read("blur_px", config.blur_px, {0.0, kMostBlur_px});
   read_noise(interior, config.noise);
+  read_depth(interior, config);
   interior.finish();
 }
 
@@ -159,6 +171,9 @@ std::string to_toml(const RunConfig& c) {
   if (const CameraNoise& n = c.interior.noise; n.any())
     out += fmt::format("noise = {{ floor = {}, photon = {}, relative = {} }}\n", detail::text(n.floor),
                        detail::text(n.photon), detail::text(n.relative));
+  if (!c.interior.depth.empty())
+    out += fmt::format("depth = {}\ndepth_unit_m = {}\ndepth_noise_m = {}\n", detail::quoted(c.interior.depth.string()),
+                       detail::text(c.interior.depth_unit_m), detail::text(c.interior.depth_noise_m));
   out += detail::marker_toml(c.marker) + detail::pose_toml(c.world_from_camera);
   out += "\n[room]\n";
   if (!c.room_model.empty())

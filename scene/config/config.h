@@ -15,7 +15,9 @@
 //              times sr; place = { latitude, longitude } (degrees, east positive; +x is east): see docs/live.md
 //   [interior] image, or camera as in [sky] (both sections have a camera, or neither); lens, response = "linear" |
 //   "srgb" | file, scale = number | "marker", colour_matrix,
-//              blur_px, noise = relative deviation | { floor, photon, relative }
+//              blur_px, noise = relative deviation | { floor, photon, relative };
+//              depth = a depth picture of the same view (scene/image/depth_picture.h), with depth_unit_m = 0.001 (of a
+//              PNG) and depth_noise_m = 0.002 (deviation 1 m away; it grows with the square of depth)
 //   [marker]   dictionary, ids, size_m, white_reflectance, world_from_board; for a board of several markers of one size
 //              columns and gap_m: ids row by row from the top left, the board's origin in its middle
 //   [pose]     world_from_camera, or position and look_at; beside it [marker] only serves scale = "marker"
@@ -48,6 +50,7 @@
 #include <glm/vec3.hpp>
 
 #include "scene/core/result.h"
+#include "scene/image/depth_picture.h"
 #include "scene/image/rgb_image.h"
 #include "scene/sky/sky_image.h"
 #include "scene/sky/sky_model.h"
@@ -103,8 +106,11 @@ struct InteriorConfig {        // [interior]
   double scale = 1.0;              ///< photograph = scale * colour_matrix * radiance
   bool scale_from_marker = false;  ///< scale = "marker"
   glm::dmat3 colour_matrix{1.0};
-  double blur_px = 0.0; ///< standard deviation of the camera's point spread; what is drawn is blurred alike
-  CameraNoise noise;    ///< of the linear photograph; what is drawn gets it too
+  double blur_px = 0.0;        ///< standard deviation of the camera's point spread; what is drawn is blurred alike
+  CameraNoise noise;           ///< of the linear photograph; what is drawn gets it too
+  std::filesystem::path depth; ///< of the same view, as large or a whole fraction; empty: none
+  double depth_unit_m = kDepthUnit_m; ///< of a number in a PNG
+  double depth_noise_m = 0.002;       ///< deviation of a depth 1 m away; z metres away z^2 times as large
 };
 
 struct MarkerConfig { // [marker]

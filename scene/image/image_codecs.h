@@ -20,10 +20,22 @@ bool is_rgbe(Bytes bytes);
 bool is_png(Bytes bytes);
 bool is_jpeg(Bytes bytes);
 
-Result<HdrFile> decode_exr(Bytes bytes, const std::string& name);
+/// What an EXR file is read for: channels R, G, B or Y; or one channel of depth, which all three then hold.
+enum class ExrUse { radiance, depth };
+Result<HdrFile> decode_exr(Bytes bytes, const std::string& name, ExrUse use = ExrUse::radiance);
 Result<HdrFile> decode_rgbe(Bytes bytes, const std::string& name);
 Result<Rgb8Image> decode_png(Bytes bytes, const std::string& name);
 Result<Rgb8Image> decode_jpeg(Bytes bytes, const std::string& name);
+
+/// Numbers of 16 bits, row by row.
+struct Grey16Image {
+  int width = 0, height = 0;
+  std::vector<std::uint16_t> values;
+};
+/// Error file_malformed: a PNG of 8 bits, or in colour.
+Result<Grey16Image> decode_png_grey16(Bytes bytes, const std::string& name);
+/// `image`: not empty.
+Result<std::vector<std::uint8_t>> encode_png_grey16(const Grey16Image& image, const std::string& name);
 
 Result<std::vector<std::uint8_t>> encode_exr(const RgbImage& image,
                                              const std::map<std::string, std::string>& attributes);

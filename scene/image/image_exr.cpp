@@ -214,12 +214,26 @@ std::string channel_names(const Imf::ChannelList& channels) {
   return text.empty() ? "none" : text;
 }
 
+bool is_full(const Imf::ChannelList& channels, const char* name) {
+  const Imf::Channel* c = channels.findChannel(name);
+  return c && c->xSampling == 1 && c->ySampling == 1;
+}
+
+/// "Z" as the format calls depth, else what grey pictures are saved as, else the only channel. Empty when there is
+/// none.
+std::vector<std::string> depth_channel(const Imf::ChannelList& channels) {
+  for (const char* name : {"Z", "Y", "R"})
+    if (is_full(channels, name))
+      return {name};
+  std::vector<std::string> names;
+  for (auto c = channels.begin(); c != channels.end(); ++c)
+    names.emplace_back(c.name());
+  return names.size() == 1 && is_full(channels, names[0].c_str()) ? names : std::vector<std::string>{};
+}
+
 /// The file's channels for red, green and blue: "R", "G", "B", or "Y" three times. Empty when there are none.
 std::vector<std::string> colour_channels(const Imf::ChannelList& channels) {
-  auto full = [&](const char* name) {
-    const Imf::Channel* c = channels.findChannel(name);
-    return c && c->xSampling == 1 && c->ySampling == 1;
-  };
+  const auto full = [&](const char* name) { return is_full(channels, name); };
   if (full("R") && full("G") && full("B"))
     return {"R", "G", "B"};
   if (full("Y") && !channels.findChannel("RY") && !channels.findChannel("BY"))
@@ -240,7 +254,20 @@ void read_channels(Imf::InputFile& file, const std::vector<std::string>& names, 
       texel = Rgb(texel.r);
 }
 
-Result<HdrFile> decode_exr_or_throw(Bytes bytes, const std::string& name) {
+/// What to read of a file, or why it cannot be.
+Result<std::vector<std::string>> channels_to_read(const Imf::ChannelList& channels, const std::string& name,
+                                                  ExrUse use) {
+  std::vector<std::string> names = use == ExrUse::depth ? depth_channel(channels) : colour_channels(channels);
+  if (!names.empty())
+    return names;
+  const std::string found = " (found: " + channel_names(channels) + ")";
+  return use == ExrUse::depth
+             ? Error{ErrorCode::file_malformed, "no channel Z, Y or R" + found, name, "export depth as one channel Z"}
+             : Error{ErrorCode::file_malformed, "no channels R, G, B and no channel Y" + found, name,
+                     "export the image with plain RGB channels"};
+}
+
+Result<HdrFile> decode_exr_or_throw(Bytes bytes, const std::string& name, ExrUse use) {
   MemoryInput header_stream(bytes, name);
   int version = 0;
   header_stream.seekg(4);
@@ -250,11 +277,9 @@ Result<HdrFile> decode_exr_or_throw(Bytes bytes, const std::string& name) {
   header.readFrom(header_stream, version);
   if (auto error = check_header(header, bytes.size(), name))
     return *error;
-  const std::vector<std::string> names = colour_channels(header.channels());
-  if (names.empty())
-    return Error{ErrorCode::file_malformed,
-                 "no channels R, G, B and no channel Y (found: " + channel_names(header.channels()) + ")", name,
-                 "export the image with plain RGB channels"};
+  const auto names = channels_to_read(header.channels(), name, use);
+  if (!names)
+    return names.error();
   MemoryInput stream(bytes, name);
   Imf::InputFile file(stream, 0);
   if (!file.isComplete())
@@ -262,7 +287,7 @@ Result<HdrFile> decode_exr_or_throw(Bytes bytes, const std::string& name) {
   const Imath::Box2i window = header.dataWindow();
   HdrFile out;
   out.radiance = RgbImage(window.max.x - window.min.x + 1, window.max.y - window.min.y + 1);
-  read_channels(file, names, out.radiance);
+  read_channels(file, *names, out.radiance);
   for (auto a = header.begin(); a != header.end(); ++a)
     if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&a.attribute()))
       out.attributes[a.name()] = text->value();
@@ -282,7 +307,7 @@ void bound_library_allocations() {
 
 bool is_exr(Bytes bytes) { return bytes.size() >= 4 && little_endian_32(bytes.data()) == 20000630u; }
 
-Result<HdrFile> decode_exr(Bytes bytes, const std::string& name) {
+Result<HdrFile> decode_exr(Bytes bytes, const std::string& name, ExrUse use) {
   if (bytes.size() < 9)
     return damaged_file(name, "the file ends inside the EXR header");
   const std::uint32_t flags = little_endian_32(&bytes[4]);
@@ -296,7 +321,7 @@ Result<HdrFile> decode_exr(Bytes bytes, const std::string& name) {
     return damaged_file(name, "the EXR header is damaged");
   bound_library_allocations();
   try {
-    return decode_exr_or_throw(bytes, name);
+    return decode_exr_or_throw(bytes, name, use);
   } catch (const std::exception& error) {
     return damaged_file(name, std::string("cannot read the EXR file (") + error.what() + ")");
   }

@@ -1,5 +1,6 @@
 #include "scene/image/image_codecs.h"
 
+#include <bit>
 #include <csetjmp>
 #include <cstring>
 
@@ -17,6 +18,8 @@ struct PngState {
   std::size_t position = 0;
   char message[160] = {};
   int width = 0, height = 0;
+  int bits = 0; ///< of the file, per channel; read_grey16_header() says it and whether the file is grey
+  bool is_grey = false;
 };
 
 void on_error(png_structp png, png_const_charp message) {
@@ -34,10 +37,8 @@ void on_read(png_structp png, png_bytep out, std::size_t size) {
   input->position += size;
 }
 
-/// Reads up to the first pixel and asks for 8-bit RGB without any change of the transfer function.
-bool read_header(png_structp png, png_infop info, PngState& input) {
-  if (setjmp(png_jmpbuf(png)))
-    return false;
+/// Reads up to the first pixel; reports errors by longjmp.
+void start_reading(png_structp png, png_infop info, PngState& input) {
   png_set_read_fn(png, &input, on_read);
   png_set_user_limits(png, kMaxImageSide, kMaxImageSide);
   png_set_chunk_malloc_max(png, 64u << 20);
@@ -45,10 +46,31 @@ bool read_header(png_structp png, png_infop info, PngState& input) {
   png_read_info(png, info);
   input.width = static_cast<int>(png_get_image_width(png, info));
   input.height = static_cast<int>(png_get_image_height(png, info));
+}
+
+/// Asks for 8-bit RGB without any change of the transfer function.
+bool read_header(png_structp png, png_infop info, PngState& input) {
+  if (setjmp(png_jmpbuf(png)))
+    return false;
+  start_reading(png, info, input);
   png_set_expand(png);
   png_set_scale_16(png);
   png_set_gray_to_rgb(png);
   png_set_strip_alpha(png);
+  png_set_interlace_handling(png);
+  png_read_update_info(png, info);
+  return true;
+}
+
+/// Asks for the numbers of a grey picture of 16 bits as this machine has them.
+bool read_grey16_header(png_structp png, png_infop info, PngState& input) {
+  if (setjmp(png_jmpbuf(png)))
+    return false;
+  start_reading(png, info, input);
+  input.bits = png_get_bit_depth(png, info);
+  input.is_grey = png_get_color_type(png, info) == PNG_COLOR_TYPE_GRAY;
+  if (std::endian::native == std::endian::little)
+    png_set_swap(png);
   png_set_interlace_handling(png);
   png_read_update_info(png, info);
   return true;
@@ -90,25 +112,33 @@ void on_write(png_structp png, png_bytep data, std::size_t size) {
 }
 void on_flush(png_structp) {}
 
-bool write_rows(PngWriter& writer, std::vector<std::uint8_t>* out, const Rgb8Image* image, png_bytepp rows) {
+struct PngKind {
+  int width = 0, height = 0, bits = 8, colour_type = PNG_COLOR_TYPE_RGB;
+};
+
+bool write_rows(PngWriter& writer, std::vector<std::uint8_t>* out, const PngKind& kind, png_bytepp rows) {
   if (setjmp(png_jmpbuf(writer.png)))
     return false;
   png_set_write_fn(writer.png, out, on_write, on_flush);
-  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(image->width), static_cast<png_uint_32>(image->height),
-               8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(kind.width), static_cast<png_uint_32>(kind.height),
+               kind.bits, kind.colour_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(writer.png, 4);
   png_write_info(writer.png, writer.info);
+  if (kind.bits == 16 && std::endian::native == std::endian::little)
+    png_set_swap(writer.png);
   png_write_image(writer.png, rows);
   png_write_end(writer.png, nullptr);
   return true;
 }
 
-std::vector<png_bytep> row_pointers(std::uint8_t* first, int width, int height) {
+std::vector<png_bytep> row_pointers(std::uint8_t* first, std::size_t row_bytes, int height) {
   std::vector<png_bytep> rows(static_cast<std::size_t>(height));
   for (std::size_t y = 0; y < rows.size(); ++y)
-    rows[y] = first + y * 3 * static_cast<std::size_t>(width);
+    rows[y] = first + y * row_bytes;
   return rows;
 }
+
+std::size_t rgb_row_bytes(const Rgb8Image& image) { return 3 * static_cast<std::size_t>(image.width); }
 
 } // namespace
 
@@ -127,10 +157,44 @@ Result<Rgb8Image> decode_png(Bytes bytes, const std::string& name) {
     return damaged_file(name, "unexpected PNG pixel layout");
   Rgb8Image image{input.width, input.height, {}};
   image.bytes.resize(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-  std::vector<png_bytep> rows = row_pointers(image.bytes.data(), image.width, image.height);
+  std::vector<png_bytep> rows = row_pointers(image.bytes.data(), rgb_row_bytes(image), image.height);
   if (!read_rows(reader.png, rows.data()))
     return damaged_file(name, std::string("cannot read the PNG file (") + input.message + ")");
   return image;
+}
+
+Result<Grey16Image> decode_png_grey16(Bytes bytes, const std::string& name) {
+  PngState input{bytes};
+  PngReader reader(input);
+  if (!reader.info)
+    return Error{ErrorCode::limit_exceeded, "not enough memory for the PNG reader", name, ""};
+  if (!read_grey16_header(reader.png, reader.info, input))
+    return damaged_file(name, std::string("cannot read the PNG file (") + input.message + ")");
+  if (!input.is_grey || input.bits != 16)
+    return Error{ErrorCode::file_malformed,
+                 std::string(input.is_grey ? "a grey" : "a colour") + " PNG of " + std::to_string(input.bits) +
+                     " bits where one of 16 bits, grey, is needed",
+                 name, "save the numbers themselves, not a picture of them to look at"};
+  if (auto error = check_image_size(input.width, input.height, 2, bytes.size(), name))
+    return *error;
+  Grey16Image image{input.width, input.height, {}};
+  image.values.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  std::vector<png_bytep> rows = row_pointers(reinterpret_cast<std::uint8_t*>(image.values.data()),
+                                             2 * static_cast<std::size_t>(image.width), image.height);
+  if (!read_rows(reader.png, rows.data()))
+    return damaged_file(name, std::string("cannot read the PNG file (") + input.message + ")");
+  return image;
+}
+
+Result<std::vector<std::uint8_t>> encode_png_grey16(const Grey16Image& image, const std::string& name) {
+  PngState state{};
+  PngWriter writer(state);
+  std::vector<std::uint8_t> out;
+  auto* const first = reinterpret_cast<std::uint8_t*>(const_cast<std::uint16_t*>(image.values.data())); // as above
+  std::vector<png_bytep> rows = row_pointers(first, 2 * static_cast<std::size_t>(image.width), image.height);
+  if (!writer.info || !write_rows(writer, &out, {image.width, image.height, 16, PNG_COLOR_TYPE_GRAY}, rows.data()))
+    return Error{ErrorCode::io, std::string("cannot encode the PNG file (") + state.message + ")", name, ""};
+  return out;
 }
 
 Result<std::vector<std::uint8_t>> encode_png(const Rgb8Image& image, const std::string& name) {
@@ -141,8 +205,9 @@ Result<std::vector<std::uint8_t>> encode_png(const Rgb8Image& image, const std::
   PngWriter writer(state);
   std::vector<std::uint8_t> out;
   // libpng's row pointers are not const, but writing does not change the rows.
-  std::vector<png_bytep> rows = row_pointers(const_cast<std::uint8_t*>(image.bytes.data()), image.width, image.height);
-  if (!writer.info || !write_rows(writer, &out, &image, rows.data()))
+  std::vector<png_bytep> rows =
+      row_pointers(const_cast<std::uint8_t*>(image.bytes.data()), rgb_row_bytes(image), image.height);
+  if (!writer.info || !write_rows(writer, &out, {image.width, image.height}, rows.data()))
     return Error{ErrorCode::io, std::string("cannot encode the PNG file (") + state.message + ")", name, ""};
   return out;
 }

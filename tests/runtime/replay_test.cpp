@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "capture/frames/recording.h"
@@ -119,6 +120,40 @@ TEST(Replay, a_missing_recording_is_an_error_that_names_it) {
   const auto frames = studio.replay();
   ASSERT_FALSE(frames);
   EXPECT_NE(frames.error().message().find("tape/sky"), std::string::npos) << frames.error().message();
+}
+
+TEST(Replay, frames_are_drawn_with_the_newest_depth_picture_of_their_time) {
+  const RecordedStudio studio;
+  auto tape = RecordingWriter::create(studio.folder / "tape/depth");
+  ASSERT_TRUE(tape);
+  // From the third frame on something stands 0.3 m before the camera.
+  CameraFrame sheet{RecordedStudio::kWidth, RecordedStudio::kHeight, {Mosaic::mono, 16}, {}, 1, 2 * kFrame_ns - 1, 0.0};
+  for (int i = 0; i < RecordedStudio::kWidth * RecordedStudio::kHeight; ++i)
+    sheet.bytes.insert(sheet.bytes.end(), {300 & 255, 300 >> 8});
+  ASSERT_TRUE(tape->add(sheet));
+  const auto frames = studio.replay();
+  ASSERT_TRUE(frames) << frames.error().message();
+  const auto before = read_hdr_image(studio.folder / "out-00001.exr"),
+             behind = read_hdr_image(studio.folder / "out-00002.exr");
+  ASSERT_TRUE(before && behind);
+  std::size_t drawn = 0, drawn_behind = 0;
+  for (std::size_t i = 0; i < studio.photo.texels.size(); ++i) {
+    drawn += glm::length(before->radiance.texels[i] - studio.photo.texels[i]) > 1e-3f;
+    drawn_behind += glm::length(behind->radiance.texels[i] - studio.photo.texels[i]) > 1e-3f;
+  }
+  EXPECT_GT(drawn, 200u);
+  EXPECT_EQ(drawn_behind, 0u);
+}
+
+TEST(Replay, depth_in_colour_is_refused) {
+  const RecordedStudio studio;
+  auto tape = RecordingWriter::create(studio.folder / "tape/depth");
+  ASSERT_TRUE(tape);
+  ASSERT_TRUE(tape->add(to_16_bits(studio.photo, 1.0f, 1, 0)));
+  const auto frames = studio.replay(1);
+  ASSERT_FALSE(frames);
+  EXPECT_NE(frames.error().message().find("not a grey picture of more than 8 bits"), std::string::npos)
+      << frames.error().message();
 }
 
 } // namespace

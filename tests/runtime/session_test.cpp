@@ -167,5 +167,67 @@ TEST(Session, objects_that_come_and_go_leave_the_frame_of_a_new_session) {
   EXPECT_EQ(studio.render(session)->composite.picture.texels, first.composite.picture.texels);
 }
 
+/// The studio's depth picture: of its room, or everywhere so near.
+DepthPicture depth_of(const Studio& studio, float everywhere_m = 0.0f) {
+  DepthPicture depth{Studio::kWidth, Studio::kHeight, std::vector<float>(studio.photo.texels.size(), everywhere_m)};
+  const RayScene rays = *RayScene::build(test::box_room());
+  const auto camera = *make_render_camera(ideal_pinhole(Studio::kWidth, Studio::kHeight, 0.6),
+                                          *studio.config.world_from_camera, Studio::kWidth, Studio::kHeight);
+  for (int y = 0; y < depth.height && everywhere_m == 0.0f; ++y)
+    for (int x = 0; x < depth.width; ++x) {
+      const glm::dvec3 direction = camera.direction(glm::dvec2(x, y));
+      RayHit hit;
+      if (rays.closest(rays.to_local(camera.eye()), glm::vec3(direction), 0.0f, 100.0f, hit))
+        depth.z_m[static_cast<std::size_t>(y * depth.width + x)] =
+            hit.distance * static_cast<float>(glm::dot(direction, glm::dvec3(camera.world_from_camera[2])));
+    }
+  return depth;
+}
+
+Frame with_depth(const Studio& studio, Session& session, const DepthPicture& depth) {
+  const auto sky = test::sky_image(studio.sky);
+  const auto frame = session.render({*sky, studio.photo, 0, 0, &depth});
+  EXPECT_TRUE(frame);
+  return **frame;
+}
+
+TEST(Session, a_depth_picture_of_what_the_model_holds_changes_no_bit) {
+  const Studio studio;
+  auto session = studio.open(Backend::rays);
+  ASSERT_TRUE(session) << session.error().message();
+  const Frame plain = *studio.render(*session), seen = with_depth(studio, *session, depth_of(studio));
+  EXPECT_FALSE(seen.report.reused.picture) << "another depth picture, another frame";
+  EXPECT_EQ(seen.report.thing_pixels, 0u);
+  EXPECT_EQ(seen.composite.picture.texels, plain.composite.picture.texels);
+  EXPECT_EQ(seen.composite.touched, plain.composite.touched);
+}
+
+TEST(Session, a_real_thing_hides_the_object_and_takes_no_shadow_of_the_wall_behind_it) {
+  const Studio studio;
+  auto session = studio.open(Backend::rays);
+  ASSERT_TRUE(session) << session.error().message();
+  const Frame plain = *studio.render(*session);
+  ASSERT_GT(plain.composite.object_pixels, 100u);
+  ASSERT_GT(plain.composite.shadow_pixels, 100u);
+  // A sheet 0.3 m before the camera; no light on it comes past the object.
+  const Frame hidden = with_depth(studio, *session, depth_of(studio, 0.3f));
+  EXPECT_EQ(hidden.composite.object_pixels, 0u);
+  EXPECT_EQ(hidden.composite.picture.texels, studio.photo.texels);
+  EXPECT_EQ(with_depth(studio, *session, depth_of(studio)).composite.picture.texels, plain.composite.picture.texels)
+      << "and when it is gone all is as before";
+}
+
+TEST(Session, a_depth_picture_of_another_shape_is_refused) {
+  const Studio studio;
+  auto session = studio.open(Backend::rays);
+  ASSERT_TRUE(session) << session.error().message();
+  const DepthPicture wrong{Studio::kWidth, Studio::kHeight - 1, {}};
+  const auto sky = test::sky_image(studio.sky);
+  const auto frame = session->render({*sky, studio.photo, 0, 0, &wrong});
+  ASSERT_FALSE(frame);
+  EXPECT_NE(frame.error().message().find("72 x 68, the photograph 72 x 69"), std::string::npos)
+      << frame.error().message();
+}
+
 } // namespace
 } // namespace daylit

@@ -112,7 +112,7 @@ TEST_F(Window, viewer_draws_frames_until_it_has_enough) {
     return to_srgb8(picture, 1.0f);
   };
   const auto done = run_viewer(
-      *session, *sky, studio.photo, encode, [] {}, 4);
+      *session, *sky, {studio.photo}, encode, [] {}, 4);
   ASSERT_TRUE(done) << done.error().message();
   EXPECT_EQ(frames, 4);
   EXPECT_GT(changed, 400u);

@@ -210,6 +210,40 @@ TEST_F(ConfigTest, impossible_cameras_boards_and_servers_are_refused_with_their_
   }
 }
 
+TEST_F(ConfigTest, a_depth_picture_comes_with_its_unit_and_its_noise) {
+  EXPECT_TRUE(run(kRun)->interior.depth.empty());
+  const auto plain = run(replaced(kRun, "image = \"photo.png\"", "image = \"photo.png\"\ndepth = \"depth.png\""));
+  ASSERT_TRUE(plain) << plain.error().message();
+  EXPECT_EQ(plain->interior.depth, folder_ / "depth.png");
+  EXPECT_EQ(plain->interior.depth_unit_m, 0.001);
+  const auto all = run(replaced(kRun, "image = \"photo.png\"",
+                                "image = \"photo.png\"\ndepth = \"depth.exr\"\ndepth_unit_m = 0.0002\n"
+                                "depth_noise_m = 0.0005"));
+  ASSERT_TRUE(all) << all.error().message();
+  const auto again = run(to_toml(*all));
+  ASSERT_TRUE(again) << again.error().message();
+  EXPECT_EQ(again->interior.depth, folder_ / "depth.exr");
+  EXPECT_EQ(again->interior.depth_unit_m, 0.0002);
+  EXPECT_EQ(again->interior.depth_noise_m, 0.0005);
+}
+
+TEST_F(ConfigTest, depth_keys_without_depth_and_depth_of_a_camera_are_refused) {
+  const auto problem = [&](const std::string& text) {
+    const auto c = run(text);
+    return c ? "" : c.error().message();
+  };
+  EXPECT_NE(problem(replaced(kRun, "image = \"photo.png\"", "image = \"photo.png\"\ndepth_unit_m = 0.001"))
+                .find("depth_unit_m: is only used with depth"),
+            std::string::npos);
+  EXPECT_NE(
+      problem(replaced(kRun, "image = \"photo.png\"", "image = \"photo.png\"\ndepth = \"d.png\"\ndepth_noise_m = -1"))
+          .find("[interior] depth_noise_m"),
+      std::string::npos);
+  EXPECT_NE(problem(replaced(kRun, "image = \"photo.png\"", "camera = \"127.0.0.2\"\ndepth = \"d.png\""))
+                .find("a camera's frames have none"),
+            std::string::npos);
+}
+
 TEST_F(ConfigTest, noise_may_be_one_number_and_must_be_one) {
   const auto c = run(replaced(kRun, "noise = { floor = 0.001, photon = 2e-5 }", "noise = 0.01"));
   ASSERT_TRUE(c) << c.error().message();

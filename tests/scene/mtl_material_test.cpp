@@ -17,8 +17,9 @@ Result<ObjectMaterial> read(const std::string& lines) {
 }
 
 TEST(MtlMaterial, without_ks_it_is_diffuse) {
-  for (const char* lines : {"Kd 0.6 0.1 0.1\n", "Kd 0.6 0.1 0.1\nillum 2\nNs 250\nNi 1.45\n",
-                            "Kd 0.6 0.1 0.1\nKs 0 0 0\nNs 96\nillum 2\n", "Kd 0.6 0.1 0.1\nKs 0.5 0.5 0.5\nillum 1\n"}) {
+  for (const char* lines :
+       {"Kd 0.6 0.1 0.1\n", "Kd 0.6 0.1 0.1\nillum 2\nNs 250\nNi 1.45\n", "Kd 0.6 0.1 0.1\nKs 0 0 0\nNs 96\nillum 2\n",
+        "Kd 0.6 0.1 0.1\nKs 0.5 0.5 0.5\nillum 1\n"}) {
     const auto m = read(lines);
     ASSERT_TRUE(m) << m.error().message();
     EXPECT_FALSE(m->is_glossy()) << lines;
@@ -28,7 +29,8 @@ TEST(MtlMaterial, without_ks_it_is_diffuse) {
 }
 
 TEST(MtlMaterial, what_blender_writes_for_every_material_is_a_plain_gloss_of_four_per_cent) {
-  const auto m = read("Ns 250.000000\nKa 1.0 1.0 1.0\nKd 0.8 0.8 0.8\nKs 0.5 0.5 0.5\nKe 0 0 0\nNi 1.45\nd 1.0\nillum 2\n");
+  const auto m =
+      read("Ns 250.000000\nKa 1.0 1.0 1.0\nKd 0.8 0.8 0.8\nKs 0.5 0.5 0.5\nKe 0 0 0\nNi 1.45\nd 1.0\nillum 2\n");
   ASSERT_TRUE(m) << m.error().message();
   EXPECT_EQ(m->metallic, 0.0f);
   EXPECT_EQ(m->transmission, 0.0f);
@@ -69,8 +71,9 @@ TEST(MtlMaterial, glass_by_illum_and_by_d) {
 }
 
 TEST(MtlMaterial, the_extension_for_physical_materials_wins) {
-  const auto m = read("Kd 0.9 0.6 0.2\nKs 0.5 0.5 0.5\nNs 250\nillum 3\nPr 0.35\nPm 1\nPc 0.5\nPcr 0.1\naniso 0.4\nanisor 0.25\n"
-                      "Ke 2 1 0\n");
+  const auto m =
+      read("Kd 0.9 0.6 0.2\nKs 0.5 0.5 0.5\nNs 250\nillum 3\nPr 0.35\nPm 1\nPc 0.5\nPcr 0.1\naniso 0.4\nanisor 0.25\n"
+           "Ke 2 1 0\n");
   ASSERT_TRUE(m) << m.error().message();
   EXPECT_FLOAT_EQ(m->roughness, 0.35f);
   EXPECT_EQ(m->metallic, 1.0f);
@@ -82,9 +85,9 @@ TEST(MtlMaterial, the_extension_for_physical_materials_wins) {
 }
 
 TEST(MtlMaterial, numbers_that_mean_nothing_are_errors) {
-  for (const char* lines : {"Ns -5\n", "Ns nan\n", "Ns inf\n", "d 1.5\n", "Tr -1\n", "Pr -0.2\n", "Pr 1.2\n", "Pm nan\n",
-                            "Kd 1.6 0 0\n", "Ks 0 -1 0\n", "Ke -1 0 0\n", "Ke nan 0 0\n", "Ni 0.5\nillum 7\n",
-                            "Ni nan\nd 0.5\n", "Pc 3\n", "aniso 2\n"}) {
+  for (const char* lines :
+       {"Ns -5\n", "Ns nan\n", "Ns inf\n", "d 1.5\n", "Tr -1\n", "Pr -0.2\n", "Pr 1.2\n", "Pm nan\n", "Kd 1.6 0 0\n",
+        "Ks 0 -1 0\n", "Ke -1 0 0\n", "Ke nan 0 0\n", "Ni 0.5\nillum 7\n", "Ni nan\nd 0.5\n", "Pc 3\n", "aniso 2\n"}) {
     const auto m = read(lines);
     ASSERT_FALSE(m) << lines;
     EXPECT_EQ(m.error().code, ErrorCode::value_invalid) << lines;

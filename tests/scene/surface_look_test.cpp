@@ -194,7 +194,8 @@ TEST(MeshEdit, meshes_put_together_look_as_they_did_alone) {
   b.triangle_material = {1, 0};
   for (ObjectMesh* part : {&a, &b, &c}) {
     set_reflectance(*part);
-    const glm::dmat4 place = glm::translate(glm::dmat4(1.0), glm::dvec3(0, 0, static_cast<double>(all.positions.size())));
+    const glm::dmat4 place =
+        glm::translate(glm::dmat4(1.0), glm::dvec3(0, 0, static_cast<double>(all.positions.size())));
     ASSERT_TRUE(append_mesh(all, *part, place));
   }
   EXPECT_EQ(all.triangles.size(), 6u);

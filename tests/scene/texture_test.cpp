@@ -66,9 +66,9 @@ TEST(Texture, every_level_keeps_the_mean_in_linear_light) {
           double sum = 0.0;
           for (int y = 0; y < 64; ++y)
             for (int x = 0; x < 64; ++x)
-              sum += static_cast<double>(texture->at({(static_cast<float>(x) + 0.5f) / 64.0f,
-                                                      (static_cast<float>(y) + 0.5f) / 64.0f},
-                                                     level / static_cast<float>(side))[c]);
+              sum += static_cast<double>(
+                  texture->at({(static_cast<float>(x) + 0.5f) / 64.0f, (static_cast<float>(y) + 0.5f) / 64.0f},
+                              level / static_cast<float>(side))[c]);
           EXPECT_NEAR(sum / 4096.0, expected[c], 0.02) << width << " x " << height << ", " << level << " texels";
         }
       }
