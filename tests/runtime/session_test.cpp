@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
 
 #include <gtest/gtest.h>
 
@@ -142,6 +143,34 @@ TEST(Session, an_object_with_on_is_set_down_wherever_it_goes) {
   moved.position.x = 40.0; // outside
   EXPECT_FALSE(session->set_placement(0, moved));
   EXPECT_EQ(session->placements()[0].position.x, 1.0) << "it stays where it was";
+}
+
+/// A cube in the place of the ring, that shines in green.
+void put_lamp(Studio& studio, double green) {
+  std::ofstream(studio.folder / "lamp.mtl") << "newmtl lamp\nKd 0.3 0.3 0.3\nKe 0 " << green << " 0\n";
+  std::ofstream(studio.folder / "lamp.obj")
+      << "mtllib lamp.mtl\nv 0 0 0\nv .2 0 0\nv .2 .2 0\nv 0 .2 0\nv 0 0 .2\nv .2 0 .2\nv .2 .2 .2\nv 0 .2 .2\n"
+         "usemtl lamp\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  ObjectConfig& object = studio.config.objects[0];
+  object.model = studio.folder / "lamp.obj";
+  object.position = {1.9, 3.3, 0.02};
+  object.rotation_deg = {0.0, 0.0, 0.0};
+}
+
+TEST(Session, an_object_that_shines_lights_the_room_around_it_in_its_colour) {
+  Studio studio;
+  put_lamp(studio, 0.0);
+  const auto off = studio.render(Backend::rays);
+  put_lamp(studio, 5.0);
+  const auto on = studio.render(Backend::rays);
+  ASSERT_TRUE(off && on);
+  Rgb gain(0.0f);
+  for (std::size_t i = 0; i < studio.photo.texels.size(); ++i)
+    if (off->composite.coverage[i] == 0.0f)
+      gain += on->composite.picture.texels[i] - off->composite.picture.texels[i];
+  EXPECT_GT(gain.g, 1.0f);
+  EXPECT_LT(std::fabs(gain.r), 0.01f * gain.g) << "only green light is added";
+  EXPECT_TRUE(test::is_sound(on->composite, studio.photo));
 }
 
 TEST(Session, objects_that_come_and_go_leave_the_frame_of_a_new_session) {
