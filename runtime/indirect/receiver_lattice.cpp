@@ -37,12 +37,11 @@ struct ReceiverLattice::Node {
   Rgb hidden{0.0f}; ///< irradiance from what the objects hide
   Rgb before{0.0f}; ///< without the objects, sun excepted
   IndirectChange change;
-  Rgb lost{0.0f};                     ///< direct irradiance that the objects keep away
-  RoomPoint open;                     ///< light without the objects, unshadowed
-  std::optional<VertexProbes> probes; ///< that light it
-  float blocked = 0.0f;               ///< part of the windows that they keep away
-  float visible = 0.0f;               ///< part of the windows that the room leaves
-  float distance = 0.0f;              ///< to the nearest surface of an object, radii
+  Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
+  RoomPoint open;        ///< light without the objects, unshadowed
+  float blocked = 0.0f;  ///< part of the windows that they keep away
+  float visible = 0.0f;  ///< part of the windows that the room leaves
+  float distance = 0.0f; ///< to the nearest surface of an object, radii
   std::atomic<std::uint64_t> light_version{0}, lost_version{0}, open_version{0}, distance_version{0},
       blocked_version{0}, visible_version{0};
   std::uint64_t placement_version = 0, sky_version = 0;
@@ -173,11 +172,8 @@ float ReceiverLattice::State::current_blocked(Node& node) const {
 }
 
 const RoomPoint& ReceiverLattice::State::current_light(Node& node) const {
-  once(node.open_version, sky_version, node.renewing, [&] {
-    if (!node.probes)
-      node.probes = scene.light.probes_at(node.x + kAirGap_m * node.n);
-    node.open = scene.light.evaluate(node.triangle, node.x, -node.n, *node.probes);
-  });
+  once(node.open_version, sky_version, node.renewing,
+       [&] { node.open = scene.light.at_surface(node.triangle, node.x, -node.n); });
   return node.open;
 }
 

@@ -196,15 +196,13 @@ RoomPoint RoomLight::at_surface(std::uint32_t triangle, const glm::dvec3& x, con
 }
 
 RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const {
-  return evaluate(triangle, x, direction, probes_at(x + kAirGap_m * normal(triangle, direction)));
-}
-
-RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
-                              const VertexProbes& probes) const {
   const State& s = *state_;
-  const glm::vec3 n(normal(triangle, direction));
-  return s.point(triangle, {s.indirect_at(normal(triangle, direction), probes),
-                            open_sky_irradiance(s.pyramid, s.apertures, {&x, 1}, {&n, 1}).front()});
+  const glm::dvec3 n = s.planes[s.planes.facing_of(triangle, direction)].normal;
+  VertexProbes probes;
+  probes.count = s.sampler.weights(x + kAirGap_m * n, probes.probe, probes.weight);
+  const glm::vec3 normal(n);
+  return s.point(
+      triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, {&x, 1}, {&normal, 1}).front()});
 }
 
 VertexProbes RoomLight::probes_at(const glm::dvec3& x) const {

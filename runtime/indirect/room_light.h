@@ -52,9 +52,6 @@ public:
   RoomPoint at_surface(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same without cells: the slow twin.
   RoomPoint evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
-  /// At a point that is looked up again, whose probes are known.
-  RoomPoint evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
-                     const VertexProbes& probes) const;
 
   /// The indirect part alone, for points that are looked up again: which probes light x, a point in the air, and what
   /// they give a surface of normal n.
