@@ -22,7 +22,8 @@ constexpr int kSamples = 4;
 // Places in a pixel at an outline: a rotated square.
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
-constexpr float kEdge = 0.25f; // a larger step between neighbours, of the brighter one, is smoothed
+constexpr float kEdge = 0.25f;  // a larger step between neighbours, of the brighter one, is smoothed
+constexpr float kSteep = 0.75f; // a larger one is sampled
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 // Five pixels whose sum holds each place of a pattern of four once.
 constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
@@ -77,6 +78,9 @@ public:
   GlossyCounts paint(const PhotoScale& scale) {
     pixels_.resize(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()));
     for_pixels([&](int x, int y, Queue& queue) { trace_pixel(x, y, queue); });
+    is_steep_.resize(pixels_.size());
+    for_box([&](int x, int y) { is_steep_[in_box(x, y)] = shows_edge(x, y, kSteep); });
+    for_pixels([&](int x, int y, Queue& queue) { divide_pixel(x, y, queue); });
     std::atomic<std::uint64_t> count = 0;
     parallel_for(box_.y0, box_.y1, [&](int y) { count += write_row(y, scale); });
     return {count, ray_count_};
@@ -115,6 +119,13 @@ private:
               pixels_[in_box(x, y)].average();
         });
   }
+  template <class Pixel>
+  void for_box(const Pixel& pixel) {
+    parallel_for(box_.y0, box_.y1, [&](int y) {
+      for (int x = box_.x0; x < box_.x1; ++x)
+        pixel(x, y);
+    });
+  }
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * composite_.picture.width + x; }
   std::size_t in_box(int x, int y) const {
     return static_cast<std::size_t>(y - box_.y0) * box_.width() + static_cast<std::size_t>(x - box_.x0);
@@ -129,7 +140,18 @@ private:
     else if (coverage > 0.0f)
       add_four(x, y, queue);
   }
-  bool is_edge(int x, int y, const GlossyPixel& p) const {
+  /// The outline of a window is as sharp as white paper on black: a pixel there takes four rays of the camera.
+  void divide_pixel(int x, int y, Queue& queue) {
+    if (!is_steep_[in_box(x, y)])
+      return;
+    pixels_[in_box(x, y)] = {};
+    add_four(x, y, queue);
+  }
+  /// Inside an object, in a narrow lobe: a neighbour differs by more than `step` of the brighter one.
+  bool shows_edge(int x, int y, float step) const {
+    const GlossyPixel& p = pixels_[in_box(x, y)];
+    if (p.part == kNoPart || p.alpha >= kWideAlpha || composite_.coverage[index(x, y)] < 1.0f)
+      return false;
     constexpr std::array<glm::ivec2, 4> kBeside{glm::ivec2(1, 0), glm::ivec2(-1, 0), glm::ivec2(0, 1),
                                                 glm::ivec2(0, -1)};
     return std::ranges::any_of(kBeside, [&](const glm::ivec2& d) {
@@ -137,7 +159,7 @@ private:
         return false;
       const GlossyPixel& q = pixels_[in_box(x + d.x, y + d.y)];
       const float a = luminance(p.radiance), b = luminance(q.radiance);
-      return q.part != kNoPart && std::fabs(a - b) > kEdge * std::max(a, b);
+      return q.part != kNoPart && std::fabs(a - b) > step * std::max(a, b);
     });
   }
 
@@ -232,7 +254,7 @@ private:
         const glm::vec3 turn = q.normal - p.normal;
         return q.part == p.part ? std::max(1.0f - glm::dot(turn, turn) / (p.alpha * p.alpha), 0.0f) : 0.0f;
       });
-    if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p))
+    if (is_steep_[in_box(x, y)] || !shows_edge(x, y, kEdge))
       return p.radiance;
     return mean_around(x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; });
   }
@@ -260,7 +282,8 @@ private:
   const RoomSeen& room_;
   Composite& composite_;
   const PixelBox box_;
-  std::vector<GlossyPixel> pixels_; ///< in the box
+  std::vector<GlossyPixel> pixels_;    ///< in the box
+  std::vector<std::uint8_t> is_steep_; ///< per pixel of it
   std::atomic<std::uint64_t> ray_count_{0};
 };
 
