@@ -22,13 +22,14 @@ constexpr int kSamples = 4;
 // Places in a pixel at an outline: a rotated square.
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
-constexpr float kEdge = 0.25f;  // a larger step between neighbours, of the brighter one, is smoothed
-constexpr float kSteep = 0.75f; // a larger one is sampled
+constexpr float kEdge = 0.25f; // a larger step between neighbours, of the brighter one, is smoothed
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 // Five pixels whose sum holds each place of a pattern of four once.
 constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
 // A variance of a third of a square pixel: four times that of the pixel's own square.
 constexpr std::array<float, 3> kEdgeTaps{0.33f, 1.0f, 0.33f};
+// A neighbour counts at most so many times as bright as the pixel: the mirrored sun does not grow by a pixel.
+constexpr float kBrighter = 10.0f;
 
 /// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
 /// square of four by four pixels has all. The same in every frame: a still scene does not flicker.
@@ -78,9 +79,6 @@ public:
   GlossyCounts paint(const PhotoScale& scale) {
     pixels_.resize(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()));
     for_pixels([&](int x, int y, Queue& queue) { trace_pixel(x, y, queue); });
-    is_steep_.resize(pixels_.size());
-    for_box([&](int x, int y) { is_steep_[in_box(x, y)] = shows_edge(x, y, kSteep); });
-    for_pixels([&](int x, int y, Queue& queue) { divide_pixel(x, y, queue); });
     std::atomic<std::uint64_t> count = 0;
     parallel_for(box_.y0, box_.y1, [&](int y) { count += write_row(y, scale); });
     return {count, ray_count_};
@@ -119,13 +117,6 @@ private:
               pixels_[in_box(x, y)].average();
         });
   }
-  template <class Pixel>
-  void for_box(const Pixel& pixel) {
-    parallel_for(box_.y0, box_.y1, [&](int y) {
-      for (int x = box_.x0; x < box_.x1; ++x)
-        pixel(x, y);
-    });
-  }
   std::size_t index(int x, int y) const { return static_cast<std::size_t>(y) * composite_.picture.width + x; }
   std::size_t in_box(int x, int y) const {
     return static_cast<std::size_t>(y - box_.y0) * box_.width() + static_cast<std::size_t>(x - box_.x0);
@@ -140,18 +131,7 @@ private:
     else if (coverage > 0.0f)
       add_four(x, y, queue);
   }
-  /// The outline of a window is as sharp as white paper on black: a pixel there takes four rays of the camera.
-  void divide_pixel(int x, int y, Queue& queue) {
-    if (!is_steep_[in_box(x, y)])
-      return;
-    pixels_[in_box(x, y)] = {};
-    add_four(x, y, queue);
-  }
-  /// Inside an object, in a narrow lobe: a neighbour differs by more than `step` of the brighter one.
-  bool shows_edge(int x, int y, float step) const {
-    const GlossyPixel& p = pixels_[in_box(x, y)];
-    if (p.part == kNoPart || p.alpha >= kWideAlpha || composite_.coverage[index(x, y)] < 1.0f)
-      return false;
+  bool is_edge(int x, int y, const GlossyPixel& p) const {
     constexpr std::array<glm::ivec2, 4> kBeside{glm::ivec2(1, 0), glm::ivec2(-1, 0), glm::ivec2(0, 1),
                                                 glm::ivec2(0, -1)};
     return std::ranges::any_of(kBeside, [&](const glm::ivec2& d) {
@@ -159,7 +139,7 @@ private:
         return false;
       const GlossyPixel& q = pixels_[in_box(x + d.x, y + d.y)];
       const float a = luminance(p.radiance), b = luminance(q.radiance);
-      return q.part != kNoPart && std::fabs(a - b) > step * std::max(a, b);
+      return q.part != kNoPart && std::fabs(a - b) > kEdge * std::max(a, b);
     });
   }
 
@@ -250,16 +230,21 @@ private:
   /// A wide lobe is shared by the pixels around. A narrow one shows pictures, whose edges are smoothed.
   Rgb smoothed(int x, int y, const GlossyPixel& p) const {
     if (p.alpha >= kWideAlpha) // weight 1 - (angle of the normals / alpha)^2
-      return mean_around(x, y, kSharedTaps, [&](const GlossyPixel& q) {
-        const glm::vec3 turn = q.normal - p.normal;
-        return q.part == p.part ? std::max(1.0f - glm::dot(turn, turn) / (p.alpha * p.alpha), 0.0f) : 0.0f;
-      });
-    if (is_steep_[in_box(x, y)] || !shows_edge(x, y, kEdge))
+      return mean_around(
+          x, y, kSharedTaps,
+          [&](const GlossyPixel& q) {
+            const glm::vec3 turn = q.normal - p.normal;
+            return q.part == p.part ? std::max(1.0f - glm::dot(turn, turn) / (p.alpha * p.alpha), 0.0f) : 0.0f;
+          },
+          [](const GlossyPixel& q) { return q.radiance; });
+    if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p))
       return p.radiance;
-    return mean_around(x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; });
+    return mean_around(
+        x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; },
+        [&](const GlossyPixel& q) { return glm::min(q.radiance, kBrighter * p.radiance); });
   }
-  template <std::size_t N, class Weight>
-  Rgb mean_around(int x, int y, const std::array<float, N>& taps, const Weight& weight_of) const {
+  template <std::size_t N, class Weight, class Light>
+  Rgb mean_around(int x, int y, const std::array<float, N>& taps, const Weight& weight_of, const Light& light) const {
     constexpr int kReach = static_cast<int>(N / 2);
     Rgb sum(0.0f);
     float whole = 0.0f;
@@ -270,7 +255,7 @@ private:
         const GlossyPixel& q = pixels_[in_box(x + i, y + j)];
         const float weight =
             taps[static_cast<std::size_t>(i + kReach)] * taps[static_cast<std::size_t>(j + kReach)] * weight_of(q);
-        sum += weight * q.radiance;
+        sum += weight * light(q);
         whole += weight;
       }
     return sum / whole;
@@ -282,8 +267,7 @@ private:
   const RoomSeen& room_;
   Composite& composite_;
   const PixelBox box_;
-  std::vector<GlossyPixel> pixels_;    ///< in the box
-  std::vector<std::uint8_t> is_steep_; ///< per pixel of it
+  std::vector<GlossyPixel> pixels_; ///< in the box
   std::atomic<std::uint64_t> ray_count_{0};
 };
 
