@@ -8,6 +8,7 @@
 
 #include "precompute/held_out.h"
 #include "precompute/probes.h"
+#include "scene/volume/indirect_light.h"
 
 namespace daylit::bench {
 
@@ -170,13 +171,15 @@ Result<ReferenceLight> trace_reference(const Room& room, const std::vector<Apert
 }
 
 Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, const ReferenceLight& reference) {
-  const auto sampler = LightFieldSampler::make(volume);
-  if (!sampler)
-    return sampler.error();
-  const LightField field = combine(volume, region_radiance(sky.sky, volume.partition), ShOrder::fourth);
+  const auto scene = RayScene::build(volume.room);
+  if (!scene)
+    return scene.error();
+  const auto indirect = IndirectLight::make(volume, *scene, sky.sky);
+  if (!indirect)
+    return indirect.error();
   Ratio coefficients, received, coefficient_noise, received_noise;
   for (std::size_t p = 0; p < reference.points.size(); ++p) {
-    const auto got = sampler->sample_all(field, reference.points[p]);
+    const auto got = indirect->at(reference.points[p]);
     if (!got) {
       const glm::dvec3& at = reference.points[p];
       return Error{ErrorCode::not_found, "the volume knows no light at a reference point",

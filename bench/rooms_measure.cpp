@@ -9,7 +9,7 @@
 
 #include "bench/room_bake.h"
 #include "scene/core/seconds.h"
-#include "scene/volume/volume_combiner.h"
+#include "scene/volume/indirect_light.h"
 #include "scene/volume/volume_file.h"
 
 namespace daylit::bench {
@@ -29,11 +29,11 @@ struct Sums {
 
 double square(const Rgb& c) { return static_cast<double>(glm::dot(c, c)); }
 
-Sums compare(const LightFieldSampler& sampler, const LightField& field, const std::vector<glm::dvec3>& points,
+Sums compare(const IndirectLight& indirect, const std::vector<glm::dvec3>& points,
              std::span<const IrradianceEstimate> truth) {
   Sums sums;
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const auto light = sampler.sample_all(field, points[p]);
+    const auto light = indirect.at(points[p]);
     sums.unknown += light ? 0 : 1;
     for (std::size_t k = 0; k < 6; ++k) {
       glm::vec3 normal(0.0f);
@@ -90,18 +90,31 @@ double percentile95(std::vector<double> values) {
   return values[std::min(values.size() - 1, static_cast<std::size_t>(0.95 * static_cast<double>(values.size())))];
 }
 
+/// The volume's light under the skies of the truth.
+Result<std::vector<IndirectLight>> lights_under(const std::vector<RoomTruth>& truth, const BasisVolume& volume,
+                                                const RayScene& scene) {
+  std::vector<IndirectLight> lights;
+  for (const RoomTruth& t : truth) {
+    auto light = IndirectLight::make(volume, scene, t.sky.sky);
+    if (!light)
+      return light.error();
+    lights.push_back(std::move(*light));
+  }
+  return lights;
+}
+
 /// Errors place by place, sky by sky; the worst of smooth skies and of suns beside their bars.
 Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const std::vector<RoomTruth>& truth,
-            const BasisVolume& volume, const LightFieldSampler& sampler) {
+            const std::vector<IndirectLight>& lights) {
   Json rows = Json::array();
   std::size_t first = 0;
   for (std::size_t i = 0; i < places.size() && (i == 0 || !one.first_place); ++i) {
     const std::size_t count = 6 * places[i].points.size();
     std::vector<double> smooth, suns;
     Json row = {{"place", places[i].place->name}, {"skies", Json::array()}, {"unknown_points", 0}, {"noise", 0.0}};
-    for (const RoomTruth& t : truth) {
-      const LightField field = combine(volume, region_radiance(t.sky.sky, volume.partition), ShOrder::fourth);
-      const Sums sums = compare(sampler, field, places[i].points, std::span(t.irradiance).subspan(first, count));
+    for (std::size_t s = 0; s < truth.size(); ++s) {
+      const RoomTruth& t = truth[s];
+      const Sums sums = compare(lights[s], places[i].points, std::span(t.irradiance).subspan(first, count));
       (t.sky.small_sun ? suns : smooth).push_back(sums.nrms());
       row["skies"].push_back({{"sky", t.sky.name}, {"error", sums.nrms()}, {"noise", sums.noise()}});
       row["unknown_points"] = sums.unknown;
@@ -186,10 +199,13 @@ Result<Json> measure_case(const RoomCase& one, const RealRoom& room, const Measu
   const auto volume = read_volume(path);
   if (!volume)
     return volume.error();
-  const auto sampler = LightFieldSampler::make(*volume);
-  if (!sampler)
-    return sampler.error();
-  row["places"] = errors(one, *places, *truth, *volume, *sampler);
+  const auto scene = RayScene::build(volume->room);
+  if (!scene)
+    return scene.error();
+  const auto lights = lights_under(*truth, *volume, *scene);
+  if (!lights)
+    return lights.error();
+  row["places"] = errors(one, *places, *truth, *lights);
   row["met"] = is_met(one, row);
   return row;
 }

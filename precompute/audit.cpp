@@ -181,15 +181,41 @@ std::vector<std::size_t> Audit::probes() const {
   return {list.begin(), list.end()};
 }
 
+/// Of the volume; 0 where it knows none.
+std::vector<ShRadiance> Audit::light_at_points(const LightField& field, const FirstReflection* surfaces,
+                                               std::span<const Rgb> stored, std::span<const Rgb> sent) const {
+  std::vector<ShRadiance> light(points_.size());
+  parallel_for(std::size_t{0}, points_.size(), [&](std::size_t p) {
+    light[p] = sampler_.sample_all(field, points_[p]).value_or(ShRadiance{});
+    if (!surfaces)
+      return;
+    std::array<std::uint32_t, 8> probe;
+    std::array<float, 8> weight;
+    const auto used = static_cast<std::size_t>(sampler_.weights(points_[p], probe, weight));
+    ShRadiance more = surfaces->correction(points_[p], std::span(probe).first(used), std::span(weight).first(used),
+                                           stored, [&](std::size_t e, const glm::dvec3&) { return sent[e]; });
+    if (field.band4.empty())
+      more.band4 = {};
+    light[p] += more;
+  });
+  return light;
+}
+
 /// total: volume against truth at the points. sky part: volume against truth at the probes. grid part: exact probes,
 /// interpolated, against truth at the points. band 4: nine true coefficients against order 4, as irradiance.
 SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<const float> exact_at_points,
                           std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                          std::span<const std::size_t> probes) const {
+                          std::span<const std::size_t> probes, const FirstReflection* surfaces,
+                          std::span<const Rgb> sent) const {
   std::vector<Rgb> radiance;
   for (const float r : radiance_on(volume.partition, skies_[s]))
     radiance.emplace_back(r);
   const LightField field = combine(volume, radiance, ShOrder::fourth);
+  const bool near = surfaces && skies_[s].is_sun;
+  const std::vector<ShRadiance> light =
+      near ? light_at_points(field, surfaces, surfaces->radiance(radiance),
+                             sent.subspan(s * surfaces->elements().size(), surfaces->elements().size()))
+           : light_at_points(field, nullptr, {}, {});
   const Column at_points{exact_at_points, skies_.size(), s}, band4{band4_at_points, skies_.size(), s},
       at_probes{exact_at_probes, skies_.size(), s};
   LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
@@ -202,7 +228,7 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
   interpolate_probes(interpolated_, exact);
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const Sh9Rgb truth = at_points.at(p);
-    const ShRadiance all{truth, band4.at(p)}, got = sampler_.sample_all(field, points_[p]).value_or(ShRadiance{});
+    const ShRadiance all{truth, band4.at(p)}, &got = light[p];
     if (p >= in_air_) {
       add_irradiance(standing, got, all);
       continue;
@@ -220,11 +246,12 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
 /// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.
 AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                         std::span<const std::size_t> probes) const {
+                         std::span<const std::size_t> probes, const FirstReflection* surfaces,
+                         std::span<const Rgb> sent) const {
   const auto middle = points_.begin() + static_cast<std::ptrdiff_t>(in_air_);
   AuditReport report{{points_.begin(), middle}, {middle, points_.end()}, std::vector<SkyError>(skies_.size()), {}};
   parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
-    report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes);
+    report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes, surfaces, sent);
   });
   for (std::size_t s = 0; s < skies_.size(); ++s)
     for (std::size_t p = 0; p < in_air_; ++p) {

@@ -14,6 +14,7 @@
 #include "precompute/held_out.h"
 #include "radiosity/solve.h"
 #include "scene/room/aperture.h"
+#include "scene/volume/first_reflection.h"
 #include "scene/volume/interpolated_probes.h"
 #include "scene/volume/volume.h"
 
@@ -65,15 +66,21 @@ public:
   std::size_t skies() const { return skies_.size(); }
 
   /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky], the latter at `probes`, which hold all
-  /// of probes() that are valid. `band4_at_points`: the same of l = 4.
+  /// of probes() that are valid. `band4_at_points`: the same of l = 4. `surfaces`, `sent`: the volume's elements and
+  /// what they send back of the skies' direct light, [sky][element]; the light under suns is corrected by it, as that
+  /// of IndirectLight is; null: the volume has none.
   AuditReport judge(const BasisVolume& volume, std::span<const float> exact_at_points,
                     std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                    std::span<const std::size_t> probes) const;
+                    std::span<const std::size_t> probes, const FirstReflection* surfaces = nullptr,
+                    std::span<const Rgb> sent = {}) const;
 
 private:
   SkyError judge_sky(std::size_t sky, const BasisVolume& volume, std::span<const float> exact_at_points,
                      std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                     std::span<const std::size_t> probes) const;
+                     std::span<const std::size_t> probes, const FirstReflection* surfaces,
+                     std::span<const Rgb> sent) const;
+  std::vector<ShRadiance> light_at_points(const LightField& field, const FirstReflection* surfaces,
+                                          std::span<const Rgb> stored, std::span<const Rgb> sent) const;
   LightFieldSampler sampler_;
   std::vector<InterpolatedProbe> interpolated_;
   std::vector<glm::dvec3> points_;

@@ -14,13 +14,17 @@ using detail::LightElements;
 using detail::ProbePoints;
 using detail::Problem;
 
-/// Nothing stands between neighbouring probes whose values are fitted together.
-ProbeFit fit_of(const Problem& problem, const ProbePoints& points) {
+/// Nothing stands between neighbouring probes whose values are fitted together. Those of a fine sky are not: what
+/// curves their light most, surfaces near by, is corrected at each point (FirstReflection).
+ProbeFit fit_of(const Problem& problem, const ProbePoints& points, bool fine) {
   const ProbeSet& probes = problem.probes;
-  return ProbeFit::make(probes, points.probe, [&](std::size_t a, std::size_t b) {
-    const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
-    return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
-  });
+  return ProbeFit::make(
+      probes, points.probe,
+      [&](std::size_t a, std::size_t b) {
+        const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
+        return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
+      },
+      !fine);
 }
 
 /// Direct light of all regions: rows per element of a fine sky, of whose thousands of nodes each sees some, or a table
@@ -163,7 +167,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
   const ProbePoints points(problem->probes, problem->mesh.origin);
-  const ProbeFit fit = fit_of(*problem, points);
+  const ProbeFit fit = fit_of(*problem, points, fine);
   const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
   const auto hits = radiosity::gather_hits(points.at, elements->patches, elements->mesh, elements->rays,
                                            {.rays = options.gather_rays, .group = elements->parent, .faces = &faces},
@@ -180,12 +184,17 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .apertures = problem->apertures.list,
                      .provenance = {}};
   const detail::Stage stage{*problem, *elements, faces, *exchange, points, *hits, fit, options, progress, clock};
-  const Result<void> done = fine ? detail::bake_fine_sky(stage, std::move(light->rows), volume, report)
-                                 : detail::bake_regions(stage, light->table, volume, report);
-  if (!done)
+  std::vector<std::uint32_t> source;
+  if (fine) {
+    auto sources = detail::bake_fine_sky(stage, std::move(light->rows), volume, report);
+    if (!sources)
+      return sources.error();
+    source = std::move(*sources);
+  } else if (const Result<void> done = detail::bake_regions(stage, light->table, volume, report); !done) {
     return done.error();
+  }
   if (options.audit) {
-    auto audited = detail::audit_bake(stage, file.room, volume);
+    auto audited = detail::audit_bake(stage, file.room, volume, source);
     if (!audited)
       return audited.error();
     report.audit = std::move(*audited);

@@ -16,6 +16,7 @@
 #include "scene/room/dark_room.h"
 #include "scene/sky/direct_sky.h"
 #include "scene/sky/sky.h"
+#include "scene/volume/indirect_light.h"
 #include "scene/volume/volume_file.h"
 
 namespace {
@@ -52,8 +53,7 @@ Result<Sky> read_sky(const Arguments& a) {
 
 /// Everything that one point needs; queries are thread-safe.
 struct Probe {
-  LightField field;
-  LightFieldSampler sampler;
+  IndirectLight indirect;
   const BasisVolume& volume;
   const RayScene& scene;
   std::optional<DirectSky> direct = {};
@@ -63,7 +63,7 @@ struct Probe {
 
   /// Zero in a closed room that no light enters; empty outside and in furniture.
   std::optional<ShRadiance> light_at(const glm::dvec3& p) const {
-    const std::optional<ShRadiance> light = sampler.sample_all(field, p);
+    const std::optional<ShRadiance> light = indirect.at(p);
     return light || !is_in_dark_room(scene, volume.room, volume.apertures, p) ? light : ShRadiance{};
   }
   std::optional<Sh9Rgb> nine_at(const glm::dvec3& p) const {
@@ -82,8 +82,8 @@ struct Probe {
       while (seen < light.bias && !bias.compare_exchange_weak(seen, light.bias)) {
       }
     }
-    const Rgb indirect = glm::max(irradiance(light.radiance, glm::vec3(at.normal)), Rgb(0.0f)); // rounding
-    return direct ? indirect + direct->irradiance(at.position, at.normal) : indirect;
+    const Rgb reflected = glm::max(irradiance(light.radiance, glm::vec3(at.normal)), Rgb(0.0f)); // rounding
+    return direct ? reflected + direct->irradiance(at.position, at.normal) : reflected;
   }
 };
 
@@ -153,8 +153,10 @@ Result<ReinhartPatches> parse_patches(const std::string& text) {
 }
 
 /// All points are read before the first column is computed: a matrix has one row per point.
-Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const LightFieldSampler& sampler,
-                          const RayScene& scene) {
+Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const RayScene& scene) {
+  const Result<LightFieldSampler> sampler = LightFieldSampler::make(volume);
+  if (!sampler)
+    return sampler.error();
   const Result<ReinhartPatches> patches = parse_patches(a.matrix);
   if (!patches)
     return patches.error();
@@ -167,7 +169,7 @@ Result<void> print_matrix(const Arguments& a, const BasisVolume& volume, const L
   }
   ProgressLine progress(a.quiet);
   const Result<RadianceMatrix> matrix =
-      daylight_matrix(volume, sampler, scene, points, *patches, {a.coefficients, a.total}, progress.callback());
+      daylight_matrix(volume, *sampler, scene, points, *patches, {a.coefficients, a.total}, progress.callback());
   if (!matrix)
     return matrix.error();
   progress.clear();
@@ -198,18 +200,18 @@ Result<void> run(const Arguments& a) {
     print_positions(volume->probes);
   if (a.info || a.positions)
     return {};
-  Result<LightFieldSampler> sampler = LightFieldSampler::make(*volume);
-  if (!sampler)
-    return sampler.error();
   const Result<RayScene> scene = RayScene::build(volume->room);
   if (!scene)
     return scene.error();
   if (!a.matrix.empty())
-    return print_matrix(a, *volume, *sampler, *scene);
+    return print_matrix(a, *volume, *scene);
   const Result<Sky> sky = read_sky(a);
   if (!sky)
     return sky.error();
-  Probe probe{combine(*volume, region_radiance(*sky, volume->partition), ShOrder::fourth), *sampler, *volume, *scene};
+  Result<IndirectLight> indirect = IndirectLight::make(*volume, *scene, *sky);
+  if (!indirect)
+    return indirect.error();
+  Probe probe{std::move(*indirect), *volume, *scene};
   if (a.total)
     probe.direct.emplace(volume->room, volume->apertures, *scene, *sky);
   return answer_lines(a, probe);

@@ -58,6 +58,9 @@ void volume_in_world(const RoomFrame& frame, const RoomFile& file, const BakeOpt
   for (Aperture& a : volume.apertures)
     for (glm::dvec3& c : a.corners)
       c = frame.to_world(c);
+  for (std::array<glm::vec3, 3>& element : volume.elements.corner)
+    for (glm::vec3& c : element)
+      c = glm::vec3(glm::dvec3(c) * frame.unit_m);
   volume.room = file.room;
 }
 

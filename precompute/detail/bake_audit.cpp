@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <numbers>
 
 #include "precompute/detail/bake_stage.h"
+#include "scene/volume/first_reflection.h"
 
 namespace daylit::precompute::detail {
 
@@ -37,20 +39,41 @@ Result<std::vector<float>> fitted_coefficients(const Stage& s, const std::vector
   return fitted;
 }
 
-/// Radiosity of the elements under the audit's skies, from direct light that falls on the elements.
-Result<radiosity::Radiosity> held_out_radiosity(const Stage& s, Audit& audit) {
+/// Light of the elements under the audit's skies: straight from the sky, and radiosity.
+struct HeldOutLight {
+  radiosity::FirstBounce direct;
+  radiosity::Radiosity radiosity;
+};
+
+Result<HeldOutLight> held_out_light(const Stage& s, Audit& audit) {
   const LightElements& elements = s.elements;
   const auto light = radiosity::first_bounce_rows(elements.patches, elements.mesh, elements.rays,
                                                   s.problem.apertures.list, held_out_partition(), s.progress);
   if (!light)
     return light.error();
-  const radiosity::FirstBounce direct = audit.direct_light(*light, elements.patches),
-                               of_parents = elements.of_parents(direct);
+  radiosity::FirstBounce direct = audit.direct_light(*light, elements.patches);
+  const radiosity::FirstBounce of_parents = elements.of_parents(direct);
   const auto solved = radiosity::solve_radiosity(s.problem.patches, s.exchange, of_parents,
                                                  {.tolerance = s.options.tolerance}, s.progress);
   if (!solved)
     return solved.error();
-  return elements.radiosity_of(*solved, of_parents, direct);
+  radiosity::Radiosity sent = elements.radiosity_of(*solved, of_parents, direct);
+  return HeldOutLight{std::move(direct), std::move(sent)};
+}
+
+/// What the sources of the volume send back of the direct light: reflectance E / pi, [sky][source].
+std::vector<Rgb> first_reflection(const radiosity::FirstBounce& direct, std::span<const std::uint32_t> source,
+                                  const SourceElements& elements) {
+  std::vector<Rgb> radiance;
+  for (std::size_t sky = 0; sky < direct.columns(); ++sky)
+    for (std::size_t i = 0; i < source.size(); ++i)
+      for (int c = 0; c < 3; ++c) {
+        if (c == 0)
+          radiance.emplace_back(0.0f);
+        radiance.back()[c] = elements.reflectance[i][c] * direct.row(source[i], std::min(c, direct.channels - 1))[sky] /
+                             std::numbers::pi_v<float>;
+      }
+  return radiance;
 }
 
 /// What the audit's points see, by more rays than a probe has.
@@ -67,31 +90,39 @@ Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audi
 
 /// The same transport with other right-hand sides (held-out skies) and other receivers (held-out points), judged
 /// against what the volume gives there.
-Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolume& volume) {
+Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolume& volume,
+                               std::span<const std::uint32_t> source) {
   Result<Audit> audit =
       Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out, s.options.held_out_standing);
   if (!audit)
     return audit.error();
-  const auto radiosity = held_out_radiosity(s, *audit);
-  if (!radiosity)
-    return radiosity.error();
+  const auto light = held_out_light(s, *audit);
+  if (!light)
+    return light.error();
   const auto seen = seen_from_points(s, *audit);
   if (!seen)
     return seen.error();
-  const auto at_points = radiosity::gather_coefficients(*seen, *radiosity, s.progress);
+  const auto at_points = radiosity::gather_coefficients(*seen, light->radiosity, s.progress);
   if (!at_points)
     return at_points.error();
-  const auto band4 = radiosity::gather_coefficients(*seen, *radiosity, s.progress, radiosity::Bands::fourth);
+  const auto band4 = radiosity::gather_coefficients(*seen, light->radiosity, s.progress, radiosity::Bands::fourth);
   if (!band4)
     return band4.error();
   const std::vector<std::uint32_t> some = points_of(s.points, audit->probes());
-  const auto at_probes = fitted_coefficients(s, some, *radiosity);
+  const auto at_probes = fitted_coefficients(s, some, light->radiosity);
   if (!at_probes)
     return at_probes.error();
   std::vector<std::size_t> probes;
   for (const std::uint32_t point : some)
     probes.push_back(s.points.probe[point]);
-  AuditReport report = audit->judge(volume, *at_points, *band4, *at_probes, probes);
+  const auto rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  const std::optional<FirstReflection> surfaces = FirstReflection::make(volume, *rays);
+  const std::vector<Rgb> sent =
+      surfaces ? first_reflection(light->direct, source, volume.elements) : std::vector<Rgb>{};
+  AuditReport report =
+      audit->judge(volume, *at_points, *band4, *at_probes, probes, surfaces ? &*surfaces : nullptr, sent);
   s.clock.finish("audit");
   return report;
 }

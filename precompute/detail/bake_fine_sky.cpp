@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "precompute/detail/bake_stage.h"
 #include "precompute/detail/node_sharpening.h"
 #include "scene/core/parallel.h"
@@ -6,17 +8,15 @@ namespace daylit::precompute::detail {
 
 namespace {
 
-/// What the points see, fitted to probe values where neighbours see each other.
+/// What the points see.
 GatherRows gather_rows(const Stage& s) {
   const auto distinguished = [&s](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
-    for (const std::uint32_t point : s.fit.needed(some))
+    for (const std::uint32_t point : some)
       s.hits.mark_distinguished(s.points.position[point], of_patches);
   };
   const auto gather = [&s](std::span<const std::uint32_t> some, std::span<const std::uint32_t> part_end, float* out) {
-    const auto one = [&](std::uint32_t point, float* nine_rows) {
-      s.hits.weights(s.points.position[point], part_end, nine_rows);
-    };
-    s.fit.apply(some, 9 * part_end.size(), one, out);
+    for (std::size_t i = 0; i < some.size(); ++i)
+      s.hits.weights(s.points.position[some[i]], part_end, out + i * 9 * part_end.size());
   };
   GatherRows rows_of_points{distinguished, gather};
   if (s.options.sh_order == ShOrder::fourth)
@@ -37,15 +37,31 @@ std::vector<std::uint8_t> seen_patches(const Stage& s) {
   return patches;
 }
 
+/// The element of each source; of those that no probe sees, no corners.
+SourceElements elements_of(const Stage& s, const SurfaceLight& light, std::span<const std::uint8_t> seen,
+                           const glm::dvec3& origin) {
+  SourceElements elements;
+  for (std::size_t k = 0; k < light.source.size(); ++k) {
+    const std::uint32_t e = light.source[k];
+    auto& corner = elements.corner.emplace_back();
+    if (seen[s.elements.parent[e]])
+      std::ranges::transform(s.elements.patches.patches[e].corner, corner.begin(),
+                             [&](const glm::dvec3& c) { return glm::vec3(s.elements.mesh.origin + c - origin); });
+    elements.reflectance.push_back(light.reflectance[k]);
+  }
+  return elements;
+}
+
 } // namespace
 
 /// L_lm(probe) = sum over sources of T[lm, source] H_source,k for node k: H is sparse, T is factored per probe cluster.
-Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow> rows, BasisVolume& volume,
-                           BakeReport& report) {
+Result<std::vector<std::uint32_t>> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow> rows,
+                                                 BasisVolume& volume, BakeReport& report) {
   SurfaceLightReport surfaces;
   sharpen_nodes(volume.partition, rows);
-  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), seen_patches(s),
-                                   s.options.clusters, s.solve(), s.progress, surfaces);
+  const std::vector<std::uint8_t> seen = seen_patches(s);
+  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), seen, s.options.clusters,
+                                   s.solve(), s.progress, surfaces);
   if (!light)
     return light.error();
   report.solve = surfaces.solve;
@@ -57,9 +73,10 @@ Result<void> bake_fine_sky(const Stage& s, std::vector<radiosity::FirstBounceRow
     return compact.error();
   report.regions_stored = static_cast<int>(report.compact.nodes);
   report.first_bounce.regions_skipped = report.regions - report.regions_stored;
+  volume.elements = elements_of(s, *light, seen, volume.probes.origin);
   volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
   s.clock.finish("fine sky");
-  return {};
+  return light->source;
 }
 
 } // namespace daylit::precompute::detail

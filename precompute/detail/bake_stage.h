@@ -37,11 +37,13 @@ Result<void> bake_regions(const Stage& stage, const radiosity::FirstBounce& ligh
                           BakeReport& report);
 
 /// A sky of nodes: the light on the surfaces node by node (`rows` per element), then the factors from the surfaces to
-/// the probes.
-Result<void> bake_fine_sky(const Stage& stage, std::vector<radiosity::FirstBounceRow> rows, BasisVolume& volume,
-                           BakeReport& report);
+/// the probes. Returns the element of each source.
+Result<std::vector<std::uint32_t>> bake_fine_sky(const Stage& stage, std::vector<radiosity::FirstBounceRow> rows,
+                                                 BasisVolume& volume, BakeReport& report);
 
-/// The error of the finished volume: held-out skies taken straight to the probes and to the held-out points.
-Result<AuditReport> audit_bake(const Stage& stage, const Room& room, const BasisVolume& volume);
+/// The error of the finished volume: held-out skies taken straight to the probes and to the held-out points. `source`:
+/// the element of each of its sources.
+Result<AuditReport> audit_bake(const Stage& stage, const Room& room, const BasisVolume& volume,
+                               std::span<const std::uint32_t> source);
 
 } // namespace daylit::precompute::detail

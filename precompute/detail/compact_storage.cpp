@@ -104,6 +104,7 @@ CompactBasis assemble(const std::vector<ProbeCluster>& clusters, const SurfaceLi
                       const std::vector<float>& sigma, std::span<const std::size_t> probe_of_point) {
   CompactBasis basis;
   basis.light = store_first_light(light, sigma);
+  basis.light_unit = sigma;
   const Aggregates aggregates(clusters, sigma, basis);
   const auto add = [&](const ProbeCluster& c, const Factors& factors, CompactFactors& out) {
     out.cluster.push_back({.probes = static_cast<std::uint32_t>(c.point.size())});

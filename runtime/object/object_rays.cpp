@@ -8,7 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "runtime/base/orthonormal.h"
+#include "scene/core/orthonormal.h"
 #include "scene/material/fresnel.h"
 
 namespace daylit {

@@ -10,7 +10,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "runtime/base/orthonormal.h"
+#include "scene/core/orthonormal.h"
 #include "runtime/base/sh_rotation.h"
 #include "runtime/object/mesh_topology.h"
 #include "sh/sh9.h"

@@ -12,7 +12,7 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
-#include "runtime/base/orthonormal.h"
+#include "scene/core/orthonormal.h"
 
 namespace daylit {
 

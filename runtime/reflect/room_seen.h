@@ -14,7 +14,7 @@
 #include "runtime/indirect/room_light.h"
 #include "runtime/object/object_rays.h"
 #include "runtime/sky/sky_map.h"
-#include "runtime/sky/sun.h"
+#include "scene/sky/sun.h"
 #include "scene/lens/lens.h"
 #include "scene/room/aperture.h"
 

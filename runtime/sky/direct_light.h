@@ -15,7 +15,7 @@
 #include <glm/vec3.hpp>
 
 #include "runtime/sky/sky_map.h"
-#include "runtime/sky/sun.h"
+#include "scene/sky/sun.h"
 #include "runtime/sky/window_cone.h"
 #include "scene/volume/volume.h"
 

@@ -87,15 +87,13 @@ std::vector<SkyMap> sky_map_pyramid(SkyMap map) {
 
 /// Of each pixel; kFill outside the field.
 std::vector<std::uint32_t> SkyResampler::find_texels(const SkyImage& sky, const SkyMap& map) {
-  pixel_direction_.resize(sky.image().texels.size());
+  pixel_direction_ = daylit::pixel_directions(sky);
   std::vector<std::uint32_t> texels(pixel_direction_.size(), kFill);
   parallel_for(tbb::blocked_range<std::size_t>(0, texels.size()), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const auto w = sky.direction({static_cast<double>(i % image_width_), static_cast<double>(i / image_width_)});
-      if (!w || sky.solid_angle_sr()[i] <= 0.0f)
+      if (pixel_direction_[i] == glm::vec3(0.0f))
         continue;
-      pixel_direction_[i] = glm::vec3(*w);
-      const glm::dvec2 p = map.position(*w);
+      const glm::dvec2 p = map.position(glm::dvec3(pixel_direction_[i]));
       const int column = std::min(static_cast<int>(p.x), map.width - 1);
       const int row = std::min(static_cast<int>(p.y), map.height - 1);
       texels[i] = static_cast<std::uint32_t>(row * map.width + column);

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "runtime/sky/sun.h"
+#include "scene/sky/sun.h"
 #include "scene/sky/sky_image.h"
 #include "scene/sky/sky_partition.h"
 

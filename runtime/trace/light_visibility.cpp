@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "runtime/base/orthonormal.h"
+#include "scene/core/orthonormal.h"
 
 namespace daylit {
 

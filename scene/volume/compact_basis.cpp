@@ -76,7 +76,7 @@ std::size_t CompactFactors::bytes() const {
 }
 
 std::size_t CompactBasis::bytes() const {
-  return light.bytes() + sizeof(Aggregate) * aggregate.size() + sizeof(float) * aggregate_weight.size() + nine.bytes() +
+  return light.bytes() + sizeof(Aggregate) * aggregate.size() + sizeof(float) * (aggregate_weight.size() + light_unit.size()) + nine.bytes() +
          band4.bytes();
 }
 
@@ -163,6 +163,8 @@ Result<void> check_aggregates(const CompactBasis& basis) {
       return broken("aggregated sources overlap, or name sources that do not exist");
     end = g.end;
   }
+  if (!basis.light_unit.empty() && (basis.light_unit.size() != basis.sources() || !all_finite(basis.light_unit)))
+    return broken("the units of the sources are not finite, or not those of the sources");
   if (basis.aggregate_weight.size() != basis.sources() || !all_finite(basis.aggregate_weight))
     return broken("the weights of aggregated sources are not finite, or not those of the sources");
   return {};

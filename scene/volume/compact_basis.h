@@ -59,7 +59,8 @@ struct CompactBasis {
   struct Aggregate {
     std::uint32_t first = 0, end = 0;
   };
-  FirstLight light; ///< irradiance of each source
+  FirstLight light;              ///< irradiance of each source
+  std::vector<float> light_unit; ///< of each source: what 1 is in radiance unit x sr; empty: not known
   std::vector<Aggregate> aggregate;
   std::vector<float> aggregate_weight; ///< of each source
   CompactFactors nine;                 ///< coefficients of l <= 2

@@ -69,6 +69,14 @@ LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radian
   return field;
 }
 
+ShRadiance& ShRadiance::operator+=(const ShRadiance& other) {
+  for (std::size_t i = 0; i < nine.size(); ++i) {
+    nine[i] += other.nine[i];
+    band4[i] += other.band4[i];
+  }
+  return *this;
+}
+
 /// E(n) = sum_{l <= 2} A_l L_lm Y_lm(n), A = pi, 2 pi / 3, pi / 4; in units of radiance times steradian.
 Rgb irradiance(const Sh9Rgb& radiance_coefficients, const glm::vec3& unit_normal) {
   const std::array<float, 9> y = sh::evaluate9<float>(unit_normal);

@@ -45,6 +45,14 @@ struct VolumeProvenance {
   std::string report_json; ///< what the bake printed: times, skipped work, energy balance, error estimates
 };
 
+/// The elements of surface whose light the sources of a compact basis are, one for each source. Empty: not known.
+struct SourceElements {
+  /// Metres, relative to ProbeSet::origin; they turn left as seen from the lit side. All alike where a source stands
+  /// for surfaces that no probe sees.
+  std::vector<std::array<glm::vec3, 3>> corner;
+  std::vector<Rgb> reflectance;
+};
+
 struct BasisVolume {
   SkyPartition partition;
   ProbeSet probes;
@@ -57,6 +65,7 @@ struct BasisVolume {
   /// Not null: the basis of a partition of nodes (SkyPartition::fine) in factors; then stored_region and basis are
   /// empty.
   std::shared_ptr<const CompactBasis> compact;
+  SourceElements elements = {};    ///< of `compact`
   Room room;                       ///< world metres, windows included
   std::vector<Aperture> apertures; ///< windows and holes
   VolumeProvenance provenance;
@@ -87,6 +96,8 @@ LightField combine(const BasisVolume& volume, std::span<const Rgb> region_radian
 struct ShRadiance {
   Sh9Rgb nine{};
   Band4Rgb band4{};
+
+  ShRadiance& operator+=(const ShRadiance& other);
 };
 
 /// Interpolates between probes without light leaks. A point has a light field exactly when it sees a valid probe of

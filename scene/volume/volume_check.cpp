@@ -63,14 +63,32 @@ Result<void> check_probes(const ProbeSet& probes) {
   return interpolated ? Result<void>{} : Result<void>(interpolated.error());
 }
 
+/// None, or one for each source, whose unit is known then.
+Result<void> check_elements(const SourceElements& elements, const CompactBasis& basis) {
+  const std::size_t count = elements.corner.size();
+  if (elements.reflectance.size() != count || (count > 0 && (count != basis.sources() || basis.light_unit.empty())))
+    return broken("the elements of surface are not those of the sources");
+  for (const std::array<glm::vec3, 3>& corner : elements.corner)
+    for (const glm::vec3& c : corner)
+      if (!bounded(glm::dvec3(c)))
+        return broken("a corner of an element is not finite");
+  if (!std::ranges::all_of(elements.reflectance, in_unit_range))
+    return broken("the reflectance of an element is out of range");
+  return {};
+}
+
 /// One basis: rows of constant regions, increasing and finite, or factors over nodes.
 Result<void> check_rows(const BasisVolume& volume) {
   if (volume.compact) {
     if (!volume.partition.interpolated() || !volume.partition.rectangles().empty() || !volume.stored_region.empty() ||
         !volume.basis.empty() || !volume.band4.empty())
       return broken("a compact basis beside another one, or without nodes");
-    return check_compact(*volume.compact, volume.partition.size(), volume.probes.size());
+    if (const Result<void> good = check_compact(*volume.compact, volume.partition.size(), volume.probes.size()); !good)
+      return good;
+    return check_elements(volume.elements, *volume.compact);
   }
+  if (!volume.elements.corner.empty() || !volume.elements.reflectance.empty())
+    return broken("elements of surface without a compact basis");
   int last = -1;
   for (const std::int32_t region : volume.stored_region) {
     if (region <= last || region >= volume.partition.size())

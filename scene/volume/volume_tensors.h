@@ -47,6 +47,8 @@ void visit_common_tensors(Volume& volume, Flat& flat, Visit& visit) {
   visit("probe.plane_x", "F64", {}, volume.probes.planes[0], optional);
   visit("probe.plane_y", "F64", {}, volume.probes.planes[1], optional);
   visit("probe.plane_z", "F64", {}, volume.probes.planes[2], optional);
+  visit("element.corner", "F32", {3, 3}, volume.elements.corner, optional);
+  visit("element.reflectance", "F32", {3}, volume.elements.reflectance, optional);
   visit("sky.band", "F64", {2}, flat.band, always);
   visit("sky.band_cells", "I32", {2}, flat.band_cells, always);
   visit("sky.rectangle", "I32", {4}, flat.rectangle, optional);
@@ -90,6 +92,7 @@ void visit_compact_tensors(Compact& basis, bool band4, Visit& visit) {
   visit("compact.light_first_block", "U32", {}, basis.light.first_block, always);
   visit("compact.light_block", "U16", {}, basis.light.block, always);
   visit("compact.light_weight", "F16", {FirstLight::kBlock}, basis.light.weight, always);
+  visit("compact.light_unit", "F32", {}, basis.light_unit, optional);
   visit_factor_tensors("compact.", basis.nine, visit);
   if (band4)
     visit_factor_tensors("compact.band4.", basis.band4, visit);

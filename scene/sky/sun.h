@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "scene/image/rgb_image.h"
+#include "scene/sky/sky.h"
 #include "scene/sky/sky_image.h"
 
 namespace daylit {
@@ -26,11 +27,17 @@ struct DetectedSun {
   double noise_fraction = 1.0;
 };
 
-/// `pixel_directions`: unit direction per pixel, zero outside the field (SkyResampler keeps them).
+/// `directions`: pixel_directions(), which SkyResampler keeps.
 /// Empty when the brightest pixel is less than kSunContrast times the ring around it.
-std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::vec3>& pixel_directions);
+std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::vec3>& directions);
 
 constexpr float kSunContrast = 50.0f;
+
+/// Unit direction per pixel, zero outside the field.
+std::vector<glm::vec3> pixel_directions(const SkyImage& sky);
+
+/// The disc of a described sun, or that of the sun found in a picture.
+std::optional<SunDisc> small_sun(const Sky& sky);
 
 /// k-th of `count` directions that fill the sun's disc evenly (Vogel's spiral), unit.
 glm::dvec3 sun_disc_direction(const glm::dvec3& centre, int k, int count);

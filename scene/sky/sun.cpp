@@ -1,4 +1,4 @@
-#include "runtime/sky/sun.h"
+#include "scene/sky/sun.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/base/orthonormal.h"
+#include "scene/core/orthonormal.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
@@ -121,6 +121,26 @@ std::optional<DetectedSun> find_sun(const SkyImage& sky, const std::vector<glm::
   sun.normal_irradiance = glm::max(Rgb(cluster.excess), Rgb(0.0f));
   sun.noise_fraction = cluster.energy > 0.0 ? std::sqrt(cluster.square) / cluster.energy : 1.0;
   return sun;
+}
+
+std::vector<glm::vec3> pixel_directions(const SkyImage& sky) {
+  const auto width = static_cast<std::size_t>(sky.image().width);
+  std::vector<glm::vec3> directions(sky.image().texels.size(), glm::vec3(0.0f));
+  parallel_for(std::size_t{0}, directions.size(), [&](std::size_t i) {
+    if (sky.solid_angle_sr()[i] > 0.0f)
+      if (const auto d = sky.direction({static_cast<double>(i % width), static_cast<double>(i / width)}))
+        directions[i] = glm::vec3(*d);
+  });
+  return directions;
+}
+
+std::optional<SunDisc> small_sun(const Sky& sky) {
+  if (!sky.image())
+    return sky.sun();
+  const std::optional<DetectedSun> found = find_sun(*sky.image(), pixel_directions(*sky.image()));
+  if (!found)
+    return std::nullopt;
+  return SunDisc{found->direction, kSunAngularRadius, found->normal_irradiance};
 }
 
 /// Vogel 1979, "A better way to construct the sunflower head": radius sqrt((k + 1/2) / n), angle k times the golden

@@ -1,0 +1,66 @@
+#pragma once
+
+// What the surfaces near a point send it of the light that they receive straight from the sky. Beside a sun patch this
+// changes within centimetres: more than probes, sky nodes and the mean light of an element can tell. A compact basis
+// names its elements, so that their light can be taken out between the probes around a point, and put in again as it is
+// at the point (final gathering of the first bounce near by: Cohen & Wallace 1993, ch. 10.3; Ward et al. 1988 keep
+// near and distant light apart for the same reason).
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "scene/room/ray_scene.h"
+#include "scene/volume/volume.h"
+
+namespace daylit {
+
+class FirstReflection {
+public:
+  /// Radiance (unit of the sky) that an element sends back from a world point of it.
+  using RadianceAt = std::function<Rgb(std::size_t element, const glm::dvec3& point)>;
+
+  struct Element {
+    std::array<glm::dvec3, 3> corner; ///< world metres
+    glm::dvec3 middle{0.0}, normal{0.0};
+    double radius_m = 0; ///< of the sphere about the middle that holds the corners; 0: no probe sees it
+    Rgb reflectance{0.0f};
+  };
+
+  /// Empty: the volume does not name its elements. Copies what it needs, but for `scene`: the reflecting surfaces of
+  /// the volume's room.
+  static std::optional<FirstReflection> make(const BasisVolume& volume, const RayScene& scene);
+
+  const std::vector<Element>& elements() const { return element_; }
+  /// Of each element as the volume has it, under a sky of this radiance at its nodes.
+  std::vector<Rgb> radiance(std::span<const Rgb> node_radiance) const;
+  /// `actual` at the point less `stored` interpolated from the probes, over the elements near the point on which
+  /// `stored` is not 0. `weight`: of probes of the volume. Thread-safe.
+  ShRadiance correction(const glm::dvec3& world_point, std::span<const std::uint32_t> probe,
+                        std::span<const float> weight, std::span<const Rgb> stored, const RadianceAt& actual) const;
+
+private:
+  explicit FirstReflection(const RayScene& scene) : scene_(&scene) {}
+  struct Near {
+    std::uint32_t element;
+    float weight;
+  };
+  std::vector<Near> near(const glm::dvec3& point, double reach_m, std::span<const Rgb> stored) const;
+  ShRadiance gather(const glm::dvec3& point, std::span<const Near> list, const RadianceAt& radiance) const;
+  void add_probe(std::uint32_t probe, float weight, std::span<const Near> list, const RadianceAt& radiance,
+                 ShRadiance& sum) const;
+
+  const RayScene* scene_;
+  std::shared_ptr<const CompactBasis> basis_;
+  std::vector<Element> element_;
+  std::vector<glm::dvec3> probe_;                ///< world metres
+  std::vector<std::array<std::uint32_t, 2>> of_; ///< of an interpolated probe; else twice the probe itself
+  std::vector<float> weight_b_;
+};
+
+} // namespace daylit
