@@ -107,7 +107,7 @@ class Browser:
             self.driver.wait()
 
 
-def wait_for(what, condition, seconds=20):
+def wait_for(what, condition, seconds=120):
     end = time.time() + seconds
     while time.time() < end:
         value = condition()
@@ -124,6 +124,17 @@ def check(claim, holds, detail=""):
 
 
 check.failed = 0
+
+
+def becomes(claim, measure, holds, seconds=60):
+    """What is measured meets the claim before long: machines differ in how fast a picture follows."""
+    end = time.time() + seconds
+    while True:
+        value = measure()
+        if holds(value) or time.time() > end:
+            return check(claim, holds(value), value)
+
+
 PICTURE = """const i = document.getElementById('stream'), c = document.createElement('canvas');
 c.width = 64; c.height = 62; const p = c.getContext('2d'); p.drawImage(i, 0, 0, 64, 62);
 return Array.from(p.getImageData(0, 0, 64, 62).data).filter((_, k) => k % 4 === 1);"""
@@ -144,16 +155,16 @@ def look(b):
     """Everything of the page has something to show, and all of it comes from the server."""
     wait_for("a picture", lambda: b.run("return document.getElementById('stream').naturalWidth"))
     wait_for("an object", lambda: b.run("return document.querySelectorAll('#objects button').length"))
-    wait_for("a sky", lambda: state(b) == "drawing", 60)
+    wait_for("a sky", lambda: state(b) == "drawing")
     wait_for("stages", lambda: b.run("return document.querySelectorAll('#stage-names li').length") >= 3)
     wait_for("marks of the sky", lambda: b.run("return document.querySelectorAll('#sky-marks circle').length") > 8)
-    time.sleep(3)
-    check("the graph of the stages fills", b.run(COLOURS, "#stages") >= 4)
-    check("the room shows probes of many colours", b.run(COLOURS, "#room canvas") > 60, b.run(COLOURS, "#room canvas"))
+    becomes("the graph of the stages fills", lambda: b.run(COLOURS, "#stages"), lambda n: n >= 4)
+    becomes("the room shows probes of many colours", lambda: b.run(COLOURS, "#room canvas"), lambda n: n > 60)
     check("windows are outlined in the sky", b.run("return document.querySelectorAll('#sky-marks polyline').length") > 0)
     outlines = b.run("return document.querySelector('#sky-marks path').getAttribute('d').split('M').length - 1")
     check("regions are outlined in the sky", outlines > 20, outlines)
-    check("the cameras say the probable cause of losses", "packets are lost" in b.run("return document.getElementById('cameras').innerText"))
+    becomes("the cameras say the probable cause of losses",
+            lambda: b.run("return document.getElementById('cameras').innerText"), lambda text: "packets are lost" in text)
     foreign = b.run("""return performance.getEntriesByType('resource').map((e) => e.name)
         .filter((n) => !n.startsWith(location.origin) && !n.startsWith('blob:') && !n.startsWith('data:'))""")
     check("nothing is loaded from elsewhere", foreign == [], foreign)
@@ -172,15 +183,12 @@ def watch(b, moving, still):
         time.sleep(1.2)
         return changed_share(before, b.run(PICTURE))
 
-    moved = max(share_changed() for _ in range(4))  # some of the camera's places are alike
-    check("the picture moves with the camera", moved > 0.1, moved)
+    becomes("the picture moves with the camera", share_changed, lambda share: share > 0.1)
     moving.unplug()
     wait_for("the page says that the camera is away", lambda: "interior camera away" in state(b))
     still.plug()
-    wait_for("the picture is back", lambda: state(b) == "drawing", 30)
-    time.sleep(1)
-    stood = share_changed()
-    check("a camera that stands gives a picture that stands", stood < 0.01, stood)
+    wait_for("the picture is back", lambda: state(b) == "drawing")
+    becomes("a camera that stands gives a picture that stands", share_changed, lambda share: share < 0.01)
 
 
 def refuse(b, url, config):
@@ -224,15 +232,12 @@ def drag(b):
     still, before = b.run(PICTURE), b.ask(OBJECT)
     centre = b.run(MARK)
     b.drag(centre, (centre[0] - 70, centre[1] + 10))
-    time.sleep(1.5)
-    now = b.ask(OBJECT)
-    moved = max(abs(x - y) for x, y in zip(before[0]["position"][:2], now[0]["position"][:2]))
-    check("an object dragged in the picture moves on its floor",
-          moved > 0.05 and now[0]["position"][2] == before[0]["position"][2], (before, now))
-    check("and so does the picture", changed_share(still, b.run(PICTURE)) > 0.02, changed_share(still, b.run(PICTURE)))
-    there = b.run(MARK)
-    check("it comes where the pointer ended", abs(there[0] - centre[0] + 70) < 15 and abs(there[1] - centre[1] - 10) < 15,
-          (centre, there))
+    old = before[0]["position"]
+    becomes("an object dragged in the picture moves on its floor", lambda: b.ask(OBJECT)[0]["position"],
+            lambda now: max(abs(x - y) for x, y in zip(old[:2], now[:2])) > 0.05 and now[2] == old[2])
+    becomes("and so does the picture", lambda: changed_share(still, b.run(PICTURE)), lambda share: share > 0.02)
+    becomes("it comes where the pointer ended", lambda: b.run(MARK),
+            lambda there: abs(there[0] - centre[0] + 70) < 15 and abs(there[1] - centre[1] - 10) < 15)
     b.shot("dragged")
 
 
@@ -242,10 +247,8 @@ def drag_in_room(b):
     at = b.run("""const r = document.getElementById('room').getBoundingClientRect(), w = window.daylitRoom;
         const p = w.pixelOf(0); return [r.x + p[0], r.y + p[1]];""")
     b.drag(at, (at[0] + 30, at[1]))
-    time.sleep(1)
-    after = b.ask(OBJECT)[0]["position"]
-    check("an object dragged in the room moves on its floor",
-          max(abs(x - y) for x, y in zip(before[:2], after[:2])) > 0.03 and after[2] == before[2], (before, after))
+    becomes("an object dragged in the room moves on its floor", lambda: b.ask(OBJECT)[0]["position"],
+            lambda after: max(abs(x - y) for x, y in zip(before[:2], after[:2])) > 0.03 and after[2] == before[2])
 
 
 def edit(b, config):
@@ -254,13 +257,13 @@ def edit(b, config):
     for key in ("]", "+"):
         b.type("#picture", key)
         time.sleep(0.7)
+    becomes("keys turn and scale it", lambda: b.ask(OBJECT)[0],
+            lambda now: abs(now["rotation"][2] - turned["rotation"][2] + 5) < 1e-6 and now["scale"] > turned["scale"])
     now = b.ask(OBJECT)[0]
-    check("keys turn and scale it", abs(now["rotation"][2] - turned["rotation"][2] + 5) < 1e-6 and now["scale"] > turned["scale"],
-          (turned, now))
     full = b.run(PICTURE)
     b.click("#direct")
-    time.sleep(1)
-    check("without direct light the picture is another", changed_share(full, b.run(PICTURE)) > 0.01)
+    becomes("without direct light the picture is another", lambda: changed_share(full, b.run(PICTURE)),
+            lambda share: share > 0.01)
     b.click("#direct")
     b.click("#add-form button")
     wait_for("a second object", lambda: len(b.ask(OBJECT)) == 2)

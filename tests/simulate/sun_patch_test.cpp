@@ -1,0 +1,137 @@
+// Indirect light close beside a patch of sun: volume of the program at its defaults against path tracing.
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "scene/room/room_formats.h"
+#include "scene/sky/sky_description.h"
+#include "scene/volume/indirect_light.h"
+#include "scene/volume/volume_file.h"
+#include "simulate/irradiance.h"
+
+namespace daylit {
+namespace {
+
+/// 3 x 4 x 2.6 m with a window of 1 x 1 m in the wall y = 4, and a shelf of 0.6 m before the wall x = 0.
+const char* const kRoom = R"(mtllib room.mtl
+v 0 0 0
+v 3 0 0
+v 3 4 0
+v 0 4 0
+v 0 0 2.6
+v 3 0 2.6
+v 3 4 2.6
+v 0 4 2.6
+v 1 4 1
+v 2 4 1
+v 2 4 2
+v 1 4 2
+v 0 1 0.6
+v 0.5 1 0.6
+v 0.5 3 0.6
+v 0 3 0.6
+usemtl floor
+f 1 2 3 4
+usemtl wall
+f 5 8 7 6
+f 1 5 6 2
+f 2 6 7 3
+f 1 4 8 5
+f 3 7 11 10
+f 7 8 12 11
+f 8 4 9 12
+f 4 3 10 9
+f 13 14 15 16
+usemtl window
+f 9 10 11 12
+)";
+
+struct Baked {
+  BasisVolume volume;
+  Sky sky;
+};
+
+/// By the program, in a folder of this process; the sun stands at 40 degrees before the window.
+Result<Baked> bake() {
+  const std::string folder = ::testing::TempDir() + "sun_patch_" + std::to_string(::getpid());
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder + "/room.obj") << kRoom;
+  std::ofstream(folder + "/room.mtl")
+      << "newmtl floor\nKd 0.4 0.3 0.2\nnewmtl wall\nKd 0.7 0.7 0.6\nnewmtl window\nKd 0 0 0\n";
+  std::ofstream(folder + "/sky.toml") << "[sky]\nmodel = \"uniform\"\nradiance = 0.001\n"
+                                         "sun = { azimuth = 100, elevation = 40, normal_irradiance = 100 }\n";
+  const std::string command =
+      DAYLIT_BINARY_DIR "/bin/daylit-precompute '" + folder + "/room.obj' -o '" + folder + "/room.volume' --quiet";
+  if (std::system(command.c_str()) != 0)
+    return Error{ErrorCode::io, "daylit-precompute failed", folder, ""};
+  auto volume = read_volume(folder + "/room.volume");
+  auto sky = open_sky({.file = folder + "/sky.toml"});
+  std::filesystem::remove_all(folder);
+  if (!volume)
+    return volume.error();
+  if (!sky)
+    return sky.error();
+  return Baked{std::move(*volume), std::move(sky->sky)};
+}
+
+/// 1 to 8 cm above the floor, around the patch's edges and in it.
+std::vector<glm::dvec3> points_by_the_patch(const glm::dvec3& sun) {
+  std::vector<glm::dvec3> points;
+  const glm::dvec3 to_floor = -sun / sun.z;
+  int k = 0;
+  for (const glm::dvec3& on_window : {glm::dvec3(1, 4, 1.5), {2, 4, 1.5}, {1.5, 4, 1}, {1.5, 4, 2}})
+    for (const double aside : {-0.12, -0.04, 0.05, 0.15}) {
+      const glm::dvec3 edge = on_window + on_window.z * to_floor, middle = glm::dvec3(1.5, 4, 1.5) + 1.5 * to_floor;
+      const glm::dvec3 out = (edge - middle) / std::hypot(edge.x - middle.x, edge.y - middle.y);
+      points.push_back(edge + aside * out + glm::dvec3(0, 0, 0.01 + 0.01 * (k++ % 8)));
+    }
+  return points;
+}
+
+TEST(SunPatch, light_close_beside_a_patch_of_sun_is_within_five_percent_of_path_tracing) {
+  const auto baked = bake();
+  ASSERT_TRUE(baked) << baked.error().message();
+  const BasisVolume& volume = baked->volume;
+  const auto rays = RayScene::build(volume.room);
+  const auto light = IndirectLight::make(volume, *rays, baked->sky);
+  const auto sampler = LightFieldSampler::make(volume);
+  ASSERT_TRUE(light && sampler);
+  const LightField field = combine(volume, region_radiance(baked->sky, volume.partition), ShOrder::fourth);
+  std::vector<Receiver> receivers;
+  for (const glm::dvec3& p : points_by_the_patch(baked->sky.sun()->direction))
+    for (int axis = 0; axis < 6; ++axis) {
+      glm::dvec3 n(0.0);
+      n[axis / 2] = axis % 2 == 0 ? 1.0 : -1.0;
+      receivers.push_back({p, n});
+    }
+  SkyModel model;
+  model.kind = SkyModel::Kind::uniform;
+  model.zenith_radiance = Rgb(0.001f);
+  model.sun = *baked->sky.sun();
+  const auto scene = TraceScene::make(volume.room, volume.apertures, SkyLight(model));
+  ASSERT_TRUE(scene);
+  const auto truth = trace_irradiance(*scene, receivers, {.samples = 8192});
+  ASSERT_TRUE(truth);
+  double corrected = 0, interpolated = 0, power = 0;
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    const glm::vec3 n(receivers[i].normal);
+    const double t = static_cast<double>((*truth)[i].value.g);
+    const auto at = light->at(receivers[i].position);
+    const auto plain = sampler->sample_all(field, receivers[i].position);
+    ASSERT_TRUE(at && plain);
+    corrected += std::pow(static_cast<double>(irradiance(*at, n).g) - t, 2);
+    interpolated += std::pow(static_cast<double>(irradiance(*plain, n).g) - t, 2);
+    power += t * t;
+  }
+  std::printf("beside the patch: %.2f %%, interpolated alone %.2f %%\n", 100 * std::sqrt(corrected / power),
+              100 * std::sqrt(interpolated / power));
+  EXPECT_LT(std::sqrt(corrected / power), 0.05);
+  EXPECT_LT(corrected, 0.25 * interpolated);
+}
+
+} // namespace
+} // namespace daylit
