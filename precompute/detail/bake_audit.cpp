@@ -68,8 +68,8 @@ Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audi
 /// The same transport with other right-hand sides (held-out skies) and other receivers (held-out points), judged
 /// against what the volume gives there.
 Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolume& volume) {
-  Result<Audit> audit =
-      Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out, s.options.held_out_standing);
+  Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out,
+                                       s.options.held_out_standing, s.options.held_out_rooms);
   if (!audit)
     return audit.error();
   const auto radiosity = held_out_radiosity(s, *audit);
