@@ -183,10 +183,10 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   audit.in_air_ = audit.points_.size();
   keep(standing);
   audit.standing_ = audit.points_.size() - audit.in_air_;
-  for (const RoomPoints& room : rooms) {
+  for (const RoomPoints& one : rooms) {
     const auto first = static_cast<std::ptrdiff_t>(audit.points_.size());
-    keep(room.points);
-    audit.rooms_.push_back({room.box, {audit.points_.begin() + first, audit.points_.end()}});
+    keep(one.points);
+    audit.rooms_.push_back({one.box, {audit.points_.begin() + first, audit.points_.end()}});
   }
   return audit;
 }
@@ -250,8 +250,10 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
     add_irradiance(nine_leave, {truth, {}}, all);
   }
   std::vector<RoomError> rooms;
-  for (std::size_t r = 0; r < room.size(); ++r)
-    rooms.push_back({room[r].nrms(), std::sqrt(room[r].power2 / std::max<double>(1, kAxes * rooms_[r].points.size()))});
+  for (std::size_t r = 0; r < room.size(); ++r) {
+    const double values = kAxes * std::max(1.0, static_cast<double>(rooms_[r].points.size()));
+    rooms.push_back({room[r].nrms(), std::sqrt(room[r].power2 / values)});
+  }
   return {skies_[s].name,           skies_[s].is_sun, total.nrms(),      total.limited_nrms(), sky_part.nrms(),
           grid_part.limited_nrms(), received.nrms(),  nine_leave.nrms(), standing.nrms(),      std::move(rooms)};
 }

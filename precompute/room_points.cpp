@@ -35,7 +35,7 @@ std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& i
     auto in = std::ranges::find_if(rooms, [&](const Found& r) { return contains(r.box, p); });
     if (in == rooms.end() && rooms.size() < kMostRooms)
       if (const Result<Bounds> box = room_around(room, p); box && contains(*box, p))
-        in = rooms.insert(rooms.end(), {*box, {}});
+        in = rooms.insert(rooms.end(), Found{*box, {}});
     if (in != rooms.end())
       in->air.push_back(p);
   }
