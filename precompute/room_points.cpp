@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 
 #include "precompute/probes.h"
@@ -29,12 +31,29 @@ struct Found {
   std::vector<glm::dvec3> air;
 };
 
+/// The box around p, and from nearer its middle twice more: a far end is too small there to be seen from the other.
+std::optional<Bounds> box_around(const Room& room, glm::dvec3 p, const std::vector<glm::dvec3>& in_air) {
+  const glm::dvec3 first = p;
+  std::optional<Bounds> found;
+  for (int pass = 0; pass < 3; ++pass) {
+    const Result<Bounds> box = room_around(room, p);
+    if (!box || !contains(*box, first))
+      break;
+    found = *box;
+    const glm::dvec3 middle = box->centre();
+    for (const glm::dvec3& q : in_air)
+      if (contains(*box, q) && glm::distance(q, middle) < glm::distance(p, middle))
+        p = q;
+  }
+  return found;
+}
+
 std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& in_air) {
   std::vector<Found> rooms;
   for (const glm::dvec3& p : in_air) {
     auto in = std::ranges::find_if(rooms, [&](const Found& r) { return contains(r.box, p); });
     if (in == rooms.end() && rooms.size() < kMostRooms)
-      if (const Result<Bounds> box = room_around(room, p); box && contains(*box, p))
+      if (const auto box = box_around(room, p, in_air))
         in = rooms.insert(rooms.end(), Found{*box, {}});
     if (in != rooms.end())
       in->air.push_back(p);

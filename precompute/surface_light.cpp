@@ -148,28 +148,9 @@ std::vector<float> white_sky(const detail::LightElements& elements, std::size_t 
   return of_patches;
 }
 
-/// How the irradiance of a cluster is spread over its patches, area mean 1: as under a white sky, which is then exact,
-/// and smooth skies nearly. A slat behind others has less than its neighbours, whatever the sky.
-std::vector<float> spread_in_clusters(const radiosity::PatchSet& set, const std::vector<float>& sky,
-                                      const std::vector<std::int32_t>& cluster_of, std::size_t clusters) {
-  std::vector<double> power(clusters, 0.0), area(clusters, 0.0);
-  for (std::size_t e = 0; e < sky.size(); ++e)
-    if (const std::int32_t k = cluster_of[e]; k >= 0) {
-      area[static_cast<std::size_t>(k)] += set.patches[e].area_m2;
-      power[static_cast<std::size_t>(k)] += set.patches[e].area_m2 * static_cast<double>(sky[e]);
-    }
-  std::vector<float> spread(sky.size(), 0.0f);
-  for (std::size_t e = 0; e < sky.size(); ++e)
-    if (const std::int32_t k = cluster_of[e]; k >= 0)
-      spread[e] = static_cast<float>(static_cast<double>(sky[e]) * area[static_cast<std::size_t>(k)] /
-                                     power[static_cast<std::size_t>(k)]);
-  return spread;
-}
-
-/// Column k: mean irradiance 1 on cluster k. The last column: the whole sky, for the audit of energy.
+/// Column k: irradiance 1 on cluster k. The last column: the whole sky, for the audit of energy.
 radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const std::vector<float>& sky,
-                                       const std::vector<float>& spread, const std::vector<std::int32_t>& cluster_of,
-                                       std::vector<float> opening) {
+                                       const std::vector<std::int32_t>& cluster_of, std::vector<float> opening) {
   const std::size_t columns = light.clusters + 1;
   radiosity::FirstBounce first{.patches = light.patches,
                                .channels = 1,
@@ -179,7 +160,7 @@ radiosity::FirstBounce cluster_columns(const SurfaceLight& light, const std::vec
   std::iota(first.region.begin(), first.region.end(), 0);
   for (std::size_t e = 0; e < light.patches; ++e) {
     if (cluster_of[e] >= 0)
-      first.row(e, 0)[cluster_of[e]] = spread[e];
+      first.row(e, 0)[cluster_of[e]] = 1.0f;
     first.row(e, 0)[light.clusters] = sky[e];
   }
   return first;
@@ -200,10 +181,9 @@ radiosity::EnergyBalance audit_sky(const radiosity::PatchSet& set, const radiosi
   return radiosity::audit_energy(set, exchange, sky, b);
 }
 
-/// B - rho E on the cluster itself: the solution for mean irradiance 1 on a cluster without what it reflects at once.
+/// B - rho on the cluster itself: the solution for irradiance 1 on a cluster without what the cluster reflects at once.
 void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::PatchSet& set,
-                          const std::vector<float>& spread, const std::vector<std::int32_t>& cluster_of,
-                          SurfaceLight& light) {
+                          const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
   const std::size_t n = light.clusters, columns = n + 1;
   light.bounced.resize(light.patches * 3 * n);
   for (std::size_t e = 0; e < light.patches; ++e)
@@ -211,7 +191,7 @@ void keep_further_bounces(const radiosity::Radiosity& solved, const radiosity::P
       float* to = light.bounced.data() + (e * 3 + c) * n;
       std::copy_n(solved.row(e) + static_cast<std::size_t>(solved.copy_of[c]) * columns, n, to);
       if (cluster_of[e] >= 0)
-        to[cluster_of[e]] -= set.patches[e].reflectance[static_cast<int>(c)] * spread[e];
+        to[cluster_of[e]] -= set.patches[e].reflectance[static_cast<int>(c)];
     }
 }
 
@@ -303,13 +283,12 @@ Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail:
   }
   const std::vector<std::int32_t> cluster_of = find_clusters(set, lit_patches(light), clusters, light.clusters);
   join_clusters(set, elements.patches, cluster_of, light);
-  const std::vector<float> spread = spread_in_clusters(set, sky, cluster_of, light.clusters);
-  const radiosity::FirstBounce first = cluster_columns(light, sky, spread, cluster_of, std::move(opening));
+  const radiosity::FirstBounce first = cluster_columns(light, sky, cluster_of, std::move(opening));
   const auto solved = radiosity::solve_radiosity(set, exchange, first, options, progress, &report.solve);
   if (!solved)
     return solved.error();
   report.energy = audit_sky(set, exchange, first, *solved);
-  keep_further_bounces(*solved, set, spread, cluster_of, light);
+  keep_further_bounces(*solved, set, cluster_of, light);
   return join_unseen(std::move(light), seen);
 }
 
