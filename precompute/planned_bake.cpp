@@ -215,7 +215,7 @@ std::string room_lines(const Measured& m) {
   if (m.rooms.empty())
     return "";
   std::string text =
-      "rooms      irradiance, % of the light there, from 2 cm off surfaces; mean / 95th percentile / worst "
+      "rooms      irradiance, % of the light there, from 10 cm off surfaces; mean / 95th percentile / worst "
       "smooth sky; the same of small suns\n";
   const auto add = [&](const ErrorSpread& e) {
     text +=

@@ -17,8 +17,8 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr std::array<double, 5> kOffSurfaces_m{0.02, 0.05, 0.15, 0.5, 1e9}; ///< borders of the strata
-constexpr std::size_t kOfStratum = 8, kMostRooms = 64, kTries = 16384;
+constexpr std::array<double, 4> kOffSurfaces_m{0.1, 0.2, 0.5, 1e9}; ///< borders of the strata
+constexpr std::size_t kOfStratum = 10, kMostRooms = 64, kTries = 16384;
 constexpr std::size_t kLookers = 32; ///< of the points in a room's air, from which others are looked for
 
 bool contains(const Bounds& box, const glm::dvec3& p) {

@@ -16,9 +16,11 @@ struct RoomPoints {
   std::vector<glm::dvec3> points;
 };
 
-/// The rooms in which `in_air` (world metres) stand, those with most of them first, at most 64. In each up to 32 points
-/// within `bounds` that one of `in_air` sees: eight each at 2 to 5, 5 to 15, 15 to 50 cm and further off surfaces. A
-/// room that is no box may count as several. Errors of the ray scene.
+/// The rooms in which `in_air` (world metres) stand, those with most of them first, at most 64. In each up to 30 points
+/// within `bounds` that one of `in_air` sees: ten each at 10 to 20, 20 to 50 cm and further off surfaces (closer, the
+/// mesh that the light is compared on shows its facets: docs/notes/bake.md). A box may
+/// reach half a metre behind an open door, and a room that is no box may count as several.
+/// Errors of the ray scene.
 Result<std::vector<RoomPoints>> points_by_room(const Room& room, const Bounds& bounds,
                                                const std::vector<glm::dvec3>& in_air);
 
