@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <ranges>
 #include <set>
 
@@ -20,7 +21,9 @@ using detail::Ratio;
 
 constexpr std::size_t kPoints = 128;
 constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
-constexpr double kClearance = 0.04;       ///< of the room's longest side: nearer to a facet its own shape shows
+constexpr double kPercentile = 0.95, kFaintestSun = 0.1;
+constexpr double kAxes = 6 * 3;     ///< values of irradiance at a point
+constexpr double kClearance = 0.04; ///< of the room's longest side: nearer to a facet its own shape shows
 
 /// Coefficient (l, c) of row `point` for one column of [point][lm][channel * columns + column].
 struct Column {
@@ -99,6 +102,28 @@ double AuditReport::sun(double SkyError::*part) const {
   return suns > 0 ? std::sqrt(sum / suns) : 0.0;
 }
 
+/// Percentile at 0.95 (n - 1) of the sorted errors.
+ErrorSpread ErrorSpread::of(std::vector<double> errors) {
+  if (errors.empty())
+    return {};
+  std::ranges::sort(errors);
+  const double at = kPercentile * static_cast<double>(errors.size() - 1), below = std::floor(at);
+  const auto i = static_cast<std::size_t>(below);
+  return {errors.size(), std::accumulate(errors.begin(), errors.end(), 0.0) / static_cast<double>(errors.size()),
+          std::lerp(errors[i], errors[std::min(i + 1, errors.size() - 1)], at - below), errors.back()};
+}
+
+RoomErrors AuditReport::errors_in(std::size_t room, double mesh) const {
+  double brightest = 0;
+  for (const SkyError& s : sky)
+    brightest = std::max(brightest, s.is_sun ? s.rooms[room].light : 0.0);
+  std::vector<double> smooth, sun;
+  for (const SkyError& s : sky)
+    if (!s.is_sun || (s.rooms[room].light > 0 && s.rooms[room].light >= kFaintestSun * brightest))
+      (s.is_sun ? sun : smooth).push_back(std::hypot(s.rooms[room].error, mesh));
+  return {ErrorSpread::of(std::move(smooth)), ErrorSpread::of(std::move(sun))};
+}
+
 /// nrms difference of the direct transports at the points that both have, worst of the smooth skies.
 double mesh_difference(const AuditReport& coarse, const AuditReport& fine) {
   // Points outside one of the two grids are in one list only; the order is the same.
@@ -126,7 +151,8 @@ double mesh_difference(const AuditReport& coarse, const AuditReport& fine) {
 
 /// Keeps the first kPoints candidates at which the volume interpolates; an empty volume of these probes decides.
 Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
-                             std::vector<glm::dvec3> candidates, const std::vector<glm::dvec3>& standing) {
+                             std::vector<glm::dvec3> candidates, const std::vector<glm::dvec3>& standing,
+                             const std::vector<RoomPoints>& rooms) {
   BasisVolume empty{.partition = held_out_partition(),
                     .probes = probes,
                     .stored_region = {},
@@ -156,6 +182,12 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   keep(candidates);
   audit.in_air_ = audit.points_.size();
   keep(standing);
+  audit.standing_ = audit.points_.size() - audit.in_air_;
+  for (const RoomPoints& one : rooms) {
+    const auto first = static_cast<std::ptrdiff_t>(audit.points_.size());
+    keep(one.points);
+    audit.rooms_.push_back({one.box, {audit.points_.begin() + first, audit.points_.end()}});
+  }
   return audit;
 }
 
@@ -221,6 +253,10 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
   LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
   Ratio sky_part, received, nine_leave, standing;
   PointRatios total, grid_part;
+  std::vector<Ratio> room(rooms_.size());
+  std::vector<std::size_t> room_of;
+  for (std::size_t r = 0; r < rooms_.size(); ++r)
+    room_of.insert(room_of.end(), rooms_[r].points.size(), r);
   for (std::size_t p = 0; p < probes.size(); ++p) {
     exact.probe[probes[p]] = at_probes.at(p);
     add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
@@ -230,7 +266,7 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
     const Sh9Rgb truth = at_points.at(p);
     const ShRadiance all{truth, band4.at(p)}, &got = light[p];
     if (p >= in_air_) {
-      add_irradiance(standing, got, all);
+      add_irradiance(p < in_air_ + standing_ ? standing : room[room_of[p - in_air_ - standing_]], got, all);
       continue;
     }
     total.add(ratio_of(got.nine, truth));
@@ -239,8 +275,13 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<co
     add_irradiance(received, got, all);
     add_irradiance(nine_leave, {truth, {}}, all);
   }
+  std::vector<RoomError> rooms;
+  for (std::size_t r = 0; r < room.size(); ++r) {
+    const double values = kAxes * std::max(1.0, static_cast<double>(rooms_[r].points.size()));
+    rooms.push_back({room[r].nrms(), std::sqrt(room[r].power2 / values)});
+  }
   return {skies_[s].name,           skies_[s].is_sun, total.nrms(),      total.limited_nrms(), sky_part.nrms(),
-          grid_part.limited_nrms(), received.nrms(),  nine_leave.nrms(), standing.nrms()};
+          grid_part.limited_nrms(), received.nrms(),  nine_leave.nrms(), standing.nrms(),      std::move(rooms)};
 }
 
 /// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.
@@ -249,7 +290,11 @@ AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact
                          std::span<const std::size_t> probes, const FirstReflection* surfaces,
                          std::span<const Rgb> sent) const {
   const auto middle = points_.begin() + static_cast<std::ptrdiff_t>(in_air_);
-  AuditReport report{{points_.begin(), middle}, {middle, points_.end()}, std::vector<SkyError>(skies_.size()), {}};
+  AuditReport report{{points_.begin(), middle},
+                     {middle, middle + static_cast<std::ptrdiff_t>(standing_)},
+                     std::vector<SkyError>(skies_.size()),
+                     {},
+                     rooms_};
   parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
     report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes, surfaces, sent);
   });

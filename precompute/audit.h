@@ -12,6 +12,7 @@
 #include <glm/vec3.hpp>
 
 #include "precompute/held_out.h"
+#include "precompute/room_points.h"
 #include "radiosity/solve.h"
 #include "scene/room/aperture.h"
 #include "scene/volume/first_reflection.h"
@@ -19,6 +20,12 @@
 #include "scene/volume/volume.h"
 
 namespace daylit::precompute {
+
+/// Irradiance on six axes at a room's points under one sky, to order 4.
+struct RoomError {
+  double error = 0; ///< nrms, relative to the light there
+  double light = 0; ///< root of the mean square
+};
 
 /// Errors of the nine coefficients, nrms over points, coefficients and channels, under one sky.
 struct SkyError {
@@ -32,13 +39,30 @@ struct SkyError {
   double irradiance = 0; ///< as irradiance on six axes, to order 4; of a volume of nine coefficients too
   double band4 = 0;      ///< what l = 4 is of the irradiance there: what nine true coefficients leave
   double standing = 0;   ///< irradiance on six axes where objects stand: AuditReport::standing
+  std::vector<RoomError> rooms = {}; ///< of each of AuditReport::rooms
+};
+
+/// Of some errors; the percentile interpolated between the two nearest. All 0 of none.
+struct ErrorSpread {
+  std::size_t skies = 0;
+  double mean = 0, percentile95 = 0, worst = 0;
+  static ErrorSpread of(std::vector<double> errors);
+};
+
+/// What a room's errors are like, sky by sky.
+struct RoomErrors {
+  ErrorSpread smooth, sun; ///< suns that give the room at least a tenth of what its brightest one does
 };
 
 struct AuditReport {
   std::vector<glm::dvec3> points;   ///< where, world metres; empty: no audit
   std::vector<glm::dvec3> standing; ///< more of them, 1 to 30 cm above level faces (points_above())
   std::vector<SkyError> sky;
-  std::vector<float> exact; ///< [sky][point][lm][channel], the direct transport
+  std::vector<float> exact;           ///< [sky][point][lm][channel], the direct transport
+  std::vector<RoomPoints> rooms = {}; ///< with the points at which the volume has light
+
+  /// Of a room, each sky's error with that of the mesh: sqrt(e^2 + mesh^2).
+  RoomErrors errors_in(std::size_t room, double mesh) const;
 
   /// Worst smooth sky, and rms over the suns (0: none reaches the room).
   double smooth(double SkyError::*part) const;
@@ -53,11 +77,13 @@ double mesh_difference(const AuditReport& coarse, const AuditReport& fine);
 class Audit {
 public:
   /// Keeps those of `candidates` at which the volume has a value; empty: 128 points spread over the room's air, or some
-  /// of the given probes. The same of `standing`. `probes` with their validity. Errors of LightFieldSampler.
+  /// of the given probes. The same of `standing` and `rooms`. `probes` with their validity. Errors of
+  /// LightFieldSampler.
   static Result<Audit> prepare(const Room& room, const std::vector<Aperture>& apertures, const ProbeSet& probes,
-                               std::vector<glm::dvec3> candidates, const std::vector<glm::dvec3>& standing = {});
+                               std::vector<glm::dvec3> candidates, const std::vector<glm::dvec3>& standing = {},
+                               const std::vector<RoomPoints>& rooms = {});
 
-  /// Those in the air first, then those where objects stand.
+  /// Those in the air first, then those where objects stand, then room by room.
   const std::vector<glm::dvec3>& points() const { return points_; }
   /// Valid ones that points are interpolated from, increasing: where exact light is wanted too.
   std::vector<std::size_t> probes() const;
@@ -84,7 +110,8 @@ private:
   LightFieldSampler sampler_;
   std::vector<InterpolatedProbe> interpolated_;
   std::vector<glm::dvec3> points_;
-  std::size_t in_air_ = 0; ///< of points_, the first; the others are where objects stand
+  std::size_t in_air_ = 0, standing_ = 0; ///< of points_, the first, and those after them
+  std::vector<RoomPoints> rooms_;         ///< their points are the others of points_
   std::vector<HeldOutSky> skies_;
   std::size_t grid_step_ = 1; ///< between points for which SkyError::grid_part is measured
 };

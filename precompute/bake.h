@@ -49,6 +49,7 @@ struct BakeOptions {
   bool audit = false;                    ///< measure the error at held-out points and skies
   std::vector<glm::dvec3> held_out;      ///< world metres, of the audit; empty: chosen
   std::vector<glm::dvec3> held_out_standing = {}; ///< the same where objects stand (points_above())
+  std::vector<RoomPoints> held_out_rooms = {};    ///< the same room by room (points_by_room())
 };
 
 /// "draft", "normal", "high". At given points the transport is finer: no interpolation hides its error there, and no

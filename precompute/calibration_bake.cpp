@@ -148,6 +148,10 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
     if (!in_air)
       return in_air.error();
     calibration.receivers = thinned(*in_air, kReceivers);
+    auto rooms = points_by_room(room.room, calibration.bounds, *in_air);
+    if (!rooms)
+      return rooms.error();
+    calibration.rooms = std::move(*rooms);
     options.held_out = std::move(*in_air);
     options.near_surfaces = calibration.near_surfaces;
   }

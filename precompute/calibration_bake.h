@@ -37,6 +37,7 @@ struct CalibrationBake {
   Planes near_surfaces;              ///< where probes must be, whatever the light is
   std::vector<glm::dvec3> receivers; ///< where the light is wanted (BakeOptions::receivers)
   std::vector<glm::dvec3> standing;  ///< points for the audits to come: where objects stand
+  std::vector<RoomPoints> rooms;     ///< the same room by room
   double gather_rays = 0, visibility_rays = 0;
   std::vector<StageTime> stages; ///< of the finer bake
   double seconds = 0;            ///< of both

@@ -2,8 +2,11 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string_view>
+
+#include <fmt/format.h>
 
 #include "precompute/adaptive_sky.h"
 #include "precompute/check_plot.h"
@@ -28,7 +31,7 @@ namespace {
 
 using namespace daylit;
 
-constexpr double kMillimetre = 1e-3, kWidestClosed_mm = 100;
+constexpr double kMillimetre = 1e-3, kWidestClosed_mm = 100, kMinute_s = 60;
 
 void add_close_gaps_option(CLI::App& app, double& millimetres) {
   app.add_option("--close-gaps", millimetres,
@@ -101,10 +104,10 @@ struct Arguments {
   std::filesystem::path room, output, points;
   std::string regions, grid, max_error, quality = "normal", up = "z", sh_order = "auto", density = "auto", stand_on,
                                         box, inside;
-  double spacing_m = 0, patch_size_m = 0, close_gaps_mm = 0, memory_gb = 0;
+  double spacing_m = 0, patch_size_m = 0, close_gaps_mm = 0, memory_gb = 0, minutes = 0;
   int threads = 0, facets = 0;
-  bool quiet = false, json = false, resume = false, force = false;
-  std::string command_line; ///< what decides the content of the volume: no output name, threads or messages
+  bool quiet = false, json = false, resume = false, force = false, once = false;
+  std::vector<std::string> words; ///< of the command line, the program's name first
 };
 
 /// Where probes are wanted: a box, the room around a point, or empty.
@@ -117,23 +120,11 @@ Result<Bounds> wanted_box(const Arguments& a, const Room& room) {
   return point ? precompute::room_around(room, *point) : Result<Bounds>(point.error());
 }
 
-/// The error that --max-error or --quality names, as a fraction.
-Result<double> target_of(const Arguments& a) {
-  if (!a.max_error.empty())
-    return precompute::parse_percent(a.max_error);
-  if (a.quality == "draft")
-    return 0.04;
-  if (a.quality == "normal")
-    return 0.02;
-  if (a.quality == "high")
-    return 0.01;
-  return Error{ErrorCode::usage, "unknown quality '" + a.quality + "'", "--quality", "use draft, normal or high"};
-}
-
 /// What the command line fixes; the plan decides the rest.
 Result<precompute::PlanRequest> to_request(const Arguments& a) {
   precompute::PlanRequest request;
-  const Result<double> target = target_of(a);
+  const Result<double> target =
+      a.max_error.empty() ? precompute::parse_quality(a.quality) : precompute::parse_percent(a.max_error);
   if (!target)
     return target.error();
   request.max_error = *target;
@@ -141,7 +132,9 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
   if (!memory)
     return memory.error();
   request.memory_bytes = *memory;
-  request.must_reach = !a.max_error.empty();
+  request.must_reach = !a.max_error.empty() || a.minutes > 0;
+  request.seconds = kMinute_s * a.minutes;
+  request.once = a.once;
   if (!a.grid.empty()) {
     const Result<glm::ivec3> grid = precompute::parse_grid(a.grid);
     if (!grid)
@@ -171,7 +164,7 @@ Result<precompute::PlanRequest> to_request(const Arguments& a) {
 
 /// Nothing is left to plan: facets, probes and sky are all given, and no error is wanted.
 bool all_given(const Arguments& a) {
-  return a.max_error.empty() && a.density != "graded" && (a.facets > 0 || a.patch_size_m > 0) &&
+  return a.max_error.empty() && a.minutes == 0 && a.density != "graded" && (a.facets > 0 || a.patch_size_m > 0) &&
          (!a.grid.empty() || a.spacing_m > 0 || !a.points.empty()) && !a.regions.empty();
 }
 
@@ -208,15 +201,39 @@ Result<Outcome> bake_as_given(const Arguments& a, const precompute::PlanRequest&
   return Outcome{std::move(*volume), BasisPrecision::float32, to_json(report, false), to_json(report), to_text(report)};
 }
 
-/// Calibration bakes, plan, bake, and perhaps once more; says on stderr what it does.
+using PlanForTime = std::optional<precompute::BakePlan>;
+
+/// Options that give the same bake as the time did.
+std::string for_time(const PlanForTime& plan) {
+  return plan ? fmt::format(" --max-error {:.2g} --once", 100 * plan->plan.max_error) : "";
+}
+
+/// Calibration bakes and the plan that --time decides, and which options give the same bits; empty without --time.
+Result<PlanForTime> plan_for_time(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
+                                  ProgressLine& progress) {
+  if (a.minutes == 0)
+    return PlanForTime{};
+  auto plan = precompute::plan_bake(room, request, progress.callback());
+  if (!plan)
+    return plan.error();
+  PlanForTime out(std::move(*plan));
+  progress.clear();
+  if (!a.quiet)
+    std::fprintf(stderr, "the same bits again, on any machine: %s\n",
+                 precompute::content_arguments(a.words, for_time(out)).c_str());
+  return out;
+}
+
+/// Calibration bakes and plan where there is none, bake, and perhaps once more; says on stderr what it does.
 Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanRequest& request, const RoomFile& room,
-                                radiosity::WorkStore& store, ProgressLine& progress) {
+                                PlanForTime plan, radiosity::WorkStore& store, ProgressLine& progress) {
   const auto announce = [&](const std::string& text) {
     progress.clear();
     if (!a.quiet)
       std::fputs(text.c_str(), stderr);
   };
-  auto baked = precompute::bake_to_error(room, request, &store, progress.callback(), announce);
+  auto baked = plan ? precompute::bake_planned(room, std::move(*plan), &store, progress.callback(), announce)
+                    : precompute::bake_to_error(room, request, &store, progress.callback(), announce);
   if (!baked)
     return baked.error();
   return Outcome{std::move(baked->volume), baked->plan.precision, to_json(*baked, false), to_json(*baked),
@@ -247,24 +264,28 @@ Result<void> run(const Arguments& a) {
        {std::pair{&a.output, &kVolumeKind}, {&checkpoint_path, &precompute::kCheckpointKind}})
     if (const Result<void> writable = check_output(*path, *kind, a.force); !writable)
       return writable.error();
-  std::string identity = DAYLIT_VERSION "\n" + a.command_line + "\n" + room->content_hash + "\n";
+  const Result<Bounds> box = wanted_box(a, room->room);
+  if (!box)
+    return box.error();
+  request->box = *box;
+  ProgressLine progress(a.quiet);
+  auto plan = plan_for_time(a, *request, *model, progress);
+  if (!plan)
+    return plan.error();
+  const std::string command_line = precompute::content_arguments(a.words, for_time(*plan));
+  std::string identity = DAYLIT_VERSION "\n" + command_line + "\n" + room->content_hash + "\n";
   for (const glm::dvec3& p : request->points)
     identity.append(reinterpret_cast<const char*>(&p), sizeof p);
   Result<std::unique_ptr<precompute::Checkpoint>> checkpoint =
       precompute::Checkpoint::open(checkpoint_path, checksum64(std::as_bytes(std::span(identity))), a.resume);
   if (!checkpoint)
     return checkpoint.error();
-  const Result<Bounds> box = wanted_box(a, room->room);
-  if (!box)
-    return box.error();
-  request->box = *box;
-  ProgressLine progress(a.quiet);
   Result<Outcome> baked = all_given(a) ? bake_as_given(a, *request, *model, **checkpoint, progress.callback())
-                                       : bake_as_planned(a, *request, *model, **checkpoint, progress);
+                                       : bake_as_planned(a, *request, *model, std::move(*plan), **checkpoint, progress);
   if (!baked)
     return baked.error();
   baked->volume.room = std::move(room->room);
-  baked->volume.provenance = {DAYLIT_VERSION, a.command_line, a.room.filename().string(), room->content_hash,
+  baked->volume.provenance = {DAYLIT_VERSION, command_line, a.room.filename().string(), room->content_hash,
                               baked->stored_report};
   if (const Result<void> written = write_volume(a.output, baked->volume, baked->precision); !written)
     return written.error();
@@ -276,21 +297,6 @@ Result<void> run(const Arguments& a) {
     std::fprintf(stderr, "%s%s: %.2f MB\n", baked->text.c_str(), a.output.c_str(),
                  static_cast<double>(std::filesystem::file_size(a.output)) / 1e6);
   return {};
-}
-
-/// The arguments that decide what is in the volume.
-std::string content_arguments(int argc, char** argv) {
-  std::string text = "daylit-precompute";
-  for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    if (word == "-o" || word == "--output" || word == "--threads" || word == "--memory")
-      ++i;
-    else if (word != "--resume" && word != "--force" && word != "--quiet" && word != "--json" &&
-             !word.starts_with("--output=") && !word.starts_with("--threads=") && !word.starts_with("--memory=") &&
-             !word.starts_with("-o"))
-      text += " " + std::string(word);
-  }
-  return text;
 }
 
 /// Where probes stand.
@@ -330,7 +336,7 @@ int main(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "check")
     return check_command(argc - 1, argv + 1);
   Arguments a;
-  a.command_line = content_arguments(argc, argv);
+  a.words.assign(argv, argv + argc);
   CLI::App app{"Computes the basis irradiance volume of a room.\n"
                "Example: daylit-precompute room.obj -o room.volume\n"
                "`daylit-precompute check ROOM` says what a bake would find, without baking."};
@@ -348,12 +354,19 @@ int main(int argc, char** argv) {
   app.add_option("--patches", a.facets, "about this many facets in the mesh; models of many small faces get more")
       ->check(CLI::Range(50, 60000))
       ->excludes(patch_size);
+  auto* time = app.add_option("--time", a.minutes,
+                              "minutes that the bake may take: it has the smallest error that is predicted to fit, is\n"
+                              "not repeated, and says which options give the same bits again (and --resume goes on by)")
+                   ->check(positive_number());
   auto* max_error = app.add_option("--max-error", a.max_error,
                                    "error of the coefficients in per cent, nrms, that decides facets, probes, sky and\n"
                                    "rays; what is given beside it is kept. Twice as much under a small sun");
   app.add_option("--quality", a.quality, "draft, normal or high: a --max-error of 4, 2 or 1 %")
       ->capture_default_str()
-      ->excludes(max_error);
+      ->excludes(max_error)
+      ->excludes(time);
+  max_error->excludes(time);
+  app.add_flag("--once", a.once, "no second bake where the first misses the error");
   app.add_option("--sh-order", a.sh_order,
                  "2: nine coefficients per probe; 4: those of l = 4 too, where they are worth their bytes to\n"
                  "irradiance; auto: where nine leave too much of the error")

@@ -66,4 +66,31 @@ Result<double> parse_percent(const std::string& text) {
   return 0.01 * value;
 }
 
+Result<double> parse_quality(const std::string& name) {
+  if (name == "draft")
+    return 0.04;
+  if (name == "normal")
+    return 0.02;
+  if (name == "high")
+    return 0.01;
+  return Error{ErrorCode::usage, "unknown quality '" + name + "'", "--quality", "use draft, normal or high"};
+}
+
+std::string content_arguments(const std::vector<std::string>& words, const std::string& for_time) {
+  std::string text = "daylit-precompute";
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (word == "--time" || word.starts_with("--time=")) {
+      text += for_time;
+      i += word == "--time";
+    } else if (word == "-o" || word == "--output" || word == "--threads" || word == "--memory")
+      ++i;
+    else if (word != "--resume" && word != "--force" && word != "--quiet" && word != "--json" &&
+             !word.starts_with("--output=") && !word.starts_with("--threads=") && !word.starts_with("--memory=") &&
+             !word.starts_with("-o"))
+      text += " " + word;
+  }
+  return text;
+}
+
 } // namespace daylit::precompute

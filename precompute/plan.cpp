@@ -34,6 +34,7 @@ constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form fa
 constexpr double kClusters = 512, kFacetsInClusters = 0.4, kMostClusters = 2048;
 constexpr int kGatherRays = 3072; ///< per probe at 2 %: noise of the rays costs components of a fine sky
 constexpr double kFinest = 1e-4;  ///< the target at which every setting is at its limit
+constexpr double kCoarsest = 0.2, kErrorStep = 1.08; ///< errors that are tried where a time decides
 
 /// Probes of a grid.
 double cells(const glm::ivec3& count) { return static_cast<double>(count.x) * count.y * count.z; }
@@ -55,6 +56,7 @@ public:
     plan.options.memory_bytes = request_.memory_bytes;
     plan.options.held_out = calibration_.fine.audit.points;
     plan.options.held_out_standing = calibration_.standing;
+    plan.options.held_out_rooms = calibration_.rooms;
     choose_effort(target, plan.options);
     choose_mesh(target, plan.options);
     choose_clusters(target, plan.options);
@@ -252,6 +254,26 @@ Result<Plan> make_plan(const CalibrationBake& calibration, const PlanRequest& re
                       : "give a larger one, or leave the number of regions, facets and probes to the plan"};
   }
   return planner.plan(wanted);
+}
+
+/// From coarse to fine. Two digits, as --max-error reads them: the same text gives the same bits.
+Result<double> error_in_time(const CalibrationBake& calibration, PlanRequest request, double seconds) {
+  std::optional<double> fits;
+  for (double error = kCoarsest;; error /= kErrorStep) {
+    request.max_error = 0.01 * std::stod(fmt::format("{:.2g}", 100 * error));
+    const Result<Plan> plan = make_plan(calibration, request);
+    if (plan && plan->predicted.seconds <= seconds)
+      fits = request.max_error;
+    else if (fits)
+      return *fits;
+    else if (!plan)
+      return plan.error();
+    else
+      return Error{
+          ErrorCode::limit_exceeded,
+          fmt::format("an error of {:g} % takes about {:.2g} minutes", 100 * kCoarsest, plan->predicted.seconds / 60),
+          "--time", "allow more, or ask for less: one room (--inside), points (--points)"};
+  }
 }
 
 } // namespace daylit::precompute

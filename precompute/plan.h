@@ -38,6 +38,8 @@ struct PlanRequest {
   /// False: what was fixed may make the target impossible, and the rest is planned as if it did not.
   bool must_reach = true;
   double memory_bytes = 0; ///< BakeOptions::memory_bytes
+  double seconds = 0;      ///< > 0: that the whole bake may take; decides max_error (error_in_time())
+  bool once = false;       ///< no second bake where the first misses max_error
 };
 
 struct Plan {
@@ -51,6 +53,10 @@ struct Plan {
 /// Pure function of its arguments; a smaller target never gives fewer facets, probes, rays or nodes.
 /// Error value_invalid: the target is not a positive number or out of reach; names the smallest that can be planned.
 Result<Plan> make_plan(const CalibrationBake& calibration, const PlanRequest& request);
+
+/// The smallest error, two digits of per cent, whose plan is predicted to end within `seconds`.
+/// Error limit_exceeded: none up to 20 % does, with the shortest time; or make_plan()'s for 20 %.
+Result<double> error_in_time(const CalibrationBake& calibration, PlanRequest request, double seconds);
 
 /// Lines for a person, before the bake.
 std::string to_text(const Plan& plan);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "precompute/adaptive_sky.h"
+#include "precompute/cheaper_bake.h"
 #include "precompute/cost_model.h"
 #include "precompute/detail/text_format.h"
 #include "precompute/probes.h"
@@ -33,9 +34,8 @@ std::string facets(const Plan& plan) {
                                        : format("%d facets", plan.options.target_facets);
 }
 
-constexpr double kMostGrowth = 2; ///< of the file, by a second bake: its time depends on the machine
-constexpr double kOfferStep = 1.5, kLargestOffer = 0.2; ///< errors that are offered where a bake does not fit
-constexpr double kClearlyFiner = 1.8;                   ///< ratio of facets from which a difference shows an error
+constexpr double kMostGrowth = 2;     ///< of the file, by a second bake: its time depends on the machine
+constexpr double kClearlyFiner = 1.8; ///< ratio of facets from which a difference shows an error
 
 /// How much finer the mesh of the report is than one of the calibration: ratio of facets where light comes from, with
 /// the elements under a fine sky.
@@ -119,6 +119,9 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
   if (m.standing_points > 0 && sun > 0)
     m.standing_sun = std::hypot(report.audit.sun(&SkyError::standing), m.mesh);
   m.points = report.audit.points.size();
+  for (std::size_t r = 0; r < report.audit.rooms.size(); ++r)
+    if (const RoomPoints& room = report.audit.rooms[r]; !room.points.empty())
+      m.rooms.push_back({room.box, room.points.size(), report.audit.errors_in(r, m.mesh)});
   for (const SkyError& s : report.audit.sky)
     if (!s.is_sun && s.total >= m.volume)
       m.worst_sky = s.sky;
@@ -130,57 +133,46 @@ Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, con
       run_calibration_bake(room, request.points, request.box, request.stand_on, request.memory_bytes, progress);
   if (!calibration)
     return calibration.error();
-  auto plan = make_plan(*calibration, request);
+  PlanRequest settled = request;
+  if (request.seconds > 0) {
+    const Result<double> error = error_in_time(*calibration, request, request.seconds);
+    if (!error)
+      return error.error();
+    settled.max_error = *error;
+    settled.once = true;
+  }
+  auto plan = make_plan(*calibration, settled);
   if (!plan)
     return plan.error();
-  return BakePlan{std::move(*calibration), std::move(*plan)};
+  return BakePlan{std::move(settled), std::move(*calibration), std::move(*plan)};
 }
 
 bool worth_a_second_bake(const Plan& first, const Plan& better) {
   return better.predicted.total <= first.max_error && better.predicted.bytes <= kMostGrowth * first.predicted.bytes;
 }
 
-namespace {
-
-/// What the bake of a plan needs at once, by its counts.
-Result<double> memory_of(const RoomFile& room, const Plan& plan, const Progress& progress) {
-  const auto partition = sky_for(room, plan.regions, progress);
-  if (!partition)
-    return partition.error();
-  const auto counts = count_room_bake(room, *partition, plan.options);
-  return counts ? counts->memory_bytes : Result<double>(counts.error());
-}
-
-/// The refusal of a bake that needs too much memory, with the smallest error, in steps of a half, that needs less.
-Error with_offer(Error refusal, const RoomFile& room, const CalibrationBake& calibration, PlanRequest request,
-                 const Progress& progress) {
-  for (request.max_error *= kOfferStep; request.max_error < kLargestOffer; request.max_error *= kOfferStep) {
-    const auto plan = make_plan(calibration, request);
-    const auto needed = plan ? memory_of(room, *plan, progress) : Result<double>(plan.error());
-    if (needed && *needed <= request.memory_bytes) {
-      refusal.hint = format("--max-error %.2g needs %.2g GB; ", 100 * request.max_error, *needed / 1e9) + refusal.hint;
-      break;
-    }
-  }
-  return refusal;
-}
-
-} // namespace
-
-/// Calibrate, plan, bake, measure; at most once more, from what the first bake showed.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce) {
   auto planned = plan_bake(room, request, progress);
-  if (!planned)
-    return planned.error();
+  return planned ? bake_planned(room, std::move(*planned), store, progress, announce)
+                 : Result<PlannedBake>(planned.error());
+}
+
+/// Bake, measure; at most once more, from what the first bake showed.
+Result<PlannedBake> bake_planned(const RoomFile& room, BakePlan planned, radiosity::WorkStore* store,
+                                 const Progress& progress, const std::function<void(const std::string&)>& announce) {
+  const PlanRequest& request = planned.request;
+  const auto cheaper = cheaper_text(room, planned, progress);
+  if (!cheaper)
+    return cheaper.error();
   PlannedBake out{};
-  out.calibration = std::move(planned->calibration);
-  out.plan = std::move(planned->plan);
-  announce(to_text(out.plan));
+  out.calibration = std::move(planned.calibration);
+  out.plan = std::move(planned.plan);
+  announce(to_text(out.plan) + *cheaper);
   if (const Result<void> baked = bake_plan(room, store, progress, out); !baked)
     return baked.error().where == "--memory" ? with_offer(baked.error(), room, out.calibration, request, progress)
                                              : baked.error();
-  if (out.measured.limited <= request.max_error)
+  if (request.once || out.measured.limited <= request.max_error)
     return out;
   // Once more, with the cost model tied to what was measured. A target that is now out of reach, or far more work than
   // was announced, leaves the first result.
@@ -214,6 +206,50 @@ std::string to_text(const Plan& plan) {
   return text + format("; %.1f s, %.1f MB\n", p.seconds, p.bytes / 1e6);
 }
 
+namespace {
+
+constexpr std::size_t kRoomsShown = 8;
+
+/// Mean, 95th percentile and worst sky, per cent of the irradiance there.
+std::string room_lines(const Measured& m) {
+  if (m.rooms.empty())
+    return "";
+  std::string text =
+      "rooms      irradiance, % of the light there, from 10 cm off surfaces; mean / 95th percentile / worst "
+      "smooth sky; the same of small suns\n";
+  const auto add = [&](const ErrorSpread& e) {
+    text +=
+        e.skies == 0 ? "; no sun" : format("; %.1f / %.1f / %.1f", 100 * e.mean, 100 * e.percentile95, 100 * e.worst);
+  };
+  for (std::size_t r = 0; r < std::min(m.rooms.size(), kRoomsShown); ++r) {
+    const Measured::OfRoom& room = m.rooms[r];
+    const glm::dvec3 size = room.box.size(), middle = room.box.centre();
+    text += format("           %.1f x %.1f x %.1f m around %.2f,%.2f,%.2f", size.x, size.y, size.z, middle.x, middle.y,
+                   middle.z);
+    add(room.errors.smooth);
+    add(room.errors.sun);
+    text += "\n";
+  }
+  if (m.rooms.size() > kRoomsShown)
+    text += format("           and %zu smaller ones (--json)\n", m.rooms.size() - kRoomsShown);
+  return text;
+}
+
+nlohmann::ordered_json to_json(const ErrorSpread& e) {
+  return {{"skies", e.skies}, {"mean", e.mean}, {"percentile_95", e.percentile95}, {"worst", e.worst}};
+}
+
+nlohmann::ordered_json to_json(const Measured::OfRoom& room) {
+  const auto corner = [](const glm::dvec3& p) { return nlohmann::ordered_json{p.x, p.y, p.z}; };
+  return {{"low_m", corner(room.box.min)},
+          {"high_m", corner(room.box.max)},
+          {"points", room.points},
+          {"smooth", to_json(room.errors.smooth)},
+          {"sun", to_json(room.errors.sun)}};
+}
+
+} // namespace
+
 /// The measured error beside the target, with a warning where it is above.
 std::string to_text(const Plan& plan, const Measured& m) {
   std::string text = format(
@@ -232,6 +268,7 @@ std::string to_text(const Plan& plan, const Measured& m) {
     text += format("; under a small sun %.1f %%", 100 * m.standing_sun);
   if (m.standing_points > 0)
     text += "\n";
+  text += room_lines(m);
   if (m.total > plan.max_error)
     text +=
         format("warning    the measured error is above the %.3g %% that were wanted; --max-error %.2g may reach them\n",
@@ -270,7 +307,10 @@ std::string to_json(const PlannedBake& bake, bool times) {
                    {"points", m.points},
                    {"standing", m.standing},
                    {"standing_sun", m.standing_sun},
-                   {"standing_points", m.standing_points}};
+                   {"standing_points", m.standing_points},
+                   {"rooms", nlohmann::ordered_json::array()}};
+  for (const Measured::OfRoom& room : m.rooms)
+    j["measured"]["rooms"].push_back(to_json(room));
   return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

@@ -18,6 +18,12 @@ struct Measured {
   double standing = 0, standing_sun = 0; ///< irradiance 1 to 30 cm above level faces
   std::string worst_sky;
   std::size_t points = 0, standing_points = 0;
+  struct OfRoom {
+    Bounds box; ///< world metres
+    std::size_t points = 0;
+    RoomErrors errors; ///< of the irradiance, relative to the light there
+  };
+  std::vector<OfRoom> rooms; ///< the largest first
 };
 Measured measured_error(const CalibrationBake& calibration, const BakeReport& report);
 
@@ -27,12 +33,13 @@ CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, 
 /// Lines for a person, after the bake.
 std::string to_text(const Plan& plan, const Measured& measured);
 
-/// What a bake to an error begins with.
+/// What a bake to an error, or in a time, begins with.
 struct BakePlan {
+  PlanRequest request; ///< with the max_error that a time decided
   CalibrationBake calibration;
   Plan plan;
 };
-/// Errors of the calibration bakes and of the plan.
+/// Errors of the calibration bakes and of the plan, or of error_in_time().
 Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, const Progress& progress);
 
 struct PlannedBake {
@@ -53,6 +60,9 @@ bool worth_a_second_bake(const Plan& first, const Plan& better);
 /// Errors of calibration, plan and bake. A target that is missed in the end is no error: `measured` says so.
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
                                   const Progress& progress, const std::function<void(const std::string&)>& announce);
+/// The same from what plan_bake() found.
+Result<PlannedBake> bake_planned(const RoomFile& room, BakePlan planned, radiosity::WorkStore* store,
+                                 const Progress& progress, const std::function<void(const std::string&)>& announce);
 
 /// The report with the plan and what was measured, as to_json(BakeReport).
 std::string to_json(const PlannedBake& bake, bool times = true);

@@ -165,7 +165,7 @@ std::string to_json(const BakeReport& r, bool times) {
   add_transport(r, j);
   add_skipped(r, j);
   add_fine_sky(r.compact, j);
-  for (const SkyError& s : r.audit.sky)
+  for (const SkyError& s : r.audit.sky) {
     j["audit"].push_back({{"sky", s.sky},
                           {"error", s.total},
                           {"limited", s.limited},
@@ -173,6 +173,9 @@ std::string to_json(const BakeReport& r, bool times) {
                           {"probe_part", s.grid_part},
                           {"irradiance", s.irradiance},
                           {"nine_coefficients", s.band4}});
+    for (const RoomError& room : s.rooms)
+      j["audit"].back()["rooms"].push_back({{"error", room.error}, {"light", room.light}});
+  }
   for (const StageTime& s : r.stages)
     if (times)
       j["seconds"][s.name] = s.seconds;

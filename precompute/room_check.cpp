@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "precompute/adaptive_sky.h"
+#include "precompute/cheaper_bake.h"
 #include "precompute/detail/text_format.h"
 #include "precompute/memory_need.h"
 #include "precompute/planned_bake.h"
@@ -115,7 +116,10 @@ Result<BakeEstimate> estimate_bake(const RoomFile& room, const Progress& progres
     return counts.error();
   if (const Result<void> fits = check_memory(counts->memory_bytes, *memory); !fits)
     return fits.error();
-  return BakeEstimate{std::move(planned->plan), std::move(*counts)};
+  const auto cheaper = cheaper_text(room, *planned, progress);
+  if (!cheaper)
+    return cheaper.error();
+  return BakeEstimate{std::move(planned->plan), std::move(*counts), *cheaper};
 }
 
 /// Goes through the steps of a bake; the first that fails is the problem.
@@ -167,7 +171,7 @@ std::string to_text(const RoomCheck& check) {
   text += opening_lines(check);
   text += gap_lines(check.survey.gaps);
   if (check.estimate)
-    text += estimate_line(*check.estimate);
+    text += estimate_line(*check.estimate) + check.estimate->cheaper;
   for (const std::string& note : check.faces.notes)
     text += "note       " + note + "\n";
   for (const std::string& note : check.survey.apertures.report.notes)

@@ -33,7 +33,8 @@ struct CheckedOpening {
 /// What a bake at default settings would take, by the plan that it would follow.
 struct BakeEstimate {
   Plan plan;
-  BakeReport counts; ///< of the bake itself, as count_bake()
+  BakeReport counts;   ///< of the bake itself, as count_bake()
+  std::string cheaper; ///< cheaper_text()
 };
 
 struct RoomCheck {

@@ -30,6 +30,11 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
   for (std::vector<glm::dvec3>* points : {&local.receivers, &local.held_out, &local.held_out_standing})
     for (glm::dvec3& p : *points)
       p = frame.to_local(p);
+  for (RoomPoints& room : local.held_out_rooms) {
+    room.box = {frame.to_local(room.box.min), frame.to_local(room.box.max)};
+    for (glm::dvec3& p : room.points)
+      p = frame.to_local(p);
+  }
   return local;
 }
 
@@ -42,6 +47,11 @@ void report_in_world(const RoomFrame& frame, BakeReport& report) {
   for (std::vector<glm::dvec3>* points : {&report.audit.points, &report.audit.standing})
     for (glm::dvec3& p : *points)
       p = frame.to_world(p);
+  for (RoomPoints& room : report.audit.rooms) {
+    room.box = {frame.to_world(room.box.min), frame.to_world(room.box.max)};
+    for (glm::dvec3& p : room.points)
+      p = frame.to_world(p);
+  }
 }
 
 void volume_in_world(const RoomFrame& frame, const RoomFile& file, const BakeOptions& options, BasisVolume& volume) {

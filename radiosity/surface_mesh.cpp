@@ -11,6 +11,7 @@
 
 #include "radiosity/detail/plane_groups.h"
 #include "radiosity/detail/plane_mesher.h"
+#include "radiosity/detail/slats.h"
 #include "scene/core/parallel.h"
 
 namespace daylit::radiosity {
@@ -113,10 +114,12 @@ Error too_fine() {
 Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) {
   SurfaceMesh mesh;
   mesh.origin = room.bounds().centre();
-  const std::vector<PlaneGroup> groups = group_planes(room, mesh.origin);
+  std::vector<PlaneGroup> groups = group_planes(room, mesh.origin);
   if (groups.empty())
     return Error{ErrorCode::geometry_invalid, "the room has no reflecting face", "room",
                  "give the walls a material whose name does not start with window"};
+  if (const Result<void> cut = cut_slats(room, mesh.origin, groups); !cut)
+    return cut.error();
   const glm::dvec3 size = room.bounds().size();
   const double tolerance_m = kSnapTolerance * std::max({size.x, size.y, size.z});
   std::vector<std::vector<Segment2>> outlines(groups.size());

@@ -92,8 +92,8 @@ Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audi
 /// against what the volume gives there.
 Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolume& volume,
                                std::span<const std::uint32_t> source) {
-  Result<Audit> audit =
-      Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out, s.options.held_out_standing);
+  Result<Audit> audit = Audit::prepare(room, s.problem.apertures.list, volume.probes, s.options.held_out,
+                                       s.options.held_out_standing, s.options.held_out_rooms);
   if (!audit)
     return audit.error();
   const auto light = held_out_light(s, *audit);

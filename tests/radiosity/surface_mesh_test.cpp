@@ -248,5 +248,46 @@ TEST(SurfaceMesh, refuses_a_mesh_beyond_the_limit) {
   EXPECT_EQ(mesh.error().code, ErrorCode::limit_exceeded);
 }
 
+/// Widest facet across (along y) of those at a height, metres.
+double widest(const SurfaceMesh& mesh, double z) {
+  double most = 0;
+  for (const Facet& p : mesh.facets) {
+    const auto [low, high] = std::minmax({p.corner[0].y, p.corner[1].y, p.corner[2].y});
+    const bool level =
+        std::ranges::all_of(p.corner, [&](const glm::dvec3& c) { return std::abs(c.z + mesh.origin.z - z) < 1e-9; });
+    most = level ? std::max(most, high - low) : most;
+  }
+  return most;
+}
+
+Room level_rectangles(std::initializer_list<double> heights, double width, double depth) {
+  Room room;
+  room.materials.push_back({});
+  for (const double z : heights)
+    add_quad(room, {0, 0, z}, {width, 0, z}, {width, depth, z}, {0, depth, z});
+  return room;
+}
+
+TEST(SurfaceMesh, slats_close_together_are_cut_lengthwise_into_four_strips_of_few_long_facets) {
+  const auto slats = mesh_surfaces(level_rectangles({0.0, 0.1, 0.2}, 4, 0.12), {.edge_m = 1.0});
+  ASSERT_TRUE(slats) << slats.error().message();
+  for (const double z : {0.0, 0.1, 0.2})
+    EXPECT_NEAR(widest(*slats, z), 0.03, 1e-6) << z;
+  EXPECT_LE(slats->facets.size(), 3u * 64) << "not the 1,000 of each that facets as long as wide would be";
+  EXPECT_NEAR(total_area(*slats), 3 * 4 * 0.12, 1e-9);
+}
+
+TEST(SurfaceMesh, what_is_no_slat_is_not_cut) {
+  const auto apart = mesh_surfaces(level_rectangles({0.0, 0.2}, 4, 0.12), {.edge_m = 1.0});
+  EXPECT_NEAR(widest(*apart, 0.0), 0.12, 1e-6) << "the next one is further than its width";
+  const auto wide = mesh_surfaces(level_rectangles({0.0, 0.1}, 0.4, 0.12), {.edge_m = 1.0});
+  EXPECT_NEAR(widest(*wide, 0.0), 0.12, 1e-6) << "not long";
+  Room board = level_rectangles({0.0, 0.02}, 2, 0.2);
+  for (const double y : {0.0, 0.2})
+    add_quad(board, {0, y, 0}, {2, y, 0}, {2, y, 0.02}, {0, y, 0.02});
+  const auto closed = mesh_surfaces(board, {.edge_m = 1.0});
+  EXPECT_NEAR(widest(*closed, 0.0), 0.2, 1e-6) << "the inside of a board";
+}
+
 } // namespace
 } // namespace daylit::radiosity

@@ -1,0 +1,109 @@
+#include "precompute/room_points.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
+
+#include "precompute/probes.h"
+#include "precompute/room_around.h"
+#include "scene/room/aperture.h"
+
+namespace daylit::precompute {
+
+namespace {
+
+constexpr std::array<double, 4> kOffSurfaces_m{0.1, 0.2, 0.5, 1e9}; ///< borders of the strata
+constexpr std::size_t kOfStratum = 10, kMostRooms = 64, kTries = 16384;
+constexpr std::size_t kLookers = 32; ///< of the points in a room's air, from which others are looked for
+
+bool contains(const Bounds& box, const glm::dvec3& p) {
+  return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
+}
+
+/// A room, and those of the points in its air that are in no earlier one.
+struct Found {
+  Bounds box;
+  std::vector<glm::dvec3> air;
+};
+
+/// The box around p, and from nearer its middle twice more: a far end is too small there to be seen from the other.
+std::optional<Bounds> box_around(const Room& room, glm::dvec3 p, const std::vector<glm::dvec3>& in_air) {
+  const glm::dvec3 first = p;
+  std::optional<Bounds> found;
+  for (int pass = 0; pass < 3; ++pass) {
+    const Result<Bounds> box = room_around(room, p);
+    if (!box || !contains(*box, first))
+      break;
+    found = *box;
+    const glm::dvec3 middle = box->centre();
+    for (const glm::dvec3& q : in_air)
+      if (contains(*box, q) && glm::distance(q, middle) < glm::distance(p, middle))
+        p = q;
+  }
+  return found;
+}
+
+std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& in_air) {
+  std::vector<Found> rooms;
+  for (const glm::dvec3& p : in_air) {
+    auto in = std::ranges::find_if(rooms, [&](const Found& r) { return contains(r.box, p); });
+    if (in == rooms.end() && rooms.size() < kMostRooms)
+      if (const auto box = box_around(room, p, in_air))
+        in = rooms.insert(rooms.end(), Found{*box, {}});
+    if (in != rooms.end())
+      in->air.push_back(p);
+  }
+  std::ranges::stable_sort(rooms, [](const Found& a, const Found& b) { return a.air.size() > b.air.size(); });
+  return rooms;
+}
+
+/// Point k: low + size frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018).
+glm::dvec3 candidate(const Bounds& box, std::size_t k) {
+  const glm::dvec3 step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
+  return box.min + box.size() * glm::fract(0.5 + static_cast<double>(k) * step);
+}
+
+/// The stratum of a distance to the nearest surface; none where it is closer than all.
+std::ptrdiff_t stratum(double off_m) {
+  return std::ranges::upper_bound(kOffSurfaces_m, off_m) - kOffSurfaces_m.begin() - 1;
+}
+
+} // namespace
+
+Result<std::vector<RoomPoints>> points_by_room(const Room& room, const Bounds& bounds,
+                                               const std::vector<glm::dvec3>& in_air) {
+  const Result<RayScene> rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  const Result<Apertures> apertures = find_apertures(room, *rays);
+  if (!apertures)
+    return apertures.error();
+  std::vector<RoomPoints> out;
+  for (const Found& found : find_rooms(room, in_air)) {
+    const Bounds box{glm::max(found.box.min, bounds.min), glm::min(found.box.max, bounds.max)};
+    const auto seen = [&](const glm::dvec3& p) {
+      return std::ranges::any_of(found.air.begin(),
+                                 found.air.begin() + std::ptrdiff_t(std::min(kLookers, found.air.size())),
+                                 [&](const glm::dvec3& a) { return open_between(a, p, *rays, apertures->list); });
+    };
+    RoomPoints points{found.box, {}};
+    std::array<std::size_t, kOffSurfaces_m.size()> have{};
+    for (std::size_t k = 1; k <= kTries && points.points.size() < kOfStratum * (have.size() - 1); ++k) {
+      const glm::dvec3 p = candidate(box, k);
+      const std::ptrdiff_t s = stratum(static_cast<double>(rays->distance(rays->to_local(p), 1.0f)));
+      if (s < 0 || have[static_cast<std::size_t>(s)] == kOfStratum || !seen(p))
+        continue;
+      ++have[static_cast<std::size_t>(s)];
+      points.points.push_back(p);
+    }
+    out.push_back(std::move(points));
+  }
+  return out;
+}
+
+} // namespace daylit::precompute
