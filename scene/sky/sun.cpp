@@ -9,6 +9,7 @@
 
 #include "scene/core/orthonormal.h"
 #include "scene/core/parallel.h"
+#include "scene/sky/sky.h"
 
 namespace daylit {
 

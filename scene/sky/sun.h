@@ -8,10 +8,12 @@
 #include <glm/vec3.hpp>
 
 #include "scene/image/rgb_image.h"
-#include "scene/sky/sky.h"
 #include "scene/sky/sky_image.h"
+#include "scene/sky/sky_model.h"
 
 namespace daylit {
+
+class Sky;
 
 constexpr double kSunAngularRadius = 0.004650884; ///< radians, 0.533 degrees across
 
