@@ -230,16 +230,29 @@ private:
     }
     return written;
   }
+  /// Squared angle of the normals.
+  static float turn2(const GlossyPixel& p, const GlossyPixel& q) {
+    const glm::vec3 turn = q.normal - p.normal;
+    return glm::dot(turn, turn);
+  }
+  /// To the next pixels: into one pixel a curved surface mirrors as much as a lobe of that width does.
+  float turn2_to_next(int x, int y, const GlossyPixel& p) const {
+    float most = 0.0f;
+    for (const auto& [i, j] : {std::pair(1, 0), std::pair(0, 1)})
+      if (box_.contains(x + i, y + j))
+        if (const GlossyPixel& q = pixels_[in_box(x + i, y + j)]; q.part == p.part)
+          most = std::max(most, turn2(p, q));
+    return most;
+  }
   /// A wide lobe is shared by the pixels around. A narrow one shows pictures, whose edges are smoothed.
   Rgb smoothed(int x, int y, const GlossyPixel& p) const {
-    if (p.alpha >= kWideAlpha) // weight 1 - (angle of the normals / alpha)^2
+    if (p.alpha >= kWideAlpha) { // weight 1 - (angle of the normals / alpha)^2
+      const float alpha2 = p.alpha * p.alpha, most2 = std::clamp(2.0f * turn2_to_next(x, y, p), alpha2, 16.0f * alpha2);
       return mean_around(
           x, y, kSharedTaps,
-          [&](const GlossyPixel& q) {
-            const glm::vec3 turn = q.normal - p.normal;
-            return q.part == p.part ? std::max(1.0f - glm::dot(turn, turn) / (p.alpha * p.alpha), 0.0f) : 0.0f;
-          },
+          [&](const GlossyPixel& q) { return q.part == p.part ? std::max(1.0f - turn2(p, q) / most2, 0.0f) : 0.0f; },
           [](const GlossyPixel& q) { return q.radiance; });
+    }
     if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p))
       return p.radiance;
     return mean_around(
