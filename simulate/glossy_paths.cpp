@@ -18,11 +18,6 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::max();
 
-/// Index of the red, green or blue light (KHR_materials_dispersion: half spread 0.025 dispersion (n - 1)).
-float ior_of_channel(const SurfaceMaterial& m, int channel) {
-  return m.ior + static_cast<float>(channel - 1) * 0.025f * m.dispersion * (m.ior - 1.0f);
-}
-
 } // namespace
 
 /// The surface at a vertex. `base`: its diffuse part, which is what other diffuse surfaces know of it.
@@ -47,14 +42,14 @@ PathTracer::Met PathTracer::met(const SurfacePoint& hit, const glm::vec3& direct
   SurfaceMaterial& m = look.material;
   if (!path.diffuse_before && !hit.outside && !m.thin)
     throughput *= glm::exp(-m.absorption_per_m * hit.distance);
-  if (m.dispersion > 0.0f && m.transmission > 0.0f && !m.thin) {
+  if (m.disperses()) {
     if (path.channel < 0) {
       path.channel = std::min(2, static_cast<int>(3.0f * path.point(kRoulette).y));
       Rgb kept(0.0f);
       kept[path.channel] = 3.0f * throughput[path.channel];
       throughput = kept;
     }
-    m.ior = ior_of_channel(m, path.channel);
+    m.ior = m.ior_of(path.channel);
   }
   const GlossySurface surface(look, hit, -direction);
   Vertex base = vertex_at(hit);

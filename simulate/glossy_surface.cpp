@@ -16,6 +16,7 @@ namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kLeastCosine = 0.02f; // of a normal with normal map to the path
+constexpr float kLobeSpread = 0.1f;   // of the paths of a Lafortune lobe: over the hemisphere
 
 Ggx facets_of(const SurfaceMaterial& m) { return {std::max(m.alpha_u, kLeastAlpha), std::max(m.alpha_v, kLeastAlpha)}; }
 Ggx coat_of(const SurfaceMaterial& m) {
@@ -46,6 +47,18 @@ glm::vec3 sample_cosine_z(const glm::vec2& u) {
 }
 
 glm::vec3 other_z(const glm::vec3& w) { return {w.x, w.y, -w.z}; }
+glm::vec3 upward(const glm::vec3& w) { return w.z < 0.0f ? other_z(w) : w; }
+
+/// A power of the cosine to `peak` (Lafortune & Willems 1994, eq. 8), as height and azimuth around it.
+glm::vec3 sample_power(const glm::vec3& peak, float exponent, const glm::vec2& u) {
+  const float z = std::exp2(std::log2(std::max(u.x, 1e-12f)) / (exponent + 1.0f)), r = std::sqrt(1.0f - z * z);
+  const glm::vec3 t = around_axis(peak), b = glm::cross(peak, t);
+  return glm::normalize(z * peak + r * (std::cos(2.0f * kPi * u.y) * t + std::sin(2.0f * kPi * u.y) * b));
+}
+float power_density(const glm::vec3& peak, float exponent, const glm::vec3& w) {
+  const float z = glm::dot(peak, w);
+  return z <= 0.0f ? 0.0f : (exponent + 1.0f) / (2.0f * kPi) * std::exp2(exponent * std::log2(z));
+}
 
 } // namespace
 
@@ -63,6 +76,11 @@ GlossySurface::GlossySurface(const SurfaceLook& look, const SurfacePoint& point,
   const float base = luminance(bsdf_.diffuse_albedo(out_)), mirrored = luminance(bsdf_.reflected_albedo(out_)),
               passed = luminance(bsdf_.transmitted_albedo(out_)), all = base + mirrored + passed;
   base_share_ = all > 0.0f ? base / all : 1.0f;
+  if (material_.lobe) {
+    peak_ = material_.lobe->peak(upward(out_));
+    ways_ = {0.0f, 1.0f - kLobeSpread, kLobeSpread, 0.0f};
+    return;
+  }
   const float through = mirrored + passed > 0.0f ? passed / (mirrored + passed) : 0.0f;
   const Ggx facets = facets_of(material_);
   // Light met by several facets goes everywhere; there is the more of it the rougher they are.
@@ -108,7 +126,10 @@ std::optional<glm::vec3> GlossySurface::sample_glossy(const glm::vec2& u, float 
   const glm::vec3 out = below ? other_z(out_) : out_;
   const Ways& w = ways_;
   glm::vec3 in;
-  if (choice < w.coat + w.facets) {
+  if (peak_ && choice < w.facets) {
+    if (in = sample_power(peak_->direction, peak_->exponent, u); in.z <= 0.0f)
+      return std::nullopt;
+  } else if (choice < w.coat + w.facets) {
     const glm::vec3 h = sample_normal(choice < w.coat ? coat_of(material_) : facets_of(material_), out, u);
     const float c = glm::dot(out, h);
     if (c <= 0.0f)
@@ -134,6 +155,10 @@ std::optional<glm::vec3> GlossySurface::sample_glossy(const glm::vec2& u, float 
 float GlossySurface::glossy_density(const glm::vec3& world) const {
   const bool below = out_.z < 0.0f;
   const glm::vec3 local = to_local(world), out = below ? other_z(out_) : out_, in = below ? other_z(local) : local;
+  if (peak_)
+    return in.z <= 0.0f
+               ? 0.0f
+               : ways_.facets * power_density(peak_->direction, peak_->exponent, in) + ways_.same_side * in.z / kPi;
   const Ggx facets = facets_of(material_);
   const bool bends = in.z <= 0.0f && is_solid();
   const float ior = ior_behind();

@@ -48,6 +48,7 @@ private:
   glm::vec3 normal_{0.0f}, tangent_{0.0f}, bitangent_{0.0f};
   glm::vec3 out_{0.0f}; ///< local
   float base_share_ = 0.0f;
+  std::optional<LafortunePeak> peak_; ///< of a Lafortune lobe, on the upper side: facets are its samples
   Ways ways_;
 
   glm::vec3 to_local(const glm::vec3& v) const;

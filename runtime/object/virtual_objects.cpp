@@ -78,7 +78,7 @@ namespace {
 /// It mirrors, or its colour varies between vertices.
 bool looked_up_per_pixel(const ObjectMesh& mesh) {
   return std::ranges::any_of(mesh.materials, [](const ObjectMaterial& m) {
-    return m.is_glossy() || m.base_colour_texture || m.normal_texture || m.emission != Rgb(0.0f);
+    return m.is_glossy() || m.base_colour_texture || m.normal_texture || m.occlusion_texture || m.emission != Rgb(0.0f);
   });
 }
 

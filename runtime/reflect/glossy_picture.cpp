@@ -44,6 +44,7 @@ glm::vec2 lobe_place(int x, int y, int sample) {
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
 struct GlossyPixel {
   Rgb diffuse{0.0f}, radiance{0.0f}; ///< an object that was drawn whole counts with a diffuse reflectance of 1
+  Rgb occluded{0.0f};
   glm::vec3 normal{0.0f};
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
@@ -52,6 +53,7 @@ struct GlossyPixel {
   void average() {
     diffuse /= std::max(samples, 1.0f);
     radiance /= std::max(samples, 1.0f);
+    occluded /= std::max(samples, 1.0f);
     samples = std::min(samples, 1.0f);
   }
 };
@@ -203,6 +205,7 @@ private:
     for (std::size_t k = 0; k < n; ++k) {
       pixel[k]->diffuse += light[k].diffuse;
       pixel[k]->radiance += light[k].radiance;
+      pixel[k]->occluded += light[k].occluded;
       pixel[k]->normal = light[k].normal;
       pixel[k]->alpha = light[k].alpha;
     }
@@ -221,22 +224,35 @@ private:
         continue;
       ++written;
       const glm::vec4 object = drawn_.photo_pixel(x, y).object;
-      const Rgb shown = Rgb(object) * p.diffuse + object.w * smoothed(x, y, p);
+      const Rgb shown = Rgb(object) * p.diffuse + object.w * (smoothed(x, y, p) - p.occluded);
       Rgb& pixel = composite_.picture.texels[index(x, y)];
       pixel = glm::max(pixel + scale.apply(shown - Rgb(object)), Rgb(0.0f));
     }
     return written;
   }
+  /// Squared angle of the normals.
+  static float turn2(const GlossyPixel& p, const GlossyPixel& q) {
+    const glm::vec3 turn = q.normal - p.normal;
+    return glm::dot(turn, turn);
+  }
+  /// To the next pixels: into one pixel a curved surface mirrors as much as a lobe of that width does.
+  float turn2_to_next(int x, int y, const GlossyPixel& p) const {
+    float most = 0.0f;
+    for (const auto& [i, j] : {std::pair(1, 0), std::pair(0, 1)})
+      if (box_.contains(x + i, y + j))
+        if (const GlossyPixel& q = pixels_[in_box(x + i, y + j)]; q.part == p.part)
+          most = std::max(most, turn2(p, q));
+    return most;
+  }
   /// A wide lobe is shared by the pixels around. A narrow one shows pictures, whose edges are smoothed.
   Rgb smoothed(int x, int y, const GlossyPixel& p) const {
-    if (p.alpha >= kWideAlpha) // weight 1 - (angle of the normals / alpha)^2
+    if (p.alpha >= kWideAlpha) { // weight 1 - (angle of the normals / alpha)^2
+      const float alpha2 = p.alpha * p.alpha, most2 = std::clamp(2.0f * turn2_to_next(x, y, p), alpha2, 16.0f * alpha2);
       return mean_around(
           x, y, kSharedTaps,
-          [&](const GlossyPixel& q) {
-            const glm::vec3 turn = q.normal - p.normal;
-            return q.part == p.part ? std::max(1.0f - glm::dot(turn, turn) / (p.alpha * p.alpha), 0.0f) : 0.0f;
-          },
+          [&](const GlossyPixel& q) { return q.part == p.part ? std::max(1.0f - turn2(p, q) / most2, 0.0f) : 0.0f; },
           [](const GlossyPixel& q) { return q.radiance; });
+    }
     if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p))
       return p.radiance;
     return mean_around(

@@ -20,6 +20,8 @@ namespace {
 
 float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
+constexpr int kAllColours = -1; // of a ray; else the number of the only one
+
 } // namespace
 
 struct GlossyRays::Surface {
@@ -36,8 +38,9 @@ struct GlossyRays::Surface {
   }
 };
 
-GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, const GlossySettings& settings)
-    : room_(room), sent_(sent), settings_(settings) {}
+GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
+                       const GlossySettings& settings)
+    : room_(room), sent_(sent), indirect_(indirect), settings_(settings) {}
 
 const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
   return room_.objects.objects().parts[point.part].mesh.material_or_null(point.triangle);
@@ -45,7 +48,8 @@ const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
 
 /// The shading frame, on the side of the mesh's outside; a surface that is not transparent has no inside, its frame is
 /// on the side that is seen.
-GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& point, double width_m) const {
+GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& point, double width_m,
+                                        int channel) const {
   const VirtualObjects& objects = room_.objects.objects();
   const ObjectMesh& mesh = objects.parts[point.part].mesh;
   const double scale = room_.objects.scale(point.part);
@@ -53,6 +57,8 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
   const glm::mat3& rotation = room_.objects.rotation(point.part);
   glm::vec3 normal = glm::normalize(rotation * look.normal), face = point.face_normal;
   SurfaceMaterial material = look.material;
+  if (channel != kAllColours)
+    material.ior = material.ior_of(channel);
   const bool inside = glm::dot(face, ray.direction) > 0.0f;
   if (inside && (material.transmission == 0.0f || material.thin)) {
     normal = -normal;
@@ -74,8 +80,8 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
   return s;
 }
 
-/// Light of the vertices, and of the surface itself.
-Rgb GlossyRays::sent_by(const ObjectPoint& point, const Surface& s) const {
+/// Light of the vertices, of the base's colour here.
+Rgb GlossyRays::diffuse_of(std::span<const TwoSided> all, const ObjectPoint& point, const Surface& s) const {
   const VirtualObjects& objects = room_.objects.objects();
   const VirtualObjects::Part& part = objects.parts[point.part];
   const auto& t = part.mesh.triangles[point.triangle];
@@ -83,11 +89,16 @@ Rgb GlossyRays::sent_by(const ObjectPoint& point, const Surface& s) const {
   const bool back = glm::dot(s.normal, point.face_normal) < 0.0f;
   Rgb radiance(0.0f), reflectance(0.0f);
   for (std::size_t k = 0; k < 3; ++k) {
-    const TwoSided& vertex = sent_[part.first_vertex + t[k]];
+    const TwoSided& vertex = all[part.first_vertex + t[k]];
     radiance += weight[k] * (back ? vertex.back : vertex.front);
     reflectance += weight[k] * objects.surface.reflectance[part.first_vertex + t[k]];
   }
-  return radiance * s.bsdf.diffuse_albedo(s.out) / glm::max(reflectance, Rgb(kLeastReflectance)) + s.material.emission;
+  return radiance * s.bsdf.diffuse_albedo(s.out) / glm::max(reflectance, Rgb(kLeastReflectance));
+}
+
+/// glTF 2.0, section 3.9.3: indirect light alone.
+Rgb GlossyRays::occluded(const ObjectPoint& point, const Surface& s) const {
+  return s.material.occlusion < 1.0f ? (1.0f - s.material.occlusion) * diffuse_of(indirect_, point, s) : Rgb(0.0f);
 }
 
 /// f(out, sun) cos E. The disc is narrower than a wide lobe; a sharp one meets it with its ray, or does not.
@@ -111,7 +122,7 @@ struct GlossyRays::Branch {
   Rgb weight{1.0f};           ///< what of the light along it reaches the camera
   Rgb absorption_per_m{0.0f}; ///< of what it runs through
   std::uint32_t tree = 0;
-  int depth = 0;
+  int depth = 0, channel = kAllColours;
   bool inside = false;
   float width_rad = 0.0f; ///< RoomRay::width_rad
 };
@@ -158,7 +169,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
     work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
-                         from.tree, from.depth + 1, inside,
+                         from.tree, from.depth + 1, from.channel, inside,
                          s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha())});
   }
 }
@@ -167,8 +178,8 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
 void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& work) const {
   Branch left = branch;
   left.weight *= glm::exp(-branch.absorption_per_m * static_cast<float>(point.distance));
-  const Surface s = surface(branch.ray, point, 0.0);
-  Rgb sent = sent_by(point, s);
+  const Surface s = surface(branch.ray, point, 0.0, branch.channel);
+  Rgb sent = diffuse_of(sent_, point, s) - occluded(point, s) + s.material.emission;
   const ObjectMaterial* m = material(point);
   if (m && m->is_glossy()) {
     sent += glint(point, s);
@@ -226,28 +237,43 @@ void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radianc
   for (std::size_t k = 0; k < rays.size(); ++k) {
     radiances[k] = Rgb(0.0f);
     work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays});
-    work.level.push_back({rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, false, 0.0f});
+    work.level.push_back({rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, 0.0f});
   }
   follow(work);
+}
+
+/// Where colours are bent apart, a tree for each.
+void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, GlossyLight& light, Work& work) const {
+  const auto grow = [&](const Surface& surface, const Rgb& weight, int channel) {
+    for (const glm::vec2& u : s.is_sharp() ? at.places.first(1) : at.places) {
+      work.trees.push_back(
+          {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
+      const Branch camera{at.ray, weight,  Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1),
+                          0,      channel, false,     0.0f};
+      spread(at.point, surface, camera, work);
+    }
+  };
+  if (!s.material.disperses())
+    return grow(s, Rgb(1.0f), kAllColours);
+  for (int c = 0; c < 3; ++c) {
+    Rgb only(0.0f);
+    only[c] = 1.0f;
+    grow(surface(at.ray, at.point, at.width_m, c), only, c);
+  }
 }
 
 std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const {
   Work work;
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto& [ray, point, places, width_m] = points[k];
-    const Surface s = surface(ray, point, width_m);
-    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, s.normal, 0.0f};
+    const Surface s = surface(ray, point, width_m, kAllColours);
+    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, occluded(point, s), s.normal, 0.0f};
     const ObjectMaterial* m = material(point);
     if (!m || !m->is_glossy())
       continue;
     lights[k].alpha = s.alpha();
     lights[k].radiance += glint(point, s);
-    for (const glm::vec2& u : s.is_sharp() ? places.first(1) : places) {
-      work.trees.push_back({&lights[k].radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(places.size()), u,
-                            settings_.most_rays});
-      Branch camera{ray, Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1), 0, false, 0.0f};
-      spread(point, s, camera, work);
-    }
+    spread_from_camera(points[k], s, lights[k], work);
   }
   std::swap(work.level, work.next);
   follow(work);

@@ -33,6 +33,7 @@ struct CameraPoint {
 struct GlossyLight {
   Rgb diffuse{1.0f};      ///< reflectance of the diffuse part: times irradiance / pi is its radiance
   Rgb radiance{0.0f};     ///< all that is not diffuse: mirrored, refracted, sent by itself
+  Rgb occluded{0.0f};     ///< of the diffuse part's radiance what an occlusion texture takes away: indirect light
   glm::vec3 normal{0.0f}; ///< of the shading, world
   float alpha = 0.0f;     ///< slope of the narrowest lobe; 0 where none is followed
 };
@@ -43,8 +44,10 @@ constexpr float kWideAlpha = 0.01f;
 /// Keeps references to what it is made of. Thread-safe.
 class GlossyRays {
 public:
-  /// `sent`: radiance of each vertex of all objects as a diffuse surface, on both sides.
-  GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, const GlossySettings& settings);
+  /// `sent`: radiance of each vertex of all objects as a diffuse surface, on both sides; `indirect`: what of it is not
+  /// straight from sky and sun.
+  GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
+             const GlossySettings& settings);
 
   /// What the camera sees of up to kRayBatch points. Returns how many rays were traced.
   std::uint64_t look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const;
@@ -56,17 +59,19 @@ private:
   struct Surface;
   struct Branch;
   struct Work;
-  Surface surface(const WorldRay& ray, const ObjectPoint& point, double width_m) const;
+  Surface surface(const WorldRay& ray, const ObjectPoint& point, double width_m, int channel) const;
   void follow(Work& work) const;
   void step(std::span<const Branch> batch, Work& work) const;
   void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   Rgb glint(const ObjectPoint& point, const Surface& s) const;
-  Rgb sent_by(const ObjectPoint& point, const Surface& s) const;
+  void spread_from_camera(const CameraPoint& at, const Surface& s, GlossyLight& light, Work& work) const;
+  Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
+  Rgb occluded(const ObjectPoint& point, const Surface& s) const;
 
   const RoomSeen& room_;
-  std::span<const TwoSided> sent_;
+  std::span<const TwoSided> sent_, indirect_;
   GlossySettings settings_;
 };
 

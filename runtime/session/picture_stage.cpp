@@ -131,7 +131,8 @@ GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInp
   const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
   const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
                       in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
-  const GlossyRays rays(seen, in.light.indirect().sent, {});
+  const ObjectsIndirectLight& light = in.light.indirect();
+  const GlossyRays rays(seen, light.sent, light.radiance, {});
   const DrawnPicture drawn{*drawn_, *in.camera, things};
   const GlossyCounts counts =
       any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};

@@ -51,6 +51,12 @@ float Bsdf::Facet::mirrored_share() const {
 // reciprocal since n^2 (1 - F_inside) = 1 - F_outside.
 Bsdf::Bsdf(const SurfaceMaterial& material) : m_(material), solid_(material.transmission > 0.0f && !material.thin) {
   m_.ior = std::max(m_.ior, kLeastIor);
+  if (m_.lobe) {
+    m_.metallic = m_.transmission = m_.clearcoat = 0.0f;
+    mirror_ = dielectric_ = coat_ = nullptr;
+    solid_ = false;
+    return;
+  }
   facets_ = {std::max(m_.alpha_u, kLeastAlpha), std::max(m_.alpha_v, kLeastAlpha)};
   coat_facets_ = {std::max(m_.clearcoat_alpha, kLeastAlpha), std::max(m_.clearcoat_alpha, kLeastAlpha)};
   const bool stretched = facets_.alpha_u != facets_.alpha_v;
@@ -97,6 +103,8 @@ Bsdf::Seen Bsdf::seen(const glm::vec3& w) const {
     s.coat = m_.clearcoat * coat_->at(coat_facets_, {w.x, w.y, std::abs(w.z)}).x;
   return s;
 }
+
+LafortunePeak Bsdf::peak(const glm::vec3& out) const { return m_.lobe->peak({out.x, out.y, std::abs(out.z)}); }
 
 /// What comes down to the diffuse base.
 float Bsdf::base_light(const Seen& s) const { return (1.0f - s.coat) * (1.0f - s.opaque); }
@@ -189,6 +197,8 @@ Rgb Bsdf::passed(const glm::vec3& out, const glm::vec3& in, const Seen& a, const
 Rgb Bsdf::glossy(const glm::vec3& out, const glm::vec3& in) const {
   if (std::abs(out.z) < kLeastCosine || std::abs(in.z) < kLeastCosine)
     return Rgb(0.0f);
+  if (m_.lobe)
+    return out.z * in.z > 0.0f ? peak(out).sent({in.x, in.y, std::abs(in.z)}) / std::abs(in.z) : Rgb(0.0f);
   if (out.z * in.z > 0.0f)
     return reflected(out, in, seen(out), seen(in));
   return m_.transmission > 0.0f && m_.metallic < 1.0f ? passed(out, in, seen(out), seen(in)) : Rgb(0.0f);
@@ -196,6 +206,8 @@ Rgb Bsdf::glossy(const glm::vec3& out, const glm::vec3& in) const {
 
 // colour / pi base_light(out) base_light(in) / mean (Kelemen & Szirmay-Kalos 2001, eq. 5).
 Rgb Bsdf::diffuse(const glm::vec3& out, const glm::vec3& in) const {
+  if (m_.lobe)
+    return out.z * in.z > 0.0f ? m_.lobe->base(m_.base_colour, peak(out)) / kPi : Rgb(0.0f);
   if (!dielectric_ || m_.transmission >= 1.0f || out.z * in.z <= 0.0f)
     return Rgb(0.0f);
   return (1.0f - m_.metallic) * (1.0f - m_.transmission) * m_.base_colour *
@@ -205,12 +217,16 @@ Rgb Bsdf::diffuse(const glm::vec3& out, const glm::vec3& in) const {
 Rgb Bsdf::f(const glm::vec3& out, const glm::vec3& in) const { return glossy(out, in) + diffuse(out, in); }
 
 Rgb Bsdf::diffuse_albedo(const glm::vec3& out) const {
+  if (m_.lobe)
+    return m_.lobe->base(m_.base_colour, peak(out));
   if (!dielectric_)
     return Rgb(0.0f);
   return (1.0f - m_.metallic) * (1.0f - m_.transmission) * m_.base_colour * base_light(seen(out));
 }
 
 Rgb Bsdf::reflected_albedo(const glm::vec3& out) const {
+  if (m_.lobe)
+    return peak(out).albedo();
   const Seen s = seen(out);
   Rgb below(0.0f);
   if (m_.metallic > 0.0f)
@@ -230,8 +246,14 @@ Rgb Bsdf::transmitted_albedo(const glm::vec3& out) const {
          (s.dielectric.y + passed_rest_[side(out)] * s.rest());
 }
 
-/// Each way is taken as often as it sends light on.
+/// Each way is taken as often as it sends light on; a lobe stands for the facets.
 Bsdf::Ways Bsdf::ways(const glm::vec3& out, bool with_base) const {
+  if (m_.lobe) {
+    const LafortunePeak at = peak(out);
+    const float lobe = luminance(at.albedo()),
+                sum = lobe + (with_base ? luminance(m_.lobe->base(m_.base_colour, at)) : 0.0f);
+    return sum > 0.0f ? Ways{.facets = lobe / sum, .same_side = 1.0f - lobe / sum} : Ways{};
+  }
   const Seen s = seen(out);
   const float dielectric = dielectric_ ? 1.0f - m_.metallic : 0.0f, colour = luminance(m_.base_colour);
   const float through = dielectric * m_.transmission, passed_part = passed_rest_[side(out)];
@@ -257,6 +279,8 @@ float Bsdf::density(const Ways& w, const glm::vec3& out, const glm::vec3& in) co
     return 0.0f;
   const bool same = out.z * in.z > 0.0f;
   float sum = (same ? w.same_side : w.other_side) * std::abs(in.z) / kPi;
+  if (m_.lobe)
+    return same ? sum + w.facets * peak(out).density({in.x, in.y, std::abs(in.z)}) : 0.0f;
   const float ior = relative_ior(out);
   if (same || !solid_) {
     const glm::vec3 up = same ? in : mirrored_z(in);
@@ -279,7 +303,10 @@ std::optional<glm::vec3> Bsdf::direction(const Ways& w, const glm::vec3& out, co
   const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out;
   const glm::vec2 u2(u);
   std::optional<glm::vec3> in;
-  if (u.z < w.coat + w.facets) {
+  if (m_.lobe && u.z < w.facets) {
+    if (in = peak(out).sample(u2); in->z <= 0.0f)
+      return std::nullopt;
+  } else if (u.z < w.coat + w.facets) {
     const bool coat = u.z < w.coat;
     const glm::vec3 h = (coat ? coat_facets_ : facets_).sample_visible(up, u2);
     const float c = glm::dot(up, h), share = coat ? 1.0f : facet(c, side(out)).mirrored_share();
@@ -332,6 +359,13 @@ std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out
   if (std::abs(out.z) < kLeastCosine)
     return lobes;
   const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out;
+  if (m_.lobe) {
+    const LafortunePeak at = peak(out);
+    const glm::vec3 in = at.sample(u);
+    if (const float p = at.density(in); in.z > 0.0f && p > 0.0f)
+      lobes[1] = BsdfSample{out.z < 0.0f ? mirrored_z(in) : in, at.sent(in) / p, p, false};
+    return lobes;
+  }
   const Seen s = seen(out);
   const auto add = [&](Lobe lobe, const Ggx& facets, const std::optional<glm::vec3>& in, const Rgb& part) {
     if (!in || (lobe == Lobe::passed ? in->z >= 0.0f : in->z <= 0.0f) || part == Rgb(0.0f))

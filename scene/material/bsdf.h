@@ -2,7 +2,8 @@
 
 // Reflection and transmission at one point of a surface: microfacets of the GGX distribution (Walter et al. 2007; Heitz
 // 2014), sampled by visible normals (Dupuy & Benyoub 2023), with what is reflected more than once between them (Kulla &
-// Conty 2017), a diffuse base under a dielectric (Kelemen & Szirmay-Kalos 2001) and a clear coat on top.
+// Conty 2017), a diffuse base under a dielectric (Kelemen & Szirmay-Kalos 2001) and a clear coat on top. Or, in the
+// place of all that, a Lafortune lobe over a diffuse base.
 
 #include <array>
 #include <optional>
@@ -12,6 +13,7 @@
 
 #include "scene/material/albedo_table.h"
 #include "scene/material/ggx.h"
+#include "scene/material/lafortune.h"
 #include "scene/material/material.h"
 
 namespace daylit {
@@ -30,6 +32,8 @@ struct BsdfSample {
 /// and indices below kLeastIor count as these. Making one costs some table look-ups.
 /// What comes back of 1 from everywhere, without absorption: 1 within 0.5 %, within 1.2 % where facets are stretched
 /// (glass of anisotropy above 0.3: up to 20 % off from inside at grazing angles), never more than 1 under a coat.
+/// A Lafortune lobe never adds light; what falls below the surface, and what the cosine takes at an angle, is lost. It
+/// is reciprocal unless it rises at grazing angles.
 class Bsdf {
 public:
   explicit Bsdf(const SurfaceMaterial& material);
@@ -96,6 +100,7 @@ private:
   Seen seen(const glm::vec3& w) const;
   float base_light(const Seen& seen) const;
   float mean_base_light() const;
+  LafortunePeak peak(const glm::vec3& out) const;
   Facet facet(float cosine, int side) const;
   Rgb rest_reflected(const Seen& out, const Seen& in, int side) const;
   Rgb rest_passed(const Seen& out, const Seen& in, int side) const;

@@ -31,6 +31,7 @@ float mean_fresnel(float ior) {
 } // namespace
 
 Result<void> check_material(const ObjectMaterial& m, const std::string& where) {
+  const LafortuneLobe lobe = m.lobe.value_or(LafortuneLobe{});
   const Quantity quantities[] = {{"base colour (red)", m.base_colour.r, 0, 1},
                                  {"base colour (green)", m.base_colour.g, 0, 1},
                                  {"base colour (blue)", m.base_colour.b, 0, 1},
@@ -51,7 +52,17 @@ Result<void> check_material(const ObjectMaterial& m, const std::string& where) {
                                  {"emission (green)", m.emission.g, 0, 1e30f},
                                  {"emission (blue)", m.emission.b, 0, 1e30f},
                                  {"scale of the normal map", m.normal_scale, -kMost, kMost},
-                                 {"strength of the occlusion", m.occlusion_strength, 0, 1}};
+                                 {"strength of the occlusion", m.occlusion_strength, 0, 1},
+                                 {"weight of the lobe (red)", lobe.weight.r, 0, 1},
+                                 {"weight of the lobe (green)", lobe.weight.g, 0, 1},
+                                 {"weight of the lobe (blue)", lobe.weight.b, 0, 1},
+                                 {"coefficient of the lobe (x)", lobe.c.x, -kMost, kMost},
+                                 {"coefficient of the lobe (y)", lobe.c.y, -kMost, kMost},
+                                 {"coefficient of the lobe (z)", lobe.c.z, 1e-6f, kMost},
+                                 {"exponent of the lobe", lobe.exponent, 1, LafortuneLobe::kMostExponent},
+                                 {"rise of the lobe at grazing angles", lobe.grazing, 0, 1},
+                                 {"falloff of the lobe", lobe.falloff, 0.1f, 100},
+                                 {"rotation of the lobe", m.lobe_rotation, -kMost, kMost}};
   for (const Quantity& q : quantities)
     if (!(q.value >= q.least && q.value <= q.most))
       return Error{ErrorCode::value_invalid,
@@ -60,11 +71,29 @@ Result<void> check_material(const ObjectMaterial& m, const std::string& where) {
   return {};
 }
 
+namespace {
+
+/// Midpoint rule in the squared cosine, over two azimuths.
+Rgb mean_of_lobe(const LafortuneLobe& lobe, const Rgb& base) {
+  constexpr int kSteps = 8;
+  Rgb sum(0.0f);
+  for (int k = 0; k < 2 * kSteps; ++k) {
+    const float z2 = (static_cast<float>(k / 2) + 0.5f) / kSteps, sine = std::sqrt(1.0f - z2);
+    const LafortunePeak peak = lobe.peak({k % 2 == 0 ? sine : 0.0f, k % 2 == 0 ? 0.0f : sine, std::sqrt(z2)});
+    sum += peak.albedo() + lobe.base(base, peak);
+  }
+  return sum / (2.0f * kSteps);
+}
+
+} // namespace
+
 /// A metal after Schlick: (20 F0 + 1) / 21. A pane of two interfaces reflects 2 F / (1 + F), all inner reflections
 /// summed.
 Rgb mean_reflectance(const ObjectMaterial& m) {
   if (!m.is_glossy())
     return m.base_colour;
+  if (m.lobe)
+    return mean_of_lobe(*m.lobe, m.base_colour);
   const float f = mean_fresnel(m.ior), coat = m.clearcoat * mean_fresnel(1.5f);
   const Rgb inside = (1.0f - m.transmission) * m.base_colour + m.transmission * f / (1.0f + f);
   const Rgb dielectric = f + (1.0f - f) * inside, metal = (20.0f * m.base_colour + 1.0f) / 21.0f;

@@ -18,6 +18,7 @@
 
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
+#include "scene/material/lafortune.h"
 #include "scene/material/texture.h"
 
 namespace daylit {
@@ -46,15 +47,18 @@ struct ObjectMaterial {
   float anisotropy = 0.0f, anisotropy_rotation = 0.0f; ///< 0..1; radians, counter-clockwise from the tangent
   Rgb emission{0.0f}; ///< radiance it sends by itself, W/(m^2 sr), or what the sky is measured in
   float normal_scale = 1.0f, occlusion_strength = 1.0f;
+  /// In the place of all that mirrors or lets through; base_colour is what it leaves, diffuse.
+  std::optional<LafortuneLobe> lobe{};
+  float lobe_rotation = 0.0f; ///< radians, of the lobe's frame, counter-clockwise from the tangent
 
   TextureUse base_colour_texture{}, metallic_roughness_texture{}, normal_texture{}, occlusion_texture{},
       emission_texture{}, transmission_texture{}, clearcoat_texture{}, clearcoat_roughness_texture{},
-      anisotropy_texture{};
+      anisotropy_texture{}, lobe_weight_texture{}, lobe_exponent_texture{}, lobe_rotation_texture{};
 
-  std::array<TextureUse*, 9> texture_uses() {
-    return {&base_colour_texture, &metallic_roughness_texture, &normal_texture,    &occlusion_texture,
-            &emission_texture,    &transmission_texture,       &clearcoat_texture, &clearcoat_roughness_texture,
-            &anisotropy_texture};
+  std::array<TextureUse*, 12> texture_uses() {
+    return {&base_colour_texture, &metallic_roughness_texture, &normal_texture,        &occlusion_texture,
+            &emission_texture,    &transmission_texture,       &clearcoat_texture,     &clearcoat_roughness_texture,
+            &anisotropy_texture,  &lobe_weight_texture,        &lobe_exponent_texture, &lobe_rotation_texture};
   }
 
   /// Roughness from which a dielectric without coat and transmission counts as a diffuse surface of its base colour:
@@ -62,7 +66,7 @@ struct ObjectMaterial {
   static constexpr float kDiffuseRoughness = 0.95f;
   /// It mirrors, refracts or has a gloss: diffuse materials cost no ray.
   bool is_glossy() const {
-    return metallic > 0.0f || transmission > 0.0f || clearcoat > 0.0f || roughness < kDiffuseRoughness ||
+    return lobe || metallic > 0.0f || transmission > 0.0f || clearcoat > 0.0f || roughness < kDiffuseRoughness ||
            static_cast<bool>(metallic_roughness_texture) || static_cast<bool>(clearcoat_texture);
   }
   /// -ln(colour) / distance.
@@ -76,7 +80,9 @@ struct ObjectMaterial {
     return (metallic < 1.0f || metallic_roughness_texture) && (transmission < 1.0f || transmission_texture);
   }
   /// It is drawn with directions along the surface.
-  bool needs_tangents() const { return static_cast<bool>(normal_texture) || anisotropy > 0.0f; }
+  bool needs_tangents() const {
+    return static_cast<bool>(normal_texture) || anisotropy > 0.0f || (lobe && lobe->c.x != lobe->c.y);
+  }
   bool operator==(const ObjectMaterial&) const = default;
 };
 
@@ -92,7 +98,15 @@ struct SurfaceMaterial {
   float dispersion = 0.0f;
   float clearcoat = 0.0f, clearcoat_alpha = 0.0f;
   Rgb emission{0.0f};
-  float occlusion = 1.0f; ///< what is left of the indirect light in hollows that the mesh does not have
+  float occlusion = 1.0f;              ///< what is left of the indirect light in hollows that the mesh does not have
+  std::optional<LafortuneLobe> lobe{}; ///< then only base_colour, emission and occlusion count of the rest
+
+  /// It bends colours apart.
+  bool disperses() const { return dispersion > 0.0f && transmission > 0.0f && !thin; }
+  /// Index of red, green or blue light (KHR_materials_dispersion: half spread 0.025 dispersion (n - 1)).
+  float ior_of(int channel) const {
+    return disperses() ? ior + static_cast<float>(channel - 1) * 0.025f * dispersion * (ior - 1.0f) : ior;
+  }
 };
 
 /// Error value_invalid: a number that is NaN, or outside the range that its description gives. `where` stands in it.

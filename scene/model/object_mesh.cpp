@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/read_file.h"
+#include "scene/model/lobe_file.h"
 #include "scene/model/mesh_edit.h"
 #include "scene/model/triangle_soup.h"
 
@@ -101,6 +102,8 @@ Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallb
                                         : detail::parse_obj_soup(*bytes, path, fallback);
   if (!soup)
     return soup.error();
+  if (const auto added = detail::add_lobes(path, *soup); !added)
+    return added.error();
   auto mesh = detail::build_mesh(std::move(*soup), notes);
   if (mesh.triangles.empty())
     return Error{ErrorCode::file_malformed, "the object has no triangle with area", path.string(),

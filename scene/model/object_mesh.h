@@ -42,9 +42,10 @@ struct ObjectMesh {
   }
 };
 
-/// OBJ with its MTL, PLY (vertex colours, diffuse) or glTF (y up is turned to z up), with their materials as
-/// docs/materials.md has it. `fallback`: reflectance where the file gives none. `notes`: for people, what was left out.
-/// Errors: the file or a picture that it names is missing, damaged or too large; a number outside its range.
+/// OBJ with its MTL, PLY (vertex colours, diffuse) or glTF (y up is turned to z up), with their materials, and the
+/// lobes beside them, as docs/materials.md has it. `fallback`: reflectance where the file gives none. `notes`: for
+/// people, what was left out. Errors: the file or a picture that it names is missing, damaged or too large; a number
+/// outside its range.
 Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallback = Rgb(0.7f),
                                     std::vector<std::string>* notes = nullptr);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -69,6 +70,20 @@ glm::vec3 mapped_normal(const ObjectMaterial& m, const TextureLookup& textures, 
   return glm::normalize(n);
 }
 
+/// Turns the tangent within the surface; `direction`: unit, along tangent and bitangent.
+void turn_tangent(const glm::vec2& direction, const Frame& frame, SurfaceLook& look) {
+  const glm::vec3 bitangent = frame.sign * glm::cross(look.normal, look.tangent);
+  look.tangent = across(direction.x * look.tangent + direction.y * bitangent, look.normal);
+}
+
+/// Pessoa et al. 2012, section 4.2: the map holds an angle, white a full turn.
+void turn_lobe(const ObjectMaterial& m, const TextureLookup& textures, const Frame& frame, SurfaceLook& look) {
+  const float turn = m.lobe_rotation_texture ? textures.at(m.lobe_rotation_texture).r : 0.0f;
+  const float angle = m.lobe_rotation + 2.0f * std::numbers::pi_v<float> * turn;
+  if (angle != 0.0f)
+    turn_tangent({std::cos(angle), std::sin(angle)}, frame, look);
+}
+
 /// KHR_materials_anisotropy: the map holds a direction in the tangent plane and a strength; both directions are turned
 /// by the rotation. alpha_u = mix(alpha, 1, strength^2) along the direction, alpha across it.
 void apply_anisotropy(const ObjectMaterial& m, const TextureLookup& textures, const Frame& frame, SurfaceLook& look) {
@@ -84,9 +99,7 @@ void apply_anisotropy(const ObjectMaterial& m, const TextureLookup& textures, co
       direction = glm::normalize(d);
   }
   const float c = std::cos(m.anisotropy_rotation), s = std::sin(m.anisotropy_rotation);
-  const glm::vec2 turned(c * direction.x - s * direction.y, s * direction.x + c * direction.y);
-  const glm::vec3 bitangent = frame.sign * glm::cross(look.normal, look.tangent);
-  look.tangent = across(turned.x * look.tangent + turned.y * bitangent, look.normal);
+  turn_tangent({c * direction.x - s * direction.y, s * direction.x + c * direction.y}, frame, look);
   look.material.alpha_u = glm::mix(look.material.alpha_v, 1.0f, strength * strength);
 }
 
@@ -108,6 +121,12 @@ SurfaceMaterial textured(const ObjectMaterial& m, const TextureLookup& textures,
   at.clearcoat_alpha = slope(m.clearcoat_roughness * textures.at(m.clearcoat_roughness_texture).g);
   at.emission = m.emission * textures.at(m.emission_texture);
   at.occlusion = 1.0f + m.occlusion_strength * (textures.at(m.occlusion_texture).r - 1.0f);
+  if (m.lobe) {
+    at.lobe = m.lobe;
+    at.lobe->weight *= textures.at(m.lobe_weight_texture);
+    at.lobe->exponent = std::pow(m.lobe->exponent, textures.at(m.lobe_exponent_texture).r);
+    at.alpha_u = at.alpha_v = at.lobe->alpha();
+  }
   return at;
 }
 
@@ -127,6 +146,8 @@ SurfaceLook surface_look(const ObjectMesh& mesh, std::size_t triangle, float u, 
   SurfaceLook look{textured(m, textures, vertex_colour(mesh, triangle, u, v)), mapped_normal(m, textures, frame), {}};
   look.tangent = across(frame.tangent, look.normal);
   apply_anisotropy(m, textures, frame, look);
+  if (m.lobe)
+    turn_lobe(m, textures, frame, look);
   return look;
 }
 

@@ -28,6 +28,10 @@ ObjectMaterial mean_material(const ObjectMesh& mesh, std::size_t triangle, doubl
   m.metallic *= metallic_roughness.b;
   m.transmission *= textures.at(m.transmission_texture).r;
   m.clearcoat *= textures.at(m.clearcoat_texture).r;
+  if (m.lobe) {
+    m.lobe->weight *= textures.at(m.lobe_weight_texture);
+    m.lobe->exponent = std::pow(m.lobe->exponent, textures.at(m.lobe_exponent_texture).r);
+  }
   return m;
 }
 

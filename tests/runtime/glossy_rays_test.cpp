@@ -1,6 +1,7 @@
 // What reflected and refracted rays find, against closed forms: in a room that is equally bright everywhere an object
 // that absorbs nothing is as bright as the room, whatever it is made of.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -38,7 +39,7 @@ ObjectMaterial glass() {
 
 /// A sphere of a material in the middle of the white room.
 struct GlossyScene {
-  static constexpr float kRadius = 0.15f;
+  static constexpr float kRadius = 0.15f, kIndirect = 0.5f;
   const glm::dvec3 middle{2.0, 2.5, 1.2};
   Surrounded room{kRadius};
   VirtualObjects objects;
@@ -46,7 +47,7 @@ struct GlossyScene {
   ApertureCrossings windows{std::vector<Aperture>{}};
   std::optional<DetectedSun> sun;
   std::optional<RoomSeen> seen;
-  std::vector<TwoSided> sent;
+  std::vector<TwoSided> sent, indirect;
   std::optional<GlossyRays> glossy;
 
   explicit GlossyScene(const ObjectMaterial& material, const GlossySettings& settings = {}) {
@@ -65,10 +66,15 @@ struct GlossyScene {
     seen.emplace(
         RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid, sun, windows, *rays, nullptr});
     sent.assign(room.mesh.positions.size(), {Rgb(Surrounded::kRadiance), Rgb(Surrounded::kRadiance)});
-    glossy.emplace(*seen, sent, settings);
+    indirect.assign(room.mesh.positions.size(), {Rgb(kIndirect), Rgb(kIndirect)});
+    glossy.emplace(*seen, sent, indirect, settings);
   }
   /// Radiance towards a viewer who looks past the middle at this distance.
   Rgb radiance(double aside) const {
+    const GlossyLight light = look(aside);
+    return light.radiance + light.diffuse * kRoom - light.occluded;
+  }
+  GlossyLight look(double aside) const {
     const WorldRay ray{middle + glm::dvec3(-1.0, aside, 0.0), glm::vec3(1.0f, 0.0f, 0.0f)};
     const auto point = rays->closest(ray, 10.0);
     std::array<glm::vec2, 64> places;
@@ -81,7 +87,7 @@ struct GlossyScene {
     const CameraPoint camera_point{ray, *point, places, 0.0};
     GlossyLight light;
     glossy->look({&camera_point, 1}, {&light, 1});
-    return light.radiance + light.diffuse * kRoom;
+    return light;
   }
 };
 
@@ -109,6 +115,23 @@ TEST(GlossyRays, a_white_plastic_in_an_even_room_is_as_bright_as_the_room) {
 
 TEST(GlossyRays, clear_glass_in_an_even_room_is_as_bright_as_the_room) {
   expect_as_bright_as_the_room(glass(), 0.02, "glass");
+}
+
+TEST(GlossyRays, a_lobe_in_an_even_room_sends_what_its_weight_and_the_cosine_say) {
+  ObjectMaterial m;
+  m.base_colour = Rgb(0.5f);
+  m.lobe = LafortuneLobe{Rgb(0.3f), {-1.0f, -1.0f, 1.0f}, 200.0f};
+  const GlossyScene scene(m);
+  for (const double aside : {0.01, 0.07, 0.12}) {
+    const double r = static_cast<double>(GlossyScene::kRadius), cosine = std::sqrt(1.0 - aside * aside / (r * r));
+    EXPECT_NEAR(static_cast<double>(scene.radiance(aside).g / kRoom), 0.5 + 0.3 * cosine, 0.01) << aside;
+  }
+  m.lobe->grazing = 1.0f;
+  const GlossyScene rising(m);
+  for (const double aside : {0.01, 0.07, 0.13, 0.1499}) {
+    EXPECT_LE(rising.radiance(aside).g, 1.005f * kRoom) << aside;
+    EXPECT_GE(rising.radiance(aside).g, scene.radiance(aside).g - 0.01f * kRoom) << aside;
+  }
 }
 
 TEST(GlossyRays, absorbing_glass_keeps_what_beers_law_says) {
@@ -174,6 +197,53 @@ TEST(GlossyRays, a_mirror_shows_what_the_mirrored_ray_meets) {
     scene.room.volume.room.materials[t].reflectance = Rgb(0.2f);
   const Rgb dim = scene.radiance(0.05);
   EXPECT_NEAR(static_cast<double>(dim.g), 0.2 * Surrounded::kRadiance, 0.01);
+}
+
+TEST(GlossyRays, an_occlusion_texture_takes_indirect_light_of_the_diffuse_part_only) {
+  for (const bool glossy : {false, true}) {
+    ObjectMaterial m;
+    m.base_colour = Rgb(0.6f);
+    m.roughness = glossy ? 0.3f : 1.0f;
+    m.occlusion_texture.texture = 0;
+    m.occlusion_strength = 0.5f;
+    GlossyScene scene(m);
+    const GlossyLight open = scene.look(0.05);
+    EXPECT_EQ(open.occluded, Rgb(0.0f)) << "no texture coordinates yet";
+    ObjectMesh& mesh = scene.objects.parts[0].mesh;
+    mesh.uv.assign(mesh.positions.size(), glm::vec2(0.5f));
+    mesh.textures = {*Texture::make({1, 1, {51, 51, 51}}, TextureCoding::linear)};
+    const GlossyLight hollow = scene.look(0.05);
+    // Vertices of reflectance 1: their indirect radiance times that of the base here, half of 1 - 0.2 gone.
+    EXPECT_NEAR(hollow.occluded.g, 0.4f * GlossyScene::kIndirect * open.diffuse.g, 1e-4f);
+    EXPECT_EQ(hollow.radiance, open.radiance);
+    EXPECT_EQ(hollow.diffuse, open.diffuse);
+  }
+}
+
+TEST(GlossyRays, dispersion_draws_each_colour_with_its_own_index) {
+  ObjectMaterial crystal = glass();
+  crystal.ior = 1.6f;
+  crystal.dispersion = 1.5f;
+  const auto walls = [](GlossyScene& scene) { // some white, some black, so that directions can be told
+    Room& room = scene.room.volume.room;
+    room.materials.push_back({"black", Rgb(0.0f), Rgb(1.0f), false});
+    for (std::size_t t = 0; t < room.triangles.size(); t += 2)
+      room.triangles[t].material = static_cast<std::uint32_t>(room.materials.size() - 1);
+  };
+  GlossyScene scene(crystal);
+  walls(scene);
+  float apart = 0.0f;
+  for (int c = 0; c < 3; ++c) {
+    ObjectMaterial plain = glass();
+    plain.ior = 1.6f + static_cast<float>(c - 1) * 0.025f * 1.5f * 0.6f;
+    GlossyScene one(plain);
+    walls(one);
+    for (const double aside : {0.03, 0.06, 0.09, 0.11, 0.13, 0.14}) {
+      EXPECT_NEAR(scene.radiance(aside)[c], one.radiance(aside)[c], 1e-5f) << c << ", " << aside;
+      apart = std::max(apart, std::abs(scene.radiance(aside).r - scene.radiance(aside).b));
+    }
+  }
+  EXPECT_GT(apart, 0.01f);
 }
 
 TEST(GlossyRays, fewer_rays_than_the_glass_needs_lose_light_and_never_add_any) {

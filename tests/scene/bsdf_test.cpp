@@ -71,6 +71,14 @@ SurfaceMaterial stretched(SurfaceMaterial m, float anisotropy) {
   m.alpha_u += (1.0f - m.alpha_u) * anisotropy * anisotropy;
   return m;
 }
+SurfaceMaterial lobed(const LafortuneLobe& lobe, float base = 1.0f) {
+  SurfaceMaterial m;
+  m.base_colour = Rgb(base);
+  m.lobe = lobe;
+  return m;
+}
+const glm::vec3 kPhong(-1.0f, -1.0f, 1.0f), kBack(1.0f, 1.0f, 1.0f), kBrushed(-0.7f, -1.0f, 0.9f),
+    kOffSpecular(-1.0f, -1.0f, 0.7f);
 
 const std::vector<float> kRoughnesses = {0.02f, 0.05f, 0.1f, 0.2f, 0.3f, 0.45f, 0.6f, 0.8f, 1.0f};
 const std::vector<float> kCosines = {0.05f, 0.1f,  0.2f,  0.35f,  0.6f,  0.8f, 1.0f,
@@ -153,7 +161,8 @@ TEST(bsdf, a_grey_metal_keeps_less_than_its_colour_at_normal_incidence) {
 
 TEST(bsdf, is_reciprocal_with_the_squared_index) {
   for (const SurfaceMaterial& m : {metal(0.3f), rough(0.4f), glass(0.5f), glass(0.3f, 1.33f), thin(0.4f), mixture(0.6f),
-                                   coated(mixture(0.5f), 0.3f), stretched(mixture(0.4f), 0.7f)}) {
+                                   coated(mixture(0.5f), 0.3f), stretched(mixture(0.4f), 0.7f),
+                                   lobed({Rgb(0.4f), kBrushed, 12.0f}), lobed({Rgb(0.4f), kBack, 3.0f})}) {
     const Bsdf bsdf(m);
     int compared = 0;
     for (std::uint32_t n = 0; n < 400; ++n) {
@@ -173,7 +182,8 @@ TEST(bsdf, is_reciprocal_with_the_squared_index) {
 }
 
 TEST(bsdf, weight_of_a_sample_is_value_times_cosine_over_density) {
-  for (const SurfaceMaterial& m : {metal(0.02f), glass(0.02f), coated(mixture(0.5f), 0.3f), thin(0.4f)}) {
+  for (const SurfaceMaterial& m : {metal(0.02f), glass(0.02f), coated(mixture(0.5f), 0.3f), thin(0.4f),
+                                   lobed({Rgb(0.4f), kBrushed, 200.0f, 0.6f})}) {
     const Bsdf bsdf(m);
     for (std::uint32_t n = 0; n < 500; ++n) {
       const glm::vec3 out = direction(n % 2 == 0 ? 0.6f : -0.7f, 1.0f);
@@ -245,7 +255,8 @@ TEST(bsdf, samples_follow_their_density) {
   for (const auto& [name, material] :
        {std::pair("metal", metal(0.6f)), std::pair("dielectric", rough(0.7f)), std::pair("glass", glass(0.7f)),
         std::pair("thin", thin(0.7f)), std::pair("coated mixture", coated(mixture(0.8f), 0.6f)),
-        std::pair("stretched", stretched(glass(0.6f), 0.6f))})
+        std::pair("stretched", stretched(glass(0.6f), 0.6f)),
+        std::pair("lobe", lobed({Rgb(0.6f), kBrushed, 8.0f, 0.5f, 2.0f}))})
     for (const float cosine : {0.3f, 0.9f, -0.4f, -0.9f})
       expect_samples_as_density(Bsdf(material), direction(cosine, 0.7f), fmt::format("{} {}", name, cosine));
 }
@@ -266,6 +277,59 @@ TEST(bsdf, parts_sum_to_the_whole) {
   }
 }
 
+TEST(bsdf, a_lafortune_lobe_adds_no_light) {
+  for (const glm::vec3& c : {kPhong, kBack, kBrushed, kOffSpecular})
+    for (const float exponent : {1.0f, 4.0f, 30.0f, 1000.0f, LafortuneLobe::kMostExponent})
+      for (const float grazing : {0.0f, 0.5f, 1.0f})
+        for (const float weight : {0.2f, 1.0f}) {
+          const Bsdf bsdf(lobed({Rgb(weight), c, exponent, grazing, 3.0f}));
+          for (const float cosine : kCosines)
+            EXPECT_LE(furnace(bsdf, direction(cosine, 0.7f), 1u << 12).x, 1.005)
+                << exponent << ", grazing " << grazing << ", weight " << weight << ", cosine " << cosine;
+        }
+}
+
+TEST(bsdf, a_lafortune_lobe_loses_the_cosine_and_what_falls_below_the_surface) {
+  for (const float exponent : {1.0f, 10.0f, 100.0f, 5000.0f}) {
+    const Bsdf mirroring(lobed({Rgb(0.8f), kPhong, exponent}, 0.0f));
+    EXPECT_NEAR(furnace(mirroring, direction(1.0f, 0.0f)).x, 0.8, 0.004) << "nothing is lost along the normal";
+    // Mean cosine of a power lobe: (n + 1) / (n + 2) times that of its peak, where all of it is above the surface.
+    if (exponent > 50.0f) {
+      EXPECT_NEAR(furnace(mirroring, direction(0.5f, 0.3f)).x, 0.4, 0.004);
+    }
+  }
+  // n = 1, peak along the surface: 3 / (2 pi) times the integral of cos t cos s over a quarter of the sphere, 2/3.
+  EXPECT_NEAR(furnace(Bsdf(lobed({Rgb(1.0f), kPhong, 1.0f}, 0.0f)), direction(1e-4f, 0.0f)).x, 1.0 / std::numbers::pi,
+              0.004);
+  // All of the effect at grazing angles: half of the lobe is below the surface, nothing else is lost.
+  EXPECT_NEAR(furnace(Bsdf(lobed({Rgb(0.1f), kPhong, 20.0f, 1.0f}, 0.9f)), direction(1e-4f, 0.0f)).x, 0.5, 0.004);
+}
+
+TEST(bsdf, a_lafortune_lobe_rises_at_grazing_angles_as_the_paper_has_it) {
+  const LafortuneLobe lobe{Rgb(0.2f), kPhong, 100.0f, 0.8f, 2.0f};
+  const double f = 0.25 * 0.8; // (1 - cos)^phi f_w
+  const LafortunePeak peak = lobe.peak(direction(0.5f, 0.0f));
+  EXPECT_NEAR(static_cast<double>(peak.strength.r), 0.2 + 0.8 * f, 1e-4) << "eq. 11";
+  EXPECT_NEAR(std::log(static_cast<double>(peak.exponent)) / std::log(1e4), 0.5 + 0.5 * f, 1e-5) << "eq. 12";
+  EXPECT_NEAR(peak.direction.x, -std::sqrt(0.75f), 1e-6f) << "eq. 8";
+  // Eq. 13 over a narrow lobe: g' = g + (1 - g) f.
+  EXPECT_NEAR(furnace(Bsdf(lobed(lobe, 0.0f)), direction(0.5f, 0.0f)).x, (0.2 + 0.8 * f) * (0.5 + 0.5 * f), 0.003);
+  EXPECT_NEAR(static_cast<double>(Bsdf(lobed(lobe)).diffuse_albedo(direction(0.5f, 0.0f)).r), 0.8 * (1.0 - f), 1e-6);
+}
+
+TEST(bsdf, mean_reflectance_of_a_lobe_is_what_comes_back_of_diffuse_light) {
+  for (const float exponent : {1.0f, 5.0f, 50.0f, 1000.0f})
+    for (const float grazing : {0.0f, 0.7f}) {
+      const LafortuneLobe lobe{Rgb(0.6f), kPhong, exponent, grazing};
+      const Bsdf bsdf(lobed(lobe, 0.3f));
+      double sum = 0.0;
+      for (int k = 0; k < 32; ++k) // uniform in the squared cosine
+        sum += furnace(bsdf, direction(std::sqrt((static_cast<float>(k) + 0.5f) / 32.0f), 0.4f), 1u << 11).x / 32.0;
+      const float stated = mean_reflectance({.base_colour = Rgb(0.3f), .lobe = lobe}).r;
+      EXPECT_NEAR(static_cast<double>(stated), sum, 0.025 * sum) << exponent << ", grazing " << grazing;
+    }
+}
+
 TEST(bsdf, smooth_glass_bends_light_as_snell_says_and_loses_what_fresnel_says) {
   const Bsdf bsdf(glass(0.0f));
   const glm::vec3 out = direction(0.6f, 0.0f);
@@ -282,7 +346,9 @@ TEST(bsdf, smooth_glass_bends_light_as_snell_says_and_loses_what_fresnel_says) {
 
 TEST(bsdf, stays_finite_at_the_edges_of_its_domain) {
   for (SurfaceMaterial m : {metal(0.0f), glass(0.0f), glass(1.0f), glass(0.0f, 1.0f), coated(glass(0.0f), 0.0f),
-                            stretched(metal(0.0f), 1.0f), glass(0.2f, 50.0f)})
+                            stretched(metal(0.0f), 1.0f), glass(0.2f, 50.0f),
+                            lobed({Rgb(1.0f), kPhong, LafortuneLobe::kMostExponent, 1.0f, 0.1f}),
+                            lobed({Rgb(0.0f), {-1e-3f, -1e3f, 1e-6f}, 1.0f})})
     for (const float colour : {0.0f, 1.0f}) {
       m.base_colour = Rgb(colour);
       const Bsdf bsdf(m);

@@ -184,6 +184,30 @@ TEST(Glossy, white_objects_vanish_under_an_even_sky) {
   }
 }
 
+ObjectMaterial lobed(const glm::vec3& c, float exponent, float grazing) {
+  ObjectMaterial m = varnish(1.0f);
+  m.base_colour = Rgb(0.6f);
+  m.lobe = LafortuneLobe{Rgb(0.4f), c, exponent, grazing, 3.0f};
+  return m;
+}
+
+// A sphere of radius 1/2: the cosine at height h is sqrt(1 - 4 h^2). A narrow lobe that mirrors, or sends back, has the
+// cosine's part of its weight.
+TEST(Glossy, a_lobe_under_an_even_sky_sends_what_its_weight_and_the_cosine_say) {
+  for (const auto& [c, grazing] : {std::pair(glm::vec3(-1, -1, 1), 0.0f), std::pair(glm::vec3(1, 1, 1), 0.0f),
+                                   std::pair(glm::vec3(-1, -1, 1), 1.0f)}) {
+    const TraceScene scene =
+        scene_of(no_room(), {}, SkyLight(uniform_sky(1.0f, 1.0f)), sphere({0, 0, 0}, 0.5f, lobed(c, 300.0f, grazing)));
+    for (const float height : {0.0f, 0.25f, 0.4f}) {
+      const double cosine = std::sqrt(1.0 - static_cast<double>(4.0f * height * height));
+      const double f = static_cast<double>(grazing) * std::pow(1.0 - cosine, 3.0);
+      const double expected = 0.6 * (1.0 - f) + (0.4 + 0.6 * f) * (cosine + (1.0 - cosine) * f);
+      const Mean m = radiance(scene, {-2, 0, height}, {1, 0, 0}, 4096);
+      EXPECT_NEAR(m.value.x, expected, 0.01 + 4.0 * m.standard_error.x) << height << ", " << grazing;
+    }
+  }
+}
+
 TEST(Glossy, a_mirror_shows_what_is_seen_along_the_reflected_ray) {
   const TraceScene scene = scene_of(coloured_cube(), kOpenFace, SkyLight(uniform_sky(1.0f, 0.2f)),
                                     sphere({0.5f, 0.5f, 0.5f}, 0.2f, metal(0.0f, {0.9f, 0.6f, 0.3f})));
@@ -245,7 +269,8 @@ TEST(Glossy, light_found_through_an_opening_agrees_with_light_found_by_chance) {
   half.transmission = 0.5f;
   for (const auto& [name, material] :
        {std::pair("metal", metal(0.3f)), std::pair("rough metal", metal(0.7f)), std::pair("coated varnish", coated),
-        std::pair("glass", glass(0.2f)), std::pair("half of glass", half)}) {
+        std::pair("glass", glass(0.2f)), std::pair("half of glass", half),
+        std::pair("lobe", lobed({-1, -0.8f, 1}, 40.0f, 0.8f))}) {
     const ObjectMesh ball = sphere({0.5f, 0.5f, 0.5f}, 0.25f, material);
     SkyModel model = uniform_sky(1.0f, 0.3f);
     model.sun = SunDisc{};
