@@ -14,17 +14,13 @@ using detail::LightElements;
 using detail::ProbePoints;
 using detail::Problem;
 
-/// Nothing stands between neighbouring probes whose values are fitted together. Those of a fine sky are not: what
-/// curves their light most, surfaces near by, is corrected at each point (FirstReflection).
-ProbeFit fit_of(const Problem& problem, const ProbePoints& points, bool fitted) {
+/// Nothing stands between neighbouring probes whose values are fitted together.
+ProbeFit fit_of(const Problem& problem, const ProbePoints& points) {
   const ProbeSet& probes = problem.probes;
-  return ProbeFit::make(
-      probes, points.probe,
-      [&](std::size_t a, std::size_t b) {
-        const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
-        return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
-      },
-      fitted);
+  return ProbeFit::make(probes, points.probe, [&](std::size_t a, std::size_t b) {
+    const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
+    return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
+  });
 }
 
 /// Direct light of all regions: rows per element of a fine sky, of whose thousands of nodes each sees some, or a table
@@ -167,7 +163,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
   const ProbePoints points(problem->probes, problem->mesh.origin);
-  const ProbeFit fit = fit_of(*problem, points, options.fit && !fine);
+  const ProbeFit fit = fit_of(*problem, points);
   const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
   const auto hits = radiosity::gather_hits(points.at, elements->patches, elements->mesh, elements->rays,
                                            {.rays = options.gather_rays, .group = elements->parent, .faces = &faces},

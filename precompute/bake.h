@@ -46,7 +46,6 @@ struct BakeOptions {
   std::size_t elements = 3600;           ///< of the facets, on which the light of a fine sky falls: at least these
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
   ShOrder sh_order = ShOrder::second;    ///< fourth: the coefficients of l = 4 too
-  bool fit = true;                       ///< probe values by ProbeFit, of constant regions
   bool audit = false;                    ///< measure the error at held-out points and skies
   std::vector<glm::dvec3> held_out;      ///< world metres, of the audit; empty: chosen
   std::vector<glm::dvec3> held_out_standing = {}; ///< the same where objects stand (points_above())

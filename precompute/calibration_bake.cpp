@@ -138,7 +138,6 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   BakeOptions options;
   options.visibility_rays = kVisibilityRays;
   options.gather_rays = kGatherRays;
-  options.fit = false; // a fine sky is not fitted
   options.audit = true;
   options.memory_bytes = memory_bytes;
   options.points = thinned(points, kPoints);

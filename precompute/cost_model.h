@@ -15,7 +15,7 @@ struct CostModel {
   // Errors are nrms of the coefficients at points off the grid, worst of the smooth skies (audit.h).
   double mesh_exponent = 1.2;    ///< mesh error ~ facets^-mesh_exponent
   double mesh_of_halving = 0.85; ///< mesh error at P facets / difference between P/2 and P
-  double grid_exponent = 1.9;    ///< grid error without noise ~ spacing^grid_exponent (mean spacing, after ProbeFit)
+  double grid_exponent = 1.9;    ///< grid error without noise ~ spacing^grid_exponent (mean spacing)
   double region_error = 0.057;   ///< sky error of 64 constant regions; ~ 1 / regions
   double region_sun = 0.55;      ///< the same of a small sun, at most; ~ regions^-region_sun_exponent beyond 256
   double region_sun_exponent = 0.95;

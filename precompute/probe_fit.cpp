@@ -141,17 +141,15 @@ std::array<float, 2> step_fractions(std::span<const double, 3> plane, int own) {
 } // namespace
 
 ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
-                        const std::function<bool(std::size_t, std::size_t)>& sees, bool fitted) {
+                        const std::function<bool(std::size_t, std::size_t)>& sees) {
   ProbeFit fit;
   fit.points_ = probe_of_point.size();
   fit.part_.assign(fit.points_, 0);
   if (!grid.is_grid)
     return fit;
-  fit.part_ = connected_parts(grid, probe_of_point, sees);
-  if (!fitted)
-    return fit;
   const ProbePlanes planes(grid);
   const ProbeLinks links(grid, probe_of_point, sees);
+  fit.part_ = connected_parts(grid, probe_of_point, sees);
   for (std::uint32_t p = 0; p < fit.points_; ++p)
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (const int middle : {0, 1, -1})

@@ -19,9 +19,9 @@ namespace daylit::precompute {
 class ProbeFit {
 public:
   /// `sees(a, b)`: nothing stands between the neighbouring probes a and b. Probes in `probe_of_point` are the valid
-  /// ones. `fitted` false: values stay as they are, and only part() is of use.
+  /// ones.
   static ProbeFit make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
-                       const std::function<bool(std::size_t, std::size_t)>& sees, bool fitted = true);
+                       const std::function<bool(std::size_t, std::size_t)>& sees);
   /// Which of the air's parts each point is in: steps between neighbouring probes that see each other connect them. One
   /// part without a grid.
   const std::vector<std::uint32_t>& part() const { return part_; }

@@ -8,15 +8,17 @@ namespace daylit::precompute::detail {
 
 namespace {
 
-/// What the points see.
+/// What the points see, fitted to probe values where neighbours see each other.
 GatherRows gather_rows(const Stage& s) {
   const auto distinguished = [&s](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
-    for (const std::uint32_t point : some)
+    for (const std::uint32_t point : s.fit.needed(some))
       s.hits.mark_distinguished(s.points.position[point], of_patches);
   };
   const auto gather = [&s](std::span<const std::uint32_t> some, std::span<const std::uint32_t> part_end, float* out) {
-    for (std::size_t i = 0; i < some.size(); ++i)
-      s.hits.weights(s.points.position[some[i]], part_end, out + i * 9 * part_end.size());
+    const auto one = [&](std::uint32_t point, float* nine_rows) {
+      s.hits.weights(s.points.position[point], part_end, nine_rows);
+    };
+    s.fit.apply(some, 9 * part_end.size(), one, out);
   };
   GatherRows rows_of_points{distinguished, gather};
   if (s.options.sh_order == ShOrder::fourth)

@@ -59,7 +59,7 @@ Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, B
     if (!coefficients)
       return coefficients.error();
     std::vector<float> of_probes = s.points.spread(std::move(*coefficients));
-    if (low)
+    if (low) // in a fine sky the fit would gather twice as much for the small part that l = 4 has in irradiance
       s.fit.apply(of_probes, 27 * light.columns());
     (low ? volume.basis : volume.band4) = rows_of(of_probes, s.points.probe, light.columns(), volume);
   }
