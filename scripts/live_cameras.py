@@ -18,10 +18,10 @@ NEEDS_ADDRESSES = "two cameras need two addresses. As root: ip addr add 127.0.0.
 
 
 def second_address():
-    """Of this machine, besides 127.0.0.1; None: it has none."""
+    """Of the loopback device, besides 127.0.0.1; None: it has none."""
     known = subprocess.run(["ip", "-4", "-o", "addr"], capture_output=True, text=True).stdout
-    others = [a for a in re.findall(r"inet ([0-9.]+)", known) if a != "127.0.0.1"]
-    return "127.0.0.2" if "127.0.0.2" in others else others[0] if others else None
+    others = [a for a in re.findall(r"inet (127\.[0-9.]+)", known) if a != "127.0.0.1"]
+    return others[0] if others else None
 
 
 def two_addresses():
