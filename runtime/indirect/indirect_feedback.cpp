@@ -70,6 +70,8 @@ void IndirectFeedback::objects_moved() {
   eyes_.clear();
   for (std::size_t part = 0; part < scene_.parts.size(); ++part) {
     surrounds_.push_back({BoxLattice(scene_.parts.box(part), kSide, kInset), {}, {}});
+    if (!scene_.parts.is_diffuse(part))
+      continue; // what comes back to a mirror is followed by rays
     add_lattice(part, surrounds_.back());
     add_contact(part, surrounds_.back());
   }
@@ -198,6 +200,8 @@ void IndirectFeedback::light_changed() {
 /// L_lm(x) = sum_k w_k L_lm,k of the points around, mixed with its own.
 Sh9Rgb IndirectFeedback::change(std::size_t part, std::size_t vertex) const {
   const Surround& s = surrounds_[part];
+  if (s.eye.empty())
+    return {};
   const Contact own = s.contact.empty() ? Contact{} : s.contact[vertex];
   Sh9Rgb sum{};
   const auto add = [&](std::uint32_t eye, float weight) {

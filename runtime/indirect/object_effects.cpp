@@ -54,7 +54,7 @@ void OtherObjects::set_objects(const PlacedParts& parts) {
     Surround s{BoxLattice(parts.box(part), kSide, kInset), {}, {}};
     s.points.resize(s.lattice.point_count());
     for (std::size_t other = 0; other < parts.size(); ++other)
-      if (other != part && !parts.box(part).empty() && is_large(parts.sphere(other), parts.sphere(part)))
+      if (other != part && parts.is_diffuse(part) && !parts.box(part).empty() && is_large(parts.sphere(other), parts.sphere(part)))
         s.others.push_back(other);
     if (!s.others.empty())
       for (const glm::vec3& p : parts.positions(part))

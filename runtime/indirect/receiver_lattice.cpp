@@ -9,6 +9,7 @@
 
 #include <glm/geometric.hpp>
 #include <tbb/concurrent_unordered_map.h>
+#include <tbb/concurrent_vector.h>
 
 #include "runtime/base/once.h"
 #include "runtime/indirect/receiver_levels.h"
@@ -38,7 +39,8 @@ struct ReceiverLattice::Node {
   Rgb before{0.0f}; ///< without the objects, sun excepted
   IndirectChange change;
   Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
-  RoomPoint open;        ///< light without the objects, unshadowed
+  RoomLight::KnownPoint known; ///< once its light was asked for
+  RoomPoint open;              ///< light without the objects, unshadowed
   float blocked = 0.0f;  ///< part of the windows that they keep away
   float visible = 0.0f;  ///< part of the windows that the room leaves
   float distance = 0.0f; ///< to the nearest surface of an object, radii
@@ -60,6 +62,7 @@ struct ReceiverLattice::State {
   std::array<Lattice, kLevels.size()> lattices;
 
   mutable std::atomic<std::size_t> nodes_made{0};
+  mutable tbb::concurrent_vector<Node*> lit; ///< whose `open` was asked for
 
   explicit State(const LitScene& s) : scene(s) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
@@ -72,6 +75,7 @@ struct ReceiverLattice::State {
   const IndirectChange& current(Node& node) const;
   float current_distance(Node& node) const;
   const RoomPoint& current_light(Node& node) const;
+  void renew_lights(std::uint64_t former) const;
   float current_blocked(Node& node) const;
   float window_visibility(Node& node) const;
 
@@ -172,9 +176,32 @@ float ReceiverLattice::State::current_blocked(Node& node) const {
 }
 
 const RoomPoint& ReceiverLattice::State::current_light(Node& node) const {
-  once(node.open_version, sky_version, node.renewing,
-       [&] { node.open = scene.light.at_surface(node.triangle, node.x, -node.n); });
+  once(node.open_version, sky_version, node.renewing, [&] {
+    if (node.open_version == 0) {
+      node.known = {node.triangle, node.x, node.n, scene.light.probes_at(node.x + kAirGap_m * node.n)};
+      lit.push_back(&node);
+    }
+    const RoomLight::KnownPoint* point = &node.known;
+    scene.light.evaluate({&point, 1}, {&node.open, 1});
+  });
   return node.open;
+}
+
+/// Of those that were asked for under the former sky, together: it is quicker than one by one.
+void ReceiverLattice::State::renew_lights(std::uint64_t former) const {
+  std::vector<Node*> nodes;
+  std::vector<const RoomLight::KnownPoint*> points;
+  for (Node* node : lit)
+    if (node->open_version == former) {
+      nodes.push_back(node);
+      points.push_back(&node->known);
+    }
+  std::vector<RoomPoint> light(nodes.size());
+  scene.light.evaluate(points, light);
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    nodes[k]->open = light[k];
+    nodes[k]->open_version = sky_version;
+  }
 }
 
 float ReceiverLattice::State::window_visibility(Node& node) const {
@@ -279,12 +306,14 @@ void ReceiverLattice::objects_moved() {
     lattice.cells.clear();
     lattice.nodes.clear();
   }
+  s.lit.clear();
   s.nodes_made = 0;
 }
 
 void ReceiverLattice::sky_changed() {
-  ++state_->sky_version;
+  const std::uint64_t former = state_->sky_version++;
   ++state_->light_version;
+  state_->renew_lights(former);
 }
 
 void ReceiverLattice::light_changed() { ++state_->light_version; }

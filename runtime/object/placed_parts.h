@@ -21,9 +21,11 @@ struct PlacedPart {
   const RayScene* rays = nullptr;
   std::span<const std::array<std::uint32_t, 3>> triangles; ///< of `rays`, vertices of the part
   std::span<const glm::vec3> positions;                    ///< own frame
-  std::size_t first_vertex = 0;                            ///< in the light of all objects
+  std::size_t first_vertex = 0;                            ///< in the light of all objects, without `sender`
   glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
   float opacity = 1.0f;                                    ///< of glass: the part of light that it keeps from behind it
+  std::span<const std::uint32_t> sender{}; ///< per vertex: its place in the light of all objects, where given
+  bool is_diffuse = true;                  ///< some of it: what it receives can be seen
 };
 
 /// First point of an object along a ray.
@@ -46,6 +48,7 @@ public:
   std::span<const glm::vec3> positions(std::size_t which) const {
     return casters_[which].part.positions;
   } ///< own frame
+  bool is_diffuse(std::size_t which) const { return casters_[which].part.is_diffuse; }
   float opacity(std::size_t which) const { return casters_[which].part.opacity; }
   glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
   glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;

@@ -20,6 +20,17 @@ namespace {
 
 float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
+/// Points that are looked up one after the other mostly are of one material.
+const Bsdf& bsdf_of(const SurfaceMaterial& material) {
+  thread_local SurfaceMaterial latest;
+  thread_local Bsdf made(latest);
+  if (!(material == latest)) {
+    made = Bsdf(material);
+    latest = material;
+  }
+  return made;
+}
+
 } // namespace
 
 struct GlossyRays::Surface {
@@ -40,14 +51,14 @@ GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, con
     : room_(room), sent_(sent), settings_(settings) {}
 
 const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
-  return room_.objects.objects().parts[point.part].mesh.material_or_null(point.triangle);
+  return room_.objects.objects().parts[point.part].mesh().material_or_null(point.triangle);
 }
 
 /// The shading frame, on the side of the mesh's outside; a surface that is not transparent has no inside, its frame is
 /// on the side that is seen.
 GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& point, double width_m) const {
   const VirtualObjects& objects = room_.objects.objects();
-  const ObjectMesh& mesh = objects.parts[point.part].mesh;
+  const ObjectMesh& mesh = objects.parts[point.part].mesh();
   const double scale = room_.objects.scale(point.part);
   const SurfaceLook look = surface_look(mesh, point.triangle, point.u, point.v, static_cast<float>(width_m / scale));
   const glm::mat3& rotation = room_.objects.rotation(point.part);
@@ -69,25 +80,28 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
     tangent = glm::vec3(basis.u);
   }
   tangent = glm::normalize(tangent);
-  Surface s{material, tangent, glm::cross(normal, tangent), normal, {}, Bsdf(material)};
+  Surface s{material, tangent, glm::cross(normal, tangent), normal, {}, bsdf_of(material)};
   s.out = s.to_local(out);
   return s;
 }
 
 /// Light of the vertices, and of the surface itself.
 Rgb GlossyRays::sent_by(const ObjectPoint& point, const Surface& s) const {
+  const Rgb albedo = s.bsdf.diffuse_albedo(s.out);
+  if (albedo == Rgb(0.0f))
+    return s.material.emission;
   const VirtualObjects& objects = room_.objects.objects();
   const VirtualObjects::Part& part = objects.parts[point.part];
-  const auto& t = part.mesh.triangles[point.triangle];
+  const auto& t = part.mesh().triangles[point.triangle];
   const float weight[3] = {1.0f - point.u - point.v, point.u, point.v};
   const bool back = glm::dot(s.normal, point.face_normal) < 0.0f;
   Rgb radiance(0.0f), reflectance(0.0f);
   for (std::size_t k = 0; k < 3; ++k) {
-    const TwoSided& vertex = sent_[part.first_vertex + t[k]];
+    const TwoSided& vertex = sent_[part.sender_of(t[k])];
     radiance += weight[k] * (back ? vertex.back : vertex.front);
-    reflectance += weight[k] * objects.surface.reflectance[part.first_vertex + t[k]];
+    reflectance += weight[k] * objects.sent_reflectance(part, t[k]);
   }
-  return radiance * s.bsdf.diffuse_albedo(s.out) / glm::max(reflectance, Rgb(kLeastReflectance)) + s.material.emission;
+  return radiance * albedo / glm::max(reflectance, Rgb(kLeastReflectance)) + s.material.emission;
 }
 
 /// f(out, sun) cos E. The disc is narrower than a wide lobe; a sharp one meets it with its ray, or does not.
@@ -130,6 +144,16 @@ struct GlossyRays::Work {
 
   void add(std::uint32_t tree, const Rgb& radiance) { *trees[tree].radiance += trees[tree].share * radiance; }
 };
+
+/// A thread's own; keeps its memory.
+GlossyRays::Work& GlossyRays::cleared_work() {
+  thread_local Work work;
+  work.trees.clear();
+  work.level.clear();
+  work.next.clear();
+  work.rays = 0;
+  return work;
+}
 
 /// Against the face a ray goes on just above it, or below.
 WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const glm::vec3& local) const {
@@ -222,7 +246,7 @@ void GlossyRays::follow(Work& work) const {
 }
 
 void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances) const {
-  Work work;
+  Work& work = cleared_work();
   for (std::size_t k = 0; k < rays.size(); ++k) {
     radiances[k] = Rgb(0.0f);
     work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays});
@@ -232,7 +256,7 @@ void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radianc
 }
 
 std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const {
-  Work work;
+  Work& work = cleared_work();
   for (std::size_t k = 0; k < points.size(); ++k) {
     const auto& [ray, point, places, width_m] = points[k];
     const Surface s = surface(ray, point, width_m);

@@ -18,7 +18,6 @@ namespace daylit {
 struct GlossySettings {
   int most_rays = 8;              ///< after the camera's, of one sample of a pixel
   float least_importance = 0.01f; ///< a branch that brings less of its light to the camera is left out
-  bool shadows = true;            ///< the sun's glint is looked for behind what stands before it
 };
 
 /// A point of an object that a ray of the camera meets.
@@ -57,6 +56,7 @@ private:
   struct Branch;
   struct Work;
   Surface surface(const WorldRay& ray, const ObjectPoint& point, double width_m) const;
+  static Work& cleared_work();
   void follow(Work& work) const;
   void step(std::span<const Branch> batch, Work& work) const;
   void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;

@@ -205,7 +205,7 @@ Rgb Bsdf::diffuse(const glm::vec3& out, const glm::vec3& in) const {
 Rgb Bsdf::f(const glm::vec3& out, const glm::vec3& in) const { return glossy(out, in) + diffuse(out, in); }
 
 Rgb Bsdf::diffuse_albedo(const glm::vec3& out) const {
-  if (!dielectric_)
+  if (!dielectric_ || m_.transmission >= 1.0f)
     return Rgb(0.0f);
   return (1.0f - m_.metallic) * (1.0f - m_.transmission) * m_.base_colour * base_light(seen(out));
 }
@@ -325,12 +325,30 @@ Rgb Bsdf::lobe_gain(Lobe lobe, const Seen& s, int where) const {
   return (1.0f - s.coat) * (1.0f + rest / glm::max(once, Rgb(kLeastCosine)));
 }
 
+/// Of a plane: all of it is one facet, which hides nothing.
+std::array<std::optional<BsdfSample>, 3> Bsdf::smooth_lobes(const glm::vec3& out) const {
+  std::array<std::optional<BsdfSample>, 3> lobes;
+  const bool below = out.z < 0.0f;
+  const glm::vec3 up = below ? mirrored_z(out) : out, reflection(-up.x, -up.y, up.z);
+  const Facet sent = facet(up.z, side(out));
+  const auto add = [&](Lobe lobe, const glm::vec3& in, const Rgb& part) {
+    if (part != Rgb(0.0f))
+      lobes[static_cast<std::size_t>(lobe)] = BsdfSample{below ? mirrored_z(in) : in, part, 0.0f, lobe == Lobe::passed};
+  };
+  add(Lobe::mirrored, reflection, sent.mirrored);
+  if (const auto in = solid_ ? refracted(up, {0.0f, 0.0f, 1.0f}, relative_ior(out)) : mirrored_z(reflection))
+    add(Lobe::passed, *in, sent.passed);
+  return lobes;
+}
+
 // F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain(). Mirrored and refracted light share
 // the facet.
 std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
   std::array<std::optional<BsdfSample>, 3> lobes;
   if (std::abs(out.z) < kLeastCosine)
     return lobes;
+  if (is_smooth())
+    return smooth_lobes(out);
   const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out;
   const Seen s = seen(out);
   const auto add = [&](Lobe lobe, const Ggx& facets, const std::optional<glm::vec3>& in, const Rgb& part) {

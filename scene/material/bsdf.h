@@ -99,6 +99,8 @@ private:
   Facet facet(float cosine, int side) const;
   Rgb rest_reflected(const Seen& out, const Seen& in, int side) const;
   Rgb rest_passed(const Seen& out, const Seen& in, int side) const;
+  bool is_smooth() const { return !coat_ && facets_.alpha_u <= kLeastAlpha && facets_.alpha_v <= kLeastAlpha; }
+  std::array<std::optional<BsdfSample>, 3> smooth_lobes(const glm::vec3& out) const;
   Rgb lobe_gain(Lobe lobe, const Seen& seen, int side) const;
   Rgb reflected(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Rgb passed(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;

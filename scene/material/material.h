@@ -93,6 +93,7 @@ struct SurfaceMaterial {
   float clearcoat = 0.0f, clearcoat_alpha = 0.0f;
   Rgb emission{0.0f};
   float occlusion = 1.0f; ///< what is left of the indirect light in hollows that the mesh does not have
+  bool operator==(const SurfaceMaterial&) const = default;
 };
 
 /// Error value_invalid: a number that is NaN, or outside the range that its description gives. `where` stands in it.

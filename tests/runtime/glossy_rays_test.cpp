@@ -56,11 +56,12 @@ struct GlossyScene {
     objects.surface = test::place(room.mesh, middle);
     objects.surface.reflectance.assign(room.mesh.positions.size(), Rgb(1.0f));
     VirtualObjects::Part part;
-    part.mesh = room.mesh;
-    part.rays = Surrounded::rays_of(room.mesh);
+    part.model = std::make_shared<const VirtualObjects::Model>(
+        VirtualObjects::Model{room.mesh, {}, Surrounded::rays_of(room.mesh)});
     part.world_from_object = world;
     part.per_pixel = true;
     objects.parts.push_back(std::move(part));
+    objects.find_bounds(0);
     rays.emplace(objects);
     seen.emplace(
         RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid, sun, windows, *rays, nullptr});
@@ -147,12 +148,15 @@ TEST(ObjectRays, glass_is_as_clear_behind_another_object_as_alone) {
   EXPECT_GT(alone, 0.08f);
   EXPECT_LT(alone, 0.3f);
   VirtualObjects::Part opaque = scene.objects.parts[0];
-  opaque.mesh.materials = {metal(0.3f)};
+  VirtualObjects::Model model = *opaque.model;
+  model.mesh.materials = {metal(0.3f)};
+  opaque.model = std::make_shared<const VirtualObjects::Model>(std::move(model));
   opaque.first_vertex = scene.objects.surface.positions.size();
   opaque.world_from_object[3].y += 0.4;
-  for (const glm::vec3& p : opaque.mesh.positions)
+  for (const glm::vec3& p : opaque.mesh().positions)
     scene.objects.surface.positions.push_back(scene.middle + glm::dvec3(0.0, 0.4, 0.0) + glm::dvec3(p));
   scene.objects.parts.push_back(std::move(opaque));
+  scene.objects.find_bounds(1);
   EXPECT_EQ(ObjectRays(scene.objects).opacity(0), alone);
 }
 
