@@ -48,7 +48,7 @@ LightCone bounding_cone(const std::vector<DirectionalLight>& lights) {
 }
 
 std::vector<glm::vec3> points_around(std::span<const glm::vec3> positions) {
-  constexpr std::size_t kFew = 16384, kRun = 64; // eight corners each
+  constexpr std::size_t kFew = 16384, kRun = 32; // eight corners each
   if (positions.size() <= kFew)
     return {positions.begin(), positions.end()};
   std::vector<glm::vec3> corners;

@@ -80,7 +80,7 @@ TEST(LightInBox, is_turned_into_the_frame_of_a_turned_box) {
 TEST(PointsAround, a_dense_mesh_lies_in_the_box_of_few_points_around_it) {
   const ObjectMesh mesh = test::torus(0.2f, 0.1f, 400, 300);
   const auto points = points_around(mesh.positions);
-  EXPECT_LT(points.size(), mesh.positions.size() / 4);
+  EXPECT_LT(points.size(), mesh.positions.size() / 3);
   const RenderCamera camera = test::look_at({1.0, 0.4, 0.5}, {0.0, 0.0, 0.0}, 200, 180, 0.6);
   const PixelBox exact = projected_box(camera, glm::dvec3(0.0), mesh.positions),
                  around = projected_box(camera, glm::dvec3(0.0), points);
