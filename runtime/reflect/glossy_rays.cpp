@@ -21,6 +21,9 @@ namespace {
 float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
 constexpr int kAllColours = -1; // of a ray; else the number of the only one
+constexpr std::size_t kLightPatterns = 16;
+constexpr float kLeastSharing = 0.02f; // slope from which a lobe's tails are wide enough to meet windows by chance
+constexpr float kFaintest = 1e-4f;     // of a light's irradiance
 
 } // namespace
 
@@ -39,8 +42,11 @@ struct GlossyRays::Surface {
 };
 
 GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
-                       const GlossySettings& settings)
-    : room_(room), sent_(sent), indirect_(indirect), settings_(settings) {}
+                       std::span<const DirectionalLight> sky, const GlossySettings& settings)
+    : room_(room), sent_(sent), indirect_(indirect), sky_(sky), settings_(settings) {
+  for (const DirectionalLight& l : sky)
+    sky_luminance_ += luminance(l.irradiance);
+}
 
 const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
   return room_.objects.objects().parts[point.part].mesh.material_or_null(point.triangle);
@@ -101,19 +107,55 @@ Rgb GlossyRays::occluded(const ObjectPoint& point, const Surface& s) const {
   return s.material.occlusion < 1.0f ? (1.0f - s.material.occlusion) * diffuse_of(indirect_, point, s) : Rgb(0.0f);
 }
 
+/// Just above the surface, where light from that direction meets its outside.
+std::optional<glm::dvec3> GlossyRays::lit_from(const ObjectPoint& point, const Surface& s,
+                                               const glm::vec3& direction) const {
+  const float side = glm::dot(s.normal, point.face_normal) < 0.0f ? -1.0f : 1.0f;
+  if (glm::dot(direction, s.normal) <= 0.0f || side * glm::dot(direction, point.face_normal) <= 0.0f)
+    return std::nullopt;
+  return point.position +
+         room_.objects.offset_m(point.part) * static_cast<double>(side) * glm::dvec3(point.face_normal);
+}
+
 /// f(out, sun) cos E. The disc is narrower than a wide lobe; a sharp one meets it with its ray, or does not.
 Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s) const {
   if (!room_.sun || s.is_sharp())
     return Rgb(0.0f);
   const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
-  if (in.z <= 0.0f || glm::dot(to_sun, point.face_normal) * glm::dot(s.normal, point.face_normal) <= 0.0f)
-    return Rgb(0.0f);
-  const Rgb f = s.bsdf.glossy(s.out, in) * in.z;
-  if (largest(f) <= 0.0f)
-    return Rgb(0.0f);
-  const float side = glm::dot(s.normal, point.face_normal) < 0.0f ? -1.0f : 1.0f;
-  const double offset = room_.objects.offset_m(point.part);
-  return f * room_.sun_at(point.position + offset * static_cast<double>(side) * glm::dvec3(point.face_normal));
+  const auto x = lit_from(point, s, to_sun);
+  const Rgb f = x ? s.bsdf.glossy(s.out, in) * in.z : Rgb(0.0f);
+  return largest(f) > 0.0f ? f * room_.sun_at(*x) : Rgb(0.0f);
+}
+
+/// The tails of a lobe are wide and seldom sampled: there a window is found by chance, and is much brighter than what
+/// is around it. A mirrored lobe alone on its surface finds the sky by the frame's lights as well.
+bool GlossyRays::shares_sky(const Surface& s) const {
+  return !sky_.empty() && s.alpha() >= kLeastSharing && s.bsdf.mirrors_only();
+}
+
+/// Power heuristic (Veach & Guibas 1995): a^2 / (a^2 + b^2), a: density of all samples of the lobe, b: of the lights,
+/// which lie as dense as the sky is bright.
+float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const {
+  const float count = static_cast<float>(sky_.size()) / kLightPatterns,
+              lights = count * luminance(room_.sky(direction, width_rad)) / sky_luminance_;
+  return lobe_density * lobe_density / std::max(lobe_density * lobe_density + lights * lights, 1e-30f);
+}
+
+/// sum f cos E T V of the lights of one pattern, times the number of patterns, times what the lobe's samples leave.
+Rgb GlossyRays::sky_highlight(const CameraPoint& at, const Surface& s) const {
+  Rgb sum(0.0f);
+  for (auto j = static_cast<std::size_t>(at.lights); j < sky_.size(); j += kLightPatterns) {
+    const glm::vec3 direction(sky_[j].direction), in = s.to_local(direction);
+    const auto x = lit_from(at.point, s, direction);
+    if (!x)
+      continue;
+    const float density = static_cast<float>(at.places.size()) * s.bsdf.mirrored_density(s.out, in);
+    const Rgb weight = (1.0f - lobe_part(density, direction, s.alpha())) * in.z * s.bsdf.glossy(s.out, in);
+    if (largest(weight) * static_cast<float>(kLightPatterns) > kFaintest)
+      sum +=
+          static_cast<float>(kLightPatterns) * weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+  }
+  return sum;
 }
 
 /// A ray of the tree, from outside or inside the objects.
@@ -124,7 +166,8 @@ struct GlossyRays::Branch {
   std::uint32_t tree = 0;
   int depth = 0, channel = kAllColours;
   bool inside = false;
-  float width_rad = 0.0f; ///< RoomRay::width_rad
+  float width_rad = 0.0f;    ///< RoomRay::width_rad
+  float lobe_density = 0.0f; ///< of all samples of its lobe, per sr, where lights find the sky, too; 0: they do not
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -170,7 +213,8 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
     work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
                          from.tree, from.depth + 1, from.channel, inside,
-                         s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha())});
+                         s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha()),
+                         from.depth == 0 ? from.lobe_density * lobe->density : 0.0f});
   }
 }
 
@@ -219,8 +263,12 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
       branch_of[kept++] = branch_of[k];
     }
   room_.find_radiance({room.data(), kept});
-  for (std::size_t k = 0; k < kept; ++k)
-    work.add(batch[branch_of[k]].tree, batch[branch_of[k]].weight * room[k].radiance);
+  for (std::size_t k = 0; k < kept; ++k) {
+    const Branch& b = batch[branch_of[k]];
+    const bool shared = b.lobe_density > 0.0f && !room[k].end;
+    const float part = shared ? lobe_part(b.lobe_density, b.ray.direction, b.width_rad) : 1.0f;
+    work.add(b.tree, part * b.weight * room[k].radiance);
+  }
 }
 
 void GlossyRays::follow(Work& work) const {
@@ -237,7 +285,8 @@ void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radianc
   for (std::size_t k = 0; k < rays.size(); ++k) {
     radiances[k] = Rgb(0.0f);
     work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays});
-    work.level.push_back({rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, 0.0f});
+    work.level.push_back(
+        {rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, 0.0f, 0.0f});
   }
   follow(work);
 }
@@ -248,8 +297,10 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, Glo
     for (const glm::vec2& u : s.is_sharp() ? at.places.first(1) : at.places) {
       work.trees.push_back(
           {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
-      const Branch camera{at.ray, weight,  Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1),
-                          0,      channel, false,     0.0f};
+      Branch camera{at.ray, weight, Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1), 0, channel,
+                    false,  0.0f,   0.0f};
+      if (shares_sky(surface))
+        camera.lobe_density = static_cast<float>(at.places.size());
       spread(at.point, surface, camera, work);
     }
   };
@@ -265,14 +316,16 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, Glo
 std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const {
   Work work;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const auto& [ray, point, places, width_m] = points[k];
-    const Surface s = surface(ray, point, width_m, kAllColours);
+    const ObjectPoint& point = points[k].point;
+    const Surface s = surface(points[k].ray, point, points[k].width_m, kAllColours);
     lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, occluded(point, s), s.normal, 0.0f};
     const ObjectMaterial* m = material(point);
     if (!m || !m->is_glossy())
       continue;
     lights[k].alpha = s.alpha();
     lights[k].radiance += glint(point, s);
+    if (shares_sky(s))
+      lights[k].radiance += sky_highlight(points[k], s);
     spread_from_camera(points[k], s, lights[k], work);
   }
   std::swap(work.level, work.next);

@@ -10,6 +10,7 @@
 #include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
 #include "runtime/reflect/room_seen.h"
+#include "runtime/sky/direct_light.h"
 #include "scene/material/bsdf.h"
 #include "scene/model/surface_look.h"
 
@@ -27,6 +28,7 @@ struct CameraPoint {
   ObjectPoint point;
   std::span<const glm::vec2> places; ///< of the unit square, where in the lobe rays go; one is taken of a narrow lobe
   double width_m = 0.0;              ///< of the pixel on the surface
+  int lights = 0;                    ///< which sixteenth of the sky's lights it looks at, 0 to 15
 };
 
 /// What a sample of a pixel shows of an object whose material is looked up.
@@ -45,9 +47,10 @@ constexpr float kWideAlpha = 0.01f;
 class GlossyRays {
 public:
   /// `sent`: radiance of each vertex of all objects as a diffuse surface, on both sides; `indirect`: what of it is not
-  /// straight from sky and sun.
+  /// straight from sky and sun. `sky`: the frame's samples of the sky, by which wide lobes find it beside their own
+  /// samples; none: by these alone.
   GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
-             const GlossySettings& settings);
+             std::span<const DirectionalLight> sky, const GlossySettings& settings);
 
   /// What the camera sees of up to kRayBatch points. Returns how many rays were traced.
   std::uint64_t look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const;
@@ -66,12 +69,18 @@ private:
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   Rgb glint(const ObjectPoint& point, const Surface& s) const;
+  std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
+  bool shares_sky(const Surface& s) const;
+  float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const;
+  Rgb sky_highlight(const CameraPoint& at, const Surface& s) const;
   void spread_from_camera(const CameraPoint& at, const Surface& s, GlossyLight& light, Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
   Rgb occluded(const ObjectPoint& point, const Surface& s) const;
 
   const RoomSeen& room_;
   std::span<const TwoSided> sent_, indirect_;
+  std::span<const DirectionalLight> sky_;
+  float sky_luminance_ = 0.0f; ///< irradiance of all of `sky_`
   GlossySettings settings_;
 };
 

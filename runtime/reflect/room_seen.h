@@ -14,9 +14,9 @@
 #include "runtime/indirect/room_light.h"
 #include "runtime/object/object_rays.h"
 #include "runtime/sky/sky_map.h"
-#include "scene/sky/sun.h"
 #include "scene/lens/lens.h"
 #include "scene/room/aperture.h"
+#include "scene/sky/sun.h"
 
 namespace daylit {
 
@@ -82,6 +82,10 @@ struct RoomSeen {
   void find_radiance(std::span<RoomRay> batch) const;
   /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
   Rgb sun_at(const glm::dvec3& x) const;
+  /// Radiance of the sky without its sun, before panes; of a part of it as wide as RoomRay::width_rad.
+  Rgb sky(const glm::vec3& direction, float width_rad) const;
+  /// Part of the light from far away in a direction that arrives at x through a window, past the room and the objects.
+  Rgb arrives_from(const glm::dvec3& x, const glm::dvec3& direction) const;
 
 private:
   void find_things(RoomRay& ray) const;

@@ -132,7 +132,7 @@ GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInp
   const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
                       in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
   const ObjectsIndirectLight& light = in.light.indirect();
-  const GlossyRays rays(seen, light.sent, light.radiance, {});
+  const GlossyRays rays(seen, light.sent, light.radiance, in.light.direct().lights.sky, {});
   const DrawnPicture drawn{*drawn_, *in.camera, things};
   const GlossyCounts counts =
       any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};

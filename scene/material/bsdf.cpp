@@ -372,8 +372,8 @@ std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out
       return;
     const float seen_by_both = facets.masking(up, *in) / facets.masking(up);
     lobes[static_cast<std::size_t>(lobe)] =
-        BsdfSample{out.z < 0.0f ? mirrored_z(*in) : *in, part * seen_by_both * lobe_gain(lobe, s, side(out)), 0.0f,
-                   lobe == Lobe::passed};
+        BsdfSample{out.z < 0.0f ? mirrored_z(*in) : *in, part * seen_by_both * lobe_gain(lobe, s, side(out)),
+                   mirrors_only() ? mirrored_density(up, *in) : 0.0f, lobe == Lobe::passed};
   };
   const glm::vec3 h = facets_.sample_visible(up, u), reflection = 2.0f * glm::dot(up, h) * h - up;
   const Facet sent = facet(glm::dot(up, h), side(out));
@@ -387,6 +387,10 @@ std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out
   return lobes;
 }
 
+float Bsdf::mirrored_density(const glm::vec3& out, const glm::vec3& in) const {
+  const glm::vec3 h = glm::normalize(out + in);
+  return facets_.visible_density(out, h) / (4.0f * glm::dot(out, h));
+}
 float Bsdf::density(const glm::vec3& out, const glm::vec3& in) const { return density(ways(out, true), out, in); }
 float Bsdf::glossy_density(const glm::vec3& out, const glm::vec3& in) const {
   return density(ways(out, false), out, in);

@@ -51,8 +51,12 @@ public:
   std::optional<BsdfSample> sample_glossy(const glm::vec3& out, const glm::vec3& u) const;
   /// The glossy lobes one by one, for renderers that follow each: coat, mirrored, passed; empty where a lobe sends
   /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it: right in
-  /// sum, a little narrower than glossy().
+  /// sum, a little narrower than glossy(). `density` is that of the lobe alone, where there is but one.
   std::array<std::optional<BsdfSample>, 3> sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
+  /// Its only glossy lobe is a mirrored one of microfacets.
+  bool mirrors_only() const { return !m_.lobe && m_.transmission == 0.0f && !coat_; }
+  /// Of the mirrored lobe of sample_lobes(), per sr; both directions on one side.
+  float mirrored_density(const glm::vec3& out, const glm::vec3& in) const;
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.
   Rgb diffuse_albedo(const glm::vec3& out) const;

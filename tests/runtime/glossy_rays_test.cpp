@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -41,16 +43,19 @@ ObjectMaterial glass() {
 struct GlossyScene {
   static constexpr float kRadius = 0.15f, kIndirect = 0.5f;
   const glm::dvec3 middle{2.0, 2.5, 1.2};
-  Surrounded room{kRadius};
+  Surrounded room;
   VirtualObjects objects;
   std::optional<ObjectRays> rays;
-  ApertureCrossings windows{std::vector<Aperture>{}};
+  ApertureCrossings windows;
   std::optional<DetectedSun> sun;
   std::optional<RoomSeen> seen;
   std::vector<TwoSided> sent, indirect;
+  std::vector<DirectionalLight> lights;
   std::optional<GlossyRays> glossy;
 
-  explicit GlossyScene(const ObjectMaterial& material, const GlossySettings& settings = {}) {
+  explicit GlossyScene(const ObjectMaterial& material, const GlossySettings& settings = {},
+                       const std::vector<Aperture>& panes = {}, float sky_factor = 0.0f)
+      : room(kRadius, panes, sky_factor), windows(panes) {
     room.mesh.materials = {material};
     glm::dmat4 world(1.0);
     world[3] = glm::dvec4(middle, 1.0);
@@ -67,24 +72,30 @@ struct GlossyScene {
         RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid, sun, windows, *rays, nullptr});
     sent.assign(room.mesh.positions.size(), {Rgb(Surrounded::kRadiance), Rgb(Surrounded::kRadiance)});
     indirect.assign(room.mesh.positions.size(), {Rgb(kIndirect), Rgb(kIndirect)});
-    glossy.emplace(*seen, sent, indirect, settings);
+    glossy.emplace(*seen, sent, indirect, std::span<const DirectionalLight>{}, settings);
+  }
+  /// Wide lobes find the sky by samples of it, too.
+  void look_at_sky_by_lights(const std::vector<Aperture>& panes) {
+    lights = sample_lights(room.pyramid[0], std::nullopt, panes, {middle, kRadius}, 64).sky;
+    glossy.emplace(*seen, sent, indirect, lights, GlossySettings{});
   }
   /// Radiance towards a viewer who looks past the middle at this distance.
   Rgb radiance(double aside) const {
     const GlossyLight light = look(aside);
     return light.radiance + light.diffuse * kRoom - light.occluded;
   }
-  GlossyLight look(double aside) const {
+  /// Every `step`th of sixty-four places in the lobe, and a sixteenth of the sky's lights.
+  GlossyLight look(double aside, std::size_t first = 0, std::size_t step = 1, int pattern = 0) const {
     const WorldRay ray{middle + glm::dvec3(-1.0, aside, 0.0), glm::vec3(1.0f, 0.0f, 0.0f)};
     const auto point = rays->closest(ray, 10.0);
-    std::array<glm::vec2, 64> places;
-    for (std::size_t k = 0; k < places.size(); ++k) { // Hammersley
+    std::vector<glm::vec2> places;
+    for (std::size_t k = first; k < 64; k += step) { // Hammersley
       std::size_t mirrored = 0;
       for (std::size_t bit = 0; bit < 6; ++bit)
         mirrored |= (k >> bit & 1u) << (5 - bit);
-      places[k] = (glm::vec2(k, mirrored) + 0.5f) / 64.0f;
+      places.push_back((glm::vec2(k, mirrored) + 0.5f) / 64.0f);
     }
-    const CameraPoint camera_point{ray, *point, places, 0.0};
+    const CameraPoint camera_point{ray, *point, places, 0.0, pattern};
     GlossyLight light;
     glossy->look({&camera_point, 1}, {&light, 1});
     return light;
@@ -132,6 +143,37 @@ TEST(GlossyRays, a_lobe_in_an_even_room_sends_what_its_weight_and_the_cosine_say
     EXPECT_LE(rising.radiance(aside).g, 1.005f * kRoom) << aside;
     EXPECT_GE(rising.radiance(aside).g, scene.radiance(aside).g - 0.01f * kRoom) << aside;
   }
+}
+
+/// Four samples of the lobe and four lights a pixel, sixteen pixels: the light is that of the lobe's samples alone, and
+/// hardly jumps from one place to the next.
+TEST(GlossyRays, a_rough_metal_shows_a_window_by_lights_and_lobes_as_by_lobes_alone_but_smoothly) {
+  const std::vector<Aperture> panes = test::box_window();
+  GlossyScene scene(metal(0.4f), {}, panes, 30.0f);
+  scene.room.set_walls(0.0f);
+  const auto row = [&] {
+    std::vector<double> light;
+    for (int i = 0; i < 120; ++i) {
+      double sum = 0;
+      for (int k = 0; k < 16; ++k)
+        sum += static_cast<double>(scene.look(-0.14 + 0.28 * i / 119, static_cast<std::size_t>(k), 16, k).radiance.g);
+      light.push_back(sum / 16.0);
+    }
+    return light;
+  };
+  const auto mean = [](const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0) / 120.0; };
+  const auto roughness = [&](const std::vector<double>& v) {
+    double sum = 0;
+    for (std::size_t i = 1; i + 1 < v.size(); ++i)
+      sum += std::abs(v[i - 1] - 2.0 * v[i] + v[i + 1]);
+    return sum / mean(v);
+  };
+  const std::vector<double> by_lobes = row();
+  scene.look_at_sky_by_lights(panes);
+  const std::vector<double> by_both = row();
+  EXPECT_GT(mean(by_lobes), 0.1);
+  EXPECT_NEAR(mean(by_both) / mean(by_lobes), 1.0, 0.02);
+  EXPECT_LT(roughness(by_both), 0.5 * roughness(by_lobes));
 }
 
 TEST(GlossyRays, absorbing_glass_keeps_what_beers_law_says) {
