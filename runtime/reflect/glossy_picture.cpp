@@ -47,7 +47,7 @@ glm::vec2 lobe_place(int x, int y, int sample) {
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
 struct GlossyPixel {
   Rgb diffuse{0.0f}, radiance{0.0f}; ///< an object that was drawn whole counts with a diffuse reflectance of 1
-  Rgb occluded{0.0f};
+  Rgb glint{0.0f}, occluded{0.0f};
   glm::vec3 normal{0.0f};
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
@@ -56,6 +56,7 @@ struct GlossyPixel {
   void average() {
     diffuse /= std::max(samples, 1.0f);
     radiance /= std::max(samples, 1.0f);
+    glint /= std::max(samples, 1.0f);
     occluded /= std::max(samples, 1.0f);
     samples = std::min(samples, 1.0f);
   }
@@ -210,6 +211,7 @@ private:
     for (std::size_t k = 0; k < n; ++k) {
       pixel[k]->diffuse += light[k].diffuse;
       pixel[k]->radiance += light[k].radiance;
+      pixel[k]->glint += light[k].glint;
       pixel[k]->occluded += light[k].occluded;
       pixel[k]->normal = light[k].normal;
       pixel[k]->alpha = light[k].alpha;
@@ -229,7 +231,7 @@ private:
         continue;
       ++written;
       const glm::vec4 object = drawn_.photo_pixel(x, y).object;
-      const Rgb shown = Rgb(object) * p.diffuse + object.w * (smoothed(x, y, p) - p.occluded);
+      const Rgb shown = Rgb(object) * p.diffuse + object.w * (smoothed(x, y, p) + p.glint - p.occluded);
       Rgb& pixel = composite_.picture.texels[index(x, y)];
       pixel = glm::max(pixel + scale.apply(shown - Rgb(object)), Rgb(0.0f));
     }

@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/orthonormal.h"
+#include "scene/material/fresnel.h"
 
 namespace daylit {
 
@@ -22,8 +23,13 @@ float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
 constexpr int kAllColours = -1; // of a ray; else the number of the only one
 constexpr std::size_t kLightPatterns = 16;
+constexpr auto kSunRadius = static_cast<float>(kSunAngularRadius);
+constexpr float kNoDisc_rad = 1e-6f;   // width of a ray that does not see the sun
 constexpr float kLeastSharing = 0.02f; // slope from which a lobe's tails are wide enough to meet windows by chance
 constexpr float kFaintest = 1e-4f;     // of a light's irradiance
+
+/// The pixel is narrower than the sun in the mirror.
+bool meets_disc(float turn_rad) { return turn_rad < kSunRadius; }
 
 } // namespace
 
@@ -35,6 +41,7 @@ struct GlossyRays::Surface {
 
   float alpha() const { return std::min(material.alpha_u, material.alpha_v); }
   bool is_sharp() const { return alpha() < kWideAlpha; }
+  bool has_sharp_coat() const { return material.clearcoat > 0.0f && material.clearcoat_alpha < kWideAlpha; }
   glm::vec3 to_world(const glm::vec3& v) const { return v.x * tangent + v.y * bitangent + v.z * normal; }
   glm::vec3 to_local(const glm::vec3& v) const {
     return {glm::dot(v, tangent), glm::dot(v, bitangent), glm::dot(v, normal)};
@@ -117,14 +124,62 @@ std::optional<glm::dvec3> GlossyRays::lit_from(const ObjectPoint& point, const S
          room_.objects.offset_m(point.part) * static_cast<double>(side) * glm::dvec3(point.face_normal);
 }
 
-/// f(out, sun) cos E. The disc is narrower than a wide lobe; a sharp one meets it with its ray, or does not.
-Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s) const {
-  if (!room_.sun || s.is_sharp())
+/// How far the normal turns within so many metres of the surface, radians: along the edge where it turns most.
+float GlossyRays::turn_in(const ObjectPoint& point, double width_m) const {
+  const ObjectMesh& mesh = room_.objects.objects().parts[point.part].mesh;
+  const auto& t = mesh.triangles[point.triangle];
+  float most = 0.0f;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+    const float length = glm::distance(mesh.positions[a], mesh.positions[b]);
+    if (length > 0.0f)
+      most = std::max(most, glm::distance(mesh.normals[a], mesh.normals[b]) / length);
+  }
+  return std::min(most * static_cast<float>(width_m / room_.objects.scale(point.part)), 0.5f);
+}
+
+/// Of lobes narrower than a pixel: F P(h) / (4 out . h), with the normals of the pixel spread around its own by
+/// P = 3 / (pi r^2) (1 - (angle / r)^2)^2. r: their turn in the pixel, and half the sun's radius.
+Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const {
+  const glm::vec3 h = glm::normalize(s.out + in);
+  const float radius2 = turn_rad * turn_rad + 0.25f * kSunRadius * kSunRadius,
+              inside = 1.0f - (h.x * h.x + h.y * h.y) / radius2;
+  if (inside <= 0.0f)
+    return Rgb(0.0f);
+  const auto lobes = s.bsdf.sample_lobes(s.out, glm::vec2(0.5f));
+  const Rgb coat = s.has_sharp_coat() && lobes[0] ? lobes[0]->weight : Rgb(0.0f),
+            facets = s.is_sharp() && lobes[1] ? lobes[1]->weight : Rgb(0.0f);
+  return (coat + facets) *
+         (3.0f * std::numbers::inv_pi_v<float> / radius2 * inside * inside / (4.0f * glm::dot(s.out, h)));
+}
+
+/// f(out, sun) cos E. Facets are spread by the turn of the normal in a pixel (alpha^2 = turn^2 / pi: in the middle as
+/// bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of
+/// its radius, for half vectors). A sharp lobe whose pixel is narrower than the disc meets it with its ray.
+Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad) const {
+  if (!room_.sun || (s.is_sharp() && meets_disc(turn_rad)))
     return Rgb(0.0f);
   const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
   const auto x = lit_from(point, s, to_sun);
-  const Rgb f = x ? s.bsdf.glossy(s.out, in) * in.z : Rgb(0.0f);
-  return largest(f) > 0.0f ? f * room_.sun_at(*x) : Rgb(0.0f);
+  if (!x)
+    return Rgb(0.0f);
+  Rgb f(0.0f);
+  if (s.is_sharp() || s.has_sharp_coat())
+    f += sharp_glint(s, in, turn_rad);
+  if (!s.is_sharp()) {
+    const float spread2 = turn_rad * turn_rad * std::numbers::inv_pi_v<float> + kSunRadius * kSunRadius / 8.0f;
+    const auto spread = [&](float alpha) { return std::sqrt(alpha * alpha + spread2); };
+    SurfaceMaterial m = s.material;
+    m.alpha_u = spread(m.alpha_u);
+    m.alpha_v = spread(m.alpha_v);
+    m.clearcoat_alpha = spread(m.clearcoat_alpha);
+    const auto passes = [&](float cosine) { return 1.0f - m.clearcoat * fresnel_dielectric(cosine, Bsdf::kCoatIor); };
+    const float under_coat = s.has_sharp_coat() ? passes(s.out.z) * passes(in.z) : 1.0f;
+    if (s.has_sharp_coat())
+      m.clearcoat = 0.0f;
+    f += under_coat * in.z * Bsdf(m).glossy(s.out, in);
+  }
+  return largest(f) > kFaintest ? f * room_.sun_at(*x) : Rgb(0.0f);
 }
 
 /// The tails of a lobe are wide and seldom sampled: there a window is found by chance, and is much brighter than what
@@ -211,9 +266,10 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     --tree.rays_left;
     ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
+    const float sharp_width = from.depth == 0 && lobe->transmitted ? 0.0f : from.width_rad;
     work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
                          from.tree, from.depth + 1, from.channel, inside,
-                         s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha()),
+                         s.is_sharp() ? sharp_width : std::max(from.width_rad, s.alpha()),
                          from.depth == 0 ? from.lobe_density * lobe->density : 0.0f});
   }
 }
@@ -226,7 +282,8 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   Rgb sent = diffuse_of(sent_, point, s) - occluded(point, s) + s.material.emission;
   const ObjectMaterial* m = material(point);
   if (m && m->is_glossy()) {
-    sent += glint(point, s);
+    if (!s.is_sharp())
+      sent += glint(point, s, 0.0f);
     spread(point, s, left, work);
   }
   work.add(branch.tree, left.weight * sent);
@@ -292,13 +349,14 @@ void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radianc
 }
 
 /// Where colours are bent apart, a tree for each.
-void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, GlossyLight& light, Work& work) const {
+void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
+                                    Work& work) const {
   const auto grow = [&](const Surface& surface, const Rgb& weight, int channel) {
     for (const glm::vec2& u : s.is_sharp() ? at.places.first(1) : at.places) {
       work.trees.push_back(
           {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
-      Branch camera{at.ray, weight, Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1), 0, channel,
-                    false,  0.0f,   0.0f};
+      Branch camera{at.ray, weight,    Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1), 0, channel,
+                    false,  width_rad, 0.0f};
       if (shares_sky(surface))
         camera.lobe_density = static_cast<float>(at.places.size());
       spread(at.point, surface, camera, work);
@@ -318,15 +376,16 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
   for (std::size_t k = 0; k < points.size(); ++k) {
     const ObjectPoint& point = points[k].point;
     const Surface s = surface(points[k].ray, point, points[k].width_m, kAllColours);
-    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, occluded(point, s), s.normal, 0.0f};
+    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, Rgb(0.0f), occluded(point, s), s.normal, 0.0f};
     const ObjectMaterial* m = material(point);
     if (!m || !m->is_glossy())
       continue;
     lights[k].alpha = s.alpha();
-    lights[k].radiance += glint(point, s);
+    const float turn_rad = turn_in(point, points[k].width_m);
+    lights[k].glint = glint(point, s, turn_rad);
     if (shares_sky(s))
       lights[k].radiance += sky_highlight(points[k], s);
-    spread_from_camera(points[k], s, lights[k], work);
+    spread_from_camera(points[k], s, s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad, lights[k], work);
   }
   std::swap(work.level, work.next);
   follow(work);

@@ -34,7 +34,8 @@ struct CameraPoint {
 /// What a sample of a pixel shows of an object whose material is looked up.
 struct GlossyLight {
   Rgb diffuse{1.0f};      ///< reflectance of the diffuse part: times irradiance / pi is its radiance
-  Rgb radiance{0.0f};     ///< all that is not diffuse: mirrored, refracted, sent by itself
+  Rgb radiance{0.0f};     ///< all that is not diffuse: mirrored, refracted, sent by itself; without the glint
+  Rgb glint{0.0f};        ///< the sun's highlight, which no neighbour shares
   Rgb occluded{0.0f};     ///< of the diffuse part's radiance what an occlusion texture takes away: indirect light
   glm::vec3 normal{0.0f}; ///< of the shading, world
   float alpha = 0.0f;     ///< slope of the narrowest lobe; 0 where none is followed
@@ -68,12 +69,15 @@ private:
   void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
-  Rgb glint(const ObjectPoint& point, const Surface& s) const;
+  float turn_in(const ObjectPoint& point, double width_m) const;
+  Rgb sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const;
+  Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad) const;
   std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   bool shares_sky(const Surface& s) const;
   float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const;
   Rgb sky_highlight(const CameraPoint& at, const Surface& s) const;
-  void spread_from_camera(const CameraPoint& at, const Surface& s, GlossyLight& light, Work& work) const;
+  void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
+                          Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
   Rgb occluded(const ObjectPoint& point, const Surface& s) const;
 
