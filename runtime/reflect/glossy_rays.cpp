@@ -20,7 +20,20 @@ namespace {
 
 float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
-constexpr int kAllColours = -1; // of a ray; else the number of the only one
+constexpr float kGrazing = 1e-3f;       // least cosine of a ray to the face that it leaves
+constexpr float kLeastOfWindow = 1e-3f; // of a sky that is brighter than the room
+constexpr int kAllColours = -1;         // of a ray; else the number of the only one
+
+/// Points that are looked up one after the other mostly are of one material.
+const Bsdf& bsdf_of(const SurfaceMaterial& material) {
+  thread_local SurfaceMaterial latest;
+  thread_local Bsdf made(latest);
+  if (!(material == latest)) {
+    made = Bsdf(material);
+    latest = material;
+  }
+  return made;
+}
 
 } // namespace
 
@@ -43,7 +56,7 @@ GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std
     : room_(room), sent_(sent), indirect_(indirect), settings_(settings) {}
 
 const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
-  return room_.objects.objects().parts[point.part].mesh.material_or_null(point.triangle);
+  return room_.objects.objects().parts[point.part].mesh().material_or_null(point.triangle);
 }
 
 /// The shading frame, on the side of the mesh's outside; a surface that is not transparent has no inside, its frame is
@@ -51,7 +64,7 @@ const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
 GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& point, double width_m,
                                         int channel) const {
   const VirtualObjects& objects = room_.objects.objects();
-  const ObjectMesh& mesh = objects.parts[point.part].mesh;
+  const ObjectMesh& mesh = objects.parts[point.part].mesh();
   const double scale = room_.objects.scale(point.part);
   const SurfaceLook look = surface_look(mesh, point.triangle, point.u, point.v, static_cast<float>(width_m / scale));
   const glm::mat3& rotation = room_.objects.rotation(point.part);
@@ -75,25 +88,28 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
     tangent = glm::vec3(basis.u);
   }
   tangent = glm::normalize(tangent);
-  Surface s{material, tangent, glm::cross(normal, tangent), normal, {}, Bsdf(material)};
+  Surface s{material, tangent, glm::cross(normal, tangent), normal, {}, bsdf_of(material)};
   s.out = s.to_local(out);
   return s;
 }
 
 /// Light of the vertices, of the base's colour here.
 Rgb GlossyRays::diffuse_of(std::span<const TwoSided> all, const ObjectPoint& point, const Surface& s) const {
+  const Rgb albedo = s.bsdf.diffuse_albedo(s.out);
+  if (albedo == Rgb(0.0f))
+    return albedo;
   const VirtualObjects& objects = room_.objects.objects();
   const VirtualObjects::Part& part = objects.parts[point.part];
-  const auto& t = part.mesh.triangles[point.triangle];
+  const auto& t = part.mesh().triangles[point.triangle];
   const float weight[3] = {1.0f - point.u - point.v, point.u, point.v};
   const bool back = glm::dot(s.normal, point.face_normal) < 0.0f;
   Rgb radiance(0.0f), reflectance(0.0f);
   for (std::size_t k = 0; k < 3; ++k) {
-    const TwoSided& vertex = all[part.first_vertex + t[k]];
+    const TwoSided& vertex = all[part.sender_of(t[k])];
     radiance += weight[k] * (back ? vertex.back : vertex.front);
-    reflectance += weight[k] * objects.surface.reflectance[part.first_vertex + t[k]];
+    reflectance += weight[k] * objects.sent_reflectance(part, t[k]);
   }
-  return radiance * s.bsdf.diffuse_albedo(s.out) / glm::max(reflectance, Rgb(kLeastReflectance));
+  return radiance * albedo / glm::max(reflectance, Rgb(kLeastReflectance));
 }
 
 /// glTF 2.0, section 3.9.3: indirect light alone.
@@ -124,7 +140,8 @@ struct GlossyRays::Branch {
   std::uint32_t tree = 0;
   int depth = 0, channel = kAllColours;
   bool inside = false;
-  float width_rad = 0.0f; ///< RoomRay::width_rad
+  float width_rad = 0.0f, density = 0.0f; ///< of RoomRay
+  bool only_outside = false;              ///< what it meets counts as black
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -147,12 +164,47 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
   glm::vec3 direction = s.to_world(local);
   const float wanted = local.z > 0.0f ? 1.0f : -1.0f, face_sign = glm::dot(s.normal, point.face_normal);
   const glm::vec3 face = (face_sign < 0.0f ? -wanted : wanted) * point.face_normal;
-  if (const float along = glm::dot(direction, face); along <= 1e-3f)
-    direction = glm::normalize(direction + (1e-3f - along) * face);
+  if (const float along = glm::dot(direction, face); along <= kGrazing)
+    direction = glm::normalize(direction + (kGrazing - along) * face);
   return {point.position + room_.objects.offset_m(point.part) * glm::dvec3(face), direction};
 }
 
-/// One ray for each lobe, the one that brings most first, as long as it brings enough.
+/// A wide lobe that the camera sees.
+bool GlossyRays::looks_for_windows(const Surface& s) const {
+  return room_.window_points && !room_.window_points->empty() && !s.is_sharp();
+}
+
+/// Straight to a point on a window: f cos / (the densities of both ways).
+void GlossyRays::add_window_ray(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const {
+  Work::Tree& tree = work.trees[from.tree];
+  const float face_sign = glm::dot(s.normal, point.face_normal) < 0.0f ? -1.0f : 1.0f;
+  const glm::vec3 face = face_sign * point.face_normal;
+  const glm::dvec3 origin = point.position + room_.objects.offset_m(point.part) * glm::dvec3(face);
+  const glm::vec3 direction(glm::normalize(room_.window_points->sample(tree.u) - origin));
+  if (tree.rays_left <= 0 || glm::dot(direction, face) <= kGrazing)
+    return;
+  const glm::vec3 in = s.to_local(direction);
+  const float density = room_.window_points->density(origin, direction);
+  Rgb weight(0.0f);
+  for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
+    if (lobe)
+      weight += lobe->weight * (lobe->density / (lobe->density + density));
+  if (largest(weight) < kLeastOfWindow)
+    return;
+  ++work.rays;
+  work.next.push_back({{origin, direction},
+                       from.weight * weight,
+                       Rgb(0.0f),
+                       from.tree,
+                       1,
+                       from.channel,
+                       false,
+                       std::max(from.width_rad, s.alpha()),
+                       0.0f,
+                       true});
+}
+
+/// One ray for each lobe, the one that brings most first, as long as it brings enough; it stands for those left out.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const {
   Work::Tree& tree = work.trees[from.tree];
   const glm::vec2 u = from.depth == 0
@@ -161,17 +213,24 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   auto lobes = s.bsdf.sample_lobes(s.out, u);
   const auto brings = [](const std::optional<BsdfSample>& l) { return l ? largest(l->weight) : 0.0f; };
   std::ranges::sort(lobes, [&](const auto& a, const auto& b) { return brings(a) > brings(b); });
+  const std::size_t first = work.next.size();
+  Rgb left_out(0.0f);
   for (const std::optional<BsdfSample>& lobe : lobes) {
     const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
-    if (tree.rays_left <= 0 || largest(weight) < settings_.least_importance)
+    if (tree.rays_left <= 0 || largest(weight) < settings_.least_importance) {
+      left_out += weight;
       continue;
+    }
     --tree.rays_left;
     ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
     work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
                          from.tree, from.depth + 1, from.channel, inside,
-                         s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha())});
+                         s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha()),
+                         from.depth == 0 && looks_for_windows(s) ? lobe->density : 0.0f});
   }
+  if (work.next.size() > first)
+    work.next[first].weight += left_out;
 }
 
 /// L(ray) = exp(-a d) L at its end, on an object.
@@ -205,8 +264,10 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   for (std::size_t k = 0; k < batch.size(); ++k)
     if (batch[k].inside && points[k])
       arrive(batch[k], *points[k], work);
-    else {
-      room[count] = {rays[k], points[k] ? points[k]->distance : most[k], batch[k].width_rad, std::nullopt, Rgb(0.0f)};
+    else if (!batch[k].only_outside || !points[k]) {
+      room[count] = {
+          rays[k],  points[k] ? points[k]->distance : most[k], batch[k].width_rad, batch[k].density, std::nullopt,
+          Rgb(0.0f)};
       branch_of[count++] = k;
     }
   room_.find_ends({room.data(), count});
@@ -214,7 +275,7 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   for (std::size_t k = 0; k < count; ++k)
     if (const auto& point = points[branch_of[k]]; point && !room[k].end)
       arrive(batch[branch_of[k]], *point, work);
-    else {
+    else if (!batch[branch_of[k]].only_outside || !room[k].end) {
       room[kept] = room[k];
       branch_of[kept++] = branch_of[k];
     }
@@ -251,6 +312,8 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, Glo
       const Branch camera{at.ray, weight,  Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1),
                           0,      channel, false,     0.0f};
       spread(at.point, surface, camera, work);
+      if (looks_for_windows(surface))
+        add_window_ray(at.point, surface, camera, work);
     }
   };
   if (!s.material.disperses())

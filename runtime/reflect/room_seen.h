@@ -13,10 +13,11 @@
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/object/object_rays.h"
+#include "runtime/reflect/window_points.h"
 #include "runtime/sky/sky_map.h"
-#include "scene/sky/sun.h"
 #include "scene/lens/lens.h"
 #include "scene/room/aperture.h"
+#include "scene/sky/sun.h"
 
 namespace daylit {
 
@@ -59,6 +60,7 @@ struct RoomRay {
   WorldRay ray;
   double most_m = 1e9;        ///< its end is looked for up to here
   float width_rad = 0.0f;     ///< of the part of a lobe that it stands for; 0: sharp, the sun's disc is seen too
+  float density = 0.0f;       ///< per sr, of a ray of a lobe that window_points find too; 0: they do not
   std::optional<RoomEnd> end; ///< empty: nowhere, it leaves
   Rgb radiance{0.0f};         ///< that arrives against the ray
 };
@@ -75,6 +77,7 @@ struct RoomSeen {
   const ObjectRays& objects;
   const PhotographedRoom* photograph = nullptr; ///< null: only computed light
   const RealThings* things = nullptr;           ///< seen in the photograph, where it is given; null: none
+  const WindowPoints* window_points = nullptr;  ///< null: rays of lobes find the windows alone
 
   /// Fills in where they end.
   void find_ends(std::span<RoomRay> batch) const;
@@ -87,7 +90,10 @@ private:
   void find_things(RoomRay& ray) const;
   std::optional<Rgb> thing_radiance(const RoomRay& ray, double distance) const;
   Rgb outside(const RoomRay& ray) const;
-  Rgb computed(const RoomRay& ray) const;
+  std::optional<Rgb> photographed_at(const RoomRay& ray, const glm::dvec3& x) const;
+  std::uint32_t hidden_from_camera(std::span<const RoomRay> batch, std::span<const glm::dvec3> x,
+                                   std::uint32_t asked) const;
+  Rgb computed(const RoomRay& ray, const glm::dvec3& x) const;
 };
 
 } // namespace daylit

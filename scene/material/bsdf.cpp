@@ -219,7 +219,7 @@ Rgb Bsdf::f(const glm::vec3& out, const glm::vec3& in) const { return glossy(out
 Rgb Bsdf::diffuse_albedo(const glm::vec3& out) const {
   if (m_.lobe)
     return m_.lobe->base(m_.base_colour, peak(out));
-  if (!dielectric_)
+  if (!dielectric_ || m_.transmission >= 1.0f)
     return Rgb(0.0f);
   return (1.0f - m_.metallic) * (1.0f - m_.transmission) * m_.base_colour * base_light(seen(out));
 }
@@ -352,38 +352,86 @@ Rgb Bsdf::lobe_gain(Lobe lobe, const Seen& s, int where) const {
   return (1.0f - s.coat) * (1.0f + rest / glm::max(once, Rgb(kLeastCosine)));
 }
 
-// F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain(). Mirrored and refracted light share
-// the facet.
+/// Of a plane: all of it is one facet, which hides nothing.
+std::array<std::optional<BsdfSample>, 3> Bsdf::smooth_lobes(const glm::vec3& out) const {
+  std::array<std::optional<BsdfSample>, 3> lobes;
+  const bool below = out.z < 0.0f;
+  const glm::vec3 up = below ? mirrored_z(out) : out, reflection(-up.x, -up.y, up.z);
+  const Facet sent = facet(up.z, side(out));
+  const auto add = [&](Lobe lobe, const glm::vec3& in, const Rgb& part) {
+    if (part != Rgb(0.0f))
+      lobes[static_cast<std::size_t>(lobe)] = BsdfSample{below ? mirrored_z(in) : in, part, 0.0f, lobe == Lobe::passed};
+  };
+  add(Lobe::mirrored, reflection, sent.mirrored);
+  if (const auto in = solid_ ? refracted(up, {0.0f, 0.0f, 1.0f}, relative_ior(out)) : mirrored_z(reflection))
+    add(Lobe::passed, *in, sent.passed);
+  return lobes;
+}
+
+// F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain(); their density over 4 (out.h).
+std::optional<BsdfSample> Bsdf::mirrored(Lobe lobe, const glm::vec3& out, const glm::vec3& in, const Seen& s) const {
+  const bool below = out.z < 0.0f, coat = lobe == Lobe::coat;
+  const glm::vec3 up = below ? mirrored_z(out) : out, up_in = below ? mirrored_z(in) : in;
+  if (up_in.z <= 0.0f)
+    return std::nullopt;
+  const glm::vec3 h = glm::normalize(up + up_in);
+  const float c = glm::dot(up, h);
+  const Rgb part = coat ? Rgb(fresnel_dielectric(c, kCoatIor)) : facet(c, side(out)).mirrored;
+  if (part == Rgb(0.0f))
+    return std::nullopt;
+  const Ggx& facets = coat ? coat_facets_ : facets_;
+  const float seen_by_both = facets.masking(up, up_in) / facets.masking(up);
+  return BsdfSample{in, part * seen_by_both * lobe_gain(lobe, s, side(out)), facets.visible_density(up, h) / (4.0f * c),
+                    false};
+}
+
+// Mirrored and refracted light share the facet.
 std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
   std::array<std::optional<BsdfSample>, 3> lobes;
   if (std::abs(out.z) < kLeastCosine)
     return lobes;
-  const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out;
+  const bool below = out.z < 0.0f;
+  const glm::vec3 up = below ? mirrored_z(out) : out;
+  const auto turned = [&](const glm::vec3& w) { return below ? mirrored_z(w) : w; };
+  if (m_.lobe) {
+    const glm::vec3 in = peak(out).sample(u);
+    return in.z > 0.0f ? mirroring_lobes(out, turned(in)) : lobes;
+  }
+  if (is_smooth())
+    return smooth_lobes(out);
+  const Seen s = seen(out);
+  const glm::vec3 h = facets_.sample_visible(up, u), reflection = 2.0f * glm::dot(up, h) * h - up;
+  lobes[1] = mirrored(Lobe::mirrored, out, turned(reflection), s);
+  if (m_.transmission > 0.0f && m_.metallic < 1.0f) {
+    const auto in = solid_ ? refracted(up, h, relative_ior(out)) : mirrored_z(reflection);
+    const Rgb part = facet(glm::dot(up, h), side(out)).passed;
+    if (in && in->z < 0.0f && part != Rgb(0.0f))
+      lobes[2] = BsdfSample{
+          turned(*in), part * (facets_.masking(up, *in) / facets_.masking(up)) * lobe_gain(Lobe::passed, s, side(out)),
+          0.0f, true};
+  }
+  if (coat_) {
+    const glm::vec3 c = coat_facets_.sample_visible(up, u);
+    lobes[0] = mirrored(Lobe::coat, out, turned(2.0f * glm::dot(up, c) * c - up), s);
+  }
+  return lobes;
+}
+
+std::array<std::optional<BsdfSample>, 3> Bsdf::mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const {
+  std::array<std::optional<BsdfSample>, 3> lobes;
+  if (std::abs(out.z) < kLeastCosine || out.z * in.z <= 0.0f)
+    return lobes;
   if (m_.lobe) {
     const LafortunePeak at = peak(out);
-    const glm::vec3 in = at.sample(u);
-    if (const float p = at.density(in); in.z > 0.0f && p > 0.0f)
-      lobes[1] = BsdfSample{out.z < 0.0f ? mirrored_z(in) : in, at.sent(in) / p, p, false};
+    const glm::vec3 up_in(in.x, in.y, std::abs(in.z));
+    if (const float p = at.density(up_in); p > 0.0f)
+      lobes[1] = BsdfSample{in, at.sent(up_in) / p, p, false};
     return lobes;
   }
   const Seen s = seen(out);
-  const auto add = [&](Lobe lobe, const Ggx& facets, const std::optional<glm::vec3>& in, const Rgb& part) {
-    if (!in || (lobe == Lobe::passed ? in->z >= 0.0f : in->z <= 0.0f) || part == Rgb(0.0f))
-      return;
-    const float seen_by_both = facets.masking(up, *in) / facets.masking(up);
-    lobes[static_cast<std::size_t>(lobe)] =
-        BsdfSample{out.z < 0.0f ? mirrored_z(*in) : *in, part * seen_by_both * lobe_gain(lobe, s, side(out)), 0.0f,
-                   lobe == Lobe::passed};
-  };
-  const glm::vec3 h = facets_.sample_visible(up, u), reflection = 2.0f * glm::dot(up, h) * h - up;
-  const Facet sent = facet(glm::dot(up, h), side(out));
-  add(Lobe::mirrored, facets_, reflection, sent.mirrored);
-  if (m_.transmission > 0.0f && m_.metallic < 1.0f)
-    add(Lobe::passed, facets_, solid_ ? refracted(up, h, relative_ior(out)) : mirrored_z(reflection), sent.passed);
-  if (coat_) {
-    const glm::vec3 c = coat_facets_.sample_visible(up, u);
-    add(Lobe::coat, coat_facets_, 2.0f * glm::dot(up, c) * c - up, Rgb(fresnel_dielectric(glm::dot(up, c), kCoatIor)));
-  }
+  lobes[1] = mirrored(Lobe::mirrored, out, in, s);
+  if (coat_)
+    lobes[0] = mirrored(Lobe::coat, out, in, s);
   return lobes;
 }
 

@@ -53,6 +53,9 @@ public:
   /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it: right in
   /// sum, a little narrower than glossy().
   std::array<std::optional<BsdfSample>, 3> sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
+  /// What sample_lobes() would say of a direction on the side of `out`, where it is no plane's: weight and density of
+  /// coat and mirrored; nothing of what passes, whose density it gives as 0.
+  std::array<std::optional<BsdfSample>, 3> mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const;
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.
   Rgb diffuse_albedo(const glm::vec3& out) const;
@@ -104,7 +107,10 @@ private:
   Facet facet(float cosine, int side) const;
   Rgb rest_reflected(const Seen& out, const Seen& in, int side) const;
   Rgb rest_passed(const Seen& out, const Seen& in, int side) const;
+  bool is_smooth() const { return !coat_ && facets_.alpha_u <= kLeastAlpha && facets_.alpha_v <= kLeastAlpha; }
+  std::array<std::optional<BsdfSample>, 3> smooth_lobes(const glm::vec3& out) const;
   Rgb lobe_gain(Lobe lobe, const Seen& seen, int side) const;
+  std::optional<BsdfSample> mirrored(Lobe lobe, const glm::vec3& out, const glm::vec3& in, const Seen& seen) const;
   Rgb reflected(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Rgb passed(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Ways ways(const glm::vec3& out, bool with_base) const;
