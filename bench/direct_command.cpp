@@ -98,7 +98,7 @@ Result<std::vector<double>> drawn(Lit& lit, TracedRenderer& renderer, int sample
   RenderedFrame frame;
   for (const auto& step : {renderer.set_camera(lit.camera), renderer.set_objects(surface),
                            renderer.set_lights(sample_lights(lit.map, {}, lit.volume.apertures, sphere, samples)),
-                           renderer.set_vertex_light(light), renderer.draw(frame)})
+                           renderer.set_vertex_light(every_vertex(light.size()), light), renderer.draw(frame)})
     if (!step)
       return step.error();
   std::vector<double> radiance;

@@ -27,6 +27,8 @@ struct Arguments {
   std::string folder = "out/bench-frame";
   std::vector<std::string> objects{"teapot", "blob"}, skies{"overcast", "sun"}, renderers{"rays", "gl"};
   std::vector<int> samples{16, 64, 256}, map_texels{RenderSettings{}.map_texels};
+  std::vector<int> reflections{ShownParts{}.reflections};
+  bool without_shadows = false;
   int frames = 20, flicker_frames = 100, reference_samples = 4096;
 };
 
@@ -158,8 +160,16 @@ void print(const nlohmann::json& row) {
               row["renderer"].get<std::string>().c_str(), row["samples"].get<int>());
   for (const Motion m : {Motion::everything, Motion::object, Motion::nothing})
     std::printf(" %8.2f/%7.2f", row[name_of(m)]["wall_ms"].get<double>(), row[name_of(m)]["cpu_ms"].get<double>());
-  std::printf(" %8.2f %9.3f %6.1f\n", 100 * row["error"].get<double>(), 100 * row["flicker"].get<double>(),
-              100 * row["object_fraction"].get<double>());
+  std::printf(" %8.2f %9.3f %6.1f %7.0f\n", 100 * row["error"].get<double>(), 100 * row["flicker"].get<double>(),
+              100 * row["object_fraction"].get<double>(), row["moving"]["glossy_rays"].get<double>());
+}
+
+std::vector<std::pair<int, int>> pairs_of(const std::vector<int>& first, const std::vector<int>& second) {
+  std::vector<std::pair<int, int>> pairs;
+  for (const int a : first)
+    for (const int b : second)
+      pairs.emplace_back(a, b);
+  return pairs;
 }
 
 Result<void> measure(const Arguments& a, const FrameScene& scene, const std::string& renderer, int map_texels,
@@ -168,7 +178,8 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
   auto session = open(scene, renderer, map_texels);
   if (!session)
     return session.error();
-  for (const int samples : a.samples) {
+  for (const auto& [samples, reflections] : pairs_of(a.samples, a.reflections)) {
+    session->show({.differential = !a.without_shadows, .reflections = reflections});
     const auto picture = still_picture(scene, *session, samples);
     if (!picture)
       return picture.error();
@@ -176,6 +187,8 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     row["renderer"] = renderer;
     row["description"] = session->renderer_description();
     row["samples"] = samples;
+    row["reflections"] = reflections;
+    row["shadows_on_room"] = !a.without_shadows;
     if (renderer == "gl")
       row["map_texels"] = map_texels;
     row["error"] = object_error(*picture, reference);
@@ -215,7 +228,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   document["machine"]["clock"] = "wall clock and CPU time of all threads, medians";
   if (!options.json)
     std::printf("ms wall/CPU                    moving           object moving    nothing changed   error %%  flicker "
-                "%%  share %%\n");
+                "%%  share %%  mirrored rays\n");
   for (const std::string& object : a.objects)
     for (const std::string& sky : a.skies) {
       ProgressLine progress(options.quiet || options.json);
@@ -246,12 +259,19 @@ Command add_frame(CLI::App& program) {
   auto a = std::make_shared<Arguments>();
   CLI::App* parser = program.add_subcommand("frame", "time of an augmented frame against its error");
   parser->add_option("--folder", a->folder, "where the scenes are written and kept")->capture_default_str();
-  parser->add_option("--objects", a->objects, "teapot, blob, folds; each with :MATERIAL, as in teapot:chrome")
+  parser
+      ->add_option("--objects", a->objects,
+                   "teapot, blob, folds; few, many (three); five; each with :MATERIAL, as in teapot:chrome")
       ->delimiter(',')
       ->capture_default_str();
   parser->add_option("--skies", a->skies, "overcast, sun, shade")->delimiter(',')->capture_default_str();
   parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
   parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();
+  parser->add_option("--reflections", a->reflections, "rays that mirrors and glass take for one sample, at most")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 64))
+      ->capture_default_str();
+  parser->add_flag("--without-shadows", a->without_shadows, "the objects leave the room as it is");
   parser->add_option("--map-texels", a->map_texels, "side of a shadow map by OpenGL")
       ->delimiter(',')
       ->check(CLI::Range(8, 2048))

@@ -1,19 +1,16 @@
 #include "bench/frame_scene.h"
 
 #include <cmath>
-#include <numbers>
 
 #include <glm/geometric.hpp>
 
+#include "bench/frame_objects.h"
 #include "precompute/bake.h"
-#include "scene/core/atomic_file.h"
 #include "scene/image/image_formats.h"
-#include "scene/model/object_mesh.h"
 #include "scene/room/room_formats.h"
 #include "scene/volume/volume_file.h"
 #include "simulate/picture.h"
 #include "simulate/sample_scene.h"
-#include "simulate/teapot.h"
 #include "simulate/trace_scene.h"
 
 namespace daylit::bench {
@@ -21,8 +18,6 @@ namespace daylit::bench {
 namespace {
 
 constexpr double kSensorNoise = 0.01;
-constexpr double kTeapotWidth = 0.29; // metres: the object then covers 8 to 12 % of the picture
-constexpr double kBlobWidth = 0.235;
 
 /// Grey room, printed board: enough of a photograph for finding the marker and for multiplying shadows onto it.
 RgbImage plain_photo(const RunConfig& config, const LensModel& lens) {
@@ -47,13 +42,6 @@ RgbImage plain_photo(const RunConfig& config, const LensModel& lens) {
   return photo;
 }
 
-Result<void> write_object(const std::filesystem::path& path, const ObjectMesh& mesh) {
-  const std::filesystem::path mtl = path.stem().string() + ".mtl";
-  if (const auto r = write_file_atomically(path, object_obj(mesh, mtl.string())); !r)
-    return r;
-  return write_file_atomically(path.parent_path() / mtl, object_mtl(mesh.reflectance[0]));
-}
-
 Result<void> bake_room(const std::filesystem::path& room, const std::filesystem::path& volume,
                        const Progress& progress) {
   if (std::filesystem::exists(volume))
@@ -71,66 +59,8 @@ Result<void> bake_room(const std::filesystem::path& room, const std::filesystem:
 
 } // namespace
 
-namespace {
-
-/// A ball whose radius in direction (u, v) is half of 0.84 of the width times `bumps`.
-template <class Bumps>
-ObjectMesh bumpy_ball(int around, int across, double width_m, Rgb reflectance, const Bumps& bumps) {
-  const float pi = std::numbers::pi_v<float>, half = static_cast<float>(0.42 * width_m);
-  const auto point = [&](float u, float v) {
-    return half * bumps(u, v) * glm::vec3(std::cos(u) * std::cos(v), std::sin(u) * std::cos(v), std::sin(v));
-  };
-  ObjectMesh mesh;
-  for (int i = 0; i <= around; ++i)
-    for (int j = 0; j <= across; ++j) {
-      const float u = 2.0f * pi * static_cast<float>(i) / static_cast<float>(around),
-                  v = pi * (static_cast<float>(j) / static_cast<float>(across) - 0.5f);
-      constexpr float h = 1e-3f;
-      const glm::vec3 n = glm::cross(point(u + h, v) - point(u - h, v), point(u, v + h) - point(u, v - h));
-      const bool pole = j == 0 || j == across;
-      mesh.positions.push_back(point(u, v) + glm::vec3(0.0f, 0.0f, half));
-      mesh.normals.push_back(pole ? glm::vec3(0.0f, 0.0f, j == 0 ? -1.0f : 1.0f) : glm::normalize(n));
-      mesh.reflectance.push_back(reflectance);
-    }
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (across + 1) + j); };
-  for (int i = 0; i < around; ++i)
-    for (int j = 0; j < across; ++j) {
-      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  return mesh;
-}
-
-/// Bumps: 120 x 64 quads, 15,360 triangles.
-ObjectMesh blob_mesh(double width_m, Rgb reflectance) {
-  return bumpy_ball(120, 64, width_m, reflectance, [](float u, float v) {
-    return 1.0f + 0.12f * std::sin(5.0f * u) * std::cos(v) * std::cos(v) * std::cos(4.0f * v);
-  });
-}
-
-/// 40 folds around: 320 x 160 quads, 102,400 triangles.
-ObjectMesh folded_mesh(double width_m, Rgb reflectance) {
-  return bumpy_ball(320, 160, width_m, reflectance, [](float u, float v) {
-    return 1.0f + 0.1f * std::sin(40.0f * u + 3.0f * std::sin(4.0f * v)) * std::cos(v) * std::cos(v);
-  });
-}
-
-Result<ObjectMesh> object_named(const std::string& name) {
-  const Rgb white(0.7f, 0.68f, 0.62f);
-  if (name == "teapot")
-    return tessellate_teapot(8, kTeapotWidth, white);
-  if (name == "blob")
-    return blob_mesh(kBlobWidth, white);
-  if (name == "folds")
-    return folded_mesh(kBlobWidth, white);
-  return Error{ErrorCode::usage, "there is no object \"" + name + "\"", "--objects", "teapot, blob or folds"};
-}
-
-} // namespace
-
 Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const std::string& what,
                                     const std::string& sky, int skies, int photos, const Progress& progress) {
-  const std::string object = what.substr(0, what.find(':'));
   std::error_code ignored;
   std::filesystem::create_directories(folder, ignored);
   if (const auto written = write_sample_scene(sky, folder, kFrameWidth, kFrameHeight, true); !written)
@@ -143,16 +73,12 @@ Result<FrameScene> make_frame_scene(const std::filesystem::path& folder, const s
   scene.sky_model = sample->sky_model;
   scene.config.volume = folder / "room.volume";
   scene.config.room_model = folder / "room.obj";
-  scene.config.objects[0].model = folder / (object + ".obj");
-  if (object != what)
-    scene.config.objects[0].material = what.substr(object.size() + 1);
   if (const auto baked = bake_room(folder / "room.obj", scene.config.volume, progress); !baked)
     return baked.error();
-  const auto mesh = object_named(object);
-  if (!mesh)
-    return mesh.error();
-  if (const auto r = write_object(scene.config.objects[0].model, *mesh); !r)
-    return r.error();
+  auto objects = write_frame_objects(folder, what, scene.config);
+  if (!objects)
+    return objects.error();
+  scene.config.objects = std::move(*objects);
   scene.interior_lens = ideal_pinhole(kFrameWidth, kFrameHeight, sample->interior_fov);
   scene.config.interior.lens = folder / "interior.yaml";
   if (const auto r = write_lens(scene.config.interior.lens, scene.interior_lens); !r)

@@ -119,15 +119,34 @@ RgbImage as_seen(const RgbImage& image, const Mask& mask, float white) {
   return seen;
 }
 
+/// Of the truth as_seen(): none where it is white beyond doubt, nowhere more than white.
+RgbImage error_as_seen(const RgbImage& standard_error, const RgbImage& truth, const Mask& mask, float white) {
+  constexpr float kDoubt = 3.0f;
+  const Plane weight(mask.begin(), mask.end());
+  RgbImage seen(truth.width, truth.height);
+  for (int c = 0; c < 3; ++c) {
+    Plane channel(mask.size());
+    for (std::size_t i = 0; i < mask.size(); ++i) {
+      const float s = standard_error.texels[i][c];
+      channel[i] = truth.texels[i][c] - kDoubt * s > white ? 0.0 : static_cast<double>(std::min(s, white));
+    }
+    channel = blurred_error(std::move(channel), weight, truth.width, truth.height);
+    for (std::size_t i = 0; i < mask.size(); ++i)
+      seen.texels[i][c] = static_cast<float>(channel[i]);
+  }
+  return seen;
+}
+
 RegionError measure_seen(const PictureErrorInput& in, const Mask& where) {
   const float white = 1.0f / preview_exposure(in.room);
-  const PictureErrorInput seen{as_seen(in.result, where, white),
-                               as_seen(in.truth, where, white),
-                               as_seen(in.room, where, white),
-                               {},
-                               in.standard_error,
-                               {},
-                               {}};
+  const PictureErrorInput seen{
+      as_seen(in.result, where, white),
+      as_seen(in.truth, where, white),
+      as_seen(in.room, where, white),
+      {},
+      in.standard_error ? std::optional(error_as_seen(*in.standard_error, in.truth, where, white)) : std::nullopt,
+      {},
+      {}};
   return measure(seen, where);
 }
 

@@ -138,11 +138,16 @@ Result<void> Renderer::set_objects(const ObjectSurface& objects) {
   return s.objects.set(s.gl, objects, s.origin);
 }
 
-Result<void> Renderer::set_vertex_light(std::span<const VertexLight> light) {
+Result<void> Renderer::set_vertex_light(std::span<const std::uint32_t> vertices, std::span<const VertexLight> light) {
   State& s = *state_;
+  if (const auto fits = check_vertex_light(vertices, light.size(), s.objects.vertices()); !fits)
+    return fits;
+  std::vector<VertexLight> all(s.objects.vertices());
+  for (std::size_t k = 0; k < vertices.size(); ++k)
+    all[vertices[k]] = light[k];
   if (const auto current = s.take_context(); !current)
     return current;
-  return s.objects.set_light(s.gl, light);
+  return s.objects.set_light(s.gl, all);
 }
 
 Result<void> Renderer::set_lights(const LightSet& set) {
@@ -165,9 +170,7 @@ Result<void> Renderer::set_lights(const LightSet& set) {
   return s.light_lists.set(s.gl, s.lights.lights);
 }
 
-Result<std::vector<std::uint8_t>> Renderer::vertices_in_view() {
-  return std::vector<std::uint8_t>(state_->objects.vertices(), 1);
-}
+Result<std::vector<std::uint32_t>> Renderer::vertices_in_view() { return every_vertex(state_->objects.vertices()); }
 
 Result<void> Renderer::draw(RenderedFrame& frame) {
   State& s = *state_;

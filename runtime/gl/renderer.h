@@ -27,8 +27,8 @@ public:
   Result<void> set_objects(const ObjectSurface& objects) override;
   /// Error limit_exceeded: more than the driver's layers of a texture.
   Result<void> set_lights(const LightSet& lights) override;
-  Result<std::vector<std::uint8_t>> vertices_in_view() override; ///< all
-  Result<void> set_vertex_light(std::span<const VertexLight> light) override;
+  Result<std::vector<std::uint32_t>> vertices_in_view() override; ///< all
+  Result<void> set_vertex_light(std::span<const std::uint32_t> vertices, std::span<const VertexLight> light) override;
   Result<void> draw(RenderedFrame& frame) override;
   bool room_point(int x, int y, RoomSurface& point) const override;
 

@@ -156,11 +156,6 @@ Result<void> ObjectBuffers::set(const Gl& gl, const ObjectSurface& objects, cons
 
 Result<void> ObjectBuffers::set_light(const Gl& gl, std::span<const VertexLight> light) {
   static_assert(sizeof(VertexLight) == 12 * sizeof(float), "layout of shaders/object_surface.glsl");
-  if (light.size() != vertex_count_)
-    return Error{ErrorCode::value_invalid,
-                 "light for " + std::to_string(light.size()) + " vertices, the objects have " +
-                     std::to_string(vertex_count_),
-                 "renderer", "set the objects first"};
   refill_buffer(gl, light_, bytes_of(light));
   return check_gl(*gl, "uploading vertex light");
 }

@@ -11,6 +11,7 @@
 #include <tbb/concurrent_unordered_map.h>
 
 #include "runtime/base/once.h"
+#include "runtime/indirect/lit_points.h"
 #include "runtime/indirect/receiver_levels.h"
 
 namespace daylit {
@@ -38,12 +39,12 @@ struct ReceiverLattice::Node {
   Rgb before{0.0f}; ///< without the objects, sun excepted
   IndirectChange change;
   Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
-  RoomPoint open;        ///< light without the objects, unshadowed
+  LitPoint open;         ///< light without the objects, unshadowed
   float blocked = 0.0f;  ///< part of the windows that they keep away
   float visible = 0.0f;  ///< part of the windows that the room leaves
   float distance = 0.0f; ///< to the nearest surface of an object, radii
-  std::atomic<std::uint64_t> light_version{0}, lost_version{0}, open_version{0}, distance_version{0},
-      blocked_version{0}, visible_version{0};
+  std::atomic<std::uint64_t> light_version{0}, lost_version{0}, distance_version{0}, blocked_version{0},
+      visible_version{0};
   std::uint64_t placement_version = 0, sky_version = 0;
   std::mutex renewing;
 };
@@ -60,8 +61,9 @@ struct ReceiverLattice::State {
   std::array<Lattice, kLevels.size()> lattices;
 
   mutable std::atomic<std::size_t> nodes_made{0};
+  mutable LitPoints lit; ///< of the nodes
 
-  explicit State(const LitScene& s) : scene(s) {
+  explicit State(const LitScene& s) : scene(s), lit(s.light) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
       for (int phase = 0; phase < DirectionPattern::kPhases; ++phase)
         lattices[k].patterns.emplace_back(kLevels[k].rays, phase);
@@ -172,9 +174,7 @@ float ReceiverLattice::State::current_blocked(Node& node) const {
 }
 
 const RoomPoint& ReceiverLattice::State::current_light(Node& node) const {
-  once(node.open_version, sky_version, node.renewing,
-       [&] { node.open = scene.light.at_surface(node.triangle, node.x, -node.n); });
-  return node.open;
+  return lit.light(node.open, node.triangle, node.x, node.n);
 }
 
 float ReceiverLattice::State::window_visibility(Node& node) const {
@@ -279,12 +279,14 @@ void ReceiverLattice::objects_moved() {
     lattice.cells.clear();
     lattice.nodes.clear();
   }
+  s.lit.clear();
   s.nodes_made = 0;
 }
 
 void ReceiverLattice::sky_changed() {
   ++state_->sky_version;
   ++state_->light_version;
+  state_->lit.sky_changed();
 }
 
 void ReceiverLattice::light_changed() { ++state_->light_version; }

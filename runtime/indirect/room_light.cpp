@@ -12,6 +12,7 @@
 
 #include "runtime/indirect/room_planes.h"
 #include "runtime/object/relight.h"
+#include "scene/core/parallel.h"
 
 namespace daylit {
 
@@ -203,6 +204,31 @@ RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const
   const glm::vec3 normal(n);
   return s.point(
       triangle, {s.indirect_at(n, probes), open_sky_irradiance(s.pyramid, s.apertures, {&x, 1}, {&normal, 1}).front()});
+}
+
+/// Alone without tasks: who asks for one point may hold a lock.
+void RoomLight::evaluate(std::span<const KnownPoint* const> points, std::span<RoomPoint> light) const {
+  constexpr std::size_t kAtOnce = 16;
+  const State& s = *state_;
+  const auto some = [&](std::size_t chunk) {
+    const std::size_t first = chunk * kAtOnce, count = std::min(kAtOnce, points.size() - first);
+    std::array<glm::dvec3, kAtOnce> x;
+    std::array<glm::vec3, kAtOnce> n;
+    for (std::size_t k = 0; k < count; ++k) {
+      x[k] = points[first + k]->x;
+      n[k] = glm::vec3(points[first + k]->n);
+    }
+    const std::vector<Rgb> open_sky =
+        open_sky_irradiance(s.pyramid, s.apertures, {x.data(), count}, {n.data(), count});
+    for (std::size_t k = 0; k < count; ++k) {
+      const KnownPoint& p = *points[first + k];
+      light[first + k] = s.point(p.triangle, {s.indirect_at(p.n, p.probes), open_sky[k]});
+    }
+  };
+  if (points.size() == 1)
+    some(0);
+  else
+    parallel_for(std::size_t{0}, (points.size() + kAtOnce - 1) / kAtOnce, some);
 }
 
 VertexProbes RoomLight::probes_at(const glm::dvec3& x) const {

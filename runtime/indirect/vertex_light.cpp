@@ -1,24 +1,45 @@
 #include "runtime/indirect/vertex_light.h"
 
+#include <algorithm>
+
+#include <glm/matrix.hpp>
+
+#include "runtime/base/sh_rotation.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
 
 namespace {
 
+/// From the first of ascending vertices that belong to a part to the last.
+struct Range {
+  std::size_t first = 0, last = 0;
+};
+Range of_part(const VirtualObjects::Part& part, std::span<const std::uint32_t> vertices) {
+  const auto place = [&](std::size_t vertex) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(vertices, vertex) - vertices.begin());
+  };
+  return {place(part.first_vertex), place(part.first_vertex + part.mesh().positions.size())};
+}
+
+void add_reflected(const Sh9Rgb& change, const VertexTransfer& transfer, bool has_back, const Rgb& reflectance,
+                   TwoSided& radiance) {
+  radiance.front = daylit::add_reflected(radiance.front, change, transfer.front, reflectance);
+  if (has_back)
+    radiance.back = daylit::add_reflected(radiance.back, change, transfer.back, reflectance);
+}
+
 /// `change`: nine coefficients at a vertex of a part, which is at a point.
 template <class Change>
 void add_change(const VirtualObjects& objects, const Change& change, std::span<TwoSided> radiance) {
-  const ObjectSurface& surface = objects.surface;
+  const VirtualObjects::Senders& senders = objects.senders;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
-    const std::size_t first = objects.parts[k].first_vertex, count = objects.parts[k].mesh.positions.size();
-    parallel_for(tbb::blocked_range<std::size_t>(first, first + count, 256), [&](const auto& range) {
+    const auto [first, last] = of_part(objects.parts[k], senders.vertex);
+    parallel_for(tbb::blocked_range<std::size_t>(first, last, 256), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const Sh9Rgb arriving = change(k, i - first, surface.positions[i]);
-        const Rgb& rho = surface.reflectance[i];
-        radiance[i].front = add_reflected(radiance[i].front, arriving, objects.transfer[i].front, rho);
-        if (objects.has_back[i])
-          radiance[i].back = add_reflected(radiance[i].back, arriving, objects.transfer[i].back, rho);
+        const std::size_t vertex = senders.vertex[i];
+        add_reflected(change(k, vertex - objects.parts[k].first_vertex, senders.surface.positions[i]),
+                      senders.transfer[i], objects.has_back[vertex], senders.surface.reflectance[i], radiance[i]);
       }
     });
   }
@@ -38,37 +59,90 @@ void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, st
       objects, [&](std::size_t part, std::size_t, const glm::dvec3& x) { return field.exchanged(part, x); }, radiance);
 }
 
+std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
+                                                      std::span<const VertexProbes> probes,
+                                                      const IndirectShadow* field) {
+  std::vector<std::optional<LightInBox>> boxes(objects.parts.size());
+  const bool exchange = field && field->objects_see_each_other();
+  parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t k) {
+    const VirtualObjects::Part& part = objects.parts[k];
+    const auto [first, last] = of_part(part, objects.senders.vertex);
+    if (last - first == part.mesh().positions.size())
+      return;
+    const auto own = [&](std::size_t i) { return objects.senders.vertex[i] - part.first_vertex; };
+    const auto position = [&](std::size_t i) { return glm::dvec3(part.mesh().positions[own(i)]); };
+    Bounds box;
+    for (std::size_t i = first; i < last; ++i)
+      box.include(position(i));
+    boxes[k].emplace(box);
+    for (std::size_t i = first; i < last; ++i) {
+      if (probes[i].count == 0)
+        continue;
+      Sh9Rgb sum = light_between(light, probes[i]);
+      const auto add = [&](const Sh9Rgb& change) {
+        for (std::size_t c = 0; c < sum.size(); ++c)
+          sum[c] += change[c];
+      };
+      if (field)
+        add(field->feedback(k, own(i)));
+      if (exchange)
+        add(field->exchanged(k, objects.senders.surface.positions[i]));
+      boxes[k]->add(position(i), sum);
+    }
+    boxes[k]->turn(part.rotation());
+  });
+  return boxes;
+}
+
+/// Senders have it; the others take the light between them. Its product with transfer vectors is the same in every
+/// frame: the part's own.
+std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::span<const std::uint32_t> vertices,
+                                         const ObjectsIndirectLight& light) {
+  std::vector<TwoSided> radiance(vertices.size());
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
+    const VirtualObjects::Part& part = objects.parts[k];
+    const auto [first, last] = of_part(part, vertices);
+    const Sh9Rgb direct = rotate9(glm::transpose(part.rotation()), light.direct);
+    parallel_for(tbb::blocked_range<std::size_t>(first, last, 512), [&](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+        const std::size_t own = vertices[i] - part.first_vertex;
+        const std::uint32_t sender = part.sender[own];
+        radiance[i] = objects.senders.vertex[sender] == vertices[i]
+                          ? light.radiance[sender]
+                          : relight_vertex(light.from_room[k]->at(glm::dvec3(part.mesh().positions[own])),
+                                           part.model->transfer[own], direct, objects.surface.reflectance[vertices[i]]);
+      }
+    });
+  }
+  return radiance;
+}
+
 /// All points that need the window integral are gathered first, and integrated together.
-std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
-                                        std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,
-                                        std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                                        std::size_t& lit) {
-  const std::size_t count = surface.positions.size();
+std::vector<VertexLight> light_vertices(const VirtualObjects& objects, std::span<const std::uint32_t> vertices,
+                                        std::span<const TwoSided> indirect, std::span<const SkyMap> pyramid,
+                                        std::span<const ApertureCell> cells) {
+  const ObjectSurface& surface = objects.surface;
   std::vector<glm::dvec3> points;
   std::vector<glm::vec3> normals;
-  std::vector<Rgb VertexLight::*> sides;
-  std::vector<std::size_t> vertices;
-  const auto add = [&](std::size_t i, const glm::vec3& n, Rgb VertexLight::*side) {
-    points.push_back(surface.positions[i]);
-    normals.push_back(n);
-    sides.push_back(side);
-    vertices.push_back(i);
+  std::vector<Rgb*> results;
+  std::vector<VertexLight> light(vertices.size());
+  const auto add = [&](std::uint32_t vertex, float side, Rgb& result) {
+    points.push_back(surface.positions[vertex]);
+    normals.push_back(side * surface.normals[vertex]);
+    results.push_back(&result);
   };
-  std::vector<VertexLight> light(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Rgb per_reflectance = surface.drawn_reflectance[i] / glm::max(surface.reflectance[i], Rgb(1e-30f));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const std::uint32_t v = vertices[i];
+    const Rgb per_reflectance = surface.drawn_reflectance[v] / glm::max(surface.reflectance[v], Rgb(1e-30f));
     light[i].indirect_front = per_reflectance * indirect[i].front;
     light[i].indirect_back = per_reflectance * indirect[i].back;
-    if (!in_view[i])
-      continue;
-    ++lit;
-    add(i, surface.normals[i], &VertexLight::open_sky_front);
-    if (has_back[i])
-      add(i, -surface.normals[i], &VertexLight::open_sky_back);
+    add(v, 1.0f, light[i].open_sky_front);
+    if (objects.has_back[v])
+      add(v, -1.0f, light[i].open_sky_back);
   }
   const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, points, normals);
   for (std::size_t k = 0; k < open.size(); ++k)
-    light[vertices[k]].*sides[k] = open[k];
+    *results[k] = open[k];
   return light;
 }
 

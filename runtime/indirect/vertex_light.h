@@ -1,26 +1,44 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "runtime/indirect/indirect_shadow.h"
+#include "runtime/indirect/light_in_box.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/sky/direct_light.h"
 
 namespace daylit {
 
-/// What a renderer needs to know at each vertex: `indirect`, and the open sky's irradiance where `in_view`. `has_back`:
-/// 0 where light from behind can reach nothing. Adds the number of vertices looked at to `lit`.
-std::vector<VertexLight> light_vertices(const ObjectSurface& surface, std::span<const std::uint8_t> has_back,
-                                        std::span<const std::uint8_t> in_view, std::span<const TwoSided> indirect,
-                                        std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                                        std::size_t& lit);
-
-/// Adds to the reflected indirect radiance of each vertex what the objects change of the light that the room sends
-/// them.
+/// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what the objects
+/// change of the light that the room sends them.
 void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
 /// The same of what they hide from each other and send to each other.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+
+/// Indirect light at the objects.
+struct ObjectsIndirectLight {
+  std::vector<TwoSided> radiance;                   ///< that each sender reflects
+  std::vector<std::optional<LightInBox>> from_room; ///< of each part where not all vertices are senders
+  Sh9Rgb direct{};                                  ///< that arrives straight from sky and sun
+  std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
+  Ringing ringing;
+};
+
+/// Of each part that is so dense: from_room, with what objects change of it. `field`: null where they change nothing.
+std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
+                                                      std::span<const VertexProbes> probes,
+                                                      const IndirectShadow* field);
+
+/// Reflected indirect radiance of some vertices, ascending numbers of VirtualObjects::surface.
+std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::span<const std::uint32_t> vertices,
+                                         const ObjectsIndirectLight& light);
+
+/// What a renderer needs to know of the same vertices: `indirect`, of each of them, and the open sky's irradiance.
+std::vector<VertexLight> light_vertices(const VirtualObjects& objects, std::span<const std::uint32_t> vertices,
+                                        std::span<const TwoSided> indirect, std::span<const SkyMap> pyramid,
+                                        std::span<const ApertureCell> cells);
 
 } // namespace daylit

@@ -47,6 +47,23 @@ LightCone bounding_cone(const std::vector<DirectionalLight>& lights) {
   return {glm::vec3(axis), static_cast<float>(std::cos(half_angle)), static_cast<float>(std::sin(half_angle))};
 }
 
+std::vector<glm::vec3> points_around(std::span<const glm::vec3> positions) {
+  constexpr std::size_t kFew = 16384, kRun = 32; // eight corners each
+  if (positions.size() <= kFew)
+    return {positions.begin(), positions.end()};
+  std::vector<glm::vec3> corners;
+  for (std::size_t first = 0; first < positions.size(); first += kRun) {
+    glm::vec3 low = positions[first], high = low;
+    for (const glm::vec3& p : positions.subspan(first, std::min(kRun, positions.size() - first))) {
+      low = glm::min(low, p);
+      high = glm::max(high, p);
+    }
+    for (int k = 0; k < 8; ++k)
+      corners.emplace_back(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
+  }
+  return corners;
+}
+
 /// Pinhole: x = fx X / Z + cx, y = fy Y / Z + cy, with (X, Y, Z) = R^T (p - eye).
 PixelBox projected_box(const PinholeCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions) {
   const PixelBox whole{0, 0, camera.width_px, camera.height_px};

@@ -20,6 +20,10 @@ struct LightCone {
 };
 LightCone bounding_cone(const std::vector<DirectionalLight>& lights);
 
+/// Points whose projections lie around those of `positions`: these themselves where they are few; else the corners of
+/// boxes around runs of them, which lie close together in a mesh.
+std::vector<glm::vec3> points_around(std::span<const glm::vec3> positions);
+
 /// Drawn pixels that the points project to; the whole picture when one lies before the near plane. `positions`:
 /// relative to `origin` (world metres).
 PixelBox projected_box(const PinholeCamera& camera, const glm::dvec3& origin, std::span<const glm::vec3> positions);

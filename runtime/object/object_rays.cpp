@@ -25,7 +25,7 @@ ObjectRays::ObjectRays(const VirtualObjects& objects) : objects_(objects) {
     const glm::dmat3 linear(part.world_from_object);
     p.scale = std::cbrt(std::fabs(glm::determinant(linear)));
     p.rotation = glm::mat3(linear / p.scale);
-    p.offset_m = 4.0 * static_cast<double>(part.rays.surface_offset()) * p.scale;
+    p.offset_m = 4.0 * static_cast<double>(part.rays().surface_offset()) * p.scale;
     p.sphere = objects.bounds(k);
     placed_.push_back(p);
   }
@@ -54,8 +54,8 @@ std::optional<ObjectPoint> ObjectRays::closest(const WorldRay& ray, double most_
       continue;
     const VirtualObjects::Part& part = objects_.parts[k];
     RayHit hit;
-    if (!part.rays.closest(part.rays.to_local(glm::dvec3(p.own_from_world * glm::dvec4(ray.origin, 1.0))),
-                           glm::vec3(glm::dmat3(p.own_from_world) * glm::dvec3(ray.direction)), 0.0f, nearest, hit))
+    if (!part.rays().closest(part.rays().to_local(glm::dvec3(p.own_from_world * glm::dvec4(ray.origin, 1.0))),
+                             glm::vec3(glm::dmat3(p.own_from_world) * glm::dvec3(ray.direction)), 0.0f, nearest, hit))
       continue;
     nearest = hit.distance;
     first = ObjectPoint{k, hit.triangle, hit.u, hit.v, static_cast<double>(hit.distance), {}, {}};
@@ -67,7 +67,7 @@ std::optional<ObjectPoint> ObjectRays::closest(const WorldRay& ray, double most_
 
 /// Where it is and how it lies.
 void ObjectRays::complete(const WorldRay& ray, ObjectPoint& point) const {
-  const ObjectMesh& mesh = objects_.parts[point.part].mesh;
+  const ObjectMesh& mesh = objects_.parts[point.part].mesh();
   const auto& t = mesh.triangles[point.triangle];
   const glm::vec3 a = mesh.positions[t[0]];
   point.position = ray.origin + point.distance * glm::dvec3(ray.direction);
@@ -86,7 +86,7 @@ void ObjectRays::closest(std::span<const WorldRay> rays, std::span<const double>
   RayHits16 hits;
   for (std::size_t part = 0; part < placed_.size(); ++part) {
     const Placed& p = placed_[part];
-    const RayScene& scene = objects_.parts[part].rays;
+    const RayScene& scene = objects_.parts[part].rays();
     std::array<std::size_t, kRayBatch> ray_of{};
     std::size_t count = 0;
     for (std::size_t k = 0; k < rays.size(); ++k)
@@ -115,7 +115,7 @@ Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) c
     const auto point = closest(rest, most_m, parts);
     if (!point)
       return left;
-    const ObjectMaterial* material = objects_.parts[point->part].mesh.material_or_null(point->triangle);
+    const ObjectMaterial* material = objects_.parts[point->part].mesh().material_or_null(point->triangle);
     if (!material || !material->is_transparent())
       return Rgb(0.0f);
     const float cosine = -glm::dot(point->face_normal, ray.direction);

@@ -52,8 +52,10 @@ PartHit PlacedParts::part_hit(const Caster& c, const glm::vec3& own_direction, c
   const auto& t = c.part.triangles[found.triangle];
   const glm::vec3 a = c.part.positions[t[0]];
   const glm::vec3 area = glm::cross(c.part.positions[t[1]] - a, c.part.positions[t[2]] - a);
-  const auto first = static_cast<std::uint32_t>(c.part.first_vertex);
-  return {{first + t[0], first + t[1], first + t[2]},
+  const auto light_of = [&](std::uint32_t v) {
+    return c.part.sender.empty() ? static_cast<std::uint32_t>(c.part.first_vertex) + v : c.part.sender[v];
+  };
+  return {{light_of(t[0]), light_of(t[1]), light_of(t[2])},
           found.u,
           found.v,
           glm::dot(area, own_direction) > 0.0f,

@@ -21,9 +21,10 @@ struct PlacedPart {
   const RayScene* rays = nullptr;
   std::span<const std::array<std::uint32_t, 3>> triangles; ///< of `rays`, vertices of the part
   std::span<const glm::vec3> positions;                    ///< own frame
-  std::size_t first_vertex = 0;                            ///< in the light of all objects
+  std::size_t first_vertex = 0;                            ///< in the light of all objects, without `sender`
   glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
   float opacity = 1.0f;                                    ///< of glass: the part of light that it keeps from behind it
+  std::span<const std::uint32_t> sender{}; ///< per vertex: its place in the light of all objects, where given
 };
 
 /// First point of an object along a ray.

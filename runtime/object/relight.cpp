@@ -44,11 +44,6 @@ Rgb dot9(const Sh9Rgb& light, const TransferVector& transfer) {
   return sum;
 }
 
-/// rho/pi sum, not below zero.
-Rgb reflected_sum(const Rgb& sum, const Rgb& reflectance) {
-  return glm::max(reflectance * sum * std::numbers::inv_pi_v<float>, Rgb(0.0f));
-}
-
 /// What a chunk of vertices has of ringing: chunks are added in order, so that threads do not show.
 struct RingingSum {
   std::size_t vertices = 0;
@@ -78,7 +73,7 @@ constexpr std::size_t kChunk = 256; ///< vertices
 
 /// Equation 5 of Grosch et al. 2007.
 Rgb reflected_radiance(const Sh9Rgb& light, const TransferVector& transfer, const Rgb& reflectance) {
-  return reflected_sum(dot9(light, transfer), reflectance);
+  return glm::max(reflectance * dot9(light, transfer) * std::numbers::inv_pi_v<float>, Rgb(0.0f));
 }
 
 /// L + rho / pi sum_lm dL_lm C_lm.
@@ -137,8 +132,23 @@ Rgb reflected_bounces(const Sh9Rgb& arriving, const TransferVector& bounce, floa
 
 } // namespace
 
-/// Each side: rho / pi sum L_lm C_lm, and what the object's own surface sends there. The probes' light is interpolated,
-/// L_lm(x) = sum_k w_k L_lm,k.
+Sh9Rgb light_between(const LightField& field, const VertexProbes& probes) {
+  Sh9Rgb light{};
+  for (int k = 0; k < probes.count; ++k)
+    for (int c = 0; c < 9; ++c)
+      light[c] += probes.weight[k] * field.probe[probes.probe[k]][c];
+  return light;
+}
+
+/// Each side: rho / pi sum L_lm C_lm, and what the object's own surface sends there.
+TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& t, const Sh9Rgb& direct, const Rgb& rho) {
+  Sh9Rgb arriving = light;
+  for (int c = 0; c < 9; ++c)
+    arriving[c] += direct[c];
+  return {reflected_radiance(light, t.front, rho) + reflected_bounces(arriving, t.bounce, t.again, rho),
+          reflected_radiance(light, t.back, rho) + reflected_bounces(arriving, t.bounce_back, t.again_back, rho)};
+}
+
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
                                        std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
                                        std::span<const Rgb> reflectance, Ringing* ringing) {
@@ -146,19 +156,9 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
   std::vector<RingingSum> chunks((probes.size() + kChunk - 1) / kChunk);
   parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
     for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, probes.size()); ++i) {
-      Sh9Rgb light{};
-      for (int k = 0; k < probes[i].count; ++k)
-        for (int c = 0; c < 9; ++c)
-          light[c] += probes[i].weight[k] * field.probe[probes[i].probe[k]][c];
-      Sh9Rgb arriving = light;
-      for (int c = 0; c < 9; ++c)
-        arriving[c] += direct[c];
-      const VertexTransfer& t = world_transfer[i];
-      const Rgb rho = reflectance[i], front = dot9(light, t.front);
-      chunks[chunk].add(front);
-      radiance[i] = {reflected_sum(front, rho) + reflected_bounces(arriving, t.bounce, t.again, rho),
-                     reflected_radiance(light, t.back, rho) +
-                         reflected_bounces(arriving, t.bounce_back, t.again_back, rho)};
+      const Sh9Rgb light = light_between(field, probes[i]);
+      chunks[chunk].add(dot9(light, world_transfer[i].front));
+      radiance[i] = relight_vertex(light, world_transfer[i], direct, reflectance[i]);
     }
   });
   if (ringing)

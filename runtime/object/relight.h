@@ -58,6 +58,13 @@ struct Ringing {
   double added_fraction = 0.0; ///< light so added / indirect light of all vertices
 };
 
+/// L_lm(x) = sum_k w_k L_lm,k of the probes around.
+Sh9Rgb light_between(const LightField& field, const VertexProbes& probes);
+
+/// relight_vertices() of one vertex to which `light` comes from the room.
+TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& world_transfer, const Sh9Rgb& direct,
+                        const Rgb& reflectance);
+
 /// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the
 /// object straight from sky and sun; only what one part of the object reflects to another is taken from it here, the
 /// rest is drawn with shadows.

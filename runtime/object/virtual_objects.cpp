@@ -12,12 +12,60 @@
 #include "runtime/object/mesh_topology.h"
 #include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
+#include "runtime/object/senders.h"
 #include "scene/core/parallel.h"
 #include "scene/model/surface_look.h"
 #include "scene/placing/read_object.h"
 #include "scene/placing/standing.h"
 
 namespace daylit {
+
+glm::mat3 VirtualObjects::Part::rotation() const {
+  const glm::dmat3 linear(world_from_object);
+  return glm::mat3(linear / std::cbrt(std::fabs(glm::determinant(linear))));
+}
+
+std::vector<VertexTransfer> VirtualObjects::world_transfer(std::size_t k,
+                                                           std::span<const std::uint32_t> vertices) const {
+  const Part& part = parts[k];
+  std::vector<VertexTransfer> turned;
+  turned.reserve(vertices.size());
+  for (const std::uint32_t v : vertices)
+    turned.push_back(part.model->transfer[v]);
+  // Transfer vectors are integrals over directions: a uniform scale leaves them as they are.
+  rotate_transfer(turned, part.rotation(), turned);
+  return turned;
+}
+
+/// Of a part around its bounding box, not the vertices.
+void VirtualObjects::find_bounds(std::size_t k) {
+  Bounds box;
+  for (std::size_t i = 0; i < parts[k].mesh().positions.size(); ++i)
+    box.include(surface.positions[parts[k].first_vertex + i]);
+  parts[k].sphere = box.empty() ? BoundingSphere{} : BoundingSphere{box.centre(), 0.5 * glm::length(box.size())};
+  sphere = surface.bounds();
+}
+
+namespace {
+
+/// What the part's senders are, as the surface has it.
+void place_senders(std::size_t k, VirtualObjects& all) {
+  VirtualObjects::Senders& senders = all.senders;
+  const VirtualObjects::Part& part = all.parts[k];
+  const auto from = std::ranges::lower_bound(senders.vertex, part.first_vertex),
+             to = std::ranges::lower_bound(senders.vertex, part.first_vertex + part.mesh().positions.size());
+  std::vector<std::uint32_t> own;
+  for (auto v = from; v != to; ++v) {
+    const auto s = static_cast<std::size_t>(v - senders.vertex.begin());
+    senders.surface.positions[s] = all.surface.positions[*v];
+    senders.surface.normals[s] = all.surface.normals[*v];
+    senders.surface.reflectance[s] = all.surface.reflectance[*v];
+    own.push_back(static_cast<std::uint32_t>(*v - part.first_vertex));
+  }
+  std::ranges::copy(all.world_transfer(k, own), senders.transfer.begin() + (from - senders.vertex.begin()));
+}
+
+} // namespace
 
 Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& placement) {
   const glm::dmat4 world_from_object = object_transform(placement);
@@ -28,20 +76,20 @@ Result<void> VirtualObjects::set_placement(std::size_t k, const ObjectConfig& pl
                  "give an object of the configuration a positive scale"};
   Part& part = parts[k];
   part.world_from_object = world_from_object;
-  const glm::mat3 rotation(linear / scale);
-  parallel_for(tbb::blocked_range<std::size_t>(0, part.mesh.positions.size(), 1024), [&](const auto& range) {
+  const glm::mat3 rotation = part.rotation();
+  parallel_for(tbb::blocked_range<std::size_t>(0, part.mesh().positions.size(), 1024), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const std::size_t at = part.first_vertex + i;
-      surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh.positions[i]), 1.0));
-      surface.normals[at] = glm::normalize(rotation * part.mesh.normals[i]);
-      surface.reflectance[at] = part.mesh.reflectance[i];
+      surface.positions[at] = glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(part.mesh().positions[i]), 1.0));
+      surface.normals[at] = glm::normalize(rotation * part.mesh().normals[i]);
+      surface.reflectance[at] = part.mesh().reflectance[i];
       if (part.per_pixel)
         surface.reflectance[at] = glm::max(surface.reflectance[at], Rgb(kLeastReflectance));
       surface.drawn_reflectance[at] = part.per_pixel ? Rgb(part.has_diffuse[i]) : surface.reflectance[at];
     }
   });
-  // Transfer vectors are integrals over directions: a uniform scale leaves them as they are.
-  rotate_transfer(part.transfer, rotation, std::span(transfer).subspan(part.first_vertex, part.transfer.size()));
+  place_senders(k, *this);
+  find_bounds(k);
   return {};
 }
 
@@ -53,24 +101,13 @@ std::optional<std::size_t> VirtualObjects::first_hit(const glm::dvec3& eye, cons
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const glm::dmat4 object_from_world = glm::inverse(parts[k].world_from_object);
     RayHit hit;
-    if (!parts[k].rays.closest(parts[k].rays.to_local(glm::dvec3(object_from_world * glm::dvec4(eye, 1.0))),
-                               glm::vec3(glm::dmat3(object_from_world) * direction), 0.0f, nearest, hit))
+    if (!parts[k].rays().closest(parts[k].rays().to_local(glm::dvec3(object_from_world * glm::dvec4(eye, 1.0))),
+                                 glm::vec3(glm::dmat3(object_from_world) * direction), 0.0f, nearest, hit))
       continue;
     first = k;
     nearest = hit.distance;
   }
   return first;
-}
-
-/// Around the bounding box, not the vertices.
-BoundingSphere VirtualObjects::bounds(std::size_t k) const {
-  Bounds box;
-  if (k >= parts.size())
-    return {};
-  const Part& part = parts[k];
-  for (std::size_t i = 0; i < part.mesh.positions.size(); ++i)
-    box.include(surface.positions[part.first_vertex + i]);
-  return box.empty() ? BoundingSphere{} : BoundingSphere{box.centre(), 0.5 * glm::length(box.size())};
 }
 
 namespace {
@@ -104,28 +141,58 @@ void wind_by_normals(ObjectMesh& mesh) {
   }
 }
 
-/// A part keeps its mesh and rays in its own frame; the surface of all objects is in the world.
-Result<void> append(VirtualObjects& all, ObjectMesh mesh, std::vector<VertexTransfer> transfer,
+/// Each once that joins different senders.
+void append_triangles(const ObjectMesh& mesh, std::span<const std::uint32_t> sender,
+                      std::vector<std::array<std::uint32_t, 3>>& triangles) {
+  const auto first = static_cast<std::ptrdiff_t>(triangles.size());
+  for (const auto& t : mesh.triangles)
+    if (sender[t[0]] != sender[t[1]] || sender[t[1]] != sender[t[2]])
+      triangles.push_back({sender[t[0]], sender[t[1]], sender[t[2]]});
+  if (mesh.positions.size() <= kMostSenders)
+    return;
+  std::sort(triangles.begin() + first, triangles.end());
+  triangles.erase(std::unique(triangles.begin() + first, triangles.end()), triangles.end());
+}
+
+/// Numbers those of a part after the ones before.
+std::vector<std::uint32_t> append_senders(const ObjectMesh& mesh, std::size_t first_vertex,
+                                          VirtualObjects::Senders& senders) {
+  std::vector<std::uint32_t> number = find_senders(mesh);
+  for (std::uint32_t v = 0; v < number.size(); ++v) // the one that sends for others is the first of them
+    if (number[v] != v)
+      number[v] = number[number[v]];
+    else {
+      number[v] = static_cast<std::uint32_t>(senders.vertex.size());
+      senders.vertex.push_back(static_cast<std::uint32_t>(first_vertex + v));
+    }
+  const std::size_t count = senders.vertex.size();
+  senders.surface.positions.resize(count);
+  senders.surface.normals.resize(count);
+  senders.surface.reflectance.resize(count);
+  senders.transfer.resize(count);
+  append_triangles(mesh, number, senders.surface.triangles);
+  return number;
+}
+
+/// A model stays in its own frame; the surface of all objects is in the world.
+Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::Model> model,
                     const glm::dvec3& centre_of_mass, const ObjectConfig& placement) {
+  const ObjectMesh& mesh = model->mesh;
   const std::size_t first = all.surface.positions.size(), count = first + mesh.positions.size();
   all.surface.positions.resize(count);
   all.surface.normals.resize(count);
   all.surface.reflectance.resize(count);
   all.surface.drawn_reflectance.resize(count);
-  all.transfer.resize(count);
   const auto offset = static_cast<std::uint32_t>(first);
   for (const auto& t : mesh.triangles)
     all.surface.triangles.push_back({offset + t[0], offset + t[1], offset + t[2]});
-  for (const VertexTransfer& t : transfer)
+  for (const VertexTransfer& t : model->transfer)
     all.has_back.push_back(t.back != TransferVector{} || t.bounce_back != TransferVector{});
-  const std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
-  auto rays = RayScene::build(positions, mesh.triangles);
-  if (!rays)
-    return rays.error();
   const bool per_pixel = looked_up_per_pixel(mesh);
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
-  all.parts.push_back({std::move(mesh), std::move(transfer), std::move(*rays), first, glm::dmat4(1.0), centre_of_mass,
-                       1.0f, per_pixel, std::move(diffuse)});
+  auto sender = append_senders(mesh, first, all.senders);
+  all.parts.push_back({std::move(model), first, std::move(sender), glm::dmat4(1.0), centre_of_mass, 1.0f, per_pixel,
+                       std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
 }
 
@@ -150,11 +217,13 @@ std::vector<Rgb> vertex_emission(const ObjectMesh& mesh) {
 
 void find_emission(VirtualObjects& all) {
   for (const VirtualObjects::Part& part : all.parts) {
-    if (std::ranges::none_of(part.mesh.materials, [](const ObjectMaterial& m) { return m.emission != Rgb(0.0f); }))
+    if (std::ranges::none_of(part.mesh().materials, [](const ObjectMaterial& m) { return m.emission != Rgb(0.0f); }))
       continue;
-    all.surface.emission.resize(all.surface.positions.size(), Rgb(0.0f));
-    std::ranges::copy(vertex_emission(part.mesh),
-                      all.surface.emission.begin() + static_cast<std::ptrdiff_t>(part.first_vertex));
+    const std::vector<Rgb> emission = vertex_emission(part.mesh());
+    all.senders.surface.emission.resize(all.senders.vertex.size(), Rgb(0.0f));
+    for (std::uint32_t v = 0; v < emission.size(); ++v)
+      if (all.senders.vertex[part.sender[v]] == part.first_vertex + v)
+        all.senders.surface.emission[part.sender[v]] = emission[v];
   }
 }
 
@@ -164,19 +233,55 @@ void find_glass(VirtualObjects& all) {
   double opacity = 0.0, parts = 0.0;
   for (std::size_t k = 0; k < all.parts.size(); ++k) {
     VirtualObjects::Part& part = all.parts[k];
-    const bool glass = part.per_pixel && std::ranges::any_of(part.mesh.materials, is_glass);
+    const bool glass = part.per_pixel && std::ranges::any_of(part.mesh().materials, is_glass);
     if (glass) {
       part.opacity = rays.opacity(k);
       opacity += static_cast<double>(part.opacity);
       parts += 1.0;
     }
-    for (std::size_t t = 0; t < part.mesh.triangles.size(); ++t)
+    for (std::size_t t = 0; t < part.mesh().triangles.size(); ++t)
       all.surface.is_glass.push_back(glass);
   }
   if (parts == 0.0)
     all.surface.is_glass.clear();
   else
     all.surface.glass_opacity = static_cast<float>(opacity / parts);
+}
+
+/// Read, divided and cut, with its transfer vectors.
+struct LoadedModel {
+  std::shared_ptr<const VirtualObjects::Model> model;
+  glm::dvec3 centre_of_mass{0.0};
+};
+
+Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem::path& cache_folder,
+                               std::vector<std::string>& notes, const Progress& progress) {
+  auto mesh = read_object(object, &notes);
+  if (!mesh)
+    return mesh.error();
+  if (mesh->triangles.empty())
+    notes.push_back(object.model.string() + ": no triangles, nothing is drawn");
+  wind_by_normals(*mesh);
+  const glm::dvec3 mass = centre_of_mass(*mesh);
+  const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
+  divide_long_edges(*mesh);
+  if (const auto cut = cut_where_parts_cross(*mesh); !cut)
+    return cut.error();
+  auto transfer = cached_transfer(*mesh, cache_folder, object.model.stem().string(), settings, progress);
+  if (!transfer)
+    return transfer.error();
+  if (!transfer->note.empty())
+    notes.push_back(transfer->note);
+  auto rays = RayScene::build(std::vector<glm::dvec3>(mesh->positions.begin(), mesh->positions.end()), mesh->triangles);
+  if (!rays)
+    return rays.error();
+  return LoadedModel{std::make_shared<const VirtualObjects::Model>(
+                         VirtualObjects::Model{std::move(*mesh), std::move(transfer->transfer), std::move(*rays)}),
+                     mass};
+}
+
+bool same_model(const ObjectConfig& a, const ObjectConfig& b) {
+  return a.model == b.model && a.material == b.material && a.reflectance == b.reflectance;
 }
 
 } // namespace
@@ -187,23 +292,15 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
   for (std::size_t k = 0; k < objects.size(); ++k) {
     if (!progress("objects", static_cast<double>(k) / static_cast<double>(objects.size())))
       return interrupted_error("loading objects");
-    auto mesh = read_object(objects[k], &all.notes);
-    if (!mesh)
-      return mesh.error();
-    if (mesh->triangles.empty())
-      all.notes.push_back(objects[k].model.string() + ": no triangles, nothing is drawn");
-    wind_by_normals(*mesh);
-    const glm::dvec3 mass = centre_of_mass(*mesh);
-    const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
-    divide_long_edges(*mesh);
-    if (const auto cut = cut_where_parts_cross(*mesh); !cut)
-      return cut.error();
-    auto transfer = cached_transfer(*mesh, cache_folder, objects[k].model.stem().string(), settings, progress);
-    if (!transfer)
-      return transfer.error();
-    if (!transfer->note.empty())
-      all.notes.push_back(transfer->note);
-    if (const auto placed = append(all, std::move(*mesh), std::move(transfer->transfer), mass, objects[k]); !placed)
+    std::size_t first = 0; // of the same model
+    while (!same_model(objects[first], objects[k]))
+      ++first;
+    const auto loaded = first < k
+                            ? Result<LoadedModel>{LoadedModel{all.parts[first].model, all.parts[first].centre_of_mass}}
+                            : load_model(objects[k], cache_folder, all.notes, progress);
+    if (!loaded)
+      return loaded.error();
+    if (const auto placed = append(all, loaded->model, loaded->centre_of_mass, objects[k]); !placed)
       return placed.error();
   }
   find_emission(all);

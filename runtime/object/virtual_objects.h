@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,21 +21,39 @@ constexpr float kLeastReflectance = 0.02f;
 
 /// All virtual objects of a scene, placed in the world.
 struct VirtualObjects {
-  /// One object in its own frame.
-  struct Part {
+  /// What objects of one file and material share, in their own frame.
+  struct Model {
     ObjectMesh mesh;
     std::vector<VertexTransfer> transfer;
     RayScene rays;
-    std::size_t first_vertex = 0; ///< in surface
-    glm::dmat4 world_from_object{1.0};
-    glm::dvec3 centre_of_mass{0.0}; ///< of the mesh, in its own frame
-    float opacity = 1.0f;           ///< what it keeps of light that comes from behind it; below 1: glass
-    bool per_pixel = false;         ///< its material is looked up at every pixel (reflect/glossy_picture.h)
-    std::vector<std::uint8_t> has_diffuse{}; ///< per vertex, of a part that is per_pixel
   };
-  ObjectSurface surface;
-  std::vector<VertexTransfer> transfer; ///< per vertex, world frame
-  std::vector<std::uint8_t> has_back;   ///< per vertex: 0 where light from behind can reach nothing (closed meshes)
+  /// One object.
+  struct Part {
+    std::shared_ptr<const Model> model;
+    const ObjectMesh& mesh() const { return model->mesh; }
+    const RayScene& rays() const { return model->rays; }
+    std::size_t first_vertex = 0; ///< in surface
+    /// Per vertex: which of Senders sends light for it; empty: each does itself, from number first_vertex on.
+    std::vector<std::uint32_t> sender{};
+    glm::dmat4 world_from_object{1.0};
+    glm::dvec3 centre_of_mass{0.0};          ///< of the mesh, in its own frame
+    float opacity = 1.0f;                    ///< what it keeps of light that comes from behind it; below 1: glass
+    bool per_pixel = false;                  ///< its material is looked up at every pixel (reflect/glossy_picture.h)
+    std::vector<std::uint8_t> has_diffuse{}; ///< per vertex, of a part that is per_pixel
+    BoundingSphere sphere{};                 ///< around its box, world
+    std::size_t sender_of(std::uint32_t v) const { return sender.empty() ? first_vertex + v : sender[v]; }
+    glm::mat3 rotation() const; ///< of world_from_object, without its scale
+  };
+  /// The vertices that send light (senders.h), those of a part side by side.
+  struct Senders {
+    std::vector<std::uint32_t> vertex;    ///< of all objects, ascending
+    ObjectSurface surface;                ///< with the emission of each; triangles between them
+    std::vector<VertexTransfer> transfer; ///< of each, world frame
+  };
+  ObjectSurface surface; ///< without emission
+  Senders senders;
+  BoundingSphere sphere;              ///< ObjectSurface::bounds()
+  std::vector<std::uint8_t> has_back; ///< per vertex: 0 where light from behind can reach nothing (closed meshes)
   std::vector<Part> parts;
   std::vector<std::string> notes; ///< one line per thing a user should know
 
@@ -40,8 +61,17 @@ struct VirtualObjects {
   Result<void> set_placement(std::size_t k, const ObjectConfig& placement);
   /// The first part that a ray meets within `most_m`; the direction is a unit vector, world.
   std::optional<std::size_t> first_hit(const glm::dvec3& eye, const glm::dvec3& direction, double most_m) const;
-  /// Of part k in the world; radius 0 when there is none.
-  BoundingSphere bounds(std::size_t k) const;
+  /// Around the box of part k in the world; radius 0 when there is none.
+  BoundingSphere bounds(std::size_t k) const { return k < parts.size() ? parts[k].sphere : BoundingSphere{}; }
+  /// Of the vertex that sends light for vertex v of a part.
+  const Rgb& sent_reflectance(const Part& part, std::uint32_t v) const {
+    return part.sender.empty() ? surface.reflectance[part.first_vertex + v]
+                               : senders.surface.reflectance[part.sender[v]];
+  }
+  /// Transfer vectors of some vertices of part k, numbered as in its mesh, world frame.
+  std::vector<VertexTransfer> world_transfer(std::size_t k, std::span<const std::uint32_t> vertices) const;
+  /// The spheres of all objects and of part k, after its positions in `surface` changed.
+  void find_bounds(std::size_t k);
 };
 
 /// Reads, places and merges the objects; transfer vectors are cached in `cache_folder`.

@@ -98,9 +98,11 @@ public:
   virtual Result<void> set_camera(const PinholeCamera& camera) = 0;
   virtual Result<void> set_objects(const ObjectSurface& objects) = 0;
   virtual Result<void> set_lights(const LightSet& lights) = 0;
-  /// Per vertex: 1 where draw() will use its light. Call after set_camera() and set_objects().
-  virtual Result<std::vector<std::uint8_t>> vertices_in_view() = 0;
-  virtual Result<void> set_vertex_light(std::span<const VertexLight> light) = 0;
+  /// Those whose light draw() will use, ascending. Call after set_camera() and set_objects().
+  virtual Result<std::vector<std::uint32_t>> vertices_in_view() = 0;
+  /// `light`: of each of the ascending `vertices`; the others are not drawn until they have some.
+  virtual Result<void> set_vertex_light(std::span<const std::uint32_t> vertices,
+                                        std::span<const VertexLight> light) = 0;
   /// Fills `frame`; giving the same one again saves its memory.
   virtual Result<void> draw(RenderedFrame& frame) = 0;
 
@@ -119,6 +121,11 @@ protected:
   PictureRenderer& operator=(const PictureRenderer&) = default;
   PictureRenderer& operator=(PictureRenderer&&) = default;
 };
+
+/// Error value_invalid: not one light for each vertex, or a vertex that is not there.
+Result<void> check_vertex_light(std::span<const std::uint32_t> vertices, std::size_t lights, std::size_t vertex_count);
+/// 0 to count - 1.
+std::vector<std::uint32_t> every_vertex(std::size_t count);
 
 /// Indices of the room triangles that may block a ray from inside through an aperture. When every aperture lies in a
 /// supporting plane of the room, a reflecting triangle in a supporting plane blocks none: a ray between two points of

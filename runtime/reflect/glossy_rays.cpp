@@ -12,41 +12,29 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
+#include "runtime/reflect/glossy_surface.h"
 #include "scene/core/orthonormal.h"
-#include "scene/material/fresnel.h"
 
 namespace daylit {
 
 namespace {
 
-float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
+constexpr float kGrazing = 1e-3f;    // least cosine of a ray to the face that it leaves
+constexpr int kAllColours = -1;      // of a ray; else the number of the only one
+constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
 
-constexpr int kAllColours = -1; // of a ray; else the number of the only one
-constexpr std::size_t kLightPatterns = 16;
-constexpr auto kSunRadius = static_cast<float>(kSunAngularRadius);
-constexpr float kNoDisc_rad = 1e-6f;   // width of a ray that does not see the sun
-constexpr float kLeastSharing = 0.02f; // slope from which a lobe's tails are wide enough to meet windows by chance
-constexpr float kFaintest = 1e-4f;     // of a light's irradiance
-
-/// The pixel is narrower than the sun in the mirror.
-bool meets_disc(float turn_rad) { return turn_rad < kSunRadius; }
+/// Points that are looked up one after the other mostly are of one material.
+const Bsdf& bsdf_of(const SurfaceMaterial& material) {
+  thread_local SurfaceMaterial latest;
+  thread_local Bsdf made(latest);
+  if (!(material == latest)) {
+    made = Bsdf(material);
+    latest = material;
+  }
+  return made;
+}
 
 } // namespace
-
-struct GlossyRays::Surface {
-  SurfaceMaterial material;
-  glm::vec3 tangent{0.0f}, bitangent{0.0f}, normal{0.0f}; ///< world
-  glm::vec3 out{0.0f};                                    ///< local, towards where the ray came from
-  Bsdf bsdf;
-
-  float alpha() const { return std::min(material.alpha_u, material.alpha_v); }
-  bool is_sharp() const { return alpha() < kWideAlpha; }
-  bool has_sharp_coat() const { return material.clearcoat > 0.0f && material.clearcoat_alpha < kWideAlpha; }
-  glm::vec3 to_world(const glm::vec3& v) const { return v.x * tangent + v.y * bitangent + v.z * normal; }
-  glm::vec3 to_local(const glm::vec3& v) const {
-    return {glm::dot(v, tangent), glm::dot(v, bitangent), glm::dot(v, normal)};
-  }
-};
 
 GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
                        std::span<const DirectionalLight> sky, const GlossySettings& settings)
@@ -56,7 +44,7 @@ GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std
 }
 
 const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
-  return room_.objects.objects().parts[point.part].mesh.material_or_null(point.triangle);
+  return room_.objects.objects().parts[point.part].mesh().material_or_null(point.triangle);
 }
 
 /// The shading frame, on the side of the mesh's outside; a surface that is not transparent has no inside, its frame is
@@ -64,7 +52,7 @@ const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
 GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& point, double width_m,
                                         int channel) const {
   const VirtualObjects& objects = room_.objects.objects();
-  const ObjectMesh& mesh = objects.parts[point.part].mesh;
+  const ObjectMesh& mesh = objects.parts[point.part].mesh();
   const double scale = room_.objects.scale(point.part);
   const SurfaceLook look = surface_look(mesh, point.triangle, point.u, point.v, static_cast<float>(width_m / scale));
   const glm::mat3& rotation = room_.objects.rotation(point.part);
@@ -88,129 +76,33 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
     tangent = glm::vec3(basis.u);
   }
   tangent = glm::normalize(tangent);
-  Surface s{material, tangent, glm::cross(normal, tangent), normal, {}, Bsdf(material)};
+  Surface s{material, tangent, glm::cross(normal, tangent), normal, {}, bsdf_of(material)};
   s.out = s.to_local(out);
   return s;
 }
 
 /// Light of the vertices, of the base's colour here.
 Rgb GlossyRays::diffuse_of(std::span<const TwoSided> all, const ObjectPoint& point, const Surface& s) const {
+  const Rgb albedo = s.bsdf.diffuse_albedo(s.out);
+  if (albedo == Rgb(0.0f))
+    return albedo;
   const VirtualObjects& objects = room_.objects.objects();
   const VirtualObjects::Part& part = objects.parts[point.part];
-  const auto& t = part.mesh.triangles[point.triangle];
+  const auto& t = part.mesh().triangles[point.triangle];
   const float weight[3] = {1.0f - point.u - point.v, point.u, point.v};
   const bool back = glm::dot(s.normal, point.face_normal) < 0.0f;
   Rgb radiance(0.0f), reflectance(0.0f);
   for (std::size_t k = 0; k < 3; ++k) {
-    const TwoSided& vertex = all[part.first_vertex + t[k]];
+    const TwoSided& vertex = all[part.sender_of(t[k])];
     radiance += weight[k] * (back ? vertex.back : vertex.front);
-    reflectance += weight[k] * objects.surface.reflectance[part.first_vertex + t[k]];
+    reflectance += weight[k] * objects.sent_reflectance(part, t[k]);
   }
-  return radiance * s.bsdf.diffuse_albedo(s.out) / glm::max(reflectance, Rgb(kLeastReflectance));
+  return radiance * albedo / glm::max(reflectance, Rgb(kLeastReflectance));
 }
 
 /// glTF 2.0, section 3.9.3: indirect light alone.
 Rgb GlossyRays::occluded(const ObjectPoint& point, const Surface& s) const {
   return s.material.occlusion < 1.0f ? (1.0f - s.material.occlusion) * diffuse_of(indirect_, point, s) : Rgb(0.0f);
-}
-
-/// Just above the surface, where light from that direction meets its outside.
-std::optional<glm::dvec3> GlossyRays::lit_from(const ObjectPoint& point, const Surface& s,
-                                               const glm::vec3& direction) const {
-  const float side = glm::dot(s.normal, point.face_normal) < 0.0f ? -1.0f : 1.0f;
-  if (glm::dot(direction, s.normal) <= 0.0f || side * glm::dot(direction, point.face_normal) <= 0.0f)
-    return std::nullopt;
-  return point.position +
-         room_.objects.offset_m(point.part) * static_cast<double>(side) * glm::dvec3(point.face_normal);
-}
-
-/// How far the normal turns within so many metres of the surface, radians: along the edge where it turns most.
-float GlossyRays::turn_in(const ObjectPoint& point, double width_m) const {
-  const ObjectMesh& mesh = room_.objects.objects().parts[point.part].mesh;
-  const auto& t = mesh.triangles[point.triangle];
-  float most = 0.0f;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-    const float length = glm::distance(mesh.positions[a], mesh.positions[b]);
-    if (length > 0.0f)
-      most = std::max(most, glm::distance(mesh.normals[a], mesh.normals[b]) / length);
-  }
-  return std::min(most * static_cast<float>(width_m / room_.objects.scale(point.part)), 0.5f);
-}
-
-/// Of lobes narrower than a pixel: F P(h) / (4 out . h), with the normals of the pixel spread around its own by
-/// P = 3 / (pi r^2) (1 - (angle / r)^2)^2. r: their turn in the pixel, and half the sun's radius.
-Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const {
-  const glm::vec3 h = glm::normalize(s.out + in);
-  const float radius2 = turn_rad * turn_rad + 0.25f * kSunRadius * kSunRadius,
-              inside = 1.0f - (h.x * h.x + h.y * h.y) / radius2;
-  if (inside <= 0.0f)
-    return Rgb(0.0f);
-  const auto lobes = s.bsdf.sample_lobes(s.out, glm::vec2(0.5f));
-  const Rgb coat = s.has_sharp_coat() && lobes[0] ? lobes[0]->weight : Rgb(0.0f),
-            facets = s.is_sharp() && lobes[1] ? lobes[1]->weight : Rgb(0.0f);
-  return (coat + facets) *
-         (3.0f * std::numbers::inv_pi_v<float> / radius2 * inside * inside / (4.0f * glm::dot(s.out, h)));
-}
-
-/// f(out, sun) cos E. Facets are spread by the turn of the normal in a pixel (alpha^2 = turn^2 / pi: in the middle as
-/// bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of
-/// its radius, for half vectors). A sharp lobe whose pixel is narrower than the disc meets it with its ray.
-Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad) const {
-  if (!room_.sun || (s.is_sharp() && meets_disc(turn_rad)))
-    return Rgb(0.0f);
-  const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
-  const auto x = lit_from(point, s, to_sun);
-  if (!x)
-    return Rgb(0.0f);
-  Rgb f(0.0f);
-  if (s.is_sharp() || s.has_sharp_coat())
-    f += sharp_glint(s, in, turn_rad);
-  if (!s.is_sharp()) {
-    const float spread2 = turn_rad * turn_rad * std::numbers::inv_pi_v<float> + kSunRadius * kSunRadius / 8.0f;
-    const auto spread = [&](float alpha) { return std::sqrt(alpha * alpha + spread2); };
-    SurfaceMaterial m = s.material;
-    m.alpha_u = spread(m.alpha_u);
-    m.alpha_v = spread(m.alpha_v);
-    m.clearcoat_alpha = spread(m.clearcoat_alpha);
-    const auto passes = [&](float cosine) { return 1.0f - m.clearcoat * fresnel_dielectric(cosine, Bsdf::kCoatIor); };
-    const float under_coat = s.has_sharp_coat() ? passes(s.out.z) * passes(in.z) : 1.0f;
-    if (s.has_sharp_coat())
-      m.clearcoat = 0.0f;
-    f += under_coat * in.z * Bsdf(m).glossy(s.out, in);
-  }
-  return largest(f) > kFaintest ? f * room_.sun_at(*x) : Rgb(0.0f);
-}
-
-/// The tails of a lobe are wide and seldom sampled: there a window is found by chance, and is much brighter than what
-/// is around it. A mirrored lobe alone on its surface finds the sky by the frame's lights as well.
-bool GlossyRays::shares_sky(const Surface& s) const {
-  return !sky_.empty() && s.alpha() >= kLeastSharing && s.bsdf.mirrors_only();
-}
-
-/// Power heuristic (Veach & Guibas 1995): a^2 / (a^2 + b^2), a: density of all samples of the lobe, b: of the lights,
-/// which lie as dense as the sky is bright.
-float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const {
-  const float count = static_cast<float>(sky_.size()) / kLightPatterns,
-              lights = count * luminance(room_.sky(direction, width_rad)) / sky_luminance_;
-  return lobe_density * lobe_density / std::max(lobe_density * lobe_density + lights * lights, 1e-30f);
-}
-
-/// sum f cos E T V of the lights of one pattern, times the number of patterns, times what the lobe's samples leave.
-Rgb GlossyRays::sky_highlight(const CameraPoint& at, const Surface& s) const {
-  Rgb sum(0.0f);
-  for (auto j = static_cast<std::size_t>(at.lights); j < sky_.size(); j += kLightPatterns) {
-    const glm::vec3 direction(sky_[j].direction), in = s.to_local(direction);
-    const auto x = lit_from(at.point, s, direction);
-    if (!x)
-      continue;
-    const float density = static_cast<float>(at.places.size()) * s.bsdf.mirrored_density(s.out, in);
-    const Rgb weight = (1.0f - lobe_part(density, direction, s.alpha())) * in.z * s.bsdf.glossy(s.out, in);
-    if (largest(weight) * static_cast<float>(kLightPatterns) > kFaintest)
-      sum +=
-          static_cast<float>(kLightPatterns) * weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
-  }
-  return sum;
 }
 
 /// A ray of the tree, from outside or inside the objects.
@@ -245,12 +137,12 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
   glm::vec3 direction = s.to_world(local);
   const float wanted = local.z > 0.0f ? 1.0f : -1.0f, face_sign = glm::dot(s.normal, point.face_normal);
   const glm::vec3 face = (face_sign < 0.0f ? -wanted : wanted) * point.face_normal;
-  if (const float along = glm::dot(direction, face); along <= 1e-3f)
-    direction = glm::normalize(direction + (1e-3f - along) * face);
+  if (const float along = glm::dot(direction, face); along <= kGrazing)
+    direction = glm::normalize(direction + (kGrazing - along) * face);
   return {point.position + room_.objects.offset_m(point.part) * glm::dvec3(face), direction};
 }
 
-/// One ray for each lobe, the one that brings most first, as long as it brings enough.
+/// One ray for each lobe, the one that brings most first, as long as it brings enough; it stands for those left out.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const {
   Work::Tree& tree = work.trees[from.tree];
   const glm::vec2 u = from.depth == 0
@@ -259,10 +151,14 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   auto lobes = s.bsdf.sample_lobes(s.out, u);
   const auto brings = [](const std::optional<BsdfSample>& l) { return l ? largest(l->weight) : 0.0f; };
   std::ranges::sort(lobes, [&](const auto& a, const auto& b) { return brings(a) > brings(b); });
+  const std::size_t first = work.next.size();
+  Rgb left_out(0.0f);
   for (const std::optional<BsdfSample>& lobe : lobes) {
     const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
-    if (tree.rays_left <= 0 || largest(weight) < settings_.least_importance)
+    if (tree.rays_left <= 0 || largest(weight) < settings_.least_importance) {
+      left_out += weight;
       continue;
+    }
     --tree.rays_left;
     ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
@@ -272,6 +168,8 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
                          s.is_sharp() ? sharp_width : std::max(from.width_rad, s.alpha()),
                          from.depth == 0 ? from.lobe_density * lobe->density : 0.0f});
   }
+  if (work.next.size() > first)
+    work.next[first].weight += left_out;
 }
 
 /// L(ray) = exp(-a d) L at its end, on an object.

@@ -17,9 +17,9 @@
 namespace daylit {
 
 struct GlossySettings {
-  int most_rays = 8;              ///< after the camera's, of one sample of a pixel
-  float least_importance = 0.01f; ///< a branch that brings less of its light to the camera is left out
-  bool shadows = true;            ///< the sun's glint is looked for behind what stands before it
+  int most_rays = 8; ///< after the camera's, of one sample of a pixel
+  /// Of its light to the camera: a branch that brings less is left out, a brighter one beside it takes over its light.
+  float least_importance = 0.01f;
 };
 
 /// A point of an object that a ray of the camera meets.

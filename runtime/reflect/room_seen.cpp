@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -113,40 +114,54 @@ std::optional<Rgb> RoomSeen::thing_radiance(const RoomRay& r, double distance) c
 
 /// The photograph where the way from there to the camera is free, else what is computed.
 void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
+  std::uint32_t computed_rays = 0, photographed = 0;
   std::array<glm::dvec3, kRayBatch> x;
-  std::array<std::size_t, kRayBatch> ray_of;
-  std::array<bool, kRayBatch> is_seen{};
-  std::size_t count = 0;
-  RayPacket16 to_camera{};
   for (std::size_t k = 0; k < batch.size(); ++k) {
     RoomRay& r = batch[k];
+    x[k] = r.ray.origin + (r.end ? r.end->distance : 0.0) * glm::dvec3(r.ray.direction);
     if (!r.end)
       r.radiance = outside(r);
-    else if (r.end->triangle == kUnknownTriangle) {
+    else if (r.end->triangle == kUnknownTriangle)
       r.radiance = thing_radiance(r, r.end->distance).value_or(Rgb(0.0f));
-      is_seen[k] = true;
-    }
-    if (!r.end || is_seen[k] || !photograph)
-      continue;
-    const glm::dvec3 direction(r.ray.direction), n = light.normal(r.end->triangle, direction);
-    x[count] = r.ray.origin + r.end->distance * direction;
-    const glm::dvec3 to_eye = photograph->eye() - x[count];
-    if (things && things->hide(x[count]))
-      continue;
-    if (glm::dot(n, to_eye) <= kFlattest * glm::length(to_eye))
-      continue;
-    to_camera.set(count, rays.to_local(x[count] + kAirGap_m * n), glm::vec3(to_eye), 0.0f, 1.0f);
+    else if (const auto seen = photographed_at(r, x[k])) {
+      r.radiance = *seen;
+      photographed |= 1u << k;
+    } else
+      computed_rays |= 1u << k;
+  }
+  computed_rays |= hidden_from_camera(batch, x, photographed);
+  for (std::uint32_t left = computed_rays; left; left &= left - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(left));
+    batch[k].radiance = computed(batch[k], x[k]);
+  }
+}
+
+/// What the photograph shows in the direction of x, whatever of the room stands before it.
+std::optional<Rgb> RoomSeen::photographed_at(const RoomRay& r, const glm::dvec3& x) const {
+  if (!photograph || (things && things->hide(x)))
+    return std::nullopt;
+  const glm::dvec3 to_eye = photograph->eye() - x;
+  if (glm::dot(light.normal(r.end->triangle, glm::dvec3(r.ray.direction)), to_eye) <= kFlattest * glm::length(to_eye))
+    return std::nullopt;
+  return photograph->radiance(x);
+}
+
+/// Those of `asked` whose end the room hides from the camera.
+std::uint32_t RoomSeen::hidden_from_camera(std::span<const RoomRay> batch, std::span<const glm::dvec3> x,
+                                           std::uint32_t asked) const {
+  RayPacket16 to_camera{};
+  std::array<std::size_t, kRayBatch> ray_of{};
+  std::size_t count = 0;
+  for (std::uint32_t left = asked; left; left &= left - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(left));
+    const glm::dvec3& n = light.normal(batch[k].end->triangle, glm::dvec3(batch[k].ray.direction));
+    to_camera.set(count, rays.to_local(x[k] + kAirGap_m * n), glm::vec3(photograph->eye() - x[k]), 0.0f, 1.0f);
     ray_of[count++] = k;
   }
-  const std::uint32_t hidden = count ? rays.occluded16(to_camera, static_cast<int>(count)) : 0;
-  for (std::size_t k = 0; k < count; ++k)
-    if (const auto seen = hidden >> k & 1u ? std::nullopt : photograph->radiance(x[k])) {
-      batch[ray_of[k]].radiance = *seen;
-      is_seen[ray_of[k]] = true;
-    }
-  for (std::size_t k = 0; k < batch.size(); ++k)
-    if (batch[k].end && !is_seen[k])
-      batch[k].radiance = computed(batch[k]);
+  std::uint32_t hidden = 0;
+  for (std::uint32_t met = count ? rays.occluded16(to_camera, static_cast<int>(count)) : 0; met; met &= met - 1)
+    hidden |= 1u << ray_of[static_cast<std::size_t>(std::countr_zero(met))];
+  return hidden;
 }
 
 /// The texels are not wider than what is asked for.
@@ -167,9 +182,9 @@ Rgb RoomSeen::outside(const RoomRay& r) const {
 }
 
 /// L = rho / pi E.
-Rgb RoomSeen::computed(const RoomRay& r) const {
+Rgb RoomSeen::computed(const RoomRay& r, const glm::dvec3& x) const {
   const std::uint32_t triangle = r.end->triangle;
-  const glm::dvec3 direction(r.ray.direction), x = r.ray.origin + r.end->distance * direction;
+  const glm::dvec3 direction(r.ray.direction);
   const Rgb& reflectance = room.material(room.triangles[triangle]).reflectance;
   Rgb irradiance;
   if (shadow) {

@@ -91,7 +91,10 @@ private:
   void find_things(RoomRay& ray) const;
   std::optional<Rgb> thing_radiance(const RoomRay& ray, double distance) const;
   Rgb outside(const RoomRay& ray) const;
-  Rgb computed(const RoomRay& ray) const;
+  std::optional<Rgb> photographed_at(const RoomRay& ray, const glm::dvec3& x) const;
+  std::uint32_t hidden_from_camera(std::span<const RoomRay> batch, std::span<const glm::dvec3> x,
+                                   std::uint32_t asked) const;
+  Rgb computed(const RoomRay& ray, const glm::dvec3& x) const;
 };
 
 } // namespace daylit

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "runtime/indirect/vertex_light.h"
 #include "runtime/session/stage_clock.h"
 #include "scene/volume/volume_file.h"
 
@@ -13,8 +12,8 @@ namespace {
 std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
   std::vector<PlacedPart> parts;
   for (const VirtualObjects::Part& part : objects.parts)
-    parts.push_back({&part.rays, part.mesh.triangles, part.mesh.positions, part.first_vertex, part.world_from_object,
-                     part.opacity});
+    parts.push_back({&part.rays(), part.mesh().triangles, part.mesh().positions, part.first_vertex,
+                     part.world_from_object, part.opacity, part.sender});
   return parts;
 }
 
@@ -61,10 +60,11 @@ constexpr int kExchanges = 4; // between objects and room; what comes back a fou
 void LightStage::add_object_effects(const SkyStage& sky, const VirtualObjects& objects,
                                     std::vector<TwoSided>& radiance) const {
   IndirectShadow& shadow = *room_.indirect_shadow;
-  const ObjectSurface& surface = objects.surface;
+  const ObjectSurface& surface = objects.senders.surface;
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
   shadow.set_sky(sky->pyramid, sky->sun, sky.version());
-  std::vector<TwoSided> direct = direct_radiance(windows, surface.normals, objects.transfer, surface.reflectance);
+  std::vector<TwoSided> direct =
+      direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
   shadow.set_direct(std::move(direct), surface);
   const std::vector<TwoSided> from_room = radiance;
@@ -88,12 +88,12 @@ std::vector<TwoSided> LightStage::sent_light(const SkyStage& sky, const VirtualO
   if (room_.indirect_shadow) {
     const std::span<const TwoSided> all = room_.indirect_shadow->sent();
     std::vector<TwoSided> reflected(all.begin(), all.end());
-    add_emission(objects.surface, -1.0f, reflected);
+    add_emission(objects.senders.surface, -1.0f, reflected);
     return reflected;
   }
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
-  std::vector<TwoSided> sent =
-      direct_radiance(windows, objects.surface.normals, objects.transfer, objects.surface.reflectance);
+  const ObjectSurface& surface = objects.senders.surface;
+  std::vector<TwoSided> sent = direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
   for (std::size_t i = 0; i < sent.size(); ++i) {
     sent[i].front += indirect[i].front;
     sent[i].back += indirect[i].back;
@@ -106,26 +106,29 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
   StageClock clock(report);
   const std::vector<Aperture>& apertures = room_.volume.apertures;
   direct_.update({sky.version(), objects.version(), static_cast<Version>(samples)}, [&](ObjectsDirectLight& direct) {
-    direct.sphere = objects->surface.bounds();
+    direct.sphere = objects->sphere;
     direct.lights = sample_lights(sky->pyramid[0], sky->sun, apertures, direct.sphere, samples);
     direct.cells = aperture_cells(apertures, direct.sphere, sky->pyramid);
     room_.light.set_frame(sky.field(), sky->pyramid, direct.cells, direct.lights, sky.version());
     clock.end("samples");
   });
   probes_.update({objects.version()}, [&](ObjectsProbes& probes) {
-    probes.vertices = find_vertex_probes(room_.sampler, objects->surface.positions);
-    probes.outside = spread_vertex_probes(objects->surface.triangles, probes.vertices);
+    const ObjectSurface& senders = objects->senders.surface;
+    probes.vertices = find_vertex_probes(room_.sampler, senders.positions);
+    probes.outside = spread_vertex_probes(senders.triangles, probes.vertices);
     if (room_.indirect_shadow)
       room_.indirect_shadow->set_objects(placed_parts(*objects));
     clock.end("probes");
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {
-    const Sh9Rgb arriving =
+    indirect.direct =
         direct_coefficients(sky->pyramid, direct_->cells, direct_->lights.sun, apertures, direct_->sphere.centre);
-    indirect.radiance = relight_vertices(sky.field(), probes_->vertices, objects->transfer, arriving,
-                                         objects->surface.reflectance, &indirect.ringing);
+    indirect.radiance = relight_vertices(sky.field(), probes_->vertices, objects->senders.transfer, indirect.direct,
+                                         objects->senders.surface.reflectance, &indirect.ringing);
     if (room_.indirect_shadow)
       add_object_effects(sky, *objects, indirect.radiance);
+    indirect.from_room = light_in_boxes(*objects, sky.field(), probes_->vertices,
+                                        room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
     indirect.sent = needs_rays(*objects) ? sent_light(sky, *objects, indirect.radiance) : std::vector<TwoSided>{};
     clock.end("object_light");
   });

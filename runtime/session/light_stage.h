@@ -6,6 +6,7 @@
 
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/room_light.h"
+#include "runtime/indirect/vertex_light.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/reflect/glossy_picture.h"
@@ -42,17 +43,10 @@ struct ObjectsDirectLight {
   std::vector<ApertureCell> cells; ///< of the windows
 };
 
-/// Which probes light the vertices.
+/// Which probes light the vertices that send light.
 struct ObjectsProbes {
   std::vector<VertexProbes> vertices;
-  std::size_t outside = 0; ///< vertices that lie outside the light field
-};
-
-/// Indirect light that the vertices reflect.
-struct ObjectsIndirectLight {
-  std::vector<TwoSided> radiance;
-  std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
-  Ringing ringing;
+  std::size_t outside = 0; ///< those that lie outside the light field
 };
 
 /// From the light of the sky and the placement of the objects to the light at the objects.

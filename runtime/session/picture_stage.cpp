@@ -57,12 +57,12 @@ Result<void> PictureStage::light_objects(const PictureInputs& in, std::size_t& l
   const auto in_view = renderer.vertices_in_view();
   if (!in_view)
     return in_view.error();
-  lit = 0;
+  lit = in_view->size();
+  const std::vector<TwoSided> indirect = reflected_indirect(*in.objects, *in_view, in.light.indirect());
   std::vector<VertexLight> light =
-      light_vertices(in.objects->surface, in.objects->has_back, *in_view, in.light.indirect().radiance, in.sky->pyramid,
-                     in.light.direct().cells, lit);
+      light_vertices(*in.objects, *in_view, indirect, in.sky->pyramid, in.light.direct().cells);
   hide_parts(*in.shown, light);
-  return renderer.set_vertex_light(light);
+  return renderer.set_vertex_light(*in_view, light);
 }
 
 /// What the objects do to the room's indirect light, in the camera's view.
@@ -132,7 +132,8 @@ GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInp
   const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
                       in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
   const ObjectsIndirectLight& light = in.light.indirect();
-  const GlossyRays rays(seen, light.sent, light.radiance, in.light.direct().lights.sky, {});
+  const GlossyRays rays(seen, light.sent, light.radiance, in.light.direct().lights.sky,
+                        {.most_rays = in.shown->reflections});
   const DrawnPicture drawn{*drawn_, *in.camera, things};
   const GlossyCounts counts =
       any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};

@@ -69,6 +69,7 @@ struct ShownParts {
   bool direct = true;       ///< on the objects, from sky and sun through the windows
   bool indirect = true;     ///< on the objects
   bool differential = true; ///< on the room: shadows and reflections of the objects
+  int reflections = 8;      ///< rays after the camera's that mirrors and glass take for one sample, at most
   bool operator==(const ShownParts&) const = default;
 };
 

@@ -26,8 +26,10 @@ BlockShader::BlockShader(const SamplingGrid& grid, const RayVisibility& visibili
 BlockShader::ObjectLight BlockShader::light_at(const ObjectHit& hit, bool back) const {
   ObjectLight light;
   const auto& t = scene_.triangles[hit.triangle];
-  const float b[3] = {1.0f - hit.u - hit.v, hit.u, hit.v};
-  for (int k = 0; k < 3; ++k) {
+  const std::array<float, 3> b = scene_.light_weights(hit.triangle, hit.u, hit.v, hit.depth, view_.pixel_pitch());
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (b[k] == 0.0f)
+      continue;
     const VertexLight& v = scene_.light[t[k]];
     light.reflectance += b[k] * scene_.reflectance[t[k]];
     light.indirect += b[k] * (back ? v.indirect_back : v.indirect_front);

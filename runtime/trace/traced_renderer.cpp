@@ -136,7 +136,8 @@ constexpr float kApart = 0.04f;
 
 struct TracedRenderer::State {
   TracedScene scene;
-  RigidMotion motion; ///< of the objects since their hierarchy was built or refitted
+  std::vector<glm::vec3> hull; ///< points around the objects
+  RigidMotion motion;          ///< of the objects since their hierarchy was built or refitted
   PacketScene room;
   RoomMesh mesh; ///< what `room` was built from
   std::vector<Aperture> apertures;
@@ -157,7 +158,7 @@ void TracedRenderer::State::find_surfaces() {
     view.trace_room(room, mesh);
   if (!objects_are_traced)
     view.trace_objects(scene.objects, {scene.triangles, scene.normals}, room, mesh,
-                       scene.triangles.empty() ? PixelBox{} : projected_box(camera, scene.origin, scene.positions),
+                       scene.triangles.empty() ? PixelBox{} : projected_box(camera, scene.origin, hull),
                        kApart * static_cast<float>(scene.sphere.radius));
   room_is_traced = objects_are_traced = true;
 }
@@ -248,6 +249,7 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.positions.clear();
   for (const glm::dvec3& p : objects.positions)
     scene.positions.emplace_back(p - scene.origin);
+  s.hull = points_around(scene.positions);
   constexpr float kMargin_m = 1e-4f; // of the rays' single precision
   scene.low = scene.high = scene.positions.empty() ? glm::vec3(0.0f) : scene.positions[0];
   for (const glm::vec3& p : scene.positions) {
@@ -280,16 +282,19 @@ Result<void> TracedRenderer::set_lights(const LightSet& lights) {
   return {};
 }
 
-Result<std::vector<std::uint8_t>> TracedRenderer::vertices_in_view() {
+Result<std::vector<std::uint32_t>> TracedRenderer::vertices_in_view() {
   State& s = *state_;
   if (!s.has_camera)
     return Error{ErrorCode::value_invalid, "no camera is set", "renderer", "call set_camera first"};
   s.find_surfaces();
   std::vector<std::uint8_t> used(s.scene.positions.size(), 0);
   const auto mark = [&](const ObjectHit& hit) {
-    if (hit.samples > 0 && !s.scene.is_black(hit.triangle))
-      for (const std::uint32_t v : s.scene.triangles[hit.triangle])
-        std::atomic_ref(used[v]).store(1, std::memory_order_relaxed);
+    if (hit.samples == 0 || s.scene.is_black(hit.triangle))
+      return;
+    const auto weight = s.scene.light_weights(hit.triangle, hit.u, hit.v, hit.depth, s.view.pixel_pitch());
+    for (std::size_t k = 0; k < 3; ++k)
+      if (weight[k] != 0.0f)
+        std::atomic_ref(used[s.scene.triangles[hit.triangle][k]]).store(1, std::memory_order_relaxed);
   };
   const PixelBox& box = s.view.object_box();
   parallel_for(tbb::blocked_range<int>(box.y0, box.y1, 16), [&](const tbb::blocked_range<int>& rows) {
@@ -301,17 +306,20 @@ Result<std::vector<std::uint8_t>> TracedRenderer::vertices_in_view() {
         else
           mark(s.view.object(x, y));
   });
-  return used;
+  std::vector<std::uint32_t> vertices;
+  for (std::size_t v = 0; v < used.size(); ++v)
+    if (used[v])
+      vertices.push_back(static_cast<std::uint32_t>(v));
+  return vertices;
 }
 
-Result<void> TracedRenderer::set_vertex_light(std::span<const VertexLight> light) {
-  State& s = *state_;
-  if (light.size() != s.scene.positions.size())
-    return Error{ErrorCode::value_invalid,
-                 "light for " + std::to_string(light.size()) + " vertices, the objects have " +
-                     std::to_string(s.scene.positions.size()),
-                 "renderer", "set the objects first"};
-  s.scene.light.assign(light.begin(), light.end());
+Result<void> TracedRenderer::set_vertex_light(std::span<const std::uint32_t> vertices,
+                                              std::span<const VertexLight> light) {
+  TracedScene& scene = state_->scene;
+  if (const auto fits = check_vertex_light(vertices, light.size(), scene.light.size()); !fits)
+    return fits;
+  for (std::size_t k = 0; k < vertices.size(); ++k)
+    scene.light[vertices[k]] = light[k];
   return {};
 }
 

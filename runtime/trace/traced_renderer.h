@@ -26,8 +26,8 @@ public:
   Result<void> set_camera(const PinholeCamera& camera) override;
   Result<void> set_objects(const ObjectSurface& objects) override;
   Result<void> set_lights(const LightSet& lights) override;
-  Result<std::vector<std::uint8_t>> vertices_in_view() override;
-  Result<void> set_vertex_light(std::span<const VertexLight> light) override;
+  Result<std::vector<std::uint32_t>> vertices_in_view() override;
+  Result<void> set_vertex_light(std::span<const std::uint32_t> vertices, std::span<const VertexLight> light) override;
   Result<void> draw(RenderedFrame& frame) override;
   bool room_point(int x, int y, RoomSurface& point) const override;
 

@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include <glm/geometric.hpp>
+
 #include "runtime/picture/picture_renderer.h"
 #include "runtime/trace/light_visibility.h"
 #include "runtime/trace/traced_renderer.h"
@@ -32,6 +34,16 @@ struct TracedScene {
   TracedLights sky, sun;
   Rgb sun_normal_irradiance{0.0f};
 
+  /// Weights of a triangle's corners, whose light a point of it shows. Of a triangle smaller than a sixteenth of a pixel
+  /// the nearest corner has all: a dense mesh shows one vertex a pixel, not three. `pitch`: of the pixels at unit depth.
+  std::array<float, 3> light_weights(std::uint32_t triangle, float u, float v, float depth, float pitch) const {
+    const auto& t = triangles[triangle];
+    const glm::vec3 a = positions[t[0]], twice_area = glm::cross(positions[t[1]] - a, positions[t[2]] - a);
+    const float pixel = pitch * depth, most = 0.125f * pixel * pixel, w = 1.0f - u - v;
+    if (glm::dot(twice_area, twice_area) > most * most)
+      return {w, u, v};
+    return {w >= u && w >= v ? 1.0f : 0.0f, u > w && u >= v ? 1.0f : 0.0f, v > w && v > u ? 1.0f : 0.0f};
+  }
   /// Nothing of the triangle is drawn: it is black, or what it mirrors is followed elsewhere.
   bool is_black(std::uint32_t triangle) const {
     const auto& t = triangles[triangle];

@@ -114,6 +114,7 @@ public:
     const glm::vec3 d = centre - eye();
     return radius / (std::max(std::sqrt(d.x * d.x + d.y * d.y + d.z * d.z), radius) * pixel_pitch_);
   }
+  float pixel_pitch() const { return pixel_pitch_; } ///< at unit depth
   std::size_t edge_pixels() const { return edges_.size(); }
   glm::ivec2 edge_pixel(std::size_t k) const {
     return {static_cast<int>(edges_[k].pixel) % width_, static_cast<int>(edges_[k].pixel) / width_};

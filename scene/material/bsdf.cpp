@@ -13,10 +13,7 @@ namespace daylit {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
-constexpr float kLeastRest = 1e-5f;   // below, nothing is missing but rounding
-constexpr float kLeastCosine = 1e-6f; // closer to the surface nothing is seen
-
-glm::vec3 mirrored_z(const glm::vec3& w) { return {w.x, w.y, -w.z}; }
+constexpr float kLeastRest = 1e-5f; // below, nothing is missing but rounding
 
 /// Schlick 1994, eq. 15.
 Rgb schlick(const Rgb& face_on, float cosine) {
@@ -219,7 +216,7 @@ Rgb Bsdf::f(const glm::vec3& out, const glm::vec3& in) const { return glossy(out
 Rgb Bsdf::diffuse_albedo(const glm::vec3& out) const {
   if (m_.lobe)
     return m_.lobe->base(m_.base_colour, peak(out));
-  if (!dielectric_)
+  if (!dielectric_ || m_.transmission >= 1.0f)
     return Rgb(0.0f);
   return (1.0f - m_.metallic) * (1.0f - m_.transmission) * m_.base_colour * base_light(seen(out));
 }
@@ -339,58 +336,6 @@ std::optional<BsdfSample> Bsdf::sample(const glm::vec3& out, const glm::vec3& u,
   return BsdfSample{*in, value * (std::abs(in->z) / p), p, out.z * in->z < 0.0f};
 }
 
-/// What a lobe sends on in all over what it sends on of single facets, under the coat.
-Rgb Bsdf::lobe_gain(Lobe lobe, const Seen& s, int where) const {
-  if (lobe == Lobe::coat)
-    return Rgb(m_.clearcoat);
-  const float dielectric = dielectric_ ? 1.0f - m_.metallic : 0.0f, through = dielectric * m_.transmission;
-  if (lobe == Lobe::passed)
-    return Rgb((1.0f - s.coat) * (1.0f + passed_rest_[where] * s.rest() / std::max(s.dielectric.y, kLeastCosine)));
-  const Rgb once = m_.metallic * (m_.base_colour * (s.mirror.x - s.mirror.y) + s.mirror.y) +
-                   dielectric * (s.opaque + m_.transmission * (s.dielectric.x - s.opaque));
-  const Rgb rest = m_.metallic * metal_rest_ * (1.0f - s.mirror.x) + through * (1.0f - passed_rest_[where]) * s.rest();
-  return (1.0f - s.coat) * (1.0f + rest / glm::max(once, Rgb(kLeastCosine)));
-}
-
-// F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain(). Mirrored and refracted light share
-// the facet.
-std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
-  std::array<std::optional<BsdfSample>, 3> lobes;
-  if (std::abs(out.z) < kLeastCosine)
-    return lobes;
-  const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out;
-  if (m_.lobe) {
-    const LafortunePeak at = peak(out);
-    const glm::vec3 in = at.sample(u);
-    if (const float p = at.density(in); in.z > 0.0f && p > 0.0f)
-      lobes[1] = BsdfSample{out.z < 0.0f ? mirrored_z(in) : in, at.sent(in) / p, p, false};
-    return lobes;
-  }
-  const Seen s = seen(out);
-  const auto add = [&](Lobe lobe, const Ggx& facets, const std::optional<glm::vec3>& in, const Rgb& part) {
-    if (!in || (lobe == Lobe::passed ? in->z >= 0.0f : in->z <= 0.0f) || part == Rgb(0.0f))
-      return;
-    const float seen_by_both = facets.masking(up, *in) / facets.masking(up);
-    lobes[static_cast<std::size_t>(lobe)] =
-        BsdfSample{out.z < 0.0f ? mirrored_z(*in) : *in, part * seen_by_both * lobe_gain(lobe, s, side(out)),
-                   mirrors_only() ? mirrored_density(up, *in) : 0.0f, lobe == Lobe::passed};
-  };
-  const glm::vec3 h = facets_.sample_visible(up, u), reflection = 2.0f * glm::dot(up, h) * h - up;
-  const Facet sent = facet(glm::dot(up, h), side(out));
-  add(Lobe::mirrored, facets_, reflection, sent.mirrored);
-  if (m_.transmission > 0.0f && m_.metallic < 1.0f)
-    add(Lobe::passed, facets_, solid_ ? refracted(up, h, relative_ior(out)) : mirrored_z(reflection), sent.passed);
-  if (coat_) {
-    const glm::vec3 c = coat_facets_.sample_visible(up, u);
-    add(Lobe::coat, coat_facets_, 2.0f * glm::dot(up, c) * c - up, Rgb(fresnel_dielectric(glm::dot(up, c), kCoatIor)));
-  }
-  return lobes;
-}
-
-float Bsdf::mirrored_density(const glm::vec3& out, const glm::vec3& in) const {
-  const glm::vec3 h = glm::normalize(out + in);
-  return facets_.visible_density(out, h) / (4.0f * glm::dot(out, h));
-}
 float Bsdf::density(const glm::vec3& out, const glm::vec3& in) const { return density(ways(out, true), out, in); }
 float Bsdf::glossy_density(const glm::vec3& out, const glm::vec3& in) const {
   return density(ways(out, false), out, in);

@@ -51,12 +51,11 @@ public:
   std::optional<BsdfSample> sample_glossy(const glm::vec3& out, const glm::vec3& u) const;
   /// The glossy lobes one by one, for renderers that follow each: coat, mirrored, passed; empty where a lobe sends
   /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it: right in
-  /// sum, a little narrower than glossy(). `density` is that of the lobe alone, where there is but one.
+  /// sum, a little narrower than glossy().
   std::array<std::optional<BsdfSample>, 3> sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
-  /// Its only glossy lobe is a mirrored one of microfacets.
-  bool mirrors_only() const { return !m_.lobe && m_.transmission == 0.0f && !coat_; }
-  /// Of the mirrored lobe of sample_lobes(), per sr; both directions on one side.
-  float mirrored_density(const glm::vec3& out, const glm::vec3& in) const;
+  /// What sample_lobes() would say of a direction on the side of `out`, where it is no plane's: weight and density of
+  /// coat and mirrored; nothing of what passes, whose density it gives as 0.
+  std::array<std::optional<BsdfSample>, 3> mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const;
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.
   Rgb diffuse_albedo(const glm::vec3& out) const;
@@ -99,6 +98,8 @@ private:
   float passed_rest_[2] = {0.0f, 0.0f}; ///< part of the rest that goes through, from outside and from inside
   float base_ = 1.0f;                   ///< mean of base_light()
 
+  static constexpr float kLeastCosine = 1e-6f; ///< closer to the surface nothing is seen
+  static glm::vec3 mirrored_z(const glm::vec3& w) { return {w.x, w.y, -w.z}; }
   int side(const glm::vec3& w) const { return solid_ && w.z < 0.0f ? 1 : 0; }
   float relative_ior(const glm::vec3& out) const { return side(out) == 1 ? 1.0f / m_.ior : m_.ior; }
   Seen seen(const glm::vec3& w) const;
@@ -108,7 +109,10 @@ private:
   Facet facet(float cosine, int side) const;
   Rgb rest_reflected(const Seen& out, const Seen& in, int side) const;
   Rgb rest_passed(const Seen& out, const Seen& in, int side) const;
+  bool is_smooth() const { return !coat_ && facets_.alpha_u <= kLeastAlpha && facets_.alpha_v <= kLeastAlpha; }
+  std::array<std::optional<BsdfSample>, 3> smooth_lobes(const glm::vec3& out) const;
   Rgb lobe_gain(Lobe lobe, const Seen& seen, int side) const;
+  std::optional<BsdfSample> mirrored(Lobe lobe, const glm::vec3& out, const glm::vec3& in, const Seen& seen) const;
   Rgb reflected(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Rgb passed(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Ways ways(const glm::vec3& out, bool with_base) const;

@@ -107,6 +107,7 @@ struct SurfaceMaterial {
   float ior_of(int channel) const {
     return disperses() ? ior + static_cast<float>(channel - 1) * 0.025f * dispersion * (ior - 1.0f) : ior;
   }
+  bool operator==(const SurfaceMaterial&) const = default;
 };
 
 /// Error value_invalid: a number that is NaN, or outside the range that its description gives. `where` stands in it.

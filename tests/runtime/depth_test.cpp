@@ -189,10 +189,11 @@ struct Layered : View {
     objects = {};
     objects.surface = test::place(surrounded.mesh, at);
     VirtualObjects::Part part;
-    part.mesh = surrounded.mesh;
-    part.rays = Surrounded::rays_of(surrounded.mesh);
+    part.model = std::make_shared<const VirtualObjects::Model>(
+        VirtualObjects::Model{surrounded.mesh, {}, Surrounded::rays_of(surrounded.mesh)});
     part.world_from_object = world_from_object;
     objects.parts.push_back(std::move(part));
+    objects.find_bounds(0);
   }
   ThingLayer layer() const {
     ThingLayer made;

@@ -62,11 +62,12 @@ struct GlossyScene {
     objects.surface = test::place(room.mesh, middle);
     objects.surface.reflectance.assign(room.mesh.positions.size(), Rgb(1.0f));
     VirtualObjects::Part part;
-    part.mesh = room.mesh;
-    part.rays = Surrounded::rays_of(room.mesh);
+    part.model = std::make_shared<const VirtualObjects::Model>(
+        VirtualObjects::Model{room.mesh, {}, Surrounded::rays_of(room.mesh)});
     part.world_from_object = world;
     part.per_pixel = true;
     objects.parts.push_back(std::move(part));
+    objects.find_bounds(0);
     rays.emplace(objects);
     seen.emplace(
         RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid, sun, windows, *rays, nullptr});
@@ -212,12 +213,15 @@ TEST(ObjectRays, glass_is_as_clear_behind_another_object_as_alone) {
   EXPECT_GT(alone, 0.08f);
   EXPECT_LT(alone, 0.3f);
   VirtualObjects::Part opaque = scene.objects.parts[0];
-  opaque.mesh.materials = {metal(0.3f)};
+  VirtualObjects::Model model = *opaque.model;
+  model.mesh.materials = {metal(0.3f)};
+  opaque.model = std::make_shared<const VirtualObjects::Model>(std::move(model));
   opaque.first_vertex = scene.objects.surface.positions.size();
   opaque.world_from_object[3].y += 0.4;
-  for (const glm::vec3& p : opaque.mesh.positions)
+  for (const glm::vec3& p : opaque.mesh().positions)
     scene.objects.surface.positions.push_back(scene.middle + glm::dvec3(0.0, 0.4, 0.0) + glm::dvec3(p));
   scene.objects.parts.push_back(std::move(opaque));
+  scene.objects.find_bounds(1);
   EXPECT_EQ(ObjectRays(scene.objects).opacity(0), alone);
 }
 
@@ -241,6 +245,53 @@ TEST(GlossyRays, a_mirror_shows_what_the_mirrored_ray_meets) {
   EXPECT_NEAR(static_cast<double>(dim.g), 0.2 * Surrounded::kRadiance, 0.01);
 }
 
+TEST(GlossyRays, the_brighter_branch_takes_over_the_light_of_those_left_out) {
+  const GlossyScene scene(glass(), {.most_rays = 8, .least_importance = 0.03f});
+  for (const double aside : {0.01, 0.07, 0.11})
+    EXPECT_NEAR(scene.radiance(aside).g, Surrounded::kRadiance, 0.002 * Surrounded::kRadiance) << aside;
+}
+
+/// A wide photograph from the middle of the room's south, all of one radiance, and what the room's model says.
+struct Photographed {
+  static constexpr int kSide = 64;
+  static constexpr float kShown = 5.0f;
+  GlossyScene scene{metal(0.0f)};
+  Composite composite;
+  LensModel lens = ideal_pinhole(kSide, kSide, 1.6);
+  RenderCamera camera = test::look_at({2.0, 0.4, 1.2}, {2.0, 5.0, 1.2}, kSide, kSide, 1.6);
+  PhotoScale scale;
+
+  Photographed() {
+    composite.picture = RgbImage(kSide, kSide, Rgb(kShown));
+    composite.coverage.assign(static_cast<std::size_t>(kSide) * kSide, 0.0f);
+  }
+  /// What is seen of the room from its middle.
+  double seen_towards(const glm::vec3& direction) {
+    const PhotographedRoom photograph(composite, camera, lens, scale, 100.0f);
+    const RoomSeen& plain = *scene.seen;
+    const RayScene rays = *RayScene::build(scene.room.volume.room);
+    const RoomSeen seen{plain.room, rays,          plain.light,   plain.shadow, plain.pyramid,
+                        plain.sun,  plain.windows, plain.objects, &photograph,  nullptr};
+    std::array<RoomRay, 1> ray{RoomRay{{scene.middle, direction}, 100.0, 0.0f, std::nullopt, Rgb(0.0f)}};
+    seen.find_ends(ray);
+    seen.find_radiance(ray);
+    return static_cast<double>(ray[0].radiance.g);
+  }
+};
+
+TEST(RoomSeen, a_ray_shows_the_photograph_only_where_the_camera_sees_its_end) {
+  const glm::vec3 north(0.0f, 1.0f, 0.0f), south(0.0f, -1.0f, 0.0f);
+  Photographed plain;
+  EXPECT_NEAR(plain.seen_towards(north), Photographed::kShown, 1e-4);
+  EXPECT_NEAR(plain.seen_towards(south), Surrounded::kRadiance, 0.01) << "behind the camera";
+  Photographed white;
+  white.composite.picture = RgbImage(Photographed::kSide, Photographed::kSide, Rgb(200.0f));
+  EXPECT_NEAR(white.seen_towards(north), Surrounded::kRadiance, 0.01) << "the photograph is white there";
+  Photographed screened;
+  test::add_block(screened.scene.room.volume.room, {1.5, 0.8, 0.7}, {2.5, 0.9, 1.7}, 0);
+  EXPECT_NEAR(screened.seen_towards(north), Surrounded::kRadiance, 0.01) << "a screen stands between";
+}
+
 TEST(GlossyRays, an_occlusion_texture_takes_indirect_light_of_the_diffuse_part_only) {
   for (const bool glossy : {false, true}) {
     ObjectMaterial m;
@@ -251,9 +302,10 @@ TEST(GlossyRays, an_occlusion_texture_takes_indirect_light_of_the_diffuse_part_o
     GlossyScene scene(m);
     const GlossyLight open = scene.look(0.05);
     EXPECT_EQ(open.occluded, Rgb(0.0f)) << "no texture coordinates yet";
-    ObjectMesh& mesh = scene.objects.parts[0].mesh;
-    mesh.uv.assign(mesh.positions.size(), glm::vec2(0.5f));
-    mesh.textures = {*Texture::make({1, 1, {51, 51, 51}}, TextureCoding::linear)};
+    VirtualObjects::Model model = *scene.objects.parts[0].model;
+    model.mesh.uv.assign(model.mesh.positions.size(), glm::vec2(0.5f));
+    model.mesh.textures = {*Texture::make({1, 1, {51, 51, 51}}, TextureCoding::linear)};
+    scene.objects.parts[0].model = std::make_shared<const VirtualObjects::Model>(std::move(model));
     const GlossyLight hollow = scene.look(0.05);
     // Vertices of reflectance 1: their indirect radiance times that of the base here, half of 1 - 0.2 gone.
     EXPECT_NEAR(hollow.occluded.g, 0.4f * GlossyScene::kIndirect * open.diffuse.g, 1e-4f);

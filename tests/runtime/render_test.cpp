@@ -47,7 +47,7 @@ struct Scene {
       return r.error();
     if (const auto r = renderer->set_lights(lights); !r)
       return r.error();
-    if (const auto r = renderer->set_vertex_light(light); !r)
+    if (const auto r = renderer->set_vertex_light(every_vertex(light.size()), light); !r)
       return r.error();
     RenderedFrame frame;
     if (const auto r = renderer->draw(frame); !r)

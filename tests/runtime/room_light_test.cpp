@@ -2,8 +2,12 @@
 
 #include "runtime/indirect/room_light.h"
 
+#include <deque>
+
 #include <gtest/gtest.h>
 
+#include "runtime/indirect/lit_points.h"
+#include "runtime/indirect/room_planes.h"
 #include "test_scene.h"
 
 namespace daylit {
@@ -88,6 +92,67 @@ TEST(RoomLight, a_new_sky_renews_what_was_kept) {
   room.set_frame(lit.field, brighter, fewer, {}, true);
   EXPECT_NEAR(room.at(eye, down)->open_sky_irradiance.g, 3.0f * before, 0.05f * before);
   EXPECT_GT(before, 0.0f);
+}
+
+/// Of the box room, and points on its floor.
+struct FloorPoints {
+  LitRoom lit;
+  LightFieldSampler sampler = *LightFieldSampler::make(lit.volume);
+  RayScene rays = *RayScene::build(lit.volume.room);
+  RoomLight room{lit.volume.room, rays, sampler};
+  std::vector<SkyMap> pyramid;
+  std::vector<ApertureCell> cells;
+  static constexpr std::size_t kCount = 37; // two and a bit of sixteen
+  static glm::dvec3 at(std::size_t k) { return {0.3 + 0.09 * static_cast<double>(k), 2.0, 0.0}; }
+
+  void set_sky(float factor) {
+    SkyMap sky = test::overcast_sky();
+    for (Rgb& c : sky.radiance)
+      c *= factor;
+    pyramid = sky_map_pyramid(sky);
+    cells = aperture_cells(lit.volume.apertures, {{2, 3, 0.3}, 0.2}, pyramid);
+    room.set_frame(lit.field, pyramid, cells, {});
+  }
+  RoomPoint alone(std::size_t k) const { return room.evaluate(0, at(k), {0, 0, -1}); }
+};
+
+void expect_same(const RoomPoint& a, const RoomPoint& b, std::size_t k) {
+  EXPECT_EQ(a.indirect_irradiance, b.indirect_irradiance) << k;
+  EXPECT_EQ(a.open_sky_irradiance, b.open_sky_irradiance) << k;
+  EXPECT_EQ(a.reflectance, b.reflectance) << k;
+}
+
+TEST(RoomLight, many_points_at_once_have_the_bits_of_each_alone) {
+  FloorPoints floor;
+  floor.set_sky(1.0f);
+  std::vector<RoomLight::KnownPoint> points;
+  std::vector<const RoomLight::KnownPoint*> all;
+  const glm::dvec3 up(0, 0, 1);
+  for (std::size_t k = 0; k < FloorPoints::kCount; ++k)
+    points.push_back({0, FloorPoints::at(k), up, floor.room.probes_at(FloorPoints::at(k) + kAirGap_m * up)});
+  for (const RoomLight::KnownPoint& p : points)
+    all.push_back(&p);
+  std::vector<RoomPoint> light(all.size());
+  floor.room.evaluate(all, light);
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    EXPECT_GT(light[k].open_sky_irradiance.g, 0.0f);
+    expect_same(light[k], floor.alone(k), k);
+  }
+}
+
+TEST(LitPoints, of_each_sky_have_the_bits_of_evaluation_and_are_kept_while_asked_for) {
+  FloorPoints floor;
+  LitPoints lit(floor.room);
+  std::deque<LitPoint> points(FloorPoints::kCount);
+  const std::size_t asked[] = {37, 37, 5, 5, 20}; // under one sky after the other
+  const std::size_t kept[] = {37, 37, 37, 5, 20};
+  for (std::size_t sky = 0; sky < std::size(asked); ++sky) {
+    floor.set_sky(static_cast<float>(sky + 1));
+    lit.sky_changed();
+    for (std::size_t k = 0; k < asked[sky]; ++k)
+      expect_same(lit.light(points[k], 0, FloorPoints::at(k), {0, 0, 1}), floor.alone(k), k);
+    EXPECT_EQ(lit.size(), kept[sky]) << sky;
+  }
 }
 
 } // namespace

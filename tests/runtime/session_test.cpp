@@ -196,6 +196,40 @@ TEST(Session, objects_that_come_and_go_leave_the_frame_of_a_new_session) {
   EXPECT_EQ(studio.render(session)->composite.picture.texels, first.composite.picture.texels);
 }
 
+TEST(Session, objects_of_one_file_and_material_share_their_mesh) {
+  const Studio studio;
+  std::vector<ObjectConfig> objects(3, studio.config.objects[0]);
+  objects[1].position.x += 0.4;
+  objects[1].scale *= 0.5;
+  objects[2].material = "chrome";
+  const auto loaded = load_virtual_objects(objects, studio.folder, [](const std::string&, double) { return true; });
+  ASSERT_TRUE(loaded) << loaded.error().message();
+  const auto& parts = loaded->parts;
+  EXPECT_EQ(parts[0].model, parts[1].model);
+  EXPECT_NE(parts[0].model, parts[2].model) << "of another material";
+  EXPECT_NEAR(loaded->bounds(1).radius, 0.5 * loaded->bounds(0).radius, 1e-6);
+}
+
+TEST(Session, a_dense_object_is_drawn_as_a_coarse_one_of_the_same_shape) {
+  const auto drawn = [](int around, int across) {
+    const Studio studio;
+    test::write_ply(studio.config.objects[0].model, test::torus(0.15f, 0.07f, around, across));
+    return *studio.render(Backend::rays);
+  };
+  const Frame coarse = drawn(160, 80), dense = drawn(400, 200); // one sends light at each vertex, the other at some
+  double square = 0.0, mean = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < coarse.composite.coverage.size(); ++i)
+    if (coarse.composite.coverage[i] >= 1.0f && dense.composite.coverage[i] >= 1.0f) {
+      const auto a = static_cast<double>(coarse.composite.picture.texels[i].g),
+                 b = static_cast<double>(dense.composite.picture.texels[i].g);
+      square += (a - b) * (a - b);
+      mean += a;
+      ++count;
+    }
+  ASSERT_GT(count, 100.0);
+  EXPECT_LT(std::sqrt(square / count) / (mean / count), 0.02);
+}
+
 /// The studio's depth picture: of its room, or everywhere so near.
 DepthPicture depth_of(const Studio& studio, float everywhere_m = 0.0f) {
   DepthPicture depth{Studio::kWidth, Studio::kHeight, std::vector<float>(studio.photo.texels.size(), everywhere_m)};

@@ -119,8 +119,8 @@ TEST_P(Stress, a_million_triangles_are_drawn) {
   RenderedFrame frame;
   const RenderCamera camera = test::look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, 96, 92, 0.6);
   PictureRenderer& r = **renderer;
-  for (const auto& step :
-       {r.set_camera(camera), r.set_objects(object), r.set_lights(lights), r.set_vertex_light(light), r.draw(frame)})
+  for (const auto& step : {r.set_camera(camera), r.set_objects(object), r.set_lights(lights),
+                           r.set_vertex_light(every_vertex(light.size()), light), r.draw(frame)})
     ASSERT_TRUE(step) << step.error().message();
   std::size_t covered = 0;
   for (int y = 0; y < frame.height_px; ++y)

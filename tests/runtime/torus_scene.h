@@ -33,7 +33,7 @@ struct TorusScene {
       light[i].open_sky_front = open[i];
     RenderedFrame frame;
     for (const auto& step : {renderer.set_camera(camera), renderer.set_objects(object), renderer.set_lights(lights),
-                             renderer.set_vertex_light(light), renderer.draw(frame)})
+                             renderer.set_vertex_light(every_vertex(light.size()), light), renderer.draw(frame)})
       if (!step)
         return step.error();
     return frame;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "direct_reference.h"
@@ -117,6 +118,27 @@ TEST(TracedRenderer, the_grid_changes_little_whatever_the_size_of_the_picture) {
     EXPECT_LT(d.object, 0.02) << width;
     EXPECT_LT(d.lost, kStepsOfInterpolation) << width;
   }
+}
+
+TEST(TracedRenderer, a_dense_mesh_is_lit_at_one_vertex_a_pixel_and_looks_the_same) {
+  Scene coarse, dense;
+  dense.object = test::place(test::torus(0.15f, 0.07f, 800, 400), {2.0, 3.4, 0.23}, 1.2);
+  auto renderer = TracedRenderer::make(dense.room, dense.windows, {});
+  ASSERT_TRUE(renderer);
+  const auto all = coarse.trace(), few = dense.render(*renderer);
+  ASSERT_TRUE(all && few);
+  const Difference d = compare(*few, *all);
+  EXPECT_LT(d.object, 0.02);
+  EXPECT_LT(d.lost, kStepsOfInterpolation);
+  std::size_t pixels = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      pixels += at(*few, x, y).object.w > 0.0f;
+  const auto lit = renderer->vertices_in_view();
+  ASSERT_TRUE(lit);
+  EXPECT_TRUE(std::ranges::is_sorted(*lit));
+  EXPECT_GT(lit->size(), pixels / 2);
+  EXPECT_LT(lit->size(), 5 * pixels / 4) << "some at outlines have three";
 }
 
 TEST(TracedRenderer, blocks_of_one_plane_lose_what_their_pixels_lose_one_by_one) {

@@ -344,6 +344,66 @@ TEST(bsdf, smooth_glass_bends_light_as_snell_says_and_loses_what_fresnel_says) {
   EXPECT_GT(passed, 170);
 }
 
+TEST(bsdf, smooth_lobes_send_what_lobes_of_nearly_smooth_facets_do) {
+  SurfaceMaterial half = glass(0.0f);
+  half.transmission = 0.5f;
+  half.metallic = 0.3f;
+  for (const SurfaceMaterial& smooth : {metal(0.0f), glass(0.0f), half, thin(0.0f)}) {
+    SurfaceMaterial nearly = smooth;
+    nearly.alpha_u = nearly.alpha_v = 1.5e-3f;
+    const Bsdf a(smooth), b(nearly);
+    for (const float cosine : {1.0f, 0.6f, 0.3f, -0.5f, -0.9f}) {
+      const glm::vec3 out = direction(cosine, 0.4f);
+      const auto one = a.sample_lobes(out, {0.2f, 0.3f}), other = b.sample_lobes(out, {0.2f, 0.3f});
+      for (std::size_t k = 0; k < one.size(); ++k) {
+        ASSERT_EQ(one[k].has_value(), other[k].has_value()) << cosine << ' ' << k;
+        if (!one[k])
+          continue;
+        EXPECT_LT(glm::distance(one[k]->direction, other[k]->direction), 0.02f) << cosine << ' ' << k;
+        EXPECT_LT(glm::distance(one[k]->weight, other[k]->weight), 0.01f) << cosine << ' ' << k;
+        EXPECT_EQ(one[k]->transmitted, other[k]->transmitted);
+      }
+    }
+  }
+}
+
+TEST(bsdf, mirroring_lobes_are_those_of_the_samples) {
+  for (const SurfaceMaterial& m : {metal(0.3f), stretched(metal(0.5f), 0.8f), coated(mixture(0.5f), 0.3f), glass(0.4f),
+                                   lobed({Rgb(0.5f), {-1.0f, -1.0f, 0.9f}, 20.0f, 0.5f})}) {
+    const Bsdf bsdf(m);
+    for (const float cosine : {0.9f, 0.4f, -0.7f}) {
+      const glm::vec3 out = direction(cosine, 0.4f);
+      std::array<float, 3> sampled{}, integral{}, whole{};
+      constexpr std::uint32_t kCount = 20000;
+      for (std::uint32_t n = 0; n < kCount; ++n) {
+        const glm::vec3 u = cube_point(n, kCount);
+        const auto lobes = bsdf.sample_lobes(out, glm::vec2(u));
+        glm::vec3 in = direction(u.x, 6.2831853f * u.y); // evenly over the half
+        in.z *= cosine < 0.0f ? -1.0f : 1.0f;
+        const auto there = bsdf.mirroring_lobes(out, in);
+        for (std::size_t k = 0; k < 3; ++k) {
+          if (there[k]) {
+            integral[k] += 6.2831853f / kCount * there[k]->weight.x * there[k]->density;
+            whole[k] += 6.2831853f / kCount * there[k]->density;
+          }
+          if (!lobes[k] || lobes[k]->transmitted)
+            continue;
+          sampled[k] += lobes[k]->weight.x / kCount;
+          const auto same = bsdf.mirroring_lobes(out, lobes[k]->direction)[k];
+          ASSERT_TRUE(same);
+          EXPECT_NEAR(same->weight.x, lobes[k]->weight.x, 1e-3f);
+          EXPECT_NEAR(same->density, lobes[k]->density, 0.01f * lobes[k]->density);
+        }
+      }
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_NEAR(integral[k], sampled[k], 0.01f) << cosine << ' ' << k;
+        EXPECT_LT(whole[k], 1.01f);
+      }
+      EXPECT_GT(sampled[1], 0.01f);
+    }
+  }
+}
+
 TEST(bsdf, stays_finite_at_the_edges_of_its_domain) {
   for (SurfaceMaterial m : {metal(0.0f), glass(0.0f), glass(1.0f), glass(0.0f, 1.0f), coated(glass(0.0f), 0.0f),
                             stretched(metal(0.0f), 1.0f), glass(0.2f, 50.0f),

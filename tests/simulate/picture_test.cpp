@@ -1,5 +1,6 @@
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
@@ -168,6 +169,29 @@ TEST(ContactError, a_glow_beside_the_object_is_found_and_one_further_away_is_not
   EXPECT_GT(e.bias, 0.08);
   EXPECT_LT(e.bias, 0.125) << "a quarter of the band";
   EXPECT_GT(e.relative_rms, 0.15);
+}
+
+TEST(PictureError, the_truth_s_own_error_is_that_of_what_is_seen) {
+  // Noise of 0.3 on a truth of 1 beside white: smoothing leaves 1 / (2 sqrt(pi) sigma) of it, white has none.
+  PictureErrorInput in;
+  in.room = RgbImage(80, 80, Rgb(4.0f)); // white is 5
+  in.truth = in.room;
+  in.coverage = RgbImage(80, 80, Rgb(1.0f));
+  in.standard_error = RgbImage(80, 80, Rgb(0.3f));
+  std::mt19937 rng(3);
+  std::normal_distribution<float> noise(0.0f, 0.3f);
+  in.result = in.truth;
+  for (int y = 0; y < 80; ++y)
+    for (int x = 0; x < 80; ++x) {
+      in.truth.at(x, y) = in.result.at(x, y) = Rgb(x < 40 ? 1.0f : 50.0f);
+      for (int c = 0; c < 3; ++c)
+        in.truth.at(x, y)[c] += noise(rng);
+    }
+  const auto e = measure_picture_error(in);
+  ASSERT_TRUE(e) << e.error().message();
+  EXPECT_NEAR(e->seen.truth_standard_error, e->seen.relative_rms, 0.05 * e->seen.relative_rms);
+  EXPECT_GT(e->object.truth_standard_error, 0.0);
+  EXPECT_LT(e->seen.truth_standard_error, 0.06);
 }
 
 TEST(PictureError, uniform_gain_error_is_reported_as_such) {

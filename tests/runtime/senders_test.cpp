@@ -1,0 +1,93 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <set>
+
+#include "runtime/indirect/light_in_box.h"
+#include "runtime/object/bounds.h"
+#include "runtime/object/senders.h"
+#include "test_scene.h"
+
+namespace daylit {
+namespace {
+
+int octant(const glm::vec3& n) { return (n.x < 0 ? 1 : 0) + (n.y < 0 ? 2 : 0) + (n.z < 0 ? 4 : 0); }
+
+TEST(Senders, of_a_small_mesh_are_all_its_vertices) {
+  const ObjectMesh mesh = test::torus(0.2f, 0.1f, 100, 60);
+  const auto sender = find_senders(mesh);
+  ASSERT_LE(mesh.positions.size(), kMostSenders);
+  for (std::uint32_t v = 0; v < sender.size(); ++v)
+    EXPECT_EQ(sender[v], v);
+}
+
+TEST(Senders, of_a_dense_mesh_are_few_and_lie_beside_those_they_send_for) {
+  for (const int side : {200, 400}) {
+    const ObjectMesh mesh = test::torus(0.2f, 0.1f, side, side);
+    ASSERT_GT(mesh.positions.size(), kMostSenders);
+    const auto sender = find_senders(mesh);
+    std::set<std::uint32_t> all;
+    for (std::uint32_t v = 0; v < sender.size(); ++v) {
+      EXPECT_EQ(sender[sender[v]], sender[v]);
+      EXPECT_EQ(octant(mesh.normals[v]), octant(mesh.normals[sender[v]]));
+      EXPECT_LE(glm::length(mesh.positions[v] - mesh.positions[sender[v]]), std::sqrt(3.0f) * 0.6f / 20.0f + 1e-6f);
+      all.insert(sender[v]);
+    }
+    EXPECT_LT(all.size(), 5000u) << "however dense the mesh is";
+    EXPECT_GT(all.size(), 1000u);
+  }
+}
+
+TEST(LightInBox, a_gradient_between_senders_is_kept_to_a_twentieth_of_its_range) {
+  const ObjectMesh mesh = test::torus(0.2f, 0.1f, 300, 200);
+  const auto sender = find_senders(mesh);
+  Bounds box;
+  for (const glm::vec3& p : mesh.positions)
+    box.include(glm::dvec3(p));
+  LightInBox light(box);
+  const auto truth = [](const glm::vec3& x) { return 2.0f + 3.0f * x.x - 1.0f * x.y + 2.0f * x.z; };
+  for (std::uint32_t v = 0; v < sender.size(); ++v)
+    if (sender[v] == v) {
+      Sh9Rgb here{};
+      here[2] = Rgb(truth(mesh.positions[v]));
+      light.add(glm::dvec3(mesh.positions[v]), here);
+    }
+  light.turn(glm::mat3(1.0f));
+  double square = 0.0;
+  for (const glm::vec3& p : mesh.positions) {
+    const float found = light.at(glm::dvec3(p))[2].g;
+    EXPECT_NEAR(found, truth(p), 0.1f) << "of a range of 2";
+    square += static_cast<double>((found - truth(p)) * (found - truth(p)));
+  }
+  EXPECT_LT(std::sqrt(square / static_cast<double>(mesh.positions.size())), 0.02) << "of a range of 2";
+}
+
+TEST(LightInBox, is_turned_into_the_frame_of_a_turned_box) {
+  // In a box turned by a quarter about z, light from the world's x comes along its own -y.
+  const glm::mat3 quarter(glm::vec3(0, 1, 0), glm::vec3(-1, 0, 0), glm::vec3(0, 0, 1));
+  Bounds box;
+  box.include(glm::dvec3(-1.0));
+  box.include(glm::dvec3(1.0));
+  LightInBox light(box);
+  Sh9Rgb from_x{};
+  from_x[3] = Rgb(1.0f);
+  light.add(glm::dvec3(0.1), from_x);
+  light.turn(quarter);
+  EXPECT_NEAR(light.at(glm::dvec3(0.1))[1].g, -1.0f, 1e-5f);
+  EXPECT_NEAR(light.at(glm::dvec3(0.1))[3].g, 0.0f, 1e-5f);
+}
+
+TEST(PointsAround, a_dense_mesh_lies_in_the_box_of_few_points_around_it) {
+  const ObjectMesh mesh = test::torus(0.2f, 0.1f, 400, 300);
+  const auto points = points_around(mesh.positions);
+  EXPECT_LT(points.size(), mesh.positions.size() / 3);
+  const RenderCamera camera = test::look_at({1.0, 0.4, 0.5}, {0.0, 0.0, 0.0}, 200, 180, 0.6);
+  const PixelBox exact = projected_box(camera, glm::dvec3(0.0), mesh.positions),
+                 around = projected_box(camera, glm::dvec3(0.0), points);
+  EXPECT_EQ(around.common(exact), exact);
+  EXPECT_LE(around.width(), exact.width() + 12);
+  EXPECT_LE(around.height(), exact.height() + 12);
+}
+
+} // namespace
+} // namespace daylit
