@@ -75,6 +75,9 @@ function(daylit_test name)
   if(NOT T_LABELS)
     set(T_LABELS unit)
   endif()
+  if("long" IN_LIST T_LABELS) # these use every core, or measure time
+    set(alone RUN_SERIAL TRUE)
+  endif()
   add_executable(test_${name} ${T_SOURCES})
   target_link_libraries(test_${name} PRIVATE daylit_warnings ${T_LINK} GTest::gtest_main $<TARGET_NAME_IF_EXISTS:daylit_sanitizers>)
   if(DAYLIT_SANITIZE AND "long" IN_LIST T_LABELS) # only the short tests run under the sanitizers
@@ -83,5 +86,5 @@ function(daylit_test name)
   target_compile_definitions(test_${name} PRIVATE
     DAYLIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}" DAYLIT_BINARY_DIR="${CMAKE_BINARY_DIR}")
   gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-    PROPERTIES LABELS "${T_LABELS}" TIMEOUT ${T_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]")
+    PROPERTIES LABELS "${T_LABELS}" TIMEOUT ${T_TIMEOUT} SKIP_REGULAR_EXPRESSION "\\[  SKIPPED \\]" ${alone})
 endfunction()

@@ -218,17 +218,10 @@ std::vector<ShRadiance> Audit::light_at_points(const LightField& field, const Fi
                                                std::span<const Rgb> stored, std::span<const Rgb> sent) const {
   std::vector<ShRadiance> light(points_.size());
   parallel_for(std::size_t{0}, points_.size(), [&](std::size_t p) {
-    light[p] = sampler_.sample_all(field, points_[p]).value_or(ShRadiance{});
-    if (!surfaces)
-      return;
-    std::array<std::uint32_t, 8> probe;
-    std::array<float, 8> weight;
-    const auto used = static_cast<std::size_t>(sampler_.weights(points_[p], probe, weight));
-    ShRadiance more = surfaces->correction(points_[p], std::span(probe).first(used), std::span(weight).first(used),
-                                           stored, [&](std::size_t e, const glm::dvec3&) { return sent[e]; });
-    if (field.band4.empty())
-      more.band4 = {};
-    light[p] += more;
+    const auto light_here = surfaces ? surfaces->corrected(sampler_, field, points_[p], stored,
+                                                           [&](std::size_t e, const glm::dvec3&) { return sent[e]; })
+                                     : sampler_.sample_all(field, points_[p]);
+    light[p] = light_here.value_or(ShRadiance{});
   });
   return light;
 }

@@ -108,6 +108,26 @@ void take_counts(const BakeReport& report, const BakeOptions& options, Calibrati
   calibration.stages = report.stages;
 }
 
+/// Where light is wanted in a room without given points: in the air, room by room, and above the faces.
+Result<void> place_points(const Room& room, const std::vector<StandingFace>& faces, CalibrationBake& calibration,
+                          BakeOptions& options) {
+  auto standing = points_above(room, faces, 4 * kPoints);
+  if (!standing)
+    return standing.error();
+  auto in_air = points_in_air(room, calibration.bounds);
+  if (!in_air)
+    return in_air.error();
+  auto rooms = points_by_room(room, calibration.bounds, *in_air);
+  if (!rooms)
+    return rooms.error();
+  calibration.standing = std::move(*standing);
+  calibration.receivers = thinned(*in_air, kReceivers);
+  calibration.rooms = std::move(*rooms);
+  options.held_out = std::move(*in_air);
+  options.near_surfaces = calibration.near_surfaces;
+  return {};
+}
+
 } // namespace
 
 /// ((sx / (nx - 1)) (sy / (ny - 1)) (sz / (nz - 1)))^(1/3), metres.
@@ -128,12 +148,6 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
     return faces.error();
   std::erase_if(*faces, [&](const StandingFace& f) { return !meet(f.box, calibration.bounds); });
   calibration.near_surfaces = planes_near(*faces, calibration.bounds);
-  if (points.empty()) {
-    auto standing = points_above(room.room, *faces, 4 * kPoints);
-    if (!standing)
-      return standing.error();
-    calibration.standing = std::move(*standing);
-  }
   const SkyPartition sky = *SkyPartition::uniform(kRegions);
   BakeOptions options;
   options.visibility_rays = kVisibilityRays;
@@ -144,16 +158,8 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   calibration.receivers = thinned(points, kReceivers);
   options.box = box;
   if (points.empty()) {
-    auto in_air = points_in_air(room.room, calibration.bounds);
-    if (!in_air)
-      return in_air.error();
-    calibration.receivers = thinned(*in_air, kReceivers);
-    auto rooms = points_by_room(room.room, calibration.bounds, *in_air);
-    if (!rooms)
-      return rooms.error();
-    calibration.rooms = std::move(*rooms);
-    options.held_out = std::move(*in_air);
-    options.near_surfaces = calibration.near_surfaces;
+    if (const Result<void> placed = place_points(room.room, *faces, calibration, options); !placed)
+      return placed.error();
   }
   options.receivers = calibration.receivers;
   GridLaw grid;

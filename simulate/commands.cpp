@@ -203,6 +203,9 @@ Result<void> run_compare(const CompareArguments& a) {
     if (const auto read = read_into(a.result_mask.empty() ? beside : a.result_mask, in.result_coverage.emplace());
         !read)
       return read;
+  if (!a.second_truth.empty())
+    if (const auto read = read_into(a.second_truth, in.second_truth.emplace()); !read)
+      return read;
   const auto error = measure_picture_error(in);
   if (!error)
     return error.error();

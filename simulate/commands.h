@@ -10,7 +10,7 @@ namespace daylit {
 
 /// daylit-simulate compare DIR: a result against truth.exr, interior.exr, mask.exr and se.exr of the folder.
 struct CompareArguments {
-  std::filesystem::path folder, result, result_mask, output;
+  std::filesystem::path folder, result, result_mask, second_truth, output;
   int frame = 0; ///< of a sequence
   int zoom = 0;  ///< > 0: `output` shows the object's surroundings alone, so many times as large
   bool force = false, json = false;

@@ -89,6 +89,21 @@ RegionError measure(const PictureErrorInput& in, const Mask& where) {
   return e;
 }
 
+Mask darkest_third(const RgbImage& by, const Mask& where) {
+  std::vector<float> level;
+  for (std::size_t i = 0; i < where.size(); ++i)
+    if (where[i])
+      level.push_back(luminance(by.texels[i]));
+  Mask mask(where.size());
+  if (level.empty())
+    return mask;
+  const auto third = level.begin() + static_cast<std::ptrdiff_t>(level.size() / 3);
+  std::nth_element(level.begin(), third, level.end());
+  for (std::size_t i = 0; i < where.size(); ++i)
+    mask[i] = where[i] && luminance(by.texels[i]) < *third ? 1 : 0;
+  return mask;
+}
+
 /// Clipped at `white` and smoothed over the mask.
 RgbImage as_seen(const RgbImage& image, const Mask& mask, float white) {
   const Plane weight(mask.begin(), mask.end());
@@ -130,6 +145,7 @@ RegionError measure_seen(const PictureErrorInput& in, const Mask& where) {
       as_seen(in.room, where, white),
       {},
       in.standard_error ? std::optional(error_as_seen(*in.standard_error, in.truth, where, white)) : std::nullopt,
+      {},
       {}};
   return measure(seen, where);
 }
@@ -172,7 +188,8 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
       {&in.truth, "truth"},
       {&in.coverage, "mask"},
       {in.standard_error ? &*in.standard_error : &in.truth, "standard error"},
-      {in.result_coverage ? &*in.result_coverage : &in.truth, "result mask"}};
+      {in.result_coverage ? &*in.result_coverage : &in.truth, "result mask"},
+      {in.second_truth ? &*in.second_truth : &in.truth, "second truth"}};
   for (const auto& [image, name] : images)
     if (const auto good = check(*image, in.truth, name); !good)
       return good.error();
@@ -196,6 +213,8 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
   const Mask inner = spread(both, width, height, kMaskErosion, true);
   error.object = measure(in, inner);
   error.seen = measure_seen(in, inner);
+  if (in.second_truth)
+    error.shaded = measure(in, darkest_third(*in.second_truth, inner));
   error.shadow = measure(in, shadow);
   error.contact = measure_contact(in.result, in.truth, in.coverage);
   error.whole = measure(in, Mask(mask.size(), 1));
@@ -208,7 +227,8 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
 
 std::string to_text(const PictureError& e) {
   std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %\n";
-  out += row("object", e.object) + row("as seen", e.seen) + row("shadow", e.shadow) + row("whole", e.whole);
+  out += row("object", e.object) + (e.shaded ? row("in shade", *e.shaded) : "") + row("as seen", e.seen);
+  out += row("shadow", e.shadow) + row("whole", e.whole);
   const ContactError& c = e.contact;
   out += fmt::format("contact  {:>8} {:>8.2f} {:>8.2f}  brightest pixel {:+.0f} %, darkest {:+.0f} %\n", c.pixels,
                      100.0 * c.relative_rms, 100.0 * c.bias, 100.0 * c.brightest, 100.0 * c.darkest);
@@ -218,9 +238,10 @@ std::string to_text(const PictureError& e) {
 
 std::string to_json(const PictureError& e) {
   return fmt::format("{{\"object\":{},\"seen\":{},\"shadow\":{},\"contact\":{},\"whole\":{},\"object_fraction\":{:.6g},"
-                     "\"mask_iou\":{}}}",
+                     "\"mask_iou\":{}{}}}",
                      json(e.object), json(e.seen), json(e.shadow), json(e.contact), json(e.whole), e.object_fraction,
-                     e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null");
+                     e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null",
+                     e.shaded ? ",\"shaded\":" + json(*e.shaded) : "");
 }
 
 float preview_exposure(const RgbImage& image) {

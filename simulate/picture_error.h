@@ -17,6 +17,7 @@ struct PictureErrorInput {
   RgbImage coverage;                       ///< fraction of each pixel that the object covers in the truth
   std::optional<RgbImage> standard_error;  ///< of the truth
   std::optional<RgbImage> result_coverage; ///< the object in the result; without it the truth's mask stands for both
+  std::optional<RgbImage> second_truth;    ///< of other random numbers: says which pixels are in shade
 };
 
 /// Root mean square over pixels and channels of result - truth, divided by the mean of the truth over the same pixels.
@@ -34,6 +35,9 @@ struct PictureError {
   /// The object's pixels as a picture shows them: both clipped at white, which is 1 / preview_exposure() of the room,
   /// and smoothed over those pixels (blur_within()).
   RegionError seen;
+  /// The darkest third of the object's pixels by luminance of the second truth. Chosen by the first, they would be
+  /// those in which its noise is dark.
+  std::optional<RegionError> shaded;
   ContactError contact; ///< beside the object, which the two above leave out
   RegionError whole;
   std::optional<double> mask_iou; ///< intersection over union of the masks; only with result_coverage

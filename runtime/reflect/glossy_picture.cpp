@@ -31,10 +31,13 @@ constexpr std::array<float, 3> kEdgeTaps{0.33f, 1.0f, 0.33f};
 // A neighbour counts at most so many times as bright as the pixel: the mirrored sun does not grow by a pixel.
 constexpr float kBrighter = 10.0f;
 
+/// Of sixteen, each once in a square of four by four pixels.
+int pattern_of(int x, int y) { return ((x & 3) + 4 * (y & 3)) * 5 & 15; }
+
 /// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
 /// square of four by four pixels has all. The same in every frame: a still scene does not flicker.
 glm::vec2 lobe_place(int x, int y, int sample) {
-  const int pixel = ((x & 3) + 4 * (y & 3)) * 5 & 15, n = kSamples * kSamples * sample + ((pixel + sample) & 15);
+  const int n = kSamples * kSamples * sample + ((pattern_of(x, y) + sample) & 15);
   int mirrored = 0;
   for (int bit = 0; bit < 6; ++bit)
     mirrored |= (n >> bit & 1) << (5 - bit);
@@ -44,7 +47,7 @@ glm::vec2 lobe_place(int x, int y, int sample) {
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
 struct GlossyPixel {
   Rgb diffuse{0.0f}, radiance{0.0f}; ///< an object that was drawn whole counts with a diffuse reflectance of 1
-  Rgb occluded{0.0f};
+  Rgb glint{0.0f}, occluded{0.0f};
   glm::vec3 normal{0.0f};
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
@@ -53,6 +56,7 @@ struct GlossyPixel {
   void average() {
     diffuse /= std::max(samples, 1.0f);
     radiance /= std::max(samples, 1.0f);
+    glint /= std::max(samples, 1.0f);
     occluded /= std::max(samples, 1.0f);
     samples = std::min(samples, 1.0f);
   }
@@ -93,6 +97,7 @@ private:
     std::array<std::size_t, kRayBatch> pixel{};
     std::array<std::array<glm::vec2, kSamples>, kRayBatch> places{};
     std::array<std::size_t, kRayBatch> place_count{};
+    std::array<int, kRayBatch> pattern{};
     std::size_t count = 0;
     bool beside_room = false; ///< what of the room stands before an object is looked for
     std::uint64_t traced = 0;
@@ -164,6 +169,7 @@ private:
     queue.rays[queue.count] = camera_ray(x, y, place);
     queue.pixel[queue.count] = in_box(x, y);
     queue.place_count[queue.count] = 0;
+    queue.pattern[queue.count] = pattern_of(x, y);
     return queue.count++;
   }
   void follow(Queue& queue) {
@@ -197,7 +203,7 @@ private:
       }
       p.part = static_cast<std::uint32_t>(points[k]->part);
       looked_up[n] = {queue.rays[k], *points[k], std::span(queue.places[k]).first(queue.place_count[k]),
-                      points[k]->distance / drawn_.camera.fx};
+                      points[k]->distance / drawn_.camera.fx, queue.pattern[k]};
       pixel[n++] = &p;
     }
     std::array<GlossyLight, kRayBatch> light;
@@ -205,6 +211,7 @@ private:
     for (std::size_t k = 0; k < n; ++k) {
       pixel[k]->diffuse += light[k].diffuse;
       pixel[k]->radiance += light[k].radiance;
+      pixel[k]->glint += light[k].glint;
       pixel[k]->occluded += light[k].occluded;
       pixel[k]->normal = light[k].normal;
       pixel[k]->alpha = light[k].alpha;
@@ -224,7 +231,7 @@ private:
         continue;
       ++written;
       const glm::vec4 object = drawn_.photo_pixel(x, y).object;
-      const Rgb shown = Rgb(object) * p.diffuse + object.w * (smoothed(x, y, p) - p.occluded);
+      const Rgb shown = Rgb(object) * p.diffuse + object.w * (smoothed(x, y, p) + p.glint - p.occluded);
       Rgb& pixel = composite_.picture.texels[index(x, y)];
       pixel = glm::max(pixel + scale.apply(shown - Rgb(object)), Rgb(0.0f));
     }

@@ -12,17 +12,16 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
+#include "runtime/reflect/glossy_surface.h"
 #include "scene/core/orthonormal.h"
 
 namespace daylit {
 
 namespace {
 
-float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
-
-constexpr float kGrazing = 1e-3f;       // least cosine of a ray to the face that it leaves
-constexpr float kLeastOfWindow = 1e-3f; // of a sky that is brighter than the room
-constexpr int kAllColours = -1;         // of a ray; else the number of the only one
+constexpr float kGrazing = 1e-3f;    // least cosine of a ray to the face that it leaves
+constexpr int kAllColours = -1;      // of a ray; else the number of the only one
+constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
 
 /// Points that are looked up one after the other mostly are of one material.
 const Bsdf& bsdf_of(const SurfaceMaterial& material) {
@@ -37,23 +36,12 @@ const Bsdf& bsdf_of(const SurfaceMaterial& material) {
 
 } // namespace
 
-struct GlossyRays::Surface {
-  SurfaceMaterial material;
-  glm::vec3 tangent{0.0f}, bitangent{0.0f}, normal{0.0f}; ///< world
-  glm::vec3 out{0.0f};                                    ///< local, towards where the ray came from
-  Bsdf bsdf;
-
-  float alpha() const { return std::min(material.alpha_u, material.alpha_v); }
-  bool is_sharp() const { return alpha() < kWideAlpha; }
-  glm::vec3 to_world(const glm::vec3& v) const { return v.x * tangent + v.y * bitangent + v.z * normal; }
-  glm::vec3 to_local(const glm::vec3& v) const {
-    return {glm::dot(v, tangent), glm::dot(v, bitangent), glm::dot(v, normal)};
-  }
-};
-
 GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
-                       const GlossySettings& settings)
-    : room_(room), sent_(sent), indirect_(indirect), settings_(settings) {}
+                       std::span<const DirectionalLight> sky, const GlossySettings& settings)
+    : room_(room), sent_(sent), indirect_(indirect), sky_(sky), settings_(settings) {
+  for (const DirectionalLight& l : sky)
+    sky_luminance_ += luminance(l.irradiance);
+}
 
 const ObjectMaterial* GlossyRays::material(const ObjectPoint& point) const {
   return room_.objects.objects().parts[point.part].mesh().material_or_null(point.triangle);
@@ -117,21 +105,6 @@ Rgb GlossyRays::occluded(const ObjectPoint& point, const Surface& s) const {
   return s.material.occlusion < 1.0f ? (1.0f - s.material.occlusion) * diffuse_of(indirect_, point, s) : Rgb(0.0f);
 }
 
-/// f(out, sun) cos E. The disc is narrower than a wide lobe; a sharp one meets it with its ray, or does not.
-Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s) const {
-  if (!room_.sun || s.is_sharp())
-    return Rgb(0.0f);
-  const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
-  if (in.z <= 0.0f || glm::dot(to_sun, point.face_normal) * glm::dot(s.normal, point.face_normal) <= 0.0f)
-    return Rgb(0.0f);
-  const Rgb f = s.bsdf.glossy(s.out, in) * in.z;
-  if (largest(f) <= 0.0f)
-    return Rgb(0.0f);
-  const float side = glm::dot(s.normal, point.face_normal) < 0.0f ? -1.0f : 1.0f;
-  const double offset = room_.objects.offset_m(point.part);
-  return f * room_.sun_at(point.position + offset * static_cast<double>(side) * glm::dvec3(point.face_normal));
-}
-
 /// A ray of the tree, from outside or inside the objects.
 struct GlossyRays::Branch {
   WorldRay ray;
@@ -140,8 +113,8 @@ struct GlossyRays::Branch {
   std::uint32_t tree = 0;
   int depth = 0, channel = kAllColours;
   bool inside = false;
-  float width_rad = 0.0f, density = 0.0f; ///< of RoomRay
-  bool only_outside = false;              ///< what it meets counts as black
+  float width_rad = 0.0f;    ///< RoomRay::width_rad
+  float lobe_density = 0.0f; ///< of all samples of its lobe, per sr, where lights find the sky, too; 0: they do not
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -169,41 +142,6 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
   return {point.position + room_.objects.offset_m(point.part) * glm::dvec3(face), direction};
 }
 
-/// A wide lobe that the camera sees.
-bool GlossyRays::looks_for_windows(const Surface& s) const {
-  return room_.window_points && !room_.window_points->empty() && !s.is_sharp();
-}
-
-/// Straight to a point on a window: f cos / (the densities of both ways).
-void GlossyRays::add_window_ray(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const {
-  Work::Tree& tree = work.trees[from.tree];
-  const float face_sign = glm::dot(s.normal, point.face_normal) < 0.0f ? -1.0f : 1.0f;
-  const glm::vec3 face = face_sign * point.face_normal;
-  const glm::dvec3 origin = point.position + room_.objects.offset_m(point.part) * glm::dvec3(face);
-  const glm::vec3 direction(glm::normalize(room_.window_points->sample(tree.u) - origin));
-  if (tree.rays_left <= 0 || glm::dot(direction, face) <= kGrazing)
-    return;
-  const glm::vec3 in = s.to_local(direction);
-  const float density = room_.window_points->density(origin, direction);
-  Rgb weight(0.0f);
-  for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
-    if (lobe)
-      weight += lobe->weight * (lobe->density / (lobe->density + density));
-  if (largest(weight) < kLeastOfWindow)
-    return;
-  ++work.rays;
-  work.next.push_back({{origin, direction},
-                       from.weight * weight,
-                       Rgb(0.0f),
-                       from.tree,
-                       1,
-                       from.channel,
-                       false,
-                       std::max(from.width_rad, s.alpha()),
-                       0.0f,
-                       true});
-}
-
 /// One ray for each lobe, the one that brings most first, as long as it brings enough; it stands for those left out.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const {
   Work::Tree& tree = work.trees[from.tree];
@@ -224,10 +162,11 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     --tree.rays_left;
     ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
+    const float sharp_width = from.depth == 0 && lobe->transmitted ? 0.0f : from.width_rad;
     work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
                          from.tree, from.depth + 1, from.channel, inside,
-                         s.is_sharp() ? from.width_rad : std::max(from.width_rad, s.alpha()),
-                         from.depth == 0 && looks_for_windows(s) ? lobe->density : 0.0f});
+                         s.is_sharp() ? sharp_width : std::max(from.width_rad, s.alpha()),
+                         from.depth == 0 ? from.lobe_density * lobe->density : 0.0f});
   }
   if (work.next.size() > first)
     work.next[first].weight += left_out;
@@ -241,7 +180,8 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   Rgb sent = diffuse_of(sent_, point, s) - occluded(point, s) + s.material.emission;
   const ObjectMaterial* m = material(point);
   if (m && m->is_glossy()) {
-    sent += glint(point, s);
+    if (!s.is_sharp())
+      sent += glint(point, s, 0.0f);
     spread(point, s, left, work);
   }
   work.add(branch.tree, left.weight * sent);
@@ -264,10 +204,8 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   for (std::size_t k = 0; k < batch.size(); ++k)
     if (batch[k].inside && points[k])
       arrive(batch[k], *points[k], work);
-    else if (!batch[k].only_outside || !points[k]) {
-      room[count] = {
-          rays[k],  points[k] ? points[k]->distance : most[k], batch[k].width_rad, batch[k].density, std::nullopt,
-          Rgb(0.0f)};
+    else {
+      room[count] = {rays[k], points[k] ? points[k]->distance : most[k], batch[k].width_rad, std::nullopt, Rgb(0.0f)};
       branch_of[count++] = k;
     }
   room_.find_ends({room.data(), count});
@@ -275,13 +213,17 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   for (std::size_t k = 0; k < count; ++k)
     if (const auto& point = points[branch_of[k]]; point && !room[k].end)
       arrive(batch[branch_of[k]], *point, work);
-    else if (!batch[branch_of[k]].only_outside || !room[k].end) {
+    else {
       room[kept] = room[k];
       branch_of[kept++] = branch_of[k];
     }
   room_.find_radiance({room.data(), kept});
-  for (std::size_t k = 0; k < kept; ++k)
-    work.add(batch[branch_of[k]].tree, batch[branch_of[k]].weight * room[k].radiance);
+  for (std::size_t k = 0; k < kept; ++k) {
+    const Branch& b = batch[branch_of[k]];
+    const bool shared = b.lobe_density > 0.0f && !room[k].end;
+    const float part = shared ? lobe_part(b.lobe_density, b.ray.direction, b.width_rad) : 1.0f;
+    work.add(b.tree, part * b.weight * room[k].radiance);
+  }
 }
 
 void GlossyRays::follow(Work& work) const {
@@ -298,22 +240,24 @@ void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radianc
   for (std::size_t k = 0; k < rays.size(); ++k) {
     radiances[k] = Rgb(0.0f);
     work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays});
-    work.level.push_back({rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, 0.0f});
+    work.level.push_back(
+        {rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, 0.0f, 0.0f});
   }
   follow(work);
 }
 
 /// Where colours are bent apart, a tree for each.
-void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, GlossyLight& light, Work& work) const {
+void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
+                                    Work& work) const {
   const auto grow = [&](const Surface& surface, const Rgb& weight, int channel) {
     for (const glm::vec2& u : s.is_sharp() ? at.places.first(1) : at.places) {
       work.trees.push_back(
           {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
-      const Branch camera{at.ray, weight,  Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1),
-                          0,      channel, false,     0.0f};
+      Branch camera{at.ray, weight,    Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1), 0, channel,
+                    false,  width_rad, 0.0f};
+      if (shares_sky(surface))
+        camera.lobe_density = static_cast<float>(at.places.size());
       spread(at.point, surface, camera, work);
-      if (looks_for_windows(surface))
-        add_window_ray(at.point, surface, camera, work);
     }
   };
   if (!s.material.disperses())
@@ -328,15 +272,18 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, Glo
 std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const {
   Work work;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    const auto& [ray, point, places, width_m] = points[k];
-    const Surface s = surface(ray, point, width_m, kAllColours);
-    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, occluded(point, s), s.normal, 0.0f};
+    const ObjectPoint& point = points[k].point;
+    const Surface s = surface(points[k].ray, point, points[k].width_m, kAllColours);
+    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, Rgb(0.0f), occluded(point, s), s.normal, 0.0f};
     const ObjectMaterial* m = material(point);
     if (!m || !m->is_glossy())
       continue;
     lights[k].alpha = s.alpha();
-    lights[k].radiance += glint(point, s);
-    spread_from_camera(points[k], s, lights[k], work);
+    const float turn_rad = turn_in(point, points[k].width_m);
+    lights[k].glint = glint(point, s, turn_rad);
+    if (shares_sky(s))
+      lights[k].radiance += sky_highlight(points[k], s);
+    spread_from_camera(points[k], s, s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad, lights[k], work);
   }
   std::swap(work.level, work.next);
   follow(work);

@@ -10,6 +10,7 @@
 #include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
 #include "runtime/reflect/room_seen.h"
+#include "runtime/sky/direct_light.h"
 #include "scene/material/bsdf.h"
 #include "scene/model/surface_look.h"
 
@@ -27,12 +28,14 @@ struct CameraPoint {
   ObjectPoint point;
   std::span<const glm::vec2> places; ///< of the unit square, where in the lobe rays go; one is taken of a narrow lobe
   double width_m = 0.0;              ///< of the pixel on the surface
+  int lights = 0;                    ///< which sixteenth of the sky's lights it looks at, 0 to 15
 };
 
 /// What a sample of a pixel shows of an object whose material is looked up.
 struct GlossyLight {
   Rgb diffuse{1.0f};      ///< reflectance of the diffuse part: times irradiance / pi is its radiance
-  Rgb radiance{0.0f};     ///< all that is not diffuse: mirrored, refracted, sent by itself
+  Rgb radiance{0.0f};     ///< all that is not diffuse: mirrored, refracted, sent by itself; without the glint
+  Rgb glint{0.0f};        ///< the sun's highlight, which no neighbour shares
   Rgb occluded{0.0f};     ///< of the diffuse part's radiance what an occlusion texture takes away: indirect light
   glm::vec3 normal{0.0f}; ///< of the shading, world
   float alpha = 0.0f;     ///< slope of the narrowest lobe; 0 where none is followed
@@ -45,9 +48,10 @@ constexpr float kWideAlpha = 0.01f;
 class GlossyRays {
 public:
   /// `sent`: radiance of each vertex of all objects as a diffuse surface, on both sides; `indirect`: what of it is not
-  /// straight from sky and sun.
+  /// straight from sky and sun. `sky`: the frame's samples of the sky, by which wide lobes find it beside their own
+  /// samples; none: by these alone.
   GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
-             const GlossySettings& settings);
+             std::span<const DirectionalLight> sky, const GlossySettings& settings);
 
   /// What the camera sees of up to kRayBatch points. Returns how many rays were traced.
   std::uint64_t look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const;
@@ -63,17 +67,24 @@ private:
   void follow(Work& work) const;
   void step(std::span<const Branch> batch, Work& work) const;
   void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;
-  bool looks_for_windows(const Surface& s) const;
-  void add_window_ray(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
-  Rgb glint(const ObjectPoint& point, const Surface& s) const;
-  void spread_from_camera(const CameraPoint& at, const Surface& s, GlossyLight& light, Work& work) const;
+  float turn_in(const ObjectPoint& point, double width_m) const;
+  Rgb sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const;
+  Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad) const;
+  std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
+  bool shares_sky(const Surface& s) const;
+  float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const;
+  Rgb sky_highlight(const CameraPoint& at, const Surface& s) const;
+  void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
+                          Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
   Rgb occluded(const ObjectPoint& point, const Surface& s) const;
 
   const RoomSeen& room_;
   std::span<const TwoSided> sent_, indirect_;
+  std::span<const DirectionalLight> sky_;
+  float sky_luminance_ = 0.0f; ///< irradiance of all of `sky_`
   GlossySettings settings_;
 };
 

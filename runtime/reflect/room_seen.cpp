@@ -164,17 +164,20 @@ std::uint32_t RoomSeen::hidden_from_camera(std::span<const RoomRay> batch, std::
   return hidden;
 }
 
-/// Sky and disc through the panes on the way. The sky's texels are not wider than what the ray stands for.
+/// The texels are not wider than what is asked for.
+Rgb RoomSeen::sky(const glm::vec3& direction, float width_rad) const {
+  const float texels = width_rad * static_cast<float>(pyramid[0].height) * std::numbers::inv_pi_v<float>;
+  const auto level = static_cast<std::size_t>(texels > 1.0f ? std::log2(texels) : 0.0f);
+  return pyramid[std::min(level, pyramid.size() - 1)].interpolate(glm::dvec3(direction));
+}
+
+/// Sky and disc through the panes on the way.
 Rgb RoomSeen::outside(const RoomRay& r) const {
   const glm::dvec3 direction(r.ray.direction);
-  const float texels = r.width_rad * static_cast<float>(pyramid[0].height) * std::numbers::inv_pi_v<float>;
-  const auto level = static_cast<std::size_t>(texels > 1.0f ? std::log2(texels) : 0.0f);
-  Rgb out = pyramid[std::min(level, pyramid.size() - 1)].interpolate(direction);
+  Rgb out = sky(r.ray.direction, r.width_rad);
   if (r.width_rad == 0.0f && sun && glm::dot(direction, sun->direction) > std::cos(kSunAngularRadius))
     out +=
         sun->normal_irradiance * static_cast<float>(1.0 / (std::numbers::pi * kSunAngularRadius * kSunAngularRadius));
-  if (r.density > 0.0f) // the balance heuristic
-    out *= r.density / (r.density + window_points->density(r.ray.origin, r.ray.direction));
   return out * windows.met(r.ray.origin, direction, std::numeric_limits<double>::infinity()).transmittance;
 }
 
@@ -199,16 +202,18 @@ Rgb RoomSeen::computed(const RoomRay& r, const glm::dvec3& x) const {
   return reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
-/// E T V, towards the middle of the disc.
-Rgb RoomSeen::sun_at(const glm::dvec3& x) const {
-  if (!sun)
-    return Rgb(0.0f);
-  const ApertureCrossings::Met pane = windows.met(x, sun->direction, std::numeric_limits<double>::infinity());
+/// T V; the panes first, which cost less than a ray.
+Rgb RoomSeen::arrives_from(const glm::dvec3& x, const glm::dvec3& direction) const {
+  const ApertureCrossings::Met pane = windows.met(x, direction, std::numeric_limits<double>::infinity());
   if (pane.count == 0 || pane.transmittance == Rgb(0.0f) ||
-      rays.occluded(rays.to_local(x), glm::vec3(sun->direction), 0.0f, kInfinity))
+      rays.occluded(rays.to_local(x), glm::vec3(direction), 0.0f, kInfinity))
     return Rgb(0.0f);
-  return sun->normal_irradiance * pane.transmittance *
-         objects.transmittance({x, glm::vec3(sun->direction)}, std::numeric_limits<double>::infinity());
+  return pane.transmittance * objects.transmittance({x, glm::vec3(direction)}, std::numeric_limits<double>::infinity());
+}
+
+/// Towards the middle of the disc.
+Rgb RoomSeen::sun_at(const glm::dvec3& x) const {
+  return sun ? sun->normal_irradiance * arrives_from(x, sun->direction) : Rgb(0.0f);
 }
 
 } // namespace daylit

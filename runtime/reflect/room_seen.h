@@ -13,7 +13,6 @@
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/object/object_rays.h"
-#include "runtime/reflect/window_points.h"
 #include "runtime/sky/sky_map.h"
 #include "scene/lens/lens.h"
 #include "scene/room/aperture.h"
@@ -60,7 +59,6 @@ struct RoomRay {
   WorldRay ray;
   double most_m = 1e9;        ///< its end is looked for up to here
   float width_rad = 0.0f;     ///< of the part of a lobe that it stands for; 0: sharp, the sun's disc is seen too
-  float density = 0.0f;       ///< per sr, of a ray of a lobe that window_points find too; 0: they do not
   std::optional<RoomEnd> end; ///< empty: nowhere, it leaves
   Rgb radiance{0.0f};         ///< that arrives against the ray
 };
@@ -77,7 +75,6 @@ struct RoomSeen {
   const ObjectRays& objects;
   const PhotographedRoom* photograph = nullptr; ///< null: only computed light
   const RealThings* things = nullptr;           ///< seen in the photograph, where it is given; null: none
-  const WindowPoints* window_points = nullptr;  ///< null: rays of lobes find the windows alone
 
   /// Fills in where they end.
   void find_ends(std::span<RoomRay> batch) const;
@@ -85,6 +82,10 @@ struct RoomSeen {
   void find_radiance(std::span<RoomRay> batch) const;
   /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
   Rgb sun_at(const glm::dvec3& x) const;
+  /// Radiance of the sky without its sun, before panes; of a part of it as wide as RoomRay::width_rad.
+  Rgb sky(const glm::vec3& direction, float width_rad) const;
+  /// Part of the light from far away in a direction that arrives at x through a window, past the room and the objects.
+  Rgb arrives_from(const glm::dvec3& x, const glm::dvec3& direction) const;
 
 private:
   void find_things(RoomRay& ray) const;

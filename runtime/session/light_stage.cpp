@@ -21,7 +21,7 @@ std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
 
 LoadedRoom::LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RoomMirror m, bool with_indirect_shadow)
     : volume(std::move(v)), sampler(std::move(s)), rays(std::move(r)), light(volume.room, rays, sampler),
-      windows(volume.apertures), window_points(volume.apertures), mirror(std::move(m)) {
+      windows(volume.apertures), mirror(std::move(m)) {
   if (with_indirect_shadow)
     indirect_shadow.emplace(volume.room, rays, volume.apertures, light);
 }

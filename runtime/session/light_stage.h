@@ -26,7 +26,6 @@ struct LoadedRoom {
   RoomLight light;
   std::optional<IndirectShadow> indirect_shadow; ///< empty: not drawn
   ApertureCrossings windows;
-  WindowPoints window_points;
   RoomMirror mirror;
 
   LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RoomMirror m, bool with_indirect_shadow);

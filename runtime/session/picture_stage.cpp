@@ -129,11 +129,11 @@ GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInp
                                       const ObjectRays& objects, const ThingLayer* things, Composite& result) const {
   const PhotographedRoom photograph(result, *in.camera, in.lens, scale, photo.white());
   const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
-  const RoomSeen seen{room_.volume.room,   room_.rays,    room_.light, shadow,      in.sky->pyramid,
-                      in.sky->sun,         room_.windows, objects,     &photograph, things ? &*things_ : nullptr,
-                      &room_.window_points};
+  const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
+                      in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
   const ObjectsIndirectLight& light = in.light.indirect();
-  const GlossyRays rays(seen, light.sent, light.radiance, {.most_rays = in.shown->reflections});
+  const GlossyRays rays(seen, light.sent, light.radiance, in.light.direct().lights.sky,
+                        {.most_rays = in.shown->reflections});
   const DrawnPicture drawn{*drawn_, *in.camera, things};
   const GlossyCounts counts =
       any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};

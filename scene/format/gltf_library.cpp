@@ -3,7 +3,4 @@
 #include <fstream> // the header forgets it without a file system
 
 #define TINYGLTF_IMPLEMENTATION
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_FS
-#include <tiny_gltf.h>
+#include "scene/format/gltf_library.h"

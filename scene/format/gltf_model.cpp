@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
 
+#include "scene/format/gltf_accessors.h"
 #include "scene/image/image_formats.h"
 
 namespace daylit::detail {
@@ -17,11 +18,6 @@ namespace {
 
 constexpr std::size_t kLargestModel_bytes = std::size_t{1} << 30;
 constexpr int kDeepestNesting = 64; // brackets in the JSON: the library descends by recursion
-constexpr std::size_t kMostCorners = 60'000'000;
-
-Error malformed(const std::string& what, const std::string& where) {
-  return {ErrorCode::file_malformed, what, where, "export the model again, as one .glb"};
-}
 
 /// The JSON part of either form.
 std::span<const std::uint8_t> json_part(std::span<const std::uint8_t> bytes) {
@@ -78,128 +74,6 @@ bool keep_encoded(tinygltf::Image* image, int, std::string*, std::string*, int, 
   if (image->bufferView < 0)
     image->image.assign(bytes, bytes + std::max(size, 0));
   return true;
-}
-
-Result<std::span<const std::uint8_t>> view_bytes(const tinygltf::Model& model, int index) {
-  const std::string where = fmt::format("bufferView {}", index);
-  if (index < 0 || static_cast<std::size_t>(index) >= model.bufferViews.size())
-    return malformed("a buffer view that is not there", where);
-  const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(index)];
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size())
-    return malformed("a buffer that is not there", where);
-  const std::vector<unsigned char>& data = model.buffers[static_cast<std::size_t>(view.buffer)].data;
-  if (view.byteOffset > data.size() || view.byteLength > data.size() - view.byteOffset)
-    return malformed("a range outside its buffer", where);
-  return std::span<const std::uint8_t>(data.data() + view.byteOffset, view.byteLength);
-}
-
-/// Elements of an accessor: `count` times `size` bytes, `stride` apart, all inside the buffer.
-struct Elements {
-  const std::uint8_t* first;
-  std::size_t count, stride;
-  int component;
-};
-
-Result<Elements> elements_of(const tinygltf::Model& model, int index, int type) {
-  const std::string where = fmt::format("accessor {}", index);
-  if (index < 0 || static_cast<std::size_t>(index) >= model.accessors.size())
-    return malformed("an accessor that is not there", where);
-  const tinygltf::Accessor& a = model.accessors[static_cast<std::size_t>(index)];
-  if (a.sparse.isSparse)
-    return Error{ErrorCode::file_malformed, "sparse accessors are not read", where, "export without sparse accessors"};
-  const int component_bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(a.componentType));
-  if (a.type != type || component_bytes <= 0)
-    return malformed("an accessor of the wrong type", where);
-  const auto bytes = view_bytes(model, a.bufferView);
-  if (!bytes)
-    return bytes.error();
-  const std::size_t size = static_cast<std::size_t>(component_bytes) *
-                           static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
-  const std::size_t given = model.bufferViews[static_cast<std::size_t>(a.bufferView)].byteStride;
-  const std::size_t stride = given > 0 ? given : size;
-  if (stride < size || stride > 4096 || a.byteOffset > bytes->size() || a.count > kMostCorners ||
-      (a.count > 0 && (a.count - 1) * stride + size > bytes->size() - a.byteOffset))
-    return malformed("an accessor outside its buffer view", where);
-  return Elements{bytes->data() + a.byteOffset, a.count, stride, a.componentType};
-}
-
-Result<std::vector<glm::dvec3>> read_positions(const tinygltf::Model& model, int accessor) {
-  const Result<Elements> e = elements_of(model, accessor, TINYGLTF_TYPE_VEC3);
-  if (!e)
-    return e.error();
-  if (e->component != TINYGLTF_COMPONENT_TYPE_FLOAT)
-    return Error{ErrorCode::file_malformed, "positions are not stored as float", fmt::format("accessor {}", accessor),
-                 "export without quantisation"};
-  std::vector<glm::dvec3> positions;
-  positions.reserve(e->count);
-  for (std::size_t i = 0; i < e->count; ++i) {
-    std::array<float, 3> p{};
-    std::memcpy(p.data(), e->first + i * e->stride, sizeof(p));
-    if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]))
-      return Error{ErrorCode::value_invalid, "a position is not finite",
-                   fmt::format("accessor {}, element {}", accessor, i), "export the model again"};
-    positions.emplace_back(p[0], p[1], p[2]);
-  }
-  return positions;
-}
-
-Result<std::vector<std::uint32_t>> read_indices(const tinygltf::Model& model, int accessor, std::size_t vertices) {
-  std::vector<std::uint32_t> indices;
-  if (accessor < 0) {
-    for (std::uint32_t i = 0; i < vertices; ++i)
-      indices.push_back(i);
-    return indices;
-  }
-  const Result<Elements> e = elements_of(model, accessor, TINYGLTF_TYPE_SCALAR);
-  if (!e)
-    return e.error();
-  const std::size_t size = e->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE    ? 1
-                           : e->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ? 2
-                           : e->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT   ? 4
-                                                                                    : 0;
-  if (size == 0)
-    return malformed("indices are no unsigned integers", fmt::format("accessor {}", accessor));
-  indices.reserve(e->count);
-  for (std::size_t i = 0; i < e->count; ++i) {
-    std::uint32_t value = 0;
-    std::memcpy(&value, e->first + i * e->stride, size); // little-endian, as glTF
-    if (value >= vertices)
-      return malformed("an index beyond the positions", fmt::format("accessor {}, element {}", accessor, i));
-    indices.push_back(value);
-  }
-  return indices;
-}
-
-/// Components of an attribute as numbers; unsigned integers are normalised to 0..1.
-Result<std::vector<float>> read_attribute(const tinygltf::Model& model, int accessor, int type, std::size_t count) {
-  const Result<Elements> e = elements_of(model, accessor, type);
-  if (!e)
-    return e.error();
-  const std::string where = fmt::format("accessor {}", accessor);
-  if (e->count != count)
-    return malformed("an attribute with another number of elements than the positions", where);
-  const auto width = static_cast<std::size_t>(tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type)));
-  std::vector<float> values;
-  values.reserve(count * width);
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t k = 0; k < width; ++k) {
-      const std::uint8_t* at = e->first + i * e->stride;
-      float value = 0.0f;
-      std::uint16_t word = 0;
-      if (e->component == TINYGLTF_COMPONENT_TYPE_FLOAT)
-        std::memcpy(&value, at + 4 * k, 4);
-      else if (e->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE)
-        value = static_cast<float>(at[k]) / 255.0f;
-      else if (e->component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT)
-        std::memcpy(&word, at + 2 * k, 2), value = static_cast<float>(word) / 65535.0f;
-      else
-        return malformed("an attribute of a type that is not allowed", where);
-      if (!(std::fabs(value) < 1e6f))
-        return Error{ErrorCode::value_invalid, "an attribute is not finite or absurdly large",
-                     fmt::format("{}, element {}", where, i), "export the model again"};
-      values.push_back(value);
-    }
-  return values;
 }
 
 /// Strips and fans as single triangles.
@@ -272,7 +146,7 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
   if (bytes.size() > kLargestModel_bytes)
     return Error{ErrorCode::limit_exceeded, "the file is larger than 1 GiB", name, "split the model"};
   if (nested_too_deep(json_part(bytes)))
-    return malformed("the JSON is nested deeper than any model", name);
+    return malformed_gltf("the JSON is nested deeper than any model", name);
   Files files{read_file, std::nullopt};
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(keep_encoded, nullptr);
@@ -294,7 +168,7 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
     return *files.error;
   if (!read) {
     const std::string first = error.substr(0, error.find('\n'));
-    return malformed("no valid glTF 2.0" + (first.empty() ? "" : ": " + first.substr(0, 200)), name);
+    return malformed_gltf("no valid glTF 2.0" + (first.empty() ? "" : ": " + first.substr(0, 200)), name);
   }
   for (const std::string& extension : model.extensionsRequired)
     if (!is_known_extension(extension))
@@ -306,7 +180,7 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
 Result<GltfTriangles> read_triangles(const tinygltf::Model& model, const tinygltf::Primitive& primitive) {
   const auto position = primitive.attributes.find("POSITION");
   if (position == primitive.attributes.end())
-    return malformed("a primitive without positions", "meshes");
+    return malformed_gltf("a primitive without positions", "meshes");
   Result<std::vector<glm::dvec3>> positions = read_positions(model, position->second);
   if (!positions)
     return positions.error();
@@ -363,15 +237,15 @@ Result<void> walk_meshes(
     open.pop_back();
     const std::string where = fmt::format("node {}", index);
     if (index < 0 || static_cast<std::size_t>(index) >= model.nodes.size())
-      return malformed("a node that is not there", name + ", " + where);
+      return malformed_gltf("a node that is not there", name + ", " + where);
     if (seen[static_cast<std::size_t>(index)])
-      return malformed("a node with two parents, or its own ancestor", name + ", " + where);
+      return malformed_gltf("a node with two parents, or its own ancestor", name + ", " + where);
     seen[static_cast<std::size_t>(index)] = true;
     const tinygltf::Node& n = model.nodes[static_cast<std::size_t>(index)];
     const glm::dmat4 world = parent * transform(n);
     if (n.mesh >= 0) {
       if (static_cast<std::size_t>(n.mesh) >= model.meshes.size())
-        return malformed("a mesh that is not there", name + ", " + where);
+        return malformed_gltf("a mesh that is not there", name + ", " + where);
       if (Result<void> done = visit(model.meshes[static_cast<std::size_t>(n.mesh)], world, where); !done)
         return done;
     }
@@ -384,7 +258,7 @@ Result<void> walk_meshes(
 Result<Rgb8Image> read_image(const tinygltf::Model& model, int index) {
   const std::string where = fmt::format("image {}", index);
   if (index < 0 || static_cast<std::size_t>(index) >= model.images.size())
-    return malformed("an image that is not there", where);
+    return malformed_gltf("an image that is not there", where);
   const tinygltf::Image& image = model.images[static_cast<std::size_t>(index)];
   std::span<const std::uint8_t> encoded(image.image.data(), image.image.size());
   if (image.bufferView >= 0) {

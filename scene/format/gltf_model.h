@@ -13,13 +13,9 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_FS
-#include <tiny_gltf.h>
-
 #include "scene/core/read_file.h"
 #include "scene/core/result.h"
+#include "scene/format/gltf_library.h"
 #include "scene/image/image_formats.h"
 #include "scene/image/rgb_image.h"
 

@@ -98,6 +98,8 @@ private:
   float passed_rest_[2] = {0.0f, 0.0f}; ///< part of the rest that goes through, from outside and from inside
   float base_ = 1.0f;                   ///< mean of base_light()
 
+  static constexpr float kLeastCosine = 1e-6f; ///< closer to the surface nothing is seen
+  static glm::vec3 mirrored_z(const glm::vec3& w) { return {w.x, w.y, -w.z}; }
   int side(const glm::vec3& w) const { return solid_ && w.z < 0.0f ? 1 : 0; }
   float relative_ior(const glm::vec3& out) const { return side(out) == 1 ? 1.0f / m_.ior : m_.ior; }
   Seen seen(const glm::vec3& w) const;

@@ -170,4 +170,20 @@ ShRadiance FirstReflection::correction(const glm::dvec3& x, std::span<const std:
   return sum;
 }
 
+std::optional<ShRadiance> FirstReflection::corrected(const LightFieldSampler& sampler, const LightField& field,
+                                                     const glm::dvec3& x, std::span<const Rgb> stored,
+                                                     const RadianceAt& actual) const {
+  std::optional<ShRadiance> light = sampler.sample_all(field, x);
+  if (!light)
+    return light;
+  std::array<std::uint32_t, 8> probe;
+  std::array<float, 8> weight;
+  const auto used = static_cast<std::size_t>(sampler.weights(x, probe, weight));
+  ShRadiance more = correction(x, std::span(probe).first(used), std::span(weight).first(used), stored, actual);
+  if (field.band4.empty())
+    more.band4 = {};
+  *light += more;
+  return light;
+}
+
 } // namespace daylit

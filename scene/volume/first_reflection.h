@@ -43,6 +43,10 @@ public:
   /// `stored` is not 0. `weight`: of probes of the volume. Thread-safe.
   ShRadiance correction(const glm::dvec3& world_point, std::span<const std::uint32_t> probe,
                         std::span<const float> weight, std::span<const Rgb> stored, const RadianceAt& actual) const;
+  /// The field at the point, as `sampler` of the same volume gives it, with the correction; none where it gives none.
+  std::optional<ShRadiance> corrected(const LightFieldSampler& sampler, const LightField& field,
+                                      const glm::dvec3& world_point, std::span<const Rgb> stored,
+                                      const RadianceAt& actual) const;
 
 private:
   explicit FirstReflection(const RayScene& scene) : scene_(&scene) {}

@@ -1,6 +1,5 @@
 #include "scene/volume/indirect_light.h"
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -68,19 +67,10 @@ Rgb IndirectLight::sunlit(const SunPatch& patch, std::size_t element, const glm:
 }
 
 std::optional<ShRadiance> IndirectLight::at(const glm::dvec3& p) const {
-  std::optional<ShRadiance> light = sampler_.sample_all(field_, p);
-  if (!light || !sun_)
-    return light;
-  std::array<std::uint32_t, 8> probe;
-  std::array<float, 8> weight;
-  const auto used = static_cast<std::size_t>(sampler_.weights(p, probe, weight));
-  ShRadiance more =
-      sun_->surfaces.correction(p, std::span(probe).first(used), std::span(weight).first(used), sun_->stored,
-                                [&](std::size_t element, const glm::dvec3& y) { return sunlit(*sun_, element, y); });
-  if (field_.band4.empty())
-    more.band4 = {};
-  *light += more;
-  return light;
+  if (!sun_)
+    return sampler_.sample_all(field_, p);
+  return sun_->surfaces.corrected(sampler_, field_, p, sun_->stored,
+                                  [&](std::size_t element, const glm::dvec3& y) { return sunlit(*sun_, element, y); });
 }
 
 } // namespace daylit

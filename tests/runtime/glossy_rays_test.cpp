@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -48,12 +50,12 @@ struct GlossyScene {
   std::optional<DetectedSun> sun;
   std::optional<RoomSeen> seen;
   std::vector<TwoSided> sent, indirect;
+  std::vector<DirectionalLight> lights;
   std::optional<GlossyRays> glossy;
 
-  /// Behind `panes`, where there are some, a sky brighter than the room.
   explicit GlossyScene(const ObjectMaterial& material, const GlossySettings& settings = {},
-                       const std::vector<Aperture>& panes = {})
-      : room(kRadius, panes, 50.0f), windows(panes) {
+                       const std::vector<Aperture>& panes = {}, float sky_factor = 0.0f)
+      : room(kRadius, panes, sky_factor), windows(panes) {
     room.mesh.materials = {material};
     glm::dmat4 world(1.0);
     world[3] = glm::dvec4(middle, 1.0);
@@ -71,24 +73,30 @@ struct GlossyScene {
         RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid, sun, windows, *rays, nullptr});
     sent.assign(room.mesh.positions.size(), {Rgb(Surrounded::kRadiance), Rgb(Surrounded::kRadiance)});
     indirect.assign(room.mesh.positions.size(), {Rgb(kIndirect), Rgb(kIndirect)});
-    glossy.emplace(*seen, sent, indirect, settings);
+    glossy.emplace(*seen, sent, indirect, std::span<const DirectionalLight>{}, settings);
+  }
+  /// Wide lobes find the sky by samples of it, too.
+  void look_at_sky_by_lights(const std::vector<Aperture>& panes) {
+    lights = sample_lights(room.pyramid[0], std::nullopt, panes, {middle, kRadius}, 64).sky;
+    glossy.emplace(*seen, sent, indirect, lights, GlossySettings{});
   }
   /// Radiance towards a viewer who looks past the middle at this distance.
   Rgb radiance(double aside) const {
     const GlossyLight light = look(aside);
     return light.radiance + light.diffuse * kRoom - light.occluded;
   }
-  GlossyLight look(double aside, std::size_t samples = 64) const {
+  /// Every `step`th of sixty-four places in the lobe, and a sixteenth of the sky's lights.
+  GlossyLight look(double aside, std::size_t first = 0, std::size_t step = 1, int pattern = 0) const {
     const WorldRay ray{middle + glm::dvec3(-1.0, aside, 0.0), glm::vec3(1.0f, 0.0f, 0.0f)};
     const auto point = rays->closest(ray, 10.0);
-    std::array<glm::vec2, 64> places;
-    for (std::size_t k = 0; k < places.size(); ++k) { // Hammersley
+    std::vector<glm::vec2> places;
+    for (std::size_t k = first; k < 64; k += step) { // Hammersley
       std::size_t mirrored = 0;
       for (std::size_t bit = 0; bit < 6; ++bit)
         mirrored |= (k >> bit & 1u) << (5 - bit);
-      places[k] = (glm::vec2(k, mirrored) + 0.5f) / 64.0f;
+      places.push_back((glm::vec2(k, mirrored) + 0.5f) / 64.0f);
     }
-    const CameraPoint camera_point{ray, *point, std::span(places).first(samples), 0.0};
+    const CameraPoint camera_point{ray, *point, places, 0.0, pattern};
     GlossyLight light;
     glossy->look({&camera_point, 1}, {&light, 1});
     return light;
@@ -136,6 +144,37 @@ TEST(GlossyRays, a_lobe_in_an_even_room_sends_what_its_weight_and_the_cosine_say
     EXPECT_LE(rising.radiance(aside).g, 1.005f * kRoom) << aside;
     EXPECT_GE(rising.radiance(aside).g, scene.radiance(aside).g - 0.01f * kRoom) << aside;
   }
+}
+
+/// Four samples of the lobe and four lights a pixel, sixteen pixels: the light is that of the lobe's samples alone, and
+/// hardly jumps from one place to the next.
+TEST(GlossyRays, a_rough_metal_shows_a_window_by_lights_and_lobes_as_by_lobes_alone_but_smoothly) {
+  const std::vector<Aperture> panes = test::box_window();
+  GlossyScene scene(metal(0.4f), {}, panes, 30.0f);
+  scene.room.set_walls(0.0f);
+  const auto row = [&] {
+    std::vector<double> light;
+    for (int i = 0; i < 120; ++i) {
+      double sum = 0;
+      for (int k = 0; k < 16; ++k)
+        sum += static_cast<double>(scene.look(-0.14 + 0.28 * i / 119, static_cast<std::size_t>(k), 16, k).radiance.g);
+      light.push_back(sum / 16.0);
+    }
+    return light;
+  };
+  const auto mean = [](const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0) / 120.0; };
+  const auto roughness = [&](const std::vector<double>& v) {
+    double sum = 0;
+    for (std::size_t i = 1; i + 1 < v.size(); ++i)
+      sum += std::abs(v[i - 1] - 2.0 * v[i] + v[i + 1]);
+    return sum / mean(v);
+  };
+  const std::vector<double> by_lobes = row();
+  scene.look_at_sky_by_lights(panes);
+  const std::vector<double> by_both = row();
+  EXPECT_GT(mean(by_lobes), 0.1);
+  EXPECT_NEAR(mean(by_both) / mean(by_lobes), 1.0, 0.02);
+  EXPECT_LT(roughness(by_both), 0.5 * roughness(by_lobes));
 }
 
 TEST(GlossyRays, absorbing_glass_keeps_what_beers_law_says) {
@@ -206,52 +245,6 @@ TEST(GlossyRays, a_mirror_shows_what_the_mirrored_ray_meets) {
   EXPECT_NEAR(static_cast<double>(dim.g), 0.2 * Surrounded::kRadiance, 0.01);
 }
 
-TEST(WindowPoints, density_is_that_of_the_samples) {
-  std::vector<Aperture> panes = test::box_window();
-  panes.push_back({{{0.0, 1.0, 0.8}, {0.0, 1.5, 0.8}, {0.0, 1.4, 2.0}, {0.0, 1.1, 2.2}}, {1, 0, 0}});
-  const WindowPoints points(panes);
-  const glm::dvec3 x(2.3, 2.0, 0.4);
-  constexpr int kCount = 400000;
-  double whole = 0.0, left = 0.0, samples_left = 0.0;
-  for (int k = 0; k < kCount; ++k) { // directions evenly over the sphere
-    const double z = 1.0 - 2.0 * (k + 0.5) / kCount, angle = 2.399963 * k, r = std::sqrt((1.0 - z) * (1.0 + z));
-    const glm::vec3 d(static_cast<float>(r * std::cos(angle)), static_cast<float>(r * std::sin(angle)),
-                      static_cast<float>(z));
-    const auto p = 4.0 * test::kPi / kCount * static_cast<double>(points.density(x, d));
-    whole += p;
-    left += d.x < -0.8f ? p : 0.0;
-  }
-  for (int k = 0; k < 1000; ++k) {
-    const glm::dvec3 to =
-        points.sample({(static_cast<float>(k) + 0.5f) / 1000.0f, std::fmod(0.618f * static_cast<float>(k), 1.0f)}) - x;
-    EXPECT_GT(points.density(x, glm::vec3(glm::normalize(to))), 0.0f) << k;
-    samples_left += glm::normalize(to).x < -0.8 ? 1e-3 : 0.0;
-  }
-  EXPECT_NEAR(whole, 1.0, 0.005);
-  EXPECT_GT(samples_left, 0.1);
-  EXPECT_NEAR(left, samples_left, 0.01);
-  EXPECT_TRUE(WindowPoints({}).empty());
-}
-
-TEST(GlossyRays, rays_to_the_windows_change_no_light_and_take_noise_away) {
-  for (const float roughness : {0.3f, 0.5f}) {
-    GlossyScene scene(metal(roughness), {}, test::box_window());
-    const WindowPoints points(test::box_window());
-    std::array<double, 2> spread{}, mean{};
-    for (const std::size_t with : {0u, 1u}) {
-      scene.seen->window_points = with ? &points : nullptr;
-      for (int k = 0; k < 20; ++k) { // from the side that mirrors the window to the other
-        const double aside = -0.04 + 0.008 * k, exact = static_cast<double>(scene.look(aside).radiance.g);
-        spread[with] += std::fabs(static_cast<double>(scene.look(aside, 4).radiance.g) - exact);
-        mean[with] += exact;
-      }
-    }
-    EXPECT_GT(mean[0], 20.0 * 1.2 * Surrounded::kRadiance) << "some of them see the window";
-    EXPECT_NEAR(mean[1] / mean[0], 1.0, 0.02) << roughness;
-    EXPECT_LT(spread[1], 0.6 * spread[0]) << roughness;
-  }
-}
-
 TEST(GlossyRays, the_brighter_branch_takes_over_the_light_of_those_left_out) {
   const GlossyScene scene(glass(), {.most_rays = 8, .least_importance = 0.03f});
   for (const double aside : {0.01, 0.07, 0.11})
@@ -279,7 +272,7 @@ struct Photographed {
     const RayScene rays = *RayScene::build(scene.room.volume.room);
     const RoomSeen seen{plain.room, rays,          plain.light,   plain.shadow, plain.pyramid,
                         plain.sun,  plain.windows, plain.objects, &photograph,  nullptr};
-    std::array<RoomRay, 1> ray{RoomRay{{scene.middle, direction}, 100.0, 0.0f, 0.0f, std::nullopt, Rgb(0.0f)}};
+    std::array<RoomRay, 1> ray{RoomRay{{scene.middle, direction}, 100.0, 0.0f, std::nullopt, Rgb(0.0f)}};
     seen.find_ends(ray);
     seen.find_radiance(ray);
     return static_cast<double>(ray[0].radiance.g);

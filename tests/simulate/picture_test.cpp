@@ -227,4 +227,27 @@ TEST(PictureError, uniform_gain_error_is_reported_as_such) {
 }
 
 } // namespace
+/// Rows grow brighter; noise of either sign. The third is chosen where its own noise does not count.
+TEST(PictureError, shaded_third_is_chosen_by_the_second_truth) {
+  PictureErrorInput in;
+  in.coverage = RgbImage(34, 34, Rgb(1.0f));
+  in.room = RgbImage(34, 34, Rgb(2.0f));
+  in.truth = in.result = in.second_truth.emplace(34, 34);
+  for (int y = 0; y < 34; ++y)
+    for (int x = 0; x < 34; ++x) {
+      in.result.at(x, y) = Rgb(1.0f + 0.02f * static_cast<float>(y) + 0.0001f * static_cast<float>(x));
+      in.truth.at(x, y) = in.result.at(x, y) + Rgb((x + y) % 2 ? 0.3f : -0.3f);
+      in.second_truth->at(x, y) = in.result.at(x, y) + Rgb(x % 2 ? 0.3f : -0.3f);
+    }
+  const auto e = measure_picture_error(in);
+  ASSERT_TRUE(e) << e.error().message();
+  ASSERT_TRUE(e->shaded);
+  EXPECT_EQ(e->shaded->pixels, 385u); // of 34 x 34
+  EXPECT_NEAR(e->shaded->bias, 0.0, 0.02);
+  in.second_truth = in.truth;
+  EXPECT_GT(measure_picture_error(in)->shaded->bias, 0.1) << "its own noise would count";
+  in.second_truth.reset();
+  EXPECT_FALSE(measure_picture_error(in)->shaded);
+}
+
 } // namespace daylit

@@ -1,0 +1,122 @@
+// What GlossyRays sees of sun and sky without rays of its own: highlights.
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <glm/geometric.hpp>
+
+#include "runtime/reflect/glossy_surface.h"
+#include "scene/material/fresnel.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr std::size_t kLightPatterns = 16;
+constexpr float kLeastSharing = 0.02f; // slope from which a lobe's tails are wide enough to meet windows by chance
+constexpr float kFaintest = 1e-4f;     // of a light's irradiance
+
+} // namespace
+
+/// Just above the surface, where light from that direction meets its outside.
+std::optional<glm::dvec3> GlossyRays::lit_from(const ObjectPoint& point, const Surface& s,
+                                               const glm::vec3& direction) const {
+  const float side = glm::dot(s.normal, point.face_normal) < 0.0f ? -1.0f : 1.0f;
+  if (glm::dot(direction, s.normal) <= 0.0f || side * glm::dot(direction, point.face_normal) <= 0.0f)
+    return std::nullopt;
+  return point.position +
+         room_.objects.offset_m(point.part) * static_cast<double>(side) * glm::dvec3(point.face_normal);
+}
+
+/// How far the normal turns within so many metres of the surface, radians: along the edge where it turns most.
+float GlossyRays::turn_in(const ObjectPoint& point, double width_m) const {
+  const ObjectMesh& mesh = room_.objects.objects().parts[point.part].mesh();
+  const auto& t = mesh.triangles[point.triangle];
+  float most = 0.0f;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::uint32_t a = t[k], b = t[(k + 1) % 3];
+    const float length = glm::distance(mesh.positions[a], mesh.positions[b]);
+    if (length > 0.0f)
+      most = std::max(most, glm::distance(mesh.normals[a], mesh.normals[b]) / length);
+  }
+  return std::min(most * static_cast<float>(width_m / room_.objects.scale(point.part)), 0.5f);
+}
+
+/// Of lobes narrower than a pixel: F P(h) / (4 out . h), with the normals of the pixel spread around its own by
+/// P = 3 / (pi r^2) (1 - (angle / r)^2)^2. r: their turn in the pixel, and half the sun's radius.
+Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const {
+  const glm::vec3 h = glm::normalize(s.out + in);
+  const float radius2 = turn_rad * turn_rad + 0.25f * kSunRadius * kSunRadius,
+              inside = 1.0f - (h.x * h.x + h.y * h.y) / radius2;
+  if (inside <= 0.0f)
+    return Rgb(0.0f);
+  const auto lobes = s.bsdf.sample_lobes(s.out, glm::vec2(0.5f));
+  const Rgb coat = s.has_sharp_coat() && lobes[0] ? lobes[0]->weight : Rgb(0.0f),
+            facets = s.is_sharp() && lobes[1] ? lobes[1]->weight : Rgb(0.0f);
+  return (coat + facets) *
+         (3.0f * std::numbers::inv_pi_v<float> / radius2 * inside * inside / (4.0f * glm::dot(s.out, h)));
+}
+
+/// f(out, sun) cos E. Facets are spread by the turn of the normal in a pixel (alpha^2 = turn^2 / pi: in the middle as
+/// bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of
+/// its radius, for half vectors). A sharp lobe whose pixel is narrower than the disc meets it with its ray.
+Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad) const {
+  if (!room_.sun || (s.is_sharp() && meets_disc(turn_rad)))
+    return Rgb(0.0f);
+  const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
+  const auto x = lit_from(point, s, to_sun);
+  if (!x)
+    return Rgb(0.0f);
+  Rgb f(0.0f);
+  if (s.is_sharp() || s.has_sharp_coat())
+    f += sharp_glint(s, in, turn_rad);
+  if (!s.is_sharp()) {
+    const float spread2 = turn_rad * turn_rad * std::numbers::inv_pi_v<float> + kSunRadius * kSunRadius / 8.0f;
+    const auto spread = [&](float alpha) { return std::sqrt(alpha * alpha + spread2); };
+    SurfaceMaterial m = s.material;
+    m.alpha_u = spread(m.alpha_u);
+    m.alpha_v = spread(m.alpha_v);
+    m.clearcoat_alpha = spread(m.clearcoat_alpha);
+    const auto passes = [&](float cosine) { return 1.0f - m.clearcoat * fresnel_dielectric(cosine, Bsdf::kCoatIor); };
+    const float under_coat = s.has_sharp_coat() ? passes(s.out.z) * passes(in.z) : 1.0f;
+    if (s.has_sharp_coat())
+      m.clearcoat = 0.0f;
+    f += under_coat * in.z * Bsdf(m).glossy(s.out, in);
+  }
+  return largest(f) > kFaintest ? f * room_.sun_at(*x) : Rgb(0.0f);
+}
+
+/// The tails of a lobe are wide and seldom sampled: there a window is found by chance, and is much brighter than what
+/// is around it. What mirrors finds the sky by the frame's lights as well.
+bool GlossyRays::shares_sky(const Surface& s) const { return !sky_.empty() && s.alpha() >= kLeastSharing; }
+
+/// Power heuristic (Veach & Guibas 1995): a^2 / (a^2 + b^2), a: density of all samples of the lobe, b: of the lights,
+/// which lie as dense as the sky is bright.
+float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const {
+  const float count = static_cast<float>(sky_.size()) / kLightPatterns,
+              lights = count * luminance(room_.sky(direction, width_rad)) / sky_luminance_;
+  return lobe_density * lobe_density / std::max(lobe_density * lobe_density + lights * lights, 1e-30f);
+}
+
+/// sum f cos E T V of the lights of one pattern, times the number of patterns, times what the lobe's samples leave.
+Rgb GlossyRays::sky_highlight(const CameraPoint& at, const Surface& s) const {
+  const auto samples = static_cast<float>(at.places.size());
+  Rgb sum(0.0f);
+  for (auto j = static_cast<std::size_t>(at.lights); j < sky_.size(); j += kLightPatterns) {
+    const glm::vec3 direction(sky_[j].direction), in = s.to_local(direction);
+    const auto x = lit_from(at.point, s, direction);
+    if (!x)
+      continue;
+    Rgb weight(0.0f);
+    for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
+      if (lobe)
+        weight += (1.0f - lobe_part(samples * lobe->density, direction, s.alpha())) * lobe->density * lobe->weight;
+    if (largest(weight) * static_cast<float>(kLightPatterns) > kFaintest)
+      sum +=
+          static_cast<float>(kLightPatterns) * weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+  }
+  return sum;
+}
+
+} // namespace daylit
