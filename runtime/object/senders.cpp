@@ -14,10 +14,10 @@ constexpr float kCells = 20.0f; // along the longest side
 
 } // namespace
 
-std::vector<std::uint32_t> find_senders(const ObjectMesh& mesh) {
+std::vector<std::uint32_t> find_senders(const ObjectMesh& mesh, std::size_t most) {
   std::vector<std::uint32_t> sender(mesh.positions.size());
   std::iota(sender.begin(), sender.end(), 0u);
-  if (sender.size() <= kMostSenders)
+  if (sender.size() <= most)
     return sender;
   glm::vec3 low = mesh.positions[0], high = low;
   for (const glm::vec3& p : mesh.positions) {

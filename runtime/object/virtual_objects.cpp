@@ -142,22 +142,23 @@ void wind_by_normals(ObjectMesh& mesh) {
 }
 
 /// Each once that joins different senders.
-void append_triangles(const ObjectMesh& mesh, std::span<const std::uint32_t> sender,
+void append_triangles(const ObjectMesh& mesh, std::span<const std::uint32_t> sender, std::size_t senders,
                       std::vector<std::array<std::uint32_t, 3>>& triangles) {
   const auto first = static_cast<std::ptrdiff_t>(triangles.size());
   for (const auto& t : mesh.triangles)
     if (sender[t[0]] != sender[t[1]] || sender[t[1]] != sender[t[2]])
       triangles.push_back({sender[t[0]], sender[t[1]], sender[t[2]]});
-  if (mesh.positions.size() <= kMostSenders)
+  if (mesh.positions.size() == senders)
     return;
   std::sort(triangles.begin() + first, triangles.end());
   triangles.erase(std::unique(triangles.begin() + first, triangles.end()), triangles.end());
 }
 
 /// Numbers those of a part after the ones before.
-std::vector<std::uint32_t> append_senders(const ObjectMesh& mesh, std::size_t first_vertex,
+std::vector<std::uint32_t> append_senders(const ObjectMesh& mesh, std::size_t first_vertex, std::size_t most,
                                           VirtualObjects::Senders& senders) {
-  std::vector<std::uint32_t> number = find_senders(mesh);
+  std::vector<std::uint32_t> number = find_senders(mesh, most);
+  const std::size_t before = senders.vertex.size();
   for (std::uint32_t v = 0; v < number.size(); ++v) // the one that sends for others is the first of them
     if (number[v] != v)
       number[v] = number[number[v]];
@@ -170,7 +171,7 @@ std::vector<std::uint32_t> append_senders(const ObjectMesh& mesh, std::size_t fi
   senders.surface.normals.resize(count);
   senders.surface.reflectance.resize(count);
   senders.transfer.resize(count);
-  append_triangles(mesh, number, senders.surface.triangles);
+  append_triangles(mesh, number, count - before, senders.surface.triangles);
   return number;
 }
 
@@ -190,7 +191,8 @@ Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::M
     all.has_back.push_back(t.back != TransferVector{} || t.bounce_back != TransferVector{});
   const bool per_pixel = looked_up_per_pixel(mesh);
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
-  auto sender = append_senders(mesh, first, all.senders);
+  const bool mirrors = per_pixel && std::ranges::none_of(diffuse, [](std::uint8_t some) { return some != 0; });
+  auto sender = append_senders(mesh, first, mirrors ? kMostMirrorSenders : kMostSenders, all.senders);
   all.parts.push_back({std::move(model), first, std::move(sender), glm::dmat4(1.0), centre_of_mass, 1.0f, per_pixel,
                        std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
