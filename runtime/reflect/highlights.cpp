@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "runtime/reflect/glossy_surface.h"
@@ -99,7 +100,9 @@ float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, floa
   return lobe_density * lobe_density / std::max(lobe_density * lobe_density + lights * lights, 1e-30f);
 }
 
-/// sum f cos E T V of the lights of one pattern, times the number of patterns, times what the lobe's samples leave.
+/// sum f cos E T V of the lights of one pattern, times the number of patterns, times what the samples of the lobes
+/// leave. f with light that facets reflect more than once, which matters beside a lobe and which its samples have in
+/// it.
 Rgb GlossyRays::sky_highlight(const CameraPoint& at, const Surface& s) const {
   const auto samples = static_cast<float>(at.places.size());
   Rgb sum(0.0f);
@@ -108,10 +111,13 @@ Rgb GlossyRays::sky_highlight(const CameraPoint& at, const Surface& s) const {
     const auto x = lit_from(at.point, s, direction);
     if (!x)
       continue;
-    Rgb weight(0.0f);
+    Rgb lobes(0.0f), left(0.0f);
     for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
-      if (lobe)
-        weight += (1.0f - lobe_part(samples * lobe->density, direction, s.alpha())) * lobe->density * lobe->weight;
+      if (lobe) {
+        lobes += lobe->density * lobe->weight;
+        left += (1.0f - lobe_part(samples * lobe->density, direction, s.alpha())) * lobe->density * lobe->weight;
+      }
+    const Rgb weight = in.z * s.bsdf.glossy(s.out, in) * left / glm::max(lobes, Rgb(1e-30f));
     if (largest(weight) * static_cast<float>(kLightPatterns) > kFaintest)
       sum +=
           static_cast<float>(kLightPatterns) * weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
