@@ -218,8 +218,7 @@ void RoomLight::evaluate(std::span<const KnownPoint* const> points, std::span<Ro
       x[k] = points[first + k]->x;
       n[k] = glm::vec3(points[first + k]->n);
     }
-    const std::vector<Rgb> open_sky =
-        open_sky_irradiance(s.pyramid, s.apertures, {x.data(), count}, {n.data(), count});
+    const std::vector<Rgb> open_sky = open_sky_irradiance(s.pyramid, s.apertures, {x.data(), count}, {n.data(), count});
     for (std::size_t k = 0; k < count; ++k) {
       const KnownPoint& p = *points[first + k];
       light[first + k] = s.point(p.triangle, {s.indirect_at(p.n, p.probes), open_sky[k]});

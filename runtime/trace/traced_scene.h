@@ -34,8 +34,9 @@ struct TracedScene {
   TracedLights sky, sun;
   Rgb sun_normal_irradiance{0.0f};
 
-  /// Weights of a triangle's corners, whose light a point of it shows. Of a triangle smaller than a sixteenth of a pixel
-  /// the nearest corner has all: a dense mesh shows one vertex a pixel, not three. `pitch`: of the pixels at unit depth.
+  /// Weights of a triangle's corners, whose light a point of it shows. Of a triangle smaller than a sixteenth of a
+  /// pixel the nearest corner has all: a dense mesh shows one vertex a pixel, not three. `pitch`: of the pixels at unit
+  /// depth.
   std::array<float, 3> light_weights(std::uint32_t triangle, float u, float v, float depth, float pitch) const {
     const auto& t = triangles[triangle];
     const glm::vec3 a = positions[t[0]], twice_area = glm::cross(positions[t[1]] - a, positions[t[2]] - a);
