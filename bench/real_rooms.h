@@ -3,6 +3,7 @@
 // Rooms as people model them, generated: buildings around the room that is wanted, walls with thickness, furniture of
 // many faces. What boxes do not show.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,12 +15,19 @@
 
 namespace daylit::bench {
 
+/// A parallelogram through which all light of a place comes.
+struct HoleMouth {
+  glm::dvec3 corner{0.0}, u{0.0}, v{0.0}; ///< world metres, edges from the corner
+  glm::dvec3 inward{0.0};                 ///< unit, into the place
+};
+
 /// A room of a model in which light is wanted.
 struct Place {
   std::string name;
   Space air;       ///< its inside
   int points = 24; ///< where light is compared
   bool lit = true; ///< false: no light can come in
+  std::optional<HoleMouth> mouth = {};
 };
 
 struct RealRoom {

@@ -159,7 +159,8 @@ RealRoom dim_side_room() {
   m.material("window");
   m.rectangle(kY, 0, window);
   room.places.push_back({"lit room", lit});
-  room.places.push_back({"dim room", dim});
+  const HoleMouth mouth{{dim.low.x, hole.u0, hole.v0}, {0, hole.u1 - hole.u0, 0}, {0, 0, hole.v1 - hole.v0}, {1, 0, 0}};
+  room.places.push_back({"dim room", dim, 24, true, mouth});
   return room;
 }
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/chance.h"
+#include "bench/hole_truth.h"
 #include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
 
@@ -41,10 +42,45 @@ Result<std::vector<BenchSky>> skies_of(const std::vector<Aperture>& apertures, i
   return skies;
 }
 
-std::string identity(const RoomFile& room, const std::vector<glm::dvec3>& points, const TruthSettings& s) {
+std::string identity(const RoomFile& room, const std::vector<TruthPoints>& places, const TruthSettings& s) {
   Checksum points_hash;
-  points_hash.add(points);
-  return fmt::format("{} {} {} {}", room.content_hash, points_hash.hex(), s.samples, s.suns);
+  std::string holes;
+  for (const TruthPoints& place : places) {
+    points_hash.add(place.points);
+    holes += place.mouth ? "h" : "-";
+  }
+  return fmt::format("{} {} {} {} {}", room.content_hash, points_hash.hex(), holes, s.samples, s.suns);
+}
+
+/// Each point with the axes +x -x +y -y +z -z.
+std::vector<Receiver> faces_at(const std::vector<glm::dvec3>& points) {
+  std::vector<Receiver> faces;
+  for (const glm::dvec3& p : points)
+    for (int k = 0; k < 6; ++k) {
+      glm::dvec3 normal(0.0);
+      normal[k / 2] = k % 2 == 0 ? 1.0 : -1.0;
+      faces.push_back({p, normal});
+    }
+  return faces;
+}
+
+Result<std::vector<IrradianceEstimate>> trace_places(const RoomFile& room, const std::vector<Aperture>& apertures,
+                                                     const SkyLight& light, const std::vector<TruthPoints>& places,
+                                                     int samples, const Progress& progress) {
+  const auto scene = TraceScene::make(room.room, apertures, light);
+  if (!scene)
+    return scene.error();
+  std::vector<IrradianceEstimate> all;
+  for (const TruthPoints& place : places) {
+    const std::vector<Receiver> faces = faces_at(place.points);
+    auto traced = place.mouth
+                      ? trace_through_hole(room.room, *scene, *place.mouth, faces, {.samples = samples}, progress)
+                      : trace_irradiance(*scene, faces, {.samples = samples}, progress);
+    if (!traced)
+      return traced.error();
+    all.insert(all.end(), traced->begin(), traced->end());
+  }
+  return all;
 }
 
 Json to_json(const Rgb& c) { return {c.r, c.g, c.b}; }
@@ -79,7 +115,7 @@ Result<void> keep(const std::filesystem::path& file, const std::string& id, cons
 
 } // namespace
 
-Result<std::vector<RoomTruth>> room_truth(const RoomFile& room, const std::vector<glm::dvec3>& points,
+Result<std::vector<RoomTruth>> room_truth(const RoomFile& room, const std::vector<TruthPoints>& places,
                                           const TruthSettings& settings, const std::filesystem::path& file,
                                           const Progress& progress) {
   const auto rays = RayScene::build(room.room);
@@ -91,22 +127,12 @@ Result<std::vector<RoomTruth>> room_truth(const RoomFile& room, const std::vecto
   auto skies = skies_of(apertures->list, settings.suns);
   if (!skies)
     return skies.error();
-  const std::string id = identity(room, points, settings);
+  const std::string id = identity(room, places, settings);
   if (auto truth = kept(file, id, *skies); !truth.empty())
     return truth;
-  std::vector<Receiver> faces;
-  for (const glm::dvec3& p : points)
-    for (int k = 0; k < 6; ++k) {
-      glm::dvec3 normal(0.0);
-      normal[k / 2] = k % 2 == 0 ? 1.0 : -1.0;
-      faces.push_back({p, normal});
-    }
   std::vector<RoomTruth> truth;
   for (BenchSky& sky : *skies) {
-    const auto scene = TraceScene::make(room.room, apertures->list, sky.light);
-    if (!scene)
-      return scene.error();
-    auto light = trace_irradiance(*scene, faces, {.samples = settings.samples}, progress);
+    auto light = trace_places(room, apertures->list, sky.light, places, settings.samples, progress);
     if (!light)
       return light.error();
     truth.push_back({std::move(sky), std::move(*light)});

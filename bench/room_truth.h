@@ -4,8 +4,10 @@
 // judged by it again and again.
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
+#include "bench/real_rooms.h"
 #include "bench/reference_light.h"
 #include "scene/core/program.h"
 #include "scene/room/room_formats.h"
@@ -23,8 +25,15 @@ struct TruthSettings {
   int suns = 0;       ///< clear skies with the sun somewhere, beside bench_skies()
 };
 
-/// Read from `file` where that holds the truth of this room, these points and settings; else traced and written there.
-Result<std::vector<RoomTruth>> room_truth(const RoomFile& room, const std::vector<glm::dvec3>& points,
+/// Points in one place.
+struct TruthPoints {
+  std::vector<glm::dvec3> points;
+  std::optional<HoleMouth> mouth = {}; ///< trace_through_hole()
+};
+
+/// The points of all places one after another. Read from `file` where that holds the truth of this room, these points
+/// and settings; else traced and written there.
+Result<std::vector<RoomTruth>> room_truth(const RoomFile& room, const std::vector<TruthPoints>& places,
                                           const TruthSettings& settings, const std::filesystem::path& file,
                                           const Progress& progress);
 

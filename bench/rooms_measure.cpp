@@ -190,9 +190,9 @@ Result<Json> measure_case(const RoomCase& one, const RealRoom& room, const Measu
   for (const char* key : {"plan", "predicted", "measured"})
     if (run->report.is_object() && run->report.contains(key))
       row[key == std::string_view("measured") ? "claimed" : key] = run->report[key];
-  std::vector<glm::dvec3> points;
+  std::vector<TruthPoints> points;
   for (const MeasuredPlace& place : *places)
-    points.insert(points.end(), place.points.begin(), place.points.end());
+    points.push_back({place.points, place.place->mouth});
   const auto truth = room_truth(*file, points, settings.truth, settings.folder / (one.room + ".truth.json"), progress);
   if (!truth)
     return truth.error();

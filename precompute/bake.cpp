@@ -3,8 +3,10 @@
 #include <algorithm>
 
 #include "precompute/detail/bake_stage.h"
+#include "precompute/detail/more_rays.h"
 #include "precompute/memory_need.h"
 #include "precompute/probes.h"
+#include "scene/core/parallel.h"
 
 namespace daylit::precompute {
 
@@ -49,6 +51,20 @@ Result<DirectLight> direct_light(const Problem& problem, const LightElements& el
   return light;
 }
 
+/// Irradiance of each element under a white sky, mean of the channels. The elements of a table are its patches.
+std::vector<float> white_light(const DirectLight& light, std::size_t elements) {
+  std::vector<float> white(elements, 0.0f);
+  for (std::size_t e = 0; e < light.rows.size(); ++e)
+    for (const Rgb& x : light.rows[e].irradiance)
+      white[e] += (x.r + x.g + x.b) / 3.0f;
+  const radiosity::FirstBounce& table = light.table;
+  for (std::size_t e = 0; e < table.patches; ++e)
+    for (int c = 0; c < table.channels; ++c)
+      for (std::size_t k = 0; k < table.columns(); ++k)
+        white[e] += table.row(e, c)[k] / static_cast<float>(table.channels);
+  return white;
+}
+
 radiosity::ExchangeOptions exchange_options(const BakeOptions& options) {
   return {.visibility_rays = options.visibility_rays,
           .low_rank_tolerance = options.low_rank_tolerance,
@@ -90,6 +106,31 @@ std::size_t kept_rays(const BakeOptions& options, double needed_bytes) {
   if (options.memory_bytes <= 0)
     return kMost;
   return std::min(kMost, static_cast<std::size_t>((options.memory_bytes - needed_bytes) / sizeof(std::int32_t)));
+}
+
+/// What the probes see: with more rays where those of all are too few.
+Result<radiosity::GatherHits> seen_from(std::span<const glm::dvec3> points, const LightElements& elements,
+                                        const radiosity::WholeFaces& faces, std::span<const float> white,
+                                        const BakeOptions& options, double needed_bytes, const Progress& progress) {
+  auto hits = radiosity::gather_hits(points, elements.patches, elements.mesh, elements.rays,
+                                     {.rays = options.gather_rays, .group = elements.parent, .faces = &faces}, progress,
+                                     kept_rays(options, needed_bytes));
+  if (!hits)
+    return hits.error();
+  if (const Result<void> more = hits->add_rays(detail::more_rays(*hits, points, white, options.gather_rays), progress);
+      !more)
+    return more.error();
+  return hits;
+}
+
+/// Mean radiance at each point, times pi.
+std::vector<float> light_at(const ProbePoints& points, const radiosity::GatherHits& hits,
+                            std::span<const float> radiosity) {
+  std::vector<float> of_points(points.position.size());
+  parallel_for(std::size_t{0}, of_points.size(), [&](std::size_t p) {
+    of_points[p] = static_cast<float>(hits.moments(points.position[p], radiosity)[0]);
+  });
+  return of_points;
 }
 
 } // namespace
@@ -163,13 +204,17 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
   const ProbePoints points(problem->probes, problem->mesh.origin);
-  const ProbeFit fit = fit_of(*problem, points);
+  ProbeFit fit = fit_of(*problem, points);
   const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
-  const auto hits = radiosity::gather_hits(points.at, elements->patches, elements->mesh, elements->rays,
-                                           {.rays = options.gather_rays, .group = elements->parent, .faces = &faces},
-                                           progress, kept_rays(options, report.memory_bytes));
+  const auto white = detail::grey_radiosity(problem->patches, *elements, *exchange,
+                                            white_light(*light, elements->patches.patches.size()),
+                                            {.tolerance = options.tolerance}, progress);
+  if (!white)
+    return white.error();
+  const auto hits = seen_from(points.at, *elements, faces, *white, options, report.memory_bytes, progress);
   if (!hits)
     return hits.error();
+  fit.leave_out_unresolved(light_at(points, *hits, *white));
   clock.finish("rays");
   BasisVolume volume{.partition = partition,
                      .probes = std::move(problem->probes),
@@ -179,7 +224,8 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .room = file.room,
                      .apertures = problem->apertures.list,
                      .provenance = {}};
-  const detail::Stage stage{*problem, *elements, faces, *exchange, points, *hits, fit, options, progress, clock};
+  const detail::Stage stage{*problem, *elements, faces,   *exchange, points, *hits,
+                            fit,      *white,    options, progress,  clock};
   std::vector<std::uint32_t> source;
   if (fine) {
     auto sources = detail::bake_fine_sky(stage, std::move(light->rows), volume, report);

@@ -6,6 +6,7 @@
 #include "precompute/cost_model.h"
 #include "precompute/probes.h"
 #include "precompute/room_frame.h"
+#include "precompute/small_holes.h"
 
 namespace daylit::precompute {
 
@@ -63,6 +64,17 @@ std::vector<glm::dvec3> thinned(const std::vector<glm::dvec3>& points, std::size
   for (std::size_t i = 0; i < points.size(); i += step)
     out.push_back(points[i]);
   return out;
+}
+
+Result<void> add_planes_near_holes(const Room& room, Planes& planes) {
+  const auto rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  const auto apertures = find_apertures(room, *rays);
+  if (!apertures)
+    return apertures.error();
+  add_planes_near(small_holes(room, *rays, apertures->list), planes);
+  return {};
 }
 
 /// Interpolation error of the audit without the part that the rays of the probes add.
@@ -148,6 +160,8 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
     return faces.error();
   std::erase_if(*faces, [&](const StandingFace& f) { return !meet(f.box, calibration.bounds); });
   calibration.near_surfaces = planes_near(*faces, calibration.bounds);
+  if (const Result<void> added = add_planes_near_holes(room.room, calibration.near_surfaces); !added)
+    return added.error();
   const SkyPartition sky = *SkyPartition::uniform(kRegions);
   BakeOptions options;
   options.visibility_rays = kVisibilityRays;

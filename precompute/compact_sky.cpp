@@ -5,14 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <vector>
 
 #include <cblas.h>
-#include <glm/common.hpp>
 #include <glm/vec3.hpp>
 
 #include "precompute/detail/compact_storage.h"
+#include "precompute/detail/neighbours.h"
 #include "precompute/detail/probe_cluster.h"
 #include "precompute/detail/sun_metric.h"
 #include "scene/core/parallel.h"
@@ -20,47 +19,6 @@
 namespace daylit::precompute {
 
 namespace {
-
-/// Splits along the longest side at the median until every group is small.
-void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& position, std::size_t most,
-           std::vector<std::vector<std::uint32_t>>& groups) {
-  if (points.size() <= most) {
-    groups.emplace_back(points.begin(), points.end());
-    return;
-  }
-  glm::vec3 low(position[points[0]]), high(low);
-  for (const std::uint32_t p : points) {
-    low = glm::min(low, position[p]);
-    high = glm::max(high, position[p]);
-  }
-  const glm::vec3 size = high - low;
-  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  const auto before = [&](std::uint32_t a, std::uint32_t b) {
-    return position[a][axis] != position[b][axis] ? position[a][axis] < position[b][axis] : a < b;
-  };
-  std::ranges::sort(points, before);
-  split(points.first(points.size() / 2), position, most, groups);
-  split(points.subspan(points.size() / 2), position, most, groups);
-}
-
-/// Groups of points that lie beside each other, of equal halves of equal halves, each of at most `most` and of one
-/// `part` (an id for each point; empty: all the same). Within a group ids rise.
-std::vector<std::vector<std::uint32_t>> neighbours(const std::vector<glm::vec3>& position,
-                                                   std::span<const std::uint32_t> part, std::size_t most) {
-  std::vector<std::uint32_t> order(position.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::vector<std::vector<std::uint32_t>> groups;
-  const auto part_of = [&](std::uint32_t p) { return part.empty() ? 0u : part[p]; };
-  std::ranges::stable_sort(order, {}, part_of);
-  for (auto first = order.begin(); first != order.end();) {
-    const auto end = std::find_if(first, order.end(), [&](std::uint32_t p) { return part_of(p) != part_of(*first); });
-    split(std::span(first, end), position, most, groups);
-    first = end;
-  }
-  for (std::vector<std::uint32_t>& group : groups)
-    std::ranges::sort(group);
-  return groups;
-}
 
 using detail::kProjections;
 using detail::ProbeCluster;
@@ -147,7 +105,7 @@ std::vector<ProbeCluster> make_clusters(const ProbeSet& probes, std::span<const 
   for (const std::size_t p : probe_of_point)
     position.push_back(probes.positions[p]);
   std::vector<ProbeCluster> clusters;
-  for (std::vector<std::uint32_t>& points : neighbours(position, options.part, options.cluster_probes)) {
+  for (std::vector<std::uint32_t>& points : detail::neighbours(position, options.part, options.cluster_probes)) {
     ProbeCluster& c = clusters.emplace_back();
     c.id = clusters.size() - 1;
     c.point = std::move(points);

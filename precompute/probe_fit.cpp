@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 #include <optional>
 
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::size_t kChunk = 256; ///< values of all points at a time
 constexpr std::int64_t kNone = -1;
+constexpr float kMostChange = 0.25f; ///< of the light at a point, by its fit
 
 /// Disjoint sets, each named by its smallest member.
 class Parts {
@@ -162,6 +164,14 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
           break;
         }
   return fit;
+}
+
+void ProbeFit::leave_out_unresolved(std::span<const float> light) {
+  std::vector<float> fitted(light.begin(), light.end());
+  apply(fitted, 1);
+  std::erase_if(rows_, [&](const Row& row) {
+    return std::abs(fitted[row.point] - light[row.point]) > kMostChange * light[row.point];
+  });
 }
 
 /// f_p -= to_a (f_a - f_m) + to_b (f_b - f_m) for each axis, with the values before the fit.

@@ -22,6 +22,9 @@ public:
   /// ones.
   static ProbeFit make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
                        const std::function<bool(std::size_t, std::size_t)>& sees);
+  /// No fit of points whose light under a sky, one number each, it would change by more than a quarter: there the light
+  /// is no parabola between the probes.
+  void leave_out_unresolved(std::span<const float> light);
   /// Which of the air's parts each point is in: steps between neighbouring probes that see each other connect them. One
   /// part without a grid.
   const std::vector<std::uint32_t>& part() const { return part_; }

@@ -26,16 +26,16 @@ glm::vec3 turned(const glm::vec3& d, const glm::vec2& turn) {
 } // namespace
 
 /// The tables of the whole faces first; what they do not know by the hierarchy of facets.
-void GatherHits::trace(std::size_t point, std::span<std::int32_t> met) const {
+void GatherHits::trace(std::size_t fan, std::span<std::int32_t> met) const {
   std::ranges::fill(met, WholeFaces::kUnknown);
   if (faces_)
-    faces_->trace(points_[point], rays_in_groups_, turn_of(point), met);
-  trace_facets(point, met);
+    faces_->trace(origin_[fan], rays_in_groups_, turn_[fan], met);
+  trace_facets(fan, met);
 }
 
-void GatherHits::trace_facets(std::size_t point, std::span<std::int32_t> met) const {
-  const glm::vec2 turn = turn_of(point);
-  const glm::vec3 origin = scene_->to_local(points_[point]);
+void GatherHits::trace_facets(std::size_t fan, std::span<std::int32_t> met) const {
+  const glm::vec2 turn = turn_[fan];
+  const glm::vec3 origin = scene_->to_local(origin_[fan]);
   RayPacket16 packet;
   std::array<std::uint32_t, 16> facet;
   std::array<std::size_t, 16> ray;
@@ -66,19 +66,69 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSe
   hits.mesh_ = &mesh;
   hits.scene_ = &facets;
   hits.faces_ = options.faces && !options.faces->empty() ? options.faces : nullptr;
-  hits.points_.assign(points.begin(), points.end());
+  hits.points_ = points.size();
+  hits.origin_.assign(points.begin(), points.end());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    hits.turn_.push_back(turn_of(p));
+  hits.most_kept_rays_ = most_kept_rays;
   hits.rays_ = static_cast<std::size_t>(options.rays);
   hits.fan_ = RayFan::of(options.rays);
   hits.rays_in_groups_ = RayGroups::of(hits.fan_.direction);
   hits.groups_ = GatherHits::groups_of(set, options.group);
-  const std::size_t kept = std::min(points.size(), most_kept_rays / hits.rays_);
-  hits.patch_.resize(kept * hits.rays_);
-  const Result<void> traced = parallel_stage("rays", kept, kReport, progress, [&](std::size_t p) {
-    hits.trace(p, std::span(hits.patch_).subspan(p * hits.rays_, hits.rays_));
-  });
-  if (!traced)
-    return traced.error();
+  if (const Result<void> kept = hits.keep_fans(progress); !kept)
+    return kept.error();
   return hits;
+}
+
+/// Traces those that are not kept yet, as many as may be.
+Result<void> GatherHits::keep_fans(const Progress& progress) {
+  const std::size_t first = patch_.size() / rays_,
+                    end = std::max(first, std::min(origin_.size(), most_kept_rays_ / rays_));
+  patch_.resize(end * rays_);
+  return parallel_stage("rays", end - first, kReport, progress, [&](std::size_t k) {
+    trace(first + k, std::span(patch_).subspan((first + k) * rays_, rays_));
+  });
+}
+
+/// Fan k of n: turned by 2 pi k / n from the first one, so that all rays together are a lattice again.
+Result<void> GatherHits::add_rays(std::span<const std::uint16_t> more, const Progress& progress) {
+  for (std::size_t p = 0; p < points_; ++p) {
+    first_more_.push_back(origin_.size());
+    origin_.insert(origin_.end(), more[p], glm::dvec3(origin_[p]));
+    for (std::size_t k = 1; k <= more[p]; ++k) {
+      const auto angle = static_cast<float>(2.0 * std::numbers::pi * static_cast<double>(k) / (more[p] + 1));
+      turn_.push_back(turned(glm::vec3(turn_[p], 0.0f), {std::cos(angle), std::sin(angle)}));
+    }
+  }
+  first_more_.push_back(origin_.size());
+  return keep_fans(progress);
+}
+
+std::size_t GatherHits::fans_of(std::size_t point) const {
+  return first_more_.empty() ? 1 : 1 + first_more_[point + 1] - first_more_[point];
+}
+
+template <class Visit>
+void GatherHits::for_each_fan(std::size_t point, const Visit& visit) const {
+  visit(point);
+  for (std::size_t k = 1; k < fans_of(point); ++k)
+    visit(first_more_[point] + k - 1);
+}
+
+/// sum over the rays of B / N and B^2 / N
+std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const float> radiosity) const {
+  std::array<double, 2> sum{};
+  for_each_fan(point, [&](std::size_t fan) {
+    std::vector<std::int32_t> again;
+    for (const std::int32_t patch : met(fan, again))
+      if (patch >= 0) {
+        const auto b = static_cast<double>(radiosity[static_cast<std::size_t>(patch)]);
+        sum[0] += b;
+        sum[1] += b * b;
+      }
+  });
+  const auto rays = static_cast<double>(rays_ * fans_of(point));
+  return {sum[0] / rays, sum[1] / rays};
 }
 
 /// Runs of equal group: area-weighted middle, common normal, mean area of the members.
@@ -107,24 +157,26 @@ bool GatherHits::distinguishes(const glm::dvec3& point, const Group& g) const {
   return g.member_m2 * std::abs(glm::dot(way, g.normal)) > own_sr * distance2 * std::sqrt(distance2);
 }
 
-std::span<const std::int32_t> GatherHits::met(std::size_t point, std::vector<std::int32_t>& again) const {
-  if ((point + 1) * rays_ <= patch_.size())
-    return std::span(patch_).subspan(point * rays_, rays_);
+std::span<const std::int32_t> GatherHits::met(std::size_t fan, std::vector<std::int32_t>& again) const {
+  if ((fan + 1) * rays_ <= patch_.size())
+    return std::span(patch_).subspan(fan * rays_, rays_);
   again.resize(rays_);
-  trace(point, again);
+  trace(fan, again);
   return again;
 }
 
 void GatherHits::mark_seen(std::size_t point, std::span<std::uint8_t> patches) const {
-  std::vector<std::int32_t> again;
-  for (const std::int32_t patch : met(point, again))
-    if (patch >= 0)
-      std::atomic_ref(patches[static_cast<std::size_t>(patch)]).store(1, std::memory_order_relaxed);
+  for_each_fan(point, [&](std::size_t fan) {
+    std::vector<std::int32_t> again;
+    for (const std::int32_t patch : met(fan, again))
+      if (patch >= 0)
+        std::atomic_ref(patches[static_cast<std::size_t>(patch)]).store(1, std::memory_order_relaxed);
+  });
 }
 
 void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {
   for (const Group& g : groups_)
-    if (distinguishes(points_[point], g))
+    if (distinguishes(origin_[point], g))
       groups[g.group] = 1;
 }
 
@@ -149,12 +201,12 @@ void GatherHits::divide_by_area(const glm::dvec3& point, std::span<const std::ui
 }
 
 /// Of kept hits, or of rays that are traced again.
-std::vector<float> GatherHits::sums(std::size_t point, std::span<const std::uint32_t> aggregate_of,
+std::vector<float> GatherHits::sums(std::size_t fan, std::span<const std::uint32_t> aggregate_of,
                                     std::size_t aggregates, Bands bands) const {
   std::vector<std::int32_t> again;
   std::vector<float> sum(aggregates * RayFan::kStride, 0.0f);
-  add_harmonics(met(point, again), aggregate_of, fan_.of(bands).data(), sum.data());
-  divide_by_area(points_[point], aggregate_of, sum);
+  add_harmonics(met(fan, again), aggregate_of, fan_.of(bands).data(), sum.data());
+  divide_by_area(origin_[fan], aggregate_of, sum);
   return sum;
 }
 
@@ -165,17 +217,25 @@ void GatherHits::weights(std::size_t point, float* nine_rows, Bands bands) const
 }
 
 /// weights[lm][j] = (4 pi / N) sum over the rays w that meet j of Y_lm(w) / pi: Monte Carlo integral of L_lm with
-/// L = B / pi (Grosch et al. 2007, eq. 2).
+/// L = B / pi (Grosch et al. 2007, eq. 2); the mean over the point's fans.
 void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> aggregate_end, float* nine_rows,
                          Bands bands) const {
   std::vector<std::uint32_t> aggregate_of(patches());
   for (std::uint32_t k = 0, e = 0; k < aggregate_end.size(); ++k)
     for (; e < aggregate_end[k]; ++e)
       aggregate_of[e] = k;
-  const std::vector<float> sum = sums(point, aggregate_of, aggregate_end.size(), bands);
-  const glm::vec2 turn = turn_of(point);
-  for (std::size_t k = 0; k < aggregate_end.size(); ++k)
-    turn_harmonics(sum.data() + k * RayFan::kStride, turn, aggregate_end.size(), bands, nine_rows + k);
+  const std::size_t aggregates = aggregate_end.size(), fans = fans_of(point);
+  std::vector<float> of_fan(fans > 1 ? 9 * aggregates : 0);
+  for_each_fan(point, [&](std::size_t fan) {
+    const std::vector<float> sum = sums(fan, aggregate_of, aggregates, bands);
+    float* rows = fan == point ? nine_rows : of_fan.data();
+    for (std::size_t k = 0; k < aggregates; ++k)
+      turn_harmonics(sum.data() + k * RayFan::kStride, turn_[fan], aggregates, bands, rows + k);
+    for (std::size_t k = 0; fan != point && k < of_fan.size(); ++k)
+      nine_rows[k] += of_fan[k];
+  });
+  for (std::size_t k = 0; k < of_fan.size(); ++k)
+    nine_rows[k] /= static_cast<float>(fans);
 }
 
 } // namespace daylit::radiosity

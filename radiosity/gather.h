@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -28,8 +29,13 @@ class GatherHits {
 public:
   static constexpr std::size_t kMostKeptRays = std::size_t{1} << 27; ///< half a gigabyte
 
-  std::size_t points() const { return points_.size(); }
+  std::size_t points() const { return points_; }
   std::size_t patches() const { return set_->patches.size(); }
+  /// More rays from some points, once: as often as `more` says for each point all directions again, turned about z by
+  /// equal steps. Error: interrupted.
+  Result<void> add_rays(std::span<const std::uint16_t> more, const Progress& progress);
+  /// Means over the rays of a point of the radiosity that they meet, and of its square.
+  std::array<double, 2> moments(std::size_t point, std::span<const float> radiosity) const;
   /// The nine rows of a point, steradian / pi: coefficient lm = sum over patches of weights[lm][patch] * radiosity.
   /// Overwritten.
   void weights(std::size_t point, float* nine_rows, Bands bands = Bands::low) const;
@@ -56,23 +62,31 @@ private:
   bool distinguishes(const glm::dvec3& point, const Group& group) const;
   void divide_by_area(const glm::dvec3& point, std::span<const std::uint32_t> aggregate_of,
                       std::vector<float>& sum) const;
-  /// [aggregate][RayFan::kStride] of the rays from a point; `aggregate_of` each patch.
-  std::vector<float> sums(std::size_t point, std::span<const std::uint32_t> aggregate_of, std::size_t aggregates,
+  // A fan: all directions from a point, turned by an angle of its own. Fan p is the first one of point p.
+  template <class Visit>
+  void for_each_fan(std::size_t point, const Visit& visit) const;
+  std::size_t fans_of(std::size_t point) const;
+  Result<void> keep_fans(const Progress& progress);
+  /// [aggregate][RayFan::kStride] of the rays of a fan; `aggregate_of` each patch.
+  std::vector<float> sums(std::size_t fan, std::span<const std::uint32_t> aggregate_of, std::size_t aggregates,
                           Bands bands) const;
-  /// The patches that a point's rays meet: those kept, or else traced into `again`.
-  std::span<const std::int32_t> met(std::size_t point, std::vector<std::int32_t>& again) const;
-  void trace(std::size_t point, std::span<std::int32_t> met) const;
+  /// The patches that a fan's rays meet: those kept, or else traced into `again`.
+  std::span<const std::int32_t> met(std::size_t fan, std::vector<std::int32_t>& again) const;
+  void trace(std::size_t fan, std::span<std::int32_t> met) const;
   /// Fills in what is WholeFaces::kUnknown, sixteen rays at a time.
-  void trace_facets(std::size_t point, std::span<std::int32_t> met) const;
+  void trace_facets(std::size_t fan, std::span<std::int32_t> met) const;
 
   const PatchSet* set_ = nullptr;
   const SurfaceMesh* mesh_ = nullptr;
   const RayScene* scene_ = nullptr;
   const WholeFaces* faces_ = nullptr;
-  std::vector<glm::dvec3> points_;
-  std::size_t rays_ = 0;
+  std::size_t points_ = 0, most_kept_rays_ = 0;
+  std::vector<glm::dvec3> origin_;      ///< of each fan
+  std::vector<glm::vec2> turn_;         ///< of each fan: cosine and sine of the angle
+  std::vector<std::size_t> first_more_; ///< fan of each point after its first, and the end; empty: there are none
+  std::size_t rays_ = 0;                ///< of a fan
   std::vector<Group> groups_;
-  std::vector<std::int32_t> patch_; ///< [point][ray] of the first points; -1 for none or a black side
+  std::vector<std::int32_t> patch_; ///< [fan][ray] of the first fans; -1 for none or a black side
   RayFan fan_;
   RayGroups rays_in_groups_; ///< of `fan_`
 };

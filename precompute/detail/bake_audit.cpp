@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "precompute/detail/bake_stage.h"
+#include "precompute/detail/more_rays.h"
 #include "scene/volume/first_reflection.h"
 
 namespace daylit::precompute::detail {
@@ -81,9 +82,14 @@ Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audi
   std::vector<glm::dvec3> points = audit.points();
   for (glm::dvec3& p : points)
     p -= s.problem.mesh.origin;
-  return radiosity::gather_hits(
-      points, s.elements.patches, s.elements.mesh, s.elements.rays,
-      {.rays = kHeldOutRays * s.options.gather_rays, .group = s.elements.parent, .faces = &s.faces}, s.progress);
+  const int rays = kHeldOutRays * s.options.gather_rays;
+  auto seen = radiosity::gather_hits(points, s.elements.patches, s.elements.mesh, s.elements.rays,
+                                     {.rays = rays, .group = s.elements.parent, .faces = &s.faces}, s.progress);
+  if (!seen)
+    return seen.error();
+  if (const Result<void> more = seen->add_rays(more_rays(*seen, points, s.white, rays), s.progress); !more)
+    return more.error();
+  return seen;
 }
 
 } // namespace

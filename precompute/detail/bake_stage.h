@@ -21,6 +21,7 @@ struct Stage {
   const ProbePoints& points;
   const radiosity::GatherHits& hits; ///< elements seen from the points' positions
   const ProbeFit& fit;
+  const std::vector<float>& white; ///< radiosity of the elements under a white sky, mean of the channels
   const BakeOptions& options;
   const Progress& progress;
   StageClock& clock;

@@ -157,6 +157,49 @@ TEST(Gather, rays_that_are_not_kept_are_traced_again_to_the_same_bits) {
   }
 }
 
+/// In the zeroth coefficient.
+float weight_of(const GatherHits& hits, std::size_t point, std::size_t patch) {
+  std::vector<float> rows(9 * hits.patches());
+  hits.weights(point, rows.data());
+  return rows[patch];
+}
+
+TEST(Gather, sixteen_times_the_rays_of_a_point_are_a_finer_lattice_and_leave_other_points_alone) {
+  const Solved s = prepare(coloured_room(), 1500);
+  const std::array<glm::dvec3, 2> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(0.9, -0.7, 0.4)};
+  constexpr int kRays = 256;
+  const GatherHits once = *gather_hits(points, s.set, s.mesh, s.scene, {.rays = kRays}, kSilent),
+                   exact = *gather_hits(points, s.set, s.mesh, s.scene, {.rays = 1000 * kRays}, kSilent);
+  GatherHits more = once, again = *gather_hits(points, s.set, s.mesh, s.scene, {.rays = kRays}, kSilent, 0);
+  const std::vector<std::uint16_t> wanted{0, 15};
+  ASSERT_TRUE(more.add_rays(wanted, kSilent));
+  ASSERT_TRUE(again.add_rays(wanted, kSilent));
+  double few = 0, many = 0;
+  for (std::size_t e = 0; e < s.set.patches.size(); e += 20) {
+    EXPECT_EQ(weight_of(more, 0, e), weight_of(once, 0, e));
+    EXPECT_EQ(weight_of(more, 1, e), weight_of(again, 1, e));
+    few += std::pow(weight_of(once, 1, e) - weight_of(exact, 1, e), 2);
+    many += std::pow(weight_of(more, 1, e) - weight_of(exact, 1, e), 2);
+  }
+  EXPECT_LT(std::sqrt(many), std::sqrt(few) / 6); // sixteen random fans: a quarter
+}
+
+TEST(Gather, moments_are_means_over_the_rays) {
+  const Solved s = prepare(coloured_room(), 300);
+  const std::array<glm::dvec3, 1> points = {glm::dvec3(0, 0, 0.3)};
+  GatherHits hits = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
+  ASSERT_TRUE(hits.add_rays(std::vector<std::uint16_t>{2}, kSilent));
+  const std::vector<float> three(s.set.patches.size(), 3.0f);
+  std::vector<float> rows(9 * hits.patches());
+  hits.weights(0, rows.data());
+  double seen = 0; // of the rays, some leave
+  for (std::size_t e = 0; e < hits.patches(); ++e)
+    seen += double(rows[e]) * std::sqrt(4 * kPi) / 4;
+  const auto [mean, square] = hits.moments(0, three);
+  EXPECT_NEAR(mean, 3 * seen, 1e-4);
+  EXPECT_NEAR(square, 9 * seen, 1e-4);
+}
+
 TEST(Gather, tracing_says_how_far_it_is_and_can_be_stopped) {
   const Solved s = prepare(coloured_room(), 300);
   const std::vector<glm::dvec3> points(256, glm::dvec3(0.2, 0.1, 0.4));
