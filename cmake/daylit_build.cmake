@@ -62,10 +62,10 @@ function(daylit_program name)
   set_property(GLOBAL APPEND PROPERTY DAYLIT_PROGRAMS_${P_PACKAGE} ${name})
 endfunction()
 
-# daylit_test(scene_volume SOURCES volume_test.cpp LINK daylit_scene [LABELS long])
-# One executable per call; every TEST in it becomes one ctest case.
+# daylit_test(scene_volume SOURCES volume_test.cpp LINK daylit_scene [LABELS long] [ALONE])
+# One executable per call; every TEST in it becomes one ctest case. ALONE: no other test beside it.
 function(daylit_test name)
-  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(T "ALONE" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT T_TIMEOUT)
     set(T_TIMEOUT 120)
   endif()
@@ -75,7 +75,7 @@ function(daylit_test name)
   if(NOT T_LABELS)
     set(T_LABELS unit)
   endif()
-  if("long" IN_LIST T_LABELS) # these use every core, or measure time
+  if(T_ALONE OR "long" IN_LIST T_LABELS) # long tests use every core, or measure time
     set(alone RUN_SERIAL TRUE)
   endif()
   add_executable(test_${name} ${T_SOURCES})
