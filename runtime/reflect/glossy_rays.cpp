@@ -279,7 +279,8 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     if (!m || !m->is_glossy())
       continue;
     lights[k].alpha = s.alpha();
-    const float turn_rad = turn_in(point, points[k].width_m);
+    // A surface that is seen at an angle shows more of itself in a pixel.
+    const float turn_rad = turn_in(point, points[k].width_m) / std::sqrt(std::max(std::fabs(s.out.z), 0.05f));
     lights[k].glint = glint(point, s, turn_rad);
     if (shares_sky(s))
       lights[k].radiance += sky_highlight(points[k], s);

@@ -177,6 +177,35 @@ TEST(GlossyRays, a_rough_metal_shows_a_window_by_lights_and_lobes_as_by_lobes_al
   EXPECT_LT(roughness(by_both), 0.5 * roughness(by_lobes));
 }
 
+/// A mirror sphere of radius R sends E R^2 / 4 into every direction (geometric optics), however wide the pixels are
+/// that see its spot, which is smaller than a pixel.
+TEST(GlossyRays, the_suns_spot_on_a_mirror_sphere_has_the_light_that_it_should_have) {
+  const std::vector<Aperture> panes = test::box_window();
+  for (const float roughness : {0.0f, 0.12f})
+    for (const double pixel_m : {0.002, 0.005}) {
+      GlossyScene scene(metal(roughness), {}, panes);
+      scene.sun = DetectedSun{.direction = glm::normalize(glm::dvec3(0.0, 2.5, 0.3)), .normal_irradiance = Rgb(7.0f)};
+      double light = 0;
+      const int reach = static_cast<int>(0.14 / pixel_m);
+      for (const double shift : {0.05, 0.3, 0.55, 0.8}) // of the grid of pixels
+        for (int j = -reach; j <= reach; ++j)
+          for (int i = -reach; i <= reach; ++i) {
+            const glm::dvec3 aside(-1.0, (i + shift) * pixel_m, (j + 2.0 * shift) * pixel_m);
+            const WorldRay ray{scene.middle + aside, glm::vec3(1.0f, 0.0f, 0.0f)};
+            const auto point = scene.rays->closest(ray, 10.0);
+            if (!point)
+              continue;
+            const glm::vec2 place(0.5f);
+            const CameraPoint at{ray, *point, {&place, 1}, pixel_m};
+            GlossyLight seen;
+            scene.glossy->look({&at, 1}, {&seen, 1});
+            light += 0.25 * static_cast<double>(seen.glint.g) * pixel_m * pixel_m;
+          }
+      const double r = static_cast<double>(GlossyScene::kRadius);
+      EXPECT_NEAR(light / (7.0 * r * r / 4.0), 1.0, 0.1) << roughness << ", pixels of " << pixel_m << " m";
+    }
+}
+
 TEST(GlossyRays, absorbing_glass_keeps_what_beers_law_says) {
   // Straight through the middle: T^2 exp(-a d) / (1 - (F exp(-a d))^2) of the room behind, and what is mirrored.
   ObjectMaterial green = glass();
