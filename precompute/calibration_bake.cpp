@@ -37,17 +37,12 @@ bool meet(const Bounds& a, const Bounds& b) {
 }
 
 /// Points in the air, spread over it, as close to surfaces as objects come.
-Result<std::vector<glm::dvec3>> points_in_air(const Room& room, const Bounds& bounds) {
+Result<std::vector<glm::dvec3>> points_in_air(const Room& room, const RayScene& rays,
+                                              const std::vector<Aperture>& apertures, const Bounds& bounds) {
   const glm::dvec3 size = bounds.size();
   const std::vector<glm::dvec3> candidates = spread_points(
       room, bounds, kCandidates, std::min(kOffSurfaces_m, kOffSurfaces * std::max({size.x, size.y, size.z})));
-  const auto rays = RayScene::build(room);
-  if (!rays)
-    return rays.error();
-  const auto apertures = find_apertures(room, *rays);
-  if (!apertures)
-    return apertures.error();
-  const auto probes = make_points(candidates, room.bounds(), *rays, apertures->list);
+  const auto probes = make_points(candidates, room.bounds(), rays, apertures);
   if (!probes)
     return probes.error();
   std::vector<glm::dvec3> points;
@@ -64,17 +59,6 @@ std::vector<glm::dvec3> thinned(const std::vector<glm::dvec3>& points, std::size
   for (std::size_t i = 0; i < points.size(); i += step)
     out.push_back(points[i]);
   return out;
-}
-
-Result<void> add_planes_near_holes(const Room& room, Planes& planes) {
-  const auto rays = RayScene::build(room);
-  if (!rays)
-    return rays.error();
-  const auto apertures = find_apertures(room, *rays);
-  if (!apertures)
-    return apertures.error();
-  add_planes_near(small_holes(room, *rays, apertures->list), planes);
-  return {};
 }
 
 /// Interpolation error of the audit without the part that the rays of the probes add.
@@ -120,13 +104,21 @@ void take_counts(const BakeReport& report, const BakeOptions& options, Calibrati
   calibration.stages = report.stages;
 }
 
-/// Where light is wanted in a room without given points: in the air, room by room, and above the faces.
+/// Where light is wanted in a room without given points: in the air, room by room, and above the faces; and the planes
+/// of probes around small holes.
 Result<void> place_points(const Room& room, const std::vector<StandingFace>& faces, CalibrationBake& calibration,
                           BakeOptions& options) {
   auto standing = points_above(room, faces, 4 * kPoints);
   if (!standing)
     return standing.error();
-  auto in_air = points_in_air(room, calibration.bounds);
+  const auto rays = RayScene::build(room);
+  if (!rays)
+    return rays.error();
+  const auto apertures = find_apertures(room, *rays);
+  if (!apertures)
+    return apertures.error();
+  add_planes_near(small_holes(room, *rays, apertures->list), calibration.near_surfaces);
+  auto in_air = points_in_air(room, *rays, apertures->list, calibration.bounds);
   if (!in_air)
     return in_air.error();
   auto rooms = points_by_room(room, calibration.bounds, *in_air);
@@ -160,8 +152,6 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
     return faces.error();
   std::erase_if(*faces, [&](const StandingFace& f) { return !meet(f.box, calibration.bounds); });
   calibration.near_surfaces = planes_near(*faces, calibration.bounds);
-  if (const Result<void> added = add_planes_near_holes(room.room, calibration.near_surfaces); !added)
-    return added.error();
   const SkyPartition sky = *SkyPartition::uniform(kRegions);
   BakeOptions options;
   options.visibility_rays = kVisibilityRays;

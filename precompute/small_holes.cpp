@@ -17,16 +17,6 @@ constexpr std::array<double, 6> kBeside{0.03, 0.09, 0.16, 0.24, 0.33, 0.45},
     kBefore{0.05, 0.12, 0.2, 0.3, 0.42, 0.55}; ///< metres from the outline in its plane, and from the plane
 constexpr double kWanted_m = 0.6;              ///< around the outline
 constexpr double kSame_m = 0.02;               ///< so close a plane that is there already will do
-constexpr std::size_t kMostPlanes = 48;        ///< per axis
-
-void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance, const Bounds& where) {
-  const auto known =
-      std::ranges::find_if(planes, [&](const ProbePlane& p) { return std::abs(p.at - at) <= tolerance; });
-  if (known != planes.end())
-    known->where.push_back(where);
-  else if (planes.size() < kMostPlanes)
-    planes.push_back({at, {where}});
-}
 
 } // namespace
 

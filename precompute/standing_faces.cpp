@@ -74,16 +74,6 @@ void include(const Room& room, const RoomTriangle& t, StandingFace& face) {
   face.triangles.push_back(t);
 }
 
-/// Adds a plane, or what it is wanted for to one that is there already within the tolerance.
-void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance, const Bounds& where) {
-  const auto known =
-      std::ranges::find_if(planes, [&](const ProbePlane& p) { return std::abs(p.at - at) <= tolerance; });
-  if (known != planes.end())
-    known->where.push_back(where);
-  else if (planes.size() < kMostPlanes)
-    planes.push_back({at, {where}});
-}
-
 bool is_rectangle(const StandingFace& face) {
   const glm::dvec3 size = face.box.size();
   return face.area_m2 > kRectangle * size.x * size.y;
@@ -164,6 +154,15 @@ Result<std::vector<StandingFace>> standing_faces(const Room& room, const std::st
                  "--stand-on", "name the material of a floor, a table top or a shelf"};
   std::ranges::stable_sort(faces, [](const auto& a, const auto& b) { return a.area_m2 > b.area_m2; });
   return faces;
+}
+
+void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance, const Bounds& where) {
+  const auto known =
+      std::ranges::find_if(planes, [&](const ProbePlane& p) { return std::abs(p.at - at) <= tolerance; });
+  if (known != planes.end())
+    known->where.push_back(where);
+  else if (planes.size() < kMostPlanes)
+    planes.push_back({at, {where}});
 }
 
 /// z: 1.5, 8 and 25 cm above each face. x and y: 1.5, 4.5 and 10 cm inside rectangles (docs/notes/bake.md

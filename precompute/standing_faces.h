@@ -33,6 +33,10 @@ struct ProbePlane {
 /// Per axis, increasing.
 using Planes = std::array<std::vector<ProbePlane>, 3>;
 
+/// Adds a plane along one axis, or what it is wanted for to one that is there already within the tolerance. Nothing
+/// where there are 48: the caller brings the most wanted first, and sorts them when all are there.
+void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance_m, const Bounds& where);
+
 /// Planes of probes close above those faces and just inside the edges of those that are rectangles along the axes.
 /// Few: one plane serves all faces that ask for about the same one, and is wanted above these.
 Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room);

@@ -279,12 +279,15 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     if (!m || !m->is_glossy())
       continue;
     lights[k].alpha = s.alpha();
-    // A surface that is seen at an angle shows more of itself in a pixel.
-    const float turn_rad = turn_in(point, points[k].width_m) / std::sqrt(std::max(std::fabs(s.out.z), 0.05f));
-    lights[k].glint = glint(point, s, turn_rad);
     if (shares_sky(s))
       lights[k].radiance += sky_highlight(points[k], s);
-    spread_from_camera(points[k], s, s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad, lights[k], work);
+    float width_rad = 0.0f;
+    if (room_.sun) { // a surface that is seen at an angle shows more of itself in a pixel
+      const float turn_rad = turn_in(point, points[k].width_m) / std::sqrt(std::max(std::fabs(s.out.z), 0.05f));
+      lights[k].glint = glint(point, s, turn_rad);
+      width_rad = s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad;
+    }
+    spread_from_camera(points[k], s, width_rad, lights[k], work);
   }
   std::swap(work.level, work.next);
   follow(work);
