@@ -60,9 +60,9 @@ Mask changed(const RgbImage& truth, const RgbImage& room) {
   return mask;
 }
 
-RegionError measure(const PictureErrorInput& in, const Mask& where) {
+RegionError measure(const PictureErrorInput& in, const Mask& where, const std::optional<RgbImage>& second) {
   RegionError e;
-  double square = 0.0, unchanged = 0.0, level = 0.0, bias = 0.0, own = 0.0;
+  double square = 0.0, product = 0.0, unchanged = 0.0, level = 0.0, bias = 0.0, own = 0.0;
   for (std::size_t i = 0; i < where.size(); ++i) {
     if (!where[i])
       continue;
@@ -73,6 +73,7 @@ RegionError measure(const PictureErrorInput& in, const Mask& where) {
       const double n = static_cast<double>(in.room.texels[i][c]) - t;
       const double s = in.standard_error ? static_cast<double>(in.standard_error->texels[i][c]) : 0.0;
       square += d * d;
+      product += second ? d * static_cast<double>(in.result.texels[i][c] - second->texels[i][c]) : 0.0;
       unchanged += n * n;
       bias += d;
       level += t;
@@ -86,6 +87,8 @@ RegionError measure(const PictureErrorInput& in, const Mask& where) {
   e.no_object_rms = std::sqrt(unchanged / count) / mean;
   e.truth_standard_error = std::sqrt(own / count) / mean;
   e.bias = bias / level;
+  if (second)
+    e.rms_without_noise = std::sqrt(std::max(product, 0.0) / count) / mean;
   return e;
 }
 
@@ -147,7 +150,8 @@ RegionError measure_seen(const PictureErrorInput& in, const Mask& where) {
       in.standard_error ? std::optional(error_as_seen(*in.standard_error, in.truth, where, white)) : std::nullopt,
       {},
       {}};
-  return measure(seen, where);
+  const auto second = in.second_truth ? std::optional(as_seen(*in.second_truth, where, white)) : std::nullopt;
+  return measure(seen, where, second);
 }
 
 Result<void> check(const RgbImage& image, const RgbImage& like, const char* name) {
@@ -163,14 +167,16 @@ Result<void> check(const RgbImage& image, const RgbImage& like, const char* name
 }
 
 std::string row(const char* name, const RegionError& e) {
-  return fmt::format("{:<8} {:>8} {:>8.2f} {:>8.2f} {:>12.2f} {:>10.2f}\n", name, e.pixels, 100.0 * e.relative_rms,
-                     100.0 * e.bias, 100.0 * e.no_object_rms, 100.0 * e.truth_standard_error);
+  return fmt::format("{:<8} {:>8} {:>8.2f} {:>8.2f} {:>12.2f} {:>10.2f}{}\n", name, e.pixels, 100.0 * e.relative_rms,
+                     100.0 * e.bias, 100.0 * e.no_object_rms, 100.0 * e.truth_standard_error,
+                     e.rms_without_noise ? fmt::format(" {:>14.2f}", 100.0 * *e.rms_without_noise) : "");
 }
 
 std::string json(const RegionError& e) {
   return fmt::format("{{\"pixels\":{},\"relative_rms\":{:.6g},\"bias\":{:.6g},\"no_object_rms\":{:.6g},"
-                     "\"truth_standard_error\":{:.6g}}}",
-                     e.pixels, e.relative_rms, e.bias, e.no_object_rms, e.truth_standard_error);
+                     "\"truth_standard_error\":{:.6g}{}}}",
+                     e.pixels, e.relative_rms, e.bias, e.no_object_rms, e.truth_standard_error,
+                     e.rms_without_noise ? fmt::format(",\"rms_without_noise\":{:.6g}", *e.rms_without_noise) : "");
 }
 
 std::string json(const ContactError& e) {
@@ -211,13 +217,13 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
     shadow[i] = shadow[i] && !dilated[i] ? 1 : 0;
   PictureError error;
   const Mask inner = spread(both, width, height, kMaskErosion, true);
-  error.object = measure(in, inner);
+  error.object = measure(in, inner, in.second_truth);
   error.seen = measure_seen(in, inner);
   if (in.second_truth)
-    error.shaded = measure(in, darkest_third(*in.second_truth, inner));
-  error.shadow = measure(in, shadow);
+    error.shaded = measure(in, darkest_third(*in.second_truth, inner), {});
+  error.shadow = measure(in, shadow, in.second_truth);
   error.contact = measure_contact(in.result, in.truth, in.coverage);
-  error.whole = measure(in, Mask(mask.size(), 1));
+  error.whole = measure(in, Mask(mask.size(), 1), in.second_truth);
   if (in.result_coverage)
     error.mask_iou = static_cast<double>(intersection) / static_cast<double>(together);
   error.object_fraction =
@@ -226,7 +232,8 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
 }
 
 std::string to_text(const PictureError& e) {
-  std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %\n";
+  std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %";
+  out += e.object.rms_without_noise ? "  without noise\n" : "\n";
   out += row("object", e.object) + (e.shaded ? row("in shade", *e.shaded) : "") + row("as seen", e.seen);
   out += row("shadow", e.shadow) + row("whole", e.whole);
   const ContactError& c = e.contact;

@@ -17,7 +17,8 @@ struct PictureErrorInput {
   RgbImage coverage;                       ///< fraction of each pixel that the object covers in the truth
   std::optional<RgbImage> standard_error;  ///< of the truth
   std::optional<RgbImage> result_coverage; ///< the object in the result; without it the truth's mask stands for both
-  std::optional<RgbImage> second_truth;    ///< of other random numbers: says which pixels are in shade
+  std::optional<RgbImage> second_truth;    ///< of other random numbers: says which pixels are in shade, and how much of
+                                           ///< a difference is the noise of the truth
 };
 
 /// Root mean square over pixels and channels of result - truth, divided by the mean of the truth over the same pixels.
@@ -27,6 +28,9 @@ struct RegionError {
   double bias = 0.0;                 ///< mean(result - truth) / mean(truth)
   double no_object_rms = 0.0;        ///< what the unchanged picture would score
   double truth_standard_error = 0.0; ///< RMS of the truth's standard error / mean of the truth
+  /// sqrt(mean((result - truth) (result - second truth))) / mean of the truth: the noises of the two truths are
+  /// independent and fall out, what the result is off by stays. Only with a second truth.
+  std::optional<double> rms_without_noise;
 };
 
 struct PictureError {

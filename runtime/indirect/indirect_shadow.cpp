@@ -65,6 +65,8 @@ void IndirectShadow::set_direct(std::vector<TwoSided> direct, const ObjectSurfac
     });
 }
 
+std::span<const TwoSided> IndirectShadow::direct() const { return state_->direct; }
+
 void IndirectShadow::set_indirect(std::span<const TwoSided> indirect) {
   State& s = *state_;
   s.radiance = s.direct;

@@ -40,6 +40,8 @@ public:
   /// `direct`: radiance from each vertex of all objects, on both sides, because of light straight from the sky;
   /// the sun's is added here with shadows. Call after set_sky().
   void set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface);
+  /// The same with the sun's.
+  std::span<const TwoSided> direct() const;
   /// Radiance from them because of all other light.
   void set_indirect(std::span<const TwoSided> indirect);
 

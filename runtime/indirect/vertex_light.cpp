@@ -2,9 +2,6 @@
 
 #include <algorithm>
 
-#include <glm/matrix.hpp>
-
-#include "runtime/base/sh_rotation.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
@@ -59,9 +56,51 @@ void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, st
       objects, [&](std::size_t part, std::size_t, const glm::dvec3& x) { return field.exchanged(part, x); }, radiance);
 }
 
+void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,
+                    std::span<const TwoSided> from_outside, std::span<TwoSided> radiance) {
+  for (const VirtualObjects::Part& part : objects.parts) {
+    const auto [first, last] = of_part(part, objects.senders.vertex);
+    const std::span<const Rgb> reflectance(objects.senders.surface.reflectance);
+    part.model->self.reflect(direct.subspan(first, last - first), from_outside.subspan(first, last - first),
+                             reflectance.subspan(first, last - first), radiance.subspan(first, last - first));
+  }
+}
+
+namespace {
+
+/// Of a part whose senders are `first` and the following.
+LightInBox light_in_box(const VirtualObjects& objects, std::size_t k, std::size_t first,
+                        std::span<const TwoSided> sent, const auto& light_of) {
+  const VirtualObjects::Part& part = objects.parts[k];
+  const std::vector<std::uint32_t>& own = part.model->senders.vertex;
+  const std::vector<TwoSided> within = part.model->self.irradiance(sent);
+  const auto position = [&](std::size_t i) { return glm::dvec3(part.mesh().positions[own[i]]); };
+  Bounds bounds;
+  for (std::size_t i = 0; i < own.size(); ++i)
+    bounds.include(position(i));
+  LightInBox box(bounds);
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const VertexTransfer& t = part.model->transfer[own[i]];
+    if (const auto light = light_of(first + i, own[i]))
+      box.add(position(i), *light, {within[i], hidden_fraction(t.front), hidden_fraction(t.back)});
+  }
+  box.turn(part.rotation());
+  return box;
+}
+
+/// E = pi (the hidden fraction) (the mean radiance there).
+TwoSided relight_between(const LightAtPoint& light, const VertexTransfer& transfer, const Rgb& rho) {
+  TwoSided radiance = relight_vertex(light.from_room, transfer, rho);
+  radiance.front += rho * hidden_fraction(transfer.front) * light.of_object.front;
+  radiance.back += rho * hidden_fraction(transfer.back) * light.of_object.back;
+  return radiance;
+}
+
+} // namespace
+
 std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
                                                       std::span<const VertexProbes> probes,
-                                                      const IndirectShadow* field) {
+                                                      std::span<const TwoSided> sent, const IndirectShadow* field) {
   std::vector<std::optional<LightInBox>> boxes(objects.parts.size());
   const bool exchange = field && field->objects_see_each_other();
   parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t k) {
@@ -69,27 +108,21 @@ std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& obje
     const auto [first, last] = of_part(part, objects.senders.vertex);
     if (last - first == part.mesh().positions.size())
       return;
-    const auto own = [&](std::size_t i) { return objects.senders.vertex[i] - part.first_vertex; };
-    const auto position = [&](std::size_t i) { return glm::dvec3(part.mesh().positions[own(i)]); };
-    Bounds box;
-    for (std::size_t i = first; i < last; ++i)
-      box.include(position(i));
-    boxes[k].emplace(box);
-    for (std::size_t i = first; i < last; ++i) {
-      if (probes[i].count == 0)
-        continue;
-      Sh9Rgb sum = light_between(light, probes[i]);
-      const auto add = [&](const Sh9Rgb& change) {
-        for (std::size_t c = 0; c < sum.size(); ++c)
-          sum[c] += change[c];
-      };
-      if (field)
-        add(field->feedback(k, own(i)));
-      if (exchange)
-        add(field->exchanged(k, objects.senders.surface.positions[i]));
-      boxes[k]->add(position(i), sum);
-    }
-    boxes[k]->turn(part.rotation());
+    boxes[k].emplace(light_in_box(objects, k, first, sent.subspan(first, last - first),
+                                  [&](std::size_t i, std::uint32_t own) -> std::optional<Sh9Rgb> {
+                                    if (probes[i].count == 0)
+                                      return std::nullopt;
+                                    Sh9Rgb sum = light_between(light, probes[i]);
+                                    const auto add = [&](const Sh9Rgb& change) {
+                                      for (std::size_t c = 0; c < sum.size(); ++c)
+                                        sum[c] += change[c];
+                                    };
+                                    if (field)
+                                      add(field->feedback(k, own));
+                                    if (exchange)
+                                      add(field->exchanged(k, objects.senders.surface.positions[i]));
+                                    return sum;
+                                  }));
   });
   return boxes;
 }
@@ -102,15 +135,14 @@ std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::spa
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const VirtualObjects::Part& part = objects.parts[k];
     const auto [first, last] = of_part(part, vertices);
-    const Sh9Rgb direct = rotate9(glm::transpose(part.rotation()), light.direct);
     parallel_for(tbb::blocked_range<std::size_t>(first, last, 512), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const std::size_t own = vertices[i] - part.first_vertex;
         const std::uint32_t sender = part.sender[own];
         radiance[i] = objects.senders.vertex[sender] == vertices[i]
                           ? light.radiance[sender]
-                          : relight_vertex(light.from_room[k]->at(glm::dvec3(part.mesh().positions[own])),
-                                           part.model->transfer[own], direct, objects.surface.reflectance[vertices[i]]);
+                          : relight_between(light.in_box[k]->at(glm::dvec3(part.mesh().positions[own])),
+                                            part.model->transfer[own], objects.surface.reflectance[vertices[i]]);
       }
     });
   }

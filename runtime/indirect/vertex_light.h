@@ -21,16 +21,20 @@ void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, st
 /// Indirect light at the objects.
 struct ObjectsIndirectLight {
   std::vector<TwoSided> radiance;                   ///< that each sender reflects
-  std::vector<std::optional<LightInBox>> from_room; ///< of each part where not all vertices are senders
-  Sh9Rgb direct{};                                  ///< that arrives straight from sky and sun
+  std::vector<std::optional<LightInBox>> in_box;    ///< of each part where not all vertices are senders
   std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
   Ringing ringing;
 };
 
-/// Of each part that is so dense: from_room, with what objects change of it. `field`: null where they change nothing.
+/// Light that goes from one part of an object to another, of all objects: SelfExchange::reflect().
+void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,
+                    std::span<const TwoSided> from_outside, std::span<TwoSided> radiance);
+
+/// Of each part that is so dense: its light, with what objects change of it. `sent`: all that the senders send;
+/// `field`: null where objects change nothing.
 std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
                                                       std::span<const VertexProbes> probes,
-                                                      const IndirectShadow* field);
+                                                      std::span<const TwoSided> sent, const IndirectShadow* field);
 
 /// Reflected indirect radiance of some vertices, ascending numbers of VirtualObjects::surface.
 std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::span<const std::uint32_t> vertices,

@@ -13,23 +13,13 @@
 
 namespace daylit {
 
-namespace {
-constexpr float kMostAgain = 0.99f; // a white surface around itself keeps a little less than all
-}
-
 /// C'_l = D_l(R) C_l, band by band (Ivanic & Ruedenberg 1996 for any l; base/sh_rotation.h for l <= 2).
 void rotate_transfer(std::span<const VertexTransfer> transfer, const glm::mat3& r, std::span<VertexTransfer> turned) {
   const Rotation9 rotation(r);
   parallel_for(tbb::blocked_range<std::size_t>(0, transfer.size(), 512), [&](const auto& range) {
     for (std::size_t i = range.begin(); i != range.end(); ++i) {
       const VertexTransfer& t = transfer[i];
-      const bool has_back = t.back != TransferVector{} || t.bounce_back != TransferVector{};
-      turned[i] = {rotation(t.front),
-                   has_back ? rotation(t.back) : t.back,
-                   rotation(t.bounce),
-                   has_back ? rotation(t.bounce_back) : t.bounce_back,
-                   t.again,
-                   t.again_back};
+      turned[i] = {rotation(t.front), t.back != TransferVector{} ? rotation(t.back) : t.back};
     }
   });
 }
@@ -121,17 +111,6 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
   return without;
 }
 
-namespace {
-
-/// What the object's own surface sends: rho / pi sum L_lm rho S_lm(rho), with S(rho) from `bounce`, that of another
-/// reflectance.
-Rgb reflected_bounces(const Sh9Rgb& arriving, const TransferVector& bounce, float again, const Rgb& rho) {
-  const float a = kMostAgain * again;
-  return rho * (1.0f - a * kBounceReflectance) / (1.0f - a * rho) * reflected_radiance(arriving, bounce, rho);
-}
-
-} // namespace
-
 Sh9Rgb light_between(const LightField& field, const VertexProbes& probes) {
   Sh9Rgb light{};
   for (int k = 0; k < probes.count; ++k)
@@ -140,17 +119,13 @@ Sh9Rgb light_between(const LightField& field, const VertexProbes& probes) {
   return light;
 }
 
-/// Each side: rho / pi sum L_lm C_lm, and what the object's own surface sends there.
-TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& t, const Sh9Rgb& direct, const Rgb& rho) {
-  Sh9Rgb arriving = light;
-  for (int c = 0; c < 9; ++c)
-    arriving[c] += direct[c];
-  return {reflected_radiance(light, t.front, rho) + reflected_bounces(arriving, t.bounce, t.again, rho),
-          reflected_radiance(light, t.back, rho) + reflected_bounces(arriving, t.bounce_back, t.again_back, rho)};
+/// Each side: rho / pi sum L_lm C_lm.
+TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& t, const Rgb& rho) {
+  return {reflected_radiance(light, t.front, rho), reflected_radiance(light, t.back, rho)};
 }
 
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                       std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
+                                       std::span<const VertexTransfer> world_transfer,
                                        std::span<const Rgb> reflectance, Ringing* ringing) {
   std::vector<TwoSided> radiance(probes.size());
   std::vector<RingingSum> chunks((probes.size() + kChunk - 1) / kChunk);
@@ -158,7 +133,7 @@ std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const 
     for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, probes.size()); ++i) {
       const Sh9Rgb light = light_between(field, probes[i]);
       chunks[chunk].add(dot9(light, world_transfer[i].front));
-      radiance[i] = relight_vertex(light, world_transfer[i], direct, reflectance[i]);
+      radiance[i] = relight_vertex(light, world_transfer[i], reflectance[i]);
     }
   });
   if (ringing)

@@ -62,14 +62,11 @@ struct Ringing {
 Sh9Rgb light_between(const LightField& field, const VertexProbes& probes);
 
 /// relight_vertices() of one vertex to which `light` comes from the room.
-TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& world_transfer, const Sh9Rgb& direct,
-                        const Rgb& reflectance);
+TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& world_transfer, const Rgb& reflectance);
 
-/// Reflected indirect radiance per vertex; all spans have one entry per vertex. `direct`: radiance that arrives at the
-/// object straight from sky and sun; only what one part of the object reflects to another is taken from it here, the
-/// rest is drawn with shadows.
+/// Per vertex, reflected radiance of the indirect light that the room sends; all spans have one entry per vertex.
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                       std::span<const VertexTransfer> world_transfer, const Sh9Rgb& direct,
+                                       std::span<const VertexTransfer> world_transfer,
                                        std::span<const Rgb> reflectance, Ringing* ringing = nullptr);
 
 } // namespace daylit

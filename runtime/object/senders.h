@@ -14,9 +14,14 @@ constexpr std::size_t kMostSenders = 16384;
 /// The same of one that mirrors all over: its vertices' light is not seen, only what they send.
 constexpr std::size_t kMostMirrorSenders = 1024;
 
-/// Per vertex: the one that sends light for it, which is itself in a mesh of at most so many. In a denser one it is the
-/// first vertex in the same cell, a twentieth of the mesh wide, whose normal lies in the same octant: what is sent is
-/// the mean over many of them anyway, and costs as much as a small mesh.
-std::vector<std::uint32_t> find_senders(const ObjectMesh& mesh, std::size_t most = kMostSenders);
+struct MeshSenders {
+  std::vector<std::uint32_t> vertex; ///< those that send, ascending
+  std::vector<std::uint32_t> of;     ///< per vertex of the mesh: which of them sends for it
+};
+
+/// In a mesh of at most so many vertices each sends for itself. In a denser one the first vertex in the same cell, a
+/// fortieth of the mesh wide, whose normal lies in the same octant does: what is sent is the mean over many of them
+/// anyway, and costs as much as a small mesh.
+MeshSenders find_senders(const ObjectMesh& mesh, std::size_t most = kMostSenders);
 
 } // namespace daylit

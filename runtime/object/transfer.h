@@ -22,21 +22,15 @@ inline const Progress kUnwatched = [](const std::string& /*stage*/, double /*fra
 /// C_lm = integral V(w) max(0, n.w) Y_lm(w) dw, l <= 2, without A_l, reflectance or 1/pi. Object frame.
 using TransferVector = std::array<float, 9>;
 
-constexpr float kBounceReflectance = 0.6f;
-
 /// Both sides of the surface at a vertex. The back is what a camera sees through the opening of a thin shell, or of a
 /// sheet; it is zero where the mesh is closed.
 struct VertexTransfer {
   TransferVector front{}, back{};
-  /// What the object itself sends to each side, of a surface that reflects kBounceReflectance everywhere: sum over k of
-  /// kBounceReflectance^(k - 1) x the transfer vector of light that is reflected k times on its way (Sloan et al. 2002,
-  /// section 5: interreflections).
-  TransferVector bounce{}, bounce_back{};
-  /// What is left of that light after one more reflection, without the reflectance: for another reflectance, rho,
-  /// `bounce` changes by (1 - kBounceReflectance x again) / (1 - rho x again).
-  float again = 0.0f, again_back = 0.0f;
   bool operator==(const VertexTransfer&) const = default;
 };
+
+/// What of the cosine-weighted hemisphere the object itself hides: 1 - C_00 / (pi Y_00).
+float hidden_fraction(const TransferVector& transfer);
 
 struct TransferSettings {
   int rays_per_vertex = 256; ///< from each side; a multiple of 64, others are rounded up

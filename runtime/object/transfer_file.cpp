@@ -12,15 +12,14 @@ namespace daylit {
 
 namespace {
 
-constexpr std::uint32_t kTransferVersion = 6;
-// |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere. All reflections
-// together, of a surface that sees nothing but itself, 1 / (1 - kBounceReflectance) times that.
-constexpr float kLargestCoefficient = 3.1416f / (1.0f - kBounceReflectance);
+constexpr std::uint32_t kTransferVersion = 7;
+// |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
+constexpr float kLargestCoefficient = 3.1416f;
 
-constexpr std::uint32_t kCoefficients = 38; // four times nine, and two
+constexpr std::uint32_t kCoefficients = 18; // twice nine
 static_assert(sizeof(VertexTransfer) == kCoefficients * sizeof(float));
 
-/// Little-endian file: this header, then vertices x 38 floats.
+/// Little-endian file: this header, then vertices x 18 floats.
 struct Header {
   char magic[8] = {'d', 'a', 'y', 'l', 'i', 't', 'T', 'V'};
   std::uint32_t version = kTransferVersion;
@@ -69,15 +68,11 @@ Result<std::vector<VertexTransfer>> parse_transfer(std::span<const std::uint8_t>
   std::vector<VertexTransfer> transfer(vertices);
   if (vertices > 0)
     std::memcpy(transfer.data(), bytes.data() + sizeof(header), vertices * sizeof(VertexTransfer));
-  for (const VertexTransfer& t : transfer) {
-    for (const float again : {t.again, t.again_back})
-      if (!(again >= 0.0f && again <= 1.0f))
-        return malformed(path, "a fraction is out of range");
-    for (const TransferVector* side : {&t.front, &t.back, &t.bounce, &t.bounce_back})
+  for (const VertexTransfer& t : transfer)
+    for (const TransferVector* side : {&t.front, &t.back})
       for (const float c : *side)
         if (!(std::fabs(c) <= kLargestCoefficient))
           return malformed(path, "a coefficient is out of range");
-  }
   return transfer;
 }
 

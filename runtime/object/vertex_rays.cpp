@@ -79,17 +79,9 @@ std::uint16_t fraction16(float f) {
 
 } // namespace
 
-Result<VertexRays> VertexRays::make(const ObjectMesh& mesh, int rays) {
-  const std::vector<glm::dvec3> positions(mesh.positions.begin(), mesh.positions.end());
-  Result<RayScene> scene = RayScene::build(positions, mesh.triangles);
-  if (!scene)
-    return scene.error();
-  return VertexRays(mesh, std::move(*scene), (static_cast<std::size_t>(std::max(rays, 1)) + kFan - 1) / kFan);
-}
-
-VertexRays::VertexRays(const ObjectMesh& mesh, RayScene scene, std::size_t fans)
-    : mesh_(&mesh), scene_(std::move(scene)), fans_(fans) {
-  const std::size_t count = fans * kFan;
+VertexRays::VertexRays(const ObjectMesh& mesh, const RayScene& scene, int rays)
+    : mesh_(&mesh), scene_(&scene), fans_((static_cast<std::size_t>(std::max(rays, 1)) + kFan - 1) / kFan) {
+  const std::size_t count = fans_.size() * kFan;
   std::vector<glm::dvec3> directions = cosine_directions(count);
   sort_into_fans(directions, kFan);
   for (std::size_t k = 0; k < count; ++k) {
@@ -135,7 +127,7 @@ VertexRays::Hit VertexRays::classify(std::uint32_t vertex, const glm::vec3& norm
 SeenPoint VertexRays::seen_point(const glm::vec3& origin, const glm::vec3& w, std::uint32_t triangle,
                                  bool on_back) const {
   const auto& t = mesh_->triangles[triangle];
-  const auto local = [&](std::uint32_t v) { return scene_.to_local(glm::dvec3(mesh_->positions[v])); };
+  const auto local = [&](std::uint32_t v) { return scene_->to_local(glm::dvec3(mesh_->positions[v])); };
   const glm::vec2 at = weights({local(t[0]), local(t[1]), local(t[2])}, origin, w);
   return {triangle & 0x7FFFFFFFu, on_back, fraction16(at.x), fraction16(at.y)};
 }
@@ -145,8 +137,8 @@ SeenPoint VertexRays::seen_point(const glm::vec3& origin, const glm::vec3& w, st
 SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
   const OrthonormalBasis basis{glm::dvec3(normal)};
   const glm::mat3 frame(glm::vec3(basis.u), glm::vec3(basis.v), normal);
-  const float offset = scene_.surface_offset();
-  const glm::vec3 origin = scene_.to_local(glm::dvec3(mesh_->positions[vertex])) + offset * normal;
+  const float offset = scene_->surface_offset();
+  const glm::vec3 origin = scene_->to_local(glm::dvec3(mesh_->positions[vertex])) + offset * normal;
   SideView view;
   std::array<float, 9> sum{};
   RayPacket16 packet;
@@ -155,7 +147,7 @@ SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
     for (std::size_t k = 0; k < kFan; ++k)
       packet.set(k, origin, frame * glm::vec3(fan.x[k], fan.y[k], fan.z[k]), offset,
                  std::numeric_limits<float>::infinity());
-    for (std::uint32_t met = scene_.closest16(packet, kFan, triangle); met != 0; met &= met - 1) {
+    for (std::uint32_t met = scene_->closest16(packet, kFan, triangle); met != 0; met &= met - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(met));
       const glm::vec3 w = packet.direction(k);
       const Hit hit = classify(vertex, normal, w, triangle[k]);

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "scene/core/result.h"
 #include "scene/model/object_mesh.h"
 #include "scene/room/ray_scene.h"
 
@@ -25,12 +24,12 @@ struct SideView {
   std::vector<SeenPoint> seen;    ///< one for each blocked ray
 };
 
-/// Keeps a reference to the mesh. Safe to use from several threads.
+/// Keeps references to mesh and scene. Safe to use from several threads.
 class VertexRays {
 public:
-  /// `rays`: cast from each side of a vertex with a density of cos / pi, in fans of sixteen; others are rounded up.
-  /// Error: no ray scene.
-  static Result<VertexRays> make(const ObjectMesh& mesh, int rays);
+  /// `scene`: of the mesh, in its own frame. `rays`: cast from each side of a vertex with a density of cos / pi, in fans
+  /// of sixteen; others are rounded up.
+  VertexRays(const ObjectMesh& mesh, const RayScene& scene, int rays);
 
   /// Looks from a vertex into the hemisphere around `normal`, which is the vertex's own or its opposite.
   SideView look(std::uint32_t vertex, const glm::vec3& normal) const;
@@ -44,7 +43,6 @@ private:
     float harmonics[9][kFan];
   };
   enum class Hit { none, front, back };
-  VertexRays(const ObjectMesh& mesh, RayScene scene, std::size_t fans);
   void find_faces();
   Hit classify(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w, std::uint32_t triangle) const;
   bool dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const;
@@ -52,7 +50,7 @@ private:
   SeenPoint seen_point(const glm::vec3& origin, const glm::vec3& w, std::uint32_t triangle, bool on_back) const;
 
   const ObjectMesh* mesh_;
-  RayScene scene_;
+  const RayScene* scene_;
   std::vector<Fan> fans_;
   std::vector<glm::vec3> face_normal_; ///< unit, zero where a face has no area
   /// Faces around the position of each vertex: vertices at one position (at seams) have the same faces.

@@ -155,23 +155,20 @@ void append_triangles(const ObjectMesh& mesh, std::span<const std::uint32_t> sen
 }
 
 /// Numbers those of a part after the ones before.
-std::vector<std::uint32_t> append_senders(const ObjectMesh& mesh, std::size_t first_vertex, std::size_t most,
+std::vector<std::uint32_t> append_senders(const VirtualObjects::Model& model, std::size_t first_vertex,
                                           VirtualObjects::Senders& senders) {
-  std::vector<std::uint32_t> number = find_senders(mesh, most);
-  const std::size_t before = senders.vertex.size();
-  for (std::uint32_t v = 0; v < number.size(); ++v) // the one that sends for others is the first of them
-    if (number[v] != v)
-      number[v] = number[number[v]];
-    else {
-      number[v] = static_cast<std::uint32_t>(senders.vertex.size());
-      senders.vertex.push_back(static_cast<std::uint32_t>(first_vertex + v));
-    }
+  const auto before = static_cast<std::uint32_t>(senders.vertex.size());
+  std::vector<std::uint32_t> number = model.senders.of;
+  for (std::uint32_t& n : number)
+    n += before;
+  for (const std::uint32_t v : model.senders.vertex)
+    senders.vertex.push_back(static_cast<std::uint32_t>(first_vertex + v));
   const std::size_t count = senders.vertex.size();
   senders.surface.positions.resize(count);
   senders.surface.normals.resize(count);
   senders.surface.reflectance.resize(count);
   senders.transfer.resize(count);
-  append_triangles(mesh, number, count - before, senders.surface.triangles);
+  append_triangles(model.mesh, number, count - before, senders.surface.triangles);
   return number;
 }
 
@@ -188,11 +185,10 @@ Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::M
   for (const auto& t : mesh.triangles)
     all.surface.triangles.push_back({offset + t[0], offset + t[1], offset + t[2]});
   for (const VertexTransfer& t : model->transfer)
-    all.has_back.push_back(t.back != TransferVector{} || t.bounce_back != TransferVector{});
+    all.has_back.push_back(t.back != TransferVector{});
   const bool per_pixel = looked_up_per_pixel(mesh);
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
-  const bool mirrors = per_pixel && std::ranges::none_of(diffuse, [](std::uint8_t some) { return some != 0; });
-  auto sender = append_senders(mesh, first, mirrors ? kMostMirrorSenders : kMostSenders, all.senders);
+  auto sender = append_senders(*model, first, all.senders);
   all.parts.push_back({std::move(model), first, std::move(sender), glm::dmat4(1.0), centre_of_mass, 1.0f, per_pixel,
                        std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
@@ -250,6 +246,11 @@ void find_glass(VirtualObjects& all) {
     all.surface.glass_opacity = static_cast<float>(opacity / parts);
 }
 
+bool mirrors_all_over(const ObjectMesh& mesh) {
+  return looked_up_per_pixel(mesh) &&
+         std::ranges::none_of(diffuse_vertices(mesh), [](std::uint8_t some) { return some != 0; });
+}
+
 /// Read, divided and cut, with its transfer vectors.
 struct LoadedModel {
   std::shared_ptr<const VirtualObjects::Model> model;
@@ -277,9 +278,13 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
   auto rays = RayScene::build(std::vector<glm::dvec3>(mesh->positions.begin(), mesh->positions.end()), mesh->triangles);
   if (!rays)
     return rays.error();
-  return LoadedModel{std::make_shared<const VirtualObjects::Model>(
-                         VirtualObjects::Model{std::move(*mesh), std::move(transfer->transfer), std::move(*rays)}),
-                     mass};
+  MeshSenders senders = find_senders(*mesh, mirrors_all_over(*mesh) ? kMostMirrorSenders : kMostSenders);
+  auto self = SelfExchange::make(*mesh, *rays, senders, settings.closed, transfer->transfer, progress);
+  if (!self)
+    return self.error();
+  VirtualObjects::Model model{std::move(*mesh), std::move(transfer->transfer), std::move(*rays), std::move(senders),
+                              std::move(*self)};
+  return LoadedModel{std::make_shared<const VirtualObjects::Model>(std::move(model)), mass};
 }
 
 bool same_model(const ObjectConfig& a, const ObjectConfig& b) {

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "runtime/object/object_surface.h"
+#include "runtime/object/self_exchange.h"
+#include "runtime/object/senders.h"
 #include "runtime/object/transfer.h"
 #include "scene/config/config.h"
 #include "scene/core/program.h"
@@ -26,6 +28,8 @@ struct VirtualObjects {
     ObjectMesh mesh;
     std::vector<VertexTransfer> transfer;
     RayScene rays;
+    MeshSenders senders{};
+    SelfExchange self{}; ///< between the senders
   };
   /// One object.
   struct Part {

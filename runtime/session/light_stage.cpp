@@ -55,50 +55,42 @@ void add_emission(const ObjectSurface& surface, float factor, std::span<TwoSided
 constexpr int kExchanges = 4; // between objects and room; what comes back a fourth time cannot be seen
 } // namespace
 
-/// The objects stand in a room on which they cast shadows, and beside each other: both change the light that they see,
-/// and what leaves them changes the room.
-void LightStage::add_object_effects(const SkyStage& sky, const VirtualObjects& objects,
-                                    std::vector<TwoSided>& radiance) const {
-  IndirectShadow& shadow = *room_.indirect_shadow;
+/// The objects stand in a room on which they cast shadows, beside each other, and have parts that face each other: all
+/// change the light that they see, and what leaves them changes the room. Without the exchange with the room the sun's
+/// light on the objects is not known at vertices: what they reflect of it from part to part is left out.
+std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const VirtualObjects& objects,
+                                                 std::vector<TwoSided>& radiance) const {
   const ObjectSurface& surface = objects.senders.surface;
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
-  shadow.set_sky(sky->pyramid, sky->sun, sky.version());
   std::vector<TwoSided> direct =
       direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
-  shadow.set_direct(std::move(direct), surface);
   const std::vector<TwoSided> from_room = radiance;
+  if (!room_.indirect_shadow) {
+    reflect_within(objects, direct, from_room, radiance);
+    for (std::size_t i = 0; i < direct.size(); ++i) {
+      direct[i].front += radiance[i].front;
+      direct[i].back += radiance[i].back;
+    }
+    return direct;
+  }
+  IndirectShadow& shadow = *room_.indirect_shadow;
+  shadow.set_sky(sky->pyramid, sky->sun, sky.version());
+  shadow.set_direct(std::move(direct), surface);
+  reflect_within(objects, shadow.direct(), from_room, radiance);
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
     shadow.exchange_with_room();
     if (shadow.objects_see_each_other())
       shadow.exchange();
-    radiance = from_room;
-    add_feedback(shadow, objects, radiance);
+    std::vector<TwoSided> from_outside = from_room;
+    add_feedback(shadow, objects, from_outside);
     if (shadow.objects_see_each_other())
-      add_exchange(shadow, objects, radiance);
+      add_exchange(shadow, objects, from_outside);
+    reflect_within(objects, shadow.direct(), from_outside, radiance);
   }
   shadow.set_indirect(radiance);
-}
-
-/// What is reflected: emission is looked up where it is seen. Without the exchange with the room the sun's light on the
-/// objects is not known at vertices: it is left out.
-std::vector<TwoSided> LightStage::sent_light(const SkyStage& sky, const VirtualObjects& objects,
-                                             std::span<const TwoSided> indirect) const {
-  if (room_.indirect_shadow) {
-    const std::span<const TwoSided> all = room_.indirect_shadow->sent();
-    std::vector<TwoSided> reflected(all.begin(), all.end());
-    add_emission(objects.senders.surface, -1.0f, reflected);
-    return reflected;
-  }
-  const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
-  const ObjectSurface& surface = objects.senders.surface;
-  std::vector<TwoSided> sent = direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
-  for (std::size_t i = 0; i < sent.size(); ++i) {
-    sent[i].front += indirect[i].front;
-    sent[i].back += indirect[i].back;
-  }
-  return sent;
+  return {shadow.sent().begin(), shadow.sent().end()};
 }
 
 void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples,
@@ -121,15 +113,15 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     clock.end("probes");
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {
-    indirect.direct =
-        direct_coefficients(sky->pyramid, direct_->cells, direct_->lights.sun, apertures, direct_->sphere.centre);
-    indirect.radiance = relight_vertices(sky.field(), probes_->vertices, objects->senders.transfer, indirect.direct,
+    indirect.radiance = relight_vertices(sky.field(), probes_->vertices, objects->senders.transfer,
                                          objects->senders.surface.reflectance, &indirect.ringing);
-    if (room_.indirect_shadow)
-      add_object_effects(sky, *objects, indirect.radiance);
-    indirect.from_room = light_in_boxes(*objects, sky.field(), probes_->vertices,
-                                        room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
-    indirect.sent = needs_rays(*objects) ? sent_light(sky, *objects, indirect.radiance) : std::vector<TwoSided>{};
+    indirect.sent = exchange_light(sky, *objects, indirect.radiance);
+    indirect.in_box = light_in_boxes(*objects, sky.field(), probes_->vertices, indirect.sent,
+                                     room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
+    if (needs_rays(*objects))
+      add_emission(objects->senders.surface, -1.0f, indirect.sent); // it is looked up where it is seen
+    else
+      indirect.sent.clear();
     clock.end("object_light");
   });
   report.reused.samples = direct_.reused();

@@ -66,9 +66,10 @@ public:
   Version version() const { return indirect_.version(); } ///< of all three
 
 private:
-  std::vector<TwoSided> sent_light(const SkyStage& sky, const VirtualObjects& objects,
-                                   std::span<const TwoSided> indirect) const;
-  void add_object_effects(const SkyStage& sky, const VirtualObjects& objects, std::vector<TwoSided>& radiance) const;
+  /// All that the vertices send; `radiance`, what they reflect of the room's light, becomes what they reflect of all
+  /// that does not come straight from sky and sun.
+  std::vector<TwoSided> exchange_light(const SkyStage& sky, const VirtualObjects& objects,
+                                       std::vector<TwoSided>& radiance) const;
 
   LoadedRoom& room_;
   Cached<ObjectsDirectLight> direct_;

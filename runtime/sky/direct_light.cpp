@@ -163,26 +163,4 @@ std::vector<DirectionalLight> window_lights(std::span<const SkyMap> pyramid, std
   return lights;
 }
 
-/// L_lm = sum_j E_j Y_lm(w_j) (equation 2 of Grosch et al. 2007 for a sum of distant lights).
-Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                           std::span<const DirectionalLight> sun, std::span<const Aperture> apertures,
-                           const glm::dvec3& x) {
-  Sh9Rgb sum{};
-  const auto add = [&](const glm::dvec3& w, const Rgb& flux) {
-    const std::array<float, 9> y = sh::evaluate9(glm::vec3(w));
-    for (int i = 0; i < 9; ++i)
-      sum[i] += y[i] * flux;
-  };
-  for (const DirectionalLight& l : window_lights(pyramid, cells, x))
-    add(l.direction, l.irradiance);
-  const std::vector<Aperture> list(apertures.begin(), apertures.end());
-  for (const DirectionalLight& l : sun) {
-    int crossed = 0;
-    const Rgb pane = aperture_transmittance(list, x, l.direction, std::numeric_limits<double>::infinity(), &crossed);
-    if (crossed > 0)
-      add(l.direction, pane * l.irradiance);
-  }
-  return sum;
-}
-
 } // namespace daylit

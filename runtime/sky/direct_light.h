@@ -65,9 +65,4 @@ std::vector<Rgb> open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<
 std::vector<DirectionalLight> window_lights(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
                                             const glm::dvec3& x);
 
-/// Nine coefficients of the unshadowed radiance that arrives at x from sky and sun through the apertures.
-Sh9Rgb direct_coefficients(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells,
-                           std::span<const DirectionalLight> sun, std::span<const Aperture> apertures,
-                           const glm::dvec3& x);
-
 } // namespace daylit

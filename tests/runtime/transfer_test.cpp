@@ -7,12 +7,12 @@
 
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/mesh_topology.h"
-#include "runtime/object/relight.h"
 #include "runtime/object/transfer.h"
 #include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
 #include "scene/core/read_file.h"
 #include "sh/sh9.h"
+#include "object_shapes.h"
 #include "test_scene.h"
 
 namespace daylit {
@@ -72,56 +72,6 @@ TEST(Transfer, a_torus_shadows_its_own_inside) {
   }
 }
 
-/// A sphere of 1 m without its top: a part `open` of its area is missing.
-ObjectMesh bowl(float open) {
-  ObjectMesh mesh;
-  constexpr int kAround = 48, kAcross = 40;
-  for (int i = 0; i <= kAcross; ++i)
-    for (int j = 0; j <= kAround; ++j) {
-      const float z = -1.0f + 2.0f * (1.0f - open) * static_cast<float>(i) / kAcross, r = std::sqrt(1.0f - z * z);
-      const float a = 2.0f * std::numbers::pi_v<float> * static_cast<float>(j) / kAround;
-      mesh.positions.emplace_back(r * std::cos(a), r * std::sin(a), z);
-      mesh.normals.push_back(mesh.positions.back());
-      mesh.reflectance.emplace_back(0.5f);
-    }
-  const auto at = [](int i, int j) { return static_cast<std::uint32_t>(i * (kAround + 1) + j); };
-  for (int i = 0; i < kAcross; ++i)
-    for (int j = 0; j < kAround; ++j) {
-      mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
-      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
-    }
-  return mesh;
-}
-
-// Inside a sphere every point sees every other with the form factor area / (4 pi R^2). Under a sky of radiance 1 the
-// opening sends pi open to each point, and the wall rho (1 - open) of what it gets: E = pi open / (1 - rho (1 - open)).
-TEST(Transfer, the_inside_of_an_open_sphere_is_lit_by_all_reflections) {
-  constexpr float kOpen = 0.25f;
-  const ObjectMesh mesh = bowl(kOpen);
-  const auto transfer = compute_transfer(mesh);
-  ASSERT_TRUE(transfer);
-  LightField field{{Sh9Rgb{}}};
-  field.probe[0][0] = Rgb(1.0f / 0.28209479f); // radiance 1 from everywhere
-  VertexProbes one;
-  one.weight[0] = 1.0f;
-  one.count = 1;
-  const std::vector<VertexProbes> probes(mesh.positions.size(), one);
-  for (const float rho : {0.2f, 0.6f, 0.85f}) {
-    const std::vector<Rgb> reflectance(mesh.positions.size(), Rgb(rho));
-    const auto radiance = relight_vertices(field, probes, *transfer, Sh9Rgb{}, reflectance);
-    double sum = 0.0;
-    int count = 0;
-    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-      if (mesh.positions[i].z < 0.4f && mesh.positions[i].z > -0.99f) { // not beside the rim, where facets count
-        EXPECT_NEAR(radiance[i].front.r, rho, 0.01f * rho);             // convex: all of the sky
-        sum += static_cast<double>(radiance[i].back.r);
-        ++count;
-      }
-    const auto expected = static_cast<double>(rho * kOpen / (1.0f - rho * (1.0f - kOpen)));
-    EXPECT_NEAR(sum / count, expected, 0.04 * expected) << "reflectance " << rho;
-  }
-}
-
 TEST(Transfer, a_closed_mesh_has_no_back_and_seams_leave_it_closed) {
   const ObjectMesh ring = test::torus(0.15f, 0.06f, 12, 8); // vertices are double along two seams, but for rounding
   ObjectMesh seamed = ring;
@@ -130,13 +80,11 @@ TEST(Transfer, a_closed_mesh_has_no_back_and_seams_leave_it_closed) {
     seamed.positions[i] = ring.positions[column * 9 + row];
   }
   EXPECT_TRUE(is_closed(seamed));
-  EXPECT_FALSE(is_closed(bowl(0.25f)));
+  EXPECT_FALSE(is_closed(test::bowl(0.25f)));
   const auto transfer = compute_transfer(seamed, {.closed = true});
   ASSERT_TRUE(transfer);
-  for (const VertexTransfer& t : *transfer) {
+  for (const VertexTransfer& t : *transfer)
     EXPECT_EQ(t.back, TransferVector{});
-    EXPECT_EQ(t.bounce_back, TransferVector{});
-  }
 }
 
 TEST(Transfer, stops_when_asked_and_leaves_no_file) {
@@ -147,27 +95,6 @@ TEST(Transfer, stops_when_asked_and_leaves_no_file) {
   ASSERT_FALSE(transfer);
   EXPECT_EQ(transfer.error().code, ErrorCode::interrupted);
   EXPECT_TRUE(std::filesystem::is_empty(folder));
-}
-
-/// A pot, a ball of 0.2 m, and a pipe of 0.03 m that leads out of it along x.
-ObjectMesh pot_with_pipe() {
-  ObjectMesh mesh = test::torus(0.0f, 0.2f, 48, 24);
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  constexpr std::uint32_t kAround = 8;
-  for (const float x : {0.12f, 0.17f, 0.24f, 0.3f})
-    for (std::uint32_t k = 0; k < kAround; ++k) {
-      const float a = 2.0f * std::numbers::pi_v<float> * (static_cast<float>(k) + 0.3f) / kAround;
-      mesh.normals.push_back({0.0f, std::cos(a), std::sin(a)});
-      mesh.positions.push_back(glm::vec3(x, 0, 0) + 0.03f * mesh.normals.back());
-      mesh.reflectance.push_back(Rgb(0.7f));
-    }
-  for (std::uint32_t ring = 0; ring < 3; ++ring)
-    for (std::uint32_t k = 0; k < kAround; ++k) {
-      const std::uint32_t a = first + ring * kAround + k, b = first + ring * kAround + (k + 1) % kAround;
-      mesh.triangles.push_back({a, b + kAround, a + kAround});
-      mesh.triangles.push_back({a, b, b + kAround});
-    }
-  return mesh;
 }
 
 double area(const ObjectMesh& mesh) {
@@ -183,7 +110,7 @@ bool on_pipe(const glm::vec3& p) {
 }
 
 TEST(CutMesh, no_triangle_of_a_pipe_leads_from_inside_a_pot_to_its_outside) {
-  const ObjectMesh before = pot_with_pipe();
+  const ObjectMesh before = test::pot_with_pipe();
   ObjectMesh mesh = before;
   const auto cuts = cut_where_parts_cross(mesh);
   ASSERT_TRUE(cuts);
@@ -203,7 +130,7 @@ TEST(CutMesh, no_triangle_of_a_pipe_leads_from_inside_a_pot_to_its_outside) {
 }
 
 TEST(CutMesh, textures_and_materials_stay_where_they_are) {
-  ObjectMesh mesh = pot_with_pipe();
+  ObjectMesh mesh = test::pot_with_pipe();
   for (const glm::vec3& p : mesh.positions)
     mesh.uv.emplace_back(2.0f * p.x, p.y - p.z);
   mesh.materials.resize(2);
@@ -233,7 +160,7 @@ TEST(CutMesh, what_nothing_crosses_stays_as_it_is) {
 }
 
 TEST(CutMesh, a_pipe_is_lit_up_to_the_pot_and_dark_inside) {
-  ObjectMesh mesh = pot_with_pipe();
+  ObjectMesh mesh = test::pot_with_pipe();
   ASSERT_TRUE(cut_where_parts_cross(mesh));
   const auto transfer = compute_transfer(mesh);
   ASSERT_TRUE(transfer);
