@@ -16,7 +16,6 @@ namespace {
 constexpr std::size_t kChunk = 64;
 constexpr int kMostSteps = 12;
 constexpr double kSettled = 0.003; // of all light
-constexpr float kFilled = 0.1f;     // more of the hemisphere hidden than the transfer vector has: it is the neighbours'
 
 /// Of the corner nearest to the point where a ray ends.
 std::uint32_t nearest_corner(const ObjectMesh& mesh, const SeenPoint& p) {
@@ -32,68 +31,35 @@ double sum(const Rgb& light) { return static_cast<double>(light.r + light.g + li
 /// One entry for each side of a sender that rays end on.
 std::vector<SelfExchange::Seen> SelfExchange::row_of(const std::vector<SeenPoint>& seen, const ObjectMesh& mesh,
                                                      std::span<const std::uint32_t> sender, float weight) {
-  std::vector<Seen> row;
+  std::vector<std::uint32_t> sides;
   for (const SeenPoint& p : seen)
-    row.push_back({sender[nearest_corner(mesh, p)] & 0x7FFFFFFFu, p.on_back, weight});
-  merge(row);
+    sides.push_back(2 * sender[nearest_corner(mesh, p)] + p.on_back);
+  std::ranges::sort(sides);
+  std::vector<Seen> row;
+  for (const std::uint32_t side : sides) {
+    if (row.empty() || row.back().side != side)
+      row.push_back({side, 0.0f});
+    row.back().weight += weight;
+  }
   return row;
 }
 
-void SelfExchange::merge(std::vector<Seen>& row) {
-  const auto side = [](const Seen& s) { return 2 * s.sender + s.on_back; };
-  std::ranges::sort(row, {}, side);
-  std::vector<Seen> merged;
-  for (const Seen& s : row)
-    if (!merged.empty() && side(merged.back()) == side(s))
-      merged.back().weight += s.weight;
-    else
-      merged.push_back(s);
-  row = std::move(merged);
-}
-
-/// The transfer vector of a buried vertex is that of its neighbours: so is what it sees of the object.
-void SelfExchange::fill_buried(const ObjectMesh& mesh, std::span<const std::uint32_t> sender,
-                               const std::vector<std::uint8_t>& buried, std::vector<std::vector<Seen>>& rows) {
-  std::vector<std::vector<Seen>> around(buried.size());
-  std::vector<float> neighbours(buried.size(), 0.0f);
-  for (const auto& t : mesh.triangles)
-    for (int k = 0; k < 3; ++k)
-      for (const std::uint32_t other : {sender[t[(k + 1) % 3]], sender[t[(k + 2) % 3]]})
-        if (const std::uint32_t own = sender[t[k]]; buried[own] && !buried[other]) {
-          around[own].insert(around[own].end(), rows[2 * other].begin(), rows[2 * other].end());
-          neighbours[own] += 1.0f;
-        }
-  for (std::size_t i = 0; i < buried.size(); ++i)
-    if (neighbours[i] > 0.0f) {
-      for (Seen& s : around[i])
-        s.weight /= neighbours[i];
-      merge(around[i]);
-      rows[2 * i] = std::move(around[i]);
-    }
-}
-
 Result<SelfExchange> SelfExchange::make(const ObjectMesh& mesh, const RayScene& scene, const MeshSenders& senders,
-                                        bool closed, std::span<const VertexTransfer> transfer,
-                                        const Progress& progress) {
+                                        bool closed, const Progress& progress) {
   const VertexRays rays(mesh, scene, kRays);
   const float weight = std::numbers::pi_v<float> / static_cast<float>(rays.rays());
   const std::size_t count = senders.vertex.size();
   std::vector<std::vector<Seen>> rows(2 * count);
-  std::vector<std::uint8_t> buried(count);
   const auto looked = parallel_stage("light within objects", (count + kChunk - 1) / kChunk, 1, progress, [&](auto c) {
     for (std::size_t i = c * kChunk; i < std::min((c + 1) * kChunk, count); ++i) {
       const std::uint32_t v = senders.vertex[i];
-      const SideView front = rays.look(v, mesh.normals[v]);
-      rows[2 * i] = row_of(front.seen, mesh, senders.of, weight);
-      buried[i] = static_cast<float>(front.seen.size()) / static_cast<float>(rays.rays()) >
-                  hidden_fraction(transfer[v].front) + kFilled;
+      rows[2 * i] = row_of(rays.look(v, mesh.normals[v]).seen, mesh, senders.of, weight);
       if (!closed)
         rows[2 * i + 1] = row_of(rays.look(v, -mesh.normals[v]).seen, mesh, senders.of, weight);
     }
   });
   if (!looked)
     return looked.error();
-  fill_buried(mesh, senders.of, buried, rows);
   SelfExchange exchange;
   exchange.first_.push_back(0);
   for (const std::vector<Seen>& row : rows) {
@@ -110,8 +76,8 @@ std::vector<TwoSided> SelfExchange::irradiance(std::span<const TwoSided> radianc
   const auto gather = [&](std::size_t row) {
     Rgb sum(0.0f);
     for (std::uint32_t k = first_[row]; k < first_[row + 1]; ++k) {
-      const TwoSided& from = radiance[seen_[k].sender];
-      sum += seen_[k].weight * (seen_[k].on_back ? from.back : from.front);
+      const TwoSided& from = radiance[seen_[k].side / 2];
+      sum += seen_[k].weight * (seen_[k].side % 2 == 0 ? from.front : from.back);
     }
     return sum;
   };

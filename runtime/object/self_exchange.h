@@ -22,9 +22,9 @@ public:
 
   /// Of an object whose parts do not see each other.
   SelfExchange() = default;
-  /// `closed`: nobody sees a back. `scene`: the mesh in its own frame. `transfer`: of its vertices. Error: interrupted.
+  /// `closed`: nobody sees a back. `scene`: the mesh in its own frame. Error: interrupted.
   static Result<SelfExchange> make(const ObjectMesh& mesh, const RayScene& scene, const MeshSenders& senders, bool closed,
-                                   std::span<const VertexTransfer> transfer, const Progress& progress = kUnwatched);
+                                   const Progress& progress = kUnwatched);
 
   /// Irradiance of both sides of each from the radiance that all send: E_i = pi sum_k F_ik L_k.
   std::vector<TwoSided> irradiance(std::span<const TwoSided> radiance) const;
@@ -36,17 +36,13 @@ public:
   bool empty() const { return seen_.empty(); }
 
 private:
-  /// A side of a vertex that sends light, and pi F.
   struct Seen {
-    std::uint32_t sender : 31;
-    std::uint32_t on_back : 1;
-    float weight;
+    std::uint32_t side;   ///< of a vertex that sends light: twice its number, and 1 for its back
+    float weight;         ///< pi F
   };
   static std::vector<Seen> row_of(const std::vector<SeenPoint>& seen, const ObjectMesh& mesh,
                                   std::span<const std::uint32_t> sender, float weight);
-  static void merge(std::vector<Seen>& row);
-  static void fill_buried(const ObjectMesh& mesh, std::span<const std::uint32_t> sender,
-                          const std::vector<std::uint8_t>& buried, std::vector<std::vector<Seen>>& rows);
+
   std::vector<std::uint32_t> first_; ///< in seen_, of the front and the back of each vertex, and the end
   std::vector<Seen> seen_;
 };

@@ -279,7 +279,7 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
   if (!rays)
     return rays.error();
   MeshSenders senders = find_senders(*mesh, mirrors_all_over(*mesh) ? kMostMirrorSenders : kMostSenders);
-  auto self = SelfExchange::make(*mesh, *rays, senders, settings.closed, transfer->transfer, progress);
+  auto self = SelfExchange::make(*mesh, *rays, senders, settings.closed, progress);
   if (!self)
     return self.error();
   VirtualObjects::Model model{std::move(*mesh), std::move(transfer->transfer), std::move(*rays), std::move(senders),

@@ -226,7 +226,28 @@ TEST(PictureError, uniform_gain_error_is_reported_as_such) {
   EXPECT_FALSE(measure_picture_error(in));
 }
 
-} // namespace
+TEST(PictureError, a_second_truth_takes_the_noise_of_both_out_of_the_error) {
+  std::mt19937 random(5);
+  std::normal_distribution<float> noise(0.0f, 0.1f);
+  PictureErrorInput in;
+  in.result = RgbImage(200, 200);
+  in.truth = in.room = in.coverage = in.second_truth.emplace(200, 200);
+  for (std::size_t i = 0; i < in.result.texels.size(); ++i) {
+    in.result.texels[i] = Rgb(1.1f);
+    in.truth.texels[i] = Rgb(1.0f + noise(random));
+    in.second_truth->texels[i] = Rgb(1.0f + noise(random));
+    in.coverage.texels[i] = Rgb(1.0f);
+  }
+  const auto e = measure_picture_error(in);
+  ASSERT_TRUE(e) << e.error().message();
+  EXPECT_NEAR(e->object.relative_rms, std::hypot(0.1, 0.1), 0.002);
+  EXPECT_NEAR(*e->object.rms_without_noise, 0.1, 0.002);
+  in.second_truth = in.truth;
+  EXPECT_NEAR(*measure_picture_error(in)->object.rms_without_noise, e->object.relative_rms, 1e-9) << "the same noise";
+  in.second_truth.reset();
+  EXPECT_FALSE(measure_picture_error(in)->object.rms_without_noise);
+}
+
 /// Rows grow brighter; noise of either sign. The third is chosen where its own noise does not count.
 TEST(PictureError, shaded_third_is_chosen_by_the_second_truth) {
   PictureErrorInput in;
@@ -250,4 +271,5 @@ TEST(PictureError, shaded_third_is_chosen_by_the_second_truth) {
   EXPECT_FALSE(measure_picture_error(in)->shaded);
 }
 
+} // namespace
 } // namespace daylit
