@@ -48,6 +48,7 @@ void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optiona
     s.sunlit = sun ? sunlit_points(s.room, s.rays, s.planes, s.windows.apertures(), s.patches.windows(), *sun)
                    : std::vector<SunlitPoint>{};
   }
+  s.other_objects.room_changed();
   s.receivers.sky_changed(); // the light of the room is another where its windows are seen from another object
 }
 

@@ -49,6 +49,7 @@ void OtherObjects::for_each_used(const Work& work) {
 
 void OtherObjects::set_objects(const PlacedParts& parts) {
   parts_ = &parts;
+  room_known_ = false;
   surrounds_.clear();
   for (std::size_t part = 0; part < parts.size(); ++part) {
     Surround s{BoxLattice(parts.box(part), kSide, kInset), {}, {}};
@@ -79,32 +80,41 @@ void OtherObjects::look_around(std::size_t part, const glm::dvec3& x, LatticePoi
   for (const OccludedDirection& c : point.occluded) {
     all += c.weight;
     from_behind += c.object.back ? c.weight : 0.0f;
+    std::array<float, 9>& weight = point.weight.emplace_back(sh::evaluate9(glm::vec3(glm::normalize(c.position - x))));
+    for (float& w : weight)
+      w *= c.weight;
   }
   point.open = from_behind <= 0.5f * all;
 }
 
-/// Delta L_lm = sum over the occluded directions of dw Y_lm(w) (L_object - rho E / pi - L_sun), the last two of what is
-/// behind; sky behind counts as zero, for it is the direct shadow's.
+/// rho E / pi + L_sun; sky counts as zero, for it is the direct shadow's.
+void OtherObjects::look_behind(LatticePoint& point) const {
+  point.behind.assign(point.occluded.size(), Rgb(0.0f));
+  for (std::size_t k = 0; k < point.occluded.size(); ++k)
+    if (const OccludedDirection& c = point.occluded[k]; c.behind)
+      point.behind[k] = c.behind->reflectance * patches_.irradiance(*c.behind) * std::numbers::inv_pi_v<float> +
+                        sunlight_behind(c, k, windows_);
+}
+
+/// Delta L_lm = sum over the occluded directions of dw Y_lm(w) (L_object - L_behind).
 /// Solid angle, not cosine: the transfer vectors of the vertices hold the cosine.
-Sh9Rgb OtherObjects::change_at(const LatticePoint& point, const glm::dvec3& x,
-                               std::span<const TwoSided> radiance) const {
+Sh9Rgb OtherObjects::change_at(const LatticePoint& point, std::span<const TwoSided> radiance) {
   Sh9Rgb sum{};
   for (std::size_t k = 0; k < point.occluded.size(); ++k) {
-    const OccludedDirection& c = point.occluded[k];
-    Rgb change = object_radiance(c, radiance);
-    if (c.behind)
-      change -= c.behind->reflectance * patches_.irradiance(*c.behind) * std::numbers::inv_pi_v<float> +
-                sunlight_behind(c, k, windows_);
-    const std::array<float, 9> y = sh::evaluate9(glm::vec3(glm::normalize(c.position - x)));
-    for (int i = 0; i < 9; ++i)
-      sum[i] += c.weight * y[i] * change;
+    const Rgb change = object_radiance(point.occluded[k], radiance) - point.behind[k];
+    for (std::size_t i = 0; i < 9; ++i)
+      sum[i] += point.weight[k][i] * change;
   }
   return sum;
 }
 
 void OtherObjects::set_light(std::span<const TwoSided> radiance) {
-  for_each_used(
-      [&](std::size_t, const glm::dvec3& x, LatticePoint& point) { point.change = change_at(point, x, radiance); });
+  const bool known = std::exchange(room_known_, true);
+  for_each_used([&](std::size_t, const glm::dvec3&, LatticePoint& point) {
+    if (!known)
+      look_behind(point);
+    point.change = change_at(point, radiance);
+  });
 }
 
 /// Trilinear between the points that are not inside another object.

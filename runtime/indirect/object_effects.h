@@ -31,6 +31,7 @@ public:
   void set_objects(const PlacedParts& parts);
   /// Some object is large enough as seen from another. The rest has no effect where none is.
   bool any() const;
+  void room_changed() { room_known_ = false; } ///< another frame of patches and windows
   /// `radiance`: outgoing, of each vertex of all objects. After the frame of patches and windows.
   void set_light(std::span<const TwoSided> radiance);
   /// Change of the radiance that arrives at a point of a part.
@@ -41,6 +42,8 @@ private:
     bool used = false; ///< some vertex lies beside it
     bool open = true;  ///< not inside another object
     std::vector<OccludedDirection> occluded;
+    std::vector<std::array<float, 9>> weight; ///< of each: dw Y_lm
+    std::vector<Rgb> behind;                  ///< of each: radiance of the room that it hides
     Sh9Rgb change{};
   };
   struct Surround {
@@ -51,13 +54,15 @@ private:
   template <class Work>
   void for_each_used(const Work& work);
   void look_around(std::size_t part, const glm::dvec3& x, LatticePoint& point) const;
-  Sh9Rgb change_at(const LatticePoint& point, const glm::dvec3& x, std::span<const TwoSided> radiance) const;
+  void look_behind(LatticePoint& point) const;
+  static Sh9Rgb change_at(const LatticePoint& point, std::span<const TwoSided> radiance);
 
   const RayScene& rays_;
   const RoomPatches& patches_;
   const WindowVisibility& windows_;
   const PlacedParts* parts_ = nullptr;
   std::vector<Surround> surrounds_;
+  bool room_known_ = false; ///< LatticePoint::behind is of this frame
 };
 
 } // namespace daylit

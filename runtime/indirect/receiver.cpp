@@ -9,8 +9,8 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "scene/core/orthonormal.h"
 #include "runtime/sky/window_sampler.h"
+#include "scene/core/orthonormal.h"
 
 namespace daylit {
 
@@ -54,7 +54,7 @@ Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
 /// out), and what the sunlit points behind send. Where an object hides most of the light, what is left is the small
 /// difference of this and of the volume's E, two estimates that differ by some per cent: there H E / E', E' the same
 /// sum as H over all directions.
-Rgb LitScene::hidden_irradiance(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+Rgb LitScene::hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                                 const glm::dvec3& n) const {
   const auto sent = [&](const std::vector<SeenPatch>& seen) {
     Rgb sum(0.0f);
@@ -66,11 +66,12 @@ Rgb LitScene::hidden_irradiance(const Receiver& receiver, std::uint32_t triangle
   const Rgb hidden = sunlight.hidden + sent(receiver.hidden);
   if (receiver.surrounded == 0.0f)
     return hidden;
-  const Rgb here = light.at_surface(triangle, x, -n).indirect_irradiance, all = sunlight.all + sent(receiver.around);
+  const Rgb all = sunlight.all + sent(receiver.around);
   Rgb scale(1.0f);
   for (int c = 0; c < 3; ++c)
     if (all[c] > 0.0f)
-      scale[c] += receiver.surrounded * (std::clamp(here[c] / all[c], 1.0f / kMostScale, kMostScale) - 1.0f);
+      scale[c] += receiver.surrounded *
+                  (std::clamp(here.indirect_irradiance[c] / all[c], 1.0f / kMostScale, kMostScale) - 1.0f);
   return scale * hidden;
 }
 
@@ -110,14 +111,13 @@ LitScene::Sunlight LitScene::sent_by_sunlit(const glm::dvec3& x, const glm::dvec
 }
 
 /// E = E_indirect + V_window E_sky.
-Rgb LitScene::before(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
-                     const glm::dvec3& direction) const {
-  const RoomPoint point = light.at_surface(triangle, x, direction);
-  return point.indirect_irradiance + *receiver.window_visibility * point.open_sky_irradiance;
+Rgb LitScene::before(const Receiver& receiver, const RoomPoint& here) {
+  return here.indirect_irradiance + *receiver.window_visibility * here.open_sky_irradiance;
 }
 
 /// V_blocked E_sky + the mean of the sun's loss.
-Rgb LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width) const {
+Rgb LitScene::lost_direct(float blocked, const RoomPoint& here, const glm::dvec3& x, const glm::dvec3& n,
+                          double width) const {
   constexpr int kSunPoints = 4;
   const glm::dvec3 air = x + kAirGap_m * n;
   Rgb sun(0.0f);
@@ -128,7 +128,7 @@ Rgb LitScene::lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm
       sun += windows.lost_sun(air + u.x * plane.u + u.y * plane.v, n, parts) / static_cast<float>(kSunPoints);
     }
   }
-  return windows.blocked_fraction(air, n, parts) * light.at_surface(triangle, x, -n).open_sky_irradiance + sun;
+  return blocked * here.open_sky_irradiance + sun;
 }
 
 /// rho / pi E_sun(x, n) V, by one sample of the disc: L of a diffuse surface.

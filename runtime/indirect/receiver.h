@@ -58,13 +58,13 @@ struct LitScene {
   void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
   /// Irradiance from the objects, and from the room behind them, on x with normal n.
   Rgb sent_irradiance(const Receiver& receiver) const;
-  Rgb hidden_irradiance(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x,
+  Rgb hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                         const glm::dvec3& n) const;
-  /// Irradiance without the objects, sun excepted, at point x of a triangle on the side that `direction` meets.
-  Rgb before(const Receiver& receiver, std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
-  /// Irradiance straight from sky and sun that the objects keep from point x of a triangle with normal n: the sun's is
-  /// the mean over a square of that width, for its edges are sharp.
-  Rgb lost_direct(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
+  /// Irradiance without the objects, sun excepted. `here`: the room's light, with the sky unshadowed.
+  static Rgb before(const Receiver& receiver, const RoomPoint& here);
+  /// Irradiance straight from sky and sun that the objects keep from point x with normal n: `blocked`, the part of the
+  /// windows, of the sky's; the sun's is the mean over a square of that width, for its edges are sharp.
+  Rgb lost_direct(float blocked, const RoomPoint& here, const glm::dvec3& x, const glm::dvec3& n, double width_m) const;
   /// The light that the sunlit surfaces of the room send to x with normal n (only where `all`, else 0), and what of it
   /// the objects hide.
   struct Sunlight {

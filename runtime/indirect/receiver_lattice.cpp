@@ -35,6 +35,7 @@ struct ReceiverLattice::Node {
   double cell_m = 0, farthest = 0.0; ///< of its level; farthest: radii
   const DirectionPattern* pattern = nullptr;
   Receiver receiver;
+  RoomPoint here;   ///< light of the room, interpolated, with the sky unshadowed
   Rgb hidden{0.0f}; ///< irradiance from what the objects hide
   Rgb before{0.0f}; ///< without the objects, sun excepted
   IndirectChange change;
@@ -148,8 +149,9 @@ void ReceiverLattice::State::renew(Node& node) const {
     node.sky_version = 0;
   }
   if (std::exchange(node.sky_version, sky_version) != sky_version) {
-    node.hidden = scene.hidden_irradiance(node.receiver, node.triangle, node.x, node.n);
-    node.before = scene.before(node.receiver, node.triangle, node.x, -node.n);
+    node.here = scene.light.at_surface(node.triangle, node.x, -node.n);
+    node.hidden = scene.hidden_irradiance(node.receiver, node.here, node.x, node.n);
+    node.before = LitScene::before(node.receiver, node.here);
   }
   node.change = {scene.sent_irradiance(node.receiver) - node.hidden, node.before};
 }
@@ -331,8 +333,9 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   const glm::dvec3 n = s.scene.normal_of(triangle, direction);
   Receiver receiver;
   s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
-  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, triangle, x, n),
-          s.scene.before(receiver, triangle, x, direction)};
+  const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
+  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, here, x, n),
+          LitScene::before(receiver, here)};
 }
 
 ReceiverLattice::Link ReceiverLattice::State::link(std::size_t level, const Found& found, const Place& place) const {
@@ -364,9 +367,11 @@ std::size_t ReceiverLattice::number_of(const Node& node) { return node.number; }
 /// Delta E + E_direct lost, negative.
 Rgb ReceiverLattice::whole_change(Node& node) const {
   const State& s = *state_;
+  const Rgb change = s.current(node).irradiance; // renews node.here
+  const float blocked = s.current_blocked(node);
   once(node.lost_version, (s.placement_version << 32) + s.sky_version, node.renewing,
-       [&] { node.lost = s.scene.lost_direct(node.triangle, node.x, node.n, node.cell_m); });
-  return s.current(node).irradiance - node.lost;
+       [&] { node.lost = s.scene.lost_direct(blocked, node.here, node.x, node.n, node.cell_m); });
+  return change - node.lost;
 }
 
 /// E = sum_k w_k E_k, E_k = E_indirect + V_window E_sky of the nodes around, and where an object is near + Delta E -

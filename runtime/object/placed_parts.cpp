@@ -90,8 +90,8 @@ std::uint32_t PlacedParts::cast_first(std::size_t which, const glm::dvec3& x, st
     hits[k] = part_hit(c, packet.direction(static_cast<std::size_t>(k)),
                        {found.triangle[k], found.distance[k], found.u[k], found.v[k]});
     for (std::size_t other = 0; other < casters_.size(); ++other)
-      if (PartHit nearer; other != which && other != ignored && cast(other, x, directions[k], nearer) &&
-                          nearer.distance < hits[k].distance)
+      if (PartHit nearer; other != which && other != ignored && may_cover(casters_[other], x, directions[k]) &&
+                          cast(other, x, directions[k], nearer) && nearer.distance < hits[k].distance)
         met &= ~(1u << k);
   }
   return met;

@@ -172,6 +172,13 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     work.next[first].weight += left_out;
 }
 
+/// How far half vectors turn within the part of a lobe that a ray stands for, radians: with its directions, and with
+/// the normals of all that it meets.
+float GlossyRays::turn_along(const Branch& branch, const ObjectPoint& point) const {
+  const float width_rad = 2.0f * branch.width_rad; // to both sides
+  return width_rad + turn_in(point, point.distance * static_cast<double>(width_rad));
+}
+
 /// L(ray) = exp(-a d) L at its end, on an object.
 void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& work) const {
   Branch left = branch;
@@ -181,7 +188,7 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   const ObjectMaterial* m = material(point);
   if (m && m->is_glossy()) {
     if (!s.is_sharp())
-      sent += glint(point, s, 0.0f);
+      sent += glint(point, s, turn_along(branch, point));
     spread(point, s, left, work);
   }
   work.add(branch.tree, left.weight * sent);

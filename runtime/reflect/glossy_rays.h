@@ -70,6 +70,7 @@ private:
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   float turn_in(const ObjectPoint& point, double width_m) const;
+  float turn_along(const Branch& branch, const ObjectPoint& point) const;
   Rgb sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const;
   Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad) const;
   std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;

@@ -130,7 +130,7 @@ Bsdf::Facet Bsdf::facet(float cosine, int s) const {
   if (m_.metallic >= 1.0f)
     return result;
   const float dielectric = 1.0f - m_.metallic;
-  const float clear = fresnel_dielectric(s == 1 ? -cosine : cosine, m_.ior);
+  const float clear = result.clear = fresnel_dielectric(s == 1 ? -cosine : cosine, m_.ior);
   const float opaque = s == 1 && m_.transmission < 1.0f ? fresnel_dielectric(cosine, m_.ior) : clear;
   result.mirrored += dielectric * (opaque + m_.transmission * (clear - opaque));
   result.passed = dielectric * m_.transmission * (1.0f - clear) * m_.base_colour;

@@ -36,6 +36,8 @@ struct BsdfSample {
 /// is reciprocal unless it rises at grazing angles.
 class Bsdf {
 public:
+  using Lobes = std::array<std::optional<BsdfSample>, 3>; ///< coat, mirrored, passed
+
   explicit Bsdf(const SurfaceMaterial& material);
 
   /// All of it; per sr.
@@ -49,13 +51,14 @@ public:
   Rgb glossy(const glm::vec3& out, const glm::vec3& in) const;
   float glossy_density(const glm::vec3& out, const glm::vec3& in) const;
   std::optional<BsdfSample> sample_glossy(const glm::vec3& out, const glm::vec3& u) const;
-  /// The glossy lobes one by one, for renderers that follow each: coat, mirrored, passed; empty where a lobe sends
-  /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it: right in
-  /// sum, a little narrower than glossy().
-  std::array<std::optional<BsdfSample>, 3> sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
+  /// The glossy lobes one by one, for renderers that follow each; empty where a lobe sends
+  /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it, or would
+  /// if it did not go below the surface: right in sum, a little narrower than glossy(). Without absorption the weights
+  /// of metal and glass add up to 1.
+  Lobes sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
   /// What sample_lobes() would say of a direction on the side of `out`, where it is no plane's: weight and density of
   /// coat and mirrored; nothing of what passes, whose density it gives as 0.
-  std::array<std::optional<BsdfSample>, 3> mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const;
+  Lobes mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const;
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.
   Rgb diffuse_albedo(const glm::vec3& out) const;
@@ -82,6 +85,7 @@ private:
   /// Parts of light that one facet sends on.
   struct Facet {
     Rgb mirrored{0.0f}, passed{0.0f};
+    float clear = 1.0f; ///< of 1, what a boundary between clear sides mirrors
     float mirrored_share() const;
   };
   /// Chances of the ways to sample; their sum is 1, or 0.
@@ -100,6 +104,7 @@ private:
 
   static constexpr float kLeastCosine = 1e-6f; ///< closer to the surface nothing is seen
   static glm::vec3 mirrored_z(const glm::vec3& w) { return {w.x, w.y, -w.z}; }
+  static glm::vec3 turned(const glm::vec3& w, float side) { return w.z * side < 0.0f ? mirrored_z(w) : w; }
   int side(const glm::vec3& w) const { return solid_ && w.z < 0.0f ? 1 : 0; }
   float relative_ior(const glm::vec3& out) const { return side(out) == 1 ? 1.0f / m_.ior : m_.ior; }
   Seen seen(const glm::vec3& w) const;
@@ -110,9 +115,12 @@ private:
   Rgb rest_reflected(const Seen& out, const Seen& in, int side) const;
   Rgb rest_passed(const Seen& out, const Seen& in, int side) const;
   bool is_smooth() const { return !coat_ && facets_.alpha_u <= kLeastAlpha && facets_.alpha_v <= kLeastAlpha; }
-  std::array<std::optional<BsdfSample>, 3> smooth_lobes(const glm::vec3& out) const;
-  Rgb lobe_gain(Lobe lobe, const Seen& seen, int side) const;
-  std::optional<BsdfSample> mirrored(Lobe lobe, const glm::vec3& out, const glm::vec3& in, const Seen& seen) const;
+  Lobes smooth_lobes(const glm::vec3& out) const;
+  static float unstopped(const Ggx& facets, const glm::vec3& up, const glm::vec3& in, float side_wanted);
+  float below_coat(const glm::vec3& out) const;
+  static Lobes seen_from(const glm::vec3& out, Lobes lobes);
+  void facet_lobes(const glm::vec3& up, const glm::vec3& h, int side, float below_coat, Lobes& lobes) const;
+  void coat_lobe(const glm::vec3& up, const glm::vec3& h, Lobes& lobes) const;
   Rgb reflected(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Rgb passed(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Ways ways(const glm::vec3& out, bool with_base) const;

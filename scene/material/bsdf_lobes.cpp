@@ -9,22 +9,25 @@
 
 namespace daylit {
 
-/// What a lobe sends on in all over what it sends on of single facets, under the coat.
-Rgb Bsdf::lobe_gain(Lobe lobe, const Seen& s, int where) const {
-  if (lobe == Lobe::coat)
-    return Rgb(m_.clearcoat);
-  const float dielectric = dielectric_ ? 1.0f - m_.metallic : 0.0f, through = dielectric * m_.transmission;
-  if (lobe == Lobe::passed)
-    return Rgb((1.0f - s.coat) * (1.0f + passed_rest_[where] * s.rest() / std::max(s.dielectric.y, kLeastCosine)));
-  const Rgb once = m_.metallic * (m_.base_colour * (s.mirror.x - s.mirror.y) + s.mirror.y) +
-                   dielectric * (s.opaque + m_.transmission * (s.dielectric.x - s.opaque));
-  const Rgb rest = m_.metallic * metal_rest_ * (1.0f - s.mirror.x) + through * (1.0f - passed_rest_[where]) * s.rest();
-  return (1.0f - s.coat) * (1.0f + rest / glm::max(once, Rgb(kLeastCosine)));
+/// Part of the light of a facet towards `in` that no other facet stops (Heitz 2018, eq. 19); none to the wrong side.
+float Bsdf::unstopped(const Ggx& facets, const glm::vec3& up, const glm::vec3& in, float side_wanted) {
+  return in.z * side_wanted > 0.0f ? facets.masking(up, in) / facets.masking(up) : 0.0f;
+}
+
+float Bsdf::below_coat(const glm::vec3& out) const { return coat_ ? 1.0f - seen(out).coat : 1.0f; }
+
+/// Lobes of a surface from above, on the side of `out`.
+Bsdf::Lobes Bsdf::seen_from(const glm::vec3& out, Lobes lobes) {
+  if (out.z < 0.0f)
+    for (std::optional<BsdfSample>& lobe : lobes)
+      if (lobe)
+        lobe->direction = mirrored_z(lobe->direction);
+  return lobes;
 }
 
 /// Of a plane: all of it is one facet, which hides nothing.
-std::array<std::optional<BsdfSample>, 3> Bsdf::smooth_lobes(const glm::vec3& out) const {
-  std::array<std::optional<BsdfSample>, 3> lobes;
+Bsdf::Lobes Bsdf::smooth_lobes(const glm::vec3& out) const {
+  Lobes lobes;
   const bool below = out.z < 0.0f;
   const glm::vec3 up = below ? mirrored_z(out) : out, reflection(-up.x, -up.y, up.z);
   const Facet sent = facet(up.z, side(out));
@@ -38,71 +41,71 @@ std::array<std::optional<BsdfSample>, 3> Bsdf::smooth_lobes(const glm::vec3& out
   return lobes;
 }
 
-// F G(out, in) / G(out): visible normals (Heitz 2018, eq. 19), times lobe_gain(); their density over 4 (out.h).
-std::optional<BsdfSample> Bsdf::mirrored(Lobe lobe, const glm::vec3& out, const glm::vec3& in, const Seen& s) const {
-  const bool below = out.z < 0.0f, coat = lobe == Lobe::coat;
-  const glm::vec3 up = below ? mirrored_z(out) : out, up_in = below ? mirrored_z(in) : in;
-  if (up_in.z <= 0.0f)
-    return std::nullopt;
-  const glm::vec3 h = glm::normalize(up + up_in);
-  const float c = glm::dot(up, h);
-  const Rgb part = coat ? Rgb(fresnel_dielectric(c, kCoatIor)) : facet(c, side(out)).mirrored;
-  if (part == Rgb(0.0f))
-    return std::nullopt;
-  const Ggx& facets = coat ? coat_facets_ : facets_;
-  const float seen_by_both = facets.masking(up, up_in) / facets.masking(up);
-  return BsdfSample{in, part * seen_by_both * lobe_gain(lobe, s, side(out)), facets.visible_density(up, h) / (4.0f * c),
-                    false};
+// Mirrored and refracted light share the facet, and what other facets stop of both goes along with it, turned to the
+// side where it comes out: in the mean over facets as much as rest_reflected() and rest_passed() send, of each facet
+// without colour all light that met it. What is turned has no density.
+void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, float below_coat, Lobes& lobes) const {
+  const float c = glm::dot(up, h), through = m_.metallic < 1.0f ? (1.0f - m_.metallic) * m_.transmission : 0.0f;
+  const glm::vec3 reflection = 2.0f * c * h - up;
+  const Facet sent = facet(c, where);
+  const float mirrored = unstopped(facets_, up, reflection, 1.0f);
+  Rgb reflected = mirrored * sent.mirrored + (1.0f - mirrored) * m_.metallic * metal_rest_;
+  if (through > 0.0f) {
+    const auto bent = solid_ ? refracted(up, h, where == 1 ? 1.0f / m_.ior : m_.ior) : std::nullopt;
+    const glm::vec3 in = bent.value_or(mirrored_z(reflection));
+    const float passed = unstopped(facets_, up, in, -1.0f), clear = sent.clear,
+                stopped = through * (clear * (1.0f - mirrored) + (1.0f - clear) * (1.0f - passed));
+    reflected += (1.0f - passed_rest_[where]) * stopped;
+    if (const Rgb part = passed * sent.passed + passed_rest_[where] * stopped * m_.base_colour; part != Rgb(0.0f))
+      lobes[2] = BsdfSample{turned(in, -1.0f), below_coat * part, 0.0f, true};
+  }
+  if (reflected != Rgb(0.0f))
+    lobes[1] = BsdfSample{turned(reflection, 1.0f), below_coat * reflected,
+                          mirrored > 0.0f ? facets_.visible_density(up, h) / (4.0f * c) : 0.0f, false};
 }
 
-// Mirrored and refracted light share the facet.
-std::array<std::optional<BsdfSample>, 3> Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
-  std::array<std::optional<BsdfSample>, 3> lobes;
+void Bsdf::coat_lobe(const glm::vec3& up, const glm::vec3& h, Lobes& lobes) const {
+  const float c = glm::dot(up, h);
+  const glm::vec3 in = 2.0f * c * h - up;
+  if (const float open = unstopped(coat_facets_, up, in, 1.0f); open > 0.0f)
+    lobes[0] = BsdfSample{in, Rgb(m_.clearcoat * fresnel_dielectric(c, kCoatIor) * open),
+                          coat_facets_.visible_density(up, h) / (4.0f * c), false};
+}
+
+Bsdf::Lobes Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
   if (std::abs(out.z) < kLeastCosine)
-    return lobes;
-  const bool below = out.z < 0.0f;
-  const glm::vec3 up = below ? mirrored_z(out) : out;
-  const auto turned = [&](const glm::vec3& w) { return below ? mirrored_z(w) : w; };
+    return {};
+  const glm::vec3 up = turned(out, 1.0f);
   if (m_.lobe) {
     const glm::vec3 in = peak(out).sample(u);
-    return in.z > 0.0f ? mirroring_lobes(out, turned(in)) : lobes;
+    return in.z > 0.0f ? mirroring_lobes(out, turned(in, out.z)) : Lobes{};
   }
   if (is_smooth())
     return smooth_lobes(out);
-  const Seen s = seen(out);
-  const glm::vec3 h = facets_.sample_visible(up, u), reflection = 2.0f * glm::dot(up, h) * h - up;
-  lobes[1] = mirrored(Lobe::mirrored, out, turned(reflection), s);
-  if (m_.transmission > 0.0f && m_.metallic < 1.0f) {
-    const auto in = solid_ ? refracted(up, h, relative_ior(out)) : mirrored_z(reflection);
-    const Rgb part = facet(glm::dot(up, h), side(out)).passed;
-    if (in && in->z < 0.0f && part != Rgb(0.0f))
-      lobes[2] = BsdfSample{
-          turned(*in), part * (facets_.masking(up, *in) / facets_.masking(up)) * lobe_gain(Lobe::passed, s, side(out)),
-          0.0f, true};
-  }
-  if (coat_) {
-    const glm::vec3 c = coat_facets_.sample_visible(up, u);
-    lobes[0] = mirrored(Lobe::coat, out, turned(2.0f * glm::dot(up, c) * c - up), s);
-  }
-  return lobes;
+  Lobes lobes;
+  facet_lobes(up, facets_.sample_visible(up, u), side(out), below_coat(out), lobes);
+  if (coat_)
+    coat_lobe(up, coat_facets_.sample_visible(up, u), lobes);
+  return seen_from(out, lobes);
 }
 
-std::array<std::optional<BsdfSample>, 3> Bsdf::mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const {
-  std::array<std::optional<BsdfSample>, 3> lobes;
+Bsdf::Lobes Bsdf::mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const {
+  Lobes lobes;
   if (std::abs(out.z) < kLeastCosine || out.z * in.z <= 0.0f)
     return lobes;
+  const glm::vec3 up = turned(out, 1.0f), up_in = turned(in, 1.0f);
   if (m_.lobe) {
     const LafortunePeak at = peak(out);
-    const glm::vec3 up_in(in.x, in.y, std::abs(in.z));
     if (const float p = at.density(up_in); p > 0.0f)
       lobes[1] = BsdfSample{in, at.sent(up_in) / p, p, false};
     return lobes;
   }
-  const Seen s = seen(out);
-  lobes[1] = mirrored(Lobe::mirrored, out, in, s);
+  const glm::vec3 h = glm::normalize(up + up_in);
+  facet_lobes(up, h, side(out), below_coat(out), lobes);
+  lobes[2].reset();
   if (coat_)
-    lobes[0] = mirrored(Lobe::coat, out, in, s);
-  return lobes;
+    coat_lobe(up, h, lobes);
+  return seen_from(out, lobes);
 }
 
 } // namespace daylit

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "runtime/reflect/glossy_rays.h"
+#include "runtime/reflect/lobe_places.h"
 #include "runtime/reflect/room_mirror.h"
 #include "scene/material/fresnel.h"
 #include "surrounded.h"
@@ -146,35 +147,51 @@ TEST(GlossyRays, a_lobe_in_an_even_room_sends_what_its_weight_and_the_cosine_say
   }
 }
 
-/// Four samples of the lobe and four lights a pixel, sixteen pixels: the light is that of the lobe's samples alone, and
+/// What a row of points across shows, each with the lobe samples and lights of sixteen pixels: four and four a pixel.
+std::vector<double> row(const GlossyScene& scene) {
+  std::vector<double> light;
+  for (int i = 0; i < 120; ++i) {
+    double sum = 0;
+    for (int k = 0; k < 16; ++k)
+      sum += static_cast<double>(scene.look(-0.14 + 0.28 * i / 119, static_cast<std::size_t>(k), 16, k).radiance.g);
+    light.push_back(sum / 16.0);
+  }
+  return light;
+}
+double mean(const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0) / 120.0; }
+/// How far it jumps from one point to the next, relative to the mean.
+double roughness(const std::vector<double>& v) {
+  double sum = 0;
+  for (std::size_t i = 1; i + 1 < v.size(); ++i)
+    sum += std::abs(v[i - 1] - 2.0 * v[i] + v[i + 1]);
+  return sum / mean(v);
+}
+
+/// The light is that of the lobe's samples alone, and
 /// hardly jumps from one place to the next.
 TEST(GlossyRays, a_rough_metal_shows_a_window_by_lights_and_lobes_as_by_lobes_alone_but_smoothly) {
   const std::vector<Aperture> panes = test::box_window();
   GlossyScene scene(metal(0.4f), {}, panes, 30.0f);
   scene.room.set_walls(0.0f);
-  const auto row = [&] {
-    std::vector<double> light;
-    for (int i = 0; i < 120; ++i) {
-      double sum = 0;
-      for (int k = 0; k < 16; ++k)
-        sum += static_cast<double>(scene.look(-0.14 + 0.28 * i / 119, static_cast<std::size_t>(k), 16, k).radiance.g);
-      light.push_back(sum / 16.0);
-    }
-    return light;
-  };
-  const auto mean = [](const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0) / 120.0; };
-  const auto roughness = [&](const std::vector<double>& v) {
-    double sum = 0;
-    for (std::size_t i = 1; i + 1 < v.size(); ++i)
-      sum += std::abs(v[i - 1] - 2.0 * v[i] + v[i + 1]);
-    return sum / mean(v);
-  };
-  const std::vector<double> by_lobes = row();
+  const std::vector<double> by_lobes = row(scene);
   scene.look_at_sky_by_lights(panes);
-  const std::vector<double> by_both = row();
+  const std::vector<double> by_both = row(scene);
   EXPECT_GT(mean(by_lobes), 0.1);
   EXPECT_NEAR(mean(by_both) / mean(by_lobes), 1.0, 0.02);
   EXPECT_LT(roughness(by_both), 0.5 * roughness(by_lobes));
+}
+
+/// A point of frosted glass shows the sun by way of sixty-four points behind it, whose highlights run together; alone,
+/// each is a spark, and the row jumps by thirty times its mean.
+TEST(GlossyRays, the_sun_behind_frosted_glass_makes_no_sparks) {
+  ObjectMaterial frosted = glass();
+  frosted.roughness = 0.4f;
+  GlossyScene scene(frosted, {}, test::box_window());
+  scene.room.set_walls(0.0f);
+  scene.sun = DetectedSun{.direction = glm::normalize(glm::dvec3(0.0, 2.5, 0.3)), .normal_irradiance = Rgb(7.0f)};
+  const std::vector<double> light = row(scene);
+  EXPECT_GT(mean(light), 0.01);
+  EXPECT_LT(roughness(light), 10.0);
 }
 
 /// A mirror sphere of radius R sends E R^2 / 4 into every direction (geometric optics), however wide the pixels are
@@ -373,6 +390,20 @@ TEST(GlossyRays, fewer_rays_than_the_glass_needs_lose_light_and_never_add_any) {
   for (const int most : {1, 2, 4, 8}) {
     const GlossyScene scene(glass(), {.most_rays = most});
     EXPECT_LE(scene.radiance(0.07).g, 1.001f * kRoom) << most << " rays";
+  }
+}
+
+/// Five by five pixels whose weights fall with the distance from the middle: one bright place of the lobe's sixty-four
+/// is a sixteenth of its pixel's light wherever in the pattern the middle lies.
+TEST(SharedLobe, a_bright_place_counts_alike_in_every_pixel) {
+  for (int middle = 0; middle < 16; ++middle) {
+    SharedLobe lobe;
+    for (int j = -2; j <= 2; ++j)
+      for (int i = -2; i <= 2; ++i) {
+        const std::size_t pattern = lobe_pattern(20 + middle % 4 + i, 20 + middle / 4 + j);
+        lobe.add(pattern, 1.0f - static_cast<float>(i * i + j * j) / 9.0f, Rgb(pattern == 7 ? 1.0f : 0.0f));
+      }
+    EXPECT_NEAR(lobe.mean().x, 1.0f / 16.0f, 1e-6f) << middle;
   }
 }
 
