@@ -12,14 +12,13 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "runtime/reflect/lobe_places.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr int kSamples = kLobePlaces;
+constexpr int kSamples = 4;
 // Places in a pixel at an outline: a rotated square.
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
@@ -31,6 +30,19 @@ constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
 constexpr std::array<float, 3> kEdgeTaps{0.33f, 1.0f, 0.33f};
 // A neighbour counts at most so many times as bright as the pixel: the mirrored sun does not grow by a pixel.
 constexpr float kBrighter = 10.0f;
+
+/// Of sixteen, each once in a square of four by four pixels.
+int pattern_of(int x, int y) { return ((x & 3) + 4 * (y & 3)) * 5 & 15; }
+
+/// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
+/// square of four by four pixels has all. The same in every frame: a still scene does not flicker.
+glm::vec2 lobe_place(int x, int y, int sample) {
+  const int n = kSamples * kSamples * sample + ((pattern_of(x, y) + sample) & 15);
+  int mirrored = 0;
+  for (int bit = 0; bit < 6; ++bit)
+    mirrored |= (n >> bit & 1) << (5 - bit);
+  return (glm::vec2(n, mirrored) + 0.5f) / 64.0f;
+}
 
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
 struct GlossyPixel {
@@ -141,12 +153,12 @@ private:
   void add(int x, int y, Queue& queue) {
     const std::size_t ray = next(x, y, glm::vec2(0.0f), queue);
     for (int k = 0; k < kSamples; ++k)
-      queue.places[ray][queue.place_count[ray]++] = lobe_place(lobe_pattern(x, y), k);
+      queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
   }
   void add_four(int x, int y, Queue& queue) {
     for (int k = 0; k < kSamples; ++k) {
       const std::size_t ray = next(x, y, kPlaces[static_cast<std::size_t>(k)], queue);
-      queue.places[ray][queue.place_count[ray]++] = lobe_place(lobe_pattern(x, y), k);
+      queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
       queue.beside_room = true;
     }
   }
@@ -157,7 +169,7 @@ private:
     queue.rays[queue.count] = camera_ray(x, y, place);
     queue.pixel[queue.count] = in_box(x, y);
     queue.place_count[queue.count] = 0;
-    queue.pattern[queue.count] = static_cast<int>(lobe_pattern(x, y));
+    queue.pattern[queue.count] = pattern_of(x, y);
     return queue.count++;
   }
   void follow(Queue& queue) {
@@ -241,44 +253,35 @@ private:
   }
   /// A wide lobe is shared by the pixels around. A narrow one shows pictures, whose edges are smoothed.
   Rgb smoothed(int x, int y, const GlossyPixel& p) const {
-    if (p.alpha >= kWideAlpha)
-      return shared(x, y, p);
+    if (p.alpha >= kWideAlpha) { // weight 1 - (angle of the normals / alpha)^2
+      const float alpha2 = p.alpha * p.alpha, most2 = std::clamp(2.0f * turn2_to_next(x, y, p), alpha2, 16.0f * alpha2);
+      return mean_around(
+          x, y, kSharedTaps,
+          [&](const GlossyPixel& q) { return q.part == p.part ? std::max(1.0f - turn2(p, q) / most2, 0.0f) : 0.0f; },
+          [](const GlossyPixel& q) { return q.radiance; });
+    }
     if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p))
       return p.radiance;
     return mean_around(
         x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; },
         [&](const GlossyPixel& q) { return glm::min(q.radiance, kBrighter * p.radiance); });
   }
-  /// Weights 1 - (angle of the normals / alpha)^2.
-  Rgb shared(int x, int y, const GlossyPixel& p) const {
-    const float alpha2 = p.alpha * p.alpha, most2 = std::clamp(2.0f * turn2_to_next(x, y, p), alpha2, 16.0f * alpha2);
-    SharedLobe lobe;
-    for_around(x, y, kSharedTaps, [&](int qx, int qy, const GlossyPixel& q, float tap) {
-      if (q.part == p.part)
-        lobe.add(lobe_pattern(qx, qy), tap * std::max(1.0f - turn2(p, q) / most2, 0.0f), q.radiance);
-    });
-    return lobe.mean();
-  }
   template <std::size_t N, class Weight, class Light>
   Rgb mean_around(int x, int y, const std::array<float, N>& taps, const Weight& weight_of, const Light& light) const {
+    constexpr int kReach = static_cast<int>(N / 2);
     Rgb sum(0.0f);
     float whole = 0.0f;
-    for_around(x, y, taps, [&](int, int, const GlossyPixel& q, float tap) {
-      const float weight = tap * weight_of(q);
-      sum += weight * light(q);
-      whole += weight;
-    });
-    return sum / whole;
-  }
-  /// The pixels of the box around, with the product of their taps.
-  template <std::size_t N, class Pixel>
-  void for_around(int x, int y, const std::array<float, N>& taps, const Pixel& pixel) const {
-    constexpr int kReach = static_cast<int>(N / 2);
     for (int j = -kReach; j <= kReach; ++j)
-      for (int i = -kReach; i <= kReach; ++i)
-        if (box_.contains(x + i, y + j))
-          pixel(x + i, y + j, pixels_[in_box(x + i, y + j)],
-                taps[static_cast<std::size_t>(i + kReach)] * taps[static_cast<std::size_t>(j + kReach)]);
+      for (int i = -kReach; i <= kReach; ++i) {
+        if (!box_.contains(x + i, y + j))
+          continue;
+        const GlossyPixel& q = pixels_[in_box(x + i, y + j)];
+        const float weight =
+            taps[static_cast<std::size_t>(i + kReach)] * taps[static_cast<std::size_t>(j + kReach)] * weight_of(q);
+        sum += weight * light(q);
+        whole += weight;
+      }
+    return sum / whole;
   }
 
   static constexpr double kFar_m = 1e9;

@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "runtime/reflect/glossy_rays.h"
-#include "runtime/reflect/lobe_places.h"
 #include "runtime/reflect/room_mirror.h"
 #include "scene/material/fresnel.h"
 #include "surrounded.h"
@@ -390,20 +389,6 @@ TEST(GlossyRays, fewer_rays_than_the_glass_needs_lose_light_and_never_add_any) {
   for (const int most : {1, 2, 4, 8}) {
     const GlossyScene scene(glass(), {.most_rays = most});
     EXPECT_LE(scene.radiance(0.07).g, 1.001f * kRoom) << most << " rays";
-  }
-}
-
-/// Five by five pixels whose weights fall with the distance from the middle: one bright place of the lobe's sixty-four
-/// is a sixteenth of its pixel's light wherever in the pattern the middle lies.
-TEST(SharedLobe, a_bright_place_counts_alike_in_every_pixel) {
-  for (int middle = 0; middle < 16; ++middle) {
-    SharedLobe lobe;
-    for (int j = -2; j <= 2; ++j)
-      for (int i = -2; i <= 2; ++i) {
-        const std::size_t pattern = lobe_pattern(20 + middle % 4 + i, 20 + middle / 4 + j);
-        lobe.add(pattern, 1.0f - static_cast<float>(i * i + j * j) / 9.0f, Rgb(pattern == 7 ? 1.0f : 0.0f));
-      }
-    EXPECT_NEAR(lobe.mean().x, 1.0f / 16.0f, 1e-6f) << middle;
   }
 }
 
