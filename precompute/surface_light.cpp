@@ -14,6 +14,7 @@ namespace daylit::precompute {
 
 namespace {
 
+constexpr double kLeast = 1e-6;  ///< of the largest weight in a cluster's mean: where nothing comes from
 constexpr float kBlack = 1e-12f; ///< reflects nothing: its square is lost in single precision
 
 bool is_black(const Rgb& reflectance) { return std::max({reflectance.r, reflectance.g, reflectance.b}) < kBlack; }
@@ -120,18 +121,25 @@ std::vector<std::uint32_t> lit_patches(const SurfaceLight& light) {
   return lit;
 }
 
-/// The sources' clusters are those of their patches; cluster_fraction = A_source / A_cluster makes the mean irradiance
-/// of the cluster from that of its sources.
-void join_clusters(const radiosity::PatchSet& set, const radiosity::PatchSet& elements,
+/// The sources' clusters are those of their patches, and the light of a cluster is the mean sum A r E / sum A r of its
+/// patches' with r = ProbeSight::further: by reciprocity what all probes together receive from it is then exact for any
+/// light E, where an area mean would take light that falls on a slat's outer edge for light on the inner one.
+void join_clusters(const radiosity::PatchSet& set, const std::vector<float>& further,
                    const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
-  std::vector<double> area(light.clusters, 0.0);
+  const float most = further.empty() ? 0.0f : *std::ranges::max_element(further);
+  const double least = std::max(kLeast * static_cast<double>(most), 1e-30);
+  std::vector<double> weight(light.patches), sum(light.clusters, 0.0);
   for (std::size_t e = 0; e < cluster_of.size(); ++e)
-    if (cluster_of[e] >= 0)
-      area[static_cast<std::size_t>(cluster_of[e])] += set.patches[e].area_m2;
+    if (cluster_of[e] >= 0) {
+      weight[e] = set.patches[e].area_m2 * std::max(static_cast<double>(further[e]), least);
+      sum[static_cast<std::size_t>(cluster_of[e])] += weight[e];
+    }
   for (const std::uint32_t element : light.source) {
-    const auto cluster = static_cast<std::uint32_t>(cluster_of[light.parent[element]]);
+    const std::uint32_t patch = light.parent[element];
+    const auto cluster = static_cast<std::uint32_t>(cluster_of[patch]);
     light.cluster.push_back(cluster);
-    light.cluster_fraction.push_back(static_cast<float>(elements.patches[element].area_m2 / area[cluster]));
+    light.cluster_fraction.push_back(light.element_fraction[element] *
+                                     static_cast<float>(weight[patch] / sum[cluster]));
   }
 }
 
@@ -263,7 +271,7 @@ SurfaceLight join_unseen(SurfaceLight light, std::span<const std::uint8_t> seen)
 /// clusters.
 Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
-                                   std::vector<radiosity::FirstBounceRow> rows, std::span<const std::uint8_t> seen,
+                                   std::vector<radiosity::FirstBounceRow> rows, const ProbeSight& probes,
                                    std::size_t clusters, const radiosity::SolveOptions& options,
                                    const Progress& progress, SurfaceLightReport& report) {
   SurfaceLight light;
@@ -282,14 +290,14 @@ Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail:
     light.light.push_back(std::move(rows[i]));
   }
   const std::vector<std::int32_t> cluster_of = find_clusters(set, lit_patches(light), clusters, light.clusters);
-  join_clusters(set, elements.patches, cluster_of, light);
+  join_clusters(set, probes.further, cluster_of, light);
   const radiosity::FirstBounce first = cluster_columns(light, sky, cluster_of, std::move(opening));
   const auto solved = radiosity::solve_radiosity(set, exchange, first, options, progress, &report.solve);
   if (!solved)
     return solved.error();
   report.energy = audit_sky(set, exchange, first, *solved);
   keep_further_bounces(*solved, set, cluster_of, light);
-  return join_unseen(std::move(light), seen);
+  return join_unseen(std::move(light), probes.seen);
 }
 
 } // namespace daylit::precompute

@@ -3,7 +3,7 @@
 // The light between surfaces as the fine sky needs it: which elements of the surfaces the sky lights from where, and
 // what a lit element gives in two parts. What it sends out itself is exact. What comes back after further bounces is
 // smooth, so it is solved between patches, once for each cluster of neighbouring ones, from the mean light on the
-// cluster.
+// cluster, in which each patch counts as much as what it sends on matters to the probes.
 
 #include <cstdint>
 #include <span>
@@ -24,7 +24,7 @@ struct SurfaceLight {
   std::vector<std::uint32_t> source;            ///< elements that the sky lights and that reflect, increasing
   std::vector<radiosity::FirstBounceRow> light; ///< of each source
   std::vector<std::uint32_t> cluster;           ///< of each source
-  std::vector<float> cluster_fraction;          ///< of each source: its area / that of its cluster
+  std::vector<float> cluster_fraction;          ///< of each source: what its light counts in its cluster's mean
   std::vector<Rgb> reflectance;                 ///< of each source
   /// [patch][channel * clusters + cluster]: radiosity after one or more further bounces for irradiance 1 on a
   /// cluster.
@@ -40,12 +40,20 @@ struct SurfaceLightReport {
 /// cluster's mean comes from them.
 SurfaceLight join_unseen(SurfaceLight light, std::span<const std::uint8_t> seen);
 
-/// `rows`: of each element. `seen`: of each patch, 0 where no probe sees any of it; its light counts only as a part of
-/// its cluster's, so that all such sources of a cluster become one. At most `clusters` of them. Errors as
-/// solve_radiosity().
+/// What the probes are to the patches.
+struct ProbeSight {
+  /// Of each patch: 0 where no probe sees any of it. Its light counts only as a part of its cluster's, so that all such
+  /// sources of a cluster become one.
+  std::vector<std::uint8_t> seen;
+  /// Of each patch, at least 0: what its light brings to all probes by further bounces, for equal irradiance and area,
+  /// in any unit.
+  std::vector<float> further;
+};
+
+/// `rows`: of each element. At most `clusters` clusters. Errors as solve_radiosity().
 Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail::LightElements& elements,
                                    const radiosity::ExchangeMatrix& exchange,
-                                   std::vector<radiosity::FirstBounceRow> rows, std::span<const std::uint8_t> seen,
+                                   std::vector<radiosity::FirstBounceRow> rows, const ProbeSight& probes,
                                    std::size_t clusters, const radiosity::SolveOptions& options,
                                    const Progress& progress, SurfaceLightReport& report);
 

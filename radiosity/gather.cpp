@@ -165,12 +165,12 @@ std::span<const std::int32_t> GatherHits::met(std::size_t fan, std::vector<std::
   return again;
 }
 
-void GatherHits::mark_seen(std::size_t point, std::span<std::uint8_t> patches) const {
+void GatherHits::count_rays(std::size_t point, std::span<std::uint32_t> rays) const {
   for_each_fan(point, [&](std::size_t fan) {
     std::vector<std::int32_t> again;
     for (const std::int32_t patch : met(fan, again))
       if (patch >= 0)
-        std::atomic_ref(patches[static_cast<std::size_t>(patch)]).store(1, std::memory_order_relaxed);
+        std::atomic_ref(rays[static_cast<std::size_t>(patch)]).fetch_add(1, std::memory_order_relaxed);
   });
 }
 

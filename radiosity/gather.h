@@ -43,8 +43,8 @@ public:
   /// on. A group is one aggregate, or each of its patches is.
   void weights(std::size_t point, std::span<const std::uint32_t> aggregate_end, float* nine_rows,
                Bands bands = Bands::low) const;
-  /// Sets patches[p] to 1 for those that a ray of the point meets. Several threads may write to the list.
-  void mark_seen(std::size_t point, std::span<std::uint8_t> patches) const;
+  /// Adds to rays[p] how many rays of the point meet patch p. Several threads may add to the list.
+  void count_rays(std::size_t point, std::span<std::uint32_t> rays) const;
   /// Sets groups[g] (GatherOptions::group) to 1 where the members count by themselves at the point.
   void mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const;
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "precompute/detail/bake_stage.h"
+#include "precompute/detail/more_rays.h"
 #include "precompute/detail/node_sharpening.h"
 #include "scene/core/parallel.h"
 
@@ -30,13 +31,29 @@ GatherRows gather_rows(const Stage& s) {
   return rows_of_points;
 }
 
-/// Of each patch: 1 where a ray of some point meets it.
-std::vector<std::uint8_t> seen_patches(const Stage& s) {
-  std::vector<std::uint8_t> elements(s.hits.patches(), 0), patches(s.problem.patches.patches.size(), 0);
-  parallel_for(std::size_t{0}, s.points.at.size(), [&](std::size_t p) { s.hits.mark_seen(p, elements); });
-  for (std::size_t e = 0; e < elements.size(); ++e)
-    patches[s.elements.parent[e]] |= elements[e];
-  return patches;
+/// Patches that a ray of some point meets, and what comes back from each: with n rays of all points that meet patch i,
+/// sum_i n_i B_i = sum_i A_i r_i E_i by reciprocity, r the radiosity under irradiances n / A. Without the first
+/// reflection, for grey surfaces.
+Result<ProbeSight> probe_sight(const Stage& s) {
+  const radiosity::PatchSet& elements = s.elements.patches;
+  std::vector<std::uint32_t> rays(s.hits.patches(), 0);
+  parallel_for(std::size_t{0}, s.points.at.size(), [&](std::size_t p) { s.hits.count_rays(p, rays); });
+  std::vector<float> light;
+  for (std::size_t e = 0; e < rays.size(); ++e)
+    light.push_back(static_cast<float>(rays[e] / elements.patches[e].area_m2));
+  const auto sent =
+      grey_radiosity(s.problem.patches, s.elements, s.exchange, light, {.tolerance = s.options.tolerance}, s.progress);
+  if (!sent)
+    return sent.error();
+  const std::size_t patches = s.problem.patches.patches.size();
+  ProbeSight sight{std::vector<std::uint8_t>(patches, 0), std::vector<float>(patches, 0.0f)};
+  for (std::size_t e = 0; e < rays.size(); ++e) {
+    const Rgb& rho = elements.patches[e].reflectance;
+    if (rays[e] > 0)
+      sight.seen[s.elements.parent[e]] = 1;
+    sight.further[s.elements.parent[e]] = std::max(0.0f, (*sent)[e] - (rho.r + rho.g + rho.b) / 3.0f * light[e]);
+  }
+  return sight;
 }
 
 /// The element of each source; of those that no probe sees, no corners.
@@ -61,9 +78,11 @@ Result<std::vector<std::uint32_t>> bake_fine_sky(const Stage& s, std::vector<rad
                                                  BasisVolume& volume, BakeReport& report) {
   SurfaceLightReport surfaces;
   sharpen_nodes(volume.partition, rows);
-  const std::vector<std::uint8_t> seen = seen_patches(s);
-  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), seen, s.options.clusters,
-                                   s.solve(), s.progress, surfaces);
+  const auto sight = probe_sight(s);
+  if (!sight)
+    return sight.error();
+  const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), *sight,
+                                   s.options.clusters, s.solve(), s.progress, surfaces);
   if (!light)
     return light.error();
   report.solve = surfaces.solve;
@@ -75,7 +94,7 @@ Result<std::vector<std::uint32_t>> bake_fine_sky(const Stage& s, std::vector<rad
     return compact.error();
   report.regions_stored = static_cast<int>(report.compact.nodes);
   report.first_bounce.regions_skipped = report.regions - report.regions_stored;
-  volume.elements = elements_of(s, *light, seen, volume.probes.origin);
+  volume.elements = elements_of(s, *light, sight->seen, volume.probes.origin);
   volume.compact = std::make_shared<const CompactBasis>(std::move(*compact));
   s.clock.finish("fine sky");
   return light->source;

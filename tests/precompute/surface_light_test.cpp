@@ -1,0 +1,103 @@
+// Further bounces solved for clusters of patches: what they bring to the probes.
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "bench/room_parts.h"
+#include "precompute/detail/surface_transport.h"
+#include "precompute/detail/transport_problem.h"
+#include "precompute/surface_light.h"
+
+namespace daylit::precompute {
+namespace {
+
+const Progress kQuiet = [](const std::string&, double) { return true; };
+
+/// Number `index` of a sequence in 0..1.
+float number(std::uint64_t index) {
+  return static_cast<float>(static_cast<double>(radiosity::mix_bits(index) >> 11) * 0x1p-53);
+}
+
+std::vector<float> numbers(std::uint64_t seed, std::size_t count) {
+  std::vector<float> list;
+  for (std::size_t k = 0; k < count; ++k)
+    list.push_back(number(1000 * seed + k));
+  return list;
+}
+
+double product(const std::vector<float>& a, const std::vector<float>& b) {
+  double sum = 0;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    sum += static_cast<double>(a[k]) * static_cast<double>(b[k]);
+  return sum;
+}
+
+/// A grey room whose elements are its patches, all of them lit.
+struct Lit {
+  Room room = bench::room_with_window_hole(kReflectance);
+  detail::Problem problem;
+  detail::LightElements elements;
+  radiosity::ExchangeMatrix exchange;
+  static constexpr float kReflectance = 0.7f;
+
+  Lit() {
+    BakeOptions options;
+    options.target_facets = 300;
+    options.spacing_m = 1.0;
+    BakeReport report;
+    detail::StageClock clock(report);
+    problem = *detail::set_up(room, options, report, clock);
+    elements = *detail::LightElements::make(problem.mesh, problem.patches, problem.apertures.list, problem.room_scene,
+                                            problem.field, 0);
+    exchange = *radiosity::exchange_areas(problem.patches, problem.mesh, room, problem.room_scene, {}, kQuiet);
+  }
+  std::size_t patches() const { return problem.patches.patches.size(); }
+
+  /// h with sum w_i B_i = sum h_i E_i.
+  std::vector<float> adjoint(const std::vector<float>& w) const {
+    return *radiosity::solve_adjoint(problem.patches, exchange, w, 1, 0, {.tolerance = 1e-7}, kQuiet);
+  }
+
+  SurfaceLight in_clusters(const ProbeSight& probes, std::size_t clusters) const {
+    std::vector<radiosity::FirstBounceRow> rows(patches());
+    for (radiosity::FirstBounceRow& row : rows) {
+      row.region = {0};
+      row.irradiance = {Rgb(1.0f)};
+    }
+    SurfaceLightReport report;
+    return *surface_light(problem.patches, elements, exchange, std::move(rows), probes, clusters, {.tolerance = 1e-7},
+                          kQuiet, report);
+  }
+};
+
+TEST(SurfaceLight, clusters_bring_all_probes_together_exactly_the_light_of_their_patches) {
+  const Lit lit;
+  const std::vector<float> w = numbers(1, lit.patches()), h = lit.adjoint(w);
+  ProbeSight probes{std::vector<std::uint8_t>(lit.patches(), 1), {}};
+  for (std::size_t p = 0; p < lit.patches(); ++p) // h = A r + w reflectance: what is reflected once comes by itself
+    probes.further.push_back((h[p] - w[p] * Lit::kReflectance) /
+                             static_cast<float>(lit.problem.patches.patches[p].area_m2));
+  const SurfaceLight light = lit.in_clusters(probes, 6);
+  ASSERT_EQ(light.clusters, 6u);
+  const detail::SurfaceTransport transport(light);
+  for (const std::uint64_t seed : {2, 3, 4}) {
+    const std::vector<float> e = numbers(seed, lit.patches());
+    // An area mean in each cluster is off by 1e-4 to 1e-3 here.
+    EXPECT_NEAR(product(w, transport.radiosity(0, e, 1)) / product(h, e), 1.0, 2e-5);
+  }
+}
+
+TEST(SurfaceLight, a_room_that_sends_nothing_to_any_probe_has_clusters_with_means) {
+  const Lit lit;
+  const ProbeSight nothing{std::vector<std::uint8_t>(lit.patches(), 1), std::vector<float>(lit.patches(), 0.0f)};
+  const SurfaceLight light = lit.in_clusters(nothing, 6);
+  std::vector<double> sum(light.clusters, 0.0);
+  for (std::size_t s = 0; s < light.source.size(); ++s)
+    sum[light.cluster[s]] += static_cast<double>(light.cluster_fraction[s]);
+  for (const double of_cluster : sum)
+    EXPECT_NEAR(of_cluster, 1.0, 1e-5);
+}
+
+} // namespace
+} // namespace daylit::precompute
