@@ -59,9 +59,9 @@ LightAtPoint LightInBox::at(const glm::dvec3& x) const {
   if (whole > 0.0f)
     for (Rgb& l : light)
       l /= whole;
-  return {light,
-          {mean_radiance(seen.irradiance.front, seen.hidden_front),
-           mean_radiance(seen.irradiance.back, seen.hidden_back)}};
+  return {
+      light,
+      {mean_radiance(seen.irradiance.front, seen.hidden_front), mean_radiance(seen.irradiance.back, seen.hidden_back)}};
 }
 
 } // namespace daylit

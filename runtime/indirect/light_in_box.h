@@ -15,7 +15,7 @@ namespace daylit {
 
 /// What a vertex sees of its own object.
 struct SeenOfObject {
-  TwoSided irradiance;                          ///< from there
+  TwoSided irradiance;                           ///< from there
   float hidden_front = 0.0f, hidden_back = 0.0f; ///< of what each side sees, by its cosine
 };
 

@@ -60,7 +60,6 @@ struct ReceiverLattice::State {
   const LitScene& scene;
   std::uint64_t light_version = 0, sky_version = 1, placement_version = 1;
   std::array<Lattice, kLevels.size()> lattices;
-
   mutable std::atomic<std::size_t> nodes_made{0};
   mutable LitPoints lit; ///< of the nodes
 
@@ -108,8 +107,7 @@ struct ReceiverLattice::State {
 ReceiverLattice::Node* ReceiverLattice::State::node(std::size_t level, const LatticeKey& key,
                                                     std::uint32_t triangle) const {
   const Lattice& lattice = lattices[level];
-  auto found = lattice.nodes.find(key);
-  if (found != lattice.nodes.end())
+  if (const auto found = lattice.nodes.find(key); found != lattice.nodes.end())
     return found->second.get();
   auto made = std::make_unique<Node>();
   const RoomFacing& f = scene.planes[key.facing];
@@ -128,8 +126,7 @@ ReceiverLattice::Node* ReceiverLattice::State::node(std::size_t level, const Lat
 /// Made when first looked up.
 const Cell& ReceiverLattice::State::cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const {
   const Lattice& lattice = lattices[level];
-  const auto found = lattice.cells.find(key);
-  if (found != lattice.cells.end())
+  if (const auto found = lattice.cells.find(key); found != lattice.cells.end())
     return *found->second;
   auto made = std::make_unique<Cell>();
   std::array<glm::dvec3, 4> air;

@@ -69,8 +69,8 @@ void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> dir
 namespace {
 
 /// Of a part whose senders are `first` and the following.
-LightInBox light_in_box(const VirtualObjects& objects, std::size_t k, std::size_t first,
-                        std::span<const TwoSided> sent, const auto& light_of) {
+LightInBox light_in_box(const VirtualObjects& objects, std::size_t k, std::size_t first, std::span<const TwoSided> sent,
+                        const auto& light_of) {
   const VirtualObjects::Part& part = objects.parts[k];
   const std::vector<std::uint32_t>& own = part.model->senders.vertex;
   const std::vector<TwoSided> within = part.model->self.irradiance(sent);

@@ -125,8 +125,8 @@ TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& t, const Rgb&
 }
 
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                       std::span<const VertexTransfer> world_transfer,
-                                       std::span<const Rgb> reflectance, Ringing* ringing) {
+                                       std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance,
+                                       Ringing* ringing) {
   std::vector<TwoSided> radiance(probes.size());
   std::vector<RingingSum> chunks((probes.size() + kChunk - 1) / kChunk);
   parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {

@@ -66,7 +66,7 @@ TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& world_transfe
 
 /// Per vertex, reflected radiance of the indirect light that the room sends; all spans have one entry per vertex.
 std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                       std::span<const VertexTransfer> world_transfer,
-                                       std::span<const Rgb> reflectance, Ringing* ringing = nullptr);
+                                       std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance,
+                                       Ringing* ringing = nullptr);
 
 } // namespace daylit

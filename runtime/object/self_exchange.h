@@ -23,8 +23,8 @@ public:
   /// Of an object whose parts do not see each other.
   SelfExchange() = default;
   /// `closed`: nobody sees a back. `scene`: the mesh in its own frame. Error: interrupted.
-  static Result<SelfExchange> make(const ObjectMesh& mesh, const RayScene& scene, const MeshSenders& senders, bool closed,
-                                   const Progress& progress = kUnwatched);
+  static Result<SelfExchange> make(const ObjectMesh& mesh, const RayScene& scene, const MeshSenders& senders,
+                                   bool closed, const Progress& progress = kUnwatched);
 
   /// Irradiance of both sides of each from the radiance that all send: E_i = pi sum_k F_ik L_k.
   std::vector<TwoSided> irradiance(std::span<const TwoSided> radiance) const;
@@ -37,8 +37,8 @@ public:
 
 private:
   struct Seen {
-    std::uint32_t side;   ///< of a vertex that sends light: twice its number, and 1 for its back
-    float weight;         ///< pi F
+    std::uint32_t side; ///< of a vertex that sends light: twice its number, and 1 for its back
+    float weight;       ///< pi F
   };
   static std::vector<Seen> row_of(const std::vector<SeenPoint>& seen, const ObjectMesh& mesh,
                                   std::span<const std::uint32_t> sender, float weight);

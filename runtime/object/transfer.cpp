@@ -15,7 +15,7 @@ namespace {
 constexpr double kBuriedFraction = 0.5;
 constexpr float kOpen = 0.886226925f; // L_00 of the unshadowed vector, pi Y_00
 constexpr float kDark = 0.3f * kOpen;
-constexpr std::size_t kChunk = 64;  ///< vertices
+constexpr std::size_t kChunk = 64; ///< vertices
 
 /// C_lm = A_l Y_lm(n) - integral over the blocked directions of cos Y_lm.
 TransferVector open_part(const glm::vec3& n, const SideView& view) {
@@ -62,9 +62,7 @@ void fill_buried(const ObjectMesh& mesh, const std::vector<std::uint8_t>& buried
 
 } // namespace
 
-float hidden_fraction(const TransferVector& transfer) {
-  return std::clamp(1.0f - transfer[0] / kOpen, 0.0f, 1.0f);
-}
+float hidden_fraction(const TransferVector& transfer) { return std::clamp(1.0f - transfer[0] / kOpen, 0.0f, 1.0f); }
 
 Result<std::vector<VertexTransfer>> compute_transfer(const ObjectMesh& mesh, const TransferSettings& settings,
                                                      const Progress& progress) {

@@ -10,9 +10,9 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "scene/core/orthonormal.h"
 #include "runtime/base/sh_rotation.h"
 #include "runtime/object/mesh_topology.h"
+#include "scene/core/orthonormal.h"
 #include "sh/sh9.h"
 
 namespace daylit {

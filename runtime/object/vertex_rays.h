@@ -27,8 +27,8 @@ struct SideView {
 /// Keeps references to mesh and scene. Safe to use from several threads.
 class VertexRays {
 public:
-  /// `scene`: of the mesh, in its own frame. `rays`: cast from each side of a vertex with a density of cos / pi, in fans
-  /// of sixteen; others are rounded up.
+  /// `scene`: of the mesh, in its own frame. `rays`: cast from each side of a vertex with a density of cos / pi, in
+  /// fans of sixteen; others are rounded up.
   VertexRays(const ObjectMesh& mesh, const RayScene& scene, int rays);
 
   /// Looks from a vertex into the hemisphere around `normal`, which is the vertex's own or its opposite.

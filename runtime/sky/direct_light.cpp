@@ -8,7 +8,6 @@
 #include "runtime/sky/window_sampler.h"
 #include "scene/room/aperture.h"
 #include "scene/room/glass.h"
-#include "sh/sh9.h"
 
 namespace daylit {
 

@@ -15,8 +15,8 @@
 #include <glm/vec3.hpp>
 
 #include "runtime/sky/sky_map.h"
-#include "scene/sky/sun.h"
 #include "runtime/sky/window_cone.h"
+#include "scene/sky/sun.h"
 #include "scene/volume/volume.h"
 
 namespace daylit {

@@ -51,7 +51,7 @@ TEST(SelfExchange, the_inside_of_an_open_sphere_is_lit_by_all_reflections) {
     int count = 0;
     for (std::size_t i = 0; i < radiance.size(); ++i)
       if (s.mesh.positions[i].z < 0.4f && s.mesh.positions[i].z > -0.99f) { // not beside the rim, where facets count
-        EXPECT_NEAR(radiance[i].front.r, rho, 0.01f * rho);                  // convex: all of the sky
+        EXPECT_NEAR(radiance[i].front.r, rho, 0.01f * rho);                 // convex: all of the sky
         sum += static_cast<double>(radiance[i].back.r);
         ++count;
       }
@@ -68,7 +68,8 @@ ObjectMesh facing_squares(float gap) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
     for (int j = 0; j <= kSide; ++j)
       for (int i = 0; i <= kSide; ++i) {
-        mesh.positions.emplace_back(static_cast<float>(i) / kSide - 0.5f, static_cast<float>(j) / kSide - 0.5f, side * gap);
+        mesh.positions.emplace_back(static_cast<float>(i) / kSide - 0.5f, static_cast<float>(j) / kSide - 0.5f,
+                                    side * gap);
         mesh.normals.emplace_back(0.0f, 0.0f, side == 0.0f ? 1.0f : -1.0f);
         mesh.reflectance.emplace_back(0.5f);
       }

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "object_shapes.h"
 #include "runtime/object/cut_mesh.h"
 #include "runtime/object/mesh_topology.h"
 #include "runtime/object/transfer.h"
@@ -12,7 +13,6 @@
 #include "scene/core/checksum.h"
 #include "scene/core/read_file.h"
 #include "sh/sh9.h"
-#include "object_shapes.h"
 #include "test_scene.h"
 
 namespace daylit {
