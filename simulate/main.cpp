@@ -90,8 +90,9 @@ CLI::App* add_compare(CLI::App& app, CompareArguments& a) {
   command->add_option("--result", a.result, "linear EXR under test (default: DIR/result.exr)");
   command->add_option("--result-mask", a.result_mask,
                       "EXR, 1 where the result shows the object (default: DIR/result-mask.exr where it is there)");
-  command->add_option("--second-truth", a.second_truth,
-                      "truth.exr of another --seed: prints the error of the object's darkest third, chosen by it");
+  command->add_option(
+      "--second-truth", a.second_truth,
+      "truth.exr of another --seed: errors without the truths' noise, and the object's darkest third by it");
   command->add_option("--frame", a.frame, "of a sequence")->check(CLI::Range(0, 9999));
   command->add_option("-o,--output", a.output, "PNG: result, truth, four times their difference");
   command->add_option("--zoom", a.zoom, "of the PNG: the object's surroundings alone, so many times as large")
