@@ -86,7 +86,7 @@ void IndirectFeedback::add_lattice(std::size_t part, Surround& surround) {
       surround.eye[c.point] = static_cast<std::uint32_t>(eyes_.size());
       const std::size_t k = c.point, phase = k % 2 + k / kSide % 2 * 2 + k / (kSide * kSide) % 2 * 4;
       const glm::dvec3 at = scene_.parts.to_world(part, surround.lattice.position(k));
-      eyes_.push_back({part, at, static_cast<int>(phase), false, {}, {}, {}});
+      eyes_.push_back({part, at, static_cast<int>(phase), false, {}, {}, {}, {}});
     }
 }
 
@@ -114,7 +114,7 @@ void IndirectFeedback::add_contact(std::size_t part, Surround& surround) {
       continue;
     const auto [eye, made] = eye_of.emplace(CellKey(x, kEyeCell * radius), static_cast<std::uint32_t>(eyes_.size()));
     if (made)
-      eyes_.push_back({part, x, 0, true, {}, {}, {}});
+      eyes_.push_back({part, x, 0, true, {}, {}, {}, {}});
     surround.contact[v] = {eye->second, static_cast<float>(t)};
   }
 }
@@ -168,20 +168,23 @@ void IndirectFeedback::look_around(Eye& eye) const {
   }
 }
 
-/// Delta L_lm = sum over the directions of dw Y_lm(w) rho / pi Delta E of the point seen there.
-Sh9Rgb IndirectFeedback::change_of(const std::vector<SeenPoint>& seen) const {
+/// From each direction dw rho / pi Delta E of the point seen there, and Delta L_lm = sum of that times Y_lm.
+void IndirectFeedback::find_change(Eye& eye) const {
   constexpr float kWeight = 4.0f / kDirections; // 4 pi sr between the directions, over pi
-  Sh9Rgb sum{};
-  for (const SeenPoint& p : seen) {
+  eye.arriving.clear();
+  eye.change = {};
+  for (const SeenPoint& p : eye.seen) {
     Rgb change(0.0f);
     for (std::size_t k = 0; k < 4; ++k)
       change += p.weight[k] * changes_[p.node[k]];
+    if (change == Rgb(0.0f))
+      continue;
     const Rgb radiance = kWeight * p.reflectance * change;
+    eye.arriving.push_back({glm::vec3(directions().w[p.direction]), radiance});
     const std::array<float, 9>& y = directions().harmonics[p.direction];
     for (int i = 0; i < 9; ++i)
-      sum[i] += y[i] * radiance;
+      eye.change[i] += y[i] * radiance;
   }
-  return sum;
 }
 
 void IndirectFeedback::light_changed() {
@@ -191,24 +194,39 @@ void IndirectFeedback::light_changed() {
   });
   parallel_for(tbb::blocked_range<std::size_t>(0, eyes_.size(), 16), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k)
-      eyes_[k].change = change_of(eyes_[k].seen);
+      find_change(eyes_[k]);
   });
 }
 
-/// L_lm(x) = sum_k w_k L_lm,k of the points around, mixed with its own.
-Sh9Rgb IndirectFeedback::change(std::size_t part, std::size_t vertex) const {
+/// The points of the lattice around it, mixed with its own.
+template <class Add>
+void IndirectFeedback::for_each_eye(std::size_t part, std::size_t vertex, const Add& add) const {
   const Surround& s = surrounds_[part];
   const Contact own = s.contact.empty() ? Contact{} : s.contact[vertex];
-  Sh9Rgb sum{};
-  const auto add = [&](std::uint32_t eye, float weight) {
-    for (int i = 0; i < 9; ++i)
-      sum[i] += weight * eyes_[eye].change[i];
-  };
   if (own.eye != kNone)
-    add(own.eye, own.weight);
+    add(eyes_[own.eye], own.weight);
   if (own.weight < 1.0f)
     for (const BoxLattice::Corner& c : s.lattice.around(glm::dvec3(scene_.parts.positions(part)[vertex])))
-      add(s.eye[c.point], (1.0f - own.weight) * c.weight);
+      add(eyes_[s.eye[c.point]], (1.0f - own.weight) * c.weight);
+}
+
+/// L_lm(x) = sum_k w_k L_lm,k.
+Sh9Rgb IndirectFeedback::change(std::size_t part, std::size_t vertex) const {
+  Sh9Rgb sum{};
+  for_each_eye(part, vertex, [&](const Eye& eye, float weight) {
+    for (int i = 0; i < 9; ++i)
+      sum[i] += weight * eye.change[i];
+  });
+  return sum;
+}
+
+/// Delta E = sum_k w_k sum over the directions of V cos dw Delta L_k.
+Rgb IndirectFeedback::seen_change(std::size_t part, std::size_t vertex, const SenderSide& side) const {
+  Rgb sum(0.0f);
+  for_each_eye(part, vertex, [&](const Eye& eye, float weight) {
+    for (const Arriving& a : eye.arriving)
+      sum += weight * side.visible_cosine(a.direction) * a.change;
+  });
   return sum;
 }
 

@@ -8,6 +8,7 @@
 
 #include "runtime/indirect/box_lattice.h"
 #include "runtime/indirect/receiver_lattice.h"
+#include "runtime/object/self_visibility.h"
 
 namespace daylit {
 
@@ -25,6 +26,8 @@ public:
   /// Change of the radiance that arrives at a vertex of a part: trilinear between the points of the lattice, or that of
   /// its own.
   Sh9Rgb change(std::size_t part, std::size_t vertex) const;
+  /// Change of the irradiance of a side of the vertex, from the directions that it sees.
+  Rgb seen_change(std::size_t part, std::size_t vertex, const SenderSide& side) const;
 
 private:
   struct SeenPoint {
@@ -32,6 +35,11 @@ private:
     Rgb reflectance{0.5f};
     std::array<std::uint32_t, 4> node{}; ///< numbers and weights
     std::array<float, 4> weight{};
+  };
+  /// Change of the light from one direction: radiance times solid angle.
+  struct Arriving {
+    glm::vec3 direction{0.0f};
+    Rgb change{0.0f};
   };
   /// From where it is looked around.
   struct Eye {
@@ -41,7 +49,8 @@ private:
     bool at_contact = false;
     std::vector<SeenPoint> seen;
     std::vector<ReceiverLattice::Node*> nodes; ///< that it sees, until they are listed
-    Sh9Rgb change{};
+    std::vector<Arriving> arriving;            ///< where it changes
+    Sh9Rgb change{};                           ///< the same in nine coefficients
   };
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   /// Of a vertex close to the room: its eye, and how much that counts beside the lattice.
@@ -59,7 +68,10 @@ private:
   void look_around(Eye& eye) const;
   void see(Eye& eye, std::uint32_t direction, const Rgb& reflectance, const ReceiverLattice::Link& link) const;
   void list_nodes();
-  Sh9Rgb change_of(const std::vector<SeenPoint>& seen) const;
+  void find_change(Eye& eye) const;
+  /// add(eye, weight) of those that stand for a vertex.
+  template <class Add>
+  void for_each_eye(std::size_t part, std::size_t vertex, const Add& add) const;
 
   const LitScene& scene_;
   const ReceiverLattice& receivers_;

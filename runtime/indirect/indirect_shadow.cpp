@@ -7,6 +7,7 @@
 #include "runtime/indirect/indirect_feedback.h"
 #include "runtime/indirect/object_effects.h"
 #include "runtime/indirect/receiver_lattice.h"
+#include "runtime/indirect/sunlit_correction.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
@@ -19,6 +20,7 @@ struct IndirectShadow::State : LitScene {
   ReceiverLattice receivers{*this};
   IndirectFeedback indirect_feedback{*this, receivers};
   OtherObjects other_objects{rays, patches, windows};
+  SunlitCorrection correction;
   std::vector<TwoSided> direct; ///< radiance of the objects' vertices that does not come from the room
   std::uint64_t sky_version = 0;
   using LitScene::LitScene;
@@ -48,6 +50,7 @@ void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optiona
     s.sunlit = sun ? sunlit_points(s.room, s.rays, s.planes, s.windows.apertures(), s.patches.windows(), *sun)
                    : std::vector<SunlitPoint>{};
   }
+  s.correction = SunlitCorrection(s.sunlit, s.parts, s.windows);
   s.other_objects.room_changed();
   s.receivers.sky_changed(); // the light of the room is another where its windows are seen from another object
 }
@@ -81,6 +84,14 @@ void IndirectShadow::set_indirect(std::span<const TwoSided> indirect) {
 void IndirectShadow::exchange_with_room() { state_->indirect_feedback.light_changed(); }
 Sh9Rgb IndirectShadow::feedback(std::size_t part, std::size_t vertex) const {
   return state_->indirect_feedback.change(part, vertex);
+}
+
+Rgb IndirectShadow::seen_feedback(std::size_t part, std::size_t vertex, const SenderSide& side) const {
+  return state_->indirect_feedback.seen_change(part, vertex, side);
+}
+Rgb IndirectShadow::sunlit_correction(std::size_t part, const glm::dvec3& x, const SenderSide& side,
+                                      const TransferVector& world_transfer) const {
+  return state_->correction.at(part, x, side, world_transfer);
 }
 
 bool IndirectShadow::objects_see_each_other() const { return state_->other_objects.any(); }

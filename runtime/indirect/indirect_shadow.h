@@ -20,6 +20,7 @@
 
 #include "runtime/indirect/receiver.h"
 #include "runtime/object/object_surface.h"
+#include "runtime/object/self_visibility.h"
 
 namespace daylit {
 
@@ -49,6 +50,11 @@ public:
   /// of radiance that arrives at a vertex of a part from the surfaces around, under the light of set_indirect().
   void exchange_with_room();
   Sh9Rgb feedback(std::size_t part, std::size_t vertex) const;
+  /// The same as irradiance of one side of a vertex that sends light, from what it sees past its own object.
+  Rgb seen_feedback(std::size_t part, std::size_t vertex, const SenderSide& side) const;
+  /// What nine coefficients of the sunlit surfaces' light miss: SunlitCorrection::at(). After set_sky().
+  Rgb sunlit_correction(std::size_t part, const glm::dvec3& x, const SenderSide& side,
+                        const TransferVector& world_transfer) const;
   /// Light between the objects: whether there is any, and after set_indirect(), what it changes of the radiance that
   /// arrives at a point of a part.
   bool objects_see_each_other() const;

@@ -1,5 +1,7 @@
 #include "runtime/indirect/sunlit_points.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include <glm/geometric.hpp>
@@ -11,6 +13,12 @@ namespace daylit {
 namespace {
 constexpr std::size_t kMost = 128;
 constexpr float kFar = std::numeric_limits<float>::infinity();
+
+/// Of the area A cos that the sun sees on a surface with cosine `there`: its root.
+double spacing(double area_m2, double there) {
+  return std::sqrt(area_m2 / std::max(there, 0.05));
+}
+
 } // namespace
 
 /// Power = rho tau E_normal A cos of the cell, divided by the windows in series, each of which has a cell for it.
@@ -32,13 +40,15 @@ std::vector<SunlitPoint> sunlit_points(const Room& room, const RayScene& rays, c
     if (crossed > 0)
       all.push_back({x, n,
                      static_cast<float>(cosine * cell.area_m2 / crossed) * pane * sun.normal_irradiance *
-                         room.material(room.triangles[hit.triangle]).reflectance});
+                         room.material(room.triangles[hit.triangle]).reflectance,
+                     spacing(cosine * cell.area_m2, glm::dot(n, sun.direction))});
   }
   const std::size_t step = (all.size() + kMost - 1) / kMost;
   std::vector<SunlitPoint> some;
   for (std::size_t k = 0; k < all.size(); k += step) {
     some.push_back(all[k]);
     some.back().power *= static_cast<float>(std::min(step, all.size() - k));
+    some.back().spacing_m *= std::sqrt(static_cast<double>(step));
   }
   return some;
 }

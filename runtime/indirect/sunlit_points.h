@@ -17,6 +17,7 @@ struct SunlitPoint {
   glm::dvec3 position{0.0}; ///< in the air before the surface, world metres
   glm::dvec3 normal{0.0};   ///< of the lit side
   Rgb power{0.0f};          ///< that it sends back, in the unit of irradiance x m^2
+  double spacing_m = 0.0;   ///< of such points: the root of the lit area for which it stands
 };
 
 /// One for each cell of a window through which the sun shines; of very many a regular choice, heavier.

@@ -1,6 +1,7 @@
 #include "runtime/indirect/vertex_light.h"
 
 #include <algorithm>
+#include <numbers>
 
 #include "scene/core/parallel.h"
 
@@ -19,24 +20,47 @@ Range of_part(const VirtualObjects::Part& part, std::span<const std::uint32_t> v
   return {place(part.first_vertex), place(part.first_vertex + part.mesh().positions.size())};
 }
 
-void add_reflected(const Sh9Rgb& change, const VertexTransfer& transfer, bool has_back, const Rgb& reflectance,
-                   TwoSided& radiance) {
-  radiance.front = daylit::add_reflected(radiance.front, change, transfer.front, reflectance);
-  if (has_back)
-    radiance.back = daylit::add_reflected(radiance.back, change, transfer.back, reflectance);
-}
+constexpr float kLeastHidden = 0.1f; // from there on it counts in which directions the object hides itself
 
-/// `change`: nine coefficients at a vertex of a part, which is at a point.
-template <class Change>
-void add_change(const VirtualObjects& objects, const Change& change, std::span<TwoSided> radiance) {
+/// A vertex that sends light.
+struct Sender {
+  std::size_t part;
+  std::size_t own;    ///< its number in the mesh
+  std::size_t number; ///< among all senders
+};
+
+/// One side of it, with its radiance and its transfer vector in the world.
+struct LitSide {
+  SenderSide seen;
+  const TransferVector& transfer;
+  const Rgb& reflectance;
+  Rgb& radiance;
+  void add_irradiance(const Rgb& change) {
+    radiance = glm::max(radiance + reflectance * std::numbers::inv_pi_v<float> * change, Rgb(0.0f));
+  }
+};
+
+/// add(sender, side) for each side that light reaches.
+template <class Add>
+void for_each_side(const VirtualObjects& objects, std::span<TwoSided> radiance, const Add& add) {
   const VirtualObjects::Senders& senders = objects.senders;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
-    const auto [first, last] = of_part(objects.parts[k], senders.vertex);
-    parallel_for(tbb::blocked_range<std::size_t>(first, last, 256), [&](const auto& range) {
+    const VirtualObjects::Part& part = objects.parts[k];
+    const glm::mat3 own_from_world = glm::transpose(part.rotation());
+    const auto [first, last] = of_part(part, senders.vertex);
+    parallel_for(tbb::blocked_range<std::size_t>(first, last, 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const std::size_t vertex = senders.vertex[i];
-        add_reflected(change(k, vertex - objects.parts[k].first_vertex, senders.surface.positions[i]),
-                      senders.transfer[i], objects.has_back[vertex], senders.surface.reflectance[i], radiance[i]);
+        const std::size_t own = senders.vertex[i] - part.first_vertex;
+        const glm::vec3& n = part.mesh().normals[own];
+        const VertexTransfer& t = senders.transfer[i];
+        for (const bool back : {false, true}) {
+          if (back && !objects.has_back[senders.vertex[i]])
+            continue;
+          const glm::mat3 local = glm::transpose(VertexRays::frame(back ? -n : n)) * own_from_world;
+          LitSide side{{&part.model->self.visibility(), i - first, back, local}, back ? t.back : t.front,
+                       senders.surface.reflectance[i], back ? radiance[i].back : radiance[i].front};
+          add(Sender{k, own, i}, side);
+        }
       }
     });
   }
@@ -44,16 +68,30 @@ void add_change(const VirtualObjects& objects, const Change& change, std::span<T
 
 } // namespace
 
-/// L += rho / pi sum_lm dL_lm C_lm at each vertex.
-void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
-  add_change(
-      objects, [&](std::size_t part, std::size_t vertex, const glm::dvec3&) { return field.feedback(part, vertex); },
-      radiance);
+void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+  for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
+    side.add_irradiance(
+        field.sunlit_correction(s.part, objects.senders.surface.positions[s.number], side.seen, side.transfer));
+  });
 }
 
+/// L += rho / pi Delta E, of what the vertex sees; rho / pi sum_lm dL_lm C_lm where it sees nearly all.
+void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+  for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
+    if (hidden_fraction(side.transfer) >= kLeastHidden)
+      side.add_irradiance(field.seen_feedback(s.part, s.own, side.seen));
+    else
+      side.radiance = add_reflected(side.radiance, field.feedback(s.part, s.own), side.transfer, side.reflectance);
+  });
+}
+
+/// L += rho / pi sum_lm dL_lm C_lm.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
-  add_change(
-      objects, [&](std::size_t part, std::size_t, const glm::dvec3& x) { return field.exchanged(part, x); }, radiance);
+  for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
+    side.radiance =
+        add_reflected(side.radiance, field.exchanged(s.part, objects.senders.surface.positions[s.number]),
+                      side.transfer, side.reflectance);
+  });
 }
 
 void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,

@@ -12,8 +12,10 @@
 
 namespace daylit {
 
-/// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what the objects
-/// change of the light that the room sends them.
+/// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what nine
+/// coefficients of the sunlit surfaces' light miss.
+void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+/// The same of what the objects change of the light that the room sends them.
 void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
 /// The same of what they hide from each other and send to each other.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);

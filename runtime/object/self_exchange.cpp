@@ -50,17 +50,22 @@ Result<SelfExchange> SelfExchange::make(const ObjectMesh& mesh, const RayScene& 
   const float weight = std::numbers::pi_v<float> / static_cast<float>(rays.rays());
   const std::size_t count = senders.vertex.size();
   std::vector<std::vector<Seen>> rows(2 * count);
+  SelfExchange exchange;
+  exchange.visibility_ = SelfVisibility(rays, count);
   const auto looked = parallel_stage("light within objects", (count + kChunk - 1) / kChunk, 1, progress, [&](auto c) {
     for (std::size_t i = c * kChunk; i < std::min((c + 1) * kChunk, count); ++i) {
       const std::uint32_t v = senders.vertex[i];
-      rows[2 * i] = row_of(rays.look(v, mesh.normals[v]).seen, mesh, senders.of, weight);
-      if (!closed)
-        rows[2 * i + 1] = row_of(rays.look(v, -mesh.normals[v]).seen, mesh, senders.of, weight);
+      for (const bool back : {false, true}) {
+        if (back && closed)
+          continue;
+        const SideView view = rays.look(v, back ? -mesh.normals[v] : mesh.normals[v]);
+        rows[2 * i + back] = row_of(view.seen, mesh, senders.of, weight);
+        exchange.visibility_.set(i, back, view);
+      }
     }
   });
   if (!looked)
     return looked.error();
-  SelfExchange exchange;
   exchange.first_.push_back(0);
   for (const std::vector<Seen>& row : rows) {
     exchange.seen_.insert(exchange.seen_.end(), row.begin(), row.end());

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "runtime/object/relight.h"
+#include "runtime/object/self_visibility.h"
 #include "runtime/object/senders.h"
 #include "runtime/object/vertex_rays.h"
 #include "scene/core/result.h"
@@ -32,6 +33,8 @@ public:
   /// send that does not count to L. One entry per vertex that sends light.
   void reflect(std::span<const TwoSided> direct, std::span<const TwoSided> from_outside,
                std::span<const Rgb> reflectance, std::span<TwoSided> radiance) const;
+  /// What its rays found.
+  const SelfVisibility& visibility() const { return visibility_; }
   /// None of it sees another.
   bool empty() const { return seen_.empty(); }
 
@@ -45,6 +48,7 @@ private:
 
   std::vector<std::uint32_t> first_; ///< in seen_, of the front and the back of each vertex, and the end
   std::vector<Seen> seen_;
+  SelfVisibility visibility_;
 };
 
 } // namespace daylit

@@ -96,6 +96,19 @@ VertexRays::VertexRays(const ObjectMesh& mesh, const RayScene& scene, int rays)
   find_faces();
 }
 
+glm::mat3 VertexRays::frame(const glm::vec3& normal) {
+  const OrthonormalBasis basis{glm::dvec3(normal)};
+  return {glm::vec3(basis.u), glm::vec3(basis.v), normal};
+}
+
+std::vector<glm::vec3> VertexRays::directions() const {
+  std::vector<glm::vec3> all;
+  for (const Fan& fan : fans_)
+    for (std::size_t k = 0; k < kFan; ++k)
+      all.emplace_back(fan.x[k], fan.y[k], fan.z[k]);
+  return all;
+}
+
 void VertexRays::find_faces() {
   group_ = position_groups(*mesh_);
   list_faces(*mesh_, group_, first_face_, face_);
@@ -135,8 +148,7 @@ SeenPoint VertexRays::seen_point(const glm::vec3& origin, const glm::vec3& w, st
 /// The sum over blocked directions is taken around +z and turned once: Y_lm of the fans' directions is known. Rays
 /// start off the facets that meet at the vertex.
 SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
-  const OrthonormalBasis basis{glm::dvec3(normal)};
-  const glm::mat3 frame(glm::vec3(basis.u), glm::vec3(basis.v), normal);
+  const glm::mat3 local = frame(normal);
   const float offset = scene_->surface_offset();
   const glm::vec3 origin = scene_->to_local(glm::dvec3(mesh_->positions[vertex])) + offset * normal;
   SideView view;
@@ -145,14 +157,16 @@ SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
   std::array<std::uint32_t, kFan> triangle;
   for (const Fan& fan : fans_) {
     for (std::size_t k = 0; k < kFan; ++k)
-      packet.set(k, origin, frame * glm::vec3(fan.x[k], fan.y[k], fan.z[k]), offset,
+      packet.set(k, origin, local * glm::vec3(fan.x[k], fan.y[k], fan.z[k]), offset,
                  std::numeric_limits<float>::infinity());
+    std::uint16_t& hidden = view.hidden.emplace_back();
     for (std::uint32_t met = scene_->closest16(packet, kFan, triangle); met != 0; met &= met - 1) {
       const auto k = static_cast<std::size_t>(std::countr_zero(met));
       const glm::vec3 w = packet.direction(k);
       const Hit hit = classify(vertex, normal, w, triangle[k]);
       if (hit == Hit::none)
         continue;
+      hidden |= static_cast<std::uint16_t>(1u << k);
       view.seen.push_back(seen_point(origin, w, triangle[k], hit == Hit::back));
       for (std::size_t i = 0; i < sum.size(); ++i)
         sum[i] += fan.harmonics[i][k];
@@ -160,7 +174,7 @@ SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
   }
   for (float& s : sum)
     s /= static_cast<float>(rays());
-  view.blocked = rotate9(frame, sum);
+  view.blocked = rotate9(local, sum);
   view.seen.shrink_to_fit();
   return view;
 }

@@ -6,6 +6,9 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
 #include "scene/model/object_mesh.h"
 #include "scene/room/ray_scene.h"
 
@@ -22,21 +25,26 @@ struct SeenPoint {
 struct SideView {
   std::array<float, 9> blocked{}; ///< integral over the blocked directions of cos Y_lm
   std::vector<SeenPoint> seen;    ///< one for each blocked ray
+  std::vector<std::uint16_t> hidden; ///< which these are: a bit for each ray of a fan
 };
 
 /// Keeps references to mesh and scene. Safe to use from several threads.
 class VertexRays {
 public:
+  static constexpr int kFan = 16;
   /// `scene`: of the mesh, in its own frame. `rays`: cast from each side of a vertex with a density of cos / pi, in
   /// fans of sixteen; others are rounded up.
   VertexRays(const ObjectMesh& mesh, const RayScene& scene, int rays);
 
   /// Looks from a vertex into the hemisphere around `normal`, which is the vertex's own or its opposite.
   SideView look(std::uint32_t vertex, const glm::vec3& normal) const;
+  /// Of that side: its rays stand about +z of this frame; columns are world axes of a mesh that is not turned.
+  static glm::mat3 frame(const glm::vec3& normal);
+  /// All rays, fan after fan, in frame().
+  std::vector<glm::vec3> directions() const;
   int rays() const { return static_cast<int>(fans_.size()) * kFan; }
 
 private:
-  static constexpr int kFan = 16;
   /// Sixteen neighbouring directions around +z, and cos Y_lm / pdf of each.
   struct alignas(64) Fan {
     float x[kFan], y[kFan], z[kFan];

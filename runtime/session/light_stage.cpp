@@ -65,7 +65,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   std::vector<TwoSided> direct =
       direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
-  const std::vector<TwoSided> from_room = radiance;
+  std::vector<TwoSided> from_room = radiance;
   if (!room_.indirect_shadow) {
     reflect_within(objects, direct, from_room, radiance);
     for (std::size_t i = 0; i < direct.size(); ++i) {
@@ -77,6 +77,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   IndirectShadow& shadow = *room_.indirect_shadow;
   shadow.set_sky(sky->pyramid, sky->sun, sky.version());
   shadow.set_direct(std::move(direct), surface);
+  add_sunlit_correction(shadow, objects, from_room);
   reflect_within(objects, shadow.direct(), from_room, radiance);
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);

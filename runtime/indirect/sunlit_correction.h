@@ -1,0 +1,32 @@
+#pragma once
+
+// Light of the room's sunlit surfaces at the vertices of an object. A patch of sun is bright and small: nine
+// coefficients of its light at a vertex, times its transfer vector, are wrong by a fifth where it lies beside the object.
+
+#include <span>
+#include <vector>
+
+#include "runtime/indirect/sunlit_points.h"
+#include "runtime/indirect/window_visibility.h"
+#include "runtime/object/placed_parts.h"
+#include "runtime/object/self_visibility.h"
+#include "runtime/object/transfer.h"
+
+namespace daylit {
+
+class SunlitCorrection {
+public:
+  SunlitCorrection() = default;
+  /// Copies the points. What the room hides of them is found once for each part.
+  SunlitCorrection(std::span<const SunlitPoint> points, const PlacedParts& parts, const WindowVisibility& windows);
+
+  /// Irradiance of one side at x of a part: that of the points, past the object, less what their nine coefficients
+  /// times `world_transfer` give. Of points nearer than two to four of their spacings it fades out: as points these are
+  /// wrong, and as part of a floor that fills half of the view nine coefficients know them.
+  Rgb at(std::size_t part, const glm::dvec3& x, const SenderSide& side, const TransferVector& world_transfer) const;
+
+private:
+  std::vector<std::vector<SunlitPoint>> seen_; ///< of each part, with the power that reaches it
+};
+
+} // namespace daylit

@@ -1,0 +1,49 @@
+#pragma once
+
+// Which directions the vertices that send light see past their own object: a bit for each ray. Nine coefficients tell
+// how much light a vertex gets, but not from where: a dark floor before a fold spreads over what the fold hides.
+
+#include <cstdint>
+#include <vector>
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "runtime/object/vertex_rays.h"
+
+namespace daylit {
+
+class SelfVisibility {
+public:
+  /// Of an object that hides nothing from itself.
+  SelfVisibility() = default;
+  /// Of the vertices that `rays` will look from, all of them open so far.
+  SelfVisibility(const VertexRays& rays, std::size_t senders);
+  /// From different threads for different senders.
+  void set(std::size_t sender, bool back, const SideView& view);
+
+  /// `w`: a unit vector above the side of the surface, in VertexRays::frame() of its normal. The nearest ray speaks for
+  /// it.
+  bool sees(std::size_t sender, bool back, const glm::vec3& w) const;
+
+private:
+  std::size_t fans_ = 0;              ///< of rays, per side
+  std::vector<std::uint16_t> hidden_; ///< fans of each side of each sender
+  std::vector<std::uint16_t> nearest_; ///< ray to each cell of the unit disc, on which cos dw is area (Nusselt 1928)
+};
+
+/// One side of a sender where its object stands.
+struct SenderSide {
+  const SelfVisibility* visibility;
+  std::size_t sender; ///< of its object
+  bool back;
+  glm::mat3 local_from_world; ///< into VertexRays::frame()
+
+  /// Of a unit vector with the normal of the side; 0 of what the object hides.
+  float visible_cosine(const glm::vec3& world) const {
+    const glm::vec3 w = local_from_world * world;
+    return w.z > 0.0f && visibility->sees(sender, back, w) ? w.z : 0.0f;
+  }
+};
+
+} // namespace daylit
