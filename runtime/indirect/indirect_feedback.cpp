@@ -26,10 +26,9 @@ constexpr int kPacket = 16;       // rays
 static_assert(kDirections % kPacket == 0);
 
 // All in radii of the object:
-constexpr double kContact = 0.08;  // a vertex nearer than that to the room has an eye of its own,
-constexpr double kEyeCell = 0.025; // one for those that lie in the same cube of that side;
-constexpr double kLift = 0.002;    // off the surface that the vertex may lie on;
-constexpr double kFine = 0.12;     // what it sees nearer than that is looked up in fine cells
+constexpr double kContact = 0.08;   // a vertex nearer than that to the room has an eye of its own,
+constexpr double kEyeCell = 0.0125; // one for those that lie in the same cube of that side;
+constexpr double kLift = 0.001;     // off the surface that the vertex may lie on;
 constexpr double kCoarseCell = 0.25;
 
 /// Of cubes of that side.
@@ -75,6 +74,10 @@ void IndirectFeedback::objects_moved() {
   }
   parallel_for(std::size_t{0}, eyes_.size(), [&](std::size_t k) { look_around(eyes_[k]); });
   list_nodes();
+  std::size_t seen = 0;
+  for (Eye& eye : eyes_)
+    eye.first = std::exchange(seen, seen + eye.seen.size());
+  arriving_.assign(seen, Rgb(0.0f));
 }
 
 void IndirectFeedback::add_lattice(std::size_t part, Surround& surround) {
@@ -86,7 +89,7 @@ void IndirectFeedback::add_lattice(std::size_t part, Surround& surround) {
       surround.eye[c.point] = static_cast<std::uint32_t>(eyes_.size());
       const std::size_t k = c.point, phase = k % 2 + k / kSide % 2 * 2 + k / (kSide * kSide) % 2 * 4;
       const glm::dvec3 at = scene_.parts.to_world(part, surround.lattice.position(k));
-      eyes_.push_back({part, at, static_cast<int>(phase), false, {}, {}, {}, {}});
+      eyes_.push_back({part, at, static_cast<int>(phase), false, {}, {}, 0, {}});
     }
 }
 
@@ -114,7 +117,7 @@ void IndirectFeedback::add_contact(std::size_t part, Surround& surround) {
       continue;
     const auto [eye, made] = eye_of.emplace(CellKey(x, kEyeCell * radius), static_cast<std::uint32_t>(eyes_.size()));
     if (made)
-      eyes_.push_back({part, x, 0, true, {}, {}, {}, {}});
+      eyes_.push_back({part, x, 0, true, {}, {}, 0, {}});
     surround.contact[v] = {eye->second, static_cast<float>(t)};
   }
 }
@@ -163,24 +166,21 @@ void IndirectFeedback::look_around(Eye& eye) const {
       if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius &&
           (scene_.parts.size() == 1 || !scene_.parts.hidden(eye.position, w, distance, eye.part))) // see OtherObjects
         see(eye, static_cast<std::uint32_t>(first + k), scene_.reflectance(hits.triangle[k]),
-            receivers_.link(hits.triangle[k], position, w, eye.at_contact && distance < kFine * sphere.radius));
+            receivers_.link(hits.triangle[k], position, w, eye.at_contact ? distance / sphere.radius : kFarRadii));
     }
   }
 }
 
 /// From each direction dw rho / pi Delta E of the point seen there, and Delta L_lm = sum of that times Y_lm.
-void IndirectFeedback::find_change(Eye& eye) const {
+void IndirectFeedback::find_change(Eye& eye) {
   constexpr float kWeight = 4.0f / kDirections; // 4 pi sr between the directions, over pi
-  eye.arriving.clear();
   eye.change = {};
-  for (const SeenPoint& p : eye.seen) {
+  for (std::size_t j = 0; j < eye.seen.size(); ++j) {
+    const SeenPoint& p = eye.seen[j];
     Rgb change(0.0f);
     for (std::size_t k = 0; k < 4; ++k)
       change += p.weight[k] * changes_[p.node[k]];
-    if (change == Rgb(0.0f))
-      continue;
-    const Rgb radiance = kWeight * p.reflectance * change;
-    eye.arriving.push_back({glm::vec3(directions().w[p.direction]), radiance});
+    const Rgb radiance = arriving_[eye.first + j] = kWeight * p.reflectance * change;
     const std::array<float, 9>& y = directions().harmonics[p.direction];
     for (int i = 0; i < 9; ++i)
       eye.change[i] += y[i] * radiance;
@@ -220,13 +220,21 @@ Sh9Rgb IndirectFeedback::change(std::size_t part, std::size_t vertex) const {
   return sum;
 }
 
-/// Delta E = sum_k w_k sum over the directions of V cos dw Delta L_k.
-Rgb IndirectFeedback::seen_change(std::size_t part, std::size_t vertex, const SenderSide& side) const {
-  Rgb sum(0.0f);
+/// w_k V cos of each direction in which point k sees the room.
+std::vector<FeedbackTerm> IndirectFeedback::terms(std::size_t part, std::size_t vertex, const SenderSide& side) const {
+  std::vector<FeedbackTerm> terms;
   for_each_eye(part, vertex, [&](const Eye& eye, float weight) {
-    for (const Arriving& a : eye.arriving)
-      sum += weight * side.visible_cosine(a.direction) * a.change;
+    for (std::size_t j = 0; weight > 0.0f && j < eye.seen.size(); ++j)
+      if (const float cosine = side.visible_cosine(glm::vec3(directions().w[eye.seen[j].direction])); cosine > 0.0f)
+        terms.push_back({static_cast<std::uint32_t>(eye.first + j), weight * cosine});
   });
+  return terms;
+}
+
+Rgb IndirectFeedback::change(std::span<const FeedbackTerm> terms) const {
+  Rgb sum(0.0f);
+  for (const FeedbackTerm& t : terms)
+    sum += t.weight * arriving_[t.light];
   return sum;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/indirect/box_lattice.h"
+#include "runtime/indirect/feedback_term.h"
 #include "runtime/indirect/receiver_lattice.h"
 #include "runtime/object/self_visibility.h"
 
@@ -26,8 +27,9 @@ public:
   /// Change of the radiance that arrives at a vertex of a part: trilinear between the points of the lattice, or that of
   /// its own.
   Sh9Rgb change(std::size_t part, std::size_t vertex) const;
-  /// Change of the irradiance of a side of the vertex, from the directions that it sees.
-  Rgb seen_change(std::size_t part, std::size_t vertex, const SenderSide& side) const;
+  /// What a side of the vertex sees of it, until an object moves; and the change of its irradiance by that.
+  std::vector<FeedbackTerm> terms(std::size_t part, std::size_t vertex, const SenderSide& side) const;
+  Rgb change(std::span<const FeedbackTerm> terms) const;
 
 private:
   struct SeenPoint {
@@ -35,11 +37,6 @@ private:
     Rgb reflectance{0.5f};
     std::array<std::uint32_t, 4> node{}; ///< numbers and weights
     std::array<float, 4> weight{};
-  };
-  /// Change of the light from one direction: radiance times solid angle.
-  struct Arriving {
-    glm::vec3 direction{0.0f};
-    Rgb change{0.0f};
   };
   /// From where it is looked around.
   struct Eye {
@@ -49,8 +46,8 @@ private:
     bool at_contact = false;
     std::vector<SeenPoint> seen;
     std::vector<ReceiverLattice::Node*> nodes; ///< that it sees, until they are listed
-    std::vector<Arriving> arriving;            ///< where it changes
-    Sh9Rgb change{};                           ///< the same in nine coefficients
+    std::size_t first = 0; ///< of the light that arrives from what it sees
+    Sh9Rgb change{};
   };
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;
   /// Of a vertex close to the room: its eye, and how much that counts beside the lattice.
@@ -68,7 +65,7 @@ private:
   void look_around(Eye& eye) const;
   void see(Eye& eye, std::uint32_t direction, const Rgb& reflectance, const ReceiverLattice::Link& link) const;
   void list_nodes();
-  void find_change(Eye& eye) const;
+  void find_change(Eye& eye);
   /// add(eye, weight) of those that stand for a vertex.
   template <class Add>
   void for_each_eye(std::size_t part, std::size_t vertex, const Add& add) const;
@@ -79,6 +76,7 @@ private:
   std::vector<Eye> eyes_;
   std::vector<ReceiverLattice::Node*> nodes_; ///< all that some eye sees
   std::vector<Rgb> changes_;                  ///< of the irradiance, by the nodes' numbers
+  std::vector<Rgb> arriving_;                 ///< change of the radiance from each point seen, times its solid angle
 };
 
 } // namespace daylit

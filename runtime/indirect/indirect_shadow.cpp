@@ -86,8 +86,12 @@ Sh9Rgb IndirectShadow::feedback(std::size_t part, std::size_t vertex) const {
   return state_->indirect_feedback.change(part, vertex);
 }
 
-Rgb IndirectShadow::seen_feedback(std::size_t part, std::size_t vertex, const SenderSide& side) const {
-  return state_->indirect_feedback.seen_change(part, vertex, side);
+std::vector<FeedbackTerm> IndirectShadow::feedback_terms(std::size_t part, std::size_t vertex,
+                                                         const SenderSide& side) const {
+  return state_->indirect_feedback.terms(part, vertex, side);
+}
+Rgb IndirectShadow::feedback(std::span<const FeedbackTerm> terms) const {
+  return state_->indirect_feedback.change(terms);
 }
 Rgb IndirectShadow::sunlit_correction(std::size_t part, const glm::dvec3& x, const SenderSide& side,
                                       const TransferVector& world_transfer) const {

@@ -18,6 +18,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/indirect/feedback_term.h"
 #include "runtime/indirect/receiver.h"
 #include "runtime/object/object_surface.h"
 #include "runtime/object/self_visibility.h"
@@ -50,8 +51,10 @@ public:
   /// of radiance that arrives at a vertex of a part from the surfaces around, under the light of set_indirect().
   void exchange_with_room();
   Sh9Rgb feedback(std::size_t part, std::size_t vertex) const;
-  /// The same as irradiance of one side of a vertex that sends light, from what it sees past its own object.
-  Rgb seen_feedback(std::size_t part, std::size_t vertex, const SenderSide& side) const;
+  /// The same as irradiance of one side, from what a vertex that sends light sees past its own object. The terms hold
+  /// until an object moves.
+  std::vector<FeedbackTerm> feedback_terms(std::size_t part, std::size_t vertex, const SenderSide& side) const;
+  Rgb feedback(std::span<const FeedbackTerm> terms) const;
   /// What nine coefficients of the sunlit surfaces' light miss: SunlitCorrection::at(). After set_sky().
   Rgb sunlit_correction(std::size_t part, const glm::dvec3& x, const SenderSide& side,
                         const TransferVector& world_transfer) const;

@@ -20,6 +20,7 @@ namespace {
 
 constexpr float kLeastWeight = 0.02f; // of the corners in view
 constexpr double kSeenRadii = 7.0;    // further from an object a mirror does not show what it changes
+constexpr double kMirrorRadii = 0.1;  // a mirror shows the room as if it were no nearer
 
 struct Cell {
   bool open = false; ///< its corners lie in the same air
@@ -343,14 +344,17 @@ ReceiverLattice::Link ReceiverLattice::State::link(std::size_t level, const Foun
   return link;
 }
 
-/// In cells of an eighth of the radius or wider: what an object sees of the room is not narrower but where it touches
-/// it.
+/// In cells of an eighth of the radius or wider where nothing is near: what an object sees of the room is not narrower
+/// but where it touches it.
 ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
-                                            bool fine) const {
+                                            double radii_away) const {
   const State& s = *state_;
   const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
-  if (fine) { // a surface may pass between the corners of any such cell: its distance, 0, is not looked for
-    const Link link = s.link(kContactLevels - 1, s.find(kContactLevels - 1, place), place);
+  for (std::size_t level = 0; level < kContactLevels; ++level) {
+    if (radii_away >= 2.0 * kLevels[level].cell)
+      continue;
+    // A surface may pass between the corners of any such cell: its distance, 0, is not looked for.
+    const Link link = s.link(level, s.find(level, place), place);
     if (std::ranges::any_of(link.weight, [](float w) { return w > 0.0f; }))
       return link;
   }
@@ -377,7 +381,7 @@ Rgb ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, const glm::d
                                             const glm::dvec3& direction) const {
   const State& s = *state_;
   const bool with_objects = s.scene.radii_away(x) < kSeenRadii;
-  const Link around = link(triangle, x, direction, with_objects && near(x));
+  const Link around = link(triangle, x, direction, with_objects && near(x) ? kMirrorRadii : kSeenRadii);
   Rgb sum(0.0f);
   float whole = 0.0f;
   for (std::size_t k = 0; k < 4; ++k) {

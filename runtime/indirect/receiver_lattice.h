@@ -44,8 +44,8 @@ public:
     std::array<Node*, 4> node{};
     std::array<float, 4> weight{};
   };
-  /// `fine`: in narrower cells where an object's surface is near.
-  Link link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, bool fine) const;
+  /// For one who sees x from that many radii of the object away: nearer than two cells of a contact level, in these.
+  Link link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, double radii_away) const;
   /// Nodes are numbered from 0 as they are made.
   std::size_t node_count() const;
   static std::size_t number_of(const Node& node);

@@ -21,6 +21,7 @@ Range of_part(const VirtualObjects::Part& part, std::span<const std::uint32_t> v
 }
 
 constexpr float kLeastHidden = 0.1f; // from there on it counts in which directions the object hides itself
+constexpr float kMostHidden = 0.98f; // from there on nothing is seen
 
 /// A vertex that sends light.
 struct Sender {
@@ -46,7 +47,7 @@ void for_each_side(const VirtualObjects& objects, std::span<TwoSided> radiance, 
   const VirtualObjects::Senders& senders = objects.senders;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const VirtualObjects::Part& part = objects.parts[k];
-    const glm::mat3 own_from_world = glm::transpose(part.rotation());
+    const glm::mat3 rotation = part.rotation();
     const auto [first, last] = of_part(part, senders.vertex);
     parallel_for(tbb::blocked_range<std::size_t>(first, last, 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
@@ -56,8 +57,8 @@ void for_each_side(const VirtualObjects& objects, std::span<TwoSided> radiance, 
         for (const bool back : {false, true}) {
           if (back && !objects.has_back[senders.vertex[i]])
             continue;
-          const glm::mat3 local = glm::transpose(VertexRays::frame(back ? -n : n)) * own_from_world;
-          LitSide side{{&part.model->self.visibility(), i - first, back, local}, back ? t.back : t.front,
+          const glm::mat3 frame = rotation * VertexRays::frame(back ? -n : n);
+          LitSide side{{&part.model->self.visibility(), i - first, back, frame}, back ? t.back : t.front,
                        senders.surface.reflectance[i], back ? radiance[i].back : radiance[i].front};
           add(Sender{k, own, i}, side);
         }
@@ -75,11 +76,23 @@ void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& ob
   });
 }
 
+FeedbackTerms feedback_terms(const IndirectShadow& field, const VirtualObjects& objects) {
+  FeedbackTerms terms(objects.senders.vertex.size());
+  std::vector<TwoSided> unused(terms.size());
+  for_each_side(objects, unused, [&](const Sender& s, LitSide& side) {
+    const float hidden = hidden_fraction(side.transfer);
+    if (hidden >= kLeastHidden && hidden < kMostHidden)
+      terms[s.number][side.seen.back] = field.feedback_terms(s.part, s.own, side.seen);
+  });
+  return terms;
+}
+
 /// L += rho / pi Delta E, of what the vertex sees; rho / pi sum_lm dL_lm C_lm where it sees nearly all.
-void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, const FeedbackTerms& terms,
+                  std::span<TwoSided> radiance) {
   for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
     if (hidden_fraction(side.transfer) >= kLeastHidden)
-      side.add_irradiance(field.seen_feedback(s.part, s.own, side.seen));
+      side.add_irradiance(field.feedback(terms[s.number][side.seen.back]));
     else
       side.radiance = add_reflected(side.radiance, field.feedback(s.part, s.own), side.transfer, side.reflectance);
   });
@@ -134,6 +147,12 @@ TwoSided relight_between(const LightAtPoint& light, const VertexTransfer& transf
   return radiance;
 }
 
+/// Of a surface that reflects rho in the place of one that reflects `was`.
+TwoSided with_reflectance(const TwoSided& radiance, const Rgb& was, const Rgb& rho) {
+  const Rgb factor = rho / glm::max(was, Rgb(1e-30f));
+  return {factor * radiance.front, factor * radiance.back};
+}
+
 } // namespace
 
 std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
@@ -165,7 +184,7 @@ std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& obje
   return boxes;
 }
 
-/// Senders have it; the others take the light between them. Its product with transfer vectors is the same in every
+/// Senders have it, and those at the foot that of their sender; the others take the light between them. Its product with transfer vectors is the same in every
 /// frame: the part's own.
 std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::span<const std::uint32_t> vertices,
                                          const ObjectsIndirectLight& light) {
@@ -177,10 +196,14 @@ std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::spa
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const std::size_t own = vertices[i] - part.first_vertex;
         const std::uint32_t sender = part.sender[own];
-        radiance[i] = objects.senders.vertex[sender] == vertices[i]
-                          ? light.radiance[sender]
-                          : relight_between(light.in_box[k]->at(glm::dvec3(part.mesh().positions[own])),
-                                            part.model->transfer[own], objects.surface.reflectance[vertices[i]]);
+        const Rgb& rho = objects.surface.reflectance[vertices[i]];
+        if (objects.senders.vertex[sender] == vertices[i])
+          radiance[i] = light.radiance[sender];
+        else if (part.model->senders.at_foot[own])
+          radiance[i] = with_reflectance(light.radiance[sender], objects.senders.surface.reflectance[sender], rho);
+        else
+          radiance[i] = relight_between(light.in_box[k]->at(glm::dvec3(part.mesh().positions[own])),
+                                        part.model->transfer[own], rho);
       }
     });
   }

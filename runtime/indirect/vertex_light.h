@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,8 +16,13 @@ namespace daylit {
 /// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what nine
 /// coefficients of the sunlit surfaces' light miss.
 void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+/// Of both sides of each sender: what it sees of the room that objects change. Empty where it sees nearly nothing, or
+/// hides nearly nothing from itself.
+using FeedbackTerms = std::vector<std::array<std::vector<FeedbackTerm>, 2>>;
+FeedbackTerms feedback_terms(const IndirectShadow& field, const VirtualObjects& objects);
 /// The same of what the objects change of the light that the room sends them.
-void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, const FeedbackTerms& terms,
+                  std::span<TwoSided> radiance);
 /// The same of what they hide from each other and send to each other.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
 

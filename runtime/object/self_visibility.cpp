@@ -7,12 +7,6 @@
 
 namespace daylit {
 
-namespace {
-constexpr int kCells = 32; // a side of the square around the disc
-
-int cell_of(float x) { return std::clamp(static_cast<int>((0.5f * x + 0.5f) * kCells), 0, kCells - 1); }
-} // namespace
-
 SelfVisibility::SelfVisibility(const VertexRays& rays, std::size_t senders)
     : fans_(static_cast<std::size_t>(rays.rays()) / VertexRays::kFan), hidden_(2 * senders * fans_, 0) {
   const std::vector<glm::vec3> directions = rays.directions();
@@ -27,13 +21,6 @@ SelfVisibility::SelfVisibility(const VertexRays& rays, std::size_t senders)
 
 void SelfVisibility::set(std::size_t sender, bool back, const SideView& view) {
   std::ranges::copy(view.hidden, hidden_.begin() + static_cast<std::ptrdiff_t>((2 * sender + back) * fans_));
-}
-
-bool SelfVisibility::sees(std::size_t sender, bool back, const glm::vec3& w) const {
-  if (hidden_.empty())
-    return true;
-  const std::size_t ray = nearest_[static_cast<std::size_t>(cell_of(w.y) * kCells + cell_of(w.x))];
-  return !(hidden_[(2 * sender + back) * fans_ + ray / VertexRays::kFan] >> ray % VertexRays::kFan & 1u);
 }
 
 } // namespace daylit

@@ -1,20 +1,81 @@
 #include "runtime/object/senders.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <unordered_map>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 namespace daylit {
 
 namespace {
 
-constexpr float kCells = 40.0f; // along the longest side
+// Of the longest side:
+constexpr float kCells = 40.0f, kFootCells = 160.0f; // along it
+constexpr float kFoot = 0.04f;                       // height of the foot
+constexpr float kLying = 0.002f;                     // nearer to the floor, what faces it is seen by nothing else
+constexpr float kFacesFloor = -0.9f;                 // cosine
+constexpr std::size_t kMostAtFoot = 4096;            // senders: coarser cells where there are more
+
+struct Box {
+  glm::vec3 low{std::numeric_limits<float>::infinity()};
+  float longest_side = 1e-9f;
+};
+
+Box box_of(const std::vector<glm::vec3>& positions) {
+  Box box;
+  glm::vec3 high = -box.low;
+  for (const glm::vec3& p : positions) {
+    box.low = glm::min(box.low, p);
+    high = glm::max(high, p);
+  }
+  for (int axis = 0; axis < 3; ++axis)
+    box.longest_side = std::max(box.longest_side, high[axis] - box.low[axis]);
+  return box;
+}
+
+/// Per vertex: it is at the foot.
+std::vector<std::uint8_t> foot_of(const ObjectMesh& mesh, const glm::vec3& up, float longest_side) {
+  float lowest = std::numeric_limits<float>::infinity();
+  for (const glm::vec3& p : mesh.positions)
+    lowest = std::min(lowest, glm::dot(up, p));
+  std::vector<std::uint8_t> foot(mesh.positions.size());
+  for (std::size_t v = 0; v < foot.size(); ++v) {
+    const float height = (glm::dot(up, mesh.positions[v]) - lowest) / longest_side;
+    foot[v] = height < kFoot && !(height < kLying && glm::dot(up, mesh.normals[v]) < kFacesFloor);
+  }
+  return foot;
+}
+
+/// Which cell and octant a vertex lies in; `cells`: along the longest side, at most 256.
+std::uint32_t key_of(const ObjectMesh& mesh, std::size_t v, const Box& box, float cells) {
+  const glm::vec3 cell = glm::floor(cells / box.longest_side * (mesh.positions[v] - box.low)), &n = mesh.normals[v];
+  std::uint32_t key = (n.x < 0.0f ? 1u : 0u) + (n.y < 0.0f ? 2u : 0u) + (n.z < 0.0f ? 4u : 0u);
+  for (int axis = 0; axis < 3; ++axis)
+    key = key << 8 | static_cast<std::uint32_t>(cell[axis]);
+  return key;
+}
+
+/// Of those, so that not too many cells have some in them.
+float foot_cells(const ObjectMesh& mesh, const std::vector<std::uint8_t>& foot, const Box& box) {
+  for (float cells = kFootCells; cells > kCells; cells /= 2.0f) {
+    std::vector<std::uint32_t> keys;
+    for (std::size_t v = 0; v < foot.size(); ++v)
+      if (foot[v])
+        keys.push_back(key_of(mesh, v, box, cells));
+    std::ranges::sort(keys);
+    keys.erase(std::ranges::unique(keys).begin(), keys.end());
+    if (keys.size() <= kMostAtFoot)
+      return cells;
+  }
+  return kCells;
+}
 
 } // namespace
 
-MeshSenders find_senders(const ObjectMesh& mesh, std::size_t most) {
+MeshSenders find_senders(const ObjectMesh& mesh, const glm::vec3& up, std::size_t most) {
   MeshSenders senders;
   senders.of.resize(mesh.positions.size());
   if (senders.of.size() <= most) {
@@ -22,20 +83,13 @@ MeshSenders find_senders(const ObjectMesh& mesh, std::size_t most) {
     senders.vertex = senders.of;
     return senders;
   }
-  glm::vec3 low = mesh.positions[0], high = low;
-  for (const glm::vec3& p : mesh.positions) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  const glm::vec3 size = high - low;
-  const float per_m = kCells / std::max({size.x, size.y, size.z, 1e-9f});
-  std::unordered_map<std::uint32_t, std::uint32_t> first;
+  const Box box = box_of(mesh.positions);
+  senders.at_foot = foot_of(mesh, up, box.longest_side);
+  const float fine = foot_cells(mesh, senders.at_foot, box);
+  std::unordered_map<std::uint64_t, std::uint32_t> first;
   for (std::uint32_t v = 0; v < senders.of.size(); ++v) {
-    const glm::vec3 cell = glm::floor(per_m * (mesh.positions[v] - low)), &n = mesh.normals[v];
-    const std::uint32_t octant = (n.x < 0.0f ? 1u : 0u) + (n.y < 0.0f ? 2u : 0u) + (n.z < 0.0f ? 4u : 0u);
-    std::uint32_t key = octant;
-    for (int axis = 0; axis < 3; ++axis)
-      key = key << 8 | static_cast<std::uint32_t>(cell[axis]);
+    const std::uint64_t foot = senders.at_foot[v];
+    const std::uint64_t key = foot << 32 | key_of(mesh, v, box, foot != 0 ? fine : kCells);
     const auto [known, made] = first.emplace(key, static_cast<std::uint32_t>(senders.vertex.size()));
     if (made)
       senders.vertex.push_back(v);

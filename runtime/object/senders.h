@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/vec3.hpp>
+
 #include "scene/model/object_mesh.h"
 
 namespace daylit {
@@ -17,11 +19,15 @@ constexpr std::size_t kMostMirrorSenders = 1024;
 struct MeshSenders {
   std::vector<std::uint32_t> vertex; ///< those that send, ascending
   std::vector<std::uint32_t> of;     ///< per vertex of the mesh: which of them sends for it
+  /// Per vertex: it lies beside its sender, in a cell of the foot, and has the same light. Empty: all send themselves.
+  std::vector<std::uint8_t> at_foot;
 };
 
 /// In a mesh of at most so many vertices each sends for itself. In a denser one the first vertex in the same cell, a
 /// fortieth of the mesh wide, whose normal lies in the same octant does: what is sent is the mean over many of them
-/// anyway, and costs as much as a small mesh.
-MeshSenders find_senders(const ObjectMesh& mesh, std::size_t most = kMostSenders);
+/// anyway, and costs as much as a small mesh. Not so at the foot, next to the floor on which the object stands: there
+/// light falls to nothing within millimetres, and cells are up to four times finer. `up`: the vertical, unit, frame of
+/// the mesh.
+MeshSenders find_senders(const ObjectMesh& mesh, const glm::vec3& up, std::size_t most = kMostSenders);
 
 } // namespace daylit

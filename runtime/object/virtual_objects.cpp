@@ -251,6 +251,11 @@ bool mirrors_all_over(const ObjectMesh& mesh) {
          std::ranges::none_of(diffuse_vertices(mesh), [](std::uint8_t some) { return some != 0; });
 }
 
+/// The vertical in its own frame.
+glm::vec3 up_of(const ObjectConfig& placement) {
+  return glm::vec3(glm::normalize(glm::transpose(glm::dmat3(object_transform(placement))) * glm::dvec3(0.0, 0.0, 1.0)));
+}
+
 /// Read, divided and cut, with its transfer vectors.
 struct LoadedModel {
   std::shared_ptr<const VirtualObjects::Model> model;
@@ -278,7 +283,7 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
   auto rays = RayScene::build(std::vector<glm::dvec3>(mesh->positions.begin(), mesh->positions.end()), mesh->triangles);
   if (!rays)
     return rays.error();
-  MeshSenders senders = find_senders(*mesh, mirrors_all_over(*mesh) ? kMostMirrorSenders : kMostSenders);
+  MeshSenders senders = find_senders(*mesh, up_of(object), mirrors_all_over(*mesh) ? kMostMirrorSenders : kMostSenders);
   auto self = SelfExchange::make(*mesh, *rays, senders, settings.closed, progress);
   if (!self)
     return self.error();

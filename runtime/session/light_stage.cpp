@@ -85,7 +85,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
     if (shadow.objects_see_each_other())
       shadow.exchange();
     std::vector<TwoSided> from_outside = from_room;
-    add_feedback(shadow, objects, from_outside);
+    add_feedback(shadow, objects, probes_->feedback, from_outside);
     if (shadow.objects_see_each_other())
       add_exchange(shadow, objects, from_outside);
     reflect_within(objects, shadow.direct(), from_outside, radiance);
@@ -109,8 +109,10 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     const ObjectSurface& senders = objects->senders.surface;
     probes.vertices = find_vertex_probes(room_.sampler, senders.positions);
     probes.outside = spread_vertex_probes(senders.triangles, probes.vertices);
-    if (room_.indirect_shadow)
+    if (room_.indirect_shadow) {
       room_.indirect_shadow->set_objects(placed_parts(*objects));
+      probes.feedback = feedback_terms(*room_.indirect_shadow, *objects);
+    }
     clock.end("probes");
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {

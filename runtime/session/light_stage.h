@@ -43,10 +43,11 @@ struct ObjectsDirectLight {
   std::vector<ApertureCell> cells; ///< of the windows
 };
 
-/// Which probes light the vertices that send light.
+/// Which probes light the vertices that send light, and what of the room that objects change they see.
 struct ObjectsProbes {
   std::vector<VertexProbes> vertices;
   std::size_t outside = 0; ///< those that lie outside the light field
+  FeedbackTerms feedback;
 };
 
 /// From the light of the sky and the placement of the objects to the light at the objects.

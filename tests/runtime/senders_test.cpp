@@ -11,11 +11,13 @@
 namespace daylit {
 namespace {
 
+constexpr glm::vec3 kUp(0.0f, 0.0f, 1.0f);
+
 int octant(const glm::vec3& n) { return (n.x < 0 ? 1 : 0) + (n.y < 0 ? 2 : 0) + (n.z < 0 ? 4 : 0); }
 
 TEST(Senders, of_a_small_mesh_are_all_its_vertices) {
   const ObjectMesh mesh = test::torus(0.2f, 0.1f, 100, 60);
-  const MeshSenders senders = find_senders(mesh);
+  const MeshSenders senders = find_senders(mesh, kUp);
   ASSERT_LE(mesh.positions.size(), kMostSenders);
   for (std::uint32_t v = 0; v < senders.of.size(); ++v) {
     EXPECT_EQ(senders.of[v], v);
@@ -27,7 +29,7 @@ TEST(Senders, of_a_dense_mesh_are_few_and_lie_beside_those_they_send_for) {
   for (const int side : {200, 400}) {
     const ObjectMesh mesh = test::torus(0.2f, 0.1f, side, side);
     ASSERT_GT(mesh.positions.size(), kMostSenders);
-    const MeshSenders senders = find_senders(mesh);
+    const MeshSenders senders = find_senders(mesh, kUp);
     for (std::uint32_t v = 0; v < senders.of.size(); ++v) {
       const std::uint32_t sender = senders.vertex[senders.of[v]];
       EXPECT_EQ(senders.of[sender], senders.of[v]);
@@ -47,7 +49,7 @@ TEST(LightInBox, a_gradient_between_senders_is_kept_to_a_twentieth_of_its_range)
     box.include(glm::dvec3(p));
   LightInBox light(box);
   const auto truth = [](const glm::vec3& x) { return 2.0f + 3.0f * x.x - 1.0f * x.y + 2.0f * x.z; };
-  for (const std::uint32_t v : find_senders(mesh).vertex) {
+  for (const std::uint32_t v : find_senders(mesh, kUp).vertex) {
     Sh9Rgb here{};
     here[2] = Rgb(truth(mesh.positions[v]));
     light.add(glm::dvec3(mesh.positions[v]), here, {});
