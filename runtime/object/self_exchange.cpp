@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kChunk = 64;
 constexpr int kMostSteps = 12;
-constexpr double kSettled = 0.003; // of all light
+constexpr double kSettled = 0.01; // of all light
 
 /// Of the corner nearest to the point where a ray ends.
 std::uint32_t nearest_corner(const ObjectMesh& mesh, const SeenPoint& p) {
