@@ -1,6 +1,7 @@
 #include "bench/rooms_measure.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -130,6 +131,19 @@ Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const
   return rows;
 }
 
+/// What the bake says of the room that a point is in: the 95th percentile under small suns; 0 where it names no room.
+double claimed_percentile95(const Json& claimed, const glm::dvec3& point) {
+  for (const Json& room : claimed.value("rooms", Json::array())) {
+    const auto low = room["low_m"].get<std::array<double, 3>>(), high = room["high_m"].get<std::array<double, 3>>();
+    bool inside = true;
+    for (int k = 0; k < 3; ++k)
+      inside = inside && point[k] >= low[static_cast<std::size_t>(k)] && point[k] <= high[static_cast<std::size_t>(k)];
+    if (inside)
+      return room["sun"]["percentile_95"].get<double>();
+  }
+  return 0.0;
+}
+
 bool within(double value, double bar) { return bar <= 0 || value <= bar; }
 
 bool is_met(const RoomCase& one, const Json& row) {
@@ -206,6 +220,9 @@ Result<Json> measure_case(const RoomCase& one, const RealRoom& room, const Measu
   if (!lights)
     return lights.error();
   row["places"] = errors(one, *places, *truth, *lights);
+  for (std::size_t i = 0; i < row["places"].size(); ++i)
+    row["places"][i]["sun_claimed"] =
+        claimed_percentile95(row.value("claimed", Json::object()), (*places)[i].points.front());
   row["met"] = is_met(one, row);
   return row;
 }
