@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -131,17 +132,23 @@ Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const
   return rows;
 }
 
-/// What the bake says of the room that a point is in: the 95th percentile under small suns; 0 where it names no room.
+/// What the bake says of the smallest room that a point is in (a room that is no box may hold others): the 95th
+/// percentile under small suns; 0 where it names none.
 double claimed_percentile95(const Json& claimed, const glm::dvec3& point) {
+  double smallest = std::numeric_limits<double>::infinity(), percentile = 0.0;
   for (const Json& room : claimed.value("rooms", Json::array())) {
     const auto low = room["low_m"].get<std::array<double, 3>>(), high = room["high_m"].get<std::array<double, 3>>();
-    bool inside = true;
-    for (int k = 0; k < 3; ++k)
-      inside = inside && point[k] >= low[static_cast<std::size_t>(k)] && point[k] <= high[static_cast<std::size_t>(k)];
-    if (inside)
-      return room["sun"]["percentile_95"].get<double>();
+    double size = 1.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double x = point[static_cast<int>(k)];
+      size *= x >= low[k] && x <= high[k] ? high[k] - low[k] : std::numeric_limits<double>::infinity();
+    }
+    if (size < smallest) {
+      smallest = size;
+      percentile = room["sun"]["percentile_95"].get<double>();
+    }
   }
-  return 0.0;
+  return percentile;
 }
 
 bool within(double value, double bar) { return bar <= 0 || value <= bar; }
