@@ -51,7 +51,7 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION "libraries of daylit
  Headers and static libraries: spherical harmonics (sh), rooms, skies and baked
  volumes (scene), the augmented picture (runtime). For find_package(daylit).")
 # The static libraries need what they were built with: see daylitConfig.cmake.
-set(dev_packages libglm-dev libhwy-dev libembree-dev libtbb-dev libfmt-dev libimath-dev libopenexr-dev libpng-dev
+set(dev_packages libglm-dev libhwy-dev libembree-dev libtbb-dev libfmt-dev libimath-dev libopenexr-dev libpng-dev zlib1g-dev
   libjpeg62-turbo-dev nlohmann-json3-dev libtomlplusplus-dev libyaml-cpp-dev libxxhash-dev liberfa-dev pkg-config)
 if(DAYLIT_RUNTIME)
   list(APPEND dev_packages libglfw3-dev libopencv-dev libopencv-contrib-dev libegl-dev libgl-dev libopengl-dev

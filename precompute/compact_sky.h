@@ -41,11 +41,14 @@ struct CompactReport {
   double seconds = 0;
 };
 
+/// Of a patch: no ray of some points meets it, some do, or its elements are distinguished by one of the points.
+enum class Sight : std::uint8_t { none, of_patch, of_elements };
+
 /// What some points see. A part is a run of elements that are seen as one, given by its end.
 struct GatherRows {
   using Points = std::span<const std::uint32_t>;
-  /// Marks the patches whose elements one of the points distinguishes.
-  std::function<void(Points points, std::span<std::uint8_t> patches)> distinguished;
+  /// Of each patch.
+  std::function<void(Points points, std::span<Sight> patches)> sight;
   /// Nine rows [lm][part] for each point: coefficient = sum over parts of row * radiosity.
   std::function<void(Points points, std::span<const std::uint32_t> part_end, float* rows)> rows;
   /// The same for the coefficients of l = 4. Empty: these are left out.

@@ -45,10 +45,10 @@ struct CostModel {
   double rank = 80;                      ///< components of a full cluster at an error of 3 % ...
   double rank_exponent = 0.35;           ///< ... ~ error^-this
   double rank_of_probes = 0.6;           ///< ... ~ probes in the cluster^this
-  double stored_bytes = 1.03;            ///< per coefficient of a factor: most are bytes
+  double stored_bytes = 0.64;            ///< per coefficient of a factor: most are bytes, packed
   double aggregated_fraction = 0.5;      ///< aggregated sources of a cluster / sources
   double row_padding = 1.02;             ///< rows padded to whole 16 / coefficients of the probes
-  double light_bytes = 0.116;            ///< per source and node: what a source sees of the sky
+  double light_bytes = 0.06;             ///< per source and node: what a source sees of the sky
   double compress_s = 0.035;             ///< per cluster of `compress_probes`, few sources, an error of 3 % ...
   double compress_probes = 128;          ///< probes of that cluster
   double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...

@@ -11,9 +11,16 @@ namespace {
 
 /// What the points see, fitted to probe values where neighbours see each other.
 GatherRows gather_rows(const Stage& s) {
-  const auto distinguished = [&s](std::span<const std::uint32_t> some, std::span<std::uint8_t> of_patches) {
-    for (const std::uint32_t point : s.fit.needed(some))
-      s.hits.mark_distinguished(s.points.position[point], of_patches);
+  const auto sight = [&s](std::span<const std::uint32_t> some, std::span<Sight> of_patches) {
+    std::vector<std::uint8_t> distinguished(of_patches.size(), 0);
+    std::vector<std::uint32_t> rays(s.hits.patches(), 0);
+    for (const std::uint32_t point : s.fit.needed(some)) {
+      s.hits.mark_distinguished(s.points.position[point], distinguished);
+      s.hits.count_rays(s.points.position[point], rays);
+    }
+    for (std::size_t e = 0; e < rays.size(); ++e)
+      if (const std::uint32_t patch = s.elements.parent[e]; rays[e] > 0)
+        of_patches[patch] = distinguished[patch] != 0 ? Sight::of_elements : Sight::of_patch;
   };
   const auto gather = [&s](std::span<const std::uint32_t> some, std::span<const std::uint32_t> part_end, float* out) {
     const auto one = [&](std::uint32_t point, float* nine_rows) {
@@ -21,7 +28,7 @@ GatherRows gather_rows(const Stage& s) {
     };
     s.fit.apply(some, 9 * part_end.size(), one, out);
   };
-  GatherRows rows_of_points{distinguished, gather};
+  GatherRows rows_of_points{sight, gather};
   if (s.options.sh_order == ShOrder::fourth)
     rows_of_points.band4_rows = [&s](std::span<const std::uint32_t> some, std::span<const std::uint32_t> part_end,
                                      float* out) {

@@ -110,9 +110,9 @@ void ProbeCluster::project(const SurfaceTransport& surfaces, const std::vector<f
 void ProbeCluster::reduce(const SurfaceLight& light, const SurfaceTransport& surfaces, const GatherRows& gather,
                           const std::vector<float>& radiosity, double error) {
   const std::size_t n = coefficients(), columns = radiosity.size() / light.elements;
-  std::vector<std::uint8_t> distinguished(light.patches, 0);
-  gather.distinguished(point, distinguished);
-  seen = SeenParts::of(light, distinguished);
+  std::vector<Sight> sight(light.patches, Sight::none);
+  gather.sight(point, sight);
+  seen = SeenParts::of(light, sight);
   const std::size_t parts = seen.part.size();
   std::vector<float> rows(n * parts);
   gather.rows(point, seen.end, rows.data());

@@ -7,30 +7,36 @@ namespace daylit::precompute::detail {
 
 namespace {
 
+/// One of each patch, or of each element that is a part.
 void find_lit(const SurfaceLight& light, SeenParts& seen) {
   seen.fraction.resize(light.source.size());
   std::uint32_t s = 0;
   for (std::uint32_t k = 0; k < seen.part.size(); ++k) {
     const SeenParts::Part& p = seen.part[k];
-    const std::uint32_t first = s;
-    for (; s < light.source.size() && light.source[s] < p.end; ++s)
-      seen.fraction[s] = p.is_element() ? 1.0f : light.element_fraction[light.source[s]];
-    if (s > first)
+    while (s < light.source.size() && light.source[s] < p.end) {
+      const std::uint32_t first = s, patch = light.parent[light.source[s]];
+      for (; s < light.source.size() && light.source[s] < p.end && light.parent[light.source[s]] == patch; ++s)
+        seen.fraction[s] = p.is_element() ? 1.0f : light.element_fraction[light.source[s]];
       seen.lit.push_back({k, light.cluster[first], light.cluster_fraction[first] / seen.fraction[first], first, s,
                           light.reflectance[first]});
+    }
   }
 }
 
 } // namespace
 
-/// A patch that is not distinguished is one part, whatever its elements; of others each element is one.
-SeenParts SeenParts::of(const SurfaceLight& light, std::span<const std::uint8_t> distinguished) {
+/// Neighbouring elements of one patch are one part unless they are distinguished, and so are all of patches that are
+/// not seen: what these give comes from the clusters' means alone.
+SeenParts SeenParts::of(const SurfaceLight& light, std::span<const Sight> sight) {
+  const auto together = [&](std::uint32_t a, std::uint32_t b) {
+    const std::uint32_t p = light.parent[a], q = light.parent[b];
+    return p == q ? sight[p] != Sight::of_elements : sight[p] == Sight::none && sight[q] == Sight::none;
+  };
   SeenParts seen;
   for (std::uint32_t first = 0, end = 0; first < light.elements; first = end) {
-    const std::uint32_t patch = light.parent[first];
-    while (end < light.elements && light.parent[end] == patch && (end == first || distinguished[patch] == 0))
-      ++end;
-    seen.part.push_back({patch, first, end});
+    while (++end < light.elements && together(end - 1, end)) {
+    }
+    seen.part.push_back({light.parent[first], first, end});
     seen.end.push_back(end);
   }
   find_lit(light, seen);

@@ -8,13 +8,14 @@
 #include <span>
 #include <vector>
 
+#include "precompute/compact_sky.h"
 #include "precompute/detail/sun_metric.h"
 #include "precompute/surface_light.h"
 
 namespace daylit::precompute::detail {
 
 struct SeenParts {
-  /// Elements [first, end) of one patch.
+  /// Elements [first, end) of one patch, or of neighbouring ones that are not seen, the first of which it names.
   struct Part {
     std::uint32_t patch, first, end;
     bool is_element() const { return end - first == 1; }
@@ -33,8 +34,8 @@ struct SeenParts {
   std::vector<Lit> lit;
   std::vector<float> fraction; ///< of each source in the area of its part
 
-  /// `distinguished`: of each patch.
-  static SeenParts of(const SurfaceLight& light, std::span<const std::uint8_t> distinguished);
+  /// `sight`: of each patch.
+  static SeenParts of(const SurfaceLight& light, std::span<const Sight> sight);
 
   /// Area means over the parts: from values [element][columns].
   std::vector<float> means(const SurfaceLight& light, std::span<const float> of_elements, std::size_t columns) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -47,6 +48,13 @@ struct Tint {
   }
 };
 
+/// A half float of 8 bits of significand instead of 11, the nearest, to even: it packs better (volume/packed_tensors),
+/// and errs by at most 0.4 %.
+std::uint16_t short_half(float x) {
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  return imath_float_to_half(std::bit_cast<float>((bits + 0x7fffu + (bits >> 16 & 1u)) & 0xffff0000u));
+}
+
 /// Weights relative to the row's largest as half floats, in whole blocks.
 void append_row(const radiosity::FirstBounceRow& row, int colour, FirstLight& out) {
   constexpr std::size_t kBlock = FirstLight::kBlock;
@@ -57,7 +65,7 @@ void append_row(const radiosity::FirstBounceRow& row, int colour, FirstLight& ou
       out.block.push_back(static_cast<std::uint16_t>(region / kBlock));
       out.weight.insert(out.weight.end(), kBlock, std::uint16_t{0});
     }
-    out.weight[out.weight.size() - kBlock + region % kBlock] = imath_float_to_half(row.irradiance[k][colour] / most);
+    out.weight[out.weight.size() - kBlock + region % kBlock] = short_half(row.irradiance[k][colour] / most);
   }
   out.first_block.push_back(static_cast<std::uint32_t>(out.block.size()));
 }

@@ -34,17 +34,52 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
   return b;
 }
 
+namespace {
+
+/// Patches, increasing, that a cluster of probes sees anything of: few, where a room is part of a building.
+std::vector<std::uint32_t> weighted_patches(std::span<const float> weights, const SeenParts& seen) {
+  const std::size_t parts = seen.part.size();
+  std::vector<std::uint8_t> weighted(parts, 0);
+  for (auto row = weights.begin(); row != weights.end(); row += std::ptrdiff_t(parts))
+    for (std::size_t k = 0; k < parts; ++k)
+      if (row[std::ptrdiff_t(k)] != 0.0f)
+        weighted[k] = 1;
+  std::vector<std::uint32_t> patches;
+  for (std::size_t k = 0; k < parts; ++k)
+    if (weighted[k] != 0 && (patches.empty() || patches.back() != seen.part[k].patch))
+      patches.push_back(seen.part[k].patch);
+  return patches;
+}
+
+/// Weights [row][part] summed to [row][patch].
+std::vector<float> on_patches(std::span<const float> weights, std::size_t rows, const SeenParts& seen,
+                              std::span<const std::uint32_t> patches) {
+  const std::size_t parts = seen.part.size();
+  std::vector<float> sums(rows * patches.size(), 0.0f);
+  for (std::size_t r = 0; r < rows; ++r)
+    for (std::size_t k = 0, i = 0; k < parts && i < patches.size(); ++k) {
+      if (seen.part[k].patch > patches[i] && ++i == patches.size())
+        break;
+      if (seen.part[k].patch == patches[i])
+        sums[r * patches.size() + i] += weights[r * parts + k];
+    }
+  return sums;
+}
+
+} // namespace
+
 /// w_E[a] = reflectance_a w_b[a] + cluster_fraction_a sum over parts k of w_b[k] bounced[patch of k, cluster of a]: the
 /// transpose of radiosity(), summed over the parts.
 void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                                    std::span<float> result) const {
   const std::size_t parts = seen.part.size(), lit = seen.lit.size();
-  std::vector<float> of_patches(rows * light_.patches, 0.0f);
-  for (std::size_t r = 0; r < rows; ++r)
-    for (std::size_t k = 0; k < parts; ++k)
-      of_patches[r * light_.patches + seen.part[k].patch] += weights[r * parts + k];
-  const std::vector<float> by_cluster =
-      multiply(of_patches, bounced_[static_cast<std::size_t>(colour)], rows, light_.patches, light_.clusters);
+  const std::vector<std::uint32_t> patches = weighted_patches(weights, seen);
+  const std::vector<float> of_patches = on_patches(weights, rows, seen, patches);
+  std::vector<float> bounced(patches.size() * light_.clusters);
+  for (std::size_t i = 0; i < patches.size(); ++i)
+    std::copy_n(bounced_[static_cast<std::size_t>(colour)].data() + patches[i] * light_.clusters, light_.clusters,
+                bounced.data() + i * light_.clusters);
+  const std::vector<float> by_cluster = multiply(of_patches, bounced, rows, patches.size(), light_.clusters);
   for (std::size_t r = 0; r < rows; ++r) {
     const float *own = weights.data() + r * parts, *further = by_cluster.data() + r * light_.clusters;
     float* to = result.data() + r * lit;

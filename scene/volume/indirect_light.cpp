@@ -13,6 +13,8 @@ namespace daylit {
 namespace {
 
 constexpr int kSunPoints = 64;
+/// Of them each point of a surface takes every fourth: 25 m from its window a patch has a penumbra of 0.2 m.
+constexpr std::size_t kStep = 4;
 
 /// One of `count`, by the coordinates' digits: points of a surface that lie close together take different ones.
 std::size_t choice(const glm::dvec3& p, std::size_t count) {
@@ -53,17 +55,20 @@ void IndirectLight::add_sun(const SunDisc& sun) {
   sun_ = std::make_shared<const SunPatch>(std::move(patch));
 }
 
-/// L = reflectance E cos T / pi where the point sees one of the sun's points, T: panes on the way.
+/// L = reflectance E / pi, mean of cos T over the sun's points that are seen, T: panes on the way.
 Rgb IndirectLight::sunlit(const SunPatch& patch, std::size_t element, const glm::dvec3& point) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const FirstReflection::Element& e = patch.surfaces.elements()[element];
-  const glm::dvec3& d = patch.direction[choice(point, patch.direction.size())];
-  const double cosine = glm::dot(d, e.normal), off = 4.0 * static_cast<double>(scene_->surface_offset());
-  const glm::dvec3 from = point + off * e.normal;
-  if (cosine <= 0.0 || scene_->occluded(scene_->to_local(from), glm::vec3(d), 0.0f, static_cast<float>(kFar)))
-    return Rgb(0.0f);
-  return static_cast<float>(cosine / std::numbers::pi) * e.reflectance * patch.normal_irradiance *
-         patch.crossings.met(from, d, kFar).transmittance;
+  const glm::dvec3 from = point + 4.0 * static_cast<double>(scene_->surface_offset()) * e.normal;
+  Rgb sum(0.0f);
+  for (std::size_t k = choice(point, kStep); k < patch.direction.size(); k += kStep) {
+    const glm::dvec3& d = patch.direction[k];
+    const double cosine = glm::dot(d, e.normal);
+    if (cosine > 0.0 && !scene_->occluded(scene_->to_local(from), glm::vec3(d), 0.0f, static_cast<float>(kFar)))
+      sum += static_cast<float>(cosine) * patch.crossings.met(from, d, kFar).transmittance;
+  }
+  return sum * e.reflectance * patch.normal_irradiance *
+         (static_cast<float>(kStep) / static_cast<float>(patch.direction.size()) / std::numbers::pi_v<float>);
 }
 
 std::optional<ShRadiance> IndirectLight::at(const glm::dvec3& p) const {

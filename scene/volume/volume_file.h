@@ -15,7 +15,7 @@
 namespace daylit {
 
 /// The version of the layout described in docs/volume-format.md. A reader refuses any other.
-constexpr int kVolumeFormatVersion = 1;
+constexpr int kVolumeFormatVersion = 2;
 
 /// How every volume starts: the length of its header, and the header's first key (docs/volume-format.md).
 constexpr FileKind kVolumeKind{"a volume", R"({"__metadata__":{"checksum":")", 8};
@@ -33,8 +33,9 @@ Result<std::vector<std::uint8_t>> volume_bytes(const BasisVolume& volume,
                                                BasisPrecision precision = BasisPrecision::float32);
 
 /// Files are hostile input: every size is checked against the file before anything is allocated, no allocation is
-/// larger than twice the file, and the result satisfies check_volume(). Errors: file_missing; file_version names both
-/// versions; file_malformed for a wrong checksum or anything inconsistent.
+/// larger than twice the file or than what a packed tensor can hold (packed_tensors.h), and the result satisfies
+/// check_volume(). Errors: file_missing; file_version names both versions; file_malformed for a wrong checksum or
+/// anything inconsistent.
 Result<BasisVolume> read_volume(const std::filesystem::path& path);
 /// The same from memory; `name` only appears in errors.
 Result<BasisVolume> parse_volume(std::span<const std::uint8_t> bytes, const std::string& name);

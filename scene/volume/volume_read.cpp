@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cstring>
+#include <map>
 #include <memory>
 
 #include <Imath/half.h>
@@ -7,6 +8,7 @@
 
 #include "scene/core/read_file.h"
 #include "scene/format/safetensors.h"
+#include "scene/volume/packed_tensors.h"
 #include "scene/volume/volume_file.h"
 #include "scene/volume/volume_identity.h"
 #include "scene/volume/volume_tensors.h"
@@ -18,44 +20,61 @@ namespace {
 using detail::Presence;
 using Shape = std::vector<std::uint64_t>;
 
+std::string text_of(const detail::SafetensorsHeader& header, const std::string& key) {
+  const auto entry = header.metadata.find(key);
+  return entry == header.metadata.end() ? std::string() : entry->second;
+}
+
 /// Copies tensors out of a file whose sizes are already known to be consistent.
 class TensorReader {
 public:
   TensorReader(std::span<const std::uint8_t> file, const detail::SafetensorsHeader& header)
-      : data_(file.subspan(header.data_offset)), header_(header) {}
+      : data_(file.subspan(header.data_offset)), tensors_(header.tensors),
+        packed_(detail::packed_tensors(text_of(header, "packed"), header.tensors)) {
+    for (const auto& [name, entry] : packed_)
+      tensors_[name] = entry;
+  }
 
   /// Empty: all tensors asked for were there, with the right type and shape.
   const std::string& problem() const { return problem_; }
 
-  bool has(const std::string& name) const { return header_.tensors.contains(name); }
+  bool has(const std::string& name) const { return tensors_.contains(name); }
   bool has(const std::string& name, const char* type) const {
-    const auto entry = header_.tensors.find(name);
-    return entry != header_.tensors.end() && entry->second.dtype == type;
+    const auto entry = tensors_.find(name);
+    return entry != tensors_.end() && entry->second.dtype == type;
   }
 
   /// `tail`: all dimensions but the first.
   template <class T>
   void operator()(const std::string& name, const char* type, const Shape& tail, std::vector<T>& list,
                   Presence presence) {
-    const auto entry = header_.tensors.find(name);
-    if (entry == header_.tensors.end() && presence == Presence::optional)
+    const auto entry = tensors_.find(name);
+    if (entry == tensors_.end() && presence == Presence::optional)
       return;
-    if (entry == header_.tensors.end() || entry->second.dtype != type ||
-        entry->second.shape.size() != tail.size() + 1 ||
+    if (entry == tensors_.end() || entry->second.dtype != type || entry->second.shape.size() != tail.size() + 1 ||
         !std::equal(tail.begin(), tail.end(), entry->second.shape.begin() + 1)) {
-      if (problem_.empty())
-        problem_ = "tensor \"" + name + "\" is missing or has another type or shape";
+      note("tensor \"" + name + "\" is missing or has another type or shape");
       return;
     }
-    const std::uint64_t begin = entry->second.begin, bytes = entry->second.end - begin;
-    list.resize(bytes / sizeof(T));
-    if (!list.empty())
-      std::memcpy(static_cast<void*>(list.data()), data_.data() + begin, bytes);
+    const detail::TensorEntry& e = entry->second;
+    list.resize(e.count() * detail::dtype_bytes(type) / sizeof(T));
+    const std::span<const std::uint8_t> stored = data_.subspan(e.begin, e.end - e.begin);
+    if (list.empty())
+      return;
+    if (!packed_.contains(name))
+      std::memcpy(static_cast<void*>(list.data()), stored.data(), stored.size());
+    else if (!detail::unpack(stored, std::as_writable_bytes(std::span(list))))
+      note("tensor \"" + name + "\" does not unpack to its shape");
   }
 
 private:
+  void note(std::string problem) {
+    if (problem_.empty())
+      problem_ = std::move(problem);
+  }
+
   std::span<const std::uint8_t> data_;
-  const detail::SafetensorsHeader& header_;
+  std::map<std::string, detail::TensorEntry> tensors_, packed_; ///< those that are packed as what they hold
   std::string problem_;
 };
 
@@ -99,11 +118,6 @@ Result<void> read_basis(TensorReader& reader, BasisVolume& volume) {
   if (const Result<void> good = read_rows(reader, "basis", volume, volume.basis); !good)
     return good;
   return reader.has("basis.band4") ? read_rows(reader, "basis.band4", volume, volume.band4) : Result<void>{};
-}
-
-std::string text_of(const detail::SafetensorsHeader& header, const std::string& key) {
-  const auto entry = header.metadata.find(key);
-  return entry == header.metadata.end() ? std::string() : entry->second;
 }
 
 /// Format, version and checksum, in this order.

@@ -9,6 +9,7 @@
 #include "scene/core/atomic_file.h"
 #include "scene/core/parallel.h"
 #include "scene/format/safetensors.h"
+#include "scene/volume/packed_tensors.h"
 #include "scene/volume/volume_file.h"
 #include "scene/volume/volume_identity.h"
 #include "scene/volume/volume_tensors.h"
@@ -160,8 +161,12 @@ Result<void> with_file_parts(const BasisVolume& volume, BasisPrecision precision
   const FlatTensors flat = flatten(volume);
   TensorList list;
   StoredRows basis, band4;
+  std::map<std::string, std::string> metadata = metadata_of(volume);
+  std::vector<std::vector<std::byte>> streams;
   if (volume.compact) {
     detail::visit_compact_tensors(*volume.compact, volume.has_band4(), list);
+    if (std::string packed = detail::pack_tensors(list.tensors, streams); !packed.empty())
+      metadata["packed"] = std::move(packed);
   } else {
     basis = stored_rows(volume, volume.basis, precision);
     list.add_rows("basis", volume, volume.basis, basis, precision);
@@ -172,7 +177,7 @@ Result<void> with_file_parts(const BasisVolume& volume, BasisPrecision precision
     }
   }
   detail::visit_common_tensors(volume, flat, list);
-  detail::SafetensorsImage image = detail::layout_safetensors(list.tensors, metadata_of(volume));
+  detail::SafetensorsImage image = detail::layout_safetensors(list.tensors, metadata);
   sign(image);
   std::vector<std::span<const std::byte>> parts{std::as_bytes(std::span(image.header))};
   parts.insert(parts.end(), image.parts.begin(), image.parts.end());

@@ -121,8 +121,8 @@ inline std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
 /// `band4`: not 0: rows of l = 4, as those of the nine in another order and times this.
 inline CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool distinguished = false,
                              float band4 = 0) {
-  const auto mark = [&](std::span<const std::uint32_t>, std::span<std::uint8_t> patches) {
-    std::ranges::fill(patches, distinguished ? 1 : 0);
+  const auto mark = [&](std::span<const std::uint32_t>, std::span<Sight> patches) {
+    std::ranges::fill(patches, distinguished ? Sight::of_elements : Sight::of_patch);
   };
   const auto rows = [&](std::span<const std::uint32_t> points, std::span<const std::uint32_t> end, float* out) {
     for (const std::uint32_t point : points)

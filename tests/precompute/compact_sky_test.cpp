@@ -67,7 +67,8 @@ TEST(CompactSky, dim_room_beside_a_bright_one_keeps_its_light) {
   for (const double azimuth : {0.5, 1.1, 1.57, 2.3}) {
     const glm::dvec3 d = glm::normalize(glm::dvec3(std::cos(azimuth), std::sin(azimuth), 0.4));
     EXPECT_LT(relative_error(c, basis, d), 0.04) << azimuth;
-    EXPECT_LT(relative_error(c, basis, d, true), 0.15) << azimuth; // an error counts as one of two fifths of the mean light
+    EXPECT_LT(relative_error(c, basis, d, true), 0.15)
+        << azimuth; // an error counts as one of two fifths of the mean light
   }
 }
 
@@ -130,7 +131,7 @@ TEST(CompactSky, panes_of_one_tint_need_one_row_and_those_of_two_need_three) {
       for (const Rgb& x : light.light[s].irradiance)
         expected += x * Rgb(1.0f, 2.0f, 3.0f);
       for (int channel = 0; channel < 3; ++channel)
-        EXPECT_NEAR(got[s][channel], expected[channel], 1e-3f * expected[channel]) << s;
+        EXPECT_NEAR(got[s][channel], expected[channel], 4e-3f * expected[channel]) << s;
     }
   }
 }

@@ -99,7 +99,7 @@ TEST_F(PythonReader, the_lines_of_the_page_combine_as_daylit_does) {
     GTEST_SKIP() << "needs python3 with numpy";
   const std::vector<std::string> code = python_blocks(DAYLIT_SOURCE_DIR "/docs/volume-format.md");
   ASSERT_EQ(code.size(), 2u);
-  EXPECT_LE(std::ranges::count(code[0], '\n'), 25) << "the whole reader fits in 25 lines of the page";
+  EXPECT_LE(std::ranges::count(code[0], '\n'), 28) << "the whole reader fits in 28 lines of the page";
   const std::string given = "--grid 4,5,3 --patches 200 --regions ";
   const BasisVolume regions = bake(kRoom, "room.volume", given + "uniform:64"),
                     nodes = bake(kRoom, "fine.volume", given + "fine:256"),

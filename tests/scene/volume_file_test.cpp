@@ -147,10 +147,10 @@ TEST(VolumeFile, other_versions_are_refused_in_one_line) {
     const std::string message = read.error().message();
     EXPECT_EQ(message.find('\n'), std::string::npos);
     EXPECT_NE(message.find("bake it again"), std::string::npos) << message;
-    EXPECT_NE(message.find("version 1"), std::string::npos) << message;
+    EXPECT_NE(message.find("reads version 2"), std::string::npos) << message;
     return message;
   };
-  EXPECT_NE(error_with("\"format_version\":\"1\"", "\"format_version\":\"7\"").find("version 7"), std::string::npos);
+  EXPECT_NE(error_with("\"format_version\":\"2\"", "\"format_version\":\"7\"").find("version 7"), std::string::npos);
   // All versions before this format, its own version 1 too.
   error_with("\"format\":\"daylit-volume\"", "\"format\":\"daylit.volume\"");
 }

@@ -106,7 +106,7 @@ std::vector<Case> sky_and_volume_cases() {
       {"volume_of_another_version",
        program,
        kProbe,
-       [](auto& f) { edit(f / "room.volume", "\"format_version\":\"1\"", "\"format_version\":\"7\""); },
+       [](auto& f) { edit(f / "room.volume", "\"format_version\":\"2\"", "\"format_version\":\"7\""); },
        {"room.volume", "version 7"}},
       {"missing_sky", program, "room.volume --sky no.exr < points.txt", kNothing, {"no.exr"}},
       {"truncated_sky", program, kProbe, [](auto& f) { truncate(f / "sky.exr", 0.8); }, {"sky.exr"}},
