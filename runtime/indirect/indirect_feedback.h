@@ -46,7 +46,7 @@ private:
     bool at_contact = false;
     std::vector<SeenPoint> seen;
     std::vector<ReceiverLattice::Node*> nodes; ///< that it sees, until they are listed
-    std::size_t first = 0; ///< of the light that arrives from what it sees
+    std::size_t first = 0;                     ///< of the light that arrives from what it sees
     Sh9Rgb change{};
   };
   static constexpr std::uint32_t kNone = 0xFFFFFFFFu;

@@ -38,7 +38,7 @@ public:
   LightAtPoint at(const glm::dvec3& x) const;
 
 private:
-  static constexpr int kSide = 32;
+  static constexpr int kSide = 24;
   struct Point {
     Sh9Rgb sum{}; ///< after turn() the mean
     float weight = 0.0f;

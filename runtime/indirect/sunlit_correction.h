@@ -1,7 +1,8 @@
 #pragma once
 
 // Light of the room's sunlit surfaces at the vertices of an object. A patch of sun is bright and small: nine
-// coefficients of its light at a vertex, times its transfer vector, are wrong by a fifth where it lies beside the object.
+// coefficients of its light at a vertex, times its transfer vector, are wrong by a fifth where it lies beside the
+// object.
 
 #include <span>
 #include <vector>

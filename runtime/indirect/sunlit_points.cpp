@@ -15,9 +15,7 @@ constexpr std::size_t kMost = 128;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
 /// Of the area A cos that the sun sees on a surface with cosine `there`: its root.
-double spacing(double area_m2, double there) {
-  return std::sqrt(area_m2 / std::max(there, 0.05));
-}
+double spacing(double area_m2, double there) { return std::sqrt(area_m2 / std::max(there, 0.05)); }
 
 } // namespace
 

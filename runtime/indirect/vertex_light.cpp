@@ -58,8 +58,10 @@ void for_each_side(const VirtualObjects& objects, std::span<TwoSided> radiance, 
           if (back && !objects.has_back[senders.vertex[i]])
             continue;
           const glm::mat3 frame = rotation * VertexRays::frame(back ? -n : n);
-          LitSide side{{&part.model->self.visibility(), i - first, back, frame}, back ? t.back : t.front,
-                       senders.surface.reflectance[i], back ? radiance[i].back : radiance[i].front};
+          LitSide side{{&part.model->self.visibility(), i - first, back, frame},
+                       back ? t.back : t.front,
+                       senders.surface.reflectance[i],
+                       back ? radiance[i].back : radiance[i].front};
           add(Sender{k, own, i}, side);
         }
       }
@@ -101,9 +103,8 @@ void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, co
 /// L += rho / pi sum_lm dL_lm C_lm.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
   for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
-    side.radiance =
-        add_reflected(side.radiance, field.exchanged(s.part, objects.senders.surface.positions[s.number]),
-                      side.transfer, side.reflectance);
+    side.radiance = add_reflected(side.radiance, field.exchanged(s.part, objects.senders.surface.positions[s.number]),
+                                  side.transfer, side.reflectance);
   });
 }
 
@@ -184,8 +185,8 @@ std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& obje
   return boxes;
 }
 
-/// Senders have it, and those at the foot that of their sender; the others take the light between them. Its product with transfer vectors is the same in every
-/// frame: the part's own.
+/// Senders have it, and those at the foot that of their sender; the others take the light between them. Its product
+/// with transfer vectors is the same in every frame: the part's own.
 std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::span<const std::uint32_t> vertices,
                                          const ObjectsIndirectLight& light) {
   std::vector<TwoSided> radiance(vertices.size());

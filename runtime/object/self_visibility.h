@@ -37,8 +37,8 @@ private:
   static constexpr int kCells = 32; ///< a side of the square around the unit disc
   static int cell_of(float x) { return std::clamp(static_cast<int>((0.5f * x + 0.5f) * kCells), 0, kCells - 1); }
 
-  std::size_t fans_ = 0;              ///< of rays, per side
-  std::vector<std::uint16_t> hidden_; ///< fans of each side of each sender
+  std::size_t fans_ = 0;               ///< of rays, per side
+  std::vector<std::uint16_t> hidden_;  ///< fans of each side of each sender
   std::vector<std::uint16_t> nearest_; ///< ray to each cell of the disc, on which cos dw is area (Nusselt 1928)
 };
 

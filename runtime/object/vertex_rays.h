@@ -23,8 +23,8 @@ struct SeenPoint {
 
 /// One side of the surface at a vertex.
 struct SideView {
-  std::array<float, 9> blocked{}; ///< integral over the blocked directions of cos Y_lm
-  std::vector<SeenPoint> seen;    ///< one for each blocked ray
+  std::array<float, 9> blocked{};    ///< integral over the blocked directions of cos Y_lm
+  std::vector<SeenPoint> seen;       ///< one for each blocked ray
   std::vector<std::uint16_t> hidden; ///< which these are: a bit for each ray of a fan
 };
 

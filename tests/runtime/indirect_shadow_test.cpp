@@ -184,6 +184,24 @@ TEST(IndirectShadow, where_a_sphere_touches_the_floor_it_sees_no_light_from_belo
   EXPECT_NEAR(irradiance(s.change.feedback(0, s.lowest_vertex()), {0, 0, -1}).g, -lost, 0.06 * lost);
 }
 
+TEST(IndirectShadow, a_side_loses_the_floor_only_where_it_sees_it) {
+  // As above: past an open object as by nine coefficients; nothing where the object hides its lower half from it.
+  Surrounded s(0.2f);
+  s.place({2.0, 2.5, 0.2}, 0.0f);
+  const SelfVisibility open;
+  SelfVisibility shut(VertexRays(s.mesh, s.mesh_rays, 128), 1);
+  SideView nothing;
+  nothing.hidden.assign(128 / VertexRays::kFan, 0xFFFF);
+  shut.set(0, false, nothing);
+  const auto change = [&](const SelfVisibility& visibility) {
+    const SenderSide side{&visibility, 0, false, VertexRays::frame({0, 0, -1})};
+    return s.change.feedback(s.change.feedback_terms(0, s.lowest_vertex(), side)).g;
+  };
+  const double lost = kPi * Surrounded::kRadiance;
+  EXPECT_NEAR(change(open), -lost, 0.06 * lost);
+  EXPECT_EQ(change(shut), 0.0f);
+}
+
 TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_factor) {
   // At a point of one sphere, d from the middle of another of radius r, whose normal is theta off that direction: the
   // other covers F = (r / d)^2 cos theta where all of it is above the horizon (Howell B-4), and hides white

@@ -42,6 +42,30 @@ TEST(Senders, of_a_dense_mesh_are_few_and_lie_beside_those_they_send_for) {
   }
 }
 
+TEST(Senders, at_the_foot_are_four_times_as_dense_but_not_too_many) {
+  const ObjectMesh mesh = test::torus(0.2f, 0.1f, 900, 500);
+  // On its side, and flat: then many lie near the floor.
+  for (const glm::vec3& up : {glm::vec3(1, 0, 0), kUp}) {
+    const MeshSenders senders = find_senders(mesh, up);
+    const float lowest = up.x > 0.0f ? -0.3f : -0.1f, cells = up.x > 0.0f ? 160.0f : 80.0f;
+    std::vector<std::uint32_t> at_foot;
+    for (std::uint32_t v = 0; v < senders.of.size(); ++v) {
+      const float height = glm::dot(up, mesh.positions[v]) - lowest;
+      EXPECT_FALSE(senders.at_foot[v] && height > 0.04f * 0.6f + 1e-4f);
+      EXPECT_TRUE(senders.at_foot[v] || height > 0.04f * 0.6f - 1e-4f || height < 0.002f);
+      if (!senders.at_foot[v])
+        continue;
+      at_foot.push_back(senders.of[v]);
+      EXPECT_LE(glm::length(mesh.positions[v] - mesh.positions[senders.vertex[senders.of[v]]]),
+                std::sqrt(3.0f) * 0.6f / cells + 1e-5f);
+    }
+    std::ranges::sort(at_foot);
+    at_foot.erase(std::ranges::unique(at_foot).begin(), at_foot.end());
+    EXPECT_LE(at_foot.size(), 4096u);
+    EXPECT_GT(at_foot.size(), 500u);
+  }
+}
+
 TEST(LightInBox, a_gradient_between_senders_is_kept_to_a_twentieth_of_its_range) {
   const ObjectMesh mesh = test::torus(0.2f, 0.1f, 300, 200);
   Bounds box;

@@ -1,0 +1,83 @@
+#include "runtime/indirect/sunlit_correction.h"
+
+#include <gtest/gtest.h>
+
+#include "sh/sh9.h"
+#include "surrounded.h"
+
+namespace daylit {
+namespace {
+
+using test::kPi;
+
+const glm::dvec3 kVertex(2.0, 2.5, 1.0);
+
+/// A vertex of an object in the air of the box room, and one sunlit point of it.
+struct Lit {
+  test::Surrounded room{0.1f};
+  WindowVisibility windows{room.rays, {}};
+  PlacedParts parts;
+  SelfVisibility open, shut;
+
+  Lit() {
+    glm::dmat4 world(1.0);
+    world[3] = glm::dvec4(kVertex, 1.0);
+    parts = PlacedParts({{&room.mesh_rays, room.mesh.triangles, room.mesh.positions, 0, world}});
+    const VertexRays rays(room.mesh, room.mesh_rays, 128);
+    shut = SelfVisibility(rays, 1);
+    SideView nothing;
+    nothing.hidden.assign(128 / VertexRays::kFan, 0xFFFF);
+    shut.set(0, false, nothing);
+  }
+  float at(const SunlitPoint& point, const glm::vec3& n, const TransferVector& transfer, bool sees = true) const {
+    return SunlitCorrection({&point, 1}, parts, windows)
+        .at(0, kVertex, {sees ? &open : &shut, 0, false, VertexRays::frame(n)}, transfer)
+        .g;
+  }
+};
+
+TransferVector unshadowed(const glm::vec3& n) {
+  TransferVector t = sh::evaluate9(n);
+  for (std::size_t i = 0; i < t.size(); ++i)
+    t[i] *= static_cast<float>(sh::kClampedCosine9<double>[i]);
+  return t;
+}
+
+// E = power / pi cos cos' / r^2 of a small diffuse source; nine coefficients give sum_lm L_lm C_lm of it.
+TEST(SunlitCorrection, and_nine_coefficients_are_the_light_of_a_small_source) {
+  const Lit s;
+  const glm::dvec3 d(0.6, 0.0, -0.8); // to the source, 1 m away
+  const SunlitPoint point{kVertex + d, {0, 0, 1}, Rgb(5.0f), 0.1};
+  const double perpendicular = 5.0 / kPi * 0.8;
+  for (const glm::vec3& n : {glm::vec3(0.6, 0, -0.8), glm::vec3(0, 0, -1), glm::vec3(0, 1, 0), glm::vec3(-0.6, 0, 0.8),
+                             glm::vec3(0, 0, 1)}) {
+    const std::array<float, 9> y = sh::evaluate9(glm::vec3(d));
+    double coefficients = 0.0;
+    for (std::size_t i = 0; i < y.size(); ++i)
+      coefficients += perpendicular * static_cast<double>(y[i] * unshadowed(n)[i]);
+    const double expected = perpendicular * std::max(0.0, glm::dot(glm::dvec3(n), d));
+    EXPECT_NEAR(coefficients + static_cast<double>(s.at(point, n, unshadowed(n))), expected, 1e-4);
+  }
+  EXPECT_LT(s.at(point, {0, 1, 0}, unshadowed({0, 1, 0})), -0.01f) << "coefficients put light where the cosine is 0";
+}
+
+TEST(SunlitCorrection, of_what_the_object_hides_takes_away_what_coefficients_gave) {
+  const Lit s;
+  const SunlitPoint point{kVertex - glm::dvec3(0, 0, 0.9), {0, 0, 1}, Rgb(5.0f), 0.1};
+  EXPECT_NEAR(s.at(point, {0, 0, -1}, {}, false), 0.0f, 1e-6f);
+  EXPECT_NEAR(s.at(point, {0, 0, -1}, {}, true), 5.0 / (kPi * 0.81), 1e-4);
+}
+
+TEST(SunlitCorrection, fades_out_where_the_point_is_near_and_knows_the_room_before_it) {
+  const Lit s;
+  const auto light = [&](double spacing, const glm::dvec3& to) {
+    return s.at({kVertex + to, {0, 0, 1}, Rgb(5.0f), spacing}, {0, 0, -1}, {});
+  };
+  EXPECT_EQ(light(0.46, {0, 0, -0.9}), 0.0f);
+  EXPECT_NEAR(light(0.3, {0, 0, -0.9}), 0.5 * 5.0 / (kPi * 0.81), 1e-4);
+  EXPECT_NEAR(light(0.1, {0, 0, -0.9}), 5.0 / (kPi * 0.81), 1e-4);
+  EXPECT_EQ(light(0.1, {0, 0, -1.2}), 0.0f) << "below the floor";
+}
+
+} // namespace
+} // namespace daylit
