@@ -19,8 +19,6 @@ namespace daylit {
 namespace {
 
 constexpr float kLeastWeight = 0.02f; // of the corners in view
-constexpr double kSeenRadii = 7.0;    // further from an object a mirror does not show what it changes
-constexpr double kMirrorRadii = 0.1;  // a mirror shows the room as if it were no nearer
 
 struct Cell {
   bool open = false; ///< its corners lie in the same air
@@ -344,17 +342,14 @@ ReceiverLattice::Link ReceiverLattice::State::link(std::size_t level, const Foun
   return link;
 }
 
-/// In cells of an eighth of the radius or wider where nothing is near: what an object sees of the room is not narrower
-/// but where it touches it.
+/// In cells of r/8 or wider where nothing is near: what an object sees is narrower only where it touches the room.
 ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
                                             double radii_away) const {
   const State& s = *state_;
   const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
   for (std::size_t level = 0; level < kContactLevels; ++level) {
-    if (radii_away >= 2.0 * kLevels[level].cell)
-      continue;
     // A surface may pass between the corners of any such cell: its distance, 0, is not looked for.
-    const Link link = s.link(level, s.find(level, place), place);
+    const Link link = radii_away < 2.0 * kLevels[level].cell ? s.link(level, s.find(level, place), place) : Link{};
     if (std::ranges::any_of(link.weight, [](float w) { return w > 0.0f; }))
       return link;
   }

@@ -24,6 +24,8 @@ constexpr std::array<ReceiverLevel, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
                                                 {1.0, 10.0, 13.0, kFarRays},
                                                 {2.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
+constexpr double kSeenRadii = 7.0;   // further from an object a mirror does not show what it changes
+constexpr double kMirrorRadii = 0.1; // a mirror shows the room as if it were no nearer
 
 /// How far from a cell's corner surfaces are looked for, radii: beyond it the next level holds.
 constexpr double farthest(std::size_t level) {
