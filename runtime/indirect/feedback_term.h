@@ -4,8 +4,8 @@
 
 namespace daylit {
 
-/// Of the change of irradiance of one side of a vertex: light from one direction, and V cos of it times its part in what
-/// arrives at the vertex.
+/// Of the change of irradiance of one side of a vertex: light from one direction, and V cos of it times its part in
+/// what arrives at the vertex.
 struct FeedbackTerm {
   std::uint32_t light = 0;
   float weight = 0.0f;
