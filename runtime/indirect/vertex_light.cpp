@@ -23,48 +23,51 @@ Range of_part(const VirtualObjects::Part& part, std::span<const std::uint32_t> v
 constexpr float kLeastHidden = 0.1f; // from there on it counts in which directions the object hides itself
 constexpr float kMostHidden = 0.98f; // from there on nothing is seen
 
-/// A vertex that sends light.
-struct Sender {
-  std::size_t part;
-  std::size_t own;    ///< its number in the mesh
-  std::size_t number; ///< among all senders
-};
-
-/// One side of it, with its radiance and its transfer vector in the world.
+/// One side of a vertex that sends light.
 struct LitSide {
-  SenderSide seen;
-  const TransferVector& transfer;
-  const Rgb& reflectance;
-  Rgb& radiance;
-  void add_irradiance(const Rgb& change) {
-    radiance = glm::max(radiance + reflectance * std::numbers::inv_pi_v<float> * change, Rgb(0.0f));
+  const VirtualObjects& objects;
+  const glm::mat3& rotation; ///< of its part
+  std::size_t part;
+  std::size_t own;     ///< its number in the mesh
+  std::size_t number;  ///< among all senders
+  std::size_t in_part; ///< among those of its part
+  bool back;
+
+  const TransferVector& transfer() const {
+    const VertexTransfer& t = objects.senders.transfer[number];
+    return back ? t.back : t.front;
+  }
+  const glm::dvec3& position() const { return objects.senders.surface.positions[number]; }
+  SenderSide seen() const {
+    const VirtualObjects::Part& p = objects.parts[part];
+    const glm::vec3& n = p.mesh().normals[own];
+    return {&p.model->self.visibility(), in_part, back, rotation * VertexRays::frame(back ? -n : n)};
+  }
+  Rgb& of(std::span<TwoSided> radiance) const { return back ? radiance[number].back : radiance[number].front; }
+  /// L += rho / pi Delta E, never below zero.
+  void add_irradiance(const Rgb& change, std::span<TwoSided> radiance) const {
+    const Rgb rho_over_pi = objects.senders.surface.reflectance[number] * std::numbers::inv_pi_v<float>;
+    of(radiance) = glm::max(of(radiance) + rho_over_pi * change, Rgb(0.0f));
+  }
+  /// L += rho / pi sum_lm dL_lm C_lm, never below zero.
+  void add_coefficients(const Sh9Rgb& change, std::span<TwoSided> radiance) const {
+    of(radiance) = add_reflected(of(radiance), change, transfer(), objects.senders.surface.reflectance[number]);
   }
 };
 
-/// add(sender, side) for each side that light reaches.
-template <class Add>
-void for_each_side(const VirtualObjects& objects, std::span<TwoSided> radiance, const Add& add) {
-  const VirtualObjects::Senders& senders = objects.senders;
+/// work(side) for each side that light reaches.
+template <class Work>
+void for_each_side(const VirtualObjects& objects, const Work& work) {
+  const std::vector<std::uint32_t>& vertex = objects.senders.vertex;
   for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     const VirtualObjects::Part& part = objects.parts[k];
     const glm::mat3 rotation = part.rotation();
-    const auto [first, last] = of_part(part, senders.vertex);
-    parallel_for(tbb::blocked_range<std::size_t>(first, last, 64), [&](const auto& range) {
-      for (std::size_t i = range.begin(); i != range.end(); ++i) {
-        const std::size_t own = senders.vertex[i] - part.first_vertex;
-        const glm::vec3& n = part.mesh().normals[own];
-        const VertexTransfer& t = senders.transfer[i];
-        for (const bool back : {false, true}) {
-          if (back && !objects.has_back[senders.vertex[i]])
-            continue;
-          const glm::mat3 frame = rotation * VertexRays::frame(back ? -n : n);
-          LitSide side{{&part.model->self.visibility(), i - first, back, frame},
-                       back ? t.back : t.front,
-                       senders.surface.reflectance[i],
-                       back ? radiance[i].back : radiance[i].front};
-          add(Sender{k, own, i}, side);
-        }
-      }
+    const auto [first, last] = of_part(part, vertex);
+    parallel_for(tbb::blocked_range<std::size_t>(first, last, 64), [&, begin = first](const auto& range) {
+      for (std::size_t i = range.begin(); i != range.end(); ++i)
+        for (const bool back : {false, true})
+          if (!back || objects.has_back[vertex[i]])
+            work(LitSide{objects, rotation, k, vertex[i] - part.first_vertex, i, i - begin, back});
     });
   }
 }
@@ -72,39 +75,35 @@ void for_each_side(const VirtualObjects& objects, std::span<TwoSided> radiance, 
 } // namespace
 
 void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
-  for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
-    side.add_irradiance(
-        field.sunlit_correction(s.part, objects.senders.surface.positions[s.number], side.seen, side.transfer));
+  for_each_side(objects, [&](const LitSide& side) {
+    side.add_irradiance(field.sunlit_correction(side.part, side.position(), side.seen(), side.transfer()), radiance);
   });
 }
 
 FeedbackTerms feedback_terms(const IndirectShadow& field, const VirtualObjects& objects) {
   FeedbackTerms terms(objects.senders.vertex.size());
-  std::vector<TwoSided> unused(terms.size());
-  for_each_side(objects, unused, [&](const Sender& s, LitSide& side) {
-    const float hidden = hidden_fraction(side.transfer);
+  for_each_side(objects, [&](const LitSide& side) {
+    const float hidden = hidden_fraction(side.transfer());
     if (hidden >= kLeastHidden && hidden < kMostHidden)
-      terms[s.number][side.seen.back] = field.feedback_terms(s.part, s.own, side.seen);
+      terms[side.number][side.back] = field.feedback_terms(side.part, side.own, side.seen());
   });
   return terms;
 }
 
-/// L += rho / pi Delta E, of what the vertex sees; rho / pi sum_lm dL_lm C_lm where it sees nearly all.
+/// Of what the vertex sees; in nine coefficients where it sees nearly all.
 void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, const FeedbackTerms& terms,
                   std::span<TwoSided> radiance) {
-  for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
-    if (hidden_fraction(side.transfer) >= kLeastHidden)
-      side.add_irradiance(field.feedback(terms[s.number][side.seen.back]));
+  for_each_side(objects, [&](const LitSide& side) {
+    if (hidden_fraction(side.transfer()) >= kLeastHidden)
+      side.add_irradiance(field.feedback(terms[side.number][side.back]), radiance);
     else
-      side.radiance = add_reflected(side.radiance, field.feedback(s.part, s.own), side.transfer, side.reflectance);
+      side.add_coefficients(field.feedback(side.part, side.own), radiance);
   });
 }
 
-/// L += rho / pi sum_lm dL_lm C_lm.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
-  for_each_side(objects, radiance, [&](const Sender& s, LitSide& side) {
-    side.radiance = add_reflected(side.radiance, field.exchanged(s.part, objects.senders.surface.positions[s.number]),
-                                  side.transfer, side.reflectance);
+  for_each_side(objects, [&](const LitSide& side) {
+    side.add_coefficients(field.exchanged(side.part, side.position()), radiance);
   });
 }
 

@@ -86,6 +86,8 @@ MeshSenders find_senders(const ObjectMesh& mesh, const glm::vec3& up, std::size_
   const Box box = box_of(mesh.positions);
   senders.at_foot = foot_of(mesh, up, box.longest_side);
   const float fine = foot_cells(mesh, senders.at_foot, box);
+  if (fine == kCells)
+    std::ranges::fill(senders.at_foot, std::uint8_t{0}); // too large a foot: as elsewhere
   std::unordered_map<std::uint64_t, std::uint32_t> first;
   for (std::uint32_t v = 0; v < senders.of.size(); ++v) {
     const std::uint64_t foot = senders.at_foot[v];

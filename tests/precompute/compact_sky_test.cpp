@@ -131,7 +131,8 @@ TEST(CompactSky, panes_of_one_tint_need_one_row_and_those_of_two_need_three) {
       for (const Rgb& x : light.light[s].irradiance)
         expected += x * Rgb(1.0f, 2.0f, 3.0f);
       for (int channel = 0; channel < 3; ++channel)
-        EXPECT_NEAR(got[s][channel], expected[channel], 4e-3f * expected[channel]) << s;
+        EXPECT_NEAR(got[s][channel], expected[channel], 4e-3f * expected[channel])
+            << s << ": weights have 8 bits of significand";
     }
   }
 }

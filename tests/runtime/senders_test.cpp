@@ -66,6 +66,15 @@ TEST(Senders, at_the_foot_are_four_times_as_dense_but_not_too_many) {
   }
 }
 
+TEST(Senders, of_a_foot_too_large_for_finer_cells_are_as_elsewhere) {
+  ObjectMesh mesh = test::torus(0.2f, 0.1f, 900, 500);
+  for (glm::vec3& p : mesh.positions)
+    p.z *= 0.05f; // flat: all of it is foot
+  const MeshSenders senders = find_senders(mesh, kUp);
+  EXPECT_TRUE(std::ranges::none_of(senders.at_foot, [](std::uint8_t foot) { return foot != 0; }))
+      << "nobody takes the light of a sender a fortieth away";
+}
+
 TEST(LightInBox, a_gradient_between_senders_is_kept_to_a_twentieth_of_its_range) {
   const ObjectMesh mesh = test::torus(0.2f, 0.1f, 300, 200);
   Bounds box;
