@@ -94,7 +94,8 @@ Bounds above(const StandingFace& face, double height_m) {
 }
 
 /// Planes beside both ends of a rectangle: inside an edge that objects can stand at, or off a wall of the room, where
-/// the outermost probes stand anyway. What is close to an edge is most of a sill or shelf, little of a floor.
+/// the outermost probes stand anyway. What is close to an edge is most of a sill or shelf, little of a floor, and
+/// beside a pane light falls off within centimetres: their planes stand off walls, too.
 void add_beside_edges(const StandingFace& face, const Bounds& room, int axis, std::vector<ProbePlane>& planes) {
   const Bounds near = above(face, kReach), high = above(face, room.max.z - face.box.max.z);
   const bool narrow = face.box.size()[axis] < kNarrow;
@@ -103,7 +104,7 @@ void add_beside_edges(const StandingFace& face, const Bounds& room, int axis, st
     const double edge = inwards > 0 ? face.box.min[axis] : face.box.max[axis],
                  wall = inwards > 0 ? room.min[axis] : room.max[axis];
     const bool at_wall = std::abs(edge - wall) < kSharedEdge;
-    if (!at_wall)
+    if (!at_wall || narrow)
       add_plane(planes, edge + inwards * kInside[0], kSharedEdge, inside);
     if (narrow)
       add_plane(planes, edge + inwards * kInside[1], kSharedEdge, inside);

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
@@ -29,7 +30,7 @@ struct SurfaceMesh {
   glm::dvec3 origin{0.0}; ///< world metres of the local zero: the middle of the room
   std::vector<Facet> facets;
   std::uint32_t planes = 0;
-  std::size_t fixed_facets = 0; ///< what the faces make whatever the edge length; 0 where that is few
+  std::size_t fixed_facets = 0; ///< made by faces and panes whatever the edge length; 0 where that is few
   double edge_m = 0;            ///< longest facet edge that was allowed where the light is wanted
   /// Area of faces that lie on other faces and count once (of two materials that of the earlier face), m2.
   double doubled_m2 = 0;
@@ -40,6 +41,8 @@ struct MeshOptions {
   int target_facets = 2000; ///< used when edge_m is 0; beside SurfaceMesh::fixed_facets
   int max_facets = 60000;   ///< more is an Error limit_exceeded, not an endless run
   SizeField field = {};     ///< where edges may be longer
+  /// Windows: edges are short on the sills and reveals beside them; these facets come on top of target_facets.
+  std::span<const Aperture> panes = {};
 };
 
 /// Errors: limit_exceeded (finer than max_facets), geometry_invalid (no reflecting face).

@@ -87,8 +87,10 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   p.probes = std::move(*probes);
   clock.finish("probes");
   p.field = radiosity::SizeField(room, p.room_scene, options.receivers);
-  Result<radiosity::SurfaceMesh> mesh = radiosity::mesh_surfaces(
-      room, {.edge_m = options.facet_edge_m, .target_facets = options.target_facets, .field = p.field});
+  Result<radiosity::SurfaceMesh> mesh = radiosity::mesh_surfaces(room, {.edge_m = options.facet_edge_m,
+                                                                        .target_facets = options.target_facets,
+                                                                        .field = p.field,
+                                                                        .panes = p.apertures.list});
   if (!mesh)
     return mesh.error();
   p.mesh = std::move(*mesh);

@@ -289,5 +289,56 @@ TEST(SurfaceMesh, what_is_no_slat_is_not_cut) {
   EXPECT_NEAR(widest(*closed, 0.0), 0.2, 1e-6) << "the inside of a board";
 }
 
+double longest_edge(const Facet& f) {
+  return std::max({glm::distance(f.corner[0], f.corner[1]), glm::distance(f.corner[1], f.corner[2]),
+                   glm::distance(f.corner[2], f.corner[0])});
+}
+
+/// A pane 2 m wide in the plane y = 0; a sill inside of it, one outside, and a wall below it in its plane.
+struct PaneAndSills {
+  Room room;
+  Aperture pane{{{0, 0, 1}, {0, 0, 2}, {2, 0, 2}, {2, 0, 1}}, {0, -1, 0}, Rgb(1.0f), 0.0f};
+  PaneAndSills() {
+    room.materials.push_back({});
+    add_quad(room, {0, -0.6, 1}, {2, -0.6, 1}, {2, 0, 1}, {0, 0, 1});
+    add_quad(room, {0, 0, 1}, {2, 0, 1}, {2, 0.6, 1}, {0, 0.6, 1});
+    add_quad(room, {0, 0, 0}, {2, 0, 0}, {2, 0, 0.9}, {0, 0, 0.9});
+  }
+  /// Longest edge of facets whose middle lies from `low` to `high` along y, of the level faces or of the top of the
+  /// wall.
+  double longest(const SurfaceMesh& mesh, double low, double high, bool level) const {
+    double longest = 0;
+    for (const Facet& f : mesh.facets) {
+      const glm::dvec3 middle = (f.corner[0] + f.corner[1] + f.corner[2]) / 3.0 + mesh.origin;
+      if ((std::abs(f.normal.z) > 0.5) == level && middle.y >= low && middle.y <= high && middle.z > 0.8)
+        longest = std::max(longest, longest_edge(f));
+    }
+    return longest;
+  }
+};
+
+TEST(SurfaceMesh, facets_of_a_sill_are_small_beside_its_pane_and_nowhere_else) {
+  const PaneAndSills s;
+  const auto mesh = mesh_surfaces(s.room, {.edge_m = 0.6, .panes = {&s.pane, 1}});
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_NEAR(total_area(*mesh), 2 * 0.6 + 2 * 0.6 + 2 * 0.9, 1e-9);
+  EXPECT_LE(s.longest(*mesh, -0.08, 0.0, true), 0.1201);
+  EXPECT_LE(s.longest(*mesh, -0.2, -0.1, true), 0.301);
+  EXPECT_GT(s.longest(*mesh, -0.6, -0.35, true), 0.3);
+  EXPECT_GT(s.longest(*mesh, 0.1, 0.6, true), 0.3) << "outside";
+  EXPECT_GT(s.longest(*mesh, 0.0, 0.0, false), 0.3) << "in the plane of the pane";
+}
+
+TEST(SurfaceMesh, facets_beside_panes_come_on_top_of_the_requested_count) {
+  const PaneAndSills s;
+  const auto without = mesh_surfaces(s.room, {.target_facets = 400});
+  const auto with = mesh_surfaces(s.room, {.target_facets = 400, .panes = {&s.pane, 1}});
+  ASSERT_TRUE(without && with);
+  EXPECT_EQ(without->fixed_facets, 0u);
+  EXPECT_GT(with->fixed_facets, 100u);
+  EXPECT_NEAR(static_cast<double>(with->facets.size()), 400.0 + static_cast<double>(with->fixed_facets),
+              0.05 * static_cast<double>(with->facets.size()));
+}
+
 } // namespace
 } // namespace daylit::radiosity
