@@ -21,6 +21,8 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   if (empty())
     return result;
   const int column = x / kBlockSide, row = y / kBlockSide;
+  if (layer == Layer::room && shows_edge(column, row)) // where both may touch
+    return result;
   const float s = static_cast<float>(x % kBlockSide) / kBlockSide, t = static_cast<float>(y % kBlockSide) / kBlockSide;
   const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   SkyFractions mixed{Rgb(0.0f), Rgb(0.0f)};
@@ -62,6 +64,8 @@ void SamplingGrid::add_hints(Layer layer, int x, int y, const glm::vec3& positio
   std::array<const KnownLights*, 16> neighbours;
   std::size_t count = 0;
   const int column = x / kBlockSide, row = y / kBlockSide;
+  if (layer == Layer::object && shows_edge(column, row))
+    return; // what stands before a fold does not stand before the next
   for (int v = std::max(row - 1, blocks_.y0); v <= std::min(row + 2, blocks_.y1 - 1); ++v)
     for (int u = std::max(column - 1, blocks_.x0); u <= std::min(column + 2, blocks_.x1 - 1); ++u) {
       const GridPoint& g = at(layer, u, v);

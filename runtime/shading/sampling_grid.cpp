@@ -84,8 +84,11 @@ private:
 /// The corners of blocks that show an outline, and the coarse points around these.
 void SamplingGrid::mark_outlines(std::span<const glm::ivec2> pixels) {
   at_outline_.assign(points_.size() / 2, 0);
+  has_edge_ = at_outline_;
   for (const glm::ivec2& pixel : pixels) {
     const glm::ivec2 block = pixel / kBlockSide;
+    if (blocks_.contains(block.x, block.y))
+      has_edge_[block_index(block.x, block.y)] = 1;
     for (int v = -1; v <= 2; ++v)
       for (int u = -1; u <= 2; ++u) {
         const int column = block.x + u, row = block.y + v;

@@ -71,6 +71,9 @@ private:
     return blocks_.contains(column, row) && blocks_.contains(column + 1, row + 1);
   }
   const GridPoint& at(Layer layer, int column, int row) const { return points_[index(layer, column, row)]; }
+  bool shows_edge(int column, int row) const {
+    return blocks_.contains(column, row) && has_edge_[block_index(column, row)] != 0;
+  }
   bool is_coarse(int column, int row) const {
     return (((column - blocks_.x0) | (row - blocks_.y0)) & (stride_ - 1)) == 0;
   }
@@ -92,6 +95,7 @@ private:
   float radius_ = 0.0f;                  ///< of the objects, metres
   PixelBox blocks_;                      ///< that are evaluated, in blocks; only these are kept
   std::vector<std::uint8_t> at_outline_; ///< per block: its room counts though an object hides it
+  std::vector<std::uint8_t> has_edge_;   ///< per block: an object ends or bends sharply in it
   std::vector<GridPoint> points_;        ///< per block and layer
   std::size_t sky_lights_ = 0, sun_lights_ = 0;
   std::vector<KnownLights> sky_words_, sun_words_, sun_room_words_; ///< per point

@@ -125,6 +125,17 @@ TEST(SamplingGrid, an_edge_in_any_one_channel_is_not_interpolated) {
   }
 }
 
+TEST(SamplingGrid, a_block_that_shows_the_outline_of_an_object_takes_nothing_of_the_room_from_its_corners) {
+  const Floor floor([](const glm::vec3&) { return Rgb(0.8f); }, 0.8f);
+  const std::array<glm::ivec2, 1> outline{{{42, 21}}};
+  SampledPicture p = picture(100.0f);
+  p.outline = outline;
+  SamplingGrid grid;
+  grid.evaluate(floor, p);
+  EXPECT_FALSE(at(grid, 41, 22).is_known);
+  EXPECT_TRUE(at(grid, 45, 22).is_known) << "the next block";
+}
+
 /// Terraces 2 cm high, one block wide: all points of the grid face the same way.
 class Terraces final : public Visibility {
 public:
