@@ -41,15 +41,15 @@ void append_facets(const std::vector<Triangle2>& triangles, const PlaneGroup& g,
   }
 }
 
-/// Longest edge at a point of the mesh's frame, on a face of this normal, metres.
-using EdgeLength = std::function<double(const glm::dvec3&, const glm::dvec3&)>;
+/// Longest edge at a point of a group, metres.
+using EdgeLength = std::function<double(const glm::dvec3&, std::size_t)>;
 
 std::vector<Facet> mesh_groups(const std::vector<PlaneGroup>& groups,
                                const std::vector<std::vector<Segment2>>& outlines, const EdgeLength& edge_m,
                                std::size_t limit) {
   std::vector<std::vector<Triangle2>> triangles(groups.size());
   parallel_for(std::size_t{0}, groups.size(), [&](std::size_t i) {
-    const auto in_plane = [&](const glm::dvec2& p) { return edge_m(groups[i].lift(p), groups[i].normal); };
+    const auto in_plane = [&](const glm::dvec2& p) { return edge_m(groups[i].lift(p), i); };
     triangles[i] = mesh_plane(groups[i], outlines[i], in_plane, limit);
   });
   std::vector<Facet> facets;
@@ -102,7 +102,7 @@ double doubled_area(const std::vector<PlaneGroup>& groups, const std::vector<Fac
 std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vector<std::vector<Segment2>>& outlines,
                            const NearPanes& panes) {
   constexpr double kLong_m = 1e30;
-  const auto edge_m = [&](const glm::dvec3& p, const glm::dvec3& n) { return std::min(kLong_m, panes.edge_m(p, n)); };
+  const auto edge_m = [&](const glm::dvec3& p, std::size_t group) { return std::min(kLong_m, panes.edge_m(p, group)); };
   return mesh_groups(groups, outlines, edge_m, std::numeric_limits<std::size_t>::max()).size();
 }
 
@@ -129,15 +129,15 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
                [&](std::size_t i) { outlines[i] = find_outline(groups[i], tolerance_m); });
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
-  const NearPanes panes(options.panes, mesh.origin);
+  const NearPanes panes(options.panes, mesh.origin, groups);
   // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %.
   if (const std::size_t fixed = count_at_least(groups, outlines, panes); fixed >= kManyFixed)
     mesh.fixed_facets = fixed;
   const double target = options.target_facets + static_cast<double>(mesh.fixed_facets);
   const auto limit = static_cast<std::size_t>(options.max_facets);
   mesh.edge_m = options.edge_m > 0 ? options.edge_m : std::sqrt(4.5 * total_area(groups) / target);
-  const auto edge_m = [&](const glm::dvec3& p, const glm::dvec3& n) {
-    return std::min(mesh.edge_m, panes.edge_m(p, n)) * options.field.at(p + mesh.origin);
+  const auto edge_m = [&](const glm::dvec3& p, std::size_t group) {
+    return std::min(mesh.edge_m, panes.edge_m(p, group)) * options.field.at(p + mesh.origin);
   };
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     if (options.edge_m > 0 && total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_facets)

@@ -41,7 +41,7 @@ struct MeshOptions {
   int target_facets = 2000; ///< used when edge_m is 0; beside SurfaceMesh::fixed_facets
   int max_facets = 60000;   ///< more is an Error limit_exceeded, not an endless run
   SizeField field = {};     ///< where edges may be longer
-  /// Windows: edges are short on the sills and reveals beside them; these facets come on top of target_facets.
+  /// Windows: edges are short on the sills and reveals beside them.
   std::span<const Aperture> panes = {};
 };
 

@@ -10,11 +10,9 @@ namespace daylit::radiosity {
 
 namespace {
 
-constexpr double kOfDistance = 1.5;
-constexpr double kShortest_m = 0.12;
-constexpr double kReach_m = 0.3;
-constexpr double kInPane_m = 1e-3;
-constexpr double kAcross = 0.7; ///< cosine between the normals of face and pane, at most
+// Of the width of the pane:
+constexpr double kEdge = 0.25, kReach = 0.125, kDeepest = 0.5, kInPane = 1e-3;
+constexpr double kAcross = 0.7; // cosine between the normals of face and pane, at most
 
 double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
   const glm::dvec3 along = b - a;
@@ -37,27 +35,49 @@ double distance_to_polygon(const glm::dvec3& p, const std::vector<glm::dvec3>& c
   return left || right ? std::abs(glm::dot(p - corners[0], normal)) : nearest;
 }
 
+/// The least extent across one of its sides.
+double width_of(const std::vector<glm::dvec3>& corners, const glm::dvec3& normal) {
+  double width = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const glm::dvec3 side = corners[(k + 1) % corners.size()] - corners[k];
+    const glm::dvec3 across = glm::cross(side, normal) / glm::length(side);
+    double extent = 0;
+    for (const glm::dvec3& c : corners)
+      extent = std::max(extent, std::abs(glm::dot(c - corners[k], across)));
+    width = std::min(width, extent);
+  }
+  return width;
+}
+
 } // namespace
 
-NearPanes::NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin) {
+NearPanes::NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin, std::span<const PlaneGroup> groups)
+    : panes_(groups.size()) {
   for (const Aperture& a : panes) {
-    panes_.push_back({a.corners, a.inward});
-    for (glm::dvec3& c : panes_.back().corners)
+    Pane pane{a.corners, a.inward, width_of(a.corners, a.inward)};
+    for (glm::dvec3& c : pane.corners)
       c -= origin;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      if (is_reveal(groups[g], pane))
+        panes_[g].push_back(pane);
   }
 }
 
-/// max(12 cm, 1.5 d) of the nearest pane.
-double NearPanes::edge_m(const glm::dvec3& p, const glm::dvec3& normal) const {
+bool NearPanes::is_reveal(const PlaneGroup& group, const Pane& pane) {
+  const auto beside = [&](const glm::dvec2& corner) {
+    const double inside = glm::dot(group.lift(corner) - pane.corners[0], pane.inward) / pane.width_m;
+    return inside >= -kInPane && inside <= kDeepest;
+  };
+  return std::abs(glm::dot(group.normal, pane.inward)) <= kAcross &&
+         std::ranges::all_of(group.triangles, [&](const auto& t) { return std::ranges::all_of(t, beside); });
+}
+
+/// w / 4 within w / 8.
+double NearPanes::edge_m(const glm::dvec3& p, std::size_t group) const {
   double longest = std::numeric_limits<double>::infinity();
-  for (const Pane& pane : panes_) {
-    const double inside_m = glm::dot(p - pane.corners[0], pane.inward);
-    if (inside_m < -kInPane_m || inside_m > kReach_m || std::abs(glm::dot(normal, pane.inward)) > kAcross)
-      continue;
-    const double d = distance_to_polygon(p, pane.corners, pane.inward);
-    if (d <= kReach_m)
-      longest = std::min(longest, std::max(kOfDistance * d, kShortest_m));
-  }
+  for (const Pane& pane : panes_[group])
+    if (distance_to_polygon(p, pane.corners, pane.inward) <= kReach * pane.width_m)
+      longest = std::min(longest, kEdge * pane.width_m);
   return longest;
 }
 

@@ -5,27 +5,32 @@
 
 #include <glm/vec3.hpp>
 
+#include "radiosity/detail/plane_groups.h"
 #include "scene/room/room.h"
 
 namespace daylit::radiosity {
 
-/// How long facet edges may be on sills and reveals. Beside a pane their irradiance from the sky falls off within the
-/// distance d to it, so that edges are at most 1.5 d there, 12 cm at least. Only within 30 cm of a pane, on its inner
-/// side, and on faces that stand across it: the wall in which a pane lies does not see it.
+/// How long facet edges may be on sills and reveals, whose irradiance from the sky falls off beside the pane: w / 4
+/// within w / 8 of it, where w is its width, the shorter side. Sills and reveals are planes that stand across a pane
+/// and end within w / 2 on its inner side: of a wall that begins at a pane only a small part lies beside it, and the
+/// wall in which a pane lies does not see it.
 class NearPanes {
 public:
-  /// `origin`: of the frame of edge_m(), in world metres.
-  NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin);
+  /// `origin`: of the frame of `groups` and edge_m(), in the frame of the panes.
+  NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin, std::span<const PlaneGroup> groups);
 
-  /// At a point of a face with this unit normal, metres; infinite where no pane asks for less.
-  double edge_m(const glm::dvec3& p, const glm::dvec3& normal) const;
+  /// At a point of a group; infinite where no pane asks for less.
+  double edge_m(const glm::dvec3& p, std::size_t group) const;
 
 private:
   struct Pane {
     std::vector<glm::dvec3> corners;
     glm::dvec3 inward;
+    double width_m;
   };
-  std::vector<Pane> panes_;
+  static bool is_reveal(const PlaneGroup& group, const Pane& pane);
+
+  std::vector<std::vector<Pane>> panes_; ///< of each group
 };
 
 } // namespace daylit::radiosity
