@@ -34,23 +34,17 @@ std::vector<SmallHole> small_holes(const Room& room, const RayScene& rays, const
   return holes;
 }
 
-/// Steps of about the hole's own width, the width of the edges of light behind it; and its middle, where the light
-/// before it is brightest.
+/// Steps of about the hole's own width, the width of the edges of light behind it.
 void add_planes_near(const std::vector<SmallHole>& holes, Planes& planes) {
   for (const SmallHole& hole : holes) {
     if (std::max({std::abs(hole.normal.x), std::abs(hole.normal.y), std::abs(hole.normal.z)}) < kUpright)
       continue;
     const Bounds where{hole.box.min - kWanted_m, hole.box.max + kWanted_m};
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<ProbePlane>& along = planes[static_cast<std::size_t>(axis)];
-      const bool before = std::abs(hole.normal[axis]) > 0.5;
-      if (!before)
-        add_plane(along, hole.box.centre()[axis], kSame_m, where);
-      for (const double d : before ? kBefore : kBeside) {
-        add_plane(along, hole.box.min[axis] - d, kSame_m, where);
-        add_plane(along, hole.box.max[axis] + d, kSame_m, where);
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double d : std::abs(hole.normal[axis]) > 0.5 ? kBefore : kBeside) {
+        add_plane(planes[static_cast<std::size_t>(axis)], hole.box.min[axis] - d, kSame_m, where);
+        add_plane(planes[static_cast<std::size_t>(axis)], hole.box.max[axis] + d, kSame_m, where);
       }
-    }
   }
   for (std::vector<ProbePlane>& along : planes)
     std::ranges::sort(along, {}, &ProbePlane::at);

@@ -22,8 +22,8 @@ struct SmallHole {
 /// Outlines up to 0.3 m across with air on both sides and no pane. One in a thick wall has two.
 std::vector<SmallHole> small_holes(const Room& room, const RayScene& rays, const std::vector<Aperture>& apertures);
 
-/// Adds planes of probes around each hole, wanted within half a metre of it, and two that cross in its axis. Nothing for
-/// holes in oblique walls.
+/// Adds planes of probes around each hole, wanted within half a metre of it; none leads through the hole itself, which
+/// would join the air of both sides. Nothing for holes in oblique walls.
 void add_planes_near(const std::vector<SmallHole>& holes, Planes& planes);
 
 } // namespace daylit::precompute

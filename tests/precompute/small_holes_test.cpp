@@ -51,7 +51,7 @@ TEST(SmallHoles, are_neither_filled_nor_glazed_nor_blocked) {
   EXPECT_TRUE(holes_of(b.room).empty());
 }
 
-TEST(SmallHoles, have_planes_around_them_and_two_in_their_axis) {
+TEST(SmallHoles, have_planes_around_them_and_none_through_them) {
   Planes planes;
   add_planes_near(holes_of(divided(0.1).room), planes);
   const auto holds = [&](std::size_t axis, double at) {
@@ -62,8 +62,7 @@ TEST(SmallHoles, have_planes_around_them_and_two_in_their_axis) {
   }
   for (const std::size_t axis : {0u, 2u}) {
     EXPECT_TRUE(holds(axis, 0.97) && holds(axis, 1.13)) << axis;
-    EXPECT_TRUE(holds(axis, 1.05)) << "the hole's axis";
-    EXPECT_EQ(std::ranges::count_if(planes[axis], [](const ProbePlane& p) { return p.at > 0.98 && p.at < 1.12; }), 1);
+    EXPECT_TRUE(std::ranges::none_of(planes[axis], [](const ProbePlane& p) { return p.at > 0.98 && p.at < 1.12; }));
     EXPECT_TRUE(std::ranges::all_of(planes[axis], [](const ProbePlane& p) { return !p.where.empty(); }));
   }
 }
