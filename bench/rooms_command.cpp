@@ -111,12 +111,12 @@ void print_row(const nlohmann::json& row) {
   fmt::print("{:7.1f} {:7.2f} {:6.2f} {:>31}\n", row["file_mb"].get<double>(), claimed("error"), claimed("sun"),
              row["met"].get<bool>() ? "met" : "NOT MET");
   for (const nlohmann::json& place : row["places"])
-    fmt::print("    {:<40} {:16} {:7.2f} {:7.2f} {:6.2f} {:6.2f}{}\n", place["place"].get<std::string>(), "",
-               100 * place["sun_claimed"].get<double>(), 100 * place["smooth"].get<double>(),
-               100 * place["sun"].get<double>(), 100 * place["noise"].get<double>(),
-               place["unknown_points"] == 0
-                   ? ""
-                   : fmt::format("  {} points without light", place["unknown_points"].get<int>()));
+    fmt::print(
+        "    {:<40} {:8} {:7.2f} {:7.2f} {:7.2f} {:6.2f} {:6.2f}{}\n", place["place"].get<std::string>(), "",
+        100 * place["sun_claimed"].get<double>(), 100 * place["sun_looking_in"].get<double>(),
+        100 * place["smooth"].get<double>(), 100 * place["sun"].get<double>(), 100 * place["noise"].get<double>(),
+        place["unknown_points"] == 0 ? ""
+                                     : fmt::format("  {} points without light", place["unknown_points"].get<int>()));
 }
 
 Result<void> measure(const Arguments& a, const std::vector<RealRoom>& rooms, const CommonOptions& options) {
@@ -124,7 +124,8 @@ Result<void> measure(const Arguments& a, const std::vector<RealRoom>& rooms, con
   document["reference"] = {{"paths_per_point", a.measure.truth.samples}, {"suns", a.measure.truth.suns}};
   if (!options.json)
     fmt::print(
-        "case            wall s   cpu s     GB      MB claimed    sun   95 %  measured smooth    sun  noise (%)\n");
+        "case            wall s   cpu s     GB      MB claimed    sun 95 % of suns: claimed, measured; smooth    sun  "
+        "noise (%)\n");
   ProgressLine progress(options.quiet);
   for (const RoomCase& one : room_cases()) {
     const auto room = std::ranges::find_if(rooms, [&](const RealRoom& r) { return r.name == one.room; });

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/room_bake.h"
+#include "precompute/audit.h"
 #include "scene/core/seconds.h"
 #include "scene/volume/indirect_light.h"
 #include "scene/volume/volume_file.h"
@@ -19,6 +20,8 @@ namespace daylit::bench {
 namespace {
 
 using Json = nlohmann::json;
+
+constexpr double kLitBySun = 0.2; ///< of the light of the brightest sun and its sky: half of it the sky's
 
 /// Error and power of the light in one place under one sky.
 struct Sums {
@@ -84,14 +87,6 @@ std::vector<std::string> bake_arguments(const RoomCase& one, const std::vector<M
   return words;
 }
 
-/// 95th percentile, the largest of fewer than twenty.
-double percentile95(std::vector<double> values) {
-  if (values.empty())
-    return 0.0;
-  std::ranges::sort(values);
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(0.95 * static_cast<double>(values.size())))];
-}
-
 /// The volume's light under the skies of the truth.
 Result<std::vector<IndirectLight>> lights_under(const std::vector<RoomTruth>& truth, const BasisVolume& volume,
                                                 const RayScene& scene) {
@@ -105,6 +100,27 @@ Result<std::vector<IndirectLight>> lights_under(const std::vector<RoomTruth>& tr
   return lights;
 }
 
+/// 95th percentile, the largest of fewer than twenty.
+double percentile95(std::vector<double> values) {
+  if (values.empty())
+    return 0.0;
+  std::ranges::sort(values);
+  return values[std::min(values.size() - 1, static_cast<std::size_t>(0.95 * static_cast<double>(values.size())))];
+}
+
+/// Of the suns that look in, as the bake counts them: those under which the place has at least kLitBySun of the light
+/// that the brightest one gives it. Elsewhere its light is that of the sky around the sun.
+double percentile95_of_suns(const std::vector<Sums>& suns) {
+  double brightest2 = 0;
+  for (const Sums& sun : suns)
+    brightest2 = std::max(brightest2, sun.power2);
+  std::vector<double> errors;
+  for (const Sums& sun : suns)
+    if (sun.power2 >= kLitBySun * kLitBySun * brightest2)
+      errors.push_back(sun.nrms());
+  return precompute::ErrorSpread::of(std::move(errors)).percentile95;
+}
+
 /// Errors place by place, sky by sky; the worst of smooth skies and of suns beside their bars.
 Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const std::vector<RoomTruth>& truth,
             const std::vector<IndirectLight>& lights) {
@@ -113,17 +129,21 @@ Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const
   for (std::size_t i = 0; i < places.size() && (i == 0 || !one.first_place); ++i) {
     const std::size_t count = 6 * places[i].points.size();
     std::vector<double> smooth, suns;
+    std::vector<Sums> of_suns;
     Json row = {{"place", places[i].place->name}, {"skies", Json::array()}, {"unknown_points", 0}, {"noise", 0.0}};
     for (std::size_t s = 0; s < truth.size(); ++s) {
       const RoomTruth& t = truth[s];
       const Sums sums = compare(lights[s], places[i].points, std::span(t.irradiance).subspan(first, count));
       (t.sky.small_sun ? suns : smooth).push_back(sums.nrms());
+      if (t.sky.small_sun)
+        of_suns.push_back(sums);
       row["skies"].push_back({{"sky", t.sky.name}, {"error", sums.nrms()}, {"noise", sums.noise()}});
       row["unknown_points"] = sums.unknown;
       row["noise"] = std::max(row["noise"].get<double>(), sums.noise());
     }
     row["smooth"] = *std::ranges::max_element(smooth);
     row["sun"] = percentile95(suns);
+    row["sun_looking_in"] = percentile95_of_suns(of_suns);
     row["smooth_bar"] = i < one.places.size() ? one.places[i] : one.smooth;
     row["sun_bar"] = one.sun;
     first += count;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <ranges>
 #include <set>
@@ -22,21 +23,10 @@ using detail::Ratio;
 constexpr std::size_t kPoints = 128;
 constexpr std::size_t kManyProbes = 2048; ///< from here on light at the probes of every second point is enough
 constexpr double kPercentile = 0.95, kFaintestSun = 0.1;
-constexpr double kAxes = 6 * 3;     ///< values of irradiance at a point
-constexpr double kClearance = 0.04; ///< of the room's longest side: nearer to a facet its own shape shows
-
-/// Coefficient (l, c) of row `point` for one column of [point][lm][channel * columns + column].
-struct Column {
-  std::span<const float> values;
-  std::size_t columns, column;
-  Sh9Rgb at(std::size_t point) const {
-    Sh9Rgb out{};
-    for (std::size_t l = 0; l < 9; ++l)
-      for (int c = 0; c < 3; ++c)
-        out[l][c] = values[((point * 9 + l) * 3 + static_cast<std::size_t>(c)) * columns + column];
-    return out;
-  }
-};
+constexpr int kSunsOfBand = 2, kSunsOfBandInRoom = 3, kMostInRooms = 18; ///< of a band, the last of all rooms together
+constexpr double kSkyOfSun = 1.0 / 7; ///< of a clear day: diffuse and direct light that a plane facing it receives
+constexpr double kAxes = 6 * 3;       ///< values of irradiance at a point
+constexpr double kClearance = 0.04;   ///< of the room's longest side: nearer to a facet its own shape shows
 
 /// All nine coefficients of the three channels.
 void add(Ratio& ratio, const Sh9Rgb& value, const Sh9Rgb& truth) {
@@ -49,6 +39,23 @@ Ratio ratio_of(const Sh9Rgb& value, const Sh9Rgb& truth) {
   Ratio ratio;
   add(ratio, value, truth);
   return ratio;
+}
+
+/// a + part b
+ShRadiance sum(ShRadiance a, float part, const ShRadiance& b) {
+  for (std::size_t k = 0; k < 9; ++k) {
+    a.nine[k] += part * b.nine[k];
+    a.band4[k] += part * b.band4[k];
+  }
+  return a;
+}
+
+/// Radiance of the uniform sky around a sun: its irradiance on a plane, pi L, is kSkyOfSun of the sun's own.
+float sky_around(const HeldOutSky& sky) {
+  double sun = 0;
+  for (int r = 0; sky.is_sun && r < held_out_partition().size(); ++r)
+    sun += static_cast<double>(sky.radiance[static_cast<std::size_t>(r)]) * held_out_partition().solid_angle_sr(r);
+  return static_cast<float>(kSkyOfSun * sun / std::numbers::pi);
 }
 
 /// Irradiance on the six axes, to order 4 where the coefficients are there.
@@ -82,6 +89,20 @@ std::vector<glm::dvec3> candidates_in(const Room& room, const ProbeSet& probes) 
 
 } // namespace
 
+/// One sky's light at the points, taken directly.
+struct Audit::PointTruth {
+  Column nine, band4;
+  ShRadiance at(std::size_t point) const { return {nine.at(point), band4.at(point)}; }
+};
+
+Sh9Rgb Audit::Column::at(std::size_t point) const {
+  Sh9Rgb out{};
+  for (std::size_t l = 0; l < 9; ++l)
+    for (int c = 0; c < 3; ++c)
+      out[l][c] = values[((point * 9 + l) * 3 + static_cast<std::size_t>(c)) * columns + column];
+  return out;
+}
+
 /// The worst of the smooth skies: the bound that a target is held against.
 double AuditReport::smooth(double SkyError::*part) const {
   double worst = 0;
@@ -95,7 +116,7 @@ double AuditReport::sun(double SkyError::*part) const {
   double sum = 0;
   int suns = 0;
   for (const SkyError& s : sky)
-    if (s.is_sun) {
+    if (s.is_sun && !s.of_room) {
       sum += (s.*part) * (s.*part);
       ++suns;
     }
@@ -173,10 +194,11 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
     candidates = candidates_in(room, probes);
   std::array<std::uint32_t, 8> probe;
   std::array<float, 8> weight;
+  const auto known = [&](const glm::dvec3& p) { return sampler->weights(p, probe, weight) > 0; };
   const auto keep = [&](const std::vector<glm::dvec3>& list) {
     const std::size_t most = audit.points_.size() + kPoints;
     for (const glm::dvec3& p : list)
-      if (audit.points_.size() < most && sampler->weights(p, probe, weight) > 0)
+      if (audit.points_.size() < most && known(p))
         audit.points_.push_back(p);
   };
   keep(candidates);
@@ -184,19 +206,41 @@ Result<Audit> Audit::prepare(const Room& room, const std::vector<Aperture>& aper
   keep(standing);
   audit.standing_ = audit.points_.size() - audit.in_air_;
   for (const RoomPoints& one : rooms) {
-    const auto first = static_cast<std::ptrdiff_t>(audit.points_.size());
-    keep(one.points);
-    audit.rooms_.push_back({one.box, {audit.points_.begin() + first, audit.points_.end()}});
+    RoomPoints& kept = audit.rooms_.emplace_back(RoomPoints{one.box});
+    for (std::size_t p = 0; p < one.points.size(); ++p)
+      if (known(one.points[p])) {
+        kept.points.push_back(one.points[p]);
+        kept.weight.push_back(one.weight[p]);
+      }
+    audit.points_.insert(audit.points_.end(), kept.points.begin(), kept.points.end());
   }
   return audit;
 }
 
-/// The smooth skies, and suns where this room lets them in.
+std::array<std::size_t, 2> Audit::range_of_room(std::size_t room) const {
+  std::size_t first = in_air_ + standing_;
+  for (std::size_t r = 0; r < room; ++r)
+    first += rooms_[r].points.size();
+  return {first, first + rooms_[room].points.size()};
+}
+
+/// The smooth skies, and suns where they come in. The weight of an element for all: importance times area.
 radiosity::FirstBounce Audit::direct_light(std::span<const radiosity::FirstBounceRow> light,
-                                           const radiosity::PatchSet& set) {
+                                           const radiosity::PatchSet& set,
+                                           std::span<const std::vector<double>> in_room) {
   skies_ = smooth_skies();
-  for (HeldOutSky& sun : suns(light, set))
+  std::vector<double> weight;
+  for (const radiosity::Patch& e : set.patches)
+    weight.push_back(static_cast<double>(e.importance) * e.area_m2);
+  for (HeldOutSky& sun : suns(light, weight, kSunsOfBand))
     skies_.push_back(std::move(sun));
+  const int of_band = std::clamp(kMostInRooms / std::max(1, static_cast<int>(in_room.size())), 1, kSunsOfBandInRoom);
+  for (const std::vector<double>& weight_there : in_room)
+    for (HeldOutSky& sun : suns(light, weight_there, of_band)) {
+      sun.of_room = true;
+      if (std::ranges::none_of(skies_, [&](const HeldOutSky& s) { return s.radiance == sun.radiance; }))
+        skies_.push_back(std::move(sun));
+    }
   return precompute::direct_light(light, skies_);
 }
 
@@ -213,90 +257,121 @@ std::vector<std::size_t> Audit::probes() const {
   return {list.begin(), list.end()};
 }
 
-/// Of the volume; 0 where it knows none.
-std::vector<ShRadiance> Audit::light_at_points(const LightField& field, const FirstReflection* surfaces,
-                                               std::span<const Rgb> stored, std::span<const Rgb> sent) const {
+/// Of the volume; 0 where it knows none. Under suns corrected by what the surfaces near a point send it.
+std::vector<ShRadiance> Audit::light_at_points(std::size_t s, const LightField& field, std::span<const Rgb> radiance,
+                                               const SentLight& sent) const {
+  const std::size_t first = skies_[s].of_room ? in_air_ + standing_ : 0;
+  const bool near = sent.surfaces && skies_[s].is_sun;
+  const std::vector<Rgb> stored = near ? sent.surfaces->radiance(radiance) : std::vector<Rgb>{};
+  const auto actual = [&](std::size_t e, const glm::dvec3&) { return sent.radiance[s * stored.size() + e]; };
   std::vector<ShRadiance> light(points_.size());
-  parallel_for(std::size_t{0}, points_.size(), [&](std::size_t p) {
-    const auto light_here = surfaces ? surfaces->corrected(sampler_, field, points_[p], stored,
-                                                           [&](std::size_t e, const glm::dvec3&) { return sent[e]; })
-                                     : sampler_.sample_all(field, points_[p]);
-    light[p] = light_here.value_or(ShRadiance{});
+  parallel_for(first, points_.size(), [&](std::size_t p) {
+    const auto here = near ? sent.surfaces->corrected(sampler_, field, points_[p], stored, actual)
+                           : sampler_.sample_all(field, points_[p]);
+    light[p] = here.value_or(ShRadiance{});
   });
   return light;
 }
 
-/// total: volume against truth at the points. sky part: volume against truth at the probes. grid part: exact probes,
-/// interpolated, against truth at the points. band 4: nine true coefficients against order 4, as irradiance.
-SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, std::span<const float> exact_at_points,
-                          std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                          std::span<const std::size_t> probes, const FirstReflection* surfaces,
-                          std::span<const Rgb> sent) const {
+/// Irradiance room by room, each point counting by the part of the room it stands for. A sun is judged with the uniform
+/// sky around it, `sky_part` of it; the light that is told is the sun's alone.
+std::vector<RoomError> Audit::judge_rooms(const RoomLight& light, const RoomLight& uniform, float sky_part) const {
+  std::vector<RoomError> errors;
+  std::size_t p = 0;
+  for (const RoomPoints& room : rooms_) {
+    Ratio all;
+    double power2 = 0, weights = 0;
+    for (const double weight : room.weight) {
+      Ratio alone, with_sky;
+      add_irradiance(alone, light.got[p], light.exact[p]);
+      add_irradiance(with_sky, sum(light.got[p], sky_part, uniform.got[p]),
+                     sum(light.exact[p], sky_part, uniform.exact[p]));
+      all.error2 += weight * with_sky.error2;
+      all.power2 += weight * with_sky.power2;
+      power2 += weight * alone.power2;
+      weights += weight;
+      ++p;
+    }
+    errors.push_back({all.nrms(), weights > 0 ? std::sqrt(power2 / (kAxes * weights)) : 0.0});
+  }
+  return errors;
+}
+
+/// Exact probes, interpolated, against truth at the points; and the volume's probes against the exact ones.
+void Audit::judge_probes(const LightField& field, const Column& exact_at_probes, std::span<const std::size_t> probes,
+                         const PointTruth& truth, SkyError& error) const {
+  LightField exact{std::vector<Sh9Rgb>(field.probe.size())};
+  Ratio sky_part;
+  for (std::size_t p = 0; p < probes.size(); ++p) {
+    exact.probe[probes[p]] = exact_at_probes.at(p);
+    add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
+  }
+  interpolate_probes(interpolated_, exact);
+  PointRatios grid_part;
+  for (std::size_t p = 0; p < in_air_; p += grid_step_)
+    grid_part.add(ratio_of(sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth.nine.at(p)));
+  error.sky_part = sky_part.nrms();
+  error.grid_part = grid_part.limited_nrms();
+}
+
+/// Volume against truth at the points in the air and where objects stand. band 4: nine true coefficients against order
+/// 4, as irradiance.
+void Audit::judge_points(std::span<const ShRadiance> got, const PointTruth& truth, SkyError& error) const {
+  Ratio received, nine_leave, standing;
+  PointRatios total;
+  for (std::size_t p = 0; p < in_air_; ++p) {
+    total.add(ratio_of(got[p].nine, truth.nine.at(p)));
+    add_irradiance(received, got[p], truth.at(p));
+    add_irradiance(nine_leave, {truth.nine.at(p), {}}, truth.at(p));
+  }
+  for (std::size_t p = in_air_; p < in_air_ + standing_; ++p)
+    add_irradiance(standing, got[p], truth.at(p));
+  error.total = total.nrms();
+  error.limited = total.limited_nrms();
+  error.irradiance = received.nrms();
+  error.band4 = nine_leave.nrms();
+  error.standing = standing.nrms();
+}
+
+SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent,
+                          RoomLight& in_rooms) const {
   std::vector<Rgb> radiance;
   for (const float r : radiance_on(volume.partition, skies_[s]))
     radiance.emplace_back(r);
   const LightField field = combine(volume, radiance, ShOrder::fourth);
-  const bool near = surfaces && skies_[s].is_sun;
-  const std::vector<ShRadiance> light =
-      near ? light_at_points(field, surfaces, surfaces->radiance(radiance),
-                             sent.subspan(s * surfaces->elements().size(), surfaces->elements().size()))
-           : light_at_points(field, nullptr, {}, {});
-  const Column at_points{exact_at_points, skies_.size(), s}, band4{band4_at_points, skies_.size(), s},
-      at_probes{exact_at_probes, skies_.size(), s};
-  LightField exact{std::vector<Sh9Rgb>(volume.probes.size())};
-  Ratio sky_part, received, nine_leave, standing;
-  PointRatios total, grid_part;
-  std::vector<Ratio> room(rooms_.size());
-  std::vector<std::size_t> room_of;
-  for (std::size_t r = 0; r < rooms_.size(); ++r)
-    room_of.insert(room_of.end(), rooms_[r].points.size(), r);
-  for (std::size_t p = 0; p < probes.size(); ++p) {
-    exact.probe[probes[p]] = at_probes.at(p);
-    add(sky_part, field.probe[probes[p]], exact.probe[probes[p]]);
+  const std::vector<ShRadiance> light = light_at_points(s, field, radiance, sent);
+  const PointTruth here{{truth.at_points, skies_.size(), s}, {truth.band4_at_points, skies_.size(), s}};
+  for (std::size_t p = in_air_ + standing_; p < points_.size(); ++p) {
+    in_rooms.got.push_back(light[p]);
+    in_rooms.exact.push_back(here.at(p));
   }
-  interpolate_probes(interpolated_, exact);
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const Sh9Rgb truth = at_points.at(p);
-    const ShRadiance all{truth, band4.at(p)}, &got = light[p];
-    if (p >= in_air_) {
-      add_irradiance(p < in_air_ + standing_ ? standing : room[room_of[p - in_air_ - standing_]], got, all);
-      continue;
-    }
-    total.add(ratio_of(got.nine, truth));
-    if (p % grid_step_ == 0)
-      grid_part.add(ratio_of(sampler_.sample(exact, points_[p]).value_or(Sh9Rgb{}), truth));
-    add_irradiance(received, got, all);
-    add_irradiance(nine_leave, {truth, {}}, all);
-  }
-  std::vector<RoomError> rooms;
-  for (std::size_t r = 0; r < room.size(); ++r) {
-    const double values = kAxes * std::max(1.0, static_cast<double>(rooms_[r].points.size()));
-    rooms.push_back({room[r].nrms(), std::sqrt(room[r].power2 / values)});
-  }
-  return {skies_[s].name,           skies_[s].is_sun, total.nrms(),      total.limited_nrms(), sky_part.nrms(),
-          grid_part.limited_nrms(), received.nrms(),  nine_leave.nrms(), standing.nrms(),      std::move(rooms)};
+  SkyError error{.sky = skies_[s].name, .is_sun = skies_[s].is_sun, .of_room = skies_[s].of_room};
+  if (error.of_room)
+    return error;
+  judge_points(light, here, error);
+  judge_probes(field, {truth.at_probes, skies_.size(), s}, truth.probes, here, error);
+  return error;
 }
 
 /// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.
-AuditReport Audit::judge(const BasisVolume& volume, std::span<const float> exact_at_points,
-                         std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                         std::span<const std::size_t> probes, const FirstReflection* surfaces,
-                         std::span<const Rgb> sent) const {
+AuditReport Audit::judge(const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent) const {
   const auto middle = points_.begin() + static_cast<std::ptrdiff_t>(in_air_);
   AuditReport report{{points_.begin(), middle},
                      {middle, middle + static_cast<std::ptrdiff_t>(standing_)},
                      std::vector<SkyError>(skies_.size()),
                      {},
                      rooms_};
-  parallel_for(std::size_t{0}, skies_.size(), [&](std::size_t s) {
-    report.sky[s] = judge_sky(s, volume, exact_at_points, band4_at_points, exact_at_probes, probes, surfaces, sent);
-  });
+  std::vector<RoomLight> in_rooms(skies_.size());
+  parallel_for(std::size_t{0}, skies_.size(),
+               [&](std::size_t s) { report.sky[s] = judge_sky(s, volume, truth, sent, in_rooms[s]); });
+  for (std::size_t s = 0; s < skies_.size(); ++s)
+    report.sky[s].rooms = judge_rooms(in_rooms[s], in_rooms[0], sky_around(skies_[s]));
   for (std::size_t s = 0; s < skies_.size(); ++s)
     for (std::size_t p = 0; p < in_air_; ++p) {
-      const Sh9Rgb truth = Column{exact_at_points, skies_.size(), s}.at(p);
+      const Sh9Rgb exact = Column{truth.at_points, skies_.size(), s}.at(p);
       for (std::size_t l = 0; l < 9; ++l)
         for (int c = 0; c < 3; ++c)
-          report.exact.push_back(truth[l][c]);
+          report.exact.push_back(exact[l][c]);
     }
   return report;
 }

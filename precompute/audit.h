@@ -4,6 +4,7 @@
 // skies that are no sum of its regions (held_out.h). What the mesh itself does wrong is not in here: two bakes on
 // meshes of different fineness show that (mesh_difference).
 
+#include <array>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -21,10 +22,10 @@
 
 namespace daylit::precompute {
 
-/// Irradiance on six axes at a room's points under one sky, to order 4.
+/// Irradiance on six axes over the air of a room from 10 cm off its surfaces, under one sky, to order 4.
 struct RoomError {
-  double error = 0; ///< nrms, relative to the light there
-  double light = 0; ///< root of the mean square
+  double error = 0; ///< nrms, relative to the light there; of a sun with the clear sky around it
+  double light = 0; ///< root of the mean square; of a sun alone
 };
 
 /// Errors of the nine coefficients, nrms over points, coefficients and channels, under one sky.
@@ -40,6 +41,7 @@ struct SkyError {
   double band4 = 0;      ///< what l = 4 is of the irradiance there: what nine true coefficients leave
   double standing = 0;   ///< irradiance on six axes where objects stand: AuditReport::standing
   std::vector<RoomError> rooms = {}; ///< of each of AuditReport::rooms
+  bool of_room = false;              ///< a sun that counts in `rooms` alone: HeldOutSky::of_room
 };
 
 /// Of some errors; the percentile interpolated between the two nearest. All 0 of none.
@@ -64,7 +66,7 @@ struct AuditReport {
   /// Of a room, each sky's error with that of the mesh: sqrt(e^2 + mesh^2).
   RoomErrors errors_in(std::size_t room, double mesh) const;
 
-  /// Worst smooth sky, and rms over the suns (0: none reaches the room).
+  /// Worst smooth sky, and rms over the suns that are not of one room (0: none comes in).
   double smooth(double SkyError::*part) const;
   double sun(double SkyError::*part) const;
 };
@@ -72,6 +74,20 @@ struct AuditReport {
 /// Direct transport at the same points under the same skies on two meshes: nrms difference, worst smooth sky.
 /// The suns' rms is left out: suns stand elsewhere on another mesh.
 double mesh_difference(const AuditReport& coarse, const AuditReport& fine);
+
+/// The transport taken directly, [point][lm][channel * skies + sky]; of l = 4 in the same way.
+struct AuditTruth {
+  std::span<const float> at_points, band4_at_points;
+  std::span<const float> at_probes;    ///< at `probes`
+  std::span<const std::size_t> probes; ///< all of Audit::probes() that are valid
+};
+
+/// The volume's elements, and what they send back of the direct light of the skies, [sky][element]: the light under
+/// suns is corrected by it, as that of IndirectLight is. Null: the volume names none.
+struct SentLight {
+  const FirstReflection* surfaces = nullptr;
+  std::span<const Rgb> radiance = {};
+};
 
 /// The audit of one bake, through its stages.
 class Audit {
@@ -87,26 +103,37 @@ public:
   const std::vector<glm::dvec3>& points() const { return points_; }
   /// Valid ones that points are interpolated from, increasing: where exact light is wanted too.
   std::vector<std::size_t> probes() const;
-  /// Direct light of the held-out skies; also chooses the suns. `light`: of held_out_partition().
-  radiosity::FirstBounce direct_light(std::span<const radiosity::FirstBounceRow> light, const radiosity::PatchSet& set);
-  std::size_t skies() const { return skies_.size(); }
+  /// Which of points() are those of a room, first and behind the last.
+  std::array<std::size_t, 2> range_of_room(std::size_t room) const;
+  std::size_t rooms() const { return rooms_.size(); }
+  /// Direct light of the held-out skies; also chooses the suns: some for all that the elements' importance counts, and
+  /// for each room some that count there. `light`: of held_out_partition(). `in_room`: room by room, what the light of
+  /// each element counts.
+  radiosity::FirstBounce direct_light(std::span<const radiosity::FirstBounceRow> light, const radiosity::PatchSet& set,
+                                      std::span<const std::vector<double>> in_room);
 
-  /// `exact_at_points`, `exact_at_probes`: [point][lm][channel * skies + sky], the latter at `probes`, which hold all
-  /// of probes() that are valid. `band4_at_points`: the same of l = 4. `surfaces`, `sent`: the volume's elements and
-  /// what they send back of the skies' direct light, [sky][element]; the light under suns is corrected by it, as that
-  /// of IndirectLight is; null: the volume has none.
-  AuditReport judge(const BasisVolume& volume, std::span<const float> exact_at_points,
-                    std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                    std::span<const std::size_t> probes, const FirstReflection* surfaces = nullptr,
-                    std::span<const Rgb> sent = {}) const;
+  AuditReport judge(const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent = {}) const;
 
 private:
-  SkyError judge_sky(std::size_t sky, const BasisVolume& volume, std::span<const float> exact_at_points,
-                     std::span<const float> band4_at_points, std::span<const float> exact_at_probes,
-                     std::span<const std::size_t> probes, const FirstReflection* surfaces,
-                     std::span<const Rgb> sent) const;
-  std::vector<ShRadiance> light_at_points(const LightField& field, const FirstReflection* surfaces,
-                                          std::span<const Rgb> stored, std::span<const Rgb> sent) const;
+  /// Coefficient (l, c) of a point or probe for one column of [point][lm][channel * columns + column].
+  struct Column {
+    std::span<const float> values;
+    std::size_t columns, column;
+    Sh9Rgb at(std::size_t point) const;
+  };
+  struct PointTruth;
+  /// At the points of the rooms under one sky: of the volume, and taken directly.
+  struct RoomLight {
+    std::vector<ShRadiance> got, exact;
+  };
+  SkyError judge_sky(std::size_t sky, const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent,
+                     RoomLight& in_rooms) const;
+  std::vector<RoomError> judge_rooms(const RoomLight& light, const RoomLight& uniform, float sky_part) const;
+  void judge_points(std::span<const ShRadiance> got, const PointTruth& truth, SkyError& error) const;
+  void judge_probes(const LightField& field, const Column& exact_at_probes, std::span<const std::size_t> probes,
+                    const PointTruth& truth, SkyError& error) const;
+  std::vector<ShRadiance> light_at_points(std::size_t sky, const LightField& field, std::span<const Rgb> radiance,
+                                          const SentLight& sent) const;
   LightFieldSampler sampler_;
   std::vector<InterpolatedProbe> interpolated_;
   std::vector<glm::dvec3> points_;

@@ -122,12 +122,33 @@ const std::vector<HeldOutSky>& smooth_skies() {
   return the_skies;
 }
 
-/// flux[r] = sum_i W_i A_i H_i of region r, green, W_i the importance; a sun stands where a third and two thirds of its
-/// band are reached.
-std::vector<HeldOutSky> suns(std::span<const radiosity::FirstBounceRow> light, const radiosity::PatchSet& set) {
-  std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0), weight;
-  for (const radiosity::Patch& e : set.patches)
-    weight.push_back(static_cast<double>(e.importance) * e.area_m2);
+namespace {
+
+/// The region of a band before which `fraction` of the band's flux has come in.
+int region_at(const SunBand& band, std::span<const double> flux, double fraction) {
+  const double all = std::accumulate(flux.begin() + band.first, flux.begin() + band.last, 0.0);
+  double sum = 0;
+  int region = band.first;
+  while (region + 1 < band.last && (sum += flux[static_cast<std::size_t>(region)]) < fraction * all)
+    ++region;
+  return region;
+}
+
+HeldOutSky sun_in(int region) {
+  HeldOutSky sky{"sun", true, std::vector<float>(static_cast<std::size_t>(held_out_partition().size()), 0.0f)};
+  const glm::dvec3 d = held_out_partition().centre(region);
+  sky.name += " " + std::to_string(std::lround(std::atan2(d.y, d.x) / kDegree)) + "," +
+              std::to_string(std::lround(std::asin(d.z) / kDegree));
+  sky.radiance[static_cast<std::size_t>(region)] = 1.0f;
+  return sky;
+}
+
+} // namespace
+
+/// flux[r] = sum_i w_i H_i of region r, green; sun k of n stands where (k + 1) / (n + 1) of its band's flux is reached.
+std::vector<HeldOutSky> suns(std::span<const radiosity::FirstBounceRow> light, std::span<const double> weight,
+                             int of_band) {
+  std::vector<double> flux(static_cast<std::size_t>(held_out_partition().size()), 0.0);
   for (std::size_t e = 0; e < light.size(); ++e)
     for (std::size_t k = 0; k < light[e].region.size(); ++k)
       flux[static_cast<std::size_t>(light[e].region[k])] += weight[e] * static_cast<double>(light[e].irradiance[k].g);
@@ -136,22 +157,12 @@ std::vector<HeldOutSky> suns(std::span<const radiosity::FirstBounceRow> light, c
     brightest = std::max(brightest, *std::max_element(flux.begin() + band.first, flux.begin() + band.last));
   std::vector<HeldOutSky> skies;
   for (const SunBand& band : layout().suns) {
-    const double band_flux = std::accumulate(flux.begin() + band.first, flux.begin() + band.last, 0.0);
-    if (!(*std::max_element(flux.begin() + band.first, flux.begin() + band.last) > kFaintest * brightest))
-      continue;
-    for (const double fraction : {1.0 / 3, 2.0 / 3}) {
-      double sum = 0;
-      int region = band.first;
-      while (region + 1 < band.last && (sum += flux[static_cast<std::size_t>(region)]) < fraction * band_flux)
-        ++region;
-      if (!(flux[static_cast<std::size_t>(region)] > kFaintest * brightest))
-        continue;
-      HeldOutSky sky{"sun", true, std::vector<float>(flux.size(), 0.0f)};
-      const glm::dvec3 d = held_out_partition().centre(region);
-      sky.name += " " + std::to_string(std::lround(std::atan2(d.y, d.x) / kDegree)) + "," +
-                  std::to_string(std::lround(std::asin(d.z) / kDegree));
-      sky.radiance[static_cast<std::size_t>(region)] = 1.0f;
-      skies.push_back(std::move(sky));
+    int last = -1;
+    for (int k = 1; k <= of_band; ++k) {
+      const int region = region_at(band, flux, static_cast<double>(k) / (of_band + 1));
+      if (region != last && flux[static_cast<std::size_t>(region)] > kFaintest * brightest)
+        skies.push_back(sun_in(region));
+      last = region;
     }
   }
   return skies;

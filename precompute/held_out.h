@@ -22,6 +22,7 @@ struct HeldOutSky {
   std::string name;
   bool is_sun = false;
   std::vector<float> radiance;
+  bool of_room = false; ///< a sun that stands where it counts in one of several rooms
 };
 
 /// Regions of 5 degrees, and three bands of half a degree whose cells are suns at 9, 23 and 42 degrees of altitude.
@@ -30,9 +31,11 @@ const SkyPartition& held_out_partition();
 /// Smooth skies: uniform, CIE overcast over a darker ground, a slope across the sky, a glow at the horizon.
 const std::vector<HeldOutSky>& smooth_skies();
 
-/// Suns of half a degree, two for each band that lights the room at all: where a third and two thirds of the band's
-/// light have come in, so that they stand where suns count in this room. `light`: of held_out_partition(), by patch.
-std::vector<HeldOutSky> suns(std::span<const radiosity::FirstBounceRow> light, const radiosity::PatchSet& set);
+/// Suns of half a degree, `of_band` for each band that lights the room at all: spread evenly over the band's light, so
+/// that they stand where suns count. `light`: of held_out_partition(), element by element; `weight`: what an element's
+/// light counts, per unit of irradiance.
+std::vector<HeldOutSky> suns(std::span<const radiosity::FirstBounceRow> light, std::span<const double> weight,
+                             int of_band);
 
 /// Direct light of the skies: column s is sky s.
 radiosity::FirstBounce direct_light(std::span<const radiosity::FirstBounceRow> light,

@@ -215,8 +215,8 @@ std::string room_lines(const Measured& m) {
   if (m.rooms.empty())
     return "";
   std::string text =
-      "rooms      irradiance, % of the light there, from 10 cm off surfaces; mean / 95th percentile / worst "
-      "smooth sky; the same of small suns\n";
+      "rooms      irradiance, % of the light there, anywhere from 10 cm off surfaces; mean / 95th percentile / worst "
+      "smooth sky; the same of small suns that look in, in a clear sky\n";
   const auto add = [&](const ErrorSpread& e) {
     text +=
         e.skies == 0 ? "; no sun" : format("; %.1f / %.1f / %.1f", 100 * e.mean, 100 * e.percentile95, 100 * e.worst);

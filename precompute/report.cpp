@@ -166,13 +166,14 @@ std::string to_json(const BakeReport& r, bool times) {
   add_skipped(r, j);
   add_fine_sky(r.compact, j);
   for (const SkyError& s : r.audit.sky) {
-    j["audit"].push_back({{"sky", s.sky},
-                          {"error", s.total},
-                          {"limited", s.limited},
-                          {"sky_part", s.sky_part},
-                          {"probe_part", s.grid_part},
-                          {"irradiance", s.irradiance},
-                          {"nine_coefficients", s.band4}});
+    j["audit"].push_back({{"sky", s.sky}});
+    if (!s.of_room)
+      j["audit"].back().update({{"error", s.total},
+                                {"limited", s.limited},
+                                {"sky_part", s.sky_part},
+                                {"probe_part", s.grid_part},
+                                {"irradiance", s.irradiance},
+                                {"nine_coefficients", s.band4}});
     for (const RoomError& room : s.rooms)
       j["audit"].back()["rooms"].push_back({{"error", room.error}, {"light", room.light}});
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include <glm/common.hpp>
@@ -18,8 +19,9 @@ namespace daylit::precompute {
 namespace {
 
 constexpr std::array<double, 4> kOffSurfaces_m{0.1, 0.2, 0.5, 1e9}; ///< borders of the strata
-constexpr std::size_t kOfStratum = 10, kMostRooms = 64, kTries = 16384;
-constexpr std::size_t kLookers = 32; ///< of the points in a room's air, from which others are looked for
+constexpr std::size_t kStrata = kOffSurfaces_m.size() - 1, kOfStratum = 20, kMostRooms = 64, kTries = 16384;
+constexpr std::size_t kCounted = 1024; ///< of the candidates, that tell how much of the air is in each stratum
+constexpr std::size_t kLookers = 32;   ///< of the points in a room's air, from which others are looked for
 
 bool contains(const Bounds& box, const glm::dvec3& p) {
   return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
@@ -73,6 +75,31 @@ std::ptrdiff_t stratum(double off_m) {
   return std::ranges::upper_bound(kOffSurfaces_m, off_m) - kOffSurfaces_m.begin() - 1;
 }
 
+/// Stratified sampling (Cochran 1977, ch. 5): a point of stratum s, of which n_s were taken, weighs N_s / n_s, N_s: the
+/// candidates in it.
+RoomPoints spread_over_strata(const Bounds& box, const RayScene& rays,
+                              const std::function<bool(const glm::dvec3&)>& seen) {
+  RoomPoints points;
+  std::array<std::size_t, kStrata> have{}, counted{};
+  std::vector<std::size_t> stratum_of;
+  for (std::size_t k = 1; k <= kTries && (k <= kCounted || points.points.size() < kOfStratum * kStrata); ++k) {
+    const glm::dvec3 p = candidate(box, k);
+    const std::ptrdiff_t found = stratum(static_cast<double>(rays.distance(rays.to_local(p), 1.0f)));
+    const auto s = static_cast<std::size_t>(found);
+    if (found < 0 || (k > kCounted && have[s] == kOfStratum) || !seen(p))
+      continue;
+    counted[s] += k <= kCounted ? 1 : 0;
+    if (have[s] == kOfStratum)
+      continue;
+    ++have[s];
+    points.points.push_back(p);
+    stratum_of.push_back(s);
+  }
+  for (const std::size_t s : stratum_of)
+    points.weight.push_back(std::max(1.0, static_cast<double>(counted[s])) / static_cast<double>(have[s]));
+  return points;
+}
+
 } // namespace
 
 Result<std::vector<RoomPoints>> points_by_room(const Room& room, const Bounds& bounds,
@@ -91,16 +118,8 @@ Result<std::vector<RoomPoints>> points_by_room(const Room& room, const Bounds& b
                                  found.air.begin() + std::ptrdiff_t(std::min(kLookers, found.air.size())),
                                  [&](const glm::dvec3& a) { return open_between(a, p, *rays, apertures->list); });
     };
-    RoomPoints points{found.box, {}};
-    std::array<std::size_t, kOffSurfaces_m.size()> have{};
-    for (std::size_t k = 1; k <= kTries && points.points.size() < kOfStratum * (have.size() - 1); ++k) {
-      const glm::dvec3 p = candidate(box, k);
-      const std::ptrdiff_t s = stratum(static_cast<double>(rays->distance(rays->to_local(p), 1.0f)));
-      if (s < 0 || have[static_cast<std::size_t>(s)] == kOfStratum || !seen(p))
-        continue;
-      ++have[static_cast<std::size_t>(s)];
-      points.points.push_back(p);
-    }
+    RoomPoints points = spread_over_strata(box, *rays, seen);
+    points.box = found.box;
     out.push_back(std::move(points));
   }
   return out;

@@ -3,6 +3,7 @@
 
 #include "precompute/detail/bake_stage.h"
 #include "precompute/detail/more_rays.h"
+#include "scene/core/parallel.h"
 #include "scene/volume/first_reflection.h"
 
 namespace daylit::precompute::detail {
@@ -40,19 +41,49 @@ Result<std::vector<float>> fitted_coefficients(const Stage& s, const std::vector
   return fitted;
 }
 
+/// What the audit's points see, by more rays than a probe has.
+Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audit) {
+  std::vector<glm::dvec3> points = audit.points();
+  for (glm::dvec3& p : points)
+    p -= s.problem.mesh.origin;
+  const int rays = kHeldOutRays * s.options.gather_rays;
+  auto seen = radiosity::gather_hits(points, s.elements.patches, s.elements.mesh, s.elements.rays,
+                                     {.rays = rays, .group = s.elements.parent, .faces = &s.faces}, s.progress);
+  if (!seen)
+    return seen.error();
+  if (const Result<void> more = seen->add_rays(more_rays(*seen, points, s.white, rays), s.progress); !more)
+    return more.error();
+  return seen;
+}
+
 /// Light of the elements under the audit's skies: straight from the sky, and radiosity.
 struct HeldOutLight {
   radiosity::FirstBounce direct;
   radiosity::Radiosity radiosity;
 };
 
-Result<HeldOutLight> held_out_light(const Stage& s, Audit& audit) {
+/// What the light of each element counts at a room's points by its first reflection: the rays that meet it, times its
+/// reflectance (green, as the light of suns() is).
+std::vector<double> weight_in(const radiosity::PatchSet& elements, const radiosity::GatherHits& seen,
+                              const std::array<std::size_t, 2>& points) {
+  std::vector<std::uint32_t> rays(seen.patches(), 0);
+  parallel_for(points[0], points[1], [&](std::size_t p) { seen.count_rays(p, rays); });
+  std::vector<double> weight;
+  for (std::size_t e = 0; e < rays.size(); ++e)
+    weight.push_back(rays[e] * static_cast<double>(elements.patches[e].reflectance.g));
+  return weight;
+}
+
+Result<HeldOutLight> held_out_light(const Stage& s, const radiosity::GatherHits& seen, Audit& audit) {
   const LightElements& elements = s.elements;
   const auto light = radiosity::first_bounce_rows(elements.patches, elements.mesh, elements.rays,
                                                   s.problem.apertures.list, held_out_partition(), s.progress);
   if (!light)
     return light.error();
-  radiosity::FirstBounce direct = audit.direct_light(*light, elements.patches);
+  std::vector<std::vector<double>> in_room;
+  for (std::size_t r = 0; r < audit.rooms(); ++r)
+    in_room.push_back(weight_in(elements.patches, seen, audit.range_of_room(r)));
+  radiosity::FirstBounce direct = audit.direct_light(*light, elements.patches, in_room);
   const radiosity::FirstBounce of_parents = elements.of_parents(direct);
   const auto solved = radiosity::solve_radiosity(s.problem.patches, s.exchange, of_parents,
                                                  {.tolerance = s.options.tolerance}, s.progress);
@@ -77,21 +108,6 @@ std::vector<Rgb> first_reflection(const radiosity::FirstBounce& direct, std::spa
   return radiance;
 }
 
-/// What the audit's points see, by more rays than a probe has.
-Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audit) {
-  std::vector<glm::dvec3> points = audit.points();
-  for (glm::dvec3& p : points)
-    p -= s.problem.mesh.origin;
-  const int rays = kHeldOutRays * s.options.gather_rays;
-  auto seen = radiosity::gather_hits(points, s.elements.patches, s.elements.mesh, s.elements.rays,
-                                     {.rays = rays, .group = s.elements.parent, .faces = &s.faces}, s.progress);
-  if (!seen)
-    return seen.error();
-  if (const Result<void> more = seen->add_rays(more_rays(*seen, points, s.white, rays), s.progress); !more)
-    return more.error();
-  return seen;
-}
-
 } // namespace
 
 /// The same transport with other right-hand sides (held-out skies) and other receivers (held-out points), judged
@@ -102,12 +118,12 @@ Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolu
                                        s.options.held_out_standing, s.options.held_out_rooms);
   if (!audit)
     return audit.error();
-  const auto light = held_out_light(s, *audit);
-  if (!light)
-    return light.error();
   const auto seen = seen_from_points(s, *audit);
   if (!seen)
     return seen.error();
+  const auto light = held_out_light(s, *seen, *audit);
+  if (!light)
+    return light.error();
   const auto at_points = radiosity::gather_coefficients(*seen, light->radiosity, s.progress);
   if (!at_points)
     return at_points.error();
@@ -128,7 +144,7 @@ Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolu
   const std::vector<Rgb> sent =
       surfaces ? first_reflection(light->direct, source, volume.elements) : std::vector<Rgb>{};
   AuditReport report =
-      audit->judge(volume, *at_points, *band4, *at_probes, probes, surfaces ? &*surfaces : nullptr, sent);
+      audit->judge(volume, {*at_points, *band4, *at_probes, probes}, {surfaces ? &*surfaces : nullptr, sent});
   s.clock.finish("audit");
   return report;
 }

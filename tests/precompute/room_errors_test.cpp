@@ -1,6 +1,8 @@
 // Errors room by room: where they are measured, and what is told of them.
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -9,6 +11,7 @@
 #include "precompute/room_points.h"
 #include "scene/room/ray_scene.h"
 #include "tests/scene/test_rooms.h"
+#include "tests/scene/test_volumes.h"
 
 namespace daylit::precompute {
 namespace {
@@ -47,7 +50,7 @@ TEST(PointsByRoom, stand_in_each_room_as_many_close_to_surfaces_as_far_from_them
   EXPECT_NEAR((*rooms)[1].box.min.y, 4.0, kBehindDoor_m);
   const Result<RayScene> rays = RayScene::build(room);
   for (const RoomPoints& r : *rooms) {
-    EXPECT_EQ(r.points.size(), 30u);
+    EXPECT_EQ(r.points.size(), 60u);
     int close = 0;
     for (const glm::dvec3& p : r.points) {
       const auto off = static_cast<double>(rays->distance(rays->to_local(p), 5.0f));
@@ -57,8 +60,101 @@ TEST(PointsByRoom, stand_in_each_room_as_many_close_to_surfaces_as_far_from_them
                   p.y < r.box.max.y && p.z < r.box.max.z);
       EXPECT_FALSE(p.x > 1 && p.x < 3 && p.y > 1 && p.y < 2 && p.z < 0.7) << "in the table";
     }
-    EXPECT_EQ(close, 10);
+    EXPECT_EQ(close, 20);
   }
+}
+
+TEST(PointsByRoom, weigh_by_the_air_that_they_stand_for) {
+  const Room room = two_rooms({0, 0, 0});
+  const auto rooms = points_by_room(room, room.bounds(), {{2, 3.5, 1.2}, {3.5, 0.5, 1}, {1, 3, 2.5}});
+  ASSERT_TRUE(rooms) << rooms.error().message();
+  const RoomPoints& found = rooms->front();
+  const Result<RayScene> rays = RayScene::build(room);
+  const auto off = [&](const glm::dvec3& p) { return static_cast<double>(rays->distance(rays->to_local(p), 5.0f)); };
+  ASSERT_EQ(found.weight.size(), found.points.size());
+  double close = 0, all = 0;
+  for (std::size_t p = 0; p < found.points.size(); ++p) {
+    close += off(found.points[p]) < 0.2 ? found.weight[p] : 0.0;
+    all += found.weight[p];
+  }
+  double close_air = 0, air = 0; // of a plain grid in the same room, 0.1 m from surfaces on, not in the table
+  for (double x = 0.025; x < 4; x += 0.05)
+    for (double y = 0.025; y < 4; y += 0.05)
+      for (double z = 0.025; z < 3; z += 0.05) {
+        const double d = off({x, y, z});
+        const bool in_table = x > 1 && x < 3 && y > 1 && y < 2 && z < 0.7;
+        air += d >= 0.1 && !in_table ? 1 : 0;
+        close_air += d >= 0.1 && d < 0.2 && !in_table ? 1 : 0;
+      }
+  EXPECT_NEAR(close / all, close_air / air, 0.03);
+}
+
+/// Two patches of 1 m2: the first is lit from all of the lowest band of suns, the second from one region of it.
+struct TwoPatches {
+  std::vector<radiosity::FirstBounceRow> rows{2};
+  double east = 0; ///< azimuth of that region
+  TwoPatches() {
+    const SkyPartition& sky = held_out_partition();
+    bool second = false;
+    for (int r = 0; r < sky.size(); ++r)
+      if (std::abs(std::asin(sky.centre(r).z) - 9.4 * std::numbers::pi / 180) < 0.001) {
+        add(0, r);
+        if (!second && sky.centre(r).x > 0.9) {
+          add(1, r);
+          east = std::atan2(sky.centre(r).y, sky.centre(r).x);
+          second = true;
+        }
+      }
+  }
+  void add(std::size_t patch, int region) {
+    rows[patch].region.push_back(region);
+    rows[patch].irradiance.emplace_back(1.0f);
+  }
+};
+
+glm::dvec3 direction_of(const HeldOutSky& sun) {
+  return held_out_partition().centre(static_cast<int>(std::ranges::max_element(sun.radiance) - sun.radiance.begin()));
+}
+
+TEST(Suns, stand_where_their_light_counts_and_nowhere_twice) {
+  const TwoPatches patches;
+  EXPECT_EQ(suns(patches.rows, std::vector<double>{1, 0}, 3).size(), 3u);
+  EXPECT_EQ(suns(patches.rows, std::vector<double>{1, 0}, 5).size(), 5u);
+  const auto second = suns(patches.rows, std::vector<double>{0, 1}, 3);
+  ASSERT_EQ(second.size(), 1u);
+  EXPECT_NEAR(std::atan2(direction_of(second[0]).y, direction_of(second[0]).x), patches.east, 1e-9);
+}
+
+/// One point of a room whose volume has light of the lowest region alone: what is missing of a sun counts beside the
+/// sky around it, of 1/7 of its irradiance on a plane that faces it.
+TEST(RoomErrors, of_a_sun_are_relative_to_its_light_and_that_of_the_sky_around_it) {
+  constexpr float kSun = 2.0f;
+  const TwoPatches patches;
+  BasisVolume volume = test::grid_volume(test::closed_room(), {2, 2, 2}, 1);
+  const glm::dvec3 point = volume.room.bounds().centre();
+  const RoomPoints one{volume.room.bounds(), {point}, {1.0}};
+  auto audit = Audit::prepare(volume.room, {}, volume.probes, {point}, {}, {one});
+  ASSERT_TRUE(audit) << audit.error().message();
+  const radiosity::PatchSet set{std::vector<radiosity::Patch>(2), {}};
+  const std::vector<std::vector<double>> in_room{{0.0, 1.0}};
+  const std::size_t skies = audit->direct_light(patches.rows, set, in_room).columns();
+  const double sun_sr = held_out_partition().solid_angle_sr(patches.rows[1].region[0]);
+  const auto sky = static_cast<float>(3 * static_cast<double>(kSun) * 7 * std::numbers::pi / sun_sr);
+  volume.basis.assign(volume.basis.size(), 0.0f);
+  for (std::size_t i = 0; i < volume.basis.size(); i += 27)
+    std::fill_n(volume.basis.begin() + static_cast<std::ptrdiff_t>(i), 3, sky);
+  std::vector<float> points(2 * 27 * skies, 0.0f), band4(points.size(), 0.0f);
+  for (std::size_t p = 0; p < 2; ++p)
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t s = 0; s < skies; ++s)
+        points[(p * 27 + c) * skies + s] = s == 0 ? sky : kSun;
+  const std::vector<std::size_t> probes = audit->probes();
+  const std::vector<float> at_probes(probes.size() * 27 * skies, 0.0f);
+  const AuditReport report = audit->judge(volume, {points, band4, at_probes, probes});
+  ASSERT_TRUE(report.sky.back().of_room);
+  EXPECT_NEAR(report.sky.back().rooms[0].error, 0.25, 0.001) << "of 1 + 3 parts";
+  EXPECT_NEAR(report.sky[0].rooms[0].error, 0.0, 0.001);
+  EXPECT_EQ(report.sky.back().total, 0.0) << "counts in its room alone";
 }
 
 TEST(ErrorSpread, percentile_lies_between_its_neighbours) {
@@ -99,7 +195,8 @@ TEST(RoomErrors, of_a_bake_are_told_room_by_room_in_the_coordinates_of_the_model
   EXPECT_NEAR(m.rooms[1].box.max.y, at.y + 7.0, 0.02);
   for (const Measured::OfRoom& room : m.rooms) {
     EXPECT_EQ(room.errors.smooth.skies, 5u);
-    EXPECT_GE(room.points, 26u);
+    EXPECT_GE(room.errors.sun.skies, 6u) << "suns of its own: the windows look to opposite sides";
+    EXPECT_GE(room.points, 52u);
     EXPECT_GE(room.errors.smooth.worst, m.mesh);
     EXPECT_LT(room.errors.smooth.worst, 4 * request.max_error);
     EXPECT_LE(room.errors.smooth.mean, room.errors.smooth.percentile95);
