@@ -26,7 +26,7 @@ TEST(Senders, of_a_small_mesh_are_all_its_vertices) {
 }
 
 TEST(Senders, of_a_dense_mesh_are_few_and_lie_beside_those_they_send_for) {
-  for (const int side : {200, 400}) {
+  for (const int side : {400, 500}) {
     const ObjectMesh mesh = test::torus(0.2f, 0.1f, side, side);
     ASSERT_GT(mesh.positions.size(), kMostSenders);
     const MeshSenders senders = find_senders(mesh, kUp);
