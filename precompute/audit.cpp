@@ -353,7 +353,8 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, const AuditT
   return error;
 }
 
-/// One sky after another, and the exact coefficients at the points, kept for comparison with other meshes.
+/// One sky after another, the uniform one first, and the exact coefficients at the points, kept for comparison with
+/// other meshes.
 AuditReport Audit::judge(const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent) const {
   const auto middle = points_.begin() + static_cast<std::ptrdiff_t>(in_air_);
   AuditReport report{{points_.begin(), middle},

@@ -6,6 +6,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/core/segment.h"
+
 namespace daylit::radiosity {
 
 namespace {
@@ -14,25 +16,12 @@ namespace {
 constexpr double kEdge = 0.25, kReach = 0.125, kDeepest = 0.5, kInPane = 1e-3;
 constexpr double kAcross = 0.7; // cosine between the normals of face and pane, at most
 
-double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 along = b - a;
-  const double t = std::clamp(glm::dot(p - a, along) / glm::dot(along, along), 0.0, 1.0);
-  return glm::distance(p, a + t * along);
-}
-
-/// To a convex polygon that is seen counter-clockwise or clockwise: its plane's distance above it, else the nearest
-/// side.
-double distance_to_polygon(const glm::dvec3& p, const std::vector<glm::dvec3>& corners, const glm::dvec3& normal) {
+/// To the nearest of its sides.
+double distance_to_outline(const glm::dvec3& p, const std::vector<glm::dvec3>& corners) {
   double nearest = std::numeric_limits<double>::infinity();
-  bool left = true, right = true;
-  for (std::size_t k = 0; k < corners.size(); ++k) {
-    const glm::dvec3 &a = corners[k], &b = corners[(k + 1) % corners.size()];
-    const double side = glm::dot(glm::cross(b - a, p - a), normal);
-    left = left && side >= 0.0;
-    right = right && side <= 0.0;
-    nearest = std::min(nearest, distance_to_segment(p, a, b));
-  }
-  return left || right ? std::abs(glm::dot(p - corners[0], normal)) : nearest;
+  for (std::size_t k = 0; k < corners.size(); ++k)
+    nearest = std::min(nearest, distance_to_segment(p, corners[k], corners[(k + 1) % corners.size()]));
+  return nearest;
 }
 
 /// The least extent across one of its sides.
@@ -40,6 +29,8 @@ double width_of(const std::vector<glm::dvec3>& corners, const glm::dvec3& normal
   double width = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const glm::dvec3 side = corners[(k + 1) % corners.size()] - corners[k];
+    if (side == glm::dvec3(0.0))
+      continue;
     const glm::dvec3 across = glm::cross(side, normal) / glm::length(side);
     double extent = 0;
     for (const glm::dvec3& c : corners)
@@ -76,7 +67,7 @@ bool NearPanes::is_reveal(const PlaneGroup& group, const Pane& pane) {
 double NearPanes::edge_m(const glm::dvec3& p, std::size_t group) const {
   double longest = std::numeric_limits<double>::infinity();
   for (const Pane& pane : panes_[group])
-    if (distance_to_polygon(p, pane.corners, pane.inward) <= kReach * pane.width_m)
+    if (distance_to_outline(p, pane.corners) <= kReach * pane.width_m)
       longest = std::min(longest, kEdge * pane.width_m);
   return longest;
 }

@@ -11,7 +11,7 @@
 
 namespace daylit {
 
-/// Of a mesh with no more vertices each sends light itself: of one of 100,000 triangles with folds, too.
+/// Of a mesh with no more vertices each sends light itself.
 constexpr std::size_t kMostSenders = 131072;
 /// The same of one that mirrors all over: its vertices' light is not seen, only what they send.
 constexpr std::size_t kMostMirrorSenders = 1024;

@@ -21,8 +21,8 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   if (empty())
     return result;
   const int column = x / kBlockSide, row = y / kBlockSide;
-  if (layer == Layer::room && shows_edge(column, row)) // where both may touch
-    return result;
+  if (layer == Layer::room && shows_edge(column, row))
+    return result; // object and room may touch there
   const float s = static_cast<float>(x % kBlockSide) / kBlockSide, t = static_cast<float>(y % kBlockSide) / kBlockSide;
   const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   SkyFractions mixed{Rgb(0.0f), Rgb(0.0f)};

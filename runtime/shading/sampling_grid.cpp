@@ -81,7 +81,7 @@ private:
   std::uint64_t rays_ = 0;
 };
 
-/// The corners of blocks that show an outline, and the coarse points around these.
+/// Blocks that show an edge, their corners, and the coarse points around these.
 void SamplingGrid::mark_outlines(std::span<const glm::ivec2> pixels) {
   at_outline_.assign(points_.size() / 2, 0);
   has_edge_ = at_outline_;

@@ -117,7 +117,7 @@ struct SampledPicture {
   float radius = 0.0f;       ///< of a sphere around the objects, metres
   float radius_px = 0.0f;    ///< how large it appears
   std::size_t sky_lights = 0, sun_lights = 0;
-  std::span<const glm::ivec2> outline; ///< pixels at the objects' outlines
+  std::span<const glm::ivec2> outline; ///< pixels in which an object ends or bends sharply
 };
 
 /// Called from several threads at once.

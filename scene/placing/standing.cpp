@@ -13,6 +13,7 @@
 #include <glm/vec2.hpp>
 
 #include "scene/core/parallel.h"
+#include "scene/core/segment.h"
 
 namespace daylit {
 
@@ -61,13 +62,6 @@ std::vector<glm::dvec2> convex_hull(std::vector<glm::dvec2> p) {
     std::ranges::reverse(p);
   }
   return hull;
-}
-
-double distance_to_segment(const glm::dvec2& p, const glm::dvec2& a, const glm::dvec2& b) {
-  const glm::dvec2 way = b - a;
-  const double square = glm::dot(way, way),
-               t = square > 0.0 ? std::clamp(glm::dot(p - a, way) / square, 0.0, 1.0) : 0.0;
-  return glm::length(p - a - t * way);
 }
 
 /// 0 inside of a convex, counter-clockwise polygon; of a point or a segment too.

@@ -8,6 +8,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/core/segment.h"
 #include "scene/room/aperture.h"
 #include "scene/room/edge_graph.h"
 #include "scene/room/polygon.h"
@@ -23,13 +24,6 @@ constexpr double kMostAlong = 0.5; // of a gap's width: how far across may lead 
 constexpr double kLeastAir = 0.25; // of its width: the middle of a gap is this far from every surface
 constexpr int kLines = 128, kFewestLeaks = 2;
 constexpr float kFar = std::numeric_limits<float>::infinity();
-
-double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 ab = b - a;
-  const double length2 = glm::dot(ab, ab);
-  const double t = length2 > 0.0 ? std::clamp(glm::dot(p - a, ab) / length2, 0.0, 1.0) : 0.0;
-  return glm::distance(p, a + t * ab);
-}
 
 /// What is across from a point of an edge.
 struct Across {

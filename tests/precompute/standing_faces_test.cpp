@@ -94,6 +94,16 @@ TEST(StandingFaces, planes_of_a_sill_are_wanted_up_to_the_ceiling_and_those_of_a
   EXPECT_NEAR(top(1.015), 1.25, 1e-9);
 }
 
+TEST(StandingFaces, planes_lie_close_to_a_wall_above_a_sill_and_not_above_a_floor) {
+  RoomBuilder b;
+  const auto grey = b.material("grey");
+  b.box({0, 0, 0}, {4, 5, 3}, grey);
+  b.box({1, 4.7, 0.9}, {2, 5, 0.95}, grey, 32); // sill, up to the wall
+  const Planes planes = planes_near(*standing_faces(b.room), b.room.bounds());
+  EXPECT_TRUE(near_one_of(planes[1], 4.985));
+  EXPECT_FALSE(near_one_of(planes[1], 0.015));
+}
+
 TEST(StandingFaces, points_are_1_to_30_cm_above_them_and_touch_nothing) {
   const Room room = furnished();
   const auto faces = standing_faces(room);
