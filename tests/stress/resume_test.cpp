@@ -35,7 +35,7 @@ protected:
 };
 
 TEST_F(Resume, killed_at_ten_random_moments_ends_in_the_same_bits) {
-  const std::string bake = kBake + " --patch-size 0.25"; // about 8,000 facets
+  const std::string bake = kBake + " --patch-size 0.4"; // about 3,000 facets
   const auto start = std::chrono::steady_clock::now();
   ASSERT_EQ(run(bake + to(folder / "whole.volume")), 0);
   const double whole = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
