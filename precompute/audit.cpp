@@ -273,11 +273,19 @@ std::vector<ShRadiance> Audit::light_at_points(std::size_t s, const LightField& 
   return light;
 }
 
+/// Irradiance where objects stand. A sun is judged with the uniform sky around it, `sky_part` of it.
+double Audit::judge_standing(const NearLight& light, const NearLight& uniform, float sky_part) const {
+  Ratio all;
+  for (std::size_t p = 0; p < standing_; ++p)
+    add_irradiance(all, sum(light.got[p], sky_part, uniform.got[p]), sum(light.exact[p], sky_part, uniform.exact[p]));
+  return all.nrms();
+}
+
 /// Irradiance room by room, each point counting by the part of the room it stands for. A sun is judged with the uniform
 /// sky around it, `sky_part` of it; the light that is told is the sun's alone.
-std::vector<RoomError> Audit::judge_rooms(const RoomLight& light, const RoomLight& uniform, float sky_part) const {
+std::vector<RoomError> Audit::judge_rooms(const NearLight& light, const NearLight& uniform, float sky_part) const {
   std::vector<RoomError> errors;
-  std::size_t p = 0;
+  std::size_t p = standing_;
   for (const RoomPoints& room : rooms_) {
     Ratio all;
     double power2 = 0, weights = 0;
@@ -314,36 +322,32 @@ void Audit::judge_probes(const LightField& field, const Column& exact_at_probes,
   error.grid_part = grid_part.limited_nrms();
 }
 
-/// Volume against truth at the points in the air and where objects stand. band 4: nine true coefficients against order
-/// 4, as irradiance.
+/// Volume against truth at the points in the air. band 4: nine true coefficients against order 4, as irradiance.
 void Audit::judge_points(std::span<const ShRadiance> got, const PointTruth& truth, SkyError& error) const {
-  Ratio received, nine_leave, standing;
+  Ratio received, nine_leave;
   PointRatios total;
   for (std::size_t p = 0; p < in_air_; ++p) {
     total.add(ratio_of(got[p].nine, truth.nine.at(p)));
     add_irradiance(received, got[p], truth.at(p));
     add_irradiance(nine_leave, {truth.nine.at(p), {}}, truth.at(p));
   }
-  for (std::size_t p = in_air_; p < in_air_ + standing_; ++p)
-    add_irradiance(standing, got[p], truth.at(p));
   error.total = total.nrms();
   error.limited = total.limited_nrms();
   error.irradiance = received.nrms();
   error.band4 = nine_leave.nrms();
-  error.standing = standing.nrms();
 }
 
 SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent,
-                          RoomLight& in_rooms) const {
+                          NearLight& near) const {
   std::vector<Rgb> radiance;
   for (const float r : radiance_on(volume.partition, skies_[s]))
     radiance.emplace_back(r);
   const LightField field = combine(volume, radiance, ShOrder::fourth);
   const std::vector<ShRadiance> light = light_at_points(s, field, radiance, sent);
   const PointTruth here{{truth.at_points, skies_.size(), s}, {truth.band4_at_points, skies_.size(), s}};
-  for (std::size_t p = in_air_ + standing_; p < points_.size(); ++p) {
-    in_rooms.got.push_back(light[p]);
-    in_rooms.exact.push_back(here.at(p));
+  for (std::size_t p = in_air_; p < points_.size(); ++p) {
+    near.got.push_back(light[p]);
+    near.exact.push_back(here.at(p));
   }
   SkyError error{.sky = skies_[s].name, .is_sun = skies_[s].is_sun, .of_room = skies_[s].of_room};
   if (error.of_room)
@@ -362,11 +366,14 @@ AuditReport Audit::judge(const BasisVolume& volume, const AuditTruth& truth, con
                      std::vector<SkyError>(skies_.size()),
                      {},
                      rooms_};
-  std::vector<RoomLight> in_rooms(skies_.size());
+  std::vector<NearLight> near(skies_.size());
   parallel_for(std::size_t{0}, skies_.size(),
-               [&](std::size_t s) { report.sky[s] = judge_sky(s, volume, truth, sent, in_rooms[s]); });
-  for (std::size_t s = 0; s < skies_.size(); ++s)
-    report.sky[s].rooms = judge_rooms(in_rooms[s], in_rooms[0], sky_around(skies_[s]));
+               [&](std::size_t s) { report.sky[s] = judge_sky(s, volume, truth, sent, near[s]); });
+  for (std::size_t s = 0; s < skies_.size(); ++s) {
+    const float around = sky_around(skies_[s]);
+    report.sky[s].rooms = judge_rooms(near[s], near[0], around);
+    report.sky[s].standing = skies_[s].of_room ? 0.0 : judge_standing(near[s], near[0], around);
+  }
   for (std::size_t s = 0; s < skies_.size(); ++s)
     for (std::size_t p = 0; p < in_air_; ++p) {
       const Sh9Rgb exact = Column{truth.at_points, skies_.size(), s}.at(p);

@@ -39,7 +39,8 @@ struct SkyError {
                          ///< large); limited in the same way
   double irradiance = 0; ///< as irradiance on six axes, to order 4; of a volume of nine coefficients too
   double band4 = 0;      ///< what l = 4 is of the irradiance there: what nine true coefficients leave
-  double standing = 0;   ///< irradiance on six axes where objects stand: AuditReport::standing
+  double standing = 0;   ///< irradiance on six axes where objects stand: AuditReport::standing; of a sun with the sky
+                         ///< around it
   std::vector<RoomError> rooms = {}; ///< of each of AuditReport::rooms
   bool of_room = false;              ///< a sun that counts in `rooms` alone: HeldOutSky::of_room
 };
@@ -122,13 +123,14 @@ private:
     Sh9Rgb at(std::size_t point) const;
   };
   struct PointTruth;
-  /// At the points of the rooms under one sky: of the volume, and taken directly.
-  struct RoomLight {
+  /// At the points where objects stand and those of the rooms, under one sky: of the volume, and taken directly.
+  struct NearLight {
     std::vector<ShRadiance> got, exact;
   };
   SkyError judge_sky(std::size_t sky, const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent,
-                     RoomLight& in_rooms) const;
-  std::vector<RoomError> judge_rooms(const RoomLight& light, const RoomLight& uniform, float sky_part) const;
+                     NearLight& near) const;
+  double judge_standing(const NearLight& light, const NearLight& uniform, float sky_part) const;
+  std::vector<RoomError> judge_rooms(const NearLight& light, const NearLight& uniform, float sky_part) const;
   void judge_points(std::span<const ShRadiance> got, const PointTruth& truth, SkyError& error) const;
   void judge_probes(const LightField& field, const Column& exact_at_probes, std::span<const std::size_t> probes,
                     const PointTruth& truth, SkyError& error) const;

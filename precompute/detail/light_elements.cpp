@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/parallel.h"
+#include "scene/room/pane_outline.h"
 
 namespace daylit::precompute::detail {
 
@@ -32,8 +33,10 @@ std::array<Facet, 2> halves(const Facet& p) {
 }
 
 constexpr double kGrazing = 0.25;
-constexpr double kInside = 0.9; // of the way from a middle to a corner: where one looks from and to
-constexpr double kHidden = 0.1; // of what faces an aperture: what it counts if it sees none of the points looked for
+constexpr double kInside = 0.9;  // of the way from a middle to a corner: where one looks from and to
+constexpr double kHidden = 0.1;  // of what faces an aperture: what it counts if it sees none of the points looked for
+constexpr double kBeside = 0.25; // of a pane's width: nearer than that its light changes within the distance from it
+constexpr double kNearest = 1.0 / 32.0;
 constexpr float kWholeWay = 0.999f; // of a ray to an aperture
 
 /// The middle of an outline and a point near each corner.
@@ -54,9 +57,22 @@ class SunExposure {
 public:
   SunExposure(const radiosity::SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const RayScene& room)
       : room_(room), to_room_(mesh.origin - room.origin()) {
-    for (const Aperture& a : apertures)
+    for (const Aperture& a : apertures) {
+      pane_.emplace_back(a, mesh.origin);
       for (const glm::dvec3& p : points_of(a.corners, mesh.origin))
         target_.push_back({p, a.inward});
+    }
+  }
+
+  /// What the area of a facet with its middle at p counts more: elements beside a pane are as large as their distance
+  /// from it, those elsewhere as large as at a quarter of its width.
+  double beside_panes(const glm::dvec3& p) const {
+    double more = 1.0;
+    for (const PaneOutline& pane : pane_) {
+      const double far = kBeside * pane.width_m / std::max(pane.distance(p), kNearest * pane.width_m);
+      more = std::max(more, far * far);
+    }
+    return more;
   }
 
   double of(const radiosity::Patch& e) const {
@@ -86,9 +102,10 @@ private:
   const RayScene& room_;
   glm::dvec3 to_room_;
   std::vector<Target> target_;
+  std::vector<PaneOutline> pane_;
 };
 
-/// How often each facet is halved: always the facet whose parts have the largest exposure * area.
+/// How often each facet is halved: always the facet whose parts have the largest exposure * area, more beside panes.
 std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                            const SunExposure& exposure, const radiosity::SizeField& field, std::size_t count) {
   struct Part {
@@ -106,8 +123,9 @@ std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::
   for (std::uint32_t p = 0; p < mesh.facets.size(); ++p)
     if (exposed[p] > 0) {
       const Facet& f = mesh.facets[p];
-      const double larger = field.at(mesh.origin + (f.corner[0] + f.corner[1] + f.corner[2]) / 3.0);
-      queue.push({exposed[p] * f.area_m2 / (larger * larger), p});
+      const glm::dvec3 middle = (f.corner[0] + f.corner[1] + f.corner[2]) / 3.0;
+      const double larger = field.at(mesh.origin + middle);
+      queue.push({exposed[p] * exposure.beside_panes(middle) * f.area_m2 / (larger * larger), p});
     }
   std::vector<int> cuts(mesh.facets.size(), 0);
   // All parts of a facet are cut together.

@@ -25,8 +25,8 @@ struct LightElements {
   std::vector<float> fraction;       ///< of each element in its parent's area
 
   /// Cuts facets in two along their longest edge until there are `count`, first those that are large (by the field) and
-  /// face a visible aperture; none that get no light from above the horizon, where suns are. `room`: its reflecting
-  /// surfaces. A function of the input alone.
+  /// face a visible aperture, smaller beside a pane; none that get no light from above the horizon, where suns are.
+  /// `room`: its reflecting surfaces. A function of the input alone.
   static Result<LightElements> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                                     const std::vector<Aperture>& apertures, const RayScene& room,
                                     const radiosity::SizeField& field, std::size_t count);

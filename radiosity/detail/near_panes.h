@@ -6,6 +6,7 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/detail/plane_groups.h"
+#include "scene/room/pane_outline.h"
 #include "scene/room/room.h"
 
 namespace daylit::radiosity {
@@ -23,14 +24,9 @@ public:
   double edge_m(const glm::dvec3& p, std::size_t group) const;
 
 private:
-  struct Pane {
-    std::vector<glm::dvec3> corners;
-    glm::dvec3 inward;
-    double width_m;
-  };
-  static bool is_reveal(const PlaneGroup& group, const Pane& pane);
+  static bool is_reveal(const PlaneGroup& group, const PaneOutline& pane);
 
-  std::vector<std::vector<Pane>> panes_; ///< of each group
+  std::vector<std::vector<PaneOutline>> panes_; ///< of each group
 };
 
 } // namespace daylit::radiosity

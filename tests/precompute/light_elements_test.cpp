@@ -74,6 +74,28 @@ TEST(LightElements, are_smaller_where_an_aperture_is_in_sight) {
   EXPECT_LT(area_m2[1] / count[1], 0.5 * area_m2[0] / count[0]);
 }
 
+/// A pane 2 m wide that begins at the floor.
+TEST(LightElements, are_smaller_on_a_floor_beside_a_pane) {
+  Room room;
+  room.materials.emplace_back();
+  room.materials.back().reflectance = Rgb(0.5f);
+  bench::add_box(room, {0, 0, 0}, {4, 4, 3}, 0b111011u, true);
+  bench::add_quad(room, {0, 0, 0}, {1, 0, 0}, {1, 0, 3}, {0, 0, 3});
+  bench::add_quad(room, {3, 0, 0}, {4, 0, 0}, {4, 0, 3}, {3, 0, 3});
+  bench::add_quad(room, {1, 0, 2.5}, {3, 0, 2.5}, {3, 0, 3}, {1, 0, 3});
+  const Cut cut = cut_room(room, 1600);
+  double area_m2[2] = {}, count[2] = {}; // of the floor before the pane, further away and beside it
+  for (const radiosity::Patch& element : cut.elements.patches.patches) {
+    const glm::dvec3 at = cut.problem.mesh.origin + (element.corner[0] + element.corner[1] + element.corner[2]) / 3.0;
+    if (element.normal.z < 0.9 || at.x < 1 || at.x > 3 || at.y > 1.5)
+      continue;
+    area_m2[at.y < 0.25] += element.area_m2;
+    ++count[at.y < 0.25];
+  }
+  ASSERT_GT(count[0], 5);
+  EXPECT_LT(area_m2[1] / count[1], 0.4 * area_m2[0] / count[0]);
+}
+
 TEST(LightElements, are_the_patches_where_none_are_asked_for) {
   const Cut cut = cut_room(0);
   ASSERT_EQ(cut.elements.patches.patches.size(), cut.problem.patches.patches.size());

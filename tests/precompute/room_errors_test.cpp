@@ -125,17 +125,20 @@ TEST(Suns, stand_where_their_light_counts_and_nowhere_twice) {
   EXPECT_NEAR(std::atan2(direction_of(second[0]).y, direction_of(second[0]).x), patches.east, 1e-9);
 }
 
-/// One point of a room whose volume has light of the lowest region alone: what is missing of a sun counts beside the
-/// sky around it, of 1/7 of its irradiance on a plane that faces it.
-TEST(RoomErrors, of_a_sun_are_relative_to_its_light_and_that_of_the_sky_around_it) {
+/// One point of a room, where objects stand too, whose volume has light of the lowest region alone: what is missing of
+/// a sun counts beside the sky around it, of 1/7 of its irradiance on a plane that faces it.
+TEST(RoomErrors,
+     of_a_sun_are_relative_to_its_light_and_that_of_the_sky_around_it_and_so_are_those_where_objects_stand) {
   constexpr float kSun = 2.0f;
   const TwoPatches patches;
   BasisVolume volume = test::grid_volume(test::closed_room(), {2, 2, 2}, 1);
   const glm::dvec3 point = volume.room.bounds().centre();
   const RoomPoints one{volume.room.bounds(), {point}, {1.0}};
-  auto audit = Audit::prepare(volume.room, {}, volume.probes, {point}, {}, {one});
+  auto audit = Audit::prepare(volume.room, {}, volume.probes, {point}, {point}, {one});
   ASSERT_TRUE(audit) << audit.error().message();
-  const radiosity::PatchSet set{std::vector<radiosity::Patch>(2), {}};
+  radiosity::PatchSet set{std::vector<radiosity::Patch>(2), {}};
+  set.patches[0].area_m2 = set.patches[0].importance = 1;
+  set.patches[1].importance = 0;
   const std::vector<std::vector<double>> in_room{{0.0, 1.0}};
   const std::size_t skies = audit->direct_light(patches.rows, set, in_room).columns();
   const double sun_sr = held_out_partition().solid_angle_sr(patches.rows[1].region[0]);
@@ -143,8 +146,8 @@ TEST(RoomErrors, of_a_sun_are_relative_to_its_light_and_that_of_the_sky_around_i
   volume.basis.assign(volume.basis.size(), 0.0f);
   for (std::size_t i = 0; i < volume.basis.size(); i += 27)
     std::fill_n(volume.basis.begin() + static_cast<std::ptrdiff_t>(i), 3, sky);
-  std::vector<float> points(2 * 27 * skies, 0.0f), band4(points.size(), 0.0f);
-  for (std::size_t p = 0; p < 2; ++p)
+  std::vector<float> points(3 * 27 * skies, 0.0f), band4(points.size(), 0.0f);
+  for (std::size_t p = 0; p < 3; ++p)
     for (std::size_t c = 0; c < 3; ++c)
       for (std::size_t s = 0; s < skies; ++s)
         points[(p * 27 + c) * skies + s] = s == 0 ? sky : kSun;
@@ -155,6 +158,10 @@ TEST(RoomErrors, of_a_sun_are_relative_to_its_light_and_that_of_the_sky_around_i
   EXPECT_NEAR(report.sky.back().rooms[0].error, 0.25, 0.001) << "of 1 + 3 parts";
   EXPECT_NEAR(report.sky[0].rooms[0].error, 0.0, 0.001);
   EXPECT_EQ(report.sky.back().total, 0.0) << "counts in its room alone";
+  const auto for_all = std::ranges::find_if(report.sky, [](const SkyError& e) { return e.is_sun && !e.of_room; });
+  ASSERT_NE(for_all, report.sky.end());
+  EXPECT_NEAR(for_all->standing, 0.25, 0.001);
+  EXPECT_NEAR(for_all->total, 1.0, 0.001) << "in the air the sun's light is alone";
 }
 
 TEST(ErrorSpread, percentile_lies_between_its_neighbours) {

@@ -1,4 +1,5 @@
 #include "scene/room/aperture.h"
+#include "scene/room/pane_outline.h"
 
 #include <cmath>
 #include <filesystem>
@@ -277,6 +278,15 @@ TEST(Aperture, crossings_of_many_rays_are_those_of_single_ones) {
     crossed += count;
   }
   EXPECT_GT(crossed, 500);
+}
+
+TEST(PaneOutline, width_is_the_shorter_side_and_distance_that_to_the_outline) {
+  const Aperture leaning{{{1, 0, 0}, {4, 0, 0}, {4, 0.6, 0.8}, {1, 0.6, 0.8}}, {0, -0.8, 0.6}, Rgb(1.0f), 0.0f};
+  const PaneOutline pane(leaning, {1, 0, 0});
+  EXPECT_NEAR(pane.width_m, 1.0, 1e-12);
+  EXPECT_NEAR(pane.distance({1.5, -0.3, 0}), 0.3, 1e-12);
+  EXPECT_NEAR(pane.distance({1.5, 0.3, 0.4}), 0.5, 1e-12) << "in its middle";
+  EXPECT_NEAR(pane.distance({-3, 0, -4}), 5.0, 1e-12);
 }
 
 } // namespace
