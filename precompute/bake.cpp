@@ -173,6 +173,31 @@ Result<BakeReport> count_bake(const RoomFile& file, const SkyPartition& partitio
   return report;
 }
 
+namespace {
+
+/// From the surfaces to the probes, and the audit of what they have then.
+Result<void> fill_volume(const detail::Stage& stage, const Room& room, DirectLight light, BasisVolume& volume,
+                         BakeReport& report) {
+  std::vector<std::uint32_t> source;
+  if (volume.partition.interpolated()) {
+    auto sources = detail::bake_fine_sky(stage, std::move(light.rows), volume, report);
+    if (!sources)
+      return sources.error();
+    source = std::move(*sources);
+  } else if (const Result<void> done = detail::bake_regions(stage, light.table, volume, report); !done) {
+    return done.error();
+  }
+  if (stage.options.audit) {
+    auto audited = detail::audit_bake(stage, room, volume, source);
+    if (!audited)
+      return audited.error();
+    report.audit = std::move(*audited);
+  }
+  return {};
+}
+
+} // namespace
+
 /// Mesh and probes, direct light H, exchange areas G with closed rows, rays of the probes; then
 /// L_lm = w (I - rho F)^-1 rho H by one of the two ways, and the audit.
 Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, const BakeOptions& options,
@@ -226,21 +251,8 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                      .provenance = {}};
   const detail::Stage stage{*problem, *elements, faces,   *exchange, points, *hits,
                             fit,      *white,    options, progress,  clock};
-  std::vector<std::uint32_t> source;
-  if (fine) {
-    auto sources = detail::bake_fine_sky(stage, std::move(light->rows), volume, report);
-    if (!sources)
-      return sources.error();
-    source = std::move(*sources);
-  } else if (const Result<void> done = detail::bake_regions(stage, light->table, volume, report); !done) {
+  if (const Result<void> done = fill_volume(stage, file.room, std::move(*light), volume, report); !done)
     return done.error();
-  }
-  if (options.audit) {
-    auto audited = detail::audit_bake(stage, file.room, volume, source);
-    if (!audited)
-      return audited.error();
-    report.audit = std::move(*audited);
-  }
   return volume;
 }
 
