@@ -1,6 +1,7 @@
 #include "runtime/trace/block_shader.h"
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include <glm/common.hpp>
@@ -52,6 +53,7 @@ int BlockShader::add_point(Batch& batch, const PixelSurface& at, const SamplingG
   batch.unknown |= sky.is_known ? 0u : 1u << lane;
   batch.pixel[lane] = {x, y};
   batch.coverage[lane] = coverage;
+  batch.places[lane] = 0;
   return lane;
 }
 
@@ -67,6 +69,7 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   Batch& b = sky.is_known ? objects_ : outlines_;
   const int lane = add_point(b, at, sky, x, y, coverage);
   b.light[lane] = light;
+  b.places[lane] = hit.places;
   if (!sky.is_known)
     grid_.add_hints(Layer::object, x, y, at.position, at.normal, lane, b.set.hints);
   if (b.set.count == kLanes)
@@ -84,6 +87,7 @@ void BlockShader::add_room(int x, int y, float coverage) {
     return; // nothing is lost here
   const int lane = add_point(room_, at, sky, x, y, coverage);
   room_.triangle[lane] = scene_.room_triangle[hit.triangle];
+  room_.places[lane] = view_.is_edge(x, y) ? view_.uncovered_places(x, y) : 0;
   if (!sky.is_known && sky.is_between)
     grid_.add_hints(Layer::room, x, y, at.position, at.normal, lane, room_.set.hints);
 }
@@ -103,12 +107,46 @@ void BlockShader::see_sky(Batch& b, Layer layer) {
   b.unknown = 0;
 }
 
+/// Where shadow rays start from the surface that sample `place` of an edge pixel shows: of the room, on the plane
+/// through x, t = n.(x - eye) / n.w along the sample's ray w.
+glm::vec3 BlockShader::start_of_sample(Layer layer, const glm::ivec2& pixel, std::size_t place, const glm::vec3& x,
+                                       const glm::vec3& n) const {
+  if (layer == Layer::object)
+    return object_surface(scene_, view_.eye(), view_.edge_samples(pixel.x, pixel.y)[place]).start;
+  const glm::vec3 w = view_.sample_direction(pixel.x, pixel.y, place);
+  const float height = glm::dot(n, x - view_.eye()), along = glm::dot(n, w);
+  return along * height > 0.0f ? view_.eye() + w * (height / along) : x;
+}
+
+/// In an edge pixel the lights of the sun start at the samples for which the point stands, one after another: in folds
+/// narrower than a pixel some are lit.
+bool BlockShader::spread_over_samples(const Batch& b, Layer layer, int lane) {
+  if (b.places[lane] == 0)
+    return false;
+  const PointBlock& p = b.set.points;
+  const glm::vec3 x(p.x[lane], p.y[lane], p.z[lane]), n(p.nx[lane], p.ny[lane], p.nz[lane]);
+  std::array<glm::vec3, kCoverageSamples> start;
+  std::size_t count = 0;
+  for (std::size_t s = 0; s < start.size(); ++s)
+    if (b.places[lane] >> s & 1u)
+      start[count++] = start_of_sample(layer, b.pixel[lane], s, x, n);
+  for (std::size_t j = 0; j < sun_starts_.size(); ++j) {
+    const glm::vec3& from = start[j % count];
+    PointBlock& block = sun_starts_[j];
+    block.x[lane] = from.x;
+    block.y[lane] = from.y;
+    block.z[lane] = from.z;
+    block.radius = std::max(block.radius, p.radius + glm::distance(from, x));
+  }
+  return true;
+}
+
 /// Each light of the sun starts elsewhere in the pixel (R2 sequence, Roberts 2018): the edge of a shadow is smoothed
-/// over the pixel, as a camera does. Not in pixels that are covered in part, whose points stand for less.
+/// over the pixel, as a camera does; in an edge pixel over what the point stands for.
 RayStarts BlockShader::spread_over_pixels(const Batch& b, Layer layer, const PointBlock& starts) {
   sun_starts_.assign(scene_.sun.size(), starts);
   for (int k = 0; k < b.set.count; ++k) {
-    if (b.coverage[k] < 1.0f)
+    if (spread_over_samples(b, layer, k))
       continue;
     const PointBlock& p = b.set.points;
     const glm::vec3 x(p.x[k], p.y[k], p.z[k]), n(p.nx[k], p.ny[k], p.nz[k]);

@@ -30,7 +30,8 @@ private:
     PointSet set;
     LaneMask unknown = 0; ///< lanes whose sky is to be looked at
     glm::ivec2 pixel[kLanes] = {};
-    float coverage[kLanes] = {}; ///< of the pixel
+    float coverage[kLanes] = {};      ///< of the pixel
+    std::uint8_t places[kLanes] = {}; ///< of an edge pixel, as in ObjectHit
     std::uint32_t triangle[kLanes] = {};
     ObjectLight light[kLanes];
   };
@@ -44,6 +45,9 @@ private:
   void see_sky(Batch& batch, Layer layer);
   lanes::LightSums sum_sun(const Batch& batch, Layer layer, const SamplingGrid::SunCorners& corners);
   RayStarts spread_over_pixels(const Batch& batch, Layer layer, const PointBlock& starts);
+  glm::vec3 start_of_sample(Layer layer, const glm::ivec2& pixel, std::size_t place, const glm::vec3& x,
+                            const glm::vec3& n) const;
+  bool spread_over_samples(const Batch& batch, Layer layer, int lane);
   void shade_objects(Batch& batch, const SamplingGrid::SunCorners& corners);
   void shade_room();
   void shade_pixels(const PixelBox& pixels, bool receives);

@@ -93,16 +93,19 @@ void VisibleSurfaces::find_edges() {
     }
 }
 
-void VisibleSurfaces::add_sample(Edge& edge, const ObjectHit& sample) const {
+void VisibleSurfaces::add_sample(Edge& edge, int place, const ObjectHit& sample) const {
+  const auto bit = static_cast<std::uint8_t>(1u << place);
+  edge.sample[place] = sample;
   for (int h = 0; h < edge.hit_count; ++h) {
     const bool alike = std::fabs(edge.hits[h].depth - sample.depth) < apart_m_ && !turned(edge.hits[h], sample);
     if (alike || h + 1 == kMostEdgeHits) {
       ++edge.hits[h].samples;
+      edge.hits[h].places |= bit;
       return;
     }
   }
   edge.hits[edge.hit_count] = sample;
-  edge.hits[edge.hit_count++].samples = 1;
+  edge.hits[edge.hit_count++].places = bit;
 }
 
 void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
@@ -143,7 +146,7 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
     for (int s = 0; s < kCoverageSamples; ++s) {
       const std::size_t k = e * kCoverageSamples + s;
       if (object_hits.triangle[k] != kNoTriangle)
-        add_sample(edge, {object_hits.triangle[k], object_hits.u[k], object_hits.v[k], object_hits.distance[k], 1});
+        add_sample(edge, s, {object_hits.triangle[k], object_hits.u[k], object_hits.v[k], object_hits.distance[k], 1});
       else if (edge.room.triangle == kNoTriangle) {
         edge.room = {room_hits.triangle[k], room_hits.distance[k]};
         edge.room_sample = static_cast<std::uint8_t>(s);
@@ -180,6 +183,17 @@ void VisibleSurfaces::trace_objects(const PacketScene& objects, const ObjectShap
                    sample_edges(objects, room, mesh, b * kEdgesPerBlock,
                                 std::min<std::size_t>(kEdgesPerBlock, edges_.size() - b * kEdgesPerBlock));
                });
+}
+
+glm::vec3 VisibleSurfaces::sample_direction(int x, int y, std::size_t place) const {
+  return direction(static_cast<float>(x) + kSampleX[place], static_cast<float>(y) + kSampleY[place]);
+}
+
+std::uint8_t VisibleSurfaces::uncovered_places(int x, int y) const {
+  std::uint8_t covered = 0;
+  for (const ObjectHit& hit : edge_hits(x, y))
+    covered |= hit.places;
+  return static_cast<std::uint8_t>(~covered);
 }
 
 RoomHit VisibleSurfaces::uncovered_room(int x, int y, glm::vec3& position) const {

@@ -46,6 +46,7 @@ struct ObjectHit {
   std::uint32_t triangle = kNoTriangle;
   float u = 0.0f, v = 0.0f, depth = 0.0f;
   std::uint8_t samples = 0;
+  std::uint8_t places = 0; ///< which samples of an edge pixel; 0: its middle
 };
 
 /// A point of the room as seen through a pixel.
@@ -104,6 +105,12 @@ public:
     const Edge& e = edges_[edge_of(x, y)];
     return {e.hits.data(), static_cast<std::size_t>(e.hit_count)};
   }
+  /// What each sample of an edge pixel shows: where bits of ObjectHit::places are set.
+  std::span<const ObjectHit, kCoverageSamples> edge_samples(int x, int y) const { return edges_[edge_of(x, y)].sample; }
+  /// Of unit depth through sample `place` of an edge pixel.
+  glm::vec3 sample_direction(int x, int y, std::size_t place) const;
+  /// The samples of an edge pixel in which no object is seen, as bits.
+  std::uint8_t uncovered_places(int x, int y) const;
   /// The room's point that a pixel shows beside the object: its centre, or an uncovered sample of an edge.
   RoomHit uncovered_room(int x, int y, glm::vec3& position) const;
   /// Direction of unit depth through a pixel position.
@@ -127,6 +134,7 @@ private:
     std::uint32_t pixel = 0;
     std::array<ObjectHit, kMostEdgeHits> hits{};
     int hit_count = 0;
+    std::array<ObjectHit, kCoverageSamples> sample{};
     RoomHit room; ///< at the first uncovered sample
     std::uint8_t room_sample = 0;
   };
@@ -170,7 +178,7 @@ private:
   void find_edges();
   void sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh, std::size_t first,
                     std::size_t count);
-  void add_sample(Edge& edge, const ObjectHit& sample) const;
+  void add_sample(Edge& edge, int place, const ObjectHit& sample) const;
 
   int width_ = 0, height_ = 0;
   PinholeCamera camera_;
