@@ -30,8 +30,8 @@ TEST(TracedRenderer, a_pixel_at_the_edge_of_the_suns_shadow_shows_the_mean_over_
   constexpr int kFiner = 4;
   const auto coarse = in_the_sun(kWidth), fine = in_the_sun(kFiner * kWidth);
   ASSERT_TRUE(coarse && fine);
-  int room_edges = 0, object_edges = 0;
-  double room_error = 0, object_error = 0;
+  int room_edges = 0, object_edges = 0, outlines = 0;
+  double room_error = 0, object_error = 0, outline_error = 0;
   for (int y = 0; y < kHeight; ++y)
     for (int x = 0; x < kWidth; ++x) {
       float lost = 0, least = 1, most = 0, bright = 0, darkest = 1e9f, brightest = 0, cover = 0, least_cover = 1;
@@ -43,6 +43,8 @@ TEST(TracedRenderer, a_pixel_at_the_edge_of_the_suns_shadow_shows_the_mean_over_
         darkest = std::min(darkest, p.object.y), brightest = std::max(brightest, p.object.y);
       }
       const DrawnPixel p = at(*coarse, x, y);
+      if (p.object.w > 0.0f && p.object.w < 1.0f && most > 0.2f)
+        ++outlines, outline_error += std::pow(static_cast<double>(p.room.z - lost), 2);
       if (cover == 0.0f && most - least > 0.2f)
         ++room_edges, room_error += std::pow(static_cast<double>(p.room.z - lost) / static_cast<double>(most), 2);
       if (least_cover == 1.0f && p.object.w == 1.0f && brightest > 2.0f * darkest)
@@ -50,6 +52,8 @@ TEST(TracedRenderer, a_pixel_at_the_edge_of_the_suns_shadow_shows_the_mean_over_
     }
   EXPECT_GT(room_edges, 50);
   EXPECT_LT(std::sqrt(room_error / room_edges), 0.13) << "0.19 where all lights start in the middle of the pixel";
+  EXPECT_GT(outlines, 25);
+  EXPECT_LT(std::sqrt(outline_error / outlines), 0.042) << "of the whole sun: 0.049 from one sample";
   EXPECT_GT(object_edges, 100);
   EXPECT_LT(std::sqrt(object_error / object_edges), 0.1) << "0.11";
 }
@@ -104,6 +108,7 @@ double error_of_folds(int folds, const std::optional<DetectedSun>& sun) {
 }
 
 TEST(TracedRenderer, folds_as_narrow_as_pixels_show_the_mean_over_the_pixels) {
+  EXPECT_LT(error_of_folds(6, sun_through_the_window()), 0.027) << "0.036 where all lights start at one sample";
   EXPECT_LT(error_of_folds(20, sun_through_the_window()), 0.25) << "0.48 with one point per pixel";
 }
 
