@@ -97,14 +97,23 @@ SamplingGrid::SunCorners SamplingGrid::sun_corners(Layer layer, int column, int 
     return {};
   const PixelSurface& first = at(layer, column, row).surface;
   SunCorners corners;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::size_t i = index(layer, column + static_cast<int>(k % 2), row + static_cast<int>(k / 2));
+  const auto add = [&](int x, int y) {
+    const std::size_t i = index(layer, x, y);
     if (!points_[i].surface.receives || !is_valid_for(points_[i], layer, first.position, first.normal))
+      return false;
+    corners.objects[corners.count] = &sun_words_[i * words_for(sun_lights_)];
+    corners.room[corners.count++] = &sun_room_words_[i * words_for(sun_lights_)];
+    return true;
+  };
+  for (int k = 0; k < 4; ++k)
+    if (!add(column + k % 2, row + k / 2))
       return {};
-    corners.objects[k] = &sun_words_[i * words_for(sun_lights_)];
-    corners.room[k] = &sun_room_words_[i * words_for(sun_lights_)];
-  }
-  corners.count = 4;
+  for (int y = row - 1; y <= row + 2; ++y)
+    for (int x = column - 1; x <= column + 2; ++x) {
+      const bool is_corner = x >= column && x <= column + 1 && y >= row && y <= row + 1;
+      if (!is_corner && blocks_.contains(x, y))
+        add(x, y);
+    }
   return corners;
 }
 

@@ -51,11 +51,12 @@ public:
   /// them; null pointers elsewhere.
   using Corners = std::array<const GridPoint*, 4>; ///< row by row
   Corners plain_corners(int column, int row) const;
-  /// What the corners of a block know of the sun, when all are valid for each other: its shadows are too sharp for
-  /// interpolation, but what all agree on holds between them.
+  /// What the corners of a block know of the sun, when all are valid for each other, and the points around them that
+  /// are valid too: its shadows are too sharp for interpolation, but what all agree on holds between the corners.
+  /// Without those around, the tip of a shadow that ends between four corners is cut off.
   struct SunCorners {
-    std::array<const KnownLights*, 4> objects{}, room{};
-    std::size_t count = 0; ///< 4, or 0 where the corners differ
+    std::array<const KnownLights*, 16> objects{}, room{};
+    std::size_t count = 0; ///< 4 to 16, or 0 where the corners differ
   };
   SunCorners sun_corners(Layer layer, int column, int row) const;
 

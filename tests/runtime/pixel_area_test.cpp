@@ -135,5 +135,47 @@ TEST(TracedRenderer, folds_a_few_pixels_wide_look_as_without_a_grid) {
   EXPECT_LT(change_by_grid(24, 0.01f), 0.025) << "0.06";
 }
 
+/// A level plate of 0.6 m with narrow triangles 8 cm above it, whose shadows end in tips.
+ObjectMesh plate_below_triangles() {
+  ObjectMesh mesh;
+  const auto add = [&](std::initializer_list<glm::vec3> corners) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const glm::vec3& p : corners) {
+      mesh.positions.push_back(p);
+      mesh.normals.emplace_back(0.0f, 0.0f, 1.0f);
+      mesh.reflectance.emplace_back(0.6f);
+    }
+    for (std::uint32_t k = 2; k < corners.size(); ++k)
+      mesh.triangles.push_back({first, first + k - 1, first + k});
+  };
+  add({{-0.3f, -0.3f, 0}, {0.3f, -0.3f, 0}, {0.3f, 0.3f, 0}, {-0.3f, 0.3f, 0}});
+  for (int k = 0; k < 25; ++k) {
+    const float x = 0.097f * static_cast<float>(k % 5) - 0.2f, y = 0.103f * static_cast<float>(k / 5) - 0.2f;
+    const float c = 0.04f * std::cos(static_cast<float>(k)), d = 0.04f * std::sin(static_cast<float>(k));
+    add({{x + c, y + d, 0.08f},
+         {x - c - 0.3f * d, y - d + 0.3f * c, 0.08f},
+         {x - c + 0.3f * d, y - d - 0.3f * c, 0.08f}});
+  }
+  return mesh;
+}
+
+TEST(TracedRenderer, tips_of_the_suns_shadows_between_grid_points_are_not_cut_off) {
+  Scene scene;
+  scene.sun = sun_through_the_window();
+  scene.object = test::place(plate_below_triangles(), {2.0, 3.4, 0.02});
+  scene.camera = test::look_at({2.0, 3.3, 1.5}, {2.0, 3.4, 0.0}, kWidth, kHeight, 0.6);
+  const auto with = scene.trace(), without = scene.trace(false);
+  ASSERT_TRUE(with && without);
+  int shaded = 0, missed = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x) {
+      const float a = at(*with, x, y).object.y, b = at(*without, x, y).object.y;
+      shaded += b > 0.0f && b < 0.4f;
+      missed += b > 0.0f && std::abs(a - b) > 0.3f * b;
+    }
+  EXPECT_GT(shaded, 500);
+  EXPECT_LT(missed, 30) << "49 where only the corners of a block are asked";
+}
+
 } // namespace
 } // namespace daylit
