@@ -36,7 +36,7 @@ private:
 };
 
 // Surfaces nearer than this to a point of the room are taken to be its own, metres.
-constexpr float kOwnSurface_m = 2e-4f;
+constexpr float kOwnSurface_m = 2e-5f;
 
 struct ShadowCasters {
   const PacketScene* objects = nullptr;

@@ -3,6 +3,8 @@
 #include <fstream>
 #include <string>
 
+#include <unistd.h>
+
 #include "scene/core/read_file.h"
 
 namespace daylit {
@@ -23,6 +25,10 @@ Result<void> check_output(const std::filesystem::path& path, const FileKind& kin
   std::error_code failed;
   if (path.has_parent_path() && !fs::is_directory(path.parent_path(), failed))
     return Error{ErrorCode::io, "the folder to write to does not exist", path.string(), "make the folder first"};
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (::access(folder.c_str(), W_OK | X_OK) != 0)
+    return Error{ErrorCode::io, "nothing can be written into the folder", folder.string(),
+                 "give another folder, or the right to write there"};
   const fs::file_status status = fs::status(path, failed);
   if (!fs::exists(status))
     return {};

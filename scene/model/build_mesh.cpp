@@ -1,11 +1,14 @@
 // From loose triangles to shared vertices.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
+#include <fmt/format.h>
 #include <glm/geometric.hpp>
 
 #include "scene/model/mesh_edit.h"
@@ -80,6 +83,26 @@ void drop_degenerate(TriangleSoup& soup) {
     const double longest = std::max({glm::length(b - a), glm::length(c - a), glm::length(c - b)});
     return !(glm::length(glm::cross(b - a, c - a)) > 1e-10 * longest * longest);
   });
+}
+
+/// Of triangles with the same three corners, as programs write them for the two sides of a face, the first is kept:
+/// light falls on both sides of each. Returns how many are left out.
+std::size_t drop_repeated(TriangleSoup& soup) {
+  const std::vector<std::uint32_t> welded = weld(soup.positions);
+  std::vector<std::pair<std::array<std::uint32_t, 3>, std::size_t>> all;
+  for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
+    std::array<std::uint32_t, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k)
+      corners[k] = welded[soup.triangles[t].corner[k].position];
+    std::ranges::sort(corners);
+    all.emplace_back(corners, t);
+  }
+  std::ranges::sort(all);
+  std::vector<std::uint8_t> repeated(soup.triangles.size(), 0);
+  for (std::size_t i = 1; i < all.size(); ++i)
+    repeated[all[i].second] = all[i].first == all[i - 1].first;
+  std::size_t t = 0;
+  return std::erase_if(soup.triangles, [&](const SoupTriangle&) { return repeated[t++] != 0; });
 }
 
 /// Normal of a corner that the file gives none for: mean of the faces around it within the crease angle of its own.
@@ -197,6 +220,9 @@ ObjectMesh build_mesh(TriangleSoup soup, std::vector<std::string>* notes) {
   if (notes)
     notes->insert(notes->end(), soup.surfaces.notes.begin(), soup.surfaces.notes.end());
   drop_degenerate(soup);
+  const std::size_t repeated = drop_repeated(soup);
+  if (notes && repeated > 0)
+    notes->push_back(fmt::format("{} of the triangles are there twice: one of each is left out", repeated));
   const Kept kept = kept_of(soup);
   ObjectMesh mesh;
   keep_attributes(shared_vertices(soup, kept, mesh).vertices(), kept, mesh);

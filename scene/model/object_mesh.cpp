@@ -37,6 +37,14 @@ double worst_fan_area(const std::vector<SoupCorner>& corners, std::size_t start,
   return worst;
 }
 
+std::size_t first_in_space(const std::vector<SoupCorner>& corners, const TriangleSoup& soup) {
+  const auto key = [&](const SoupCorner& c) {
+    const glm::vec3& p = soup.positions[c.position];
+    return std::array{p.x, p.y, p.z};
+  };
+  return static_cast<std::size_t>(std::ranges::min_element(corners, {}, key) - corners.begin());
+}
+
 } // namespace
 
 bool append_polygon(const std::vector<SoupCorner>& corners, std::uint32_t material, TriangleSoup& soup) {
@@ -55,6 +63,9 @@ bool append_polygon(const std::vector<SoupCorner>& corners, std::uint32_t materi
       if (worst > best)
         best = worst, start = i;
     }
+    // Both diagonals of a rectangle are as good: that through the corner that comes first in space.
+    if (n == 4 && worst_fan_area(corners, 1 - start % 2, normal, soup) >= best - 1e-6 * std::abs(best))
+      start = first_in_space(corners, soup);
     if (best < -1e-9 * glm::dot(normal, normal))
       return false;
   }

@@ -41,12 +41,13 @@ struct TriangleSoup {
   SurfaceList surfaces;
 };
 
-/// Splits a polygon into triangles (a quadrilateral along its shorter diagonal, others as a fan around the corner that
-/// keeps all triangles on one side; concave outlines without such a corner are refused: false).
+/// Splits a polygon into triangles (a quadrilateral along its shorter diagonal, the same from both sides, others as a
+/// fan around the corner that keeps all triangles on one side; concave outlines without such a corner are refused:
+/// false).
 bool append_polygon(const std::vector<SoupCorner>& corners, std::uint32_t material, TriangleSoup& soup);
 
-/// Triangles without area are left out. Vertices are shared where all that they have is equal; normals that the file
-/// does not give are those of the faces around within the crease angle.
+/// Triangles without area are left out, and, with a note, those that are there already. Vertices are shared where all
+/// that they have is equal; normals that the file does not give are those of the faces around within the crease angle.
 ObjectMesh build_mesh(TriangleSoup soup, std::vector<std::string>* notes = nullptr);
 
 Result<TriangleSoup> parse_obj_soup(std::span<const std::uint8_t> bytes, const std::filesystem::path& path,

@@ -109,7 +109,9 @@ Result<SurfaceBelow> surface_below(const Room& room, const RayScene& rays, const
       order.push_back(k);
   if (lowest)
     std::ranges::reverse(order);
-  if (!line.all().empty() && wanted(0)) // above the first is the sky: a room without a ceiling
+  // Above the first is the sky: a room without a ceiling, whose walls are higher, or a roof, on which nothing stands.
+  if (!line.all().empty() && wanted(0) &&
+      (!any || line.all().size() == 1 || line.all()[0].height_m < room.bounds().max.z - kApart_m))
     order.push_back(0);
   for (const std::size_t k : order)
     if (line.usable(k))

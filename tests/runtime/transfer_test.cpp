@@ -87,6 +87,26 @@ TEST(Transfer, a_closed_mesh_has_no_back_and_seams_leave_it_closed) {
     EXPECT_EQ(t.back, TransferVector{});
 }
 
+TEST(Transfer, of_a_closed_mesh_wound_inwards_backs_are_seen) {
+  ObjectMesh ring = test::torus(0.15f, 0.06f, 12, 8);
+  for (std::size_t i = 0; i < ring.positions.size(); ++i)
+    ring.positions[i] = glm::vec3(ring.positions[i / 9 % 12 * 9 + i % 9 % 8]);
+  const std::size_t vertices = ring.positions.size(), triangles = ring.triangles.size();
+  ASSERT_TRUE(is_closed(ring));
+  for (std::size_t i = 0; i < vertices; ++i) { // a second one beside it
+    ring.positions.push_back(ring.positions[i] + glm::vec3(1.0f, 0.0f, 0.0f));
+    ring.normals.push_back(ring.normals[i]);
+  }
+  const auto first = static_cast<std::uint32_t>(vertices);
+  for (std::size_t t = 0; t < triangles; ++t)
+    ring.triangles.push_back(
+        {ring.triangles[t][0] + first, ring.triangles[t][1] + first, ring.triangles[t][2] + first});
+  EXPECT_TRUE(is_closed(ring));
+  for (std::size_t t = triangles; t < ring.triangles.size(); ++t)
+    std::swap(ring.triangles[t][1], ring.triangles[t][2]);
+  EXPECT_FALSE(is_closed(ring));
+}
+
 TEST(Transfer, stops_when_asked_and_leaves_no_file) {
   const auto folder = scratch_folder();
   std::atomic<int> calls = 0; // progress is reported from every worker

@@ -63,6 +63,7 @@ protected:
 
 TEST_F(Placing, the_surface_below_has_air_of_the_objects_height_above_it) {
   EXPECT_NEAR(*height("", 3.0, 3.0), 0.0, 1e-5);       // not the roof, not the inside of the roof
+  EXPECT_FALSE(height("", 3.0, 3.0, 3.1));             // what is higher than the room stands nowhere
   EXPECT_NEAR(*height("", 2.2, 2.0), 0.75, 1e-5);      // not inside the table
   EXPECT_NEAR(*height("", 1.7, 2.0), 1.27, 1e-5);      // the shelf is higher than the table
   EXPECT_NEAR(*height("table", 1.7, 2.0), 0.75, 1e-5); // below the shelf
