@@ -36,6 +36,16 @@ PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
   }
 }
 
+/// The first vertex of each place.
+std::vector<std::uint32_t> PlacedParts::senders(std::size_t which) const {
+  const PlacedPart& part = casters_[which].part;
+  std::vector<std::uint32_t> sending;
+  for (std::uint32_t v = 0; v < part.positions.size(); ++v)
+    if (part.sender.empty() || sending.empty() || part.sender[v] > part.sender[sending.back()])
+      sending.push_back(v);
+  return sending;
+}
+
 glm::dvec3 PlacedParts::to_world(std::size_t which, const glm::dvec3& own) const {
   return glm::dvec3(casters_[which].part.world_from_object * glm::dvec4(own, 1.0));
 }
