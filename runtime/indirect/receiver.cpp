@@ -168,4 +168,12 @@ double LitScene::radii_away(const glm::dvec3& x) const {
   return nearest;
 }
 
+/// 1 + min over the objects of (|x - c| - r) / r_smallest.
+double LitScene::smallest_radii_away(const glm::dvec3& x) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    nearest = std::min(nearest, glm::length(x - parts.sphere(k).centre) - parts.sphere(k).radius);
+  return 1.0 + nearest / parts.smallest_radius();
+}
+
 } // namespace daylit

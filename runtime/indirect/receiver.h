@@ -75,6 +75,9 @@ struct LitScene {
   const Rgb& reflectance(std::uint32_t triangle) const { return room.material(room.triangles[triangle]).reflectance; }
   /// From the middle of the nearest object, in its radii.
   double radii_away(const glm::dvec3& x) const;
+  /// From the sphere of the nearest object, in radii of the smallest, plus 1: of one object the same. What objects do
+  /// is as wide as their surfaces are far, however large they are.
+  double smallest_radii_away(const glm::dvec3& x) const;
   std::uint32_t facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {
     return planes.facing_of(triangle, direction);
   }

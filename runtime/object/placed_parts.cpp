@@ -32,6 +32,8 @@ PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
       radius = std::max(radius, glm::length(glm::dvec3(p) - c.box.centre()));
     if (!c.box.empty())
       c.sphere = {c.position + linear * c.box.centre(), c.scale * radius};
+    const double least = std::max(c.sphere.radius, 1e-3);
+    smallest_radius_ = casters_.empty() ? least : std::min(smallest_radius_, least);
     casters_.push_back(c);
   }
 }

@@ -44,6 +44,7 @@ public:
 
   std::size_t size() const { return casters_.size(); }
   const BoundingSphere& sphere(std::size_t which) const { return casters_[which].sphere; } ///< world; radius 0: empty
+  double smallest_radius() const { return smallest_radius_; } ///< of a sphere, at least a millimetre; 1 without parts
   const Bounds& box(std::size_t which) const { return casters_[which].box; }               ///< own frame
   std::span<const glm::vec3> positions(std::size_t which) const {
     return casters_[which].part.positions;
@@ -82,6 +83,7 @@ private:
   bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction, PartHit& hit) const;
   PartHit part_hit(const Caster& caster, const glm::vec3& own_direction, const RayHit& found) const;
   std::vector<Caster> casters_;
+  double smallest_radius_ = 1.0;
 };
 
 } // namespace daylit
