@@ -82,8 +82,8 @@ void IndirectFeedback::objects_moved() {
 
 void IndirectFeedback::add_lattice(std::size_t part, Surround& surround) {
   surround.eye.assign(surround.lattice.point_count(), kNone);
-  for (const glm::vec3& p : scene_.parts.positions(part))
-    for (const BoxLattice::Corner& c : surround.lattice.around(glm::dvec3(p))) {
+  for (const std::uint32_t v : scene_.parts.senders(part))
+    for (const BoxLattice::Corner& c : surround.lattice.around(glm::dvec3(scene_.parts.positions(part)[v]))) {
       if (surround.eye[c.point] != kNone)
         continue;
       surround.eye[c.point] = static_cast<std::uint32_t>(eyes_.size());
@@ -105,7 +105,7 @@ void IndirectFeedback::add_contact(std::size_t part, Surround& surround) {
   std::map<CellKey, bool> is_near;
   std::map<CellKey, std::uint32_t> eye_of;
   surround.contact.assign(positions.size(), {});
-  for (std::size_t v = 0; v < positions.size(); ++v) {
+  for (const std::uint32_t v : scene_.parts.senders(part)) {
     const glm::dvec3 x = scene_.parts.to_world(part, glm::dvec3(positions[v]));
     const CellKey cell(x, coarse);
     auto known = is_near.find(cell);

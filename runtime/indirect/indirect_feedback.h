@@ -24,8 +24,8 @@ public:
   void objects_moved();
   /// After the receivers have another light.
   void light_changed();
-  /// Change of the radiance that arrives at a vertex of a part: trilinear between the points of the lattice, or that of
-  /// its own.
+  /// Change of the radiance that arrives at a vertex of a part that sends light: trilinear between the points of the
+  /// lattice, or that of its own.
   Sh9Rgb change(std::size_t part, std::size_t vertex) const;
   /// What a side of the vertex sees of it, until an object moves; and the change of its irradiance by that.
   std::vector<FeedbackTerm> terms(std::size_t part, std::size_t vertex, const SenderSide& side) const;

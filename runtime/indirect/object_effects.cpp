@@ -58,8 +58,8 @@ void OtherObjects::set_objects(const PlacedParts& parts) {
       if (other != part && !parts.box(part).empty() && is_large(parts.sphere(other), parts.sphere(part)))
         s.others.push_back(other);
     if (!s.others.empty())
-      for (const glm::vec3& p : parts.positions(part))
-        for (const BoxLattice::Corner& c : s.lattice.around(glm::dvec3(p)))
+      for (const std::uint32_t v : parts.senders(part))
+        for (const BoxLattice::Corner& c : s.lattice.around(glm::dvec3(parts.positions(part)[v])))
           s.points[c.point].used = true;
     surrounds_.push_back(std::move(s));
   }

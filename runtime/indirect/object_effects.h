@@ -39,7 +39,7 @@ public:
 
 private:
   struct LatticePoint {
-    bool used = false; ///< some vertex lies beside it
+    bool used = false; ///< some vertex that sends light lies beside it
     bool open = true;  ///< not inside another object
     std::vector<OccludedDirection> occluded;
     std::vector<std::array<float, 9>> weight; ///< of each: dw Y_lm

@@ -17,6 +17,20 @@ namespace daylit {
 namespace {
 constexpr double kSkin = 0.01;     // of an object's radius: its own facets cast no shadow closer than this
 constexpr float kMostScale = 2.0f; // of what is hidden, to agree with the volume
+
+/// One entry for each side. Weights are added in the order in which they stand.
+void merge(std::vector<Receiver::Sender>& senders) {
+  std::ranges::stable_sort(senders, {}, &Receiver::Sender::side);
+  std::size_t count = 0;
+  for (const Receiver::Sender& s : senders)
+    if (count > 0 && senders[count - 1].side == s.side)
+      senders[count - 1].weight += s.weight;
+    else
+      senders[count++] = s;
+  senders.resize(count);
+  senders.shrink_to_fit();
+}
+
 } // namespace
 
 void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
@@ -27,11 +41,14 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
   receiver.hidden.clear();
   for (const OccludedDirection& d : occluded) {
     const PartHit& o = d.object;
-    receiver.senders.push_back({o.vertex, d.weight * glm::vec3(1.0f - o.u - o.v, o.u, o.v), o.back});
+    const float corner[3] = {1.0f - o.u - o.v, o.u, o.v};
+    for (std::size_t k = 0; k < 3; ++k)
+      receiver.senders.push_back({2 * o.vertex[k] + o.back, d.weight * corner[k]});
     if (!d.behind)
       continue;
     add_patch(receiver.hidden, d.behind, d.weight);
   }
+  merge(receiver.senders);
   receiver.surrounded = surrounded(parts, x);
   if (receiver.surrounded > 0.0f && receiver.around.empty())
     receiver.around = find_around(rays, patches, x, n, pattern);
@@ -42,11 +59,10 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
 /// sum over the occluded directions of cos dw L_object.
 Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
   Rgb sum(0.0f);
-  for (const Receiver::Sender& s : receiver.senders)
-    for (int k = 0; k < 3; ++k) {
-      const TwoSided& vertex = radiance[s.vertex[static_cast<std::size_t>(k)]];
-      sum += s.weight[k] * (s.back ? vertex.back : vertex.front);
-    }
+  for (const Receiver::Sender& s : receiver.senders) {
+    const TwoSided& vertex = radiance[s.side / 2];
+    sum += s.weight * (s.side % 2 == 0 ? vertex.front : vertex.back);
+  }
   return sum;
 }
 
@@ -150,6 +166,14 @@ double LitScene::radii_away(const glm::dvec3& x) const {
   for (std::size_t k = 0; k < parts.size(); ++k)
     nearest = std::min(nearest, glm::length(x - parts.sphere(k).centre) / std::max(parts.sphere(k).radius, 1e-9));
   return nearest;
+}
+
+/// 1 + min over the objects of (|x - c| - r) / r_smallest.
+double LitScene::smallest_radii_away(const glm::dvec3& x) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    nearest = std::min(nearest, glm::length(x - parts.sphere(k).centre) - parts.sphere(k).radius);
+  return 1.0 + nearest / parts.smallest_radius();
 }
 
 } // namespace daylit

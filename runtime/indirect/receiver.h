@@ -24,13 +24,12 @@ struct IndirectChange {
 
 /// What does not depend on the light.
 struct Receiver {
-  /// A point of an object that sends light here: weights of its corners, times cos dw in sr.
+  /// A vertex of an object that sends light here.
   struct Sender {
-    std::array<std::uint32_t, 3> vertex{};
-    glm::vec3 weight{0.0f};
-    bool back = false;
+    std::uint32_t side = 0; ///< twice its number, and 1 for its back
+    float weight = 0.0f;    ///< cos dw of the directions for which it speaks, sr
   };
-  std::vector<Sender> senders;            ///< until an object moves
+  std::vector<Sender> senders;            ///< until an object moves, ascending: each once
   std::vector<SeenPatch> hidden;          ///< the same: what of the room is behind the objects
   float surrounded = 0.0f;                ///< the same: surrounded()
   std::vector<SeenPatch> around;          ///< what the room shows, found where an object first surrounds x
@@ -76,6 +75,9 @@ struct LitScene {
   const Rgb& reflectance(std::uint32_t triangle) const { return room.material(room.triangles[triangle]).reflectance; }
   /// From the middle of the nearest object, in its radii.
   double radii_away(const glm::dvec3& x) const;
+  /// From the sphere of the nearest object, in radii of the smallest, plus 1: of one object the same. What objects do
+  /// is as wide as their surfaces are far, however large they are.
+  double smallest_radii_away(const glm::dvec3& x) const;
   std::uint32_t facing_of(std::uint32_t triangle, const glm::dvec3& direction) const {
     return planes.facing_of(triangle, direction);
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -239,7 +238,7 @@ ReceiverLattice::State::Mix ReceiverLattice::State::mix_of(std::size_t level, do
 
 /// Near objects the distance is first taken from wide cells, then, where these are too wide for it, from finer ones.
 ReceiverLattice::State::Mix ReceiverLattice::State::mix_at(const Place& place) const {
-  const double middle = scene.radii_away(place.x);
+  const double middle = scene.smallest_radii_away(place.x);
   if (middle >= kLevels[kContactLevels].blend_to)
     return mix_of(kContactLevels, middle);
   std::array<Found, kContactLevels + 1> found{};
@@ -266,9 +265,7 @@ void ReceiverLattice::objects_moved() {
   State& s = *state_;
   ++s.placement_version;
   ++s.light_version;
-  double smallest = s.scene.parts.size() == 0 ? 1.0 : std::numeric_limits<double>::infinity();
-  for (std::size_t k = 0; k < s.scene.parts.size(); ++k)
-    smallest = std::min(smallest, std::max(s.scene.parts.sphere(k).radius, 1e-3));
+  const double smallest = s.scene.parts.smallest_radius();
   if (std::fabs(s.lattices[0].cell_m - kLevels[0].cell * smallest) < 1e-9 * smallest)
     return; // the lattices stand in the room: what they know of the room holds
   for (std::size_t k = 0; k < kLevels.size(); ++k) {
@@ -290,7 +287,7 @@ void ReceiverLattice::sky_changed() {
 void ReceiverLattice::light_changed() { ++state_->light_version; }
 
 bool ReceiverLattice::near(const glm::dvec3& x) const {
-  return state_->scene.radii_away(x) < kLevels[kContactLevels].blend_to;
+  return state_->scene.smallest_radii_away(x) < kLevels[kContactLevels].blend_to;
 }
 
 double ReceiverLattice::surface_distance(std::uint32_t triangle, const glm::dvec3& x,
@@ -353,7 +350,7 @@ ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::d
     if (std::ranges::any_of(link.weight, [](float w) { return w > 0.0f; }))
       return link;
   }
-  const std::size_t level = State::mix_of(kContactLevels, s.scene.radii_away(x)).level;
+  const std::size_t level = State::mix_of(kContactLevels, s.scene.smallest_radii_away(x)).level;
   return s.link(level, s.find(level, place), place);
 }
 

@@ -8,21 +8,23 @@
 namespace daylit {
 
 constexpr int kRays = 32, kFarRays = 24; // per object and node
-/// How wide cells are and how far they reach, in radii of the objects: at `blend_from` the next level sets in, at
+/// How wide cells are and how far they reach, in radii of the smallest object (LitScene::smallest_radii_away()): at `blend_from` the next level sets in, at
 /// `blend_to` it has taken over; the last level has none.
 struct ReceiverLevel {
   double cell, blend_from, blend_to;
   int rays;
 };
-/// The first levels reach as far from the objects' surfaces, the others from their middles.
+/// The first levels reach as far from the objects' surfaces, the others from their spheres.
 constexpr std::size_t kContactLevels = 2;
-constexpr std::array<ReceiverLevel, 7> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
+constexpr std::array<ReceiverLevel, 9> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
                                                 {1.0 / 18.0, 0.22, 0.30, kRays},
                                                 {1.0 / 8.0, 1.1, 1.3, kRays},
                                                 {1.0 / 4.0, 1.8, 2.2, kRays},
                                                 {1.0 / 2.0, 5.0, 6.5, kRays},
                                                 {1.0, 10.0, 13.0, kFarRays},
-                                                {2.0, 0.0, 0.0, kFarRays}}};
+                                                {2.0, 20.0, 26.0, kFarRays},
+                                                {4.0, 40.0, 52.0, kFarRays},
+                                                {8.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
 constexpr double kSeenRadii = 7.0;   // further from an object a mirror does not show what it changes
 constexpr double kMirrorRadii = 0.1; // a mirror shows the room as if it were no nearer

@@ -163,7 +163,7 @@ std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& obje
   parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t k) {
     const VirtualObjects::Part& part = objects.parts[k];
     const auto [first, last] = of_part(part, objects.senders.vertex);
-    if (last - first == part.mesh().positions.size())
+    if (last - first == part.mesh().positions.size() || !part.shows_diffuse())
       return;
     boxes[k].emplace(light_in_box(objects, k, first, sent.subspan(first, last - first),
                                   [&](std::size_t i, std::uint32_t own) -> std::optional<Sh9Rgb> {

@@ -32,8 +32,20 @@ PlacedParts::PlacedParts(std::vector<PlacedPart> parts) {
       radius = std::max(radius, glm::length(glm::dvec3(p) - c.box.centre()));
     if (!c.box.empty())
       c.sphere = {c.position + linear * c.box.centre(), c.scale * radius};
+    const double least = std::max(c.sphere.radius, 1e-3);
+    smallest_radius_ = casters_.empty() ? least : std::min(smallest_radius_, least);
     casters_.push_back(c);
   }
+}
+
+/// The first vertex of each place.
+std::vector<std::uint32_t> PlacedParts::senders(std::size_t which) const {
+  const PlacedPart& part = casters_[which].part;
+  std::vector<std::uint32_t> sending;
+  for (std::uint32_t v = 0; v < part.positions.size(); ++v)
+    if (part.sender.empty() || sending.empty() || part.sender[v] > part.sender[sending.back()])
+      sending.push_back(v);
+  return sending;
 }
 
 glm::dvec3 PlacedParts::to_world(std::size_t which, const glm::dvec3& own) const {

@@ -24,7 +24,8 @@ struct PlacedPart {
   std::size_t first_vertex = 0;                            ///< in the light of all objects, without `sender`
   glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
   float opacity = 1.0f;                                    ///< of glass: the part of light that it keeps from behind it
-  std::span<const std::uint32_t> sender{}; ///< per vertex: its place in the light of all objects, where given
+  /// Per vertex, where given: its place in the light of all objects, counted in the order of the vertices.
+  std::span<const std::uint32_t> sender{};
 };
 
 /// First point of an object along a ray.
@@ -43,10 +44,13 @@ public:
 
   std::size_t size() const { return casters_.size(); }
   const BoundingSphere& sphere(std::size_t which) const { return casters_[which].sphere; } ///< world; radius 0: empty
+  double smallest_radius() const { return smallest_radius_; } ///< of a sphere, at least a millimetre; 1 without parts
   const Bounds& box(std::size_t which) const { return casters_[which].box; }               ///< own frame
   std::span<const glm::vec3> positions(std::size_t which) const {
     return casters_[which].part.positions;
   } ///< own frame
+  /// Vertices of a part that send light, ascending.
+  std::vector<std::uint32_t> senders(std::size_t which) const;
   float opacity(std::size_t which) const { return casters_[which].part.opacity; }
   glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
   glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;
@@ -79,6 +83,7 @@ private:
   bool cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction, PartHit& hit) const;
   PartHit part_hit(const Caster& caster, const glm::vec3& own_direction, const RayHit& found) const;
   std::vector<Caster> casters_;
+  double smallest_radius_ = 1.0;
 };
 
 } // namespace daylit

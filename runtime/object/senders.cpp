@@ -13,7 +13,8 @@ namespace daylit {
 namespace {
 
 // Of the longest side:
-constexpr float kCells = 40.0f, kFootCells = 160.0f; // along it
+constexpr float kCells = 40.0f, kFootCells = 160.0f; // along it,
+constexpr float kCoarsest = 10.0f;                   // at least
 constexpr float kFoot = 0.04f;                       // height of the foot
 constexpr float kLying = 0.002f;                     // nearer to the floor, what faces it is seen by nothing else
 constexpr float kFacesFloor = -0.9f;                 // cosine
@@ -58,19 +59,21 @@ std::uint32_t key_of(const ObjectMesh& mesh, std::size_t v, const Box& box, floa
   return key;
 }
 
-/// Of those, so that not too many cells have some in them.
-float foot_cells(const ObjectMesh& mesh, const std::vector<std::uint8_t>& foot, const Box& box) {
-  for (float cells = kFootCells; cells > kCells; cells /= 2.0f) {
+/// From `finest` on the half, and so on down to `coarsest`, until no more than `most` cells have vertices of the foot in
+/// them, or of the rest.
+float cells_for(const ObjectMesh& mesh, const std::vector<std::uint8_t>& foot, bool of_foot, const Box& box,
+                float finest, float coarsest, std::size_t most) {
+  for (float cells = finest; cells > coarsest; cells /= 2.0f) {
     std::vector<std::uint32_t> keys;
     for (std::size_t v = 0; v < foot.size(); ++v)
-      if (foot[v])
+      if ((foot[v] != 0) == of_foot)
         keys.push_back(key_of(mesh, v, box, cells));
     std::ranges::sort(keys);
     keys.erase(std::ranges::unique(keys).begin(), keys.end());
-    if (keys.size() <= kMostAtFoot)
+    if (keys.size() <= most)
       return cells;
   }
-  return kCells;
+  return coarsest;
 }
 
 } // namespace
@@ -85,13 +88,15 @@ MeshSenders find_senders(const ObjectMesh& mesh, const glm::vec3& up, std::size_
   }
   const Box box = box_of(mesh.positions);
   senders.at_foot = foot_of(mesh, up, box.longest_side);
-  const float fine = foot_cells(mesh, senders.at_foot, box);
+  const float fine =
+      cells_for(mesh, senders.at_foot, true, box, kFootCells, kCells, std::min(kMostAtFoot, most));
   if (fine == kCells)
     std::ranges::fill(senders.at_foot, std::uint8_t{0}); // too large a foot: as elsewhere
+  const float coarse = cells_for(mesh, senders.at_foot, false, box, kCells, kCoarsest, most);
   std::unordered_map<std::uint64_t, std::uint32_t> first;
   for (std::uint32_t v = 0; v < senders.of.size(); ++v) {
     const std::uint64_t foot = senders.at_foot[v];
-    const std::uint64_t key = foot << 32 | key_of(mesh, v, box, foot != 0 ? fine : kCells);
+    const std::uint64_t key = foot << 32 | key_of(mesh, v, box, foot != 0 ? fine : coarse);
     const auto [known, made] = first.emplace(key, static_cast<std::uint32_t>(senders.vertex.size()));
     if (made)
       senders.vertex.push_back(v);

@@ -26,8 +26,8 @@ struct MeshSenders {
 /// In a mesh of at most so many vertices each sends for itself. In a denser one the first vertex in the same cell, a
 /// fortieth of the mesh wide, whose normal lies in the same octant does: what is sent is the mean over many of them
 /// anyway, and costs as much as a small mesh. Not so at the foot, next to the floor on which the object stands: there
-/// light falls to nothing within millimetres, and cells are up to four times finer. `up`: the vertical, unit, frame of
-/// the mesh.
+/// light falls to nothing within millimetres, and cells are up to four times finer. Where more than `most` cells have a
+/// vertex they are wider, up to a tenth. `up`: the vertical, unit, frame of the mesh.
 MeshSenders find_senders(const ObjectMesh& mesh, const glm::vec3& up, std::size_t most = kMostSenders);
 
 } // namespace daylit

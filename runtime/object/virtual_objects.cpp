@@ -13,6 +13,7 @@
 #include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/senders.h"
+#include "runtime/object/simplify_mesh.h"
 #include "scene/core/parallel.h"
 #include "scene/model/surface_look.h"
 #include "scene/placing/read_object.h"
@@ -271,6 +272,8 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
     notes.push_back(object.model.string() + ": no triangles, nothing is drawn");
   wind_by_normals(*mesh);
   const glm::dvec3 mass = centre_of_mass(*mesh);
+  if (const auto simpler = simplify_dense(*mesh); !simpler)
+    return simpler.error();
   const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
   divide_long_edges(*mesh);
   if (const auto cut = cut_where_parts_cross(*mesh); !cut)

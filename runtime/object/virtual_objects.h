@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -45,6 +46,10 @@ struct VirtualObjects {
     bool per_pixel = false;                  ///< its material is looked up at every pixel (reflect/glossy_picture.h)
     std::vector<std::uint8_t> has_diffuse{}; ///< per vertex, of a part that is per_pixel
     BoundingSphere sphere{};                 ///< around its box, world
+    /// Some of it is drawn with the light at its vertices.
+    bool shows_diffuse() const {
+      return !per_pixel || std::ranges::any_of(has_diffuse, [](std::uint8_t some) { return some != 0; });
+    }
     std::size_t sender_of(std::uint32_t v) const { return sender.empty() ? first_vertex + v : sender[v]; }
     glm::mat3 rotation() const; ///< of world_from_object, without its scale
   };

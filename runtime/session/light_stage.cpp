@@ -52,7 +52,8 @@ void add_emission(const ObjectSurface& surface, float factor, std::span<TwoSided
   }
 }
 
-constexpr int kExchanges = 4; // between objects and room; what comes back a fourth time cannot be seen
+constexpr int kExchanges = 4;      // between objects and room; what comes back a fourth time cannot be seen
+constexpr int kBetweenObjects = 2; // from one object to another: these are further away than the room at the foot
 } // namespace
 
 /// The objects stand in a room on which they cast shadows, beside each other, and have parts that face each other: all
@@ -82,7 +83,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
     shadow.exchange_with_room();
-    if (shadow.objects_see_each_other())
+    if (k < kBetweenObjects && shadow.objects_see_each_other())
       shadow.exchange();
     std::vector<TwoSided> from_outside = from_room;
     add_feedback(shadow, objects, probes_->feedback, from_outside);

@@ -83,6 +83,35 @@ std::uint32_t add_between(ObjectMesh& mesh, std::uint32_t a, std::uint32_t b, fl
   return vertex;
 }
 
+void drop_unused_vertices(ObjectMesh& mesh) {
+  constexpr std::uint32_t kUnused = 0xFFFFFFFFu;
+  std::vector<std::uint32_t> number(mesh.positions.size(), kUnused);
+  for (const auto& t : mesh.triangles)
+    for (const std::uint32_t v : t)
+      number[v] = 0;
+  std::uint32_t used = 0;
+  for (std::uint32_t& n : number)
+    if (n != kUnused)
+      n = used++;
+  const auto keep = [&](auto& of) {
+    if (of.empty())
+      return;
+    for (std::size_t v = 0; v < number.size(); ++v)
+      if (number[v] != kUnused)
+        of[number[v]] = of[v];
+    of.resize(used);
+  };
+  keep(mesh.positions);
+  keep(mesh.normals);
+  keep(mesh.reflectance);
+  keep(mesh.colours);
+  keep(mesh.uv);
+  keep(mesh.tangents);
+  for (auto& t : mesh.triangles)
+    for (std::uint32_t& v : t)
+      v = number[v];
+}
+
 void give_material(ObjectMesh& mesh, ObjectMaterial material) {
   mesh.materials.assign(1, std::move(material));
   mesh.triangle_material.clear();

@@ -15,6 +15,9 @@ namespace daylit {
 /// the same bits for both directions of the edge, but for a normal where those of the ends cancel: that of `a`.
 std::uint32_t add_between(ObjectMesh& mesh, std::uint32_t a, std::uint32_t b, float t);
 
+/// Vertices that no triangle uses are gone; the others keep their order.
+void drop_unused_vertices(ObjectMesh& mesh);
+
 /// Reflectance of the vertices: what the material sends back of light from everywhere, textures averaged over the
 /// triangles around. Diffuse: the base colour. Else what the interfaces reflect of diffuse light (Kulla & Conty 2017)
 /// comes before it; glass sends 2 F / (1 + F), as a pane does.

@@ -5,6 +5,7 @@
 
 #include "runtime/indirect/light_in_box.h"
 #include "runtime/object/bounds.h"
+#include "runtime/object/placed_parts.h"
 #include "runtime/object/senders.h"
 #include "test_scene.h"
 
@@ -64,6 +65,30 @@ TEST(Senders, at_the_foot_are_four_times_as_dense_but_not_too_many) {
     EXPECT_LE(at_foot.size(), 4096u);
     EXPECT_GT(at_foot.size(), 500u);
   }
+}
+
+TEST(Senders, of_a_mesh_from_which_fewer_are_wanted_lie_further_apart) {
+  const ObjectMesh mesh = test::torus(0.2f, 0.1f, 100, 80);
+  const MeshSenders senders = find_senders(mesh, kUp, kMostMirrorSenders);
+  const auto at_foot = [&](std::uint32_t v) { return senders.at_foot[v] != 0; };
+  const auto foot = static_cast<std::size_t>(std::ranges::count_if(senders.vertex, at_foot));
+  EXPECT_LE(foot, kMostMirrorSenders);
+  EXPECT_LE(senders.vertex.size() - foot, kMostMirrorSenders);
+  EXPECT_GT(senders.vertex.size(), 300u);
+  for (std::uint32_t v = 0; v < senders.of.size(); ++v)
+    EXPECT_LE(glm::length(mesh.positions[v] - mesh.positions[senders.vertex[senders.of[v]]]),
+              std::sqrt(3.0f) * 0.6f / 10.0f + 1e-6f);
+}
+
+TEST(Senders, of_a_placed_part_are_the_first_vertices_of_their_places) {
+  const std::vector<glm::vec3> positions(5, glm::vec3(0.0f));
+  const std::vector<std::uint32_t> places{5, 6, 5, 7, 7};
+  PlacedPart some, all;
+  some.positions = all.positions = positions;
+  some.sender = places;
+  const PlacedParts parts({some, all});
+  EXPECT_EQ(parts.senders(0), (std::vector<std::uint32_t>{0, 1, 3}));
+  EXPECT_EQ(parts.senders(1), (std::vector<std::uint32_t>{0, 1, 2, 3, 4}));
 }
 
 TEST(Senders, of_a_foot_too_large_for_finer_cells_are_as_elsewhere) {
