@@ -8,8 +8,8 @@
 namespace daylit {
 
 constexpr int kRays = 32, kFarRays = 24; // per object and node
-/// How wide cells are and how far they reach, in radii of the smallest object (LitScene::smallest_radii_away()): at `blend_from` the next level sets in, at
-/// `blend_to` it has taken over; the last level has none.
+/// How wide cells are and how far they reach, in radii of the smallest object (LitScene::smallest_radii_away()): at
+/// `blend_from` the next level sets in, at `blend_to` it has taken over; the last level has none.
 struct ReceiverLevel {
   double cell, blend_from, blend_to;
   int rays;

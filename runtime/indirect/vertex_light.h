@@ -28,8 +28,9 @@ void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, st
 
 /// Indirect light at the objects.
 struct ObjectsIndirectLight {
-  std::vector<TwoSided> radiance;                ///< that each sender reflects
-  std::vector<std::optional<LightInBox>> in_box; ///< of each part that shows diffuse light, where not all vertices are senders
+  std::vector<TwoSided> radiance; ///< that each sender reflects
+  std::vector<std::optional<LightInBox>>
+      in_box;                 ///< of each part that shows diffuse light, where not all vertices are senders
   std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
   Ringing ringing;
 };
@@ -38,8 +39,8 @@ struct ObjectsIndirectLight {
 void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,
                     std::span<const TwoSided> from_outside, std::span<TwoSided> radiance);
 
-/// Of each part that is so dense and shows it: its light, with what objects change of it. `sent`: all that the senders send;
-/// `field`: null where objects change nothing.
+/// Of each part that is so dense and shows it: its light, with what objects change of it. `sent`: all that the senders
+/// send; `field`: null where objects change nothing.
 std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
                                                       std::span<const VertexProbes> probes,
                                                       std::span<const TwoSided> sent, const IndirectShadow* field);
