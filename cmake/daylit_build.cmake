@@ -83,7 +83,7 @@ function(daylit_test name)
   if(DAYLIT_SANITIZE AND "long" IN_LIST T_LABELS) # only the short tests run under the sanitizers
     set_target_properties(test_${name} PROPERTIES EXCLUDE_FROM_ALL ON)
   endif()
-  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>) # a third of all compile time less; the libraries keep -O3
+  target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>) # compiles faster; the libraries keep -O3
   target_compile_definitions(test_${name} PRIVATE
     DAYLIT_SOURCE_DIR="${PROJECT_SOURCE_DIR}" DAYLIT_BINARY_DIR="${CMAKE_BINARY_DIR}")
   gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60

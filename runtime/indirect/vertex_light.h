@@ -29,8 +29,8 @@ void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, st
 /// Indirect light at the objects.
 struct ObjectsIndirectLight {
   std::vector<TwoSided> radiance; ///< that each sender reflects
-  std::vector<std::optional<LightInBox>>
-      in_box;                 ///< of each part that shows diffuse light, where not all vertices are senders
+  /// Of each part that shows diffuse light, where not all vertices are senders.
+  std::vector<std::optional<LightInBox>> in_box;
   std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
   Ringing ringing;
 };

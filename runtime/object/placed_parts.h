@@ -45,7 +45,7 @@ public:
   std::size_t size() const { return casters_.size(); }
   const BoundingSphere& sphere(std::size_t which) const { return casters_[which].sphere; } ///< world; radius 0: empty
   double smallest_radius() const { return smallest_radius_; } ///< of a sphere, at least a millimetre; 1 without parts
-  const Bounds& box(std::size_t which) const { return casters_[which].box; }               ///< own frame
+  const Bounds& box(std::size_t which) const { return casters_[which].box; } ///< own frame
   std::span<const glm::vec3> positions(std::size_t which) const {
     return casters_[which].part.positions;
   } ///< own frame

@@ -59,8 +59,8 @@ std::uint32_t key_of(const ObjectMesh& mesh, std::size_t v, const Box& box, floa
   return key;
 }
 
-/// From `finest` on the half, and so on down to `coarsest`, until no more than `most` cells have vertices of the foot in
-/// them, or of the rest.
+/// From `finest` on the half, and so on down to `coarsest`, until no more than `most` cells have vertices of the foot
+/// in them, or of the rest.
 float cells_for(const ObjectMesh& mesh, const std::vector<std::uint8_t>& foot, bool of_foot, const Box& box,
                 float finest, float coarsest, std::size_t most) {
   for (float cells = finest; cells > coarsest; cells /= 2.0f) {
@@ -88,8 +88,7 @@ MeshSenders find_senders(const ObjectMesh& mesh, const glm::vec3& up, std::size_
   }
   const Box box = box_of(mesh.positions);
   senders.at_foot = foot_of(mesh, up, box.longest_side);
-  const float fine =
-      cells_for(mesh, senders.at_foot, true, box, kFootCells, kCells, std::min(kMostAtFoot, most));
+  const float fine = cells_for(mesh, senders.at_foot, true, box, kFootCells, kCells, std::min(kMostAtFoot, most));
   if (fine == kCells)
     std::ranges::fill(senders.at_foot, std::uint8_t{0}); // too large a foot: as elsewhere
   const float coarse = cells_for(mesh, senders.at_foot, false, box, kCells, kCoarsest, most);

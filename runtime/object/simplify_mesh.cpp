@@ -53,7 +53,7 @@ struct VertexKey {
 
 /// A dense mesh as meshoptimizer takes it.
 struct DenseMesh {
-  std::vector<glm::vec3> places;                           ///< of the vertices, in units of kOnePlace: whole numbers
+  std::vector<glm::vec3> places;                          ///< of the vertices, in units of kOnePlace: whole numbers
   std::map<std::uint16_t, std::vector<unsigned>> corners; ///< of each material's triangles, three each
 };
 
@@ -121,8 +121,7 @@ Result<float> kept_normals(const ObjectMesh& mesh, const Triangles& triangles, f
     if (!rays->closest(from, -n, 0.0f, 2.0f * reach, hit))
       continue;
     const auto& [a, b, c] = triangles[hit.triangle];
-    const glm::vec3 m =
-        (1.0f - hit.u - hit.v) * mesh.normals[a] + hit.u * mesh.normals[b] + hit.v * mesh.normals[c];
+    const glm::vec3 m = (1.0f - hit.u - hit.v) * mesh.normals[a] + hit.u * mesh.normals[b] + hit.v * mesh.normals[c];
     kept += glm::distance(n, glm::normalize(m)) < kTurned;
   }
   return static_cast<float>(kept) / static_cast<float>(count);

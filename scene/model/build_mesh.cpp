@@ -87,8 +87,7 @@ void drop_degenerate(TriangleSoup& soup) {
 
 /// Of triangles with the same three corners, as programs write them for the two sides of a face, the first is kept:
 /// light falls on both sides of each. Returns how many are left out.
-std::size_t drop_repeated(TriangleSoup& soup) {
-  const std::vector<std::uint32_t> welded = weld(soup.positions);
+std::size_t drop_repeated(const std::vector<std::uint32_t>& welded, TriangleSoup& soup) {
   std::vector<std::pair<std::array<std::uint32_t, 3>, std::size_t>> all;
   for (std::size_t t = 0; t < soup.triangles.size(); ++t) {
     std::array<std::uint32_t, 3> corners;
@@ -182,8 +181,8 @@ Vertex vertex_of(const TriangleSoup& soup, const SoupTriangle& t, std::size_t k,
 }
 
 /// Vertices and triangles; the rest of the mesh is the pool's.
-VertexPool shared_vertices(const TriangleSoup& soup, const Kept& kept, ObjectMesh& mesh) {
-  const std::vector<std::uint32_t> welded = weld(soup.positions);
+VertexPool shared_vertices(const TriangleSoup& soup, const std::vector<std::uint32_t>& welded, const Kept& kept,
+                           ObjectMesh& mesh) {
   const Incidence at = corners_at_positions(soup, welded);
   const FaceShape shape = face_shapes(soup);
   VertexPool pool(soup.positions.size());
@@ -220,12 +219,13 @@ ObjectMesh build_mesh(TriangleSoup soup, std::vector<std::string>* notes) {
   if (notes)
     notes->insert(notes->end(), soup.surfaces.notes.begin(), soup.surfaces.notes.end());
   drop_degenerate(soup);
-  const std::size_t repeated = drop_repeated(soup);
+  const std::vector<std::uint32_t> welded = weld(soup.positions);
+  const std::size_t repeated = drop_repeated(welded, soup);
   if (notes && repeated > 0)
     notes->push_back(fmt::format("{} of the triangles are there twice: one of each is left out", repeated));
   const Kept kept = kept_of(soup);
   ObjectMesh mesh;
-  keep_attributes(shared_vertices(soup, kept, mesh).vertices(), kept, mesh);
+  keep_attributes(shared_vertices(soup, welded, kept, mesh).vertices(), kept, mesh);
   if (soup.surfaces.materials.size() > 1)
     for (const SoupTriangle& t : soup.triangles)
       mesh.triangle_material.push_back(static_cast<std::uint16_t>(t.material));

@@ -37,6 +37,7 @@ double worst_fan_area(const std::vector<SoupCorner>& corners, std::size_t start,
   return worst;
 }
 
+/// The corner with the least x, then y, then z: whichever corner the outline begins with, and from either side.
 std::size_t first_in_space(const std::vector<SoupCorner>& corners, const TriangleSoup& soup) {
   const auto key = [&](const SoupCorner& c) {
     const glm::vec3& p = soup.positions[c.position];
