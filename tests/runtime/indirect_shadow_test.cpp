@@ -43,7 +43,7 @@ TEST(IndirectShadow, kept_values_agree_with_many_rays_at_each_point) {
   EXPECT_LT(std::sqrt(square / count), 0.02 * largest);
 }
 
-TEST(IndirectShadow, beside_an_object_of_five_times_the_size_kept_values_agree_with_many_rays) {
+TEST(IndirectShadow, around_an_object_beside_one_of_five_times_its_size_kept_values_agree_with_many_rays) {
   Surrounded s(0.15f);
   std::vector<PlacedPart> parts;
   for (const auto& [at, scale] : {std::pair{glm::dvec3(2.0, 2.5, 0.16), 1.0}, {glm::dvec3(2.3, 2.5, 0.035), 0.2}}) {
@@ -58,8 +58,8 @@ TEST(IndirectShadow, beside_an_object_of_five_times_the_size_kept_values_agree_w
   s.change.set_indirect(black);
   double square = 0.0, largest = 0.0;
   int count = 0;
-  for (double x = 1.5; x < 3.0; x += 0.021)
-    for (double y = 2.1; y < 2.9; y += 0.043, ++count) {
+  for (double x = 2.22; x < 2.38; x += 0.0071) // around the small one
+    for (double y = 2.42; y < 2.58; y += 0.0083, ++count) {
       const glm::dvec3 p(x, y, 0.0);
       const double kept = static_cast<double>(s.at(p).irradiance.g),
                    exact = static_cast<double>(s.change.evaluate(s.floor_at(p), p, {0, 0, -1}, 1024).irradiance.g);
@@ -67,7 +67,7 @@ TEST(IndirectShadow, beside_an_object_of_five_times_the_size_kept_values_agree_w
       largest = std::max(largest, std::fabs(exact));
     }
   EXPECT_GT(largest, 0.3 * kPi * Surrounded::kRadiance);
-  EXPECT_LT(std::sqrt(square / count), 0.02 * largest);
+  EXPECT_LT(std::sqrt(square / count), 0.008 * largest) << "0.004; 0.013 where wider cells begin three radii nearer";
 }
 
 /// A cube of that edge around the origin, its faces cut into squares.
