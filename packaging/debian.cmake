@@ -54,7 +54,7 @@ set(CPACK_COMPONENT_DEV_DESCRIPTION "libraries of daylit
 set(dev_packages libglm-dev libhwy-dev libembree-dev libtbb-dev libfmt-dev libimath-dev libopenexr-dev libpng-dev zlib1g-dev
   libjpeg62-turbo-dev nlohmann-json3-dev libtomlplusplus-dev libyaml-cpp-dev libxxhash-dev liberfa-dev pkg-config)
 if(DAYLIT_RUNTIME)
-  list(APPEND dev_packages libglfw3-dev libopencv-dev libopencv-contrib-dev libegl-dev libgl-dev libopengl-dev
+  list(APPEND dev_packages libglfw3-dev libmeshoptimizer-dev libopencv-dev libopencv-contrib-dev libegl-dev libgl-dev libopengl-dev
     libaravis-dev libcpp-httplib-dev libusb-1.0-0-dev libv4l-dev)
 endif()
 list(JOIN dev_packages ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
