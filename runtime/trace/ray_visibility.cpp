@@ -42,7 +42,7 @@ std::uint64_t RayVisibility::see_sky(Layer layer, PointSet& set) const {
     return rays;
   lanes::LightSums sums;
   rays += sum_lights(scene_.sky, set.blocked, casters_, layer, set.points, starts,
-                     layer == Layer::object ? RoomShadow::everywhere : RoomShadow::where_blocked, {}, sums);
+                     RoomShadow::everywhere, {}, sums);
   for (int k = 0; k < kLanes; ++k)
     for (int c = 0; c < 3; ++c)
       if (const float whole = sums.unblocked.channel[c][k]; whole > 0.0f) {
