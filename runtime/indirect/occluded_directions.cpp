@@ -9,8 +9,6 @@
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
-#include "scene/core/orthonormal.h"
-#include "runtime/object/ray_fan.h"
 #include "runtime/sky/window_sampler.h"
 
 namespace daylit {
@@ -19,12 +17,6 @@ namespace {
 
 constexpr int kPacket = 16;
 constexpr double kWhole = 0.2; // cosine of half a cone's angle: wider ones are looked at as a whole hemisphere
-
-/// By its cosine with n: cos = sqrt(1 - u) (Malley).
-glm::dvec3 in_hemisphere(const OrthonormalBasis& basis, const glm::dvec3& n, const DirectionPattern::Point& p) {
-  const double up = std::sqrt(1.0 - p.height), side = std::sqrt(p.height);
-  return side * p.cosine * basis.u + side * p.sine * basis.v + up * n;
-}
 
 /// Where the directions towards one part come from.
 struct Cone {
@@ -166,27 +158,13 @@ void find_occluded(const RayScene& room, const RoomPatches& patches, const Place
   }
 }
 
-/// Sixteen directions at a time.
 std::vector<SeenPatch> find_around(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x,
                                    const glm::dvec3& n, const DirectionPattern& pattern) {
-  const OrthonormalBasis basis(n);
-  const std::span<const DirectionPattern::Point> points = pattern.points();
-  const auto each = static_cast<float>(std::numbers::pi / static_cast<double>(points.size()));
+  const auto each = static_cast<float>(std::numbers::pi / static_cast<double>(pattern.points().size()));
   std::vector<SeenPatch> seen;
-  for (std::size_t first = 0; first < points.size(); first += kPacket) {
-    const std::size_t count = std::min<std::size_t>(kPacket, points.size() - first);
-    std::array<glm::dvec3, kPacket> direction;
-    for (std::size_t k = 0; k < count; ++k)
-      direction[k] = in_hemisphere(basis, n, points[first + k]);
-    RayHits16 hits;
-    const RayPacket16 rays = ray_fan(room.to_local(x), count, [&](std::size_t k) { return glm::vec3(direction[k]); });
-    const std::uint32_t ends = room.closest16(rays, static_cast<int>(count), hits);
-    for (std::size_t k = 0; k < count; ++k)
-      if (ends >> k & 1u)
-        add_patch(seen,
-                  patches.at(hits.triangle[k], x + static_cast<double>(hits.distance[k]) * direction[k], direction[k]),
-                  each);
-  }
+  look_around(room, x, n, pattern, [&](std::uint32_t triangle, const glm::dvec3& position, const glm::dvec3& w) {
+    add_patch(seen, patches.at(triangle, position, w), each);
+  });
   return seen;
 }
 

@@ -3,6 +3,9 @@
 // The directions that virtual objects cover as seen from a point of the room, and what of the room is behind them: all
 // of their effect on indirect light that does not depend on the light.
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -12,7 +15,9 @@
 #include "runtime/indirect/room_patches.h"
 #include "runtime/indirect/window_visibility.h"
 #include "runtime/object/placed_parts.h"
+#include "runtime/object/ray_fan.h"
 #include "runtime/object/relight.h"
+#include "scene/core/orthonormal.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
@@ -59,12 +64,40 @@ struct SeenPatch {
 };
 /// The weight of directions that show one patch is summed: it is looked up once per light.
 void add_patch(std::vector<SeenPatch>& seen, RoomPatch* patch, float weight);
-/// What the room shows x with normal n in all directions of the pattern, objects or none.
+/// What the room shows x with normal n in all directions of the pattern.
 std::vector<SeenPatch> find_around(const RayScene& room, const RoomPatches& patches, const glm::dvec3& x,
                                    const glm::dvec3& n, const DirectionPattern& pattern);
 /// 1 where x lies within the sphere of a part, 0 where all spheres cover so little that find_occluded() looks at their
 /// cones and not around.
 float surrounded(const PlacedParts& parts, const glm::dvec3& x);
+
+/// By its cosine with n: cos = sqrt(1 - u) (Malley).
+inline glm::dvec3 in_hemisphere(const OrthonormalBasis& basis, const glm::dvec3& n, const DirectionPattern::Point& p) {
+  const double up = std::sqrt(1.0 - p.height), side = std::sqrt(p.height);
+  return side * p.cosine * basis.u + side * p.sine * basis.v + up * n;
+}
+
+/// Where rays from x in the directions of the pattern meet the room, objects or none: seen(triangle, position,
+/// direction). Sixteen at a time.
+template <class Seen>
+void look_around(const RayScene& room, const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
+                 const Seen& seen) {
+  constexpr std::size_t kPacket = 16;
+  const OrthonormalBasis basis(n);
+  const std::span<const DirectionPattern::Point> points = pattern.points();
+  for (std::size_t first = 0; first < points.size(); first += kPacket) {
+    const std::size_t count = std::min(kPacket, points.size() - first);
+    std::array<glm::dvec3, kPacket> direction;
+    for (std::size_t k = 0; k < count; ++k)
+      direction[k] = in_hemisphere(basis, n, points[first + k]);
+    RayHits16 hits;
+    const RayPacket16 rays = ray_fan(room.to_local(x), count, [&](std::size_t k) { return glm::vec3(direction[k]); });
+    const std::uint32_t ends = room.closest16(rays, static_cast<int>(count), hits);
+    for (std::size_t k = 0; k < count; ++k)
+      if (ends >> k & 1u)
+        seen(hits.triangle[k], x + static_cast<double>(hits.distance[k]) * direction[k], direction[k]);
+  }
+}
 
 /// Radiance of the object there.
 inline Rgb object_radiance(const OccludedDirection& covered, std::span<const TwoSided> radiance) {

@@ -10,6 +10,7 @@
 #include <tbb/concurrent_unordered_map.h>
 
 #include "runtime/base/once.h"
+#include "runtime/indirect/interreflection.h"
 #include "runtime/indirect/lit_points.h"
 #include "runtime/indirect/receiver_levels.h"
 
@@ -46,6 +47,12 @@ struct ReceiverLattice::Node {
       visible_version{0};
   std::uint64_t placement_version = 0, sky_version = 0;
   std::mutex renewing;
+
+  std::vector<ChangedSurface> around; ///< other surfaces of the room, until an object moves
+  Rgb reflected{0.0f};                ///< change of irradiance from them
+  std::uint64_t around_version = 0;
+  std::atomic<std::uint64_t> reflected_version{0};
+  std::mutex reflecting; ///< held while others renew
 };
 
 struct ReceiverLattice::State {
@@ -70,6 +77,9 @@ struct ReceiverLattice::State {
   const Cell& cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
   void renew(Node& node) const;
   const IndirectChange& current(Node& node) const;
+  Rgb whole_change(Node& node) const;
+  Rgb reflected_change(std::span<const ChangedSurface> surfaces) const;
+  const Rgb& reflected(Node& node) const;
   float current_distance(Node& node) const;
   const RoomPoint& current_light(Node& node) const;
   float current_blocked(Node& node) const;
@@ -90,6 +100,9 @@ struct ReceiverLattice::State {
   double distance(const Found& found) const;
   std::array<float, 4> weights(std::size_t level, const Found& found, const Place& place) const;
   Link link(std::size_t level, const Found& found, const Place& place) const;
+  Link link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, double radii_away) const;
+  std::vector<ChangedSurface> changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
+                                               const DirectionPattern& pattern) const;
   std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;
   /// Which level holds at a place, and how much of the next one is mixed in.
   struct Mix {
@@ -156,6 +169,42 @@ const IndirectChange& ReceiverLattice::State::current(Node& node) const {
   return node.change;
 }
 
+/// Delta E + E_direct lost, negative.
+Rgb ReceiverLattice::State::whole_change(Node& node) const {
+  const Rgb first = current(node).irradiance; // renews node.here
+  const float less = current_blocked(node);
+  once(node.lost_version, (placement_version << 32) + sky_version, node.renewing,
+       [&] { node.lost = scene.lost_direct(less, node.here, node.x, node.n, node.cell_m); });
+  return first - node.lost;
+}
+
+std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
+                                                                     const DirectionPattern& pattern) const {
+  return find_changed_surfaces(scene, air, n, pattern,
+                               [this](auto triangle, const auto& x, const auto& direction, double radii_away) {
+                                 return link(triangle, x, direction, radii_away);
+                               });
+}
+
+/// sum over the surfaces of rho / pi cos dw of Delta E there.
+Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> surfaces) const {
+  Rgb sum(0.0f);
+  for (const ChangedSurface& s : surfaces)
+    for (std::size_t k = 0; k < 4; ++k)
+      if (s.link.weight[k] > 0.0f)
+        sum += s.weight * s.link.weight[k] * whole_change(*s.link.node[k]);
+  return sum;
+}
+
+const Rgb& ReceiverLattice::State::reflected(Node& node) const {
+  once(node.reflected_version, light_version, node.reflecting, [&] {
+    if (std::exchange(node.around_version, placement_version) != placement_version)
+      node.around = changed_surfaces(node.x + kAirGap_m * node.n, node.n, *node.pattern);
+    node.reflected = reflected_change(node.around);
+  });
+  return node.reflected;
+}
+
 float ReceiverLattice::State::current_distance(Node& node) const {
   once(node.distance_version, placement_version, node.renewing, [&] {
     const double radius = lattices[0].cell_m / kLevels[0].cell;
@@ -217,7 +266,7 @@ std::optional<IndirectChange> ReceiverLattice::State::between_nodes(std::size_t 
     if (weight[k] == 0.0f)
       continue;
     const IndirectChange& c = current(*found.cell->corner[k]);
-    sum.irradiance += weight[k] * c.irradiance;
+    sum.irradiance += weight[k] * (c.irradiance + reflected(*found.cell->corner[k]));
     sum.before += weight[k] * c.before;
     whole += weight[k];
   }
@@ -327,7 +376,8 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   Receiver receiver;
   s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
-  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, here, x, n),
+  const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count)));
+  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
           LitScene::before(receiver, here)};
 }
 
@@ -340,32 +390,28 @@ ReceiverLattice::Link ReceiverLattice::State::link(std::size_t level, const Foun
 }
 
 /// In cells of r/8 or wider where nothing is near: what an object sees is narrower only where it touches the room.
-ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
-                                            double radii_away) const {
-  const State& s = *state_;
-  const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
+ReceiverLattice::Link ReceiverLattice::State::link(std::uint32_t triangle, const glm::dvec3& x,
+                                                   const glm::dvec3& direction, double radii_away) const {
+  const Place place{triangle, scene.facing_of(triangle, direction), x};
   for (std::size_t level = 0; level < kContactLevels; ++level) {
     // A surface may pass between the corners of any such cell: its distance, 0, is not looked for.
-    const Link link = radii_away < 2.0 * kLevels[level].cell ? s.link(level, s.find(level, place), place) : Link{};
-    if (std::ranges::any_of(link.weight, [](float w) { return w > 0.0f; }))
-      return link;
+    const Link near = radii_away < 2.0 * kLevels[level].cell ? link(level, find(level, place), place) : Link{};
+    if (std::ranges::any_of(near.weight, [](float w) { return w > 0.0f; }))
+      return near;
   }
-  const std::size_t level = State::mix_of(kContactLevels, s.scene.smallest_radii_away(x)).level;
-  return s.link(level, s.find(level, place), place);
+  const std::size_t level = mix_of(kContactLevels, scene.smallest_radii_away(x)).level;
+  return link(level, find(level, place), place);
+}
+
+ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
+                                            double radii_away) const {
+  return state_->link(triangle, x, direction, radii_away);
 }
 
 std::size_t ReceiverLattice::node_count() const { return state_->nodes_made; }
 std::size_t ReceiverLattice::number_of(const Node& node) { return node.number; }
 
-/// Delta E + E_direct lost, negative.
-Rgb ReceiverLattice::whole_change(Node& node) const {
-  const State& s = *state_;
-  const Rgb change = s.current(node).irradiance; // renews node.here
-  const float blocked = s.current_blocked(node);
-  once(node.lost_version, (s.placement_version << 32) + s.sky_version, node.renewing,
-       [&] { node.lost = s.scene.lost_direct(blocked, node.here, node.x, node.n, node.cell_m); });
-  return change - node.lost;
-}
+Rgb ReceiverLattice::whole_change(Node& node) const { return state_->whole_change(node); }
 
 /// E = sum_k w_k E_k, E_k = E_indirect + V_window E_sky of the nodes around, and where an object is near + Delta E -
 /// V_blocked E_sky.
