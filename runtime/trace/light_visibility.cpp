@@ -34,9 +34,7 @@ bool disc_meets_triangle(const std::array<glm::vec2, 3>& p, float radius) {
 
 std::uint64_t count(LaneMask lanes) { return static_cast<std::uint64_t>(std::popcount(lanes)); }
 
-float nearest_hit(Layer layer) { return layer == Layer::object ? 0.0f : kOwnSurface_m; }
-
-void aim(RayPacket16& rays, const PointBlock& from, float tnear) {
+void aim(RayPacket16& rays, const PointBlock& from, float tnear = 0.0f) {
   std::copy(from.x, from.x + kLanes, rays.org_x);
   std::copy(from.y, from.y + kLanes, rays.org_y);
   std::copy(from.z, from.z + kLanes, rays.org_z);
@@ -44,11 +42,11 @@ void aim(RayPacket16& rays, const PointBlock& from, float tnear) {
   std::fill(rays.tfar, rays.tfar + kLanes, std::numeric_limits<float>::infinity());
 }
 
-void aim(RayPacket16& rays, const glm::vec3& from, float tnear) {
+void aim(RayPacket16& rays, const glm::vec3& from) {
   PointBlock same;
   for (int k = 0; k < kLanes; ++k)
     same.set(k, from, glm::vec3(0.0f));
-  aim(rays, same, tnear);
+  aim(rays, same);
 }
 
 void turn(RayPacket16& rays, const glm::vec3& w) {
@@ -71,7 +69,7 @@ public:
                 const RayStarts& starts)
       : lights_(lights.portal), stops_at_glass_(lights.stops_at_glass), casters_(casters), points_(points),
         starts_(starts), layer_(layer) {
-    aim(block_, starts.of(0), nearest_hit(layer));
+    aim(block_, starts.of(0));
   }
   /// Lanes that face the light. `clear`: of these, points of the room whose rays miss the objects' box.
   LaneMask facing(std::size_t light, LaneMask& clear) const {
@@ -91,7 +89,7 @@ public:
     if (lanes == 0)
       return 0;
     if (starts_.differ())
-      aim(block_, starts_.of(light), nearest_hit(layer_));
+      aim(block_, starts_.of(light));
     turn(block_, lights_.direction(light));
     rays += count(lanes);
     return (stops_at_glass_[light] ? casters_.objects : casters_.opaque)->occluded(lanes, block_);
@@ -185,7 +183,7 @@ std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters
   std::ranges::fill(room, KnownLights{});
   const bool past_room = layer == Layer::object && lights.room_may_block_any;
   RayPacket16 block;
-  aim(block, at.start, nearest_hit(layer));
+  aim(block, at.start);
   std::uint64_t rays = 0;
   const auto directions = lights.portal.direction_blocks();
   for (std::size_t g = 0; g < directions.size(); ++g) {
@@ -241,8 +239,9 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
   const bool on_objects = layer == Layer::object;
   const bool room_blocks = on_objects ? lights.room_may_block_any : !casters.occluders->empty();
   RayPacket16 block;
+  const float own_surface = on_objects ? 0.0f : kOwnSurface_m;
   if (room_blocks)
-    aim(block, starts.of(0), nearest_hit(layer));
+    aim(block, starts.of(0), own_surface);
   LaneRgb e;
   std::uint64_t rays = 0;
   auto next = blocked.entries.begin();
@@ -258,7 +257,7 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
     LaneMask by_room = wanted & known.blocked;
     if (const LaneMask asked = wanted & ~known.clear & ~known.blocked; asked) {
       if (starts.differ())
-        aim(block, starts.of(j), nearest_hit(layer));
+        aim(block, starts.of(j), own_surface);
       turn(block, lights.portal.direction(j));
       by_room |= casters.occluders->occluded(asked, block);
       rays += count(asked);

@@ -68,7 +68,7 @@ struct TracedLights {
 bool may_be_shadowed(const LightCone& cone, const ShadowCasters& casters, const glm::vec3& centre, float radius);
 
 /// Visibility::see_sun(): traces the lights that the point faces past the objects, for a point of an object also past
-/// the room. Surfaces of the room nearer than kOwnSurface_m to a point of it are its own. Returns the number of rays.
+/// the room. Returns the number of rays.
 std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters, Layer layer, const PixelSurface& at,
                         std::span<KnownLights> objects, std::span<KnownLights> room);
 
