@@ -14,7 +14,7 @@
 namespace daylit {
 
 /// Light on surfaces is looked up, and rays start, this far in front of them, metres.
-constexpr double kAirGap_m = 1e-3;
+constexpr double kAirGap_m = 1e-4;
 
 /// Cell of a square lattice, with the bilinear weights of its corners: (0, 0), (1, 0), (0, 1), (1, 1).
 struct LatticeSquare {
