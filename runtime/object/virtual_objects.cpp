@@ -175,7 +175,7 @@ std::vector<std::uint32_t> append_senders(const VirtualObjects::Model& model, st
 
 /// A model stays in its own frame; the surface of all objects is in the world.
 Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::Model> model,
-                    const glm::dvec3& centre_of_mass, const ObjectConfig& placement) {
+                    const MeshWeight& weight, const ObjectConfig& placement) {
   const ObjectMesh& mesh = model->mesh;
   const std::size_t first = all.surface.positions.size(), count = first + mesh.positions.size();
   all.surface.positions.resize(count);
@@ -190,7 +190,7 @@ Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::M
   const bool per_pixel = looked_up_per_pixel(mesh);
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
   auto sender = append_senders(*model, first, all.senders);
-  all.parts.push_back({std::move(model), first, std::move(sender), glm::dmat4(1.0), centre_of_mass, 1.0f, per_pixel,
+  all.parts.push_back({std::move(model), first, std::move(sender), glm::dmat4(1.0), weight, 1.0f, per_pixel,
                        std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
 }
@@ -260,7 +260,7 @@ glm::vec3 up_of(const ObjectConfig& placement) {
 /// Read, divided and cut, with its transfer vectors.
 struct LoadedModel {
   std::shared_ptr<const VirtualObjects::Model> model;
-  glm::dvec3 centre_of_mass{0.0};
+  MeshWeight weight;
 };
 
 Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem::path& cache_folder,
@@ -271,7 +271,7 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
   if (mesh->triangles.empty())
     notes.push_back(object.model.string() + ": no triangles, nothing is drawn");
   wind_by_normals(*mesh);
-  const glm::dvec3 mass = centre_of_mass(*mesh);
+  const MeshWeight weight = weigh(*mesh);
   if (const auto simpler = simplify_dense(*mesh); !simpler)
     return simpler.error();
   const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
@@ -292,7 +292,7 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
     return self.error();
   VirtualObjects::Model model{std::move(*mesh), std::move(transfer->transfer), std::move(*rays), std::move(senders),
                               std::move(*self)};
-  return LoadedModel{std::make_shared<const VirtualObjects::Model>(std::move(model)), mass};
+  return LoadedModel{std::make_shared<const VirtualObjects::Model>(std::move(model)), weight};
 }
 
 bool same_model(const ObjectConfig& a, const ObjectConfig& b) {
@@ -311,11 +311,11 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     while (!same_model(objects[first], objects[k]))
       ++first;
     const auto loaded = first < k
-                            ? Result<LoadedModel>{LoadedModel{all.parts[first].model, all.parts[first].centre_of_mass}}
+                            ? Result<LoadedModel>{LoadedModel{all.parts[first].model, all.parts[first].weight}}
                             : load_model(objects[k], cache_folder, all.notes, progress);
     if (!loaded)
       return loaded.error();
-    if (const auto placed = append(all, loaded->model, loaded->centre_of_mass, objects[k]); !placed)
+    if (const auto placed = append(all, loaded->model, loaded->weight, objects[k]); !placed)
       return placed.error();
   }
   find_emission(all);

@@ -15,6 +15,7 @@
 #include "scene/config/config.h"
 #include "scene/core/program.h"
 #include "scene/core/result.h"
+#include "scene/placing/standing.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
@@ -41,7 +42,7 @@ struct VirtualObjects {
     /// Per vertex: which of Senders sends light for it; empty: each does itself, from number first_vertex on.
     std::vector<std::uint32_t> sender{};
     glm::dmat4 world_from_object{1.0};
-    glm::dvec3 centre_of_mass{0.0};          ///< of the mesh, in its own frame
+    MeshWeight weight;                       ///< of the mesh
     float opacity = 1.0f;                    ///< what it keeps of light that comes from behind it; below 1: glass
     bool per_pixel = false;                  ///< its material is looked up at every pixel (reflect/glossy_picture.h)
     std::vector<std::uint8_t> has_diffuse{}; ///< per vertex, of a part that is per_pixel

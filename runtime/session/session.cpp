@@ -87,7 +87,7 @@ struct Session::State {
   Result<void> load_rest(int width, int height, const Progress& progress);
   Result<void> start_renderer();
   Result<void> place(std::size_t k, const ObjectConfig& placement);
-  WeighedMesh weighed(std::size_t k) const { return {objects->parts[k].mesh(), objects->parts[k].centre_of_mass}; }
+  WeighedMesh weighed(std::size_t k) const { return {objects->parts[k].mesh(), objects->parts[k].weight}; }
   std::vector<std::string> standing_warnings() const;
   Result<void> set_camera(const glm::dmat4& world_from_camera, int width, int height);
   void finish_report(FrameReport report);
@@ -209,7 +209,7 @@ Result<void> Session::set_placement(std::size_t k, const ObjectConfig& placement
 Result<void> Session::set_objects(VirtualObjects loaded, std::vector<ObjectConfig> objects) {
   State& s = *state_;
   for (std::size_t k = 0; k < objects.size(); ++k) {
-    auto placed = set_down(objects[k], {loaded.parts[k].mesh(), loaded.parts[k].centre_of_mass}, s.room->volume.room,
+    auto placed = set_down(objects[k], {loaded.parts[k].mesh(), loaded.parts[k].weight}, s.room->volume.room,
                            s.room->rays);
     if (!placed)
       return placed.error();

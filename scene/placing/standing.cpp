@@ -146,7 +146,7 @@ std::vector<glm::dvec2> contact_points(const std::vector<glm::dvec3>& at, const 
 
 /// Closed: sum of the tetrahedra from one point to each face, weighted by their signed volumes; open: of the faces,
 /// weighted by their areas.
-glm::dvec3 centre_of_mass(const ObjectMesh& mesh) {
+MeshWeight weigh(const ObjectMesh& mesh) {
   const bool closed = is_closed(mesh);
   const glm::dvec3 origin = mesh.positions.empty() ? glm::dvec3(0.0) : glm::dvec3(mesh.positions[0]);
   glm::dvec3 sum(0.0);
@@ -158,7 +158,7 @@ glm::dvec3 centre_of_mass(const ObjectMesh& mesh) {
     sum += w * (a + b + c) / (closed ? 4.0 : 3.0);
     weight += w;
   }
-  return weight != 0.0 ? origin + sum / weight : origin;
+  return {weight != 0.0 ? origin + sum / weight : origin, closed};
 }
 
 Bounds placed_bounds(const ObjectMesh& mesh, const glm::dmat4& world_from_object) {
@@ -177,7 +177,7 @@ Standing check_standing(const WeighedMesh& object, const glm::dmat4& world_from_
     return out;
   const Bounds box = placed_bounds(mesh, world_from_object);
   const std::vector<glm::dvec2> contact = contact_points(at, box, rays);
-  const glm::dvec3 mass(world_from_object * glm::dvec4(object.centre_of_mass, 1.0));
+  const glm::dvec3 mass(world_from_object * glm::dvec4(object.weight.centre_of_mass, 1.0));
   out.supported = !contact.empty();
   if (out.supported)
     out.beyond_m = distance_outside(glm::dvec2(mass), convex_hull(contact));

@@ -16,16 +16,20 @@
 
 namespace daylit {
 
-/// Of the solid where the mesh is closed, else of its sheets, as if everywhere as heavy; in the mesh's own frame.
-glm::dvec3 centre_of_mass(const ObjectMesh& mesh);
+struct MeshWeight {
+  glm::dvec3 centre_of_mass{0.0}; ///< in the mesh's own frame
+  bool closed = false;            ///< every edge has as many triangles on one side as on the other
+};
+/// Of the solid where the mesh is closed, else of its sheets, as if everywhere as heavy.
+MeshWeight weigh(const ObjectMesh& mesh);
 
-/// A mesh and where its weight is.
+/// A mesh and its weight.
 struct WeighedMesh {
   const ObjectMesh& mesh;
-  glm::dvec3 centre_of_mass{0.0}; ///< in the mesh's own frame
+  MeshWeight weight;
 
-  explicit WeighedMesh(const ObjectMesh& m) : mesh(m), centre_of_mass(daylit::centre_of_mass(m)) {}
-  WeighedMesh(const ObjectMesh& m, const glm::dvec3& centre) : mesh(m), centre_of_mass(centre) {}
+  explicit WeighedMesh(const ObjectMesh& m) : mesh(m), weight(weigh(m)) {}
+  WeighedMesh(const ObjectMesh& m, const MeshWeight& known) : mesh(m), weight(known) {}
 };
 
 /// World box of a placed mesh.

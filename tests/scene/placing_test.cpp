@@ -96,6 +96,20 @@ TEST_F(Placing, an_object_stands_on_its_lowest_points_however_it_is_turned_and_s
   EXPECT_EQ(set_down(floating, WeighedMesh(mesh), room_, rays_)->position.z, 1.1);
 }
 
+TEST_F(Placing, a_sheet_is_set_down_just_above_the_surface_and_a_solid_on_it) {
+  ObjectMesh box = box_mesh({0.2f, 0.2f, 0.3f}), sheet = box, walls = box;
+  sheet.triangles.resize(2);                                                      // the bottom alone
+  walls.triangles.erase(walls.triangles.begin(), walls.triangles.begin() + 2);    // all but the bottom
+  const auto above = [&](const ObjectMesh& mesh) {
+    const auto placed = set_down(on("table", 2.1, 2.0), WeighedMesh(mesh), room_, rays_);
+    EXPECT_TRUE(placed) << placed.error().message();
+    return placed_bounds(mesh, object_transform(*placed)).min.z - 0.75;
+  };
+  EXPECT_NEAR(above(sheet), 0.5e-3, 1e-5);
+  EXPECT_NEAR(above(walls), 0.0, 1e-5); // nothing lies in the table's plane, and light must not pass below
+  EXPECT_NEAR(above(box), 0.0, 1e-5);
+}
+
 TEST_F(Placing, without_a_place_it_stands_in_the_middle_of_the_surface) {
   ObjectConfig object = on("table", 0, 0);
   object.on->has_place = false;
@@ -129,10 +143,10 @@ TEST_F(Placing, an_object_that_would_tip_or_is_cut_by_the_room_is_reported) {
 }
 
 TEST(PlacingMass, centre_of_mass_of_a_solid_and_of_a_sheet) {
-  EXPECT_LT(glm::length(centre_of_mass(box_mesh({0.2f, 0.4f, 0.6f}, 0.1f)) - glm::dvec3(0.15, 0.2, 0.3)), 1e-6);
+  EXPECT_LT(glm::length(weigh(box_mesh({0.2f, 0.4f, 0.6f}, 0.1f)).centre_of_mass - glm::dvec3(0.15, 0.2, 0.3)), 1e-6);
   ObjectMesh open = box_mesh({2.0f, 2.0f, 2.0f});
   open.triangles.resize(2); // the bottom alone
-  EXPECT_LT(glm::length(centre_of_mass(open) - glm::dvec3(1.0, 1.0, 0.0)), 1e-6);
+  EXPECT_LT(glm::length(weigh(open).centre_of_mass - glm::dvec3(1.0, 1.0, 0.0)), 1e-6);
 }
 
 TEST(PlacementText, only_places_that_changed_are_rewritten) {
