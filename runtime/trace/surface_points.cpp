@@ -84,36 +84,38 @@ PixelFootprint room_footprint(const VisibleSurfaces& view, const glm::vec3& x, c
 namespace {
 constexpr float kOneSurface = 0.8f; // cosine between the normals of neighbouring pixels
 
-/// From the point of a pixel to that of the next, or the way back from the one before; nothing where neither shows the
-/// same smooth surface.
-glm::vec3 to_next(const TracedScene& scene, const VisibleSurfaces& view, const glm::vec3& x, const glm::vec3& normal,
+struct Steps {
+  glm::vec3 next{0.0f}; ///< from the point of a pixel to that of the next, or the way back from the one before
+  float rise = 0.0f;    ///< the larger height of the two over the tangent plane, or below it
+};
+
+/// Nothing where neither shows the same smooth surface.
+Steps steps_along(const TracedScene& scene, const VisibleSurfaces& view, const glm::vec3& x, const glm::vec3& normal,
                   const glm::ivec2& pixel, const glm::ivec2& next) {
-  for (const int sign : {1, -1}) {
+  Steps steps;
+  for (const int sign : {-1, 1}) {
     const glm::ivec2 other = pixel + sign * next;
     const ObjectHit& hit = view.object(other.x, other.y);
     if (hit.samples == 0 || view.is_edge(other.x, other.y))
       continue;
     const PixelSurface there = object_surface(scene, view.eye(), hit);
-    if (glm::dot(there.normal, normal) > kOneSurface)
-      return static_cast<float>(sign) * (there.position - x);
+    if (glm::dot(there.normal, normal) <= kOneSurface)
+      continue;
+    const glm::vec3 d = there.position - x;
+    steps.rise = std::max(steps.rise, std::abs(glm::dot(normal, d)));
+    steps.next = static_cast<float>(sign) * d;
   }
-  return glm::vec3(0.0f);
+  return steps;
 }
 } // namespace
 
 /// d - (n.d) n of both ways d along the tangent plane, and |n.d| by which the surface leaves it.
 PixelFootprint object_footprint(const TracedScene& scene, const VisibleSurfaces& view, const glm::vec3& x,
                                 const glm::vec3& normal, const glm::ivec2& pixel) {
-  PixelFootprint f{to_next(scene, view, x, normal, pixel, {1, 0}), to_next(scene, view, x, normal, pixel, {0, 1}),
-                   glm::vec3(0.0f)};
-  float rise = 0.0f;
-  for (glm::vec3* d : {&f.right, &f.down}) {
-    const float height = glm::dot(normal, *d);
-    rise = std::max(rise, std::abs(height));
-    *d -= height * normal;
-  }
-  f.bend = rise * normal;
-  return f;
+  const Steps right = steps_along(scene, view, x, normal, pixel, {1, 0}),
+              down = steps_along(scene, view, x, normal, pixel, {0, 1});
+  return {right.next - glm::dot(normal, right.next) * normal, down.next - glm::dot(normal, down.next) * normal,
+          std::max(right.rise, down.rise) * normal};
 }
 
 } // namespace daylit
