@@ -20,6 +20,8 @@ constexpr int kSide = 8;                 // points of the lattice
 constexpr int kRays = 64;                // from each point to each other object
 constexpr double kInset = 0.05;          // of the box: floors and walls touch it
 constexpr double kLeastFraction = 0.002; // of a cosine-weighted hemisphere
+constexpr double kContact = 0.3; // of the radius of the smaller object: nearer to another a vertex looks for itself
+constexpr double kLift = 0.001;  // the same: off the surface that the vertex may lie on
 
 const DirectionPattern& pattern() {
   static const DirectionPattern made(kRays);
@@ -31,6 +33,16 @@ bool is_large(const BoundingSphere& other, const BoundingSphere& sphere) {
   const double nearest = glm::length(other.centre - sphere.centre) - sphere.radius;
   return other.radius > 0.0 &&
          (nearest <= other.radius || other.radius * other.radius > kLeastFraction * nearest * nearest);
+}
+
+/// More than half of what x sees of the others is their back: it lies inside one.
+bool is_inside(std::span<const OccludedDirection> covered) {
+  float all = 0.0f, from_behind = 0.0f;
+  for (const OccludedDirection& c : covered) {
+    all += c.weight;
+    from_behind += c.object.back ? c.weight : 0.0f;
+  }
+  return from_behind > 0.5f * all;
 }
 
 } // namespace
@@ -71,29 +83,29 @@ bool OtherObjects::any() const {
   return std::any_of(surrounds_.begin(), surrounds_.end(), [](const Surround& s) { return !s.others.empty(); });
 }
 
-/// The object itself hides nothing here: that is in its transfer vectors. A point that sees more than half of the
-/// others' solid angle from behind lies inside one.
+/// The object itself hides nothing here: that is in its transfer vectors.
 void OtherObjects::look_around(std::size_t part, const glm::dvec3& x, LatticePoint& point) const {
-  float all = 0.0f, from_behind = 0.0f;
   for (const std::size_t other : surrounds_[part].others)
     find_occluded_by(rays_, patches_, *parts_, {other, part}, x, pattern(), point.occluded);
   for (const OccludedDirection& c : point.occluded) {
-    all += c.weight;
-    from_behind += c.object.back ? c.weight : 0.0f;
     std::array<float, 9>& weight = point.weight.emplace_back(sh::evaluate9(glm::vec3(glm::normalize(c.position - x))));
     for (float& w : weight)
       w *= c.weight;
   }
-  point.open = from_behind <= 0.5f * all;
+  point.open = !is_inside(point.occluded);
 }
 
 /// rho E / pi + L_sun; sky counts as zero, for it is the direct shadow's.
+Rgb OtherObjects::behind(const OccludedDirection& c, std::size_t k) const {
+  return c.behind ? c.behind->reflectance * patches_.irradiance(*c.behind) * std::numbers::inv_pi_v<float> +
+                        sunlight_behind(c, k, windows_)
+                  : Rgb(0.0f);
+}
+
 void OtherObjects::look_behind(LatticePoint& point) const {
-  point.behind.assign(point.occluded.size(), Rgb(0.0f));
+  point.behind.resize(point.occluded.size());
   for (std::size_t k = 0; k < point.occluded.size(); ++k)
-    if (const OccludedDirection& c = point.occluded[k]; c.behind)
-      point.behind[k] = c.behind->reflectance * patches_.irradiance(*c.behind) * std::numbers::inv_pi_v<float> +
-                        sunlight_behind(c, k, windows_);
+    point.behind[k] = behind(point.occluded[k], k);
 }
 
 /// Delta L_lm = sum over the occluded directions of dw Y_lm(w) (L_object - L_behind).
@@ -134,6 +146,33 @@ Sh9Rgb OtherObjects::change(std::size_t part, const glm::dvec3& x) const {
   }
   for (Rgb& c : sum)
     c *= whole > 0.0f ? 1.0f / whole : 0.0f;
+  return sum;
+}
+
+/// The share falls from 1 at half of kContact to 0 there.
+ContactView OtherObjects::contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const {
+  ContactView view;
+  double share = 0.0;
+  for (const std::size_t other : surrounds_[part].others) {
+    const double radius = std::min(parts_->sphere(part).radius, parts_->sphere(other).radius), reach = kContact * radius;
+    share = std::max(share, std::clamp(2.0 - 2.0 * parts_->distance(other, x, reach) / reach, 0.0, 1.0));
+  }
+  if (share <= 0.0)
+    return view;
+  const glm::dvec3 n(side.world_from_local[2]);
+  const glm::dvec3 lifted = x + kLift * parts_->sphere(part).radius * (n + glm::dvec3(0.0, 0.0, 1.0));
+  find_others(rays_, patches_, *parts_, part, lifted, n, [&](const glm::vec3& w) { return side.visible_cosine(w); },
+              pattern(), view.covered);
+  view.share = is_inside(view.covered) ? 0.0f : static_cast<float>(share);
+  view.blocked = windows_.blocked_fraction(lifted, n, *parts_, part);
+  return view;
+}
+
+/// Delta E = sum over the covered directions of V cos dw (L_object - L_behind).
+Rgb OtherObjects::change(const ContactView& view, std::span<const TwoSided> radiance) const {
+  Rgb sum(0.0f);
+  for (std::size_t k = 0; k < view.covered.size(); ++k)
+    sum += view.covered[k].weight * (object_radiance(view.covered[k], radiance) - behind(view.covered[k], k));
   return sum;
 }
 

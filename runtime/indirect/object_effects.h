@@ -18,8 +18,16 @@
 #include "runtime/indirect/room_planes.h"
 #include "runtime/indirect/window_visibility.h"
 #include "runtime/object/relight.h"
+#include "runtime/object/self_visibility.h"
 
 namespace daylit {
+
+/// One side of a vertex that another object is near: what it sees of the others past its own object.
+struct ContactView {
+  float share = 0.0f;                     ///< how much it counts beside the lattice, 0 to 1
+  std::vector<OccludedDirection> covered; ///< weights: V cos dw, sr
+  float blocked = 0.0f;                   ///< part of the windows' light that the others keep away
+};
 
 /// Keeps references to everything given.
 class OtherObjects {
@@ -36,6 +44,10 @@ public:
   void set_light(std::span<const TwoSided> radiance);
   /// Change of the radiance that arrives at a point of a part.
   Sh9Rgb change(std::size_t part, const glm::dvec3& x) const;
+  /// Of a vertex at x of a part, until an object moves. Nine coefficients blur what touches.
+  ContactView contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const;
+  /// Change of its irradiance, by that.
+  Rgb change(const ContactView& view, std::span<const TwoSided> radiance) const;
 
 private:
   struct LatticePoint {
@@ -55,6 +67,7 @@ private:
   void for_each_used(const Work& work);
   void look_around(std::size_t part, const glm::dvec3& x, LatticePoint& point) const;
   void look_behind(LatticePoint& point) const;
+  Rgb behind(const OccludedDirection& covered, std::size_t k) const;
   static Sh9Rgb change_at(const LatticePoint& point, std::span<const TwoSided> radiance);
 
   const RayScene& rays_;

@@ -142,19 +142,41 @@ void add_patch(std::vector<SeenPatch>& seen, RoomPatch* patch, float weight) {
   same->weight += weight;
 }
 
-/// Parts whose sphere lies below the horizon of n are left out.
+namespace {
+
+/// Does the part lie above the horizon of n at x?
+bool is_above(const BoundingSphere& sphere, const glm::dvec3& x, const glm::dvec3& n) {
+  return sphere.radius > 0.0 && glm::dot(n, sphere.centre - x) >= -sphere.radius;
+}
+
+} // namespace
+
 void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
                    const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
   for (std::size_t part = 0; part < parts.size(); ++part) {
-    const BoundingSphere& sphere = parts.sphere(part);
-    if (sphere.radius <= 0.0 || glm::dot(n, sphere.centre - x) < -sphere.radius)
+    if (!is_above(parts.sphere(part), x, n))
       continue;
-    const Cone cone(sphere, x, n);
+    const Cone cone(parts.sphere(part), x, n);
     const auto weight = [&](const glm::dvec3& w) {
       const double cosine = glm::dot(n, w);
       return cosine > 0.0 ? cone.weight(cosine, pattern.points().size()) : 0.0f;
     };
     look_at_part(room, patches, parts, {part, part}, x, cone, pattern, weight, covered);
+  }
+}
+
+void find_others(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, std::size_t own,
+                 const glm::dvec3& x, const glm::dvec3& n, const VisibleCosine& visible,
+                 const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    if (part == own || !is_above(parts.sphere(part), x, n))
+      continue;
+    const Cone cone(parts.sphere(part), x, n);
+    const auto weight = [&](const glm::dvec3& w) {
+      const float cosine = visible(glm::vec3(w));
+      return cosine > 0.0f ? cone.weight(static_cast<double>(cosine), pattern.points().size()) : 0.0f;
+    };
+    look_at_part(room, patches, parts, {part, own}, x, cone, pattern, weight, covered);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <span>
 #include <vector>
@@ -48,6 +49,13 @@ private:
 /// normal n sees it. Appends those that the part covers before the room and before other parts.
 void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
                    const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered);
+
+/// The same as a vertex of part `own` sees the other parts: past its own where `visible`, the cosine of a unit vector
+/// with n, is not 0.
+using VisibleCosine = std::function<float(const glm::vec3& direction)>;
+void find_others(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, std::size_t own,
+                 const glm::dvec3& x, const glm::dvec3& n, const VisibleCosine& visible,
+                 const DirectionPattern& pattern, std::vector<OccludedDirection>& covered);
 
 /// An object, and another whose own triangles hide nothing.
 struct SeenFrom {

@@ -101,9 +101,36 @@ void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, co
   });
 }
 
-void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& objects) {
+  if (!field.objects_see_each_other())
+    return {};
+  ContactViews views(objects.senders.vertex.size());
   for_each_side(objects, [&](const LitSide& side) {
-    side.add_coefficients(field.exchanged(side.part, side.position()), radiance);
+    views[side.number][side.back] = field.contact_view(side.part, side.position(), side.seen());
+  });
+  return views;
+}
+
+void shade_direct(const VirtualObjects& objects, const ContactViews& views, std::span<TwoSided> direct) {
+  if (!views.empty())
+    for_each_side(objects, [&](const LitSide& side) {
+      const ContactView& view = views[side.number][side.back];
+      side.of(direct) *= 1.0f - view.share * view.blocked;
+    });
+}
+
+void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views,
+                  std::span<TwoSided> radiance) {
+  for_each_side(objects, [&](const LitSide& side) {
+    const ContactView& view = views[side.number][side.back];
+    if (view.share > 0.0f)
+      side.add_irradiance(view.share * field.exchanged(view), radiance);
+    if (view.share < 1.0f) {
+      Sh9Rgb change = field.exchanged(side.part, side.position());
+      for (Rgb& c : change)
+        c *= 1.0f - view.share;
+      side.add_coefficients(change, radiance);
+    }
   });
 }
 

@@ -23,8 +23,14 @@ FeedbackTerms feedback_terms(const IndirectShadow& field, const VirtualObjects& 
 /// The same of what the objects change of the light that the room sends them.
 void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, const FeedbackTerms& terms,
                   std::span<TwoSided> radiance);
+/// Of both sides of each sender: how it sees other objects that are near. Empty where objects are far from each other.
+using ContactViews = std::vector<std::array<ContactView, 2>>;
+ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& objects);
+/// Takes from the light that comes to them straight from the sky what these keep away.
+void shade_direct(const VirtualObjects& objects, const ContactViews& views, std::span<TwoSided> direct);
 /// The same of what they hide from each other and send to each other.
-void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views,
+                  std::span<TwoSided> radiance);
 
 /// Indirect light at the objects.
 struct ObjectsIndirectLight {

@@ -69,11 +69,12 @@ float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& 
 }
 
 /// The same of what the parts block and the room does not. Only directions towards a part are traced against the room.
-float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
+float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
+                                         std::size_t ignored) const {
   return static_cast<float>(weighted_fraction(x, n, 0.0, [&](std::span<const glm::dvec3> offsets) {
     std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
     std::transform(offsets.begin(), offsets.end(), direction.begin(), [](const auto& d) { return glm::normalize(d); });
-    const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()});
+    const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()}, ignored);
     return covered ? covered & past_room(x, offsets) : 0u;
   }));
 }

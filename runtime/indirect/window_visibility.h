@@ -29,8 +29,9 @@ public:
   /// Fraction of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
   /// faces x.
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const;
-  /// What `parts` take of that fraction.
-  float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
+  /// What `parts` take of that fraction, all but `ignored`.
+  float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
+                         std::size_t ignored = PlacedParts::kNone) const;
   /// Bit k: no surface of the room stands between x and x + offsets[k]; up to sixteen.
   std::uint32_t past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const;
   /// Irradiance by the whole sun, as one of its samples sees it.

@@ -124,15 +124,18 @@ bool PlacedParts::hidden(const glm::dvec3& x, const glm::dvec3& w, double distan
   return false;
 }
 
+double PlacedParts::distance(std::size_t which, const glm::dvec3& x, double within) const {
+  const Caster& c = casters_[which];
+  if (c.sphere.radius <= 0.0 || glm::length(x - c.sphere.centre) - c.sphere.radius >= within)
+    return within;
+  const RayScene& rays = *c.part.rays;
+  return c.scale *
+         static_cast<double>(rays.distance(rays.to_local(to_own(which, x)), static_cast<float>(within / c.scale)));
+}
+
 double PlacedParts::distance(const glm::dvec3& x, double within) const {
-  for (std::size_t part = 0; part < casters_.size(); ++part) {
-    const Caster& c = casters_[part];
-    if (c.sphere.radius <= 0.0 || glm::length(x - c.sphere.centre) - c.sphere.radius >= within)
-      continue;
-    const RayScene& rays = *c.part.rays;
-    within = c.scale *
-             static_cast<double>(rays.distance(rays.to_local(to_own(part, x)), static_cast<float>(within / c.scale)));
-  }
+  for (std::size_t part = 0; part < casters_.size(); ++part)
+    within = distance(part, x, within);
   return within;
 }
 
@@ -152,7 +155,8 @@ bool PlacedParts::between(const glm::dvec3& a, const glm::dvec3& b) const {
 bool PlacedParts::occluded(const glm::dvec3& x, const glm::dvec3& w) const { return occluded(x, {&w, 1}) != 0; }
 
 /// Only rays that may meet a part's sphere, and are not yet blocked, are traced against it.
-std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions) const {
+std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,
+                                    std::size_t ignored) const {
   std::uint32_t all = 0;
   for (std::size_t part = 0; part < casters_.size(); ++part) {
     const Caster& c = casters_[part];
@@ -160,7 +164,7 @@ std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dv
     const glm::vec3 from = rays.to_local(to_own(part, x));
     std::array<std::size_t, 16> source{};
     std::size_t count = 0;
-    if (c.part.opacity < 1.0f)
+    if (c.part.opacity < 1.0f || part == ignored)
       continue;
     for (std::size_t k = 0; k < directions.size(); ++k)
       if (!(all >> k & 1u) && may_cover(c, x, directions[k]))

@@ -63,12 +63,15 @@ public:
   bool hidden(const glm::dvec3& x, const glm::dvec3& direction, double distance_m, std::size_t ignored) const;
   /// To the nearest surface of a part, metres; `within_m` where none is nearer.
   double distance(const glm::dvec3& x, double within_m) const;
+  double distance(std::size_t which, const glm::dvec3& x, double within_m) const; ///< of that part
   /// A surface of a part stands between two points.
   bool between(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Some part that is not of glass lies in the direction.
   bool occluded(const glm::dvec3& x, const glm::dvec3& direction) const;
-  /// The same of up to sixteen directions: bit k is direction k.
-  std::uint32_t occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions) const;
+  /// The same of up to sixteen directions: bit k is direction k. A part may be left out.
+  static constexpr std::size_t kNone = ~std::size_t{0};
+  std::uint32_t occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,
+                         std::size_t ignored = kNone) const;
 
 private:
   struct Caster {

@@ -65,6 +65,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
   std::vector<TwoSided> direct =
       direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
+  shade_direct(objects, probes_->contact, direct);
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
   std::vector<TwoSided> from_room = radiance;
   if (!room_.indirect_shadow) {
@@ -88,7 +89,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
     std::vector<TwoSided> from_outside = from_room;
     add_feedback(shadow, objects, probes_->feedback, from_outside);
     if (shadow.objects_see_each_other())
-      add_exchange(shadow, objects, from_outside);
+      add_exchange(shadow, objects, probes_->contact, from_outside);
     reflect_within(objects, shadow.direct(), from_outside, radiance);
   }
   shadow.set_indirect(radiance);
@@ -113,6 +114,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     if (room_.indirect_shadow) {
       room_.indirect_shadow->set_objects(placed_parts(*objects));
       probes.feedback = feedback_terms(*room_.indirect_shadow, *objects);
+      probes.contact = contact_views(*room_.indirect_shadow, *objects);
     }
     clock.end("probes");
   });

@@ -48,6 +48,7 @@ struct ObjectsProbes {
   std::vector<VertexProbes> vertices;
   std::size_t outside = 0; ///< those that lie outside the light field
   FeedbackTerms feedback;
+  ContactViews contact;
 };
 
 /// From the light of the sky and the placement of the objects to the light at the objects.
