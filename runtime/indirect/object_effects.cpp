@@ -20,7 +20,7 @@ constexpr int kSide = 8;                 // points of the lattice
 constexpr int kRays = 64;                // from each point to each other object
 constexpr double kInset = 0.05;          // of the box: floors and walls touch it
 constexpr double kLeastFraction = 0.002; // of a cosine-weighted hemisphere
-constexpr double kContact = 0.3; // of the radius of the smaller object: nearer to another a vertex looks for itself
+constexpr double kContact = 0.8; // of the radius of the smaller object: nearer to another a vertex looks for itself
 constexpr double kLift = 0.001;  // the same: off the surface that the vertex may lie on
 
 const DirectionPattern& pattern() {
