@@ -249,8 +249,9 @@ std::array<float, 4> ReceiverLattice::State::weights(std::size_t level, const Fo
   std::array<float, 4> weight{};
   for (std::size_t k = 0; k < 4; ++k) {
     const glm::dvec3 there = found.cell->corner[k]->x + gap;
+    const glm::dvec3 beyond = there + kAirGap_m * glm::normalize(there - air + kAirGap_m * gap); // not on a wall
     const bool seen =
-        (found.cell->open || scene.windows.visible(air, there)) && (!touched || !scene.parts.between(air, there));
+        (found.cell->open || scene.windows.visible(air, beyond)) && (!touched || !scene.parts.between(air, there));
     weight[k] = seen ? found.square.weight[k] : 0.0f;
   }
   return weight;

@@ -28,8 +28,8 @@ LatticeSquare RoomFacing::square(const glm::dvec3& x, double cell_m) const {
 bool see_each_other(const RayScene& room_rays, const std::array<glm::dvec3, 4>& points) {
   constexpr std::size_t kPairs[6][2] = {{0, 3}, {1, 2}, {0, 1}, {2, 3}, {0, 2}, {1, 3}}; // diagonals first
   return std::ranges::all_of(kPairs, [&](const auto& pair) {
-    const glm::dvec3 &from = points[pair[0]], &to = points[pair[1]];
-    return !room_rays.occluded(room_rays.to_local(from), glm::vec3(to - from), 0.0f, 1.0f);
+    const glm::dvec3 whole = points[pair[1]] - points[pair[0]], gap = kAirGap_m * glm::normalize(whole);
+    return !room_rays.occluded(room_rays.to_local(points[pair[0]] - gap), glm::vec3(whole + 2.0 * gap), 0.0f, 1.0f);
   });
 }
 

@@ -33,7 +33,8 @@ struct RoomFacing {
   LatticeSquare square(const glm::dvec3& x, double cell_m) const;
 };
 
-/// No surface of the room stands between any two of the four points, world metres.
+/// No surface of the room stands between any two of the four points, world metres, or within kAirGap_m beyond one of
+/// them: a point on a wall is in the air of neither side.
 bool see_each_other(const RayScene& room_rays, const std::array<glm::dvec3, 4>& points);
 
 class RoomPlanes {

@@ -180,8 +180,7 @@ lanes::LightSums BlockShader::sum_sun(const Batch& b, Layer layer, const Samplin
   const RayStarts starts = known ? RayStarts(middle) : spread_over_pixels(b, layer, middle);
   rays_ += find_blocked_lights(scene_.sun, casters_, layer, points, starts, sun_hints_.verdicts(), sun_blocked_);
   const auto room_hints = layer == Layer::object ? sun_room_hints_.verdicts() : std::span<const LaneVerdict>{};
-  rays_ +=
-      sum_lights(scene_.sun, sun_blocked_, casters_, layer, points, starts, RoomShadow::everywhere, room_hints, sums);
+  rays_ += sum_lights(scene_.sun, sun_blocked_, casters_, layer, points, starts, room_hints, sums);
   return sums;
 }
 

@@ -234,7 +234,7 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
 }
 
 std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocked, const ShadowCasters& casters,
-                         Layer layer, const PointBlock& points, const RayStarts& starts, RoomShadow room_shadow,
+                         Layer layer, const PointBlock& points, const RayStarts& starts,
                          std::span<const LaneVerdict> room_hints, lanes::LightSums& sums) {
   const bool on_objects = layer == Layer::object;
   const bool room_blocks = on_objects ? lights.room_may_block_any : !casters.occluders->empty();
@@ -251,8 +251,7 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
     const LaneMask lit = lights.portal.received(j, points, e);
     if (lit == 0)
       continue;
-    const bool looked_for = room_blocks && (!on_objects || lights.room_may_block[j]);
-    const LaneMask wanted = looked_for ? lit & (room_shadow == RoomShadow::where_blocked ? behind : ~0u) : 0u;
+    const LaneMask wanted = room_blocks && (!on_objects || lights.room_may_block[j]) ? lit : 0u;
     const LaneVerdict known = room_hints.empty() ? LaneVerdict{} : room_hints[j];
     LaneMask by_room = wanted & known.blocked;
     if (const LaneMask asked = wanted & ~known.clear & ~known.blocked; asked) {

@@ -90,15 +90,10 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
                                   const PointBlock& points, const RayStarts& starts, std::span<const LaneVerdict> hints,
                                   BlockedLights& blocked);
 
-/// Along which rays the room is looked for.
-enum class RoomShadow {
-  where_blocked, ///< only those that the objects block: enough for what the objects take from the room
-  everywhere,    ///< past_room is exact
-};
 /// Adds all lights. Light that the room keeps from a point is lost to nobody. `room_hints`: of the room, may be empty.
 /// Returns the number of rays.
 std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocked, const ShadowCasters& casters,
-                         Layer layer, const PointBlock& points, const RayStarts& starts, RoomShadow room_shadow,
+                         Layer layer, const PointBlock& points, const RayStarts& starts,
                          std::span<const LaneVerdict> room_hints, lanes::LightSums& sums);
 
 } // namespace daylit

@@ -41,8 +41,7 @@ std::uint64_t RayVisibility::see_sky(Layer layer, PointSet& set) const {
   if (set.blocked.lanes == 0 && (layer == Layer::room || !scene_.sky.room_may_block_any))
     return rays;
   lanes::LightSums sums;
-  rays += sum_lights(scene_.sky, set.blocked, casters_, layer, set.points, starts,
-                     RoomShadow::everywhere, {}, sums);
+  rays += sum_lights(scene_.sky, set.blocked, casters_, layer, set.points, starts, {}, sums);
   for (int k = 0; k < kLanes; ++k)
     for (int c = 0; c < 3; ++c)
       if (const float whole = sums.unblocked.channel[c][k]; whole > 0.0f) {

@@ -271,6 +271,72 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
   EXPECT_FALSE(s.change.objects_see_each_other());
 }
 
+TEST(IndirectShadow, a_vertex_at_another_object_loses_what_this_hides_by_its_form_factor) {
+  // 2 cm before a black sphere of radius r, facing its middle: F = (r / d)^2 of the light of white walls, pi L.
+  Surrounded s(0.15f, test::box_window(), 1.0f);
+  std::vector<PlacedPart> parts;
+  for (const glm::dvec3& at : {glm::dvec3(2.0, 2.5, 1.2), {2.0, 2.82, 1.2}}) { // the second before the window
+    glm::dmat4 world(1.0);
+    world[3] = glm::dvec4(at, 1.0);
+    parts.push_back({&s.mesh_rays, s.mesh.triangles, s.mesh.positions, s.mesh.positions.size() * parts.size(), world});
+  }
+  s.change.set_objects(parts);
+  s.change.set_sky(s.pyramid, {});
+  s.change.set_direct(std::vector<TwoSided>(2 * s.mesh.positions.size()), {});
+  s.change.set_indirect(std::vector<TwoSided>(2 * s.mesh.positions.size()));
+  s.change.exchange();
+  const SelfVisibility open;
+  const auto view_of = [&](const glm::dvec3& x, const glm::vec3& n) {
+    return s.change.contact_view(0, x, SenderSide{&open, 0, false, VertexRays::frame(n)});
+  };
+  const ContactView near = view_of({2.0, 2.65, 1.2}, {0, 1, 0}), away = view_of({2.0, 2.35, 1.2}, {0, -1, 0});
+  const double form_factor = 0.15 * 0.15 / (0.17 * 0.17);
+  EXPECT_EQ(near.share, 1.0f);
+  double solid = 0.0;
+  for (const OccludedDirection& d : near.covered)
+    solid += static_cast<double>(d.weight) / kPi;
+  EXPECT_NEAR(solid, form_factor, 0.05 * form_factor);
+  EXPECT_LT(s.change.exchanged(near).g, 0.0f);
+  EXPECT_GT(near.blocked, 0.5f) << "most of the window is behind it";
+  EXPECT_EQ(away.share, 0.0f) << "the far side has nothing near";
+}
+
+TEST(IndirectShadow, a_wall_that_an_object_shades_sends_less_to_the_floor_beside_it) {
+  // Of a black sphere above the horizon of x, F = (r / d)^2 cos theta (Howell B-4): Delta E = -pi L F on the floor and
+  // on the wall, and the wall, white, sends the floor that much less from each direction past the sphere.
+  Surrounded s(0.2f);
+  const glm::dvec3 centre(0.3, 2.5, 0.3), x(0.1, 2.5, 0.0);
+  s.place(centre, 0.0f);
+  const auto form_factor = [&](const glm::dvec3& p, const glm::dvec3& n) {
+    const glm::dvec3 d = centre - p;
+    return 0.04 * std::max(glm::dot(n, d), 0.0) / std::pow(glm::length(d), 3.0);
+  };
+  const double alone = -kPi * Surrounded::kRadiance * form_factor(x, {0, 0, 1});
+  double reflected = 0.0;
+  constexpr int kCount = 20000;
+  for (int k = 0; k < kCount; ++k) {
+    const glm::dvec2 u = lattice_point(k, kCount);
+    const double r = std::sqrt(u.x), a = 2.0 * kPi * u.y;
+    const glm::dvec3 w(r * std::cos(a), r * std::sin(a), std::sqrt(1.0 - u.x)), to = centre - x;
+    const double along = glm::dot(to, w), off2 = glm::dot(to, to) - along * along;
+    const bool past = along < 0.0 || off2 > 0.04;
+    if (const double t = -x.x / w.x; w.x < 0.0 && t * w.z < 1.0 && past)
+      reflected -= kPi * Surrounded::kRadiance * form_factor(x + t * w, {1, 0, 0}) / kCount;
+  }
+  ASSERT_LT(reflected, 0.2 * alone);
+  EXPECT_NEAR(s.at(x).irradiance.g, alone + reflected, 0.05 * std::fabs(alone + reflected));
+}
+
+TEST(IndirectShadow, corners_of_cells_on_a_wall_say_nothing_of_the_floor_before_it) {
+  Surrounded s(0.2f);
+  s.place({0.3, 2.5, 0.3}, 0.0f);
+  for (double x = 0.002; x < 0.2; x += 0.006) {
+    const glm::dvec3 p(x, 2.5, 0.0);
+    const float many = s.change.evaluate(s.floor_at(p), p, {0, 0, -1}, 1024).irradiance.g;
+    EXPECT_NEAR(s.at(p).irradiance.g, many, 0.4f * std::fabs(many)) << x << " m: the value one cell further";
+  }
+}
+
 TEST(IndirectShadow, far_away_nothing_is_looked_at) {
   Surrounded s(0.02f);
   s.place({2.0, 2.5, 1.0}, 5.0f);

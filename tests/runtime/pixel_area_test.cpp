@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -105,6 +106,53 @@ double error_of_folds(int folds, const std::optional<DetectedSun>& sun) {
       light += static_cast<double>(mean * mean);
     }
   return std::sqrt(error / light);
+}
+
+/// A dish of few facets, its smooth normals those of the sphere of 0.5 m that it is cut from.
+ObjectMesh dish() {
+  ObjectMesh mesh;
+  constexpr std::uint32_t kAround = 20, kAcross = 5;
+  for (std::uint32_t i = 0; i <= kAcross; ++i)
+    for (std::uint32_t j = 0; j < kAround; ++j) {
+      const double r = 0.25 * i / kAcross, a = 2.0 * std::numbers::pi * j / kAround;
+      const glm::dvec3 p(r * std::cos(a), r * std::sin(a), 0.5 - std::sqrt(0.25 - r * r));
+      mesh.positions.emplace_back(p);
+      mesh.normals.emplace_back(glm::normalize(glm::dvec3(0, 0, 0.5) - p));
+      mesh.reflectance.emplace_back(0.7f);
+    }
+  for (std::uint32_t i = 0; i < kAcross; ++i)
+    for (std::uint32_t j = 0; j < kAround; ++j) {
+      const std::uint32_t a = i * kAround + j, b = i * kAround + (j + 1) % kAround;
+      mesh.triangles.push_back({a, a + kAround, b + kAround});
+      mesh.triangles.push_back({a, b + kAround, b});
+    }
+  return mesh;
+}
+
+TEST(TracedRenderer, the_facets_of_a_dish_cast_no_specks_into_it) {
+  Scene scene;
+  scene.sun = sun_through_the_window();
+  scene.object = test::place(dish(), {2.0, 3.4, 0.05});
+  scene.camera = test::look_at({2.9, 4.0, 1.1}, {2.0, 3.4, 0.08}, 256, 248, 0.55);
+  const auto frame = scene.trace();
+  ASSERT_TRUE(frame) << frame.error().message();
+  int lit = 0, specks = 0;
+  for (int y = 1; y + 1 < frame->height_px; ++y)
+    for (int x = 1; x + 1 < frame->width_px; ++x) {
+      std::array<float, 9> v{};
+      bool inside = true;
+      for (int k = 0; k < 9; ++k) {
+        const glm::vec4 p = at(*frame, x + k % 3 - 1, y + k / 3 - 1).object;
+        inside = inside && p.w == 1.0f;
+        v[static_cast<std::size_t>(k)] = p.y;
+      }
+      const float middle = v[4];
+      std::ranges::sort(v);
+      lit += inside;
+      specks += inside && middle < 0.97f * v[4];
+    }
+  EXPECT_GT(lit, 5000);
+  EXPECT_EQ(specks, 0);
 }
 
 TEST(TracedRenderer, folds_as_narrow_as_pixels_show_the_mean_over_the_pixels) {

@@ -8,6 +8,7 @@
 #include "direct_reference.h"
 #include "runtime/composite/compose.h"
 #include "runtime/gl/renderer.h"
+#include "runtime/trace/light_visibility.h"
 #include "runtime/trace/surface_points.h"
 #include "runtime/trace/traced_renderer.h"
 #include "torus_scene.h"
@@ -74,6 +75,33 @@ TEST(TracedRenderer, lost_light_equals_the_slow_twin_at_every_pixel) {
     }
   EXPECT_GT(shadowed, 100);
   EXPECT_LE(wrong, shadowed / 50) << "rays that graze the object's facets may fall to either side";
+}
+
+TEST(TracedRenderer, where_an_object_takes_light_what_the_room_takes_of_it_is_known) {
+  Scene scene;
+  const auto first = static_cast<std::uint32_t>(scene.room.vertices.size());
+  for (const glm::dvec3& corner : {glm::dvec3(1.2, 4.2, 0.0), {2.0, 4.2, 0.0}, {2.0, 4.2, 2.6}, {1.2, 4.2, 2.6}})
+    scene.room.vertices.push_back(corner); // a board before half of the window
+  for (const std::uint32_t k : {1u, 2u})
+    scene.room.triangles.push_back({{first, first + k, first + k + 1}, scene.room.triangles[0].material});
+  const auto frame = scene.trace(false);
+  ASSERT_TRUE(frame) << frame.error().message();
+  const test::DirectReference reference(scene.room, scene.windows, scene.object);
+  int shadowed = 0, half = 0, wrong = 0;
+  for (int y = 0; y < kHeight; y += 3)
+    for (int x = 0; x < kWidth; x += 3) {
+      const DrawnPixel pixel = at(*frame, x, y);
+      const glm::dvec3 eye = scene.camera.eye(), w = scene.camera.direction({x, y}), p = eye - w * (eye.z / w.z);
+      if (pixel.object.w > 0.0f || pixel.lost_sky.y <= 0.0f || w.z >= 0.0 || p.y > 4.1 || p.y < 0.0 || p.x > 4.0)
+        continue; // the floor before the board
+      const auto e = reference.estimate(scene.lights, scene.pyramid, scene.cells, p, {0, 0, 1});
+      const Rgb open = open_sky_irradiance(scene.pyramid, scene.cells, p, {0, 0, 1});
+      ++shadowed;
+      half += e.without.g < 0.8f * open.g;
+      wrong += std::fabs(pixel.room.x - e.without.g / open.g) > 1e-3f;
+    }
+  EXPECT_GT(half, 50);
+  EXPECT_LE(wrong, shadowed / 50) << "what is lost counts beside what there was";
 }
 
 TEST(TracedRenderer, agrees_with_open_gl) {
@@ -354,6 +382,24 @@ bool shows_back(float cosine, float turn) {
 }
 
 // At a silhouette the corners' normals are means with a facet that faces the eye.
+TEST(SeePoint, a_sheet_shades_the_floor_at_its_very_foot) {
+  const std::vector<glm::vec3> corners{{0, -1, 0}, {0, 1, 0}, {0, 1, 1}, {0, -1, 1}};
+  const std::vector<std::array<std::uint32_t, 3>> halves{{0, 1, 2}, {0, 2, 3}};
+  const PacketScene sheet = *PacketScene::build(corners, halves);
+  const ShadowCasters casters{&sheet, &sheet, nullptr, {0, 0, 0.5f}, 1.5f, {0, -1, 0}, {0, 1, 1}};
+  TracedLights lights;
+  const DirectionalLight sun{glm::normalize(glm::dvec3(-1, 0.1, 1)), Rgb(1.0f)};
+  lights.portal = PortalLights(std::span(&sun, 1), {}, glm::dvec3(0.0));
+  lights.find_glass_shadows(1.0f);
+  for (const float away : {1e-2f, 1e-3f, 1e-4f, 1e-5f, 1e-6f})
+    for (const float side : {1.0f, -1.0f}) {
+      PixelSurface floor{true, true, {side * away, 0, 0}, {0, 0, 1}, {side * away, 0, 0}, false};
+      KnownLights objects, room;
+      see_point(lights, casters, Layer::room, floor, {&objects, 1}, {&room, 1});
+      EXPECT_EQ(objects.blocked, side > 0.0f ? 1u : 0u) << side * away << " m";
+    }
+}
+
 TEST(ObjectSurface, a_facet_beside_a_silhouette_that_just_faces_away_is_still_the_front) {
   for (const float cosine : {1.0f, 0.1f, 0.0f, -0.05f})
     EXPECT_FALSE(shows_back(cosine, 0.05f)) << cosine;
