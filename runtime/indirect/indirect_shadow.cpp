@@ -21,7 +21,7 @@ struct IndirectShadow::State : LitScene {
   IndirectFeedback indirect_feedback{*this, receivers};
   OtherObjects other_objects{rays, patches, windows};
   SunlitCorrection correction;
-  std::vector<TwoSided> direct; ///< radiance of the objects' vertices that does not come from the room
+  std::vector<TwoSided> direct;     ///< radiance of the objects' vertices that does not come from the room
   std::vector<TwoSided> exchanging; ///< `radiance` of the last exchange between objects
   std::uint64_t sky_version = 0;
   using LitScene::LitScene;
@@ -111,6 +111,7 @@ Sh9Rgb IndirectShadow::exchanged(std::size_t part, const glm::dvec3& x) const {
 ContactView IndirectShadow::contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const {
   return state_->other_objects.contact_view(part, x, side);
 }
+const WindowVisibility& IndirectShadow::windows() const { return state_->windows; }
 Rgb IndirectShadow::exchanged(const ContactView& view) const {
   return state_->other_objects.change(view, state_->exchanging);
 }

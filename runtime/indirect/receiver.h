@@ -51,7 +51,7 @@ struct LitScene {
   LitScene(const Room& room_, const RayScene& room_rays, std::span<const Aperture> apertures,
            const RoomLight& room_light)
       : room(room_), rays(room_rays), light(room_light), planes(room_), windows(room_rays, apertures),
-        patches(room_, room_rays, planes, room_light) {}
+        patches(room_, room_rays, planes, room_light, windows) {}
 
   /// Traces the directions from x with normal n; what of the receiver still holds is kept.
   void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;

@@ -4,8 +4,6 @@
 
 #include <glm/geometric.hpp>
 
-#include "runtime/indirect/window_visibility.h"
-
 namespace daylit {
 
 namespace {
@@ -45,18 +43,19 @@ RoomPatch* RoomPatches::at(std::uint32_t triangle, const glm::dvec3& x, const gl
       continue;
     made->probes = light_.probes_at(air);
     made->lit = made->probes.count > 0;
+    made->visible = visibility_.visible_fraction(air, f.normal);
   }
   return patches_.emplace(key, std::move(made)).first->second.get();
 }
 
-/// E = E_indirect + E_sky at the patch's point.
+/// E = E_indirect + V_window E_sky at the patch's point.
 Rgb RoomPatches::irradiance(RoomPatch& patch) const {
   if (patch.lit && patch.frame.load(std::memory_order_acquire) != frame_) {
     const std::lock_guard lock(patch.renewing);
     if (patch.frame.load(std::memory_order_relaxed) != frame_) {
       const glm::vec3 n(patch.normal);
       patch.irradiance = light_.indirect_irradiance(patch.normal, patch.probes) +
-                         open_sky_irradiance(pyramid_, windows_, {&patch.point, 1}, {&n, 1}).front();
+                         patch.visible * open_sky_irradiance(pyramid_, windows_, {&patch.point, 1}, {&n, 1}).front();
       patch.frame.store(frame_, std::memory_order_release);
     }
   }

@@ -13,6 +13,7 @@
 
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/room_planes.h"
+#include "runtime/indirect/window_visibility.h"
 
 namespace daylit {
 
@@ -21,6 +22,7 @@ struct RoomPatch {
   bool lit = false; ///< some point of it lies in the air of the room
   glm::dvec3 point{0.0}, normal{0.0};
   VertexProbes probes;
+  float visible = 0.0f; ///< part of the windows that its point sees past the room
   Rgb reflectance{0.5f}, irradiance{0.0f};
   std::atomic<std::uint64_t> frame{0}; ///< that `irradiance` belongs to
   std::mutex renewing;
@@ -29,8 +31,9 @@ struct RoomPatch {
 /// Keeps references to everything given. Thread-safe but for set_frame().
 class RoomPatches {
 public:
-  RoomPatches(const Room& room, const RayScene& rays, const RoomPlanes& planes, const RoomLight& light)
-      : room_(room), rays_(rays), planes_(planes), light_(light) {}
+  RoomPatches(const Room& room, const RayScene& rays, const RoomPlanes& planes, const RoomLight& light,
+              const WindowVisibility& windows)
+      : room_(room), rays_(rays), planes_(planes), light_(light), visibility_(windows) {}
 
   /// `pyramid` must live until the next frame.
   void set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures);
@@ -38,7 +41,7 @@ public:
   std::span<const ApertureCell> windows() const { return windows_; }
   /// The patch of a point that a ray along `direction` meets. Valid as long as this.
   RoomPatch* at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
-  /// Indirect and open sky.
+  /// Indirect, and of the sky what comes past the room.
   Rgb irradiance(RoomPatch& patch) const;
 
 private:
@@ -46,6 +49,7 @@ private:
   const RayScene& rays_;
   const RoomPlanes& planes_;
   const RoomLight& light_;
+  const WindowVisibility& visibility_;
   std::span<const SkyMap> pyramid_;
   std::vector<ApertureCell> windows_;
   std::uint64_t frame_ = 0;

@@ -1,6 +1,7 @@
 #include "runtime/indirect/vertex_light.h"
 
 #include <algorithm>
+#include <map>
 #include <numbers>
 
 #include "scene/core/parallel.h"
@@ -22,6 +23,14 @@ Range of_part(const VirtualObjects::Part& part, std::span<const std::uint32_t> v
 
 constexpr float kLeastHidden = 0.1f; // from there on it counts in which directions the object hides itself
 constexpr float kMostHidden = 0.98f; // from there on nothing is seen
+constexpr double kWindowCell = 0.05; // of the diagonal of an object's box: windows are seen alike within
+
+Bounds part_bounds(const VirtualObjects& objects, std::size_t first, std::size_t last) {
+  Bounds box;
+  for (std::size_t i = first; i < last; ++i)
+    box.include(objects.senders.surface.positions[i]);
+  return box;
+}
 
 /// One side of a vertex that sends light.
 struct LitSide {
@@ -111,12 +120,51 @@ ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& ob
   return views;
 }
 
-void shade_direct(const VirtualObjects& objects, const ContactViews& views, std::span<TwoSided> direct) {
-  if (!views.empty())
-    for_each_side(objects, [&](const LitSide& side) {
-      const ContactView& view = views[side.number][side.back];
-      side.of(direct) *= 1.0f - view.share * view.blocked;
-    });
+namespace {
+
+/// What of the windows the senders see past the room: those in one cube of kWindowCell of their object's radius, from
+/// the first of them.
+std::vector<std::uint32_t> window_cells(const IndirectShadow& field, const VirtualObjects& objects,
+                                        std::vector<WindowVisibility::SeenPoints>& seen) {
+  std::vector<std::uint32_t> cell(objects.senders.vertex.size());
+  std::vector<glm::dvec3> eye;
+  for (const VirtualObjects::Part& part : objects.parts) {
+    std::map<std::array<std::int64_t, 3>, std::uint32_t> known;
+    const auto [first, last] = of_part(part, objects.senders.vertex);
+    const double side = kWindowCell * glm::length(part_bounds(objects, first, last).size());
+    for (std::size_t i = first; i < last; ++i) {
+      const glm::dvec3 x = objects.senders.surface.positions[i], at = glm::round(x / std::max(side, 1e-6));
+      const auto [found, made] = known.emplace(
+          std::array{static_cast<std::int64_t>(at.x), static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)},
+          static_cast<std::uint32_t>(eye.size()));
+      if (made)
+        eye.push_back(x + kAirGap_m * (glm::dvec3(objects.senders.surface.normals[i]) + glm::dvec3(0.0, 0.0, 2.0)));
+      cell[i] = found->second;
+    }
+  }
+  seen.resize(eye.size());
+  parallel_for(std::size_t{0}, eye.size(), [&](std::size_t k) { seen[k] = field.windows().seen_points(eye[k]); });
+  return cell;
+}
+
+} // namespace
+
+WindowShares window_shares(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views) {
+  std::vector<WindowVisibility::SeenPoints> seen;
+  const std::vector<std::uint32_t> cell = window_cells(field, objects, seen);
+  WindowShares shares(cell.size());
+  for_each_side(objects, [&](const LitSide& side) {
+    const glm::dvec3 n(side.seen().world_from_local[2]);
+    float share = field.windows().visible_fraction(side.position(), n, seen[cell[side.number]]);
+    if (!views.empty())
+      share -= views[side.number][side.back].share * views[side.number][side.back].blocked;
+    shares[side.number][side.back] = std::max(share, 0.0f);
+  });
+  return shares;
+}
+
+void shade_direct(const VirtualObjects& objects, const WindowShares& shares, std::span<TwoSided> direct) {
+  for_each_side(objects, [&](const LitSide& side) { side.of(direct) *= shares[side.number][side.back]; });
 }
 
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views,

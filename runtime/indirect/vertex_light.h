@@ -26,8 +26,12 @@ void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, co
 /// Of both sides of each sender: how it sees other objects that are near. Empty where objects are far from each other.
 using ContactViews = std::vector<std::array<ContactView, 2>>;
 ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& objects);
-/// Takes from the light that comes to them straight from the sky what these keep away.
-void shade_direct(const VirtualObjects& objects, const ContactViews& views, std::span<TwoSided> direct);
+/// Of both sides of each sender: the part of the windows' light that reaches it, past the room and objects near by.
+/// `views`: contact_views().
+using WindowShares = std::vector<std::array<float, 2>>;
+WindowShares window_shares(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views);
+/// Leaves of the light that comes straight from the sky that part.
+void shade_direct(const VirtualObjects& objects, const WindowShares& shares, std::span<TwoSided> direct);
 /// The same of what they hide from each other and send to each other.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views,
                   std::span<TwoSided> radiance);

@@ -14,6 +14,15 @@ namespace daylit {
 namespace {
 constexpr int kWindowPoints = 4; ///< per side: those of a window fill a packet of rays
 constexpr int kSunSamples = 8;
+
+/// The k-th of a window's points.
+glm::dvec3 window_point(const Aperture& a, int k) {
+  const std::size_t last = a.corners.size() - 1;
+  const double s = (k / kWindowPoints + 0.5) / kWindowPoints, t = (k % kWindowPoints + 0.5) / kWindowPoints;
+  return (1 - s) * ((1 - t) * a.corners[0] + t * a.corners[last]) +
+         s * ((1 - t) * a.corners[1] + t * a.corners[std::min<std::size_t>(2, last)]);
+}
+
 } // namespace
 
 /// Directions that fill the disc evenly; each carries the whole sun's irradiance.
@@ -24,35 +33,56 @@ void WindowVisibility::set_sun(const std::optional<DetectedSun>& detected) {
     sun_.push_back(sun_disc_direction(detected->direction, k, kSunSamples));
 }
 
-/// Fraction of the windows' points, given by their offsets from x, that count; `none` where no window faces x.
-/// `counts`: bits of up to kWindowPoints squared offsets.
+/// Fraction of the windows' points that count; `none` where no window faces x. counts(window, offsets, number): bits of
+/// the points at these offsets from x; the numbers are those in the window.
 template <class Counts>
 double WindowVisibility::weighted_fraction(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const {
   double seen = 0.0, all = 0.0;
   std::array<glm::dvec3, kWindowPoints * kWindowPoints> offset;
+  std::array<int, kWindowPoints * kWindowPoints> number{};
   std::array<double, kWindowPoints * kWindowPoints> weight{};
-  for (const Aperture& a : apertures_) {
+  for (std::size_t w = 0; w < apertures_.size(); ++w) {
+    const Aperture& a = apertures_[w];
     std::size_t count = 0;
-    for (int i = 0; i < kWindowPoints; ++i)
-      for (int j = 0; j < kWindowPoints; ++j) {
-        const std::size_t last = a.corners.size() - 1;
-        const double s = (i + 0.5) / kWindowPoints, t = (j + 0.5) / kWindowPoints;
-        const glm::dvec3 p = (1 - s) * ((1 - t) * a.corners[0] + t * a.corners[last]) +
-                             s * ((1 - t) * a.corners[1] + t * a.corners[std::min<std::size_t>(2, last)]);
-        const glm::dvec3 d = p - x;
-        const double r2 = glm::dot(d, d);
-        if (glm::dot(n, d) <= 0.0 || glm::dot(a.inward, d) >= 0.0)
-          continue;
-        weight[count] = -glm::dot(a.inward, d) * glm::dot(n, d) / (r2 * r2);
-        offset[count++] = d;
-      }
-    const std::uint32_t which = count > 0 ? counts(std::span<const glm::dvec3>(offset.data(), count)) : 0u;
+    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k) {
+      const glm::dvec3 d = window_point(a, k) - x;
+      const double r2 = glm::dot(d, d);
+      if (glm::dot(n, d) <= 0.0 || glm::dot(a.inward, d) >= 0.0)
+        continue;
+      weight[count] = -glm::dot(a.inward, d) * glm::dot(n, d) / (r2 * r2);
+      number[count] = k;
+      offset[count++] = d;
+    }
+    const std::uint32_t which = count > 0 ? counts(w, std::span<const glm::dvec3>(offset.data(), count), number) : 0u;
     for (std::size_t k = 0; k < count; ++k) {
       all += weight[k];
       seen += which >> k & 1u ? weight[k] : 0.0;
     }
   }
   return all > 0.0 ? seen / all : none;
+}
+
+WindowVisibility::SeenPoints WindowVisibility::seen_points(const glm::dvec3& x) const {
+  SeenPoints seen;
+  for (const Aperture& a : apertures_) {
+    std::array<glm::dvec3, kWindowPoints * kWindowPoints> offset;
+    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k)
+      offset[static_cast<std::size_t>(k)] = window_point(a, k) - x;
+    seen.push_back(static_cast<std::uint16_t>(past_room(x, offset)));
+  }
+  return seen;
+}
+
+float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const {
+  if (std::ranges::all_of(seen, [](std::uint16_t points) { return points == 0xFFFFu; }))
+    return 1.0f;
+  return static_cast<float>(
+      weighted_fraction(x, n, 1.0, [&](std::size_t w, std::span<const glm::dvec3> offsets, const auto& number) {
+        std::uint32_t which = 0;
+        for (std::size_t k = 0; k < offsets.size(); ++k)
+          which |= (seen[w] >> number[k] & 1u) << k;
+        return which;
+      }));
 }
 
 /// Offsets that no surface of the room blocks.
@@ -64,19 +94,21 @@ std::uint32_t WindowVisibility::past_room(const glm::dvec3& x, std::span<const g
 
 /// V = integral of V cos cos / r^2 over the windows / the same with V = 1.
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const {
-  return static_cast<float>(
-      weighted_fraction(x, n, 1.0, [&](std::span<const glm::dvec3> offsets) { return past_room(x, offsets); }));
+  return static_cast<float>(weighted_fraction(
+      x, n, 1.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) { return past_room(x, offsets); }));
 }
 
 /// The same of what the parts block and the room does not. Only directions towards a part are traced against the room.
 float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
                                          std::size_t ignored) const {
-  return static_cast<float>(weighted_fraction(x, n, 0.0, [&](std::span<const glm::dvec3> offsets) {
-    std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
-    std::transform(offsets.begin(), offsets.end(), direction.begin(), [](const auto& d) { return glm::normalize(d); });
-    const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()}, ignored);
-    return covered ? covered & past_room(x, offsets) : 0u;
-  }));
+  return static_cast<float>(
+      weighted_fraction(x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+        std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
+        std::transform(offsets.begin(), offsets.end(), direction.begin(),
+                       [](const auto& d) { return glm::normalize(d); });
+        const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()}, ignored);
+        return covered ? covered & past_room(x, offsets) : 0u;
+      }));
 }
 
 /// E = cos tau E_normal V: tau of all panes on the way; none at all where the ray crosses no aperture.

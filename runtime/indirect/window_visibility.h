@@ -29,6 +29,10 @@ public:
   /// Fraction of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
   /// faces x.
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const;
+  /// Of each window the bits of its points that x sees past the room: for points nearby, whatever their normals.
+  using SeenPoints = std::vector<std::uint16_t>;
+  SeenPoints seen_points(const glm::dvec3& x) const;
+  float visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const;
   /// What `parts` take of that fraction, all but `ignored`.
   float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
                          std::size_t ignored = PlacedParts::kNone) const;

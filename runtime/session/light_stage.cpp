@@ -65,7 +65,8 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
   std::vector<TwoSided> direct =
       direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
-  shade_direct(objects, probes_->contact, direct);
+  if (room_.indirect_shadow)
+    shade_direct(objects, probes_->windows, direct);
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
   std::vector<TwoSided> from_room = radiance;
   if (!room_.indirect_shadow) {
@@ -115,6 +116,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
       room_.indirect_shadow->set_objects(placed_parts(*objects));
       probes.feedback = feedback_terms(*room_.indirect_shadow, *objects);
       probes.contact = contact_views(*room_.indirect_shadow, *objects);
+      probes.windows = window_shares(*room_.indirect_shadow, *objects, probes.contact);
     }
     clock.end("probes");
   });

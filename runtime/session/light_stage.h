@@ -49,6 +49,7 @@ struct ObjectsProbes {
   std::size_t outside = 0; ///< those that lie outside the light field
   FeedbackTerms feedback;
   ContactViews contact;
+  WindowShares windows;
 };
 
 /// From the light of the sky and the placement of the objects to the light at the objects.

@@ -337,6 +337,23 @@ TEST(IndirectShadow, corners_of_cells_on_a_wall_say_nothing_of_the_floor_before_
   }
 }
 
+TEST(WindowVisibility, what_is_known_at_a_point_serves_every_normal_there) {
+  BasisVolume box = test::box_volume(test::box_window());
+  const auto first = static_cast<std::uint32_t>(box.room.vertices.size());
+  for (const glm::dvec3& corner : {glm::dvec3(1.2, 4.2, 0.0), {2.0, 4.2, 0.0}, {2.0, 4.2, 2.6}, {1.2, 4.2, 2.6}})
+    box.room.vertices.push_back(corner); // a board before half of the window
+  for (const std::uint32_t k : {1u, 2u})
+    box.room.triangles.push_back({{first, first + k, first + k + 1}, box.room.triangles[0].material});
+  const RayScene rays = *RayScene::build(box.room);
+  const WindowVisibility windows(rays, box.apertures);
+  const glm::dvec3 x(1.9, 3.3, 0.4);
+  const WindowVisibility::SeenPoints seen = windows.seen_points(x);
+  for (const glm::dvec3& n : {glm::dvec3(0, 0, 1), {0, 1, 0}, {0.8, 0.6, 0}, {-0.6, 0.8, 0}, {0, -1, 0}}) {
+    EXPECT_EQ(windows.visible_fraction(x, n, seen), windows.visible_fraction(x, n)) << n.x << " " << n.y;
+  }
+  EXPECT_NEAR(windows.visible_fraction(x, {0, 1, 0}, seen), 0.5f, 0.2f);
+}
+
 TEST(IndirectShadow, far_away_nothing_is_looked_at) {
   Surrounded s(0.02f);
   s.place({2.0, 2.5, 1.0}, 5.0f);
