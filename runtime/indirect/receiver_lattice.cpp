@@ -10,9 +10,8 @@
 #include <tbb/concurrent_unordered_map.h>
 
 #include "runtime/base/once.h"
-#include "runtime/indirect/interreflection.h"
-#include "runtime/indirect/lit_points.h"
 #include "runtime/indirect/receiver_levels.h"
+#include "runtime/indirect/receiver_node.h"
 
 namespace daylit {
 
@@ -26,34 +25,6 @@ struct Cell {
 };
 
 } // namespace
-
-struct ReceiverLattice::Node {
-  std::size_t number = 0;
-  std::uint32_t triangle = 0; ///< one of its plane
-  glm::dvec3 x{0.0}, n{0.0};
-  double cell_m = 0, farthest = 0.0; ///< of its level; farthest: radii
-  const DirectionPattern* pattern = nullptr;
-  Receiver receiver;
-  RoomPoint here;   ///< light of the room, interpolated, with the sky unshadowed
-  Rgb hidden{0.0f}; ///< irradiance from what the objects hide
-  Rgb before{0.0f}; ///< without the objects, sun excepted
-  IndirectChange change;
-  Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
-  LitPoint open;         ///< light without the objects, unshadowed
-  float blocked = 0.0f;  ///< part of the windows that they keep away
-  float visible = 0.0f;  ///< part of the windows that the room leaves
-  float distance = 0.0f; ///< to the nearest surface of an object, radii
-  std::atomic<std::uint64_t> light_version{0}, lost_version{0}, distance_version{0}, blocked_version{0},
-      visible_version{0};
-  std::uint64_t placement_version = 0, sky_version = 0;
-  std::mutex renewing;
-
-  std::vector<ChangedSurface> around; ///< other surfaces of the room, until an object moves
-  Rgb reflected{0.0f};                ///< change of irradiance from them
-  std::uint64_t around_version = 0;
-  std::atomic<std::uint64_t> reflected_version{0};
-  std::mutex reflecting; ///< held while others renew
-};
 
 struct ReceiverLattice::State {
   struct Lattice {
@@ -105,13 +76,10 @@ struct ReceiverLattice::State {
                                                const DirectionPattern& pattern) const;
   std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;
   /// Which level holds at a place, and how much of the next one is mixed in.
-  struct Mix {
-    std::size_t level = kContactLevels;
-    float next = 0.0f;
+  struct Mix : LevelMix {
     std::array<Found, kContactLevels + 1> found{}; ///< of the levels looked at on the way; others have no cell
   };
   Mix mix_at(const Place& place) const;
-  static Mix mix_of(std::size_t level, double away);
 };
 
 /// Two threads may make it: one of the two is kept.
@@ -276,21 +244,11 @@ std::optional<IndirectChange> ReceiverLattice::State::between_nodes(std::size_t 
   return IndirectChange{sum.irradiance / whole, sum.before / whole};
 }
 
-/// From that level on; 3 t^2 - 2 t^3, t = (d - from) / (to - from), of the next one: no step where cells grow.
-ReceiverLattice::State::Mix ReceiverLattice::State::mix_of(std::size_t level, double away) {
-  const std::size_t last = level < kContactLevels ? kContactLevels : kLevels.size() - 1;
-  while (level < last && away >= kLevels[level].blend_to)
-    ++level;
-  const ReceiverLevel& l = kLevels[level];
-  const double t = level < last ? std::max(0.0, (away - l.blend_from) / (l.blend_to - l.blend_from)) : 0.0;
-  return {level, static_cast<float>(t * t * (3.0 - 2.0 * t)), {}};
-}
-
 /// Near objects the distance is first taken from wide cells, then, where these are too wide for it, from finer ones.
 ReceiverLattice::State::Mix ReceiverLattice::State::mix_at(const Place& place) const {
   const double middle = scene.smallest_radii_away(place.x);
   if (middle >= kLevels[kContactLevels].blend_to)
-    return mix_of(kContactLevels, middle);
+    return {level_mix(kContactLevels, middle), {}};
   std::array<Found, kContactLevels + 1> found{};
   std::size_t finest = kContactLevels;
   for (std::size_t k = kContactLevels + 1; k-- > 0;) {
@@ -300,9 +258,8 @@ ReceiverLattice::State::Mix ReceiverLattice::State::mix_at(const Place& place) c
     if (k == 0 || found[k].distance > kLevels[k - 1].blend_to + kLevels[k].cell)
       break;
   }
-  Mix mix = finest < kContactLevels ? mix_of(finest, found[finest].distance) : mix_of(kContactLevels, middle);
-  mix.found = found;
-  return mix;
+  return {finest < kContactLevels ? level_mix(finest, found[finest].distance) : level_mix(kContactLevels, middle),
+          found};
 }
 
 ReceiverLattice::ReceiverLattice(const LitScene& scene) : state_(std::make_unique<State>(scene)) {}
@@ -400,7 +357,7 @@ ReceiverLattice::Link ReceiverLattice::State::link(std::uint32_t triangle, const
     if (std::ranges::any_of(near.weight, [](float w) { return w > 0.0f; }))
       return near;
   }
-  const std::size_t level = mix_of(kContactLevels, scene.smallest_radii_away(x)).level;
+  const std::size_t level = level_mix(kContactLevels, scene.smallest_radii_away(x)).level;
   return link(level, find(level, place), place);
 }
 

@@ -2,6 +2,7 @@
 
 // How fine the lattices of receiver_lattice.h are, and where one takes over from another.
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -32,6 +33,21 @@ constexpr double kMirrorRadii = 0.1; // a mirror shows the room as if it were no
 /// How far from a cell's corner surfaces are looked for, radii: beyond it the next level holds.
 constexpr double farthest(std::size_t level) {
   return level < kContactLevels ? kLevels[level].blend_to + 2.0 * kLevels[level].cell : 0.5;
+}
+
+/// Which level holds, and how much of the next one is mixed in.
+struct LevelMix {
+  std::size_t level = kContactLevels;
+  float next = 0.0f;
+};
+/// From that level on; 3 t^2 - 2 t^3, t = (d - from) / (to - from), of the next one: no step where cells grow.
+inline LevelMix level_mix(std::size_t level, double away) {
+  const std::size_t last = level < kContactLevels ? kContactLevels : kLevels.size() - 1;
+  while (level < last && away >= kLevels[level].blend_to)
+    ++level;
+  const ReceiverLevel& l = kLevels[level];
+  const double t = level < last ? std::max(0.0, (away - l.blend_from) / (l.blend_to - l.blend_from)) : 0.0;
+  return {level, static_cast<float>(t * t * (3.0 - 2.0 * t))};
 }
 
 } // namespace daylit
