@@ -20,7 +20,13 @@ namespace {
 
 constexpr double kOutside = 1.001;  // radii from the centre: there rays have left the object
 constexpr double kReach = 2.0;      // radii around an object that moved: itself, and its shadow where that is darkest
-constexpr int kSteps = 3;           // from a distance to the next
+// Along a look-up's ray: from and to so many radii, each step so many times as far; then so many of false position.
+constexpr double kFirst = 0.2, kLast = 100.0, kGrowth = 1.4;
+constexpr int kRefine = 3;
+// 1 / (1 + x^2), what of a GGX lobe lies beyond x = tan(half vector) / alpha, is 0.65 exp(-1.2 x^2) + 0.35 exp(-0.15 x^2)
+// within 0.02 (fitted); phong_exponent() stands for exp(-x^2).
+constexpr float kTail = 0.35f;
+constexpr double kMiddleExponent = 1.2, kTailExponent = 0.15;
 constexpr double kSharpest = 0.1;   // roughness; below, no blurred map is needed
 
 /// Roughness from and to, of what mirrors and is not of glass.
@@ -97,45 +103,47 @@ public:
 
   void trace(std::span<const std::uint32_t> texels, RadianceMap& radiance, RadianceMap& nearness) const {
     std::array<RoomRay, kRayBatch> room;
-    for (std::size_t k = 0; k < texels.size(); ++k) {
-      room[k].ray = {around_.sphere.centre, glm::vec3(radiance.direction(texels[k]))};
-      room[k].width_rad = width_rad_;
-    }
-    room_.find_ends({room.data(), texels.size()});
+    std::array<WorldRay, kRayBatch> outside;
     std::array<std::optional<ObjectPoint>, kRayBatch> others;
-    find_others({room.data(), texels.size()}, others);
-    std::array<std::uint32_t, kRayBatch> texel;
-    std::size_t kept = 0;
     for (std::size_t k = 0; k < texels.size(); ++k) {
-      if (others[k]) {
-        const WorldRay ray = outside(room[k].ray);
-        rays_.radiance({&ray, 1}, {&radiance.radiance[texels[k]], 1}, width_rad_);
-        nearness.radiance[texels[k]] = Rgb(static_cast<float>(1.0 / (start_m_ + others[k]->distance)));
-        continue;
-      }
-      nearness.radiance[texels[k]] = Rgb(room[k].end ? static_cast<float>(1.0 / room[k].end->distance) : 0.0f);
-      texel[kept] = texels[k];
-      room[kept++] = room[k];
+      const glm::dvec3 d = radiance.direction(texels[k]);
+      room[k].ray = {around_.sphere.centre, glm::vec3(d)};
+      room[k].width_rad = width_rad_;
+      outside[k] = {around_.sphere.centre + start_m_ * d, glm::vec3(d)};
     }
-    room_.find_radiance({room.data(), kept});
-    for (std::size_t k = 0; k < kept; ++k)
-      radiance.radiance[texel[k]] = room[k].radiance;
+    find_ends({room.data(), texels.size()}, {outside.data(), texels.size()}, others);
+    std::array<std::uint32_t, kRayBatch> of_room, of_others;
+    std::size_t rooms = 0, objects = 0;
+    for (std::size_t k = 0; k < texels.size(); ++k) {
+      const double distance_m = others[k]     ? start_m_ + others[k]->distance
+                                : room[k].end ? room[k].end->distance
+                                              : std::numeric_limits<double>::infinity();
+      nearness.radiance[texels[k]] = Rgb(static_cast<float>(1.0 / distance_m));
+      (others[k] ? of_others[objects] : of_room[rooms]) = texels[k];
+      if (others[k])
+        outside[objects++] = outside[k];
+      else
+        room[rooms++] = room[k];
+    }
+    room_.find_radiance({room.data(), rooms});
+    std::array<Rgb, kRayBatch> sent;
+    rays_.radiance({outside.data(), objects}, sent, width_rad_);
+    for (std::size_t k = 0; k < rooms; ++k)
+      radiance.radiance[of_room[k]] = room[k].radiance;
+    for (std::size_t k = 0; k < objects; ++k)
+      radiance.radiance[of_others[k]] = sent[k];
   }
 
 private:
-  WorldRay outside(const WorldRay& ray) const {
-    return {ray.origin + start_m_ * glm::dvec3(ray.direction), ray.direction};
-  }
-  /// Objects that stand before what of the room the rays meet.
-  void find_others(std::span<const RoomRay> room, std::span<std::optional<ObjectPoint>> others) const {
-    std::array<WorldRay, kRayBatch> rays;
+  /// In the room, and on objects that stand before it.
+  void find_ends(std::span<RoomRay> room, std::span<const WorldRay> outside,
+                 std::span<std::optional<ObjectPoint>> others) const {
+    room_.find_ends(room);
     std::array<double, kRayBatch> most;
-    for (std::size_t k = 0; k < room.size(); ++k) {
-      rays[k] = outside(room[k].ray);
+    for (std::size_t k = 0; k < room.size(); ++k)
       most[k] =
           room[k].end ? std::max(room[k].end->distance - start_m_, 0.0) : std::numeric_limits<double>::infinity();
-    }
-    room_.objects.closest({rays.data(), room.size()}, most, others);
+    room_.objects.closest(outside, most, others);
   }
 
   const RoomSeen& room_;
@@ -170,17 +178,38 @@ std::vector<std::uint32_t> every_texel(const Surroundings& s) {
 
 } // namespace
 
-/// The point where the ray meets the sphere of a radius around the centre, and the radius there from the map, in turns.
-Rgb Surroundings::radiance(const glm::dvec3& x, const glm::vec3& direction, double exponent) const {
-  const glm::dvec3 from = x - sphere.centre, d(direction);
-  const double along = glm::dot(from, d), aside2 = glm::dot(from, from) - along * along;
-  glm::dvec3 seen = d;
-  for (int step = 0; step < kSteps; ++step) {
-    const double near = static_cast<double>(nearness.lookup(glm::vec3(seen)).r);
-    const double radius = 1.0 / std::max(near, 1e-3);
-    seen = from + (std::sqrt(std::max(radius * radius - aside2, 0.0)) - along) * d;
+/// From the centre to where the ray passes what the map saw, or to infinity.
+glm::dvec3 Surroundings::end_of_ray(const glm::dvec3& from, const glm::dvec3& d) const {
+  const auto beyond = [&](double t) { // above 0: behind what is seen there
+    const glm::dvec3 at = from + t * d;
+    return glm::length(at) * static_cast<double>(nearness.lookup(glm::vec3(at)).r) - 1.0;
+  };
+  double before = 0.0, f_before = -1.0;
+  for (double t = kFirst * sphere.radius; t < kLast * sphere.radius; before = t, t *= kGrowth) {
+    double f = beyond(t);
+    if (f < 0.0) {
+      f_before = f;
+      continue;
+    }
+    double after = t, end = t;
+    for (int k = 0; k < kRefine; ++k) {
+      end = before + (after - before) * f_before / (f_before - f);
+      const double f_end = beyond(end);
+      (f_end < 0.0 ? before : after) = end;
+      (f_end < 0.0 ? f_before : f) = f_end;
+    }
+    return from + end * d;
   }
-  return map.lookup(glm::vec3(seen), exponent);
+  return d;
+}
+
+Rgb Surroundings::radiance(const glm::dvec3& x, const glm::vec3& direction, float alpha) const {
+  const glm::vec3 seen(end_of_ray(x - sphere.centre, glm::dvec3(direction)));
+  const double exponent = phong_exponent(std::sqrt(static_cast<double>(alpha)));
+  if (alpha < kWideAlpha)
+    return map.lookup(seen, exponent);
+  return (1.0f - kTail) * map.lookup(seen, kMiddleExponent * exponent) +
+         kTail * map.lookup(seen, std::max(kTailExponent * exponent, 1.0));
 }
 
 const Surroundings* ObjectMaps::of(std::size_t part) const {
@@ -211,45 +240,46 @@ std::vector<BoundingSphere> ObjectMaps::moved_from_and_to(const VirtualObjects& 
   return spheres;
 }
 
-/// A map whose objects are the same is kept; it is traced anew where one of them moved.
-Result<void> ObjectMaps::group(const VirtualObjects& objects, std::span<const std::uint8_t> moved) {
-  std::vector<Surroundings> groups;
-  std::vector<Gloss> gloss;
+/// Each object with the first before it that is near enough, else alone. What is there of the maps is not yet.
+std::vector<ObjectMaps::Group> ObjectMaps::groups(const VirtualObjects& objects) const {
+  std::vector<Group> groups;
   for (std::size_t k = 0; k < places_.size(); ++k) {
     const Gloss own = gloss_of(objects.parts[k].mesh());
     if (!own.any())
       continue;
     const BoundingSphere& sphere = places_[k].sphere;
-    auto near = std::ranges::find_if(groups, [&](const Surroundings& g) {
+    auto near = std::ranges::find_if(groups, [&](const Group& g) {
       return glm::distance(g.sphere.centre, sphere.centre) < kShared * std::max(g.sphere.radius, sphere.radius);
     });
-    if (near == groups.end()) {
-      groups.push_back({{k}, sphere, {}, {}, false});
-      gloss.push_back(own);
-      continue;
-    }
+    if (near == groups.end())
+      near = groups.insert(groups.end(), Group{{}, sphere, own.least, own.most});
     near->parts.push_back(k);
     join(near->sphere, sphere);
-    Gloss& joint = gloss[static_cast<std::size_t>(near - groups.begin())];
-    joint.include(own.least);
-    joint.include(own.most);
+    near->least_roughness = std::min(near->least_roughness, own.least);
+    near->most_roughness = std::max(near->most_roughness, own.most);
   }
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    Surroundings& s = groups[g];
-    const auto old = std::ranges::find(all_, s.parts, &Surroundings::parts);
+  return groups;
+}
+
+/// A map whose objects are the same is kept; it is traced anew where one of them moved.
+Result<void> ObjectMaps::arrange(const VirtualObjects& objects, std::span<const std::uint8_t> moved) {
+  std::vector<Surroundings> arranged;
+  for (const Group& g : groups(objects)) {
+    const auto old = std::ranges::find(all_, g.parts, &Surroundings::parts);
     if (old != all_.end()) {
-      old->is_traced = std::ranges::none_of(s.parts, [&](std::size_t k) { return moved[k] != 0; });
-      old->sphere = s.sphere;
-      s = std::move(*old);
+      arranged.push_back(std::move(*old));
+      if (std::ranges::any_of(g.parts, [&](std::size_t k) { return moved[k] != 0; }))
+        arranged.back().is_traced = false;
+      arranged.back().sphere = g.sphere;
       continue;
     }
-    auto map = EnvironmentMap::create(settings_for(gloss[g]));
+    auto map = EnvironmentMap::create(settings_for({g.least_roughness, g.most_roughness}));
     if (!map)
       return map.error();
-    s.map = std::move(*map);
-    s.nearness = RadianceMap(s.map.sharp().side);
+    const int side = map->sharp().side;
+    arranged.push_back({g.parts, g.sphere, std::move(*map), RadianceMap(side), false});
   }
-  all_ = std::move(groups);
+  all_ = std::move(arranged);
   return {};
 }
 
@@ -257,8 +287,8 @@ Result<ObjectMaps::Counts> ObjectMaps::update(const RoomSeen& room, const Glossy
   std::vector<std::uint8_t> moved;
   const std::vector<BoundingSphere> spheres = moved_from_and_to(room.objects.objects(), moved);
   if (!spheres.empty())
-    if (const auto grouped = group(room.objects.objects(), moved); !grouped)
-      return grouped.error();
+    if (const auto arranged = arrange(room.objects.objects(), moved); !arranged)
+      return arranged.error();
   Counts counts;
   for (Surroundings& s : all_) {
     const auto texels = all_changed || !s.is_traced ? every_texel(s) : texels_towards(s, spheres);
@@ -281,9 +311,7 @@ const Surroundings* GlossyRays::surroundings(const ObjectPoint& point, const Sur
 /// What the coat mirrors and what is below it, each about the mirror direction.
 Rgb GlossyRays::looked_up(const Surroundings& around, const ObjectPoint& point, const Surface& s) {
   const glm::vec3 mirrored = s.to_world({-s.out.x, -s.out.y, s.out.z});
-  const auto seen = [&](float alpha) {
-    return around.radiance(point.position, mirrored, phong_exponent(std::sqrt(static_cast<double>(alpha))));
-  };
+  const auto seen = [&](float alpha) { return around.radiance(point.position, mirrored, alpha); };
   const SurfaceMaterial& m = s.material;
   const float coat = m.clearcoat > 0.0f ? m.clearcoat * fresnel_dielectric(s.out.z, Bsdf::kCoatIor) : 0.0f;
   const Rgb below = glm::max(s.bsdf.reflected_albedo(s.out) - coat, Rgb(0.0f));

@@ -24,8 +24,12 @@ struct Surroundings {
   RadianceMap nearness; ///< in each channel: 1 / distance of what is seen, per metre; of the sky 0
   bool is_traced = false;
 
-  /// Mean radiance under the lobe cos^exponent about a unit direction, from world point x of the objects.
-  Rgb radiance(const glm::dvec3& x, const glm::vec3& direction, double exponent) const;
+  /// Mean radiance under a lobe about a unit direction, from world point x of the objects. `alpha`: slope of the facets
+  /// (GGX), roughness squared; below kWideAlpha of the direction alone.
+  Rgb radiance(const glm::dvec3& x, const glm::vec3& direction, float alpha) const;
+
+private:
+  glm::dvec3 end_of_ray(const glm::dvec3& from, const glm::dvec3& direction) const;
 };
 
 /// The maps of all objects that mirror and are not of glass.
@@ -53,7 +57,14 @@ private:
     glm::dmat4 world_from_object{1.0};
     BoundingSphere sphere;
   };
-  Result<void> group(const VirtualObjects& objects, std::span<const std::uint8_t> moved);
+  /// Objects that share a map.
+  struct Group {
+    std::vector<std::size_t> parts;
+    BoundingSphere sphere;
+    double least_roughness = 1.0, most_roughness = 0.0; ///< of what mirrors
+  };
+  std::vector<Group> groups(const VirtualObjects& objects) const;
+  Result<void> arrange(const VirtualObjects& objects, std::span<const std::uint8_t> moved);
   std::vector<BoundingSphere> moved_from_and_to(const VirtualObjects& objects, std::vector<std::uint8_t>& moved);
 
   std::vector<Place> places_; ///< of each object, at the last update
