@@ -29,6 +29,7 @@ struct Arguments {
   std::vector<int> samples{16, 64, 256}, map_texels{RenderSettings{}.map_texels};
   std::vector<int> reflections{ShownParts{}.reflections};
   bool without_shadows = false;
+  std::string reflect_by = "rays";
   int frames = 20, flicker_frames = 100, reference_samples = 4096;
 };
 
@@ -188,6 +189,7 @@ Result<void> measure(const Arguments& a, const FrameScene& scene, const std::str
     row["description"] = session->renderer_description();
     row["samples"] = samples;
     row["reflections"] = reflections;
+    row["reflect_by"] = a.reflect_by;
     row["shadows_on_room"] = !a.without_shadows;
     if (renderer == "gl")
       row["map_texels"] = map_texels;
@@ -237,6 +239,7 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
       progress.clear();
       if (!scene)
         return scene.error();
+      scene->config.reflect_by = a.reflect_by == "maps" ? ReflectBy::maps : ReflectBy::rays;
       auto session = open(*scene, "exact", a.map_texels.front());
       if (!session)
         return session.error();
@@ -272,6 +275,9 @@ Command add_frame(CLI::App& program) {
       ->check(CLI::Range(0, 64))
       ->capture_default_str();
   parser->add_flag("--without-shadows", a->without_shadows, "the objects leave the room as it is");
+  parser->add_option("--reflect-by", a->reflect_by, "[light] reflect_by: rays, maps")
+      ->check(CLI::IsMember({"rays", "maps"}))
+      ->capture_default_str();
   parser->add_option("--map-texels", a->map_texels, "side of a shadow map by OpenGL")
       ->delimiter(',')
       ->check(CLI::Range(8, 2048))

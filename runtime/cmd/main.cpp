@@ -68,6 +68,8 @@ nlohmann::json to_json(const FrameReport& report, const std::vector<ObjectConfig
           {"shadow_rays", report.shadow_rays},
           {"glossy_pixels", report.glossy_pixels},
           {"glossy_rays", report.glossy_rays},
+          {"reflection_maps", report.reflection_maps},
+          {"reflection_map_texels", report.reflection_map_texels},
           {"reused",
            {{"sky", report.reused.sky},
             {"samples", report.reused.samples},

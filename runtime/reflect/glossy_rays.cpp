@@ -13,6 +13,7 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/reflect/glossy_surface.h"
+#include "runtime/reflect/object_maps.h"
 #include "scene/core/orthonormal.h"
 
 namespace daylit {
@@ -242,13 +243,13 @@ void GlossyRays::follow(Work& work) const {
   }
 }
 
-void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances) const {
+void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances, float width_rad) const {
   Work work;
   for (std::size_t k = 0; k < rays.size(); ++k) {
     radiances[k] = Rgb(0.0f);
     work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays});
     work.level.push_back(
-        {rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, 0.0f, 0.0f});
+        {rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, width_rad, 0.0f});
   }
   follow(work);
 }
@@ -276,6 +277,11 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
   }
 }
 
+/// A surface that is seen at an angle shows more of itself in a pixel.
+float GlossyRays::turn_seen(const ObjectPoint& point, double width_m, const Surface& s) const {
+  return turn_in(point, width_m) / std::sqrt(std::max(std::fabs(s.out.z), 0.05f));
+}
+
 std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const {
   Work work;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -285,12 +291,18 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     const ObjectMaterial* m = material(point);
     if (!m || !m->is_glossy())
       continue;
+    if (const Surroundings* around = surroundings(point, s)) {
+      const float turn_rad = turn_seen(point, points[k].width_m, s);
+      lights[k].radiance += looked_up(*around, point, s);
+      lights[k].glint = glint(point, s, std::max(turn_rad, kSunRadius)); // no ray meets the disc
+      continue;
+    }
     lights[k].alpha = s.alpha();
     if (shares_sky(s))
       lights[k].radiance += sky_highlight(points[k], s);
     float width_rad = 0.0f;
-    if (room_.sun) { // a surface that is seen at an angle shows more of itself in a pixel
-      const float turn_rad = turn_in(point, points[k].width_m) / std::sqrt(std::max(std::fabs(s.out.z), 0.05f));
+    if (room_.sun) {
+      const float turn_rad = turn_seen(point, points[k].width_m, s);
       lights[k].glint = glint(point, s, turn_rad);
       width_rad = s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad;
     }

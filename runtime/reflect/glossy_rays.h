@@ -16,10 +16,15 @@
 
 namespace daylit {
 
+class ObjectMaps;
+struct Surroundings;
+
 struct GlossySettings {
   int most_rays = 8; ///< after the camera's, of one sample of a pixel
   /// Of its light to the camera: a branch that brings less is left out, a brighter one beside it takes over its light.
   float least_importance = 0.01f;
+  /// Surroundings of objects: where there are some, a look-up for each lobe stands for the rays of the camera's points.
+  const ObjectMaps* maps = nullptr;
 };
 
 /// A point of an object that a ray of the camera meets.
@@ -55,8 +60,8 @@ public:
 
   /// What the camera sees of up to kRayBatch points. Returns how many rays were traced.
   std::uint64_t look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const;
-  /// Along rays from outside the objects: what they meet first, of them or of the room.
-  void radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances) const;
+  /// Along rays from outside the objects: what they meet first, of them or of the room. `width_rad`: RoomRay::width_rad.
+  void radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances, float width_rad = 0.0f) const;
   const ObjectMaterial* material(const ObjectPoint& point) const;
 
 private:
@@ -70,6 +75,7 @@ private:
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   float turn_in(const ObjectPoint& point, double width_m) const;
+  float turn_seen(const ObjectPoint& point, double width_m, const Surface& s) const;
   float turn_along(const Branch& branch, const ObjectPoint& point) const;
   Rgb sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const;
   Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad) const;
@@ -81,6 +87,8 @@ private:
                           Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
   Rgb occluded(const ObjectPoint& point, const Surface& s) const;
+  const Surroundings* surroundings(const ObjectPoint& point, const Surface& s) const;
+  static Rgb looked_up(const Surroundings& around, const ObjectPoint& point, const Surface& s);
 
   const RoomSeen& room_;
   std::span<const TwoSided> sent_, indirect_;

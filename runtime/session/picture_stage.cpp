@@ -124,26 +124,52 @@ const ThingLayer* PictureStage::find_things(const PictureToChange& picture, cons
   return &thing_layer_;
 }
 
+/// The maps around the objects, where something changed that they show.
+Result<void> PictureStage::update_maps(const PictureToChange& picture, const PictureInputs& in, const RoomSeen& seen,
+                                       const GlossyRays& rays, FrameReport& report) {
+  StageClock clock(report);
+  surroundings_.update({in.sky.version(), in.camera.version(), in.shown.version(), picture.version}, [](auto&) {});
+  const auto counts = maps_.update(seen, rays, !surroundings_.reused());
+  if (!counts)
+    return counts.error();
+  report.reflection_maps = counts->maps;
+  report.reflection_map_texels = counts->texels;
+  clock.end("reflection_maps");
+  return {};
+}
+
 /// What mirrors and refracts, over the composite of everything else.
-GlossyCounts PictureStage::add_glossy(const PhotoPixels& photo, const PictureInputs& in, const PhotoScale& scale,
-                                      const ObjectRays& objects, const ThingLayer* things, Composite& result) const {
-  const PhotographedRoom photograph(result, *in.camera, in.lens, scale, photo.white());
+Result<void> PictureStage::add_glossy(const PictureToChange& picture, const PictureInputs& in, const PhotoScale& scale,
+                                      const ObjectRays& objects, const ThingLayer* things, Composite& result,
+                                      FrameReport& report) {
+  const PhotographedRoom photograph(result, *in.camera, in.lens, scale, picture.photo.white());
   const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
   const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
                       in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
   const ObjectsIndirectLight& light = in.light.indirect();
-  const GlossyRays rays(seen, light.sent, light.radiance, in.light.direct().lights.sky,
-                        {.most_rays = in.shown->reflections});
+  GlossySettings settings{.most_rays = in.shown->reflections};
+  const auto rays_with = [&](const GlossySettings& s) {
+    return GlossyRays(seen, light.sent, light.radiance, in.light.direct().lights.sky, s);
+  };
+  const GlossyRays rays = rays_with(settings);
   const DrawnPicture drawn{*drawn_, *in.camera, things};
-  const GlossyCounts counts =
-      any_per_pixel(*in.objects) ? draw_glossy(drawn, rays, seen, scale, result) : GlossyCounts{};
+  if (any_per_pixel(*in.objects)) {
+    if (reflect_by_ == ReflectBy::maps) {
+      if (const auto updated = update_maps(picture, in, seen, rays, report); !updated)
+        return updated;
+      settings.maps = &maps_;
+    }
+    const GlossyCounts counts = draw_glossy(drawn, rays_with(settings), seen, scale, result);
+    report.glossy_pixels = counts.pixels;
+    report.glossy_rays = counts.rays;
+  }
   if (in.shown->differential)
     result.shadow_pixels += room_.mirror.draw(drawn, rays, seen, scale, result);
-  return counts;
+  return {};
 }
 
-void PictureStage::compose_with(const PictureToChange& picture, const PictureInputs& in, const InteriorConfig& interior,
-                                Composite& result, FrameReport& report) {
+Result<void> PictureStage::compose_with(const PictureToChange& picture, const PictureInputs& in,
+                                        const InteriorConfig& interior, Composite& result, FrameReport& report) {
   ComposeSettings settings{{interior.scale, interior.colour_matrix}, ShadowMode::ratio};
   settings.differential = in.shown->differential;
   const glm::dvec3 eye = in.camera->eye();
@@ -158,13 +184,12 @@ void PictureStage::compose_with(const PictureToChange& picture, const PictureInp
   report.thing_pixels = things ? things_->pixels() : 0;
   compose(picture.photo, *drawn_, *in.camera, look_up, settings, result, room_.indirect_shadow ? &*change_ : nullptr,
           things);
-  if (in.light.needs_rays(*in.objects)) {
-    const GlossyCounts counts = add_glossy(picture.photo, in, settings.photo, objects, things, result);
-    report.glossy_pixels = counts.pixels;
-    report.glossy_rays = counts.rays;
-  }
+  if (in.light.needs_rays(*in.objects))
+    if (const auto added = add_glossy(picture, in, settings.photo, objects, things, result, report); !added)
+      return added;
   match_blur(picture.photo, interior.blur_px, settings.threshold, result);
   match_noise(picture.photo, interior.noise, picture.noise_seed, result);
+  return {};
 }
 
 } // namespace daylit

@@ -10,6 +10,7 @@
 #include "runtime/depth/thing_layer.h"
 #include "runtime/depth/thing_light.h"
 #include "runtime/reflect/glossy_picture.h"
+#include "runtime/reflect/object_maps.h"
 #include "runtime/session/choose_renderer.h"
 #include "runtime/session/light_stage.h"
 
@@ -37,7 +38,7 @@ struct PictureToChange {
 class PictureStage {
 public:
   /// `room` must outlive it.
-  explicit PictureStage(LoadedRoom& room) : room_(room) {}
+  PictureStage(LoadedRoom& room, ReflectBy reflect_by) : room_(room), reflect_by_(reflect_by) {}
 
   /// In place of the renderer before, if any. Error: it does not start.
   Result<void> start_renderer(Backend backend, const RenderSettings& settings, std::vector<std::string>& notes);
@@ -47,9 +48,9 @@ public:
   Result<void> update(const PictureInputs& in, FrameReport& report);
   Version version() const { return drawn_.version(); }
 
-  /// Fills the counts of the pixels that mirror.
-  void compose_with(const PictureToChange& picture, const PictureInputs& in, const InteriorConfig& interior,
-                    Composite& result, FrameReport& report);
+  /// Fills the counts of the pixels that mirror. Error: light that is not finite.
+  Result<void> compose_with(const PictureToChange& picture, const PictureInputs& in, const InteriorConfig& interior,
+                            Composite& result, FrameReport& report);
   const PictureRenderer& renderer() const { return **renderer_; }
 
 private:
@@ -57,10 +58,13 @@ private:
   void change_room(const PictureInputs& in);
   const ThingLayer* find_things(const PictureToChange& picture, const PictureInputs& in, const InteriorConfig& interior,
                                 const ThingLight& light);
-  GlossyCounts add_glossy(const PhotoPixels& photo, const PictureInputs& in, const PhotoScale& scale,
-                          const ObjectRays& objects, const ThingLayer* things, Composite& result) const;
+  Result<void> add_glossy(const PictureToChange& picture, const PictureInputs& in, const PhotoScale& scale,
+                          const ObjectRays& objects, const ThingLayer* things, Composite& result, FrameReport& report);
+  Result<void> update_maps(const PictureToChange& picture, const PictureInputs& in, const RoomSeen& seen,
+                           const GlossyRays& rays, FrameReport& report);
 
   LoadedRoom& room_;
+  ReflectBy reflect_by_;
   Versioned<std::unique_ptr<PictureRenderer>> renderer_;
   Cached<std::monostate> given_camera_, given_objects_; ///< what the renderer has
   Cached<std::size_t> lit_;                             ///< vertices with the light that the renderer has
@@ -69,6 +73,8 @@ private:
   Cached<ChangePicture> change_; ///< of the room's indirect light
   Cached<RealThings> things_;    ///< only where a depth picture is given
   ThingLayer thing_layer_;
+  Cached<std::monostate> surroundings_; ///< all that the maps show, but for the objects
+  ObjectMaps maps_;
 };
 
 } // namespace daylit

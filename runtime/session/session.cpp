@@ -77,7 +77,7 @@ struct Session::State {
 
   SkyStage sky{room->volume};
   LightStage light{*room};
-  PictureStage picture{*room};
+  PictureStage picture{*room, config.reflect_by};
   PictureVersion photo;
   Cached<Frame> frame;
   FrameReport sky_report;     ///< times since the frame before
@@ -281,11 +281,13 @@ Result<const Frame*> Session::render(const FrameInput& input) {
   if (const auto drawn = s.picture.update(s.inputs(), report); !drawn)
     return drawn.error();
   StageClock clock(report);
-  s.frame.update({s.picture.version(), photo}, [&](Frame& frame) {
-    s.picture.compose_with({input.photo, input.photo_id, input.depth, photo}, s.inputs(), s.config.interior,
-                           frame.composite, report);
-    clock.end("composite");
+  const auto composed = s.frame.try_update({s.picture.version(), photo}, [&](Frame& frame) {
+    return s.picture.compose_with({input.photo, input.photo_id, input.depth, photo}, s.inputs(), s.config.interior,
+                                  frame.composite, report);
   });
+  if (!composed)
+    return composed.error();
+  clock.end("composite");
   report.reused.picture = s.frame.reused();
   s.finish_report(std::move(report));
   return &*s.frame;

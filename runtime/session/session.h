@@ -43,6 +43,8 @@ struct FrameReport {
   std::size_t vertices_lit = 0, vertices = 0;
   std::uint64_t shadow_rays = 0;
   std::uint64_t glossy_pixels = 0, glossy_rays = 0; ///< pixels whose material is looked up, rays that left them
+  std::size_t reflection_maps = 0;                  ///< around objects, made or renewed
+  std::uint64_t reflection_map_texels = 0;          ///< traced for them
   Ringing ringing;                                  ///< of the indirect light on the objects
   double indirect_shadow_left_out = 0.0; ///< largest relative change of the room that was too small to be drawn
   std::vector<std::string> skipped;

@@ -181,7 +181,7 @@ std::string to_toml(const RunConfig& c) {
   out += fmt::format("volume = {}\n", detail::quoted(c.volume.string()));
   out += detail::glossy_room_toml(c.glossy_room);
   out += detail::objects_toml(c.objects);
-  out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.light_samples, c.indirect_shadow);
+  out += detail::light_toml(c);
   return out + detail::output_toml(c.output) + detail::http_toml(c.http);
 }
 

@@ -27,7 +27,7 @@
 //              scene/material/library.h in the place of the model's own materials;
 //              on = material of the room, with position = [x, y], or alone: in the middle of it; or on = [x, y]:
 //              set down on the surface below (scene/placing/set_down.h)
-//   [light]    samples, indirect_shadow = true | false
+//   [light]    samples, indirect_shadow = true | false, reflect_by = "rays" | "maps"
 //   [output]   png, exr, mask; size = [width, height], pixels: what is written is resampled to it by area, in linear
 //              light; of the picture's own shape, at most four times as wide; left out: as [interior] image
 //   [http]     port, address = "127.0.0.1", token_file: the live pictures over HTTP; needed for any address but
@@ -144,6 +144,12 @@ struct OutputConfig { // [output]
   int width_px = 0, height_px = 0; ///< size = [w, h], pixels of what is written; 0: the interior image's
 };
 
+/// How what objects mirror is found.
+enum class ReflectBy {
+  rays, ///< rays for every pixel
+  maps, ///< a map around each object, and one look-up in it for each lobe of a pixel; glass by rays
+};
+
 struct HttpConfig { // [http]
   int port = 8080;
   std::string address = "127.0.0.1";
@@ -162,6 +168,7 @@ struct RunConfig {
   std::vector<ObjectConfig> objects;
   int light_samples = 64;      ///< [light] samples
   bool indirect_shadow = true; ///< [light] indirect_shadow: the objects' effect on the room's indirect light is drawn
+  ReflectBy reflect_by = ReflectBy::rays; ///< [light] reflect_by
   OutputConfig output;
   std::optional<HttpConfig> http;
   bool is_live() const { return interior.camera.has_value(); } ///< frames come from cameras, not from files

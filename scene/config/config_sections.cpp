@@ -176,6 +176,8 @@ void read_glossy_room(TomlSection& room, RunConfig& config) {
 void read_light(TomlSection root, RunConfig& config) {
   root.read("samples", config.light_samples, {1, 4096});
   root.read("indirect_shadow", config.indirect_shadow);
+  if (std::string by; root.read_word("reflect_by", by, {"rays", "maps"}))
+    config.reflect_by = by == "maps" ? ReflectBy::maps : ReflectBy::rays;
   root.finish();
 }
 
@@ -248,6 +250,11 @@ std::string glossy_room_toml(const std::map<std::string, double>& glossy) {
   for (const auto& [material, reflectance] : glossy)
     out += fmt::format("{}{} = {}", out.empty() ? "glossy = { " : ", ", quoted(material), text(reflectance));
   return out.empty() ? out : out + " }\n";
+}
+
+std::string light_toml(const RunConfig& c) {
+  return fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\nreflect_by = \"{}\"\n", c.light_samples,
+                     c.indirect_shadow, c.reflect_by == ReflectBy::maps ? "maps" : "rays");
 }
 
 std::string output_toml(const OutputConfig& output) {

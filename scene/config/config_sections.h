@@ -44,6 +44,7 @@ struct PlaceText {
 };
 PlaceText place_text(const ObjectConfig& object);
 std::string glossy_room_toml(const std::map<std::string, double>& glossy);
+std::string light_toml(const RunConfig& config);
 std::string output_toml(const OutputConfig& output);
 
 } // namespace daylit::detail

@@ -190,7 +190,7 @@ std::string to_toml(const SimulateConfig& c) {
   out += fmt::format("\n[room]\nmodel = {}\n", detail::quoted(c.run.room_model.string()));
   out += detail::glossy_room_toml(c.run.glossy_room);
   out += detail::objects_toml(c.run.objects);
-  out += fmt::format("\n[light]\nsamples = {}\nindirect_shadow = {}\n", c.run.light_samples, c.run.indirect_shadow);
+  out += detail::light_toml(c.run);
   return out + detail::output_toml(c.run.output);
 }
 

@@ -13,95 +13,17 @@
 
 #include "runtime/reflect/glossy_rays.h"
 #include "runtime/reflect/room_mirror.h"
+#include "glossy_scene.h"
 #include "scene/material/fresnel.h"
-#include "surrounded.h"
 
 namespace daylit {
 namespace {
 
+using test::glass;
+using test::GlossyScene;
+using test::kRoom;
+using test::metal;
 using test::Surrounded;
-
-constexpr auto kRoom = static_cast<float>(Surrounded::kRadiance);
-
-ObjectMaterial metal(float roughness) {
-  ObjectMaterial m;
-  m.base_colour = Rgb(1.0f);
-  m.metallic = 1.0f;
-  m.roughness = roughness;
-  return m;
-}
-
-ObjectMaterial glass() {
-  ObjectMaterial m;
-  m.base_colour = Rgb(1.0f);
-  m.roughness = 0.0f;
-  m.transmission = 1.0f;
-  return m;
-}
-
-/// A sphere of a material in the middle of the white room.
-struct GlossyScene {
-  static constexpr float kRadius = 0.15f, kIndirect = 0.5f;
-  const glm::dvec3 middle{2.0, 2.5, 1.2};
-  Surrounded room;
-  VirtualObjects objects;
-  std::optional<ObjectRays> rays;
-  ApertureCrossings windows;
-  std::optional<DetectedSun> sun;
-  std::optional<RoomSeen> seen;
-  std::vector<TwoSided> sent, indirect;
-  std::vector<DirectionalLight> lights;
-  std::optional<GlossyRays> glossy;
-
-  explicit GlossyScene(const ObjectMaterial& material, const GlossySettings& settings = {},
-                       const std::vector<Aperture>& panes = {}, float sky_factor = 0.0f)
-      : room(kRadius, panes, sky_factor), windows(panes) {
-    room.mesh.materials = {material};
-    glm::dmat4 world(1.0);
-    world[3] = glm::dvec4(middle, 1.0);
-    objects.surface = test::place(room.mesh, middle);
-    objects.surface.reflectance.assign(room.mesh.positions.size(), Rgb(1.0f));
-    VirtualObjects::Part part;
-    part.model = std::make_shared<const VirtualObjects::Model>(
-        VirtualObjects::Model{room.mesh, {}, Surrounded::rays_of(room.mesh)});
-    part.world_from_object = world;
-    part.per_pixel = true;
-    objects.parts.push_back(std::move(part));
-    objects.find_bounds(0);
-    rays.emplace(objects);
-    seen.emplace(
-        RoomSeen{room.volume.room, room.rays, room.room_light, nullptr, room.pyramid, sun, windows, *rays, nullptr});
-    sent.assign(room.mesh.positions.size(), {Rgb(Surrounded::kRadiance), Rgb(Surrounded::kRadiance)});
-    indirect.assign(room.mesh.positions.size(), {Rgb(kIndirect), Rgb(kIndirect)});
-    glossy.emplace(*seen, sent, indirect, std::span<const DirectionalLight>{}, settings);
-  }
-  /// Wide lobes find the sky by samples of it, too.
-  void look_at_sky_by_lights(const std::vector<Aperture>& panes) {
-    lights = sample_lights(room.pyramid[0], std::nullopt, panes, {middle, kRadius}, 64).sky;
-    glossy.emplace(*seen, sent, indirect, lights, GlossySettings{});
-  }
-  /// Radiance towards a viewer who looks past the middle at this distance.
-  Rgb radiance(double aside) const {
-    const GlossyLight light = look(aside);
-    return light.radiance + light.diffuse * kRoom - light.occluded;
-  }
-  /// Every `step`th of sixty-four places in the lobe, and a sixteenth of the sky's lights.
-  GlossyLight look(double aside, std::size_t first = 0, std::size_t step = 1, int pattern = 0) const {
-    const WorldRay ray{middle + glm::dvec3(-1.0, aside, 0.0), glm::vec3(1.0f, 0.0f, 0.0f)};
-    const auto point = rays->closest(ray, 10.0);
-    std::vector<glm::vec2> places;
-    for (std::size_t k = first; k < 64; k += step) { // Hammersley
-      std::size_t mirrored = 0;
-      for (std::size_t bit = 0; bit < 6; ++bit)
-        mirrored |= (k >> bit & 1u) << (5 - bit);
-      places.push_back((glm::vec2(k, mirrored) + 0.5f) / 64.0f);
-    }
-    const CameraPoint camera_point{ray, *point, places, 0.0, pattern};
-    GlossyLight light;
-    glossy->look({&camera_point, 1}, {&light, 1});
-    return light;
-  }
-};
 
 void expect_as_bright_as_the_room(const ObjectMaterial& material, double tolerance, const char* name) {
   const GlossyScene scene(material);

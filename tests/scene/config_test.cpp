@@ -49,6 +49,7 @@ reflectance = 0.4
 
 [light]
 samples = 128
+reflect_by = "maps"
 
 [output]
 png = "out/frame.png"
@@ -101,6 +102,7 @@ TEST_F(ConfigTest, reads_every_section) {
   ASSERT_EQ(c->objects.size(), 1u);
   EXPECT_FLOAT_EQ(c->objects[0].reflectance->g, 0.4f);
   EXPECT_EQ(c->light_samples, 128);
+  EXPECT_EQ(c->reflect_by, ReflectBy::maps);
   EXPECT_EQ(c->output.width_px, 512);
 }
 
