@@ -276,7 +276,7 @@ std::vector<TwoSided> reflected_indirect(const VirtualObjects& objects, std::spa
           radiance[i] = light.radiance[sender];
         else if (part.model->senders.at_foot[own])
           radiance[i] = with_reflectance(light.radiance[sender], objects.senders.surface.reflectance[sender], rho);
-        else
+        else if (light.in_box[k]) // else nothing shows it: what mirrors is black without its reflections
           radiance[i] = relight_between(light.in_box[k]->at(glm::dvec3(part.mesh().positions[own])),
                                         part.model->transfer[own], rho);
       }
