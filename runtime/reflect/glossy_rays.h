@@ -60,7 +60,8 @@ public:
 
   /// What the camera sees of up to kRayBatch points. Returns how many rays were traced.
   std::uint64_t look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const;
-  /// Along rays from outside the objects: what they meet first, of them or of the room. `width_rad`: RoomRay::width_rad.
+  /// Along rays from outside the objects: what they meet first, of them or of the room. `width_rad`:
+  /// RoomRay::width_rad.
   void radiance(std::span<const WorldRay> rays, std::span<Rgb> radiances, float width_rad = 0.0f) const;
   const ObjectMaterial* material(const ObjectPoint& point) const;
 

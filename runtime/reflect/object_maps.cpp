@@ -18,16 +18,16 @@ namespace daylit {
 
 namespace {
 
-constexpr double kOutside = 1.001;  // radii from the centre: there rays have left the object
-constexpr double kReach = 2.0;      // radii around an object that moved: itself, and its shadow where that is darkest
+constexpr double kOutside = 1.001; // radii from the centre: there rays have left the object
+constexpr double kReach = 2.0;     // radii around an object that moved: itself, and its shadow where that is darkest
 // Along a look-up's ray: from and to so many radii, each step so many times as far; then so many of false position.
 constexpr double kFirst = 0.2, kLast = 100.0, kGrowth = 1.4;
 constexpr int kRefine = 3;
-// 1 / (1 + x^2), what of a GGX lobe lies beyond x = tan(half vector) / alpha, is 0.65 exp(-1.2 x^2) + 0.35 exp(-0.15 x^2)
-// within 0.02 (fitted); phong_exponent() stands for exp(-x^2).
+// 1 / (1 + x^2), what of a GGX lobe lies beyond x = tan(half vector) / alpha, is 0.65 exp(-1.2 x^2) + 0.35 exp(-0.15
+// x^2) within 0.02 (fitted); phong_exponent() stands for exp(-x^2).
 constexpr float kTail = 0.35f;
 constexpr double kMiddleExponent = 1.2, kTailExponent = 0.15;
-constexpr double kSharpest = 0.1;   // roughness; below, no blurred map is needed
+constexpr double kSharpest = 0.1; // roughness; below, no blurred map is needed
 
 /// Roughness from and to, of what mirrors and is not of glass.
 struct Gloss {
@@ -141,8 +141,7 @@ private:
     room_.find_ends(room);
     std::array<double, kRayBatch> most;
     for (std::size_t k = 0; k < room.size(); ++k)
-      most[k] =
-          room[k].end ? std::max(room[k].end->distance - start_m_, 0.0) : std::numeric_limits<double>::infinity();
+      most[k] = room[k].end ? std::max(room[k].end->distance - start_m_, 0.0) : std::numeric_limits<double>::infinity();
     room_.objects.closest(outside, most, others);
   }
 

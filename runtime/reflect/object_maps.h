@@ -1,9 +1,9 @@
 #pragma once
 
-// What glossy objects see around them, kept in a map each (runtime/maps): in the place of rays one look-up for each lobe
-// of a pixel. A map is right at the place that it is seen from; elsewhere on the object the look-up is turned to where
-// its ray ends, by the distances that the map keeps (Szirmay-Kalos et al. 2005, "Approximate ray-tracing on the GPU with
-// distance impostors").
+// What glossy objects see around them, kept in a map each (runtime/maps): in the place of rays one look-up for each
+// lobe of a pixel. A map is right at the place that it is seen from; elsewhere on the object the look-up is turned to
+// where its ray ends, by the distances that the map keeps (Szirmay-Kalos et al. 2005, "Approximate ray-tracing on the
+// GPU with distance impostors").
 
 #include <cstdint>
 #include <memory>

@@ -11,9 +11,9 @@
 
 #include <gtest/gtest.h>
 
+#include "glossy_scene.h"
 #include "runtime/reflect/glossy_rays.h"
 #include "runtime/reflect/room_mirror.h"
-#include "glossy_scene.h"
 #include "scene/material/fresnel.h"
 
 namespace daylit {
