@@ -154,15 +154,17 @@ ContactView OtherObjects::contact_view(std::size_t part, const glm::dvec3& x, co
   ContactView view;
   double share = 0.0;
   for (const std::size_t other : surrounds_[part].others) {
-    const double radius = std::min(parts_->sphere(part).radius, parts_->sphere(other).radius), reach = kContact * radius;
+    const double radius = std::min(parts_->sphere(part).radius, parts_->sphere(other).radius),
+                 reach = kContact * radius;
     share = std::max(share, std::clamp(2.0 - 2.0 * parts_->distance(other, x, reach) / reach, 0.0, 1.0));
   }
   if (share <= 0.0)
     return view;
   const glm::dvec3 n(side.world_from_local[2]);
   const glm::dvec3 lifted = x + kLift * parts_->sphere(part).radius * (n + glm::dvec3(0.0, 0.0, 1.0));
-  find_others(rays_, patches_, *parts_, part, lifted, n, [&](const glm::vec3& w) { return side.visible_cosine(w); },
-              pattern(), view.covered);
+  find_others(
+      rays_, patches_, *parts_, part, lifted, n, [&](const glm::vec3& w) { return side.visible_cosine(w); }, pattern(),
+      view.covered);
   view.share = is_inside(view.covered) ? 0.0f : static_cast<float>(share);
   view.blocked = windows_.blocked_fraction(lifted, n, *parts_, part);
   return view;

@@ -174,8 +174,8 @@ std::vector<std::uint32_t> append_senders(const VirtualObjects::Model& model, st
 }
 
 /// A model stays in its own frame; the surface of all objects is in the world.
-Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::Model> model,
-                    const MeshWeight& weight, const ObjectConfig& placement) {
+Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::Model> model, const MeshWeight& weight,
+                    const ObjectConfig& placement) {
   const ObjectMesh& mesh = model->mesh;
   const std::size_t first = all.surface.positions.size(), count = first + mesh.positions.size();
   all.surface.positions.resize(count);
@@ -190,8 +190,8 @@ Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::M
   const bool per_pixel = looked_up_per_pixel(mesh);
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
   auto sender = append_senders(*model, first, all.senders);
-  all.parts.push_back({std::move(model), first, std::move(sender), glm::dmat4(1.0), weight, 1.0f, per_pixel,
-                       std::move(diffuse)});
+  all.parts.push_back(
+      {std::move(model), first, std::move(sender), glm::dmat4(1.0), weight, 1.0f, per_pixel, std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
 }
 
@@ -310,9 +310,8 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
     std::size_t first = 0; // of the same model
     while (!same_model(objects[first], objects[k]))
       ++first;
-    const auto loaded = first < k
-                            ? Result<LoadedModel>{LoadedModel{all.parts[first].model, all.parts[first].weight}}
-                            : load_model(objects[k], cache_folder, all.notes, progress);
+    const auto loaded = first < k ? Result<LoadedModel>{LoadedModel{all.parts[first].model, all.parts[first].weight}}
+                                  : load_model(objects[k], cache_folder, all.notes, progress);
     if (!loaded)
       return loaded.error();
     if (const auto placed = append(all, loaded->model, loaded->weight, objects[k]); !placed)

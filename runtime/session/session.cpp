@@ -209,8 +209,8 @@ Result<void> Session::set_placement(std::size_t k, const ObjectConfig& placement
 Result<void> Session::set_objects(VirtualObjects loaded, std::vector<ObjectConfig> objects) {
   State& s = *state_;
   for (std::size_t k = 0; k < objects.size(); ++k) {
-    auto placed = set_down(objects[k], {loaded.parts[k].mesh(), loaded.parts[k].weight}, s.room->volume.room,
-                           s.room->rays);
+    auto placed =
+        set_down(objects[k], {loaded.parts[k].mesh(), loaded.parts[k].weight}, s.room->volume.room, s.room->rays);
     if (!placed)
       return placed.error();
     if (const auto done = loaded.set_placement(k, *placed); !done)

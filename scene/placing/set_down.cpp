@@ -18,7 +18,7 @@ Error named(Error error, const ObjectConfig& object) {
   return error;
 }
 
-constexpr double kFlat_m = 1e-4;  // a face whose corners are no higher lies on what is below,
+constexpr double kFlat_m = 1e-4;   // a face whose corners are no higher lies on what is below,
 constexpr double kLift_m = 0.5e-3; // and is seen from above only if it lies that far before it
 
 /// An open mesh lies on a face of its own: a sheet of paper, a box without a lid.

@@ -14,7 +14,8 @@
 namespace daylit {
 
 /// The object with the position that `on` gives it; as it is where `on` is empty. The surface is the one below its
-/// centre of mass; an open mesh that lies on a face of its own lies half a millimetre above it. Errors of surface_below() and middle_of(), with the object's name.
+/// centre of mass; an open mesh that lies on a face of its own lies half a millimetre above it. Errors of
+/// surface_below() and middle_of(), with the object's name.
 Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mesh, const Room& room,
                               const RayScene& rays);
 

@@ -98,8 +98,8 @@ TEST_F(Placing, an_object_stands_on_its_lowest_points_however_it_is_turned_and_s
 
 TEST_F(Placing, a_sheet_is_set_down_just_above_the_surface_and_a_solid_on_it) {
   ObjectMesh box = box_mesh({0.2f, 0.2f, 0.3f}), sheet = box, walls = box;
-  sheet.triangles.resize(2);                                                      // the bottom alone
-  walls.triangles.erase(walls.triangles.begin(), walls.triangles.begin() + 2);    // all but the bottom
+  sheet.triangles.resize(2);                                                   // the bottom alone
+  walls.triangles.erase(walls.triangles.begin(), walls.triangles.begin() + 2); // all but the bottom
   const auto above = [&](const ObjectMesh& mesh) {
     const auto placed = set_down(on("table", 2.1, 2.0), WeighedMesh(mesh), room_, rays_);
     EXPECT_TRUE(placed) << placed.error().message();
