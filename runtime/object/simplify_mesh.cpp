@@ -22,7 +22,7 @@ namespace daylit {
 
 namespace {
 
-constexpr float kDeviation = 5e-4f;      // of the longest side: a quarter of a pixel where that covers 500
+constexpr float kDeviation = 7e-4f;      // of the longest side: a third of a pixel where that covers 500
 constexpr int kTries = 4;                // each with half the deviation of the one before
 constexpr float kTurned = 0.052f;        // of a normal: three degrees
 constexpr float kLeastKept = 0.9f;       // of the normals, that are turned by less
