@@ -7,10 +7,10 @@
 
 namespace daylit {
 
-/// A mesh of more than kMostSenders vertices (senders.h) gets fewer triangles, between some of its vertices. The surface
-/// leaves the old one by no more than about a two-thousandth of the longest side, and nine normals of ten turn by less
-/// than three degrees, or the mesh stays as it is: one whose detail is real stays dense. Borders stay where they are,
-/// those between materials too. Error: no ray scene.
+/// A mesh of more than kMostSenders vertices (senders.h) gets fewer triangles, between some of its vertices. The
+/// surface leaves the old one by no more than about a fourteen-hundredth of the longest side, and nine normals of ten
+/// turn by less than three degrees, or the mesh stays as it is: one whose detail is real stays dense. Borders stay
+/// where they are, those between materials too. Error: no ray scene.
 Result<void> simplify_dense(ObjectMesh& mesh);
 
 } // namespace daylit
