@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <compare>
 #include <map>
 #include <numbers>
 #include <utility>
 
 #include <glm/geometric.hpp>
 
+#include "runtime/base/cell_key.h"
 #include "runtime/object/ray_fan.h"
 #include "runtime/sky/window_sampler.h"
 #include "scene/core/parallel.h"
@@ -30,15 +30,6 @@ constexpr double kContact = 0.08;   // a vertex nearer than that to the room has
 constexpr double kEyeCell = 0.0125; // one for those that lie in the same cube of that side;
 constexpr double kLift = 0.001;     // off the surface that the vertex may lie on;
 constexpr double kCoarseCell = 0.25;
-
-/// Of cubes of that side.
-struct CellKey {
-  std::int64_t x = 0, y = 0, z = 0;
-  CellKey(const glm::dvec3& p, double side)
-      : x(std::llround(p.x / side)), y(std::llround(p.y / side)), z(std::llround(p.z / side)) {}
-  auto operator<=>(const CellKey&) const = default;
-  glm::dvec3 centre(double side) const { return side * glm::dvec3(x, y, z); }
-};
 
 /// Evenly over the sphere, one set after another, with the nine harmonics of each.
 struct Directions {

@@ -21,8 +21,7 @@ struct IndirectShadow::State : LitScene {
   IndirectFeedback indirect_feedback{*this, receivers};
   OtherObjects other_objects{rays, patches, windows};
   SunlitCorrection correction;
-  std::vector<TwoSided> direct;     ///< radiance of the objects' vertices that does not come from the room
-  std::vector<TwoSided> exchanging; ///< `radiance` of the last exchange between objects
+  std::vector<TwoSided> direct; ///< radiance of the objects' vertices that does not come from the room
   std::uint64_t sky_version = 0;
   using LitScene::LitScene;
 };
@@ -100,10 +99,7 @@ Rgb IndirectShadow::sunlit_correction(std::size_t part, const glm::dvec3& x, con
 }
 
 bool IndirectShadow::objects_see_each_other() const { return state_->other_objects.any(); }
-void IndirectShadow::exchange() {
-  state_->exchanging = state_->radiance;
-  state_->other_objects.set_light(state_->radiance);
-}
+void IndirectShadow::exchange() { state_->other_objects.set_light(state_->radiance); }
 Sh9Rgb IndirectShadow::exchanged(std::size_t part, const glm::dvec3& x) const {
   return state_->other_objects.change(part, x);
 }
@@ -111,10 +107,10 @@ Sh9Rgb IndirectShadow::exchanged(std::size_t part, const glm::dvec3& x) const {
 ContactView IndirectShadow::contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const {
   return state_->other_objects.contact_view(part, x, side);
 }
-const WindowVisibility& IndirectShadow::windows() const { return state_->windows; }
 Rgb IndirectShadow::exchanged(const ContactView& view) const {
-  return state_->other_objects.change(view, state_->exchanging);
+  return state_->other_objects.change(view, state_->radiance);
 }
+const WindowVisibility& IndirectShadow::windows() const { return state_->windows; }
 
 /// r^2 / d^2, the form factor of a sphere that faces x (Howell B-4), above kLeastFraction for some object.
 bool IndirectShadow::affects(const glm::dvec3& x) const {

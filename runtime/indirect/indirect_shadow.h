@@ -65,10 +65,10 @@ public:
   void exchange();
   Sh9Rgb exchanged(std::size_t part, const glm::dvec3& x) const;
   /// The same of a side of a vertex at x that another object is near: OtherObjects::contact_view(). After
-  /// set_objects(), and the change of its irradiance after exchange().
+  /// set_objects(), and the change of its irradiance after set_indirect().
   ContactView contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const;
-  const WindowVisibility& windows() const;
   Rgb exchanged(const ContactView& view) const;
+  const WindowVisibility& windows() const;
 
   /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
   bool affects(const glm::dvec3& x) const;

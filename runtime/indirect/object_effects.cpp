@@ -165,7 +165,9 @@ ContactView OtherObjects::contact_view(std::size_t part, const glm::dvec3& x, co
   find_others(
       rays_, patches_, *parts_, part, lifted, n, [&](const glm::vec3& w) { return side.visible_cosine(w); }, pattern(),
       view.covered);
-  view.share = is_inside(view.covered) ? 0.0f : static_cast<float>(share);
+  if (is_inside(view.covered))
+    return {};
+  view.share = static_cast<float>(share);
   view.blocked = windows_.blocked_fraction(lifted, n, *parts_, part);
   return view;
 }

@@ -217,7 +217,8 @@ std::array<float, 4> ReceiverLattice::State::weights(std::size_t level, const Fo
   std::array<float, 4> weight{};
   for (std::size_t k = 0; k < 4; ++k) {
     const glm::dvec3 there = found.cell->corner[k]->x + gap;
-    const glm::dvec3 beyond = there + kAirGap_m * glm::normalize(there - air + kAirGap_m * gap); // not on a wall
+    // A corner on a wall is not in view: a little beyond it is the wall. `gap`: of the point itself there is no way.
+    const glm::dvec3 beyond = there + kAirGap_m * glm::normalize(there - air + kAirGap_m * gap);
     const bool seen =
         (found.cell->open || scene.windows.visible(air, beyond)) && (!touched || !scene.parts.between(air, there));
     weight[k] = seen ? found.square.weight[k] : 0.0f;

@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 
+#include "runtime/base/cell_key.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
@@ -23,14 +24,7 @@ Range of_part(const VirtualObjects::Part& part, std::span<const std::uint32_t> v
 
 constexpr float kLeastHidden = 0.1f; // from there on it counts in which directions the object hides itself
 constexpr float kMostHidden = 0.98f; // from there on nothing is seen
-constexpr double kWindowCell = 0.05; // of the diagonal of an object's box: windows are seen alike within
-
-Bounds part_bounds(const VirtualObjects& objects, std::size_t first, std::size_t last) {
-  Bounds box;
-  for (std::size_t i = first; i < last; ++i)
-    box.include(objects.senders.surface.positions[i]);
-  return box;
-}
+constexpr double kWindowCell = 0.1;  // of an object's radius: a cube of that side sees windows alike
 
 /// One side of a vertex that sends light.
 struct LitSide {
@@ -122,21 +116,19 @@ ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& ob
 
 namespace {
 
-/// What of the windows the senders see past the room: those in one cube of kWindowCell of their object's radius, from
-/// the first of them.
+/// What of the windows the senders see past the room: those in one cube from the first of them. What lies on a surface
+/// looks from above it.
 std::vector<std::uint32_t> window_cells(const IndirectShadow& field, const VirtualObjects& objects,
                                         std::vector<WindowVisibility::SeenPoints>& seen) {
   std::vector<std::uint32_t> cell(objects.senders.vertex.size());
   std::vector<glm::dvec3> eye;
   for (const VirtualObjects::Part& part : objects.parts) {
-    std::map<std::array<std::int64_t, 3>, std::uint32_t> known;
+    std::map<CellKey, std::uint32_t> known;
     const auto [first, last] = of_part(part, objects.senders.vertex);
-    const double side = kWindowCell * glm::length(part_bounds(objects, first, last).size());
+    const double side = std::max(kWindowCell * part.sphere.radius, 1e-6);
     for (std::size_t i = first; i < last; ++i) {
-      const glm::dvec3 x = objects.senders.surface.positions[i], at = glm::round(x / std::max(side, 1e-6));
-      const auto [found, made] = known.emplace(
-          std::array{static_cast<std::int64_t>(at.x), static_cast<std::int64_t>(at.y), static_cast<std::int64_t>(at.z)},
-          static_cast<std::uint32_t>(eye.size()));
+      const glm::dvec3& x = objects.senders.surface.positions[i];
+      const auto [found, made] = known.emplace(CellKey(x, side), static_cast<std::uint32_t>(eye.size()));
       if (made)
         eye.push_back(x + kAirGap_m * (glm::dvec3(objects.senders.surface.normals[i]) + glm::dvec3(0.0, 0.0, 2.0)));
       cell[i] = found->second;
@@ -154,8 +146,8 @@ WindowShares window_shares(const IndirectShadow& field, const VirtualObjects& ob
   const std::vector<std::uint32_t> cell = window_cells(field, objects, seen);
   WindowShares shares(cell.size());
   for_each_side(objects, [&](const LitSide& side) {
-    const glm::dvec3 n(side.seen().world_from_local[2]);
-    float share = field.windows().visible_fraction(side.position(), n, seen[cell[side.number]]);
+    const glm::dvec3 n(objects.senders.surface.normals[side.number]);
+    float share = field.windows().visible_fraction(side.position(), side.back ? -n : n, seen[cell[side.number]]);
     if (!views.empty())
       share -= views[side.number][side.back].share * views[side.number][side.back].blocked;
     shares[side.number][side.back] = std::max(share, 0.0f);
@@ -167,12 +159,21 @@ void shade_direct(const VirtualObjects& objects, const WindowShares& shares, std
   for_each_side(objects, [&](const LitSide& side) { side.of(direct) *= shares[side.number][side.back]; });
 }
 
+std::vector<std::array<Rgb, 2>> contact_changes(const IndirectShadow& field, const VirtualObjects& objects,
+                                                const ContactViews& views) {
+  std::vector<std::array<Rgb, 2>> changes(views.size(), {Rgb(0.0f), Rgb(0.0f)});
+  for_each_side(objects, [&](const LitSide& side) {
+    changes[side.number][side.back] = field.exchanged(views[side.number][side.back]);
+  });
+  return changes;
+}
+
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views,
-                  std::span<TwoSided> radiance) {
+                  std::span<const std::array<Rgb, 2>> changes, std::span<TwoSided> radiance) {
   for_each_side(objects, [&](const LitSide& side) {
     const ContactView& view = views[side.number][side.back];
     if (view.share > 0.0f)
-      side.add_irradiance(view.share * field.exchanged(view), radiance);
+      side.add_irradiance(view.share * changes[side.number][side.back], radiance);
     if (view.share < 1.0f) {
       Sh9Rgb change = field.exchanged(side.part, side.position());
       for (Rgb& c : change)

@@ -32,9 +32,12 @@ using WindowShares = std::vector<std::array<float, 2>>;
 WindowShares window_shares(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views);
 /// Leaves of the light that comes straight from the sky that part.
 void shade_direct(const VirtualObjects& objects, const WindowShares& shares, std::span<TwoSided> direct);
+/// After each IndirectShadow::exchange(): of both sides, the change of irradiance by the views.
+std::vector<std::array<Rgb, 2>> contact_changes(const IndirectShadow& field, const VirtualObjects& objects,
+                                                const ContactViews& views);
 /// The same of what they hide from each other and send to each other.
 void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views,
-                  std::span<TwoSided> radiance);
+                  std::span<const std::array<Rgb, 2>> changes, std::span<TwoSided> radiance);
 
 /// Indirect light at the objects.
 struct ObjectsIndirectLight {

@@ -239,7 +239,7 @@ std::vector<BoundingSphere> ObjectMaps::moved_from_and_to(const VirtualObjects& 
   return spheres;
 }
 
-/// Each object with the first before it that is near enough, else alone. What is there of the maps is not yet.
+/// Each object with the first before it that is near enough, else alone.
 std::vector<ObjectMaps::Group> ObjectMaps::groups(const VirtualObjects& objects) const {
   std::vector<Group> groups;
   for (std::size_t k = 0; k < places_.size(); ++k) {

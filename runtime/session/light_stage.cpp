@@ -82,15 +82,18 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   shadow.set_direct(std::move(direct), surface);
   add_sunlit_correction(shadow, objects, from_room);
   reflect_within(objects, shadow.direct(), from_room, radiance);
+  std::vector<std::array<Rgb, 2>> contact;
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
     shadow.exchange_with_room();
-    if (k < kBetweenObjects && shadow.objects_see_each_other())
+    if (k < kBetweenObjects && shadow.objects_see_each_other()) {
       shadow.exchange();
+      contact = contact_changes(shadow, objects, probes_->contact);
+    }
     std::vector<TwoSided> from_outside = from_room;
     add_feedback(shadow, objects, probes_->feedback, from_outside);
     if (shadow.objects_see_each_other())
-      add_exchange(shadow, objects, probes_->contact, from_outside);
+      add_exchange(shadow, objects, probes_->contact, contact, from_outside);
     reflect_within(objects, shadow.direct(), from_outside, radiance);
   }
   shadow.set_indirect(radiance);
