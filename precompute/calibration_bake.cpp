@@ -5,6 +5,7 @@
 
 #include "precompute/cost_model.h"
 #include "precompute/probes.h"
+#include "precompute/room_around.h"
 #include "precompute/room_frame.h"
 #include "precompute/small_holes.h"
 
@@ -19,6 +20,7 @@ constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
 constexpr double kLeast = 1e-6;
 constexpr std::size_t kPoints = 128, kCandidates = 64 * kPoints, kReceivers = 1024;
+constexpr double kOutdoors = 0.5; ///< of the bounds: with less air the model has outdoors
 constexpr double kOffSurfaces_m = 0.2, kOffSurfaces = 0.04; ///< metres, and of the longest side: the smaller
 
 /// A cube's worth of probes whatever the room's proportions; at least 3 along the shortest side.
@@ -26,6 +28,11 @@ double calibration_spacing(const Bounds& bounds) {
   const glm::dvec3 s = bounds.size();
   const double shortest = std::min({s.x, s.y, s.z});
   return std::max(std::min(std::cbrt(s.x * s.y * s.z / kProbes), 0.5 * shortest), 0.02 * std::max({s.x, s.y, s.z}));
+}
+
+double volume(const Bounds& box) {
+  const glm::dvec3 s = box.size();
+  return s.x * s.y * s.z;
 }
 
 /// They have a point in common.
@@ -105,25 +112,34 @@ void take_counts(const BakeReport& report, const BakeOptions& options, Calibrati
 }
 
 /// Where light is wanted in a room without given points: in the air, room by room, and above the faces; and the planes
-/// of probes around small holes.
-Result<void> place_points(const Room& room, const std::vector<StandingFace>& faces, CalibrationBake& calibration,
+/// of probes near faces and around small holes. Of a building that stands outdoors only the box of the air counts.
+Result<void> place_points(const Room& room, std::vector<StandingFace> faces, CalibrationBake& calibration,
                           BakeOptions& options) {
-  auto standing = points_above(room, faces, 4 * kPoints);
-  if (!standing)
-    return standing.error();
   const auto rays = RayScene::build(room);
   if (!rays)
     return rays.error();
   const auto apertures = find_apertures(room, *rays);
   if (!apertures)
     return apertures.error();
-  add_planes_near(small_holes(room, *rays, apertures->list), calibration.near_surfaces);
   auto in_air = points_in_air(room, *rays, apertures->list, calibration.bounds);
   if (!in_air)
     return in_air.error();
+  if (const Bounds air = air_around(room, *rays, apertures->list, *in_air);
+      options.box.empty() && !air.empty() && volume(air) < kOutdoors * volume(calibration.bounds)) {
+    calibration.bounds = options.box = air;
+    in_air = points_in_air(room, *rays, apertures->list, air);
+    if (!in_air)
+      return in_air.error();
+  }
+  std::erase_if(faces, [&](const StandingFace& f) { return !meet(f.box, calibration.bounds); });
+  auto standing = points_above(room, faces, 4 * kPoints);
+  if (!standing)
+    return standing.error();
   auto rooms = points_by_room(room, calibration.bounds, *in_air);
   if (!rooms)
     return rooms.error();
+  calibration.near_surfaces = planes_near(faces, calibration.bounds);
+  add_planes_near(small_holes(room, *rays, apertures->list), calibration.near_surfaces);
   calibration.standing = std::move(*standing);
   calibration.receivers = thinned(*in_air, kReceivers);
   calibration.rooms = std::move(*rooms);
@@ -150,8 +166,6 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   auto faces = standing_faces(room.room, stand_on);
   if (!faces)
     return faces.error();
-  std::erase_if(*faces, [&](const StandingFace& f) { return !meet(f.box, calibration.bounds); });
-  calibration.near_surfaces = planes_near(*faces, calibration.bounds);
   const SkyPartition sky = *SkyPartition::uniform(kRegions);
   BakeOptions options;
   options.visibility_rays = kVisibilityRays;
@@ -162,10 +176,11 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   calibration.receivers = thinned(points, kReceivers);
   options.box = box;
   if (points.empty()) {
-    if (const Result<void> placed = place_points(room.room, *faces, calibration, options); !placed)
+    if (const Result<void> placed = place_points(room.room, std::move(*faces), calibration, options); !placed)
       return placed.error();
   }
   options.receivers = calibration.receivers;
+  calibration.box = options.box;
   GridLaw grid;
   BakeReport report;
   // Mesh and grid of the first are coarser: two meshes whose difference shows the error, two spacings for one law.

@@ -20,6 +20,7 @@ struct CalibrationMesh {
 /// What the two found. Errors are nrms of the coefficients, without the noise of the rays.
 struct CalibrationBake {
   Bounds bounds; ///< of the room, or of the box where light is wanted, world metres
+  Bounds box;    ///< BakeOptions::box: as asked for, or of the air where that is less than half of the model
   CalibrationMesh coarse, fine;
   std::size_t probes = 0;     ///< in the air, of the finer bake
   double spacing_m = 0;       ///< of the finer bake, geometric mean of the three axes

@@ -90,7 +90,7 @@ private:
     const Result<Bounds> box = room_around(room_.room, p);
     if (!box || volume(*box) > kSmallRoom * volume(calibration.bounds))
       return;
-    calibration.bounds = *box;
+    calibration.bounds = calibration.box = *box;
     calibration.air_fraction = 1;
     std::erase_if(calibration.receivers, [&](const glm::dvec3& r) { return !contains(*box, r); });
     for (int axis = 0; axis < 3; ++axis)

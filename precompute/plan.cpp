@@ -51,7 +51,7 @@ public:
     plan.max_error = target;
     plan.options.points = request_.points;
     plan.options.receivers = calibration_.receivers;
-    plan.options.box = request_.box;
+    plan.options.box = calibration_.box;
     plan.options.audit = true;
     plan.options.memory_bytes = request_.memory_bytes;
     plan.options.held_out = calibration_.fine.audit.points;

@@ -59,6 +59,16 @@ double curvature2(const BasisVolume& volume, const std::vector<double>& weight, 
   return sum;
 }
 
+/// A plane of which nothing is known, since no probe of it has neighbours on both sides, takes what is known beside it:
+/// the last one before a wall, or of the grid.
+std::vector<double> beside_walls(const std::vector<double>& known) {
+  std::vector<double> all = known;
+  for (std::size_t i = 0; i < known.size(); ++i)
+    if (!(known[i] > 0.0))
+      all[i] = std::max(i > 0 ? known[i - 1] : 0.0, i + 1 < known.size() ? known[i + 1] : 0.0);
+  return all;
+}
+
 /// Values at uneven, increasing places as values at as many equal steps from the first to the last.
 std::vector<double> at_equal_steps(const std::vector<double>& place, const std::vector<double>& value) {
   std::vector<double> out;
@@ -102,9 +112,7 @@ Result<ProbeDensity> probe_density(const BasisVolume& coarse) {
     stride *= count;
     if (count < 3 || !(*std::ranges::max_element(g) > 0.0))
       continue; // nothing is known: regular along this axis
-    g.front() = g[1];
-    g.back() = g[count - 2];
-    for (const double x : at_equal_steps(place, g))
+    for (const double x : at_equal_steps(place, beside_walls(g)))
       density[static_cast<std::size_t>(axis)].push_back(std::pow(x, kExponent));
   }
   return density;

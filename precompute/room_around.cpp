@@ -6,7 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "precompute/probes.h"
 #include "radiosity/detail/sampling.h"
+#include "scene/core/parallel.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit::precompute {
@@ -16,6 +18,10 @@ namespace {
 constexpr std::uint32_t kRays = 8192;
 constexpr double kBehindGaps = 0.015; // of the rays, on each side: what a door or a window lets through
 constexpr double kEnclosed = 0.5;     // of the rays that have to meet something
+constexpr std::uint32_t kAirRays = 256; // from each point: 20 points within 3 m find a niche of 30 cm
+constexpr double kBeforeSurface = 0.999; // of the way to a hit
+
+glm::dvec3 direction(std::uint32_t k) { return radiosity::sphere_direction(radiosity::r2_point(k, glm::dvec2(0.0))); }
 
 } // namespace
 
@@ -29,7 +35,7 @@ Result<Bounds> room_around(const Room& room, const glm::dvec3& point) {
     return scene.error();
   std::array<std::vector<double>, 3> met;
   for (std::uint32_t k = 0; k < kRays; ++k) {
-    const glm::dvec3 d = radiosity::sphere_direction(radiosity::r2_point(k, glm::dvec2(0.0)));
+    const glm::dvec3 d = direction(k);
     RayHit hit;
     if (!scene->closest(scene->to_local(point), glm::vec3(d), 0.0f, std::numeric_limits<float>::infinity(), hit))
       continue;
@@ -47,6 +53,34 @@ Result<Bounds> room_around(const Room& room, const glm::dvec3& point) {
     box.min[static_cast<int>(axis)] = *(met[axis].begin() + tail);
     box.max[static_cast<int>(axis)] = *(met[axis].end() - 1 - tail);
   }
+  return box;
+}
+
+Bounds air_around(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
+                  const std::vector<glm::dvec3>& points) {
+  std::vector<Bounds> seen(points.size());
+  parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
+    for (std::uint32_t k = 0; k < kAirRays; ++k) {
+      const glm::dvec3 d = direction(k);
+      RayHit hit;
+      const bool met = scene.closest(scene.to_local(points[p]), glm::vec3(d), 0.0f,
+                                     std::numeric_limits<float>::infinity(), hit);
+      const double far = met ? static_cast<double>(hit.distance) : glm::length(room.bounds().size());
+      if (!open_between(points[p], points[p] + kBeforeSurface * far * d, scene, apertures))
+        continue;
+      if (!met) {
+        seen[p] = room.bounds();
+        break;
+      }
+      seen[p].include(points[p] + far * d);
+    }
+  });
+  Bounds box;
+  for (const Bounds& one : seen)
+    if (!one.empty()) {
+      box.include(one.min);
+      box.include(one.max);
+    }
   return box;
 }
 

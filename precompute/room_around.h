@@ -1,8 +1,12 @@
 #pragma once
 
+#include <vector>
+
 #include <glm/vec3.hpp>
 
 #include "scene/core/result.h"
+#include "scene/room/aperture.h"
+#include "scene/room/ray_scene.h"
 #include "scene/room/room.h"
 
 namespace daylit::precompute {
@@ -11,5 +15,10 @@ namespace daylit::precompute {
 /// another small gap is left out. A room that is no box is covered as far as the point sees it.
 /// Error value_invalid: nothing encloses the point.
 Result<Bounds> room_around(const Room& room, const glm::dvec3& point);
+
+/// The box of the air in which points stand (world metres): of the surfaces seen from them without looking through an
+/// opening. All of the room's bounds where nothing encloses one of them.
+Bounds air_around(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
+                  const std::vector<glm::dvec3>& points);
 
 } // namespace daylit::precompute
