@@ -178,10 +178,10 @@ void IndirectFeedback::find_change(Eye& eye) {
   }
 }
 
-void IndirectFeedback::light_changed() {
+void IndirectFeedback::light_changed(bool sun_too) {
   parallel_for(tbb::blocked_range<std::size_t>(0, nodes_.size(), 16), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k)
-      changes_[receivers_.number_of(*nodes_[k])] = receivers_.whole_change(*nodes_[k]);
+      changes_[receivers_.number_of(*nodes_[k])] = receivers_.whole_change(*nodes_[k], sun_too);
   });
   parallel_for(tbb::blocked_range<std::size_t>(0, eyes_.size(), 16), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k)

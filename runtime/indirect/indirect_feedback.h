@@ -22,8 +22,8 @@ public:
 
   /// Looks around.
   void objects_moved();
-  /// After the receivers have another light.
-  void light_changed();
+  /// After the receivers have another light. `sun_too`: what the objects keep of the sun from the room counts.
+  void light_changed(bool sun_too);
   /// Change of the radiance that arrives at a vertex of a part that sends light: trilinear between the points of the
   /// lattice, or that of its own.
   Sh9Rgb change(std::size_t part, std::size_t vertex) const;

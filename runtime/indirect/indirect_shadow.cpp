@@ -81,7 +81,7 @@ void IndirectShadow::set_indirect(std::span<const TwoSided> indirect) {
   s.receivers.light_changed();
 }
 
-void IndirectShadow::exchange_with_room() { state_->indirect_feedback.light_changed(); }
+void IndirectShadow::exchange_with_room(bool sun_too) { state_->indirect_feedback.light_changed(sun_too); }
 Sh9Rgb IndirectShadow::feedback(std::size_t part, std::size_t vertex) const {
   return state_->indirect_feedback.change(part, vertex);
 }
@@ -111,6 +111,13 @@ Rgb IndirectShadow::exchanged(const ContactView& view) const {
   return state_->other_objects.change(view, state_->radiance);
 }
 const WindowVisibility& IndirectShadow::windows() const { return state_->windows; }
+bool IndirectShadow::hidden_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const {
+  return state_->parts.occluded(x, direction);
+}
+
+double IndirectShadow::distance_to_objects(const glm::dvec3& x, double limit) const {
+  return state_->parts.distance(x, limit);
+}
 
 /// r^2 / d^2, the form factor of a sphere that faces x (Howell B-4), above kLeastFraction for some object.
 bool IndirectShadow::affects(const glm::dvec3& x) const {

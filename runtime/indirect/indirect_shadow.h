@@ -50,7 +50,8 @@ public:
 
   /// What the objects do to the room comes back to them: after exchange_with_room(), nine coefficients of the change
   /// of radiance that arrives at a vertex of a part from the surfaces around, under the light of set_indirect().
-  void exchange_with_room();
+  /// `sun_too`: also what the objects keep of the sun from these surfaces.
+  void exchange_with_room(bool sun_too);
   Sh9Rgb feedback(std::size_t part, std::size_t vertex) const;
   /// The same as irradiance of one side, from what a vertex that sends light sees past its own object. The terms hold
   /// until an object moves.
@@ -69,6 +70,10 @@ public:
   ContactView contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const;
   Rgb exchanged(const ContactView& view) const;
   const WindowVisibility& windows() const;
+  /// An object stands on the way from a world point.
+  bool hidden_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// From a world point to the nearest surface of an object, or the limit.
+  double distance_to_objects(const glm::dvec3& x, double limit_m) const;
 
   /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
   bool affects(const glm::dvec3& x) const;

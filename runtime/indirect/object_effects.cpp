@@ -98,7 +98,7 @@ void OtherObjects::look_around(std::size_t part, const glm::dvec3& x, LatticePoi
 /// rho E / pi + L_sun; sky counts as zero, for it is the direct shadow's.
 Rgb OtherObjects::behind(const OccludedDirection& c, std::size_t k) const {
   return c.behind ? c.behind->reflectance * patches_.irradiance(*c.behind) * std::numbers::inv_pi_v<float> +
-                        sunlight_behind(c, k, windows_)
+                        sunlight_behind(c, k, windows_, *parts_)
                   : Rgb(0.0f);
 }
 

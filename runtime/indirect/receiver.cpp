@@ -131,9 +131,7 @@ Rgb LitScene::before(const Receiver& receiver, const RoomPoint& here) {
   return here.indirect_irradiance + *receiver.window_visibility * here.open_sky_irradiance;
 }
 
-/// V_blocked E_sky + the mean of the sun's loss.
-Rgb LitScene::lost_direct(float blocked, const RoomPoint& here, const glm::dvec3& x, const glm::dvec3& n,
-                          double width) const {
+Rgb LitScene::lost_sun(const glm::dvec3& x, const glm::dvec3& n, double width) const {
   constexpr int kSunPoints = 4;
   const glm::dvec3 air = x + kAirGap_m * n;
   Rgb sun(0.0f);
@@ -144,7 +142,7 @@ Rgb LitScene::lost_direct(float blocked, const RoomPoint& here, const glm::dvec3
       sun += windows.lost_sun(air + u.x * plane.u + u.y * plane.v, n, parts) / static_cast<float>(kSunPoints);
     }
   }
-  return blocked * here.open_sky_irradiance + sun;
+  return sun;
 }
 
 /// rho / pi E_sun(x, n) V, by one sample of the disc: L of a diffuse surface.

@@ -48,7 +48,7 @@ struct ReceiverLattice::State {
   const Cell& cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
   void renew(Node& node) const;
   const IndirectChange& current(Node& node) const;
-  Rgb whole_change(Node& node) const;
+  Rgb whole_change(Node& node, bool sun_too = true) const;
   Rgb reflected_change(std::span<const ChangedSurface> surfaces) const;
   const Rgb& reflected(Node& node) const;
   float current_distance(Node& node) const;
@@ -137,13 +137,15 @@ const IndirectChange& ReceiverLattice::State::current(Node& node) const {
   return node.change;
 }
 
-/// Delta E + E_direct lost, negative.
-Rgb ReceiverLattice::State::whole_change(Node& node) const {
+/// Delta E - V_blocked E_sky - E_sun lost.
+Rgb ReceiverLattice::State::whole_change(Node& node, bool sun_too) const {
   const Rgb first = current(node).irradiance; // renews node.here
-  const float less = current_blocked(node);
+  const Rgb but_sun = first - current_blocked(node) * node.here.open_sky_irradiance;
+  if (!sun_too)
+    return but_sun;
   once(node.lost_version, (placement_version << 32) + sky_version, node.renewing,
-       [&] { node.lost = scene.lost_direct(less, node.here, node.x, node.n, node.cell_m); });
-  return first - node.lost;
+       [&] { node.lost_sun = scene.lost_sun(node.x, node.n, node.cell_m); });
+  return but_sun - node.lost_sun;
 }
 
 std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
@@ -370,7 +372,7 @@ ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::d
 std::size_t ReceiverLattice::node_count() const { return state_->nodes_made; }
 std::size_t ReceiverLattice::number_of(const Node& node) { return node.number; }
 
-Rgb ReceiverLattice::whole_change(Node& node) const { return state_->whole_change(node); }
+Rgb ReceiverLattice::whole_change(Node& node, bool sun_too) const { return state_->whole_change(node, sun_too); }
 
 /// E = sum_k w_k E_k, E_k = E_indirect + V_window E_sky of the nodes around, and where an object is near + Delta E -
 /// V_blocked E_sky.

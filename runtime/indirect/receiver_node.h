@@ -24,7 +24,7 @@ struct ReceiverLattice::Node {
   Rgb hidden{0.0f}; ///< irradiance from what the objects hide
   Rgb before{0.0f}; ///< without the objects, sun excepted
   IndirectChange change;
-  Rgb lost{0.0f};        ///< direct irradiance that the objects keep away
+  Rgb lost_sun{0.0f};    ///< irradiance from the sun that the objects keep away
   LitPoint open;         ///< light without the objects, unshadowed
   float blocked = 0.0f;  ///< part of the windows that they keep away
   float visible = 0.0f;  ///< part of the windows that the room leaves

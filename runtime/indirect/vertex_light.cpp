@@ -231,7 +231,7 @@ TwoSided with_reflectance(const TwoSided& radiance, const Rgb& was, const Rgb& r
 
 } // namespace
 
-std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
+std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, std::span<const Sh9Rgb> light,
                                                       std::span<const VertexProbes> probes,
                                                       std::span<const TwoSided> sent, const IndirectShadow* field) {
   std::vector<std::optional<LightInBox>> boxes(objects.parts.size());
@@ -245,7 +245,7 @@ std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& obje
                                   [&](std::size_t i, std::uint32_t own) -> std::optional<Sh9Rgb> {
                                     if (probes[i].count == 0)
                                       return std::nullopt;
-                                    Sh9Rgb sum = light_between(light, probes[i]);
+                                    Sh9Rgb sum = light[i];
                                     const auto add = [&](const Sh9Rgb& change) {
                                       for (std::size_t c = 0; c < sum.size(); ++c)
                                         sum[c] += change[c];

@@ -52,9 +52,10 @@ struct ObjectsIndirectLight {
 void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,
                     std::span<const TwoSided> from_outside, std::span<TwoSided> radiance);
 
-/// Of each part that is so dense and shows it: its light, with what objects change of it. `sent`: all that the senders
-/// send; `field`: null where objects change nothing.
-std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, const LightField& light,
+/// Of each part that is so dense and shows it: its light, with what objects change of it. `light`: that the room sends
+/// each sender, none where `probes` has none; `sent`: all that the senders send; `field`: null where objects change
+/// nothing.
+std::vector<std::optional<LightInBox>> light_in_boxes(const VirtualObjects& objects, std::span<const Sh9Rgb> light,
                                                       std::span<const VertexProbes> probes,
                                                       std::span<const TwoSided> sent, const IndirectShadow* field);
 

@@ -111,11 +111,14 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
   return without;
 }
 
-Sh9Rgb light_between(const LightField& field, const VertexProbes& probes) {
-  Sh9Rgb light{};
-  for (int k = 0; k < probes.count; ++k)
-    for (int c = 0; c < 9; ++c)
-      light[c] += probes.weight[k] * field.probe[probes.probe[k]][c];
+std::vector<Sh9Rgb> light_between(const LightField& field, std::span<const VertexProbes> probes) {
+  std::vector<Sh9Rgb> light(probes.size());
+  parallel_for(tbb::blocked_range<std::size_t>(0, probes.size(), kChunk), [&](const auto& range) {
+    for (std::size_t v = range.begin(); v != range.end(); ++v)
+      for (int k = 0; k < probes[v].count; ++k)
+        for (std::size_t c = 0; c < 9; ++c)
+          light[v][c] += probes[v].weight[k] * field.probe[probes[v].probe[k]][c];
+  });
   return light;
 }
 
@@ -124,16 +127,14 @@ TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& t, const Rgb&
   return {reflected_radiance(light, t.front, rho), reflected_radiance(light, t.back, rho)};
 }
 
-std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                       std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance,
-                                       Ringing* ringing) {
-  std::vector<TwoSided> radiance(probes.size());
-  std::vector<RingingSum> chunks((probes.size() + kChunk - 1) / kChunk);
+std::vector<TwoSided> relight_vertices(std::span<const Sh9Rgb> light, std::span<const VertexTransfer> world_transfer,
+                                       std::span<const Rgb> reflectance, Ringing* ringing) {
+  std::vector<TwoSided> radiance(light.size());
+  std::vector<RingingSum> chunks((light.size() + kChunk - 1) / kChunk);
   parallel_for(std::size_t{0}, chunks.size(), [&](std::size_t chunk) {
-    for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, probes.size()); ++i) {
-      const Sh9Rgb light = light_between(field, probes[i]);
-      chunks[chunk].add(dot9(light, world_transfer[i].front));
-      radiance[i] = relight_vertex(light, world_transfer[i], reflectance[i]);
+    for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, light.size()); ++i) {
+      chunks[chunk].add(dot9(light[i], world_transfer[i].front));
+      radiance[i] = relight_vertex(light[i], world_transfer[i], reflectance[i]);
     }
   });
   if (ringing)

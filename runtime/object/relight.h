@@ -59,14 +59,13 @@ struct Ringing {
 };
 
 /// L_lm(x) = sum_k w_k L_lm,k of the probes around.
-Sh9Rgb light_between(const LightField& field, const VertexProbes& probes);
+std::vector<Sh9Rgb> light_between(const LightField& field, std::span<const VertexProbes> probes);
 
 /// relight_vertices() of one vertex to which `light` comes from the room.
 TwoSided relight_vertex(const Sh9Rgb& light, const VertexTransfer& world_transfer, const Rgb& reflectance);
 
-/// Per vertex, reflected radiance of the indirect light that the room sends; all spans have one entry per vertex.
-std::vector<TwoSided> relight_vertices(const LightField& field, std::span<const VertexProbes> probes,
-                                       std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance,
-                                       Ringing* ringing = nullptr);
+/// Per vertex, reflected radiance of the indirect `light` that the room sends; all spans have one entry per vertex.
+std::vector<TwoSided> relight_vertices(std::span<const Sh9Rgb> light, std::span<const VertexTransfer> world_transfer,
+                                       std::span<const Rgb> reflectance, Ringing* ringing = nullptr);
 
 } // namespace daylit

@@ -85,7 +85,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   std::vector<std::array<Rgb, 2>> contact;
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
-    shadow.exchange_with_room();
+    shadow.exchange_with_room(!near_sun_.is_known()); // what is near sends no light from where their shadow is
     if (k < kBetweenObjects && shadow.objects_see_each_other()) {
       shadow.exchange();
       contact = contact_changes(shadow, objects, probes_->contact);
@@ -98,6 +98,16 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   }
   shadow.set_indirect(radiance);
   return {shadow.sent().begin(), shadow.sent().end()};
+}
+
+std::vector<Sh9Rgb> LightStage::light_of_room(const SkyStage& sky, const VirtualObjects& objects) {
+  std::vector<Sh9Rgb> light = light_between(sky.field(), probes_->vertices);
+  const std::vector<Sh9Rgb> near = near_sun_.correction(
+      objects, probes_->vertices, probes_.version(), sky->sun, room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
+  for (std::size_t v = 0; v < light.size(); ++v)
+    for (std::size_t c = 0; c < 9; ++c)
+      light[v][c] += near[v][c];
+  return light;
 }
 
 void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples,
@@ -124,10 +134,11 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     clock.end("probes");
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {
-    indirect.radiance = relight_vertices(sky.field(), probes_->vertices, objects->senders.transfer,
-                                         objects->senders.surface.reflectance, &indirect.ringing);
+    const std::vector<Sh9Rgb> light = light_of_room(sky, *objects);
+    indirect.radiance = relight_vertices(light, objects->senders.transfer, objects->senders.surface.reflectance,
+                                         &indirect.ringing);
     indirect.sent = exchange_light(sky, *objects, indirect.radiance);
-    indirect.in_box = light_in_boxes(*objects, sky.field(), probes_->vertices, indirect.sent,
+    indirect.in_box = light_in_boxes(*objects, light, probes_->vertices, indirect.sent,
                                      room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
     if (needs_rays(*objects))
       add_emission(objects->senders.surface, -1.0f, indirect.sent); // it is looked up where it is seen

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "runtime/indirect/indirect_shadow.h"
+#include "runtime/indirect/near_sunlight.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/vertex_light.h"
 #include "runtime/object/relight.h"
@@ -56,7 +57,7 @@ struct ObjectsProbes {
 class LightStage {
 public:
   /// `room` must outlive it.
-  explicit LightStage(LoadedRoom& room) : room_(room) {}
+  explicit LightStage(LoadedRoom& room) : room_(room), near_sun_(room.volume, room.rays, room.windows) {}
 
   /// Fills times and what was reused of samples and probes.
   void update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples, FrameReport& report);
@@ -69,12 +70,15 @@ public:
   Version version() const { return indirect_.version(); } ///< of all three
 
 private:
+  /// At each sender, from the volume and from what the sun lights near the objects.
+  std::vector<Sh9Rgb> light_of_room(const SkyStage& sky, const VirtualObjects& objects);
   /// All that the vertices send; `radiance`, what they reflect of the room's light, becomes what they reflect of all
   /// that does not come straight from sky and sun.
   std::vector<TwoSided> exchange_light(const SkyStage& sky, const VirtualObjects& objects,
                                        std::vector<TwoSided>& radiance) const;
 
   LoadedRoom& room_;
+  NearSunlight near_sun_;
   Cached<ObjectsDirectLight> direct_;
   Cached<ObjectsProbes> probes_;
   Cached<ObjectsIndirectLight> indirect_;

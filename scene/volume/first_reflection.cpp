@@ -113,7 +113,6 @@ std::vector<Rgb> FirstReflection::radiance(std::span<const Rgb> node_radiance) c
   return light;
 }
 
-/// Weight 1 up to half of the reach, from there falling smoothly to 0 at its end.
 std::vector<FirstReflection::Near> FirstReflection::near(const glm::dvec3& x, double reach_m,
                                                          std::span<const Rgb> stored) const {
   std::vector<Near> list;
@@ -151,6 +150,14 @@ void FirstReflection::add_probe(std::uint32_t probe, float weight, std::span<con
   }
   add_probe(of_[probe][0], weight * (1.0f - weight_b_[probe]), list, radiance, sum);
   add_probe(of_[probe][1], weight * weight_b_[probe], list, radiance, sum);
+}
+
+ShRadiance FirstReflection::at_probe(std::uint32_t probe, std::span<const Near> list,
+                                     std::span<const Rgb> stored) const {
+  ShRadiance sum;
+  add_probe(
+      probe, 1.0f, list, [&](std::size_t s, const glm::dvec3&) { return stored[s]; }, sum);
+  return sum;
 }
 
 /// N(x) - sum over probes of w_p N_stored(p), N: light of the near elements.

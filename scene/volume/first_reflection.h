@@ -43,6 +43,16 @@ public:
   /// `stored` is not 0. `weight`: of probes of the volume. Thread-safe.
   ShRadiance correction(const glm::dvec3& world_point, std::span<const std::uint32_t> probe,
                         std::span<const float> weight, std::span<const Rgb> stored, const RadianceAt& actual) const;
+  /// An element, and how far its light counts.
+  struct Near {
+    std::uint32_t element;
+    float weight;
+  };
+  /// Those on which `stored` is not 0, with weight 1 up to half of the reach, and of four of their radii, from the
+  /// point, falling smoothly to 0 at its end.
+  std::vector<Near> near(const glm::dvec3& point, double reach_m, std::span<const Rgb> stored) const;
+  /// What these send to a probe of the volume, of light `stored`, times their weights.
+  ShRadiance at_probe(std::uint32_t probe, std::span<const Near> list, std::span<const Rgb> stored) const;
   /// The field at the point, as `sampler` of the same volume gives it, with the correction; none where it gives none.
   std::optional<ShRadiance> corrected(const LightFieldSampler& sampler, const LightField& field,
                                       const glm::dvec3& world_point, std::span<const Rgb> stored,
@@ -50,11 +60,6 @@ public:
 
 private:
   explicit FirstReflection(const RayScene& scene) : scene_(&scene) {}
-  struct Near {
-    std::uint32_t element;
-    float weight;
-  };
-  std::vector<Near> near(const glm::dvec3& point, double reach_m, std::span<const Rgb> stored) const;
   ShRadiance gather(const glm::dvec3& point, std::span<const Near> list, const RadianceAt& radiance) const;
   void add_probe(std::uint32_t probe, float weight, std::span<const Near> list, const RadianceAt& radiance,
                  ShRadiance& sum) const;

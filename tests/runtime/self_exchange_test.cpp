@@ -44,7 +44,7 @@ TEST(SelfExchange, the_inside_of_an_open_sphere_is_lit_by_all_reflections) {
   const std::vector<VertexProbes> probes(s.mesh.positions.size(), one);
   for (const float rho : {0.2f, 0.6f, 0.85f}) {
     const std::vector<Rgb> reflectance(s.mesh.positions.size(), Rgb(rho));
-    const auto from_sky = relight_vertices(field, probes, s.transfer, reflectance);
+    const auto from_sky = relight_vertices(light_between(field, probes), s.transfer, reflectance);
     auto radiance = from_sky;
     s.exchange.reflect(std::vector<TwoSided>(radiance.size()), from_sky, reflectance, radiance);
     double sum = 0.0;

@@ -1,0 +1,251 @@
+#include "runtime/indirect/near_sunlight.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "runtime/indirect/box_lattice.h"
+#include "scene/core/parallel.h"
+#include "sh/sh9.h"
+
+namespace daylit {
+
+namespace {
+
+using Triangle = std::array<glm::dvec3, 3>;
+
+constexpr int kSide = 12;        // points of the lattice
+constexpr double kInset = 0.02;  // of the box: floors touch it
+constexpr double kFine = 0.5;    // longest edge of a piece, of its distance
+constexpr double kLeast = 0.02;  // the same, of half the box's diagonal,
+constexpr double kDark = 0.2;    // and of pieces that lie in shadow
+constexpr double kLift = 0.001;  // the same: off the surface that a vertex may lie on
+constexpr double kReach = 2.0;   // of the distance of probes, as FirstReflection has it
+constexpr double kOffSurface = 1e-4; // metres: where a piece is looked at
+
+double longest_edge(const Triangle& t) {
+  return std::max({glm::distance(t[0], t[1]), glm::distance(t[1], t[2]), glm::distance(t[2], t[0])});
+}
+
+glm::dvec3 middle_of(const Triangle& t) { return (t[0] + t[1] + t[2]) / 3.0; }
+
+double distance_to(const Bounds& box, const glm::dvec3& p) { return glm::distance(p, glm::clamp(p, box.min, box.max)); }
+
+std::array<Triangle, 4> quarters(const Triangle& t) {
+  const glm::dvec3 a = 0.5 * (t[0] + t[1]), b = 0.5 * (t[1] + t[2]), c = 0.5 * (t[2] + t[0]);
+  return {Triangle{t[0], a, c}, {a, t[1], b}, {c, b, t[2]}, {a, b, c}};
+}
+
+/// tan(omega / 2) = |a (b x c)| / (|a||b||c| + (a b)|c| + (b c)|a| + (c a)|b|) (Van Oosterom & Strackee 1983).
+double solid_angle(const Triangle& t, const glm::dvec3& from) {
+  const glm::dvec3 a = t[0] - from, b = t[1] - from, c = t[2] - from;
+  const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
+  return 2.0 * std::atan2(std::abs(glm::dot(a, glm::cross(b, c))),
+                          la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb);
+}
+
+} // namespace
+
+NearSunlight::NearSunlight(const BasisVolume& volume, const RayScene& rays, const ApertureCrossings& windows)
+    : volume_(&volume), rays_(&rays), windows_(&windows), surfaces_(FirstReflection::make(volume, rays)) {}
+
+/// Radiance of each element as the volume has it, the sun alone in the nodes around it.
+std::vector<Rgb> NearSunlight::stored() const {
+  const SkyPartition& sky = volume_->partition;
+  std::vector<Rgb> node(static_cast<std::size_t>(sky.size()), Rgb(0.0f));
+  for (const RegionWeight& w : sky.interpolation(*sun_))
+    node[static_cast<std::size_t>(w.region)] += Rgb(static_cast<float>(w.weight / sky.solid_angle_sr(w.region)));
+  return surfaces_->radiance(node);
+}
+
+/// L = rho / pi cos T V
+Rgb NearSunlight::sunlit(const FirstReflection::Element& element, const glm::dvec3& point) const {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  const double cosine = glm::dot(*sun_, element.normal);
+  const glm::dvec3 from = point + kOffSurface * element.normal;
+  if (cosine <= 0.0 ||
+      rays_->occluded(rays_->to_local(from), glm::vec3(*sun_), 0.0f, std::numeric_limits<float>::infinity()) ||
+      (shadow_ && shadow_->hidden_by_objects(from, *sun_)))
+    return Rgb(0.0f);
+  return static_cast<float>(cosine * std::numbers::inv_pi) * element.reflectance *
+         windows_->met(from, *sun_, kFar).transmittance;
+}
+
+double NearSunlight::longest_at(const glm::dvec3& point, const Bounds& box) const {
+  const double half = 0.5 * glm::length(box.size()), to_box = distance_to(box, point);
+  const double away = shadow_ && to_box < half ? shadow_->distance_to_objects(point, half) : to_box;
+  return std::max(kFine * away, kLeast * half);
+}
+
+/// Cut until it is small beside its distance from the object, then as the middles of its quarters are lit, times the
+/// part of the object's corners that see it.
+void NearSunlight::cut(std::uint32_t index, const FirstReflection::Element& element, const Bounds& box,
+                       Pieces& pieces) const {
+  const Triangle t = pieces.all[index].corner;
+  const glm::dvec3 middle = middle_of(t);
+  Rgb radiance(0.0f);
+  for (const Triangle& part : quarters(t))
+    radiance += 0.25f * sunlit(element, middle_of(part));
+  const double edge = longest_edge(t);
+  const bool may_stay_whole = radiance == Rgb(0.0f) && edge < 0.5 * kDark * glm::length(box.size());
+  if (!may_stay_whole && edge > longest_at(middle, box)) {
+    const auto first = static_cast<std::uint32_t>(pieces.all.size());
+    Rgb sum(0.0f);
+    for (const Triangle& part : quarters(t))
+      pieces.all.push_back({part, element.normal, Rgb(0.0f), 0});
+    for (std::uint32_t k = first; k < first + 4; ++k) {
+      cut(k, element, box, pieces);
+      sum += pieces.all[k].radiance;
+    }
+    pieces.all[index].radiance = 0.25f * sum;
+    pieces.all[index].first_part = first;
+    return;
+  }
+  if (radiance == Rgb(0.0f))
+    return;
+  const BoxLattice corners(box, 2, kInset);
+  const glm::dvec3 from = middle + kOffSurface * element.normal;
+  int seen = 0;
+  for (std::size_t k = 0; k < corners.point_count(); ++k) {
+    const glm::dvec3 way = corners.position(k) - from;
+    seen += glm::dot(way, element.normal) <= 0.0 ||
+            !rays_->occluded(rays_->to_local(from), glm::vec3(way), 0.0f, 1.0f);
+  }
+  pieces.all[index].radiance = static_cast<float>(seen) / static_cast<float>(corners.point_count()) * radiance;
+}
+
+NearSunlight::Pieces NearSunlight::pieces(std::span<const FirstReflection::Near> near, const Bounds& box) const {
+  std::vector<Pieces> of(near.size());
+  parallel_for(std::size_t{0}, near.size(), [&](std::size_t k) {
+    const FirstReflection::Element& element = surfaces_->elements()[near[k].element];
+    of[k].all.push_back({element.corner, element.normal, Rgb(0.0f), 0});
+    cut(0, element, box, of[k]);
+    for (Piece& p : of[k].all)
+      p.radiance *= near[k].weight;
+  });
+  Pieces joined;
+  for (Pieces& one : of) {
+    const auto first = static_cast<std::uint32_t>(joined.all.size());
+    if (one.all.front().radiance == Rgb(0.0f))
+      continue;
+    joined.whole.push_back(first);
+    for (Piece& p : one.all) {
+      p.first_part += p.first_part > 0 ? first : 0;
+      joined.all.push_back(p);
+    }
+  }
+  return joined;
+}
+
+/// L_lm = sum over the pieces of L omega Y_lm(w), w towards the middle; those that are large beside their distance by
+/// their parts.
+static Sh9Rgb light_of(const auto& pieces, const glm::dvec3& x) {
+  Sh9Rgb sum{};
+  std::vector<std::uint32_t> left = pieces.whole;
+  while (!left.empty()) {
+    const auto& p = pieces.all[left.back()];
+    left.pop_back();
+    const glm::dvec3 way = middle_of(p.corner) - x;
+    if (p.radiance == Rgb(0.0f) || glm::dot(x - p.corner[0], p.normal) <= 0.0)
+      continue;
+    const double distance = glm::length(way);
+    if (p.first_part > 0 && longest_edge(p.corner) > kFine * distance) {
+      for (std::uint32_t k = 0; k < 4; ++k)
+        left.push_back(p.first_part + k);
+      continue;
+    }
+    const Rgb light = static_cast<float>(solid_angle(p.corner, x)) * p.radiance;
+    const auto y = sh::evaluate9(glm::vec3(way / distance));
+    for (std::size_t i = 0; i < 9; ++i)
+      sum[i] += y[i] * light;
+  }
+  return sum;
+}
+
+/// c(v) = N(v) - sum over probes of w_p N_stored(p): N between the points of a lattice around the object, what the
+/// volume has of it exactly as it is interpolated there.
+void NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part, std::span<const VertexProbes> probes,
+                                std::span<const Rgb> stored) {
+  const std::span<const glm::dvec3> at(objects.senders.surface.positions);
+  const std::vector<std::uint32_t>& senders = objects.senders.vertex;
+  const auto place = [&](std::size_t v) {
+    return static_cast<std::size_t>(std::ranges::lower_bound(senders, v) - senders.begin());
+  };
+  const std::size_t begin = objects.parts[part].first_vertex, first = place(begin),
+                    last = place(begin + objects.parts[part].mesh().positions.size());
+  Bounds box;
+  std::map<std::uint32_t, Sh9Rgb> has; // what the volume has, by probe
+  double farthest = 0.0;
+  for (std::size_t v = first; v < last; ++v) {
+    box.include(at[v]);
+    for (int k = 0; k < probes[v].count; ++k) {
+      has[probes[v].probe[k]] = {};
+      farthest = std::max(farthest, glm::distance(at[v], volume_->probes.origin +
+                                                             glm::dvec3(volume_->probes.positions[probes[v].probe[k]])));
+    }
+  }
+  if (has.empty())
+    return;
+  const auto near = surfaces_->near(box.centre(), kReach * farthest + glm::length(box.size()), stored);
+  if (near.empty())
+    return;
+  std::vector<std::pair<const std::uint32_t, Sh9Rgb>*> wanted;
+  for (auto& one : has)
+    wanted.push_back(&one);
+  parallel_for(std::size_t{0}, wanted.size(),
+               [&](std::size_t k) { wanted[k]->second = surfaces_->at_probe(wanted[k]->first, near, stored).nine; });
+  const Pieces sunlit = pieces(near, box);
+  const BoxLattice lattice(box, kSide, kInset);
+  std::vector<Sh9Rgb> light(lattice.point_count());
+  std::vector<std::uint8_t> used(lattice.point_count(), 0);
+  for (std::size_t v = first; v < last; ++v)
+    for (const BoxLattice::Corner& c : lattice.around(at[v]))
+      used[c.point] = 1;
+  parallel_for(std::size_t{0}, light.size(), [&](std::size_t k) {
+    if (used[k])
+      light[k] = light_of(sunlit, lattice.position(k));
+  });
+  const glm::dvec3 lift(0.0, 0.0, 0.5 * kLift * glm::length(box.size())), rim = kInset * box.size();
+  parallel_for(first, last, [&](std::size_t v) {
+    if (at[v].z < box.min.z + rim.z)
+      unit_[v] = light_of(sunlit, at[v] + lift);
+    else
+      for (const BoxLattice::Corner& c : lattice.around(at[v]))
+        for (std::size_t i = 0; i < 9; ++i)
+          unit_[v][i] += c.weight * light[c.point][i];
+    for (int k = 0; k < probes[v].count; ++k)
+      for (std::size_t i = 0; i < 9; ++i)
+        unit_[v][i] -= probes[v].weight[k] * has.at(probes[v].probe[k])[i];
+    if (probes[v].count == 0)
+      unit_[v] = {};
+  });
+}
+
+std::vector<Sh9Rgb> NearSunlight::correction(const VirtualObjects& objects, std::span<const VertexProbes> probes,
+                                             std::uint64_t placement, const std::optional<DetectedSun>& sun,
+                                             const IndirectShadow* objects_too) {
+  std::vector<Sh9Rgb> light(probes.size());
+  if (!sun || !surfaces_)
+    return light;
+  if (sun_ != sun->direction || placement_ != placement) {
+    sun_ = sun->direction;
+    placement_ = placement;
+    shadow_ = objects_too;
+    unit_.assign(probes.size(), {});
+    const std::vector<Rgb> radiance = stored();
+    for (std::size_t part = 0; part < objects.parts.size(); ++part)
+      correct_part(objects, part, probes, radiance);
+  }
+  for (std::size_t v = 0; v < light.size(); ++v)
+    for (std::size_t i = 0; i < 9; ++i)
+      light[v][i] = sun->normal_irradiance * unit_[v][i];
+  return light;
+}
+
+} // namespace daylit
