@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <utility>
 
@@ -65,11 +64,12 @@ PixelBox RoomMirror::box_of(const Plane& plane, const BoundingSphere& object, co
   return PixelBox{pixel(x - wide), pixel(y - wide), pixel(x + wide) + 2, pixel(y + wide) + 2}.clipped(all.x1, all.y1);
 }
 
-/// A ray of the camera that the room mirrors onto an object.
+/// A ray of the camera that the room mirrors.
 struct RoomMirror::Mirrored {
   std::size_t pixel = 0;
   RoomRay behind;     ///< on from the mirror, past the objects
   float share = 0.0f; ///< that is mirrored
+  bool object = false; ///< it meets one
 };
 
 /// F = R + (1 - R) (1 - cos)^5 (Schlick 1994).
@@ -92,76 +92,103 @@ std::size_t RoomMirror::mirrored(std::span<const WorldRay> camera, const RoomSee
     rays[count] = {camera[k].origin + seen[k].end->distance * direction + kAirGap_m * n,
                    glm::vec3(direction + 2.0 * cosine * n)};
     behind[count].ray = rays[count];
-    found[count++] = {k, {}, r + (1.0f - r) * grazing};
+    found[count++] = {k, {}, r + (1.0f - r) * grazing, false};
   }
   room.find_ends({behind.data(), count});
   for (std::size_t k = 0; k < count; ++k)
     most[k] = behind[k].end ? behind[k].end->distance : 1e9;
   room.objects.closest({rays.data(), count}, most, points);
-  std::size_t kept = 0;
   for (std::size_t k = 0; k < count; ++k)
-    if (points[k])
-      found[kept++] = {found[k].pixel, behind[k], found[k].share};
-  return kept;
+    found[k] = {found[k].pixel, behind[k], found[k].share, points[k].has_value()};
+  return count;
 }
 
-/// F (L_object - L_room behind it); black where there is none.
+/// F L, L of the object that the ray meets, or of the room.
 void RoomMirror::images(std::span<const WorldRay> camera, const GlossyRays& rays, const RoomSeen& room,
-                        std::span<Rgb> images) const {
-  std::ranges::fill(images, Rgb(0.0f));
+                        std::span<Image> images) const {
+  std::ranges::fill(images, Image{});
   std::array<Mirrored, kRayBatch> found;
   const std::size_t count = mirrored(camera, room, found);
   std::array<WorldRay, kRayBatch> mirrored;
   std::array<RoomRay, kRayBatch> behind;
   std::array<Rgb, kRayBatch> objects;
+  std::size_t meet = 0;
   for (std::size_t k = 0; k < count; ++k) {
     behind[k] = found[k].behind;
-    mirrored[k] = behind[k].ray;
+    if (found[k].object)
+      mirrored[meet++] = behind[k].ray;
   }
-  rays.radiance({mirrored.data(), count}, objects);
+  rays.radiance({mirrored.data(), meet}, objects);
   room.find_radiance({behind.data(), count});
+  meet = 0;
   for (std::size_t k = 0; k < count; ++k)
-    images[found[k].pixel] = found[k].share * (objects[k] - behind[k].radiance);
+    images[found[k].pixel] = {found[k].share * (found[k].object ? objects[meet++] : behind[k].radiance),
+                              found[k].share * behind[k].radiance};
 }
 
+namespace {
+
+/// What is left of the room's light in a pixel, by the picture and the photograph.
+Rgb left_of(const Rgb& picture, const Rgb& photo) {
+  Rgb left(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (photo[c] > 0.0f)
+      left[c] = std::clamp(picture[c] / photo[c], 0.0f, 1.0f);
+  return left;
+}
+
+} // namespace
+
 std::size_t RoomMirror::draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
-                             const PhotoScale& scale, Composite& composite) const {
+                             const PhotoPixels& photo, const PhotoScale& scale, Composite& composite) const {
   PixelBox box;
   const VirtualObjects& objects = room.objects.objects();
   for (const Plane& plane : planes_)
     for (std::size_t k = 0; k < objects.parts.size(); ++k)
       box.include(box_of(plane, objects.bounds(k), drawn));
-  if (box.empty())
+  if (planes_.empty())
     return 0;
-  std::atomic<std::size_t> changed{0};
-  parallel_for(box.y0, box.y1, [&](int y) {
-    for (int x = box.x0; x < box.x1; x += static_cast<int>(kRayBatch))
-      changed += draw_row(x, std::min(x + static_cast<int>(kRayBatch), box.x1), y, drawn, rays, room, scale, composite);
+  // The rays see the composite as it is until all are traced.
+  std::vector<Rgb> more(photo.size(), Rgb(0.0f));
+  constexpr int kWidth = static_cast<int>(kRayBatch);
+  parallel_for(0, composite.picture.height, [&](int y) {
+    for (int x = 0; x < composite.picture.width; x += kWidth) {
+      const PixelBox row{x, y, std::min(x + kWidth, composite.picture.width), y + 1};
+      const auto* touched = composite.touched.data() + photo.index(x, y);
+      if (!row.common(box).empty() || std::any_of(touched, touched + row.width(), [](auto t) { return t != 0; }))
+        find_row(row, drawn, rays, room, photo, scale, composite, more.data() + photo.index(x, y));
+    }
   });
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < more.size(); ++i)
+    if (more[i] != Rgb(0.0f)) {
+      composite.picture.texels[i] = glm::max(composite.picture.texels[i] + more[i], Rgb(0.0f));
+      changed += composite.touched[i] == 0;
+      composite.touched[i] = std::max<std::uint8_t>(composite.touched[i], 1);
+    }
   return changed;
 }
 
-/// Pixels x0 to x1 of a row, at most kRayBatch.
-std::size_t RoomMirror::draw_row(int x0, int x1, int y, const DrawnPicture& drawn, const GlossyRays& rays,
-                                 const RoomSeen& room, const PhotoScale& scale, Composite& composite) const {
+/// P' = P + F L_now - V F L_before, P = V photo the shadowed pixel; at most kRayBatch pixels of a row. V of pixels that
+/// an object covers in part is that of the last one without.
+void RoomMirror::find_row(const PixelBox& row, const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
+                          const PhotoPixels& photo, const PhotoScale& scale, const Composite& composite,
+                          Rgb* more) const {
   std::array<WorldRay, kRayBatch> camera;
-  std::array<Rgb, kRayBatch> found;
-  const auto count = static_cast<std::size_t>(x1 - x0);
+  std::array<Image, kRayBatch> found;
+  const auto count = static_cast<std::size_t>(row.width());
   for (std::size_t k = 0; k < count; ++k)
-    camera[k] = {drawn.camera.eye(),
-                 glm::vec3(drawn.camera.direction(glm::dvec2(drawn.position(x0 + static_cast<int>(k), y))))};
+    camera[k] = {drawn.camera.eye(), glm::vec3(drawn.camera.direction(
+                                         glm::dvec2(drawn.position(row.x0 + static_cast<int>(k), row.y0))))};
   images({camera.data(), count}, rays, room, {found.data(), count});
-  std::size_t changed = 0;
+  Rgb left(1.0f);
   for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = static_cast<std::size_t>(y) * composite.picture.width + static_cast<std::size_t>(x0) + k;
-    const float uncovered = 1.0f - composite.coverage[i];
-    if (uncovered <= 0.0f || found[k] == Rgb(0.0f))
-      continue;
-    composite.picture.texels[i] = glm::max(composite.picture.texels[i] + scale.apply(uncovered * found[k]), Rgb(0.0f));
-    changed += composite.touched[i] == 0;
-    composite.touched[i] = std::max<std::uint8_t>(composite.touched[i], 1);
+    const std::size_t i = photo.index(row.x0, row.y0) + k;
+    if (composite.coverage[i] == 0.0f)
+      left = left_of(composite.picture.texels[i], photo[i]);
+    more[k] = std::max(1.0f - composite.coverage[i], 0.0f) *
+              (scale.apply(found[k].now) - left * scale.apply(found[k].before));
   }
-  return changed;
 }
 
 } // namespace daylit

@@ -19,9 +19,11 @@ public:
   static Result<RoomMirror> make(const Room& room, const std::map<std::string, double>& glossy);
   bool empty() const { return planes_.empty(); }
 
-  /// Adds the images to the room's part of the pixels; returns how many pixels show one.
-  std::size_t draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room, const PhotoScale& scale,
-                   Composite& composite) const;
+  /// Adds the images to the room's part of the pixels; returns how many pixels show one. What the floor of the
+  /// photograph mirrors is no light that a shadow on it takes away: where the composite is darker than `photo`, that part
+  /// is given back.
+  std::size_t draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room, const PhotoPixels& photo,
+                   const PhotoScale& scale, Composite& composite) const;
 
 private:
   struct Plane {
@@ -31,11 +33,15 @@ private:
   /// Pixels in which a plane may show the object.
   PixelBox box_of(const Plane& plane, const BoundingSphere& object, const DrawnPicture& drawn) const;
   struct Mirrored;
+  /// Radiance that the room mirrors towards the camera, with the objects there and without.
+  struct Image {
+    Rgb now{0.0f}, before{0.0f};
+  };
   std::size_t mirrored(std::span<const WorldRay> camera, const RoomSeen& room, std::span<Mirrored> found) const;
   void images(std::span<const WorldRay> camera, const GlossyRays& rays, const RoomSeen& room,
-              std::span<Rgb> images) const;
-  std::size_t draw_row(int x0, int x1, int y, const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
-                       const PhotoScale& scale, Composite& composite) const;
+              std::span<Image> images) const;
+  void find_row(const PixelBox& row, const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
+                const PhotoPixels& photo, const PhotoScale& scale, const Composite& composite, Rgb* more) const;
 
   std::vector<float> reflectance_; ///< per triangle of the room, seen face on
   std::vector<Plane> planes_;      ///< of the triangles that mirror

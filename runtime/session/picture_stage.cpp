@@ -164,7 +164,7 @@ Result<void> PictureStage::add_glossy(const PictureToChange& picture, const Pict
     report.glossy_rays = counts.rays;
   }
   if (in.shown->differential)
-    result.shadow_pixels += room_.mirror.draw(drawn, rays, seen, scale, result);
+    result.shadow_pixels += room_.mirror.draw(drawn, rays, seen, picture.photo, scale, result);
   return {};
 }
 
