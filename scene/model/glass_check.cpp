@@ -51,11 +51,11 @@ std::vector<std::string> glass_notes(const ObjectMesh& mesh, const std::string& 
     if (!is_solid_glass(m))
       continue;
     const EdgeBalance own = edge_balance(mesh, number, &m);
-    const std::string where = fmt::format("{}, material \"{}\": the glass", name, m.name);
+    const std::string where = name + (m.name.empty() ? "" : fmt::format(", material \"{}\"", m.name)) + ": the glass";
     if (is_balanced(own)) {
       if (signed_volume(mesh, m) < 0.0)
         lines.push_back(where +
-                        " is inside out, its normals point inwards: light is bent as by a hole of air in glass; "
+                        " is inside out, its normals point inwards: light is bent as by a bubble of air in glass; "
                         "recalculate the normals outside");
     } else if (has_hole(own, edge_balance(mesh, number))) {
       lines.push_back(where + " is open: what is seen through the hole is bent and coloured once too often or too "

@@ -55,7 +55,7 @@ std::vector<std::uint32_t> merged_numbers(const ObjectMesh& mesh, const std::vec
   std::vector<std::uint32_t> merged = number;
   for (std::size_t v = 0; v < number.size(); ++v)
     if (loose[number[v]])
-      merged[v] = points.near_or_new(mesh.positions[v], number[v]);
+      merged[v] = points.near_or_new(mesh.positions[v] - mesh.positions[0], number[v]);
   return merged;
 }
 
