@@ -245,16 +245,16 @@ void add_output_options(CLI::App& app, Arguments& a) {
                   ->expected(0, 1)
                   ->check(positive_number())
                   ->excludes(sh);
-  const std::map<std::string, ShLayout> layouts{
+  const std::vector<std::pair<std::string, ShLayout>> layouts{
       {"unity", ShLayout::unity}, {"unreal", ShLayout::unreal}, {"three", ShLayout::three}};
   auto* layout = app.add_option("--layout", a.layout,
                                 "reads `x y z`, prints the 27 values of an engine: unity, unreal or three (docs/"
                                 "interchange.md)")
-                     ->transform(CLI::CheckedTransformer(layouts))
+                     ->transform(one_of(layouts))
                      ->excludes(sh)
                      ->excludes(lux)
                      ->excludes(total);
-  const std::map<std::string, MatrixFormat> formats{
+  const std::vector<std::pair<std::string, MatrixFormat>> formats{
       {"ascii", MatrixFormat::ascii}, {"float", MatrixFormat::float32}, {"double", MatrixFormat::float64}};
   auto* matrix = app.add_option("--mtx", a.matrix,
                                 "prints the daylight coefficients of all points as a Radiance matrix, for the patches "
@@ -267,7 +267,7 @@ void add_output_options(CLI::App& app, Arguments& a) {
       ->excludes(layout)
       ->excludes(matrix);
   app.add_option("--format", a.format, "of the matrix: ascii, float or double")
-      ->transform(CLI::CheckedTransformer(formats))
+      ->transform(one_of(formats))
       ->needs(matrix);
   app.add_flag("--info", a.info, "prints what the volume holds, as JSON, and ends");
   app.add_flag("--positions", a.positions, "prints `x y z` of the valid probes and ends");

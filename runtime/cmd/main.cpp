@@ -6,6 +6,8 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -245,11 +247,11 @@ int main(int argc, char** argv) {
                  "how often the frame is drawn (default: once); with --replay: the first so many (default: all);\n"
                  "with cameras: so many, written to [output] and numbered (default: none is written, and no end)")
       ->check(CLI::Range(1, 1000000));
-  const std::map<std::string, daylit::Backend> backends{{"auto", daylit::Backend::automatic},
-                                                        {"gl", daylit::Backend::opengl},
-                                                        {"osmesa", daylit::Backend::osmesa},
-                                                        {"window", daylit::Backend::window},
-                                                        {"rays", daylit::Backend::rays}};
+  const std::vector<std::pair<std::string, daylit::Backend>> backends{{"auto", daylit::Backend::automatic},
+                                                                      {"gl", daylit::Backend::opengl},
+                                                                      {"osmesa", daylit::Backend::osmesa},
+                                                                      {"window", daylit::Backend::window},
+                                                                      {"rays", daylit::Backend::rays}};
   app.add_flag(
       "--window", options.window,
       "show it (with cameras: the live picture; close it to end): drag objects or turn the camera with the mouse; 1, "
@@ -258,7 +260,7 @@ int main(int argc, char** argv) {
   app.add_option(
          "--renderer", options.backend,
          "auto, gl (OpenGL), osmesa (OpenGL without a driver), window (a desktop's OpenGL) or rays (on the processor)")
-      ->transform(CLI::CheckedTransformer(backends));
+      ->transform(daylit::one_of(backends));
   daylit::add_threads_option(app, options.threads);
   daylit::add_force_option(app, options.force);
   app.add_flag("--quiet", options.quiet, "print errors only");

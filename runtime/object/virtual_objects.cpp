@@ -15,6 +15,7 @@
 #include "runtime/object/senders.h"
 #include "runtime/object/simplify_mesh.h"
 #include "scene/core/parallel.h"
+#include "scene/model/glass_check.h"
 #include "scene/model/surface_look.h"
 #include "scene/placing/read_object.h"
 #include "scene/placing/standing.h"
@@ -271,6 +272,8 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
   if (mesh->triangles.empty())
     notes.push_back(object.model.string() + ": no triangles, nothing is drawn");
   wind_by_normals(*mesh);
+  for (std::string& line : glass_notes(*mesh, object.model.string()))
+    notes.push_back(std::move(line));
   const MeshWeight weight = weigh(*mesh);
   if (const auto simpler = simplify_dense(*mesh); !simpler)
     return simpler.error();

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -31,6 +33,23 @@ inline CLI::Validator positive_number() {
     return number && std::isfinite(*number) && *number > 0 ? std::string() : text + " is not a positive number";
   };
   return CLI::Validator(refuse, "POSITIVE");
+}
+
+/// For transform() of an option that is bound to an enumeration: its words; another is refused with all of them.
+template <class T>
+CLI::Validator one_of(const std::vector<std::pair<std::string, T>>& words) {
+  std::string list;
+  for (const auto& word : words)
+    list += (list.empty() ? "" : ", ") + word.first;
+  const auto turn = [words, list](std::string& text) {
+    for (const auto& [word, value] : words)
+      if (text == word) {
+        text = std::to_string(static_cast<int>(value));
+        return std::string();
+      }
+    return text + " is not known; one of: " + list;
+  };
+  return CLI::Validator(turn, "{" + list + "}");
 }
 
 /// Throws CLI::ValidationError where an option that takes numbers was given NaN or infinity; ranges let NaN pass.

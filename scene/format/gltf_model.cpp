@@ -9,7 +9,9 @@
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
 
+#include "scene/core/error_place.h"
 #include "scene/format/gltf_accessors.h"
+#include "scene/format/gltf_types.h"
 #include "scene/image/image_formats.h"
 
 namespace daylit::detail {
@@ -147,6 +149,8 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
     return Error{ErrorCode::limit_exceeded, "the file is larger than 1 GiB", name, "split the model"};
   if (nested_too_deep(json_part(bytes)))
     return malformed_gltf("the JSON is nested deeper than any model", name);
+  if (const auto wrong = check_material_types(json_part(bytes), name))
+    return *wrong;
   Files files{read_file, std::nullopt};
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(keep_encoded, nullptr);
@@ -165,7 +169,7 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
     error = e.what();
   }
   if (files.error)
-    return *files.error;
+    return placed_in(name, *files.error);
   if (!read) {
     const std::string first = error.substr(0, error.find('\n'));
     return malformed_gltf("no valid glTF 2.0" + (first.empty() ? "" : ": " + first.substr(0, 200)), name);
@@ -195,8 +199,12 @@ Result<GltfVertices> read_vertices(const tinygltf::Model& model, const tinygltf:
   GltfVertices v;
   const auto read = [&](const std::string& name, int type) -> Result<std::vector<float>> {
     const auto found = primitive.attributes.find(name);
-    return found == primitive.attributes.end() ? std::vector<float>{}
-                                               : read_attribute(model, found->second, type, count);
+    if (found == primitive.attributes.end())
+      return std::vector<float>{};
+    auto values = read_attribute(model, found->second, type, count);
+    if (!values)
+      return placed_in(name, values.error());
+    return values;
   };
   const auto normals = read("NORMAL", TINYGLTF_TYPE_VEC3), tangents = read("TANGENT", TINYGLTF_TYPE_VEC4),
              uv = read(fmt::format("TEXCOORD_{}", uv_set), TINYGLTF_TYPE_VEC2);
@@ -256,15 +264,15 @@ Result<void> walk_meshes(
 }
 
 Result<Rgb8Image> read_image(const tinygltf::Model& model, int index) {
-  const std::string where = fmt::format("image {}", index);
   if (index < 0 || static_cast<std::size_t>(index) >= model.images.size())
-    return malformed_gltf("an image that is not there", where);
+    return malformed_gltf("an image that is not there", fmt::format("image {}", index));
   const tinygltf::Image& image = model.images[static_cast<std::size_t>(index)];
+  const std::string where = image.uri.empty() ? fmt::format("image {}", index) : image.uri;
   std::span<const std::uint8_t> encoded(image.image.data(), image.image.size());
   if (image.bufferView >= 0) {
     const auto bytes = view_bytes(model, image.bufferView);
     if (!bytes)
-      return bytes.error();
+      return placed_in(where, bytes.error());
     encoded = *bytes;
   }
   return read_ldr_image(encoded, where);

@@ -55,7 +55,7 @@ Result<void> walk_meshes(
     const tinygltf::Model& model, const std::string& name,
     const std::function<Result<void>(const tinygltf::Mesh&, const glm::dmat4&, const std::string& where)>& visit);
 
-/// An image as stored. Error: not there, not decodable.
+/// An image as stored. Error: not there, not decodable; its place is the name of its file, or "image" and its number.
 Result<Rgb8Image> read_image(const tinygltf::Model& model, int image);
 /// Mean over the pixels of an image, sRGB decoded to linear.
 Result<Rgb> image_mean(const tinygltf::Model& model, int image);

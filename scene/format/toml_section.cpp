@@ -74,7 +74,11 @@ Result<ConfigFile> parse_config_text(std::string_view text, const std::filesyste
 TomlSection::TomlSection(ConfigFile& file, const toml::table* table, std::string name)
     : file_(&file), table_(table), name_(std::move(name)) {}
 
-std::string TomlSection::where(const std::string& key) const { return name_.empty() ? key : "[" + name_ + "] " + key; }
+std::string TomlSection::where(const std::string& key) const {
+  if (name_.empty())
+    return key;
+  return key.empty() ? "[" + name_ + "]" : "[" + name_ + "] " + key;
+}
 
 const toml::node* TomlSection::find(const std::string& key) {
   known_.insert(key);

@@ -40,12 +40,14 @@ void on_read(png_structp png, png_bytep out, std::size_t size) {
 /// Reads up to the first pixel; reports errors by longjmp.
 void start_reading(png_structp png, png_infop info, PngState& input) {
   png_set_read_fn(png, &input, on_read);
-  png_set_user_limits(png, kMaxImageSide, kMaxImageSide);
+  png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX); // what is above ours has an error of its own
   png_set_chunk_malloc_max(png, 64u << 20);
   png_set_chunk_cache_max(png, 256);
   png_read_info(png, info);
   input.width = static_cast<int>(png_get_image_width(png, info));
   input.height = static_cast<int>(png_get_image_height(png, info));
+  if (input.width > kMaxImageSide || input.height > kMaxImageSide)
+    png_error(png, "the picture is too large");
 }
 
 /// Asks for 8-bit RGB without any change of the transfer function.
@@ -140,6 +142,14 @@ std::vector<png_bytep> row_pointers(std::uint8_t* first, std::size_t row_bytes, 
 
 std::size_t rgb_row_bytes(const Rgb8Image& image) { return 3 * static_cast<std::size_t>(image.width); }
 
+/// Why the header could not be read: the size that it gives, where that was read and is above the limit.
+Error header_error(const PngState& input, const std::string& name) {
+  if (input.width > 0 && input.height > 0)
+    if (auto error = check_image_size(input.width, input.height, 1, input.bytes.size(), name))
+      return *error;
+  return damaged_file(name, std::string("cannot read the PNG file (") + input.message + ")");
+}
+
 } // namespace
 
 bool is_png(Bytes bytes) { return bytes.size() >= 8 && png_sig_cmp(bytes.data(), 0, 8) == 0; }
@@ -150,7 +160,7 @@ Result<Rgb8Image> decode_png(Bytes bytes, const std::string& name) {
   if (!reader.info)
     return Error{ErrorCode::limit_exceeded, "not enough memory for the PNG reader", name, ""};
   if (!read_header(reader.png, reader.info, input))
-    return damaged_file(name, std::string("cannot read the PNG file (") + input.message + ")");
+    return header_error(input, name);
   if (auto error = check_image_size(input.width, input.height, 1, bytes.size(), name))
     return *error;
   if (png_get_rowbytes(reader.png, reader.info) != 3 * static_cast<std::size_t>(input.width))
@@ -169,7 +179,7 @@ Result<Grey16Image> decode_png_grey16(Bytes bytes, const std::string& name) {
   if (!reader.info)
     return Error{ErrorCode::limit_exceeded, "not enough memory for the PNG reader", name, ""};
   if (!read_grey16_header(reader.png, reader.info, input))
-    return damaged_file(name, std::string("cannot read the PNG file (") + input.message + ")");
+    return header_error(input, name);
   if (!input.is_grey || input.bits != 16)
     return Error{ErrorCode::file_malformed,
                  std::string(input.is_grey ? "a grey" : "a colour") + " PNG of " + std::to_string(input.bits) +

@@ -27,12 +27,15 @@ struct GivenLobe {
   std::filesystem::path weight_texture, exponent_texture, rotation_texture;
 };
 
-GivenLobe read_lobe(TomlSection& section) {
+/// `number`: of the lobe in the file, from 1; `material`: that it names, or empty.
+GivenLobe read_lobe(TomlSection& section, std::size_t number, const std::string& material) {
   GivenLobe given;
   LafortuneLobe& lobe = given.lobe;
   glm::dvec3 c(lobe.c);
   if (!section.read_rgb("specular", lobe.weight, {0.0, 1.0}) && !section.has("specular"))
-    section.problem("", "needs specular, the part of light that the lobe sends, 0 to 1");
+    section.problem("",
+                    fmt::format("lobe {} of the file{} needs specular, the part of light that it sends, 0 to 1", number,
+                                material.empty() ? "" : fmt::format(", for the material \"{}\",", material)));
   section.read("specular_texture", given.weight_texture);
   if (section.read("c", c, {-1e3, 1e3}) && !(c.z > 1e-6))
     section.problem("c", "the third coefficient is not above 0: the lobe would point below the surface");
@@ -81,7 +84,7 @@ public:
       if (section.read("material", name) && !is_material(name))
         section.problem("material", fmt::format("the model has no material \"{}\", but: {}", name,
                                                 fmt::join(material_names(), ", ")));
-      lobes.emplace_back(read_lobe(section), name);
+      lobes.emplace_back(read_lobe(section, lobes.size() + 1, name), name);
       section.finish();
     }
     root.finish();
@@ -131,7 +134,8 @@ private:
                                soup_.surfaces.materials[material].name),
                    path_.string(), "export the model with them, or leave the texture out"};
     const auto added = soup_.surfaces.add_texture(
-        {picture.string(), coding}, [&] { return read_ldr_image(picture); }, picture.string());
+        {picture.string(), coding}, [&] { return read_ldr_image(picture); },
+        fmt::format("{}, material \"{}\"", path_.string(), soup_.surfaces.materials[material].name));
     if (!added)
       return added.error();
     use.texture = *added;

@@ -5,6 +5,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "scene/core/error_place.h"
 #include "scene/format/gltf_model.h"
 #include "scene/model/gltf_material.h"
 #include "scene/model/triangle_soup.h"
@@ -71,13 +72,13 @@ private:
   Result<void> add(const tinygltf::Primitive& p, const glm::dmat4& world, const std::string& where) {
     const auto triangles = read_triangles(model_, p);
     if (!triangles)
-      return triangles.error();
+      return placed_in(where, triangles.error());
     auto surface = materials_.at(p.material);
     if (!surface)
       return surface.error();
     const auto vertices = read_vertices(model_, p, triangles->positions.size(), surface->uv_set);
     if (!vertices)
-      return vertices.error();
+      return placed_in(where, vertices.error());
     if (vertices->uv.empty()) {
       const auto plain = soup_.surfaces.without_textures(surface->material, where);
       if (!plain)

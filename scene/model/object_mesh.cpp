@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "scene/core/read_file.h"
+#include "scene/format/foreign_model.h"
 #include "scene/model/lobe_file.h"
 #include "scene/model/mesh_edit.h"
 #include "scene/model/triangle_soup.h"
@@ -109,6 +110,8 @@ Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallb
   auto bytes = read_whole_file(path, kMostFileBytes);
   if (!bytes)
     return bytes.error();
+  if (const auto foreign = detail::refuse_foreign_model(path, "glTF (.glb or .gltf), OBJ or PLY"))
+    return *foreign;
   auto soup = is_gltf(path, *bytes)     ? parse_gltf_beside(path, *bytes, fallback)
               : starts_with_ply(*bytes) ? detail::parse_ply_soup(*bytes, path.string(), fallback)
                                         : detail::parse_obj_soup(*bytes, path, fallback);

@@ -73,7 +73,7 @@ private:
     for (const auto& [map, coding, use] : {std::tuple(&mtl.texture, TextureCoding::srgb, &m->base_colour_texture),
                                            std::tuple(&mtl.emission_map, TextureCoding::srgb, &m->emission_texture),
                                            std::tuple(&mtl.normal_map, TextureCoding::linear, &m->normal_texture)})
-      if (const auto added = add_texture(*map, coding, *use); !added)
+      if (const auto added = add_texture(*map, coding, where, *use); !added)
         return added.error();
     if (m->normal_texture)
       soup_.surfaces.check_normal_map(m->normal_texture.texture, where);
@@ -83,13 +83,13 @@ private:
   }
 
   /// A file beside the OBJ. Options count from the bottom left, textures from the top left.
-  Result<void> add_texture(const MtlTexture& map, TextureCoding coding, TextureUse& use) {
+  Result<void> add_texture(const MtlTexture& map, TextureCoding coding, const std::string& where, TextureUse& use) {
     if (map.file.empty())
       return {};
     const std::filesystem::path file = path_.parent_path() / map.file;
     const TextureWrap wrap = map.clamp ? TextureWrap::clamp : TextureWrap::repeat;
     const auto added = soup_.surfaces.add_texture(
-        {file.string(), coding, wrap, wrap}, [&] { return read_ldr_image(file); }, file.string());
+        {file.string(), coding, wrap, wrap}, [&] { return read_ldr_image(file); }, where);
     if (!added)
       return added.error();
     use.texture = *added;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/core/error_place.h"
+
 namespace daylit::detail {
 
 namespace {
@@ -27,7 +29,7 @@ Result<std::int32_t> SurfaceList::add_texture(const PictureUse& use, const std::
     return known->second;
   auto picture = read();
   if (!picture)
-    return picture.error();
+    return placed_in(where, picture.error());
   texels_ += picture->bytes.size() / 3;
   if (texels_ > kMostTexels)
     return Error{ErrorCode::limit_exceeded, "textures of more than 2^26 (67,108,864) texels in all", where,

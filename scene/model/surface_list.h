@@ -34,8 +34,8 @@ public:
 
   /// Index of the material. Errors: a number out of its range; more than 65,535 materials.
   Result<std::uint32_t> add(ObjectMaterial material, const std::string& where);
-  /// Index of the texture; a picture is read once for each use. Errors: those of `read`, an empty picture, more texels
-  /// than an object may have.
+  /// Index of the texture; a picture is read once for each use. `where`: file and material that ask for it. Errors:
+  /// those of `read`, an empty picture, more texels than an object may have.
   Result<std::int32_t> add_texture(const PictureUse& use, const std::function<Result<Rgb8Image>()>& read,
                                    const std::string& where);
   /// The material as it is where a face has no texture coordinates: its factors alone count.

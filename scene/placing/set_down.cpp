@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/vec4.hpp>
 
 #include "scene/placing/surface_below.h"
@@ -18,6 +20,8 @@ Error named(Error error, const ObjectConfig& object) {
   return error;
 }
 
+constexpr double kTouch_m = 3e-3, kTouchPart = 5e-3;
+
 constexpr double kFlat_m = 1e-4;   // a face whose corners are no higher lies on what is below,
 constexpr double kLift_m = 0.5e-3; // and is seen from above only if it lies that far before it
 
@@ -28,6 +32,13 @@ bool lies_on_a_sheet(const WeighedMesh& object, const glm::dmat4& transform, dou
   };
   return !object.weight.closed &&
          std::ranges::any_of(object.mesh.triangles, [&](const auto& t) { return std::ranges::all_of(t, is_low); });
+}
+
+/// Takes 3 mm, or 0.5 % of its size, from every side of a box: what touches a wall or the floor is not cut by it.
+glm::dmat4 shrunk(const Bounds& box) {
+  const glm::dvec3 size = glm::max(box.size(), glm::dvec3(1e-9));
+  const glm::dvec3 scale = 1.0 - glm::min(2.0 * glm::max(glm::dvec3(kTouch_m), kTouchPart * size) / size, 0.5);
+  return glm::translate(glm::scale(glm::translate(glm::dmat4(1.0), box.centre()), scale), -box.centre());
 }
 
 /// x and y of the object's origin for which its centre of mass is above a place.
@@ -63,11 +74,16 @@ Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mes
 
 std::vector<std::string> standing_warnings(const ObjectConfig& object, const WeighedMesh& mesh, const Room& room,
                                            const RayScene& rays) {
-  if (!object.on || mesh.mesh.positions.empty())
+  if (mesh.mesh.positions.empty())
     return {};
   const glm::dmat4 transform = object_transform(object);
-  return standing_warnings(name_of(object), check_standing(mesh, transform, room, rays),
-                           glm::length(placed_bounds(mesh.mesh, transform).size()));
+  const Bounds box = placed_bounds(mesh.mesh, transform);
+  if (object.on)
+    return standing_warnings(name_of(object), check_standing(mesh, transform, room, rays), glm::length(box.size()));
+  Standing free = check_standing(mesh, shrunk(box) * transform, room, rays);
+  free.supported = true; // it may hang, or be held
+  free.beyond_m = 0.0;
+  return standing_warnings(name_of(object), free, glm::length(box.size()));
 }
 
 } // namespace daylit

@@ -1,9 +1,7 @@
 #include "scene/placing/standing.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <map>
 #include <mutex>
 #include <vector>
 
@@ -14,6 +12,7 @@
 
 #include "scene/core/parallel.h"
 #include "scene/core/segment.h"
+#include "scene/model/mesh_edges.h"
 
 namespace daylit {
 
@@ -22,27 +21,6 @@ namespace {
 constexpr double kContact_m = 1e-3, kContactPart = 2e-3;
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
-
-/// Vertices at one position are one; number of each.
-std::vector<std::uint32_t> welded(const ObjectMesh& mesh) {
-  std::map<std::array<float, 3>, std::uint32_t> known;
-  std::vector<std::uint32_t> number;
-  for (const glm::vec3& p : mesh.positions)
-    number.push_back(known.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(known.size())).first->second);
-  return number;
-}
-
-/// Every edge has as many triangles on one side as on the other.
-bool is_closed(const ObjectMesh& mesh) {
-  const std::vector<std::uint32_t> number = welded(mesh);
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
-  for (const auto& t : mesh.triangles)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = number[t[k]], b = number[t[(k + 1) % 3]];
-      balance[std::minmax(a, b)] += a < b ? 1 : -1;
-    }
-  return std::ranges::all_of(balance, [](const auto& edge) { return edge.second == 0; });
-}
 
 /// Convex hull, counter-clockwise (Andrew 1979).
 std::vector<glm::dvec2> convex_hull(std::vector<glm::dvec2> p) {
@@ -147,7 +125,7 @@ std::vector<glm::dvec2> contact_points(const std::vector<glm::dvec3>& at, const 
 /// Closed: sum of the tetrahedra from one point to each face, weighted by their signed volumes; open: of the faces,
 /// weighted by their areas.
 MeshWeight weigh(const ObjectMesh& mesh) {
-  const bool closed = is_closed(mesh);
+  const bool closed = is_balanced(edge_balance(mesh, position_numbers(mesh)));
   const glm::dvec3 origin = mesh.positions.empty() ? glm::dvec3(0.0) : glm::dvec3(mesh.positions[0]);
   glm::dvec3 sum(0.0);
   double weight = 0.0;

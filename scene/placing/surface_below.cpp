@@ -44,12 +44,14 @@ bool has_material(const Room& room, const std::string& name) {
   return std::ranges::any_of(room.materials, [&](const Material& m) { return m.name == name && !m.is_window; });
 }
 
-std::string names_of(const Room& room, const std::vector<SurfaceBelow>& surfaces) {
+/// "below are ..."
+std::string said_below(const Room& room, const std::vector<SurfaceBelow>& surfaces) {
   std::vector<std::string> names;
   for (const SurfaceBelow& s : surfaces)
     if (std::ranges::find(names, name_of(room, s)) == names.end())
       names.push_back(name_of(room, s));
-  return names.empty() ? "nothing" : fmt::format("\"{}\"", fmt::join(names, "\", \""));
+  return names.size() == 1 ? fmt::format("below is \"{}\"", names[0])
+                           : fmt::format("below are \"{}\"", fmt::join(names, "\", \""));
 }
 
 /// Surfaces of one vertical line on which something can stand, highest first.
@@ -123,7 +125,8 @@ Result<SurfaceBelow> surface_below(const Room& room, const RayScene& rays, const
                  where, "what is above is too low, or the place lies inside furniture: move or scale the object"};
   return Error{ErrorCode::not_found,
                name.empty() ? "nothing of the room is below" : fmt::format("no surface \"{}\" is below", name), where,
-               fmt::format("below are {}: give another place, or the name of a material", names_of(room, line.all()))};
+               line.all().empty() ? "give a place above a surface of the room"
+                                  : said_below(room, line.all()) + ": give another place, or the name of a material"};
 }
 
 /// Area-weighted mean of the highest of its level faces.

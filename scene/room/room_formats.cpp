@@ -7,6 +7,7 @@
 
 #include "scene/core/checksum.h"
 #include "scene/core/read_file.h"
+#include "scene/format/foreign_model.h"
 #include "scene/format/obj_text.h"
 #include "scene/room/face_collector.h"
 #include "scene/room/glass.h"
@@ -172,6 +173,8 @@ Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
   const Result<std::vector<std::uint8_t>> bytes = read_whole_file(path, kLargestFile_bytes);
   if (!bytes)
     return bytes.error();
+  if (const auto foreign = detail::refuse_foreign_model(path, "OBJ, glTF (.glb or .gltf), .rad or .hbjson"))
+    return *foreign;
   const std::string extension = lower_case(path.extension().string());
   const ReadFile read_file = [&path](const std::string& file) { return read_beneath(path.parent_path(), file); };
   if (extension == ".gltf" || extension == ".glb")

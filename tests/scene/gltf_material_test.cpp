@@ -178,6 +178,32 @@ TEST_F(GltfMaterial, numbers_that_mean_nothing_are_errors) {
   expect_error(with_extension("KHR_materials_ior", R"({"ior":0.2})"), "material 0 \"cup\"");
 }
 
+TEST_F(GltfMaterial, a_member_of_another_type_is_an_error_and_not_the_default) {
+  const std::string place = "a.glb, material 0 \"cup\": ";
+  expect_error(R"({"name":"cup","pbrMetallicRoughness":{"roughnessFactor":"smooth"}})",
+               place + "roughnessFactor is \"smooth\", not a number");
+  expect_error(R"({"name":"cup","pbrMetallicRoughness":{"metallicFactor":[1]}})", place + "metallicFactor is [1], not");
+  expect_error(R"({"name":"cup","pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25]}})",
+               place + "baseColorFactor is [0.5,0.25], not 4 numbers");
+  expect_error(R"({"name":"cup","pbrMetallicRoughness":{"baseColorFactor":[1,1,"a",1]}})", "not 4 numbers");
+  expect_error(R"({"name":"cup","pbrMetallicRoughness":{"baseColorTexture":{"index":"a"}}})", "index of a texture");
+  expect_error(R"({"name":"cup","pbrMetallicRoughness":3})", place + "pbrMetallicRoughness is 3, not an object");
+  expect_error(R"({"name":"cup","emissiveFactor":[1,1]})", "emissiveFactor is [1,1], not 3 numbers");
+  expect_error(R"({"name":"cup","normalTexture":{"index":0,"scale":"x"}})", "scale is \"x\", not a number");
+  expect_error(R"({"name":"cup","extensions":{"KHR_materials_ior":1.4}})", "KHR_materials_ior is 1.4, not an object");
+}
+
+TEST_F(GltfMaterial, a_picture_that_cannot_be_read_is_named_with_its_model_and_material) {
+  const std::string material = R"({"name":"cup","pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
+  std::ofstream(folder_ / "words.png") << "no picture";
+  expect_error(material, "a.glb, material 0 \"cup\", words.png: neither a PNG nor a JPEG",
+               R"(,"textures":[{"source":0}],"images":[{"uri":"words.png"}])");
+  expect_error(material, "a.glb, material 0 \"cup\", image 0: neither a PNG nor a JPEG",
+               R"(,"textures":[{"source":0}],"images":[{"bufferView":0,"mimeType":"image/png"}])");
+  expect_error(material, "a.glb, " + (folder_ / "gone.png").string() + ": cannot open",
+               R"(,"textures":[{"source":0}],"images":[{"uri":"gone.png"}])");
+}
+
 TEST_F(GltfMaterial, textures_that_cannot_be_used_are_errors) {
   const std::string base = R"({"pbrMetallicRoughness":{"baseColorTexture":{"index":)";
   expect_error(base + "4}}}", "texture that is not there");

@@ -215,6 +215,14 @@ TEST(ImageLimits, a_picture_above_the_limit_is_refused_by_its_header) {
   EXPECT_EQ(photo.error().code, ErrorCode::limit_exceeded);
   EXPECT_NE(photo.error().message().find("16000 x 12000"), std::string::npos) << photo.error().message();
   EXPECT_NE(photo.error().message().find("67,108,864"), std::string::npos) << photo.error().message();
+  // 1,000,000 x 1,000,000: above the limit of a side, too.
+  const Bytes huge = ascii("\x89PNG\r\n\x1a\n") + Bytes{0, 0, 0, 13} + ascii("IHDR") +
+                     Bytes{0, 0x0f, 0x42, 0x40, 0, 0x0f, 0x42, 0x40, 8, 2, 0, 0, 0, 0xd3, 0x0f, 0xaf, 0x2a} +
+                     Bytes{0, 0, 0, 8} + ascii("IDAT") + Bytes(8);
+  const auto vast = read_ldr_image(huge, "a.png");
+  ASSERT_FALSE(vast);
+  EXPECT_NE(vast.error().message().find("1000000 x 1000000 is above the limit of 32768 per side"), std::string::npos)
+      << vast.error().message();
   const auto sky = read_hdr_image(rgbe_header("", "-Y 8192 +X 16384") + Bytes(600'000), "a.hdr");
   ASSERT_FALSE(sky);
   EXPECT_EQ(sky.error().code, ErrorCode::limit_exceeded);

@@ -103,8 +103,9 @@ TEST_F(LobeFile, pictures_vary_weight_exponent_and_direction) {
 TEST_F(LobeFile, bad_input_is_named) {
   write("words.png", "no picture");
   write_picture("w.png", {128, 128, 128});
-  const std::pair<const char*, const char*> cases[] = {
-      {"[[lobe]]\nexponent = 20\n", "needs specular"},
+  const std::pair<const char*, std::string> cases[] = {
+      {"[[lobe]]\nexponent = 20\n", "s.lobes.toml, line 1: [lobe]: lobe 1 of the file needs specular"},
+      {"[[lobe]]\nspecular = 0.1\n[[lobe]]\nmaterial = \"trim\"\n", "lobe 2 of the file, for the material \"trim\","},
       {"[[lobe]]\nspecular = 1.5\n", "specular"},
       {"[[lobe]]\nspecular = -0.1\n", "specular"},
       {"[[lobe]]\nspecular = nan\n", "specular"},
@@ -117,7 +118,8 @@ TEST_F(LobeFile, bad_input_is_named) {
       {"[[lobe]]\nspecular = 0.1\nexponnt = 2\n", "exponent"},
       {"[[lobes]]\nspecular = 0.1\n", "lobe"},
       {"[[lobe]]\nmaterial = \"pant\"\nspecular = 0.1\n", "\"paint\", \"trim\""},
-      {"[[lobe]]\nspecular = 0.1\nspecular_texture = \"gone.png\"\nmaterial = \"paint\"\n", "gone.png"},
+      {"[[lobe]]\nspecular = 0.1\nspecular_texture = \"gone.png\"\nmaterial = \"paint\"\n",
+       "s.lobes.toml, material \"paint\", " + (folder_ / "gone.png").string()},
       {"[[lobe]]\nspecular = 0.1\nspecular_texture = \"words.png\"\nmaterial = \"paint\"\n", "words.png"},
       {"[[lobe]]\nspecular = 0.1\nspecular_texture = \"w.png\"\nmaterial = \"trim\"\n", "texture coordinates"},
       {"[[lobe]\n", "s.lobes.toml, line 1"}};

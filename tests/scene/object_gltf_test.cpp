@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -178,6 +179,17 @@ TEST_F(ObjectGltf, errors_name_what_is_wrong) {
   EXPECT_EQ(bright.error().code, ErrorCode::value_invalid);
   auto short_uv = square(kPlain, ",\"TEXCOORD_0\":1");
   EXPECT_FALSE(read_object_mesh(write("uv.glb", short_uv.glb())));
+}
+
+TEST_F(ObjectGltf, an_attribute_that_is_not_finite_is_named_with_its_model) {
+  auto parts = square(kPlain);
+  const float nan = NAN;
+  std::memcpy(parts.buffer.data() + 48 + 12 + 32, &nan, sizeof(nan)); // after positions, indices and coordinates
+  const auto mesh = read_object_mesh(write("a.glb", parts.glb()));
+  ASSERT_FALSE(mesh);
+  EXPECT_NE(mesh.error().message().find("a.glb, node 0, NORMAL, accessor 3, element 0: an attribute is not finite"),
+            std::string::npos)
+      << mesh.error().message();
 }
 
 TEST_F(ObjectGltf, more_texels_than_an_object_may_have_are_refused) {

@@ -9,6 +9,8 @@
 #include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
+#include "scene/model/glass_check.h"
+
 namespace daylit {
 namespace {
 
@@ -172,6 +174,49 @@ TEST_F(ObjectMeshFile, bad_files_are_errors) {
     ++i;
   }
   EXPECT_EQ(read_object_mesh(folder_ / "missing.obj").error().code, ErrorCode::file_missing);
+}
+
+TEST_F(ObjectMeshFile, a_model_of_a_format_that_is_not_read_is_no_bad_obj) {
+  for (const char* name : {"cube.stl", "cube.FBX"}) {
+    const auto mesh = read_object_mesh(write(name, "solid cube\n"));
+    ASSERT_FALSE(mesh) << name;
+    const std::string said = mesh.error().message();
+    EXPECT_NE(said.find(std::string(name) + ": ."), std::string::npos) << said;
+    EXPECT_NE(said.find("files are not read; export it as glTF (.glb or .gltf), OBJ or PLY"), std::string::npos)
+        << said;
+  }
+}
+
+TEST_F(ObjectMeshFile, a_missing_picture_is_named_with_the_material_that_asks_for_it) {
+  write("m.mtl", "newmtl red\nmap_Kd gone.png\n");
+  const auto mesh =
+      read_object_mesh(write("t.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl red\nf 1/1 2/1 3/1\n"));
+  ASSERT_FALSE(mesh);
+  EXPECT_NE(mesh.error().where.find("t.obj, material red, " + (folder_ / "gone.png").string()), std::string::npos)
+      << mesh.error().message();
+}
+
+TEST_F(ObjectMeshFile, solid_glass_that_is_open_or_inside_out_is_said) {
+  write("m.mtl", "newmtl glass\nNi 1.5\nillum 7\nnewmtl veil\nNi 1\nd 0.5\nnewmtl cork\nKd 0.5 0.4 0.3\n");
+  const std::string cube(kCube), corners = cube.substr(0, cube.find('f'));
+  const auto notes = [&](const std::string& faces) {
+    const auto mesh = read_object_mesh(write("t.obj", "mtllib m.mtl\n" + corners + faces));
+    EXPECT_TRUE(mesh) << mesh.error().message();
+    return mesh ? glass_notes(*mesh, "t.obj") : std::vector<std::string>{};
+  };
+  const std::string lid = "f 4 3 2 1\n", rest = cube.substr(cube.find(lid) + lid.size()),
+                    turned = "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2\nf 7 8 4 3\nf 8 5 1 4\n";
+  EXPECT_TRUE(notes("usemtl glass\n" + lid + rest).empty());
+  EXPECT_TRUE(notes("v 1e-7 0 0\nusemtl glass\nf 5 6 7 8\nf 9 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n" + lid).empty())
+      << "a seam";
+  EXPECT_TRUE(notes("usemtl veil\n" + rest).empty()) << "thin";
+  EXPECT_TRUE(notes("usemtl cork\n" + turned).empty()) << "opaque";
+  EXPECT_TRUE(notes("usemtl glass\n" + rest + "usemtl cork\n" + lid).empty()) << "another material closes it";
+  const auto open = notes("usemtl glass\n" + rest), inside_out = notes("usemtl glass\n" + turned);
+  ASSERT_EQ(open.size(), 1u);
+  EXPECT_EQ(open[0].find("t.obj, material \"glass\": the glass is open"), 0u) << open[0];
+  ASSERT_EQ(inside_out.size(), 1u);
+  EXPECT_EQ(inside_out[0].find("t.obj, material \"glass\": the glass is inside out"), 0u) << inside_out[0];
 }
 
 TEST_F(ObjectMeshFile, a_damaged_obj_is_refused_with_the_line) {

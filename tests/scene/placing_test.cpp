@@ -74,8 +74,15 @@ TEST_F(Placing, the_surface_below_has_air_of_the_objects_height_above_it) {
   EXPECT_EQ(low.error().code, ErrorCode::not_found);
   const auto none = height("table", 3.0, 3.0);
   ASSERT_FALSE(none);
-  EXPECT_NE(none.error().message().find("below are \"wall\""), std::string::npos) << none.error().message();
-  EXPECT_FALSE(height("", 9.0, 9.0));
+  EXPECT_NE(none.error().message().find("below is \"wall\":"), std::string::npos) << none.error().message();
+  const auto two = height("chair", 2.2, 2.0);
+  ASSERT_FALSE(two);
+  EXPECT_NE(two.error().message().find("below are \"wall\", \"table\":"), std::string::npos) << two.error().message();
+  const auto outside = height("", 9.0, 9.0);
+  ASSERT_FALSE(outside);
+  EXPECT_NE(outside.error().message().find("nothing of the room is below; give a place above a surface"),
+            std::string::npos)
+      << outside.error().message();
 }
 
 TEST_F(Placing, an_object_stands_on_its_lowest_points_however_it_is_turned_and_scaled) {
@@ -140,6 +147,22 @@ TEST_F(Placing, an_object_that_would_tip_or_is_cut_by_the_room_is_reported) {
   const auto cut = warnings(box_mesh({0.2f, 0.2f, 0.7f}), 1.95, 2.0);
   ASSERT_EQ(cut.size(), 1u);
   EXPECT_NE(cut[0].find("\"shelf\" cuts through it"), std::string::npos) << cut[0];
+}
+
+TEST_F(Placing, an_object_with_a_position_is_reported_where_the_room_cuts_through_it_and_may_touch_or_hang) {
+  const ObjectMesh mesh = box_mesh({0.2f, 0.2f, 0.3f});
+  const auto warnings = [&](const glm::dvec3& position) {
+    ObjectConfig object;
+    object.model = "box.obj";
+    object.position = position;
+    return standing_warnings(object, WeighedMesh(mesh), room_, rays_);
+  };
+  EXPECT_TRUE(warnings({3.0, 3.0, 1.0}).empty()) << "it hangs";
+  EXPECT_TRUE(warnings({3.0, 3.8, 0.0}).empty()) << "floor and wall touch it";
+  EXPECT_TRUE(warnings({2.1, 2.0, 0.75}).empty()) << "on the table";
+  const auto sunk = warnings({3.0, 3.0, -0.02});
+  ASSERT_EQ(sunk.size(), 1u);
+  EXPECT_NE(sunk[0].find("box.obj intersects the room: \"wall\" cuts through it"), std::string::npos) << sunk[0];
 }
 
 TEST(PlacingMass, centre_of_mass_of_a_solid_and_of_a_sheet) {

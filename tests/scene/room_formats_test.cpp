@@ -221,6 +221,15 @@ TEST(RoomFormats, missing_files_are_named) {
   EXPECT_NE(library.error().message().find("gone.mtl"), std::string::npos) << library.error().message();
 }
 
+TEST(RoomFormats, a_format_that_is_not_read_is_no_bad_obj) {
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "room.stl";
+  ASSERT_TRUE(write_file_atomically(path, "solid room\n"));
+  const auto file = read_room(path);
+  ASSERT_FALSE(file);
+  EXPECT_NE(file.error().message().find("room.stl: .stl files are not read; export it as OBJ, glTF"), std::string::npos)
+      << file.error().message();
+}
+
 TEST(RoomFormats, file_cut_anywhere_is_refused_or_smaller) {
   const std::string text = "mtllib a.mtl\n" + kSquare + "v 0 0 1\nv 1 0 1\nusemtl grey\nf 1 2 3 4\nf 1 2 6 5\n";
   for (std::size_t size = 0; size < text.size(); ++size) {

@@ -187,6 +187,15 @@ Outcome probe(const fs::path& folder, const std::string& options) {
   return run_in(folder, "daylit-probe room.volume " + options + " < points.txt");
 }
 
+TEST_F(FilesAndOptions, a_word_that_an_option_does_not_know_is_refused_with_those_it_knows) {
+  const fs::path f = folder();
+  expect_said(run_in(f, "daylit-probe room.volume --sky sky.exr --layout unty < points.txt"), 2,
+              {"unty is not known; one of: unity, unreal, three"});
+  if (has_program("daylit-run"))
+    expect_said(run_in(f, "daylit-run config.toml --renderer foo"), 2,
+                {"--renderer: foo is not known; one of: auto, gl, osmesa, window, rays"});
+}
+
 TEST_F(FilesAndOptions, a_sky_that_its_projection_does_not_fit_is_refused_with_the_one_that_does) {
   const fs::path f = folder();
   ASSERT_TRUE(write_exr(f / "square.exr", RgbImage(16, 16, Rgb(1.0f))));
