@@ -55,16 +55,17 @@ void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optiona
   s.receivers.sky_changed(); // the light of the room is another where its windows are seen from another object
 }
 
-/// L_out = direct + rho / pi E_sun V, on both sides.
-void IndirectShadow::set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface) {
+/// L_out = direct + rho_d / pi E_sun V, on both sides; the sun in a mirror lights nothing (no caustics).
+void IndirectShadow::set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface,
+                                std::span<const Rgb> diffuse) {
   State& s = *state_;
   s.direct = std::move(direct);
   if (s.windows.has_sun())
     parallel_for(tbb::blocked_range<std::size_t>(0, s.direct.size(), 64), [&](const auto& range) {
       for (std::size_t i = range.begin(); i != range.end(); ++i) {
         const glm::dvec3 n(surface.normals[i]);
-        s.direct[i].front += s.reflected_sun(surface.positions[i], n, surface.reflectance[i]);
-        s.direct[i].back += s.reflected_sun(surface.positions[i], -n, surface.reflectance[i]);
+        s.direct[i].front += s.reflected_sun(surface.positions[i], n, diffuse[i]);
+        s.direct[i].back += s.reflected_sun(surface.positions[i], -n, diffuse[i]);
       }
     });
 }

@@ -41,8 +41,8 @@ public:
   /// the same sky: then only objects moved since the last call. 0: another sky.
   void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, std::uint64_t sky_version = 0);
   /// `direct`: radiance from each vertex of all objects, on both sides, because of light straight from the sky;
-  /// the sun's is added here with shadows. Call after set_sky().
-  void set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface);
+  /// what the `diffuse` reflectance of each sends on of the sun's is added here with shadows. Call after set_sky().
+  void set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface, std::span<const Rgb> diffuse);
   /// The same with the sun's.
   std::span<const TwoSided> direct() const;
   /// Radiance from them because of all other light.

@@ -14,6 +14,7 @@
 #include "runtime/object/relight.h"
 #include "runtime/object/senders.h"
 #include "runtime/object/simplify_mesh.h"
+#include "scene/model/mesh_edit.h"
 #include "scene/core/parallel.h"
 #include "scene/model/glass_check.h"
 #include "scene/model/surface_look.h"
@@ -189,6 +190,9 @@ Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::M
   for (const VertexTransfer& t : model->transfer)
     all.has_back.push_back(t.back != TransferVector{});
   const bool per_pixel = looked_up_per_pixel(mesh);
+  const std::vector<Rgb> diffuse_part = per_pixel ? diffuse_reflectance(mesh) : mesh.reflectance;
+  for (const std::uint32_t v : model->senders.vertex)
+    all.senders.diffuse_reflectance.push_back(diffuse_part[v]);
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
   auto sender = append_senders(*model, first, all.senders);
   all.parts.push_back(

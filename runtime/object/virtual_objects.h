@@ -58,6 +58,7 @@ struct VirtualObjects {
   struct Senders {
     std::vector<std::uint32_t> vertex;    ///< of all objects, ascending
     ObjectSurface surface;                ///< with the emission of each; triangles between them
+    std::vector<Rgb> diffuse_reflectance; ///< what they send on of the sun: the part of it that is diffuse
     std::vector<VertexTransfer> transfer; ///< of each, world frame
   };
   ObjectSurface surface; ///< without emission

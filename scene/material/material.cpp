@@ -73,14 +73,14 @@ Result<void> check_material(const ObjectMaterial& m, const std::string& where) {
 
 namespace {
 
-/// Midpoint rule in the squared cosine, over two azimuths.
-Rgb mean_of_lobe(const LafortuneLobe& lobe, const Rgb& base) {
+/// Midpoint rule in the squared cosine, over two azimuths. `mirrored`: 1, or 0 for the diffuse part alone.
+Rgb mean_of_lobe(const LafortuneLobe& lobe, const Rgb& base, float mirrored) {
   constexpr int kSteps = 8;
   Rgb sum(0.0f);
   for (int k = 0; k < 2 * kSteps; ++k) {
     const float z2 = (static_cast<float>(k / 2) + 0.5f) / kSteps, sine = std::sqrt(1.0f - z2);
     const LafortunePeak peak = lobe.peak({k % 2 == 0 ? sine : 0.0f, k % 2 == 0 ? 0.0f : sine, std::sqrt(z2)});
-    sum += peak.albedo() + lobe.base(base, peak);
+    sum += mirrored * peak.albedo() + lobe.base(base, peak);
   }
   return sum / (2.0f * kSteps);
 }
@@ -93,11 +93,20 @@ Rgb mean_reflectance(const ObjectMaterial& m) {
   if (!m.is_glossy())
     return m.base_colour;
   if (m.lobe)
-    return mean_of_lobe(*m.lobe, m.base_colour);
+    return mean_of_lobe(*m.lobe, m.base_colour, 1.0f);
   const float f = mean_fresnel(m.ior), coat = m.clearcoat * mean_fresnel(1.5f);
   const Rgb inside = (1.0f - m.transmission) * m.base_colour + m.transmission * f / (1.0f + f);
   const Rgb dielectric = f + (1.0f - f) * inside, metal = (20.0f * m.base_colour + 1.0f) / 21.0f;
   return coat + (1.0f - coat) * glm::mix(dielectric, metal, m.metallic);
+}
+
+Rgb mean_diffuse_reflectance(const ObjectMaterial& m) {
+  if (!m.is_glossy())
+    return m.base_colour;
+  if (m.lobe)
+    return mean_of_lobe(*m.lobe, m.base_colour, 0.0f);
+  const float through = (1.0f - m.clearcoat * mean_fresnel(1.5f)) * (1.0f - mean_fresnel(m.ior));
+  return through * (1.0f - m.metallic) * (1.0f - m.transmission) * m.base_colour;
 }
 
 } // namespace daylit

@@ -116,6 +116,8 @@ Result<void> check_material(const ObjectMaterial& material, const std::string& w
 /// Part of diffuse light that the surface sends back, both sides of a pane together: the base colour of a diffuse
 /// material; else the mean Fresnel reflectance of the interfaces, and of the base what gets through them.
 Rgb mean_reflectance(const ObjectMaterial& material);
+/// The part of it that is diffuse: what the base sends back of light that gets through the interfaces.
+Rgb mean_diffuse_reflectance(const ObjectMaterial& material);
 
 /// Slope of the smoothest surface that is told from a rougher one: below, a mirror is drawn with it.
 constexpr float kLeastAlpha = 1e-3f;

@@ -22,6 +22,8 @@ void drop_unused_vertices(ObjectMesh& mesh);
 /// triangles around. Diffuse: the base colour. Else what the interfaces reflect of diffuse light (Kulla & Conty 2017)
 /// comes before it; glass sends 2 F / (1 + F), as a pane does.
 void set_reflectance(ObjectMesh& mesh);
+/// Of the vertices: the part of it that is diffuse. Meshes without materials are.
+std::vector<Rgb> diffuse_reflectance(const ObjectMesh& mesh);
 
 /// Tangents of the vertices, where a material needs them and the mesh has none: the direction in which u of the normal
 /// map (or of the mesh) grows, mean of the triangles around (Lengyel 2001); without uv around the z axis.

@@ -35,9 +35,8 @@ ObjectMaterial mean_material(const ObjectMesh& mesh, std::size_t triangle, doubl
   return m;
 }
 
-} // namespace
-
-void set_reflectance(ObjectMesh& mesh) {
+/// Of each vertex, the mean of a reflectance over the triangles around by their area.
+std::vector<Rgb> at_vertices(const ObjectMesh& mesh, Rgb (*reflectance)(const ObjectMaterial&)) {
   std::vector<double> weight(mesh.positions.size(), 0.0);
   std::vector<glm::dvec3> sum(mesh.positions.size(), glm::dvec3(0.0));
   for (std::size_t k = 0; k < mesh.triangles.size(); ++k) {
@@ -46,14 +45,23 @@ void set_reflectance(ObjectMesh& mesh) {
     const Rgb base = m.base_colour;
     for (const std::uint32_t v : mesh.triangles[k]) {
       m.base_colour = mesh.colours.empty() ? base : base * mesh.colours[v];
-      sum[v] += area * glm::dvec3(mean_reflectance(m));
+      sum[v] += area * glm::dvec3(reflectance(m));
       weight[v] += area;
     }
   }
-  mesh.reflectance.assign(mesh.positions.size(), Rgb(0.0f));
+  std::vector<Rgb> mean(mesh.positions.size(), Rgb(0.0f));
   for (std::size_t v = 0; v < sum.size(); ++v)
     if (weight[v] > 0.0)
-      mesh.reflectance[v] = Rgb(sum[v] / weight[v]);
+      mean[v] = Rgb(sum[v] / weight[v]);
+  return mean;
+}
+
+} // namespace
+
+void set_reflectance(ObjectMesh& mesh) { mesh.reflectance = at_vertices(mesh, mean_reflectance); }
+
+std::vector<Rgb> diffuse_reflectance(const ObjectMesh& mesh) {
+  return mesh.materials.empty() ? mesh.reflectance : at_vertices(mesh, mean_diffuse_reflectance);
 }
 
 } // namespace daylit

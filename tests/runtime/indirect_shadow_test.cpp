@@ -54,7 +54,7 @@ TEST(IndirectShadow, around_an_object_beside_one_of_five_times_its_size_kept_val
   s.change.set_objects(parts);
   s.change.set_sky(s.pyramid, {});
   const std::vector<TwoSided> black(2 * s.mesh.positions.size());
-  s.change.set_direct(black, {});
+  s.change.set_direct(black, {}, {});
   s.change.set_indirect(black);
   double square = 0.0, largest = 0.0;
   int count = 0;
@@ -250,7 +250,8 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
   EXPECT_TRUE(s.change.objects_see_each_other());
   for (const float radiance : {0.0f, 4.0f}) {
     s.change.set_sky(s.pyramid, {});
-    s.change.set_direct(std::vector<TwoSided>(both.positions.size(), {Rgb(radiance), Rgb(0.0f)}), both);
+    s.change.set_direct(std::vector<TwoSided>(both.positions.size(), {Rgb(radiance), Rgb(0.0f)}), both,
+                        std::vector<Rgb>(both.positions.size(), Rgb(0.0f)));
     s.change.set_indirect(std::vector<TwoSided>(both.positions.size()));
     s.change.exchange();
     const double contrast = kPi * (static_cast<double>(radiance) - Surrounded::kRadiance);
@@ -282,7 +283,7 @@ TEST(IndirectShadow, a_vertex_at_another_object_loses_what_this_hides_by_its_for
   }
   s.change.set_objects(parts);
   s.change.set_sky(s.pyramid, {});
-  s.change.set_direct(std::vector<TwoSided>(2 * s.mesh.positions.size()), {});
+  s.change.set_direct(std::vector<TwoSided>(2 * s.mesh.positions.size()), {}, {});
   s.change.set_indirect(std::vector<TwoSided>(2 * s.mesh.positions.size()));
   s.change.exchange();
   const SelfVisibility open;
