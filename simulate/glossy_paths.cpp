@@ -163,7 +163,7 @@ Rgb PathTracer::from_glossy(SurfacePoint hit, glm::vec3 direction, Rgb throughpu
     const glm::vec3 origin = m.origin(*next);
     const auto found = path.diffuse_before
                            ? scene_->closest_opaque(origin, *next, path.with_object, path.touched, throughput)
-                           : scene_->closest(origin, *next, path.with_object, path.touched);
+                           : scene_->closest(m.base.origin, origin, *next, path.with_object, path.touched);
     if (!found)
       return sum + throughput *
                        (from_base ? scene_->sky().radiance(*next) * scene_->apertures().transmittance(origin, *next) *

@@ -194,9 +194,14 @@ bool TraceScene::may_hit_object(const glm::vec3& origin, const glm::vec3& direct
 
 std::optional<SurfacePoint> TraceScene::closest(const glm::vec3& origin, const glm::vec3& direction, bool with_object,
                                                 bool& touched) const {
+  return closest(origin, origin, direction, with_object, touched);
+}
+
+std::optional<SurfacePoint> TraceScene::closest(const glm::vec3& room_origin, const glm::vec3& origin,
+                                                const glm::vec3& direction, bool with_object, bool& touched) const {
   RayHit hit;
-  const bool hit_room = room_.closest(origin, direction, 0.0f, kFar, hit);
-  const float limit = hit_room ? hit.distance : kFar;
+  const bool hit_room = room_.closest(room_origin, direction, 0.0f, kFar, hit);
+  const float limit = hit_room ? hit.distance + (has_transparent_ ? surface_offset() : 0.0f) : kFar;
   if (with_object && object_ && may_hit_object(origin, direction, limit)) {
     RayHit object_hit;
     if (object_->closest(origin, direction, 0.0f, limit, object_hit)) {
@@ -206,7 +211,7 @@ std::optional<SurfacePoint> TraceScene::closest(const glm::vec3& origin, const g
   }
   if (!hit_room)
     return std::nullopt;
-  return room_point(origin, direction, hit);
+  return room_point(room_origin, direction, hit);
 }
 
 bool TraceScene::occluded(const glm::vec3& origin, const glm::vec3& direction, float distance, bool with_object,

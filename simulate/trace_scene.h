@@ -119,6 +119,10 @@ public:
   float surface_offset() const { return room_.surface_offset(); }
 
   /// First surface along a unit direction. `touched` is set when the answer with and without the object differs.
+  /// `room_origin`: where the ray starts for the room, a little before the origin where it has just gone through a face
+  /// that may lie on the room. Where both lie at one place the object comes first: there is air between.
+  std::optional<SurfacePoint> closest(const glm::vec3& room_origin, const glm::vec3& origin, const glm::vec3& direction,
+                                      bool with_object, bool& touched) const;
   std::optional<SurfacePoint> closest(const glm::vec3& origin, const glm::vec3& direction, bool with_object,
                                       bool& touched) const;
   /// Is [0, distance] blocked? `touched` as above.

@@ -116,6 +116,7 @@ struct GlossyRays::Branch {
   bool inside = false;
   float width_rad = 0.0f;    ///< RoomRay::width_rad
   float lobe_density = 0.0f; ///< of all samples of its lobe, per sr, where lights find the sky, too; 0: they do not
+  glm::dvec3 room_from{0.0}; ///< relative to its origin: before the surface that it went through, which may lie on the room
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -167,7 +168,10 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
                          from.tree, from.depth + 1, from.channel, inside,
                          s.is_sharp() ? sharp_width : std::max(from.width_rad, s.alpha()),
-                         from.depth == 0 ? from.lobe_density * lobe->density : 0.0f});
+                         from.depth == 0 ? from.lobe_density * lobe->density : 0.0f,
+                         glm::dvec3(0.0)});
+    if (lobe->transmitted)
+      work.next.back().room_from = 2.0 * (point.position - work.next.back().ray.origin);
   }
   if (work.next.size() > first)
     work.next[first].weight += left_out;
@@ -213,7 +217,11 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
     if (batch[k].inside && points[k])
       arrive(batch[k], *points[k], work);
     else {
-      room[count] = {rays[k], points[k] ? points[k]->distance : most[k], batch[k].width_rad, std::nullopt, Rgb(0.0f)};
+      room[count] = {{rays[k].origin + batch[k].room_from, rays[k].direction},
+                     points[k] ? points[k]->distance : most[k],
+                     batch[k].width_rad,
+                     std::nullopt,
+                     Rgb(0.0f)};
       branch_of[count++] = k;
     }
   room_.find_ends({room.data(), count});
