@@ -20,7 +20,7 @@ constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
 constexpr double kLeast = 1e-6;
 constexpr std::size_t kPoints = 128, kCandidates = 64 * kPoints, kReceivers = 1024;
-constexpr double kOutdoors = 0.5; ///< of the bounds: with less air the model has outdoors
+constexpr double kOutdoors = 0.5;                           ///< of the bounds: with less air the model has outdoors
 constexpr double kOffSurfaces_m = 0.2, kOffSurfaces = 0.04; ///< metres, and of the longest side: the smaller
 
 /// A cube's worth of probes whatever the room's proportions; at least 3 along the shortest side.

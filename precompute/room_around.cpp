@@ -16,9 +16,9 @@ namespace daylit::precompute {
 namespace {
 
 constexpr std::uint32_t kRays = 8192;
-constexpr double kBehindGaps = 0.015; // of the rays, on each side: what a door or a window lets through
-constexpr double kEnclosed = 0.5;     // of the rays that have to meet something
-constexpr std::uint32_t kAirRays = 256; // from each point: 20 points within 3 m find a niche of 30 cm
+constexpr double kBehindGaps = 0.015;    // of the rays, on each side: what a door or a window lets through
+constexpr double kEnclosed = 0.5;        // of the rays that have to meet something
+constexpr std::uint32_t kAirRays = 256;  // from each point: 20 points within 3 m find a niche of 30 cm
 constexpr double kBeforeSurface = 0.999; // of the way to a hit
 
 glm::dvec3 direction(std::uint32_t k) { return radiosity::sphere_direction(radiosity::r2_point(k, glm::dvec2(0.0))); }
@@ -63,8 +63,8 @@ Bounds air_around(const Room& room, const RayScene& scene, const std::vector<Ape
     for (std::uint32_t k = 0; k < kAirRays; ++k) {
       const glm::dvec3 d = direction(k);
       RayHit hit;
-      const bool met = scene.closest(scene.to_local(points[p]), glm::vec3(d), 0.0f,
-                                     std::numeric_limits<float>::infinity(), hit);
+      const bool met =
+          scene.closest(scene.to_local(points[p]), glm::vec3(d), 0.0f, std::numeric_limits<float>::infinity(), hit);
       const double far = met ? static_cast<double>(hit.distance) : glm::length(room.bounds().size());
       if (!open_between(points[p], points[p] + kBeforeSurface * far * d, scene, apertures))
         continue;

@@ -20,13 +20,13 @@ namespace {
 
 using Triangle = std::array<glm::dvec3, 3>;
 
-constexpr int kSide = 12;        // points of the lattice
-constexpr double kInset = 0.02;  // of the box: floors touch it
-constexpr double kFine = 0.5;    // longest edge of a piece, of its distance
-constexpr double kLeast = 0.02;  // the same, of half the box's diagonal,
-constexpr double kDark = 0.2;    // and of pieces that lie in shadow
-constexpr double kLift = 0.001;  // the same: off the surface that a vertex may lie on
-constexpr double kReach = 2.0;   // of the distance of probes, as FirstReflection has it
+constexpr int kSide = 12;            // points of the lattice
+constexpr double kInset = 0.02;      // of the box: floors touch it
+constexpr double kFine = 0.5;        // longest edge of a piece, of its distance
+constexpr double kLeast = 0.02;      // the same, of half the box's diagonal,
+constexpr double kDark = 0.2;        // and of pieces that lie in shadow
+constexpr double kLift = 0.001;      // the same: off the surface that a vertex may lie on
+constexpr double kReach = 2.0;       // of the distance of probes, as FirstReflection has it
 constexpr double kOffSurface = 1e-4; // metres: where a piece is looked at
 
 double longest_edge(const Triangle& t) {
@@ -114,8 +114,7 @@ void NearSunlight::cut(std::uint32_t index, const FirstReflection::Element& elem
   int seen = 0;
   for (std::size_t k = 0; k < corners.point_count(); ++k) {
     const glm::dvec3 way = corners.position(k) - from;
-    seen += glm::dot(way, element.normal) <= 0.0 ||
-            !rays_->occluded(rays_->to_local(from), glm::vec3(way), 0.0f, 1.0f);
+    seen += glm::dot(way, element.normal) <= 0.0 || !rays_->occluded(rays_->to_local(from), glm::vec3(way), 0.0f, 1.0f);
   }
   pieces.all[index].radiance = static_cast<float>(seen) / static_cast<float>(corners.point_count()) * radiance;
 }
@@ -186,8 +185,9 @@ void NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part,
     box.include(at[v]);
     for (int k = 0; k < probes[v].count; ++k) {
       has[probes[v].probe[k]] = {};
-      farthest = std::max(farthest, glm::distance(at[v], volume_->probes.origin +
-                                                             glm::dvec3(volume_->probes.positions[probes[v].probe[k]])));
+      farthest =
+          std::max(farthest, glm::distance(at[v], volume_->probes.origin +
+                                                      glm::dvec3(volume_->probes.positions[probes[v].probe[k]])));
     }
   }
   if (has.empty())

@@ -1,8 +1,9 @@
 #pragma once
 
-// What sunlit surfaces send to objects that stand on them or beside them. Within a metre of a sun patch the light changes
-// more than probes, sky nodes and the mean light of an element can tell: there the volume's part of it is replaced by
-// that of the patch as the sun draws it (scene/volume/first_reflection.h says why and does it for single points).
+// What sunlit surfaces send to objects that stand on them or beside them. Within a metre of a sun patch the light
+// changes more than probes, sky nodes and the mean light of an element can tell: there the volume's part of it is
+// replaced by that of the patch as the sun draws it (scene/volume/first_reflection.h says why and does it for single
+// points).
 
 #include <optional>
 #include <span>
@@ -25,9 +26,10 @@ public:
   /// The volume names its elements.
   bool is_known() const { return surfaces_.has_value(); }
 
-  /// Of each sender of the objects, in nine coefficients: what the surfaces near its object send it, those in the shadow
-  /// of objects nothing (`objects_too`, null: without that), less what the volume has of that at `probes`. Zero without
-  /// a sun. Found anew where objects moved (another `placement`) or the sun stands elsewhere; its brightness is a factor.
+  /// Of each sender of the objects, in nine coefficients: what the surfaces near its object send it, those in the
+  /// shadow of objects nothing (`objects_too`, null: without that), less what the volume has of that at `probes`. Zero
+  /// without a sun. Found anew where objects moved (another `placement`) or the sun stands elsewhere; its brightness is
+  /// a factor.
   std::vector<Sh9Rgb> correction(const VirtualObjects& objects, std::span<const VertexProbes> probes,
                                  std::uint64_t placement, const std::optional<DetectedSun>& sun,
                                  const IndirectShadow* objects_too);
@@ -37,7 +39,7 @@ private:
   struct Piece {
     std::array<glm::dvec3, 3> corner;
     glm::dvec3 normal{0.0};
-    Rgb radiance{0.0f};          ///< mean, under a sun that sends 1 to a plane facing it; as the object sees it
+    Rgb radiance{0.0f};           ///< mean, under a sun that sends 1 to a plane facing it; as the object sees it
     std::uint32_t first_part = 0; ///< of four in a row; 0: not cut
   };
   struct Pieces {

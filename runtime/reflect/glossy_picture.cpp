@@ -47,7 +47,7 @@ glm::vec2 lobe_place(int x, int y, int sample) {
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
 struct GlossyPixel {
   Rgb diffuse{0.0f}, radiance{0.0f}; ///< an object that was drawn whole counts with a diffuse reflectance of 1
-  Rgb glint{0.0f}, occluded{0.0f};
+  Rgb coat{0.0f}, glint{0.0f}, occluded{0.0f};
   glm::vec3 normal{0.0f};
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
@@ -56,6 +56,7 @@ struct GlossyPixel {
   void average() {
     diffuse /= std::max(samples, 1.0f);
     radiance /= std::max(samples, 1.0f);
+    coat /= std::max(samples, 1.0f);
     glint /= std::max(samples, 1.0f);
     occluded /= std::max(samples, 1.0f);
     samples = std::min(samples, 1.0f);
@@ -138,14 +139,16 @@ private:
     else if (coverage > 0.0f)
       add_four(x, y, queue);
   }
-  bool is_edge(int x, int y, const GlossyPixel& p) const {
+  /// Of what a narrow lobe shows.
+  using Light = Rgb GlossyPixel::*;
+  bool is_edge(int x, int y, const GlossyPixel& p, Light light) const {
     constexpr std::array<glm::ivec2, 4> kBeside{glm::ivec2(1, 0), glm::ivec2(-1, 0), glm::ivec2(0, 1),
                                                 glm::ivec2(0, -1)};
     return std::ranges::any_of(kBeside, [&](const glm::ivec2& d) {
       if (!box_.contains(x + d.x, y + d.y))
         return false;
       const GlossyPixel& q = pixels_[in_box(x + d.x, y + d.y)];
-      const float a = luminance(p.radiance), b = luminance(q.radiance);
+      const float a = luminance(p.*light), b = luminance(q.*light);
       return q.part != kNoPart && std::fabs(a - b) > kEdge * std::max(a, b);
     });
   }
@@ -211,6 +214,7 @@ private:
     for (std::size_t k = 0; k < n; ++k) {
       pixel[k]->diffuse += light[k].diffuse;
       pixel[k]->radiance += light[k].radiance;
+      pixel[k]->coat += light[k].coat;
       pixel[k]->glint += light[k].glint;
       pixel[k]->occluded += light[k].occluded;
       pixel[k]->normal = light[k].normal;
@@ -231,7 +235,8 @@ private:
         continue;
       ++written;
       const glm::vec4 object = drawn_.photo_pixel(x, y).object;
-      const Rgb shown = Rgb(object) * p.diffuse + object.w * (smoothed(x, y, p) + p.glint - p.occluded);
+      const Rgb coat = p.coat == Rgb(0.0f) ? p.coat : with_smooth_edges(x, y, p, &GlossyPixel::coat);
+      const Rgb shown = Rgb(object) * p.diffuse + object.w * (smoothed(x, y, p) + coat + p.glint - p.occluded);
       Rgb& pixel = composite_.picture.texels[index(x, y)];
       pixel = glm::max(pixel + scale.apply(shown - Rgb(object)), Rgb(0.0f));
     }
@@ -260,11 +265,14 @@ private:
           [&](const GlossyPixel& q) { return q.part == p.part ? std::max(1.0f - turn2(p, q) / most2, 0.0f) : 0.0f; },
           [](const GlossyPixel& q) { return q.radiance; });
     }
-    if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p))
-      return p.radiance;
+    return with_smooth_edges(x, y, p, &GlossyPixel::radiance);
+  }
+  Rgb with_smooth_edges(int x, int y, const GlossyPixel& p, Light light) const {
+    if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p, light))
+      return p.*light;
     return mean_around(
         x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; },
-        [&](const GlossyPixel& q) { return glm::min(q.radiance, kBrighter * p.radiance); });
+        [&](const GlossyPixel& q) { return glm::min(q.*light, kBrighter * p.*light); });
   }
   template <std::size_t N, class Weight, class Light>
   Rgb mean_around(int x, int y, const std::array<float, N>& taps, const Weight& weight_of, const Light& light) const {

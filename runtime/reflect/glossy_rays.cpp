@@ -116,7 +116,8 @@ struct GlossyRays::Branch {
   bool inside = false;
   float width_rad = 0.0f;    ///< RoomRay::width_rad
   float lobe_density = 0.0f; ///< of all samples of its lobe, per sr, where lights find the sky, too; 0: they do not
-  glm::dvec3 room_from{0.0}; ///< relative to its origin: before the surface that it went through, which may lie on the room
+  glm::dvec3 room_from{
+      0.0}; ///< relative to its origin: before the surface that it went through, which may lie on the room
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -126,7 +127,9 @@ struct GlossyRays::Work {
     float share = 1.0f;      ///< times this
     glm::vec2 u{0.5f};       ///< place in the lobes
     int rays_left = 0;
+    std::uint32_t of_coat = kThisTree; ///< that the camera's ray of a narrow coat goes to
   };
+  static constexpr std::uint32_t kThisTree = ~0u;
   std::vector<Tree> trees;
   std::vector<Branch> level, next;
   std::uint64_t rays = 0;
@@ -150,12 +153,15 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   const glm::vec2 u = from.depth == 0
                           ? tree.u
                           : glm::fract(tree.u + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
-  auto lobes = s.bsdf.sample_lobes(s.out, u);
-  const auto brings = [](const std::optional<BsdfSample>& l) { return l ? largest(l->weight) : 0.0f; };
-  std::ranges::sort(lobes, [&](const auto& a, const auto& b) { return brings(a) > brings(b); });
+  const auto lobes = s.bsdf.sample_lobes(s.out, u);
+  const auto brings = [&](std::size_t k) { return lobes[k] ? largest(lobes[k]->weight) : 0.0f; };
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return brings(a) > brings(b); });
   const std::size_t first = work.next.size();
   Rgb left_out(0.0f);
-  for (const std::optional<BsdfSample>& lobe : lobes) {
+  for (const std::size_t k : order) {
+    const std::optional<BsdfSample>& lobe = lobes[k];
+    const bool apart = k == 0 && from.depth == 0 && tree.of_coat != Work::kThisTree;
     const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
     if (tree.rays_left <= 0 || largest(weight) < settings_.least_importance) {
       left_out += weight;
@@ -165,11 +171,11 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
     const float sharp_width = from.depth == 0 && lobe->transmitted ? 0.0f : from.width_rad;
-    work.next.push_back({onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
-                         from.tree, from.depth + 1, from.channel, inside,
-                         s.is_sharp() ? sharp_width : std::max(from.width_rad, s.alpha()),
-                         from.depth == 0 ? from.lobe_density * lobe->density : 0.0f,
-                         glm::dvec3(0.0)});
+    work.next.push_back(
+        {onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
+         apart ? tree.of_coat : from.tree, from.depth + 1, from.channel, inside,
+         s.is_sharp() ? sharp_width : std::max(from.width_rad, apart ? s.material.clearcoat_alpha : s.alpha()),
+         from.depth == 0 ? from.lobe_density * lobe->density : 0.0f, glm::dvec3(0.0)});
     if (lobe->transmitted)
       work.next.back().room_from = 2.0 * (point.position - work.next.back().ray.origin);
   }
@@ -269,8 +275,12 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
     for (const glm::vec2& u : s.is_sharp() ? at.places.first(1) : at.places) {
       work.trees.push_back(
           {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
-      Branch camera{at.ray, weight,    Rgb(0.0f), static_cast<std::uint32_t>(work.trees.size() - 1), 0, channel,
-                    false,  width_rad, 0.0f};
+      const auto tree = static_cast<std::uint32_t>(work.trees.size() - 1);
+      if (s.has_sharp_coat() && !s.is_sharp()) {
+        work.trees[tree].of_coat = tree + 1;
+        work.trees.push_back({&light.coat, work.trees[tree].share, u, settings_.most_rays});
+      }
+      Branch camera{at.ray, weight, Rgb(0.0f), tree, 0, channel, false, width_rad, 0.0f};
       if (shares_sky(surface))
         camera.lobe_density = static_cast<float>(at.places.size());
       spread(at.point, surface, camera, work);
@@ -295,7 +305,8 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
   for (std::size_t k = 0; k < points.size(); ++k) {
     const ObjectPoint& point = points[k].point;
     const Surface s = surface(points[k].ray, point, points[k].width_m, kAllColours);
-    lights[k] = {s.bsdf.diffuse_albedo(s.out), s.material.emission, Rgb(0.0f), occluded(point, s), s.normal, 0.0f};
+    lights[k] = {
+        s.bsdf.diffuse_albedo(s.out), s.material.emission, Rgb(0.0f), Rgb(0.0f), occluded(point, s), s.normal, 0.0f};
     const ObjectMaterial* m = material(point);
     if (!m || !m->is_glossy())
       continue;

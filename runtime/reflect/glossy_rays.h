@@ -39,7 +39,8 @@ struct CameraPoint {
 /// What a sample of a pixel shows of an object whose material is looked up.
 struct GlossyLight {
   Rgb diffuse{1.0f};      ///< reflectance of the diffuse part: times irradiance / pi is its radiance
-  Rgb radiance{0.0f};     ///< all that is not diffuse: mirrored, refracted, sent by itself; without the glint
+  Rgb radiance{0.0f};     ///< all else that is not diffuse: mirrored, refracted, sent by itself
+  Rgb coat{0.0f};         ///< mirrored by a narrow coat above a wide lobe
   Rgb glint{0.0f};        ///< the sun's highlight, which no neighbour shares
   Rgb occluded{0.0f};     ///< of the diffuse part's radiance what an occlusion texture takes away: indirect light
   glm::vec3 normal{0.0f}; ///< of the shading, world

@@ -67,8 +67,8 @@ PixelBox RoomMirror::box_of(const Plane& plane, const BoundingSphere& object, co
 /// A ray of the camera that the room mirrors.
 struct RoomMirror::Mirrored {
   std::size_t pixel = 0;
-  RoomRay behind;     ///< on from the mirror, past the objects
-  float share = 0.0f; ///< that is mirrored
+  RoomRay behind;      ///< on from the mirror, past the objects
+  float share = 0.0f;  ///< that is mirrored
   bool object = false; ///< it meets one
 };
 
@@ -178,8 +178,8 @@ void RoomMirror::find_row(const PixelBox& row, const DrawnPicture& drawn, const 
   std::array<Image, kRayBatch> found;
   const auto count = static_cast<std::size_t>(row.width());
   for (std::size_t k = 0; k < count; ++k)
-    camera[k] = {drawn.camera.eye(), glm::vec3(drawn.camera.direction(
-                                         glm::dvec2(drawn.position(row.x0 + static_cast<int>(k), row.y0))))};
+    camera[k] = {drawn.camera.eye(),
+                 glm::vec3(drawn.camera.direction(glm::dvec2(drawn.position(row.x0 + static_cast<int>(k), row.y0))))};
   images({camera.data(), count}, rays, room, {found.data(), count});
   Rgb left(1.0f);
   for (std::size_t k = 0; k < count; ++k) {

@@ -20,8 +20,8 @@ public:
   bool empty() const { return planes_.empty(); }
 
   /// Adds the images to the room's part of the pixels; returns how many pixels show one. What the floor of the
-  /// photograph mirrors is no light that a shadow on it takes away: where the composite is darker than `photo`, that part
-  /// is given back.
+  /// photograph mirrors is no light that a shadow on it takes away: where the composite is darker than `photo`, that
+  /// part is given back.
   std::size_t draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room, const PhotoPixels& photo,
                    const PhotoScale& scale, Composite& composite) const;
 

@@ -102,8 +102,8 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
 
 std::vector<Sh9Rgb> LightStage::light_of_room(const SkyStage& sky, const VirtualObjects& objects) {
   std::vector<Sh9Rgb> light = light_between(sky.field(), probes_->vertices);
-  const std::vector<Sh9Rgb> near = near_sun_.correction(
-      objects, probes_->vertices, probes_.version(), sky->sun, room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
+  const std::vector<Sh9Rgb> near = near_sun_.correction(objects, probes_->vertices, probes_.version(), sky->sun,
+                                                        room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
   for (std::size_t v = 0; v < light.size(); ++v)
     for (std::size_t c = 0; c < 9; ++c)
       light[v][c] += near[v][c];
@@ -135,8 +135,8 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {
     const std::vector<Sh9Rgb> light = light_of_room(sky, *objects);
-    indirect.radiance = relight_vertices(light, objects->senders.transfer, objects->senders.surface.reflectance,
-                                         &indirect.ringing);
+    indirect.radiance =
+        relight_vertices(light, objects->senders.transfer, objects->senders.surface.reflectance, &indirect.ringing);
     indirect.sent = exchange_light(sky, *objects, indirect.radiance);
     indirect.in_box = light_in_boxes(*objects, light, probes_->vertices, indirect.sent,
                                      room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);

@@ -295,7 +295,8 @@ TEST(Relight, ringing_is_drawn_as_no_light_and_its_share_is_reported) {
     count += e < 0;
   }
   Ringing ringing;
-  const auto radiance = relight_vertices(light_between(field, probes), transfer, std::vector<Rgb>(kVertices, Rgb(0.5f)), &ringing);
+  const auto radiance =
+      relight_vertices(light_between(field, probes), transfer, std::vector<Rgb>(kVertices, Rgb(0.5f)), &ringing);
   for (int i = 0; i < kVertices; ++i)
     EXPECT_NEAR(radiance[i].front.r, 0.5 / kPi * std::max(irradiance(-1.0 + 2.0 * i / (kVertices - 1)), 0.0), 1e-6);
   EXPECT_GT(count, 100u);
