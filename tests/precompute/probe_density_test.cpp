@@ -107,6 +107,22 @@ TEST(ProbeDensity, what_stands_behind_a_wall_or_furniture_is_no_curvature) {
   EXPECT_FALSE(is_graded(*density));
 }
 
+TEST(ProbeDensity, the_last_plane_before_a_wall_is_as_dense_as_the_one_beside_it) {
+  test::RoomBuilder b;
+  const auto grey = b.material("grey");
+  b.box({0, 0, 0}, {4, 5, 3}, grey);
+  b.quad({2.05, 0, 0}, {2.05, 5, 0}, {2.05, 5, 3}, {2.05, 0, 3}, grey);
+  BasisVolume volume = test::grid_volume(b.room, {9, 6, 5}, 2);
+  for (std::size_t i = 0; i < volume.basis.size(); ++i) {
+    const float x = volume.probes.positions[i % volume.row_floats() / 27].x;
+    volume.basis[i] = x < 0.05f ? std::exp(x / 0.4f) : 1.0f;
+  }
+  const auto density = probe_density(volume);
+  ASSERT_TRUE(density);
+  EXPECT_GT((*density)[0][3], 0.0);
+  EXPECT_EQ((*density)[0][4], (*density)[0][3]);
+}
+
 TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_better_on_an_uneven_grid_too) {
   ProbeSet grid;
   grid.is_grid = true;

@@ -36,6 +36,22 @@ TEST(RoomAround, ends_at_the_walls_and_not_behind_the_door) {
   EXPECT_FALSE(room_around(two_rooms(), {20, 20, 20}));
 }
 
+TEST(AirAround, is_the_building_without_its_ground_and_all_of_the_model_where_a_point_stands_outdoors) {
+  test::RoomBuilder b;
+  b.room = two_rooms();
+  b.quad({-9, -9, -0.1}, {12, -9, -0.1}, {12, 15, -0.1}, {-9, 15, -0.1}, 0);
+  const RayScene scene = *RayScene::build(b.room);
+  const auto apertures = find_apertures(two_rooms(), *RayScene::build(two_rooms()))->list;
+  std::vector<glm::dvec3> points{{2, 2, 1}, {1, 3, 2}, {3, 6, 1}, {2.5, 7, 2}};
+  const Bounds air = air_around(b.room, scene, apertures, points);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(air.min[axis], 0.0, 1e-5);
+    EXPECT_NEAR(air.max[axis], glm::dvec3(4, 8, 3)[axis], 1e-5);
+  }
+  points.emplace_back(10, 10, 5);
+  EXPECT_NEAR(air_around(b.room, scene, apertures, points).min.x, -9.0, 1e-9);
+}
+
 TEST(Box, has_all_probes_and_they_are_in_the_air_without_an_opening_beside_them) {
   const RoomFile room{two_rooms(), {}, "two rooms"};
   BakeOptions options;

@@ -47,6 +47,23 @@ TEST(GlossyRays, a_white_plastic_in_an_even_room_is_as_bright_as_the_room) {
   expect_as_bright_as_the_room(plastic, 0.02, "coated plastic");
 }
 
+TEST(GlossyRays, a_narrow_coat_over_a_rough_base_is_kept_apart_and_mirrors_as_fresnel_says) {
+  ObjectMaterial m;
+  m.base_colour = Rgb(1.0f);
+  m.roughness = 0.6f;
+  m.clearcoat = 1.0f;
+  m.clearcoat_roughness = 0.02f;
+  expect_as_bright_as_the_room(m, 0.02, "coated");
+  const GlossyScene scene(m);
+  for (const double aside : {0.01, 0.07, 0.13}) {
+    const double r = static_cast<double>(GlossyScene::kRadius), cosine = std::sqrt(1.0 - aside * aside / (r * r));
+    const float fresnel = fresnel_dielectric(static_cast<float>(cosine), 1.5f);
+    EXPECT_NEAR(scene.look(aside).coat.g, fresnel * kRoom.g, 0.02f * kRoom.g) << aside;
+  }
+  m.clearcoat_roughness = 0.6f;
+  EXPECT_EQ(GlossyScene(m).look(0.07).coat, Rgb(0.0f)) << "a wide coat is shared as the base is";
+}
+
 TEST(GlossyRays, clear_glass_in_an_even_room_is_as_bright_as_the_room) {
   expect_as_bright_as_the_room(glass(), 0.02, "glass");
 }

@@ -88,7 +88,7 @@ struct GlossyScene {
   /// Radiance towards a viewer who looks past the middle at this distance.
   Rgb radiance(double aside) const {
     const GlossyLight light = look(aside);
-    return light.radiance + light.diffuse * kRoom - light.occluded;
+    return light.radiance + light.coat + light.diffuse * kRoom - light.occluded;
   }
   /// Every `step`th of sixty-four places in the lobe, and a sixteenth of the sky's lights.
   GlossyLight look(double aside, std::size_t first = 0, std::size_t step = 1, int pattern = 0) const {

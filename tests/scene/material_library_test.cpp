@@ -89,5 +89,20 @@ TEST(Material, diffuse_light_comes_back_as_fresnel_says) {
   EXPECT_NEAR(mean_reflectance({.base_colour = Rgb(1.0f), .metallic = 1.0f}).g, 1.0f, 1e-6f);
 }
 
+TEST(Material, the_diffuse_part_is_what_a_black_base_takes_away) {
+  for (const float coat : {0.0f, 0.7f})
+    for (const float metallic : {0.0f, 0.3f}) {
+      ObjectMaterial m{.base_colour = Rgb(0.6f), .metallic = metallic, .roughness = 0.3f, .clearcoat = coat};
+      ObjectMaterial black = m;
+      black.base_colour = Rgb(0.0f);
+      const float of_metal = (1.0f - coat * mean_reflectance({.base_colour = Rgb(0.0f), .roughness = 0.3f}).g) *
+                             metallic * 20.0f / 21.0f * 0.6f;
+      EXPECT_NEAR(mean_diffuse_reflectance(m).g, mean_reflectance(m).g - mean_reflectance(black).g - of_metal, 1e-5f);
+    }
+  EXPECT_EQ(mean_diffuse_reflectance({.base_colour = Rgb(0.3f)}), Rgb(0.3f));
+  EXPECT_EQ(mean_diffuse_reflectance({.base_colour = Rgb(1.0f), .metallic = 1.0f}), Rgb(0.0f));
+  EXPECT_EQ(mean_diffuse_reflectance({.roughness = 0.0f, .transmission = 1.0f}), Rgb(0.0f));
+}
+
 } // namespace
 } // namespace daylit
