@@ -75,7 +75,7 @@ struct Surrounded {
     change.set_direct(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}),
                       test::place(mesh, at));
     change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
-    change.exchange_with_room();
+    change.exchange_with_room(true);
   }
   std::size_t lowest_vertex() const {
     return std::ranges::min_element(mesh.positions, {}, &glm::vec3::z) - mesh.positions.begin();
