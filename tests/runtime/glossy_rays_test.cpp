@@ -58,7 +58,7 @@ TEST(GlossyRays, a_narrow_coat_over_a_rough_base_is_kept_apart_and_mirrors_as_fr
   for (const double aside : {0.01, 0.07, 0.13}) {
     const double r = static_cast<double>(GlossyScene::kRadius), cosine = std::sqrt(1.0 - aside * aside / (r * r));
     const float fresnel = fresnel_dielectric(static_cast<float>(cosine), 1.5f);
-    EXPECT_NEAR(scene.look(aside).coat.g, fresnel * kRoom.g, 0.02f * kRoom.g) << aside;
+    EXPECT_NEAR(scene.look(aside).coat.g, fresnel * kRoom, 0.02f * kRoom) << aside;
   }
   m.clearcoat_roughness = 0.6f;
   EXPECT_EQ(GlossyScene(m).look(0.07).coat, Rgb(0.0f)) << "a wide coat is shared as the base is";

@@ -251,7 +251,7 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
   for (const float radiance : {0.0f, 4.0f}) {
     s.change.set_sky(s.pyramid, {});
     s.change.set_direct(std::vector<TwoSided>(both.positions.size(), {Rgb(radiance), Rgb(0.0f)}), both,
-                        std::vector<Rgb>(both.positions.size(), Rgb(0.0f)));
+                        both.reflectance);
     s.change.set_indirect(std::vector<TwoSided>(both.positions.size()));
     s.change.exchange();
     const double contrast = kPi * (static_cast<double>(radiance) - Surrounded::kRadiance);

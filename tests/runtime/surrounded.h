@@ -72,8 +72,9 @@ struct Surrounded {
     world[3] = glm::dvec4(at, 1.0);
     change.set_objects({{&mesh_rays, mesh.triangles, mesh.positions, 0, world}});
     change.set_sky(pyramid, sun);
-    change.set_direct(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}),
-                      test::place(mesh, at));
+    const ObjectSurface surface = test::place(mesh, at);
+    change.set_direct(std::vector<TwoSided>(mesh.positions.size(), {Rgb(radiance), Rgb(radiance)}), surface,
+                      surface.reflectance);
     change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
     change.exchange_with_room(true);
   }
