@@ -188,9 +188,8 @@ void expect_the_integral_over_the_patch(bool shadow) {
     const float most = brightest(light);
     for (std::size_t v = 0; v < light.size(); v += 23) {
       const Sh9Rgb exact = patch_light(floor.at()[v], shadow ? std::optional(place) : std::nullopt);
-      for (std::size_t i = 0; i < 9; ++i) {
+      for (std::size_t i = 0; i < 9; ++i)
         EXPECT_NEAR(light[v][i].g, exact[i].g, 0.035f * most) << place.y << ", vertex " << v << ", " << i;
-      }
     }
   }
 }
