@@ -170,7 +170,7 @@ std::size_t RoomMirror::draw(const DrawnPicture& drawn, const GlossyRays& rays, 
 }
 
 /// P' = P + F L_now - V F L_before, P = V photo the shadowed pixel; at most kRayBatch pixels of a row. V of pixels that
-/// an object covers in part is that of the last one without.
+/// an object covers in part is that of the last one without, or of the first.
 void RoomMirror::find_row(const PixelBox& row, const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
                           const PhotoPixels& photo, const PhotoScale& scale, const Composite& composite,
                           Rgb* more) const {
@@ -182,6 +182,11 @@ void RoomMirror::find_row(const PixelBox& row, const DrawnPicture& drawn, const 
                  glm::vec3(drawn.camera.direction(glm::dvec2(drawn.position(row.x0 + static_cast<int>(k), row.y0))))};
   images({camera.data(), count}, rays, room, {found.data(), count});
   Rgb left(1.0f);
+  for (std::size_t i = photo.index(row.x0, row.y0), end = i + count; i < end; ++i)
+    if (composite.coverage[i] == 0.0f) {
+      left = left_of(composite.picture.texels[i], photo[i]);
+      break;
+    }
   for (std::size_t k = 0; k < count; ++k) {
     const std::size_t i = photo.index(row.x0, row.y0) + k;
     if (composite.coverage[i] == 0.0f)
