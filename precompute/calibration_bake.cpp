@@ -30,11 +30,6 @@ double calibration_spacing(const Bounds& bounds) {
   return std::max(std::min(std::cbrt(s.x * s.y * s.z / kProbes), 0.5 * shortest), 0.02 * std::max({s.x, s.y, s.z}));
 }
 
-double volume(const Bounds& box) {
-  const glm::dvec3 s = box.size();
-  return s.x * s.y * s.z;
-}
-
 /// They have a point in common.
 bool meet(const Bounds& a, const Bounds& b) {
   for (int axis = 0; axis < 3; ++axis)

@@ -29,11 +29,6 @@ struct Need {
   std::string text() const { return format("about %.3g minutes, %.2g GB of memory", seconds / 60, bytes / 1e9); }
 };
 
-double volume(const Bounds& b) {
-  const glm::dvec3 size = b.size();
-  return size.x * size.y * size.z;
-}
-
 bool contains(const Bounds& b, const glm::dvec3& p) {
   return glm::all(glm::greaterThanEqual(p, b.min)) && glm::all(glm::lessThanEqual(p, b.max));
 }

@@ -25,6 +25,11 @@ glm::dvec3 direction(std::uint32_t k) { return radiosity::sphere_direction(radio
 
 } // namespace
 
+double volume(const Bounds& box) {
+  const glm::dvec3 size = box.size();
+  return size.x * size.y * size.z;
+}
+
 /// On each axis the surfaces met between the quantiles 0.015 and 0.985: walls that face the point take more than that.
 Result<Bounds> room_around(const Room& room, const glm::dvec3& point) {
   std::vector<std::array<std::uint32_t, 3>> triangles; // panes too: outdoors is no part of a room

@@ -11,6 +11,8 @@
 
 namespace daylit::precompute {
 
+double volume(const Bounds& box); ///< of its three sides, m^3
+
 /// The box of the room around a point (world metres), from rays to the surfaces seen there: what lies behind a door or
 /// another small gap is left out. A room that is no box is covered as far as the point sees it.
 /// Error value_invalid: nothing encloses the point.

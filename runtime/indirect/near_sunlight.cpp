@@ -11,6 +11,7 @@
 #include <glm/geometric.hpp>
 
 #include "runtime/indirect/box_lattice.h"
+#include "runtime/indirect/room_planes.h"
 #include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
@@ -20,14 +21,13 @@ namespace {
 
 using Triangle = std::array<glm::dvec3, 3>;
 
-constexpr int kSide = 12;            // points of the lattice
-constexpr double kInset = 0.02;      // of the box: floors touch it
-constexpr double kFine = 0.5;        // longest edge of a piece, of its distance
-constexpr double kLeast = 0.02;      // the same, of half the box's diagonal,
-constexpr double kDark = 0.2;        // and of pieces that lie in shadow
-constexpr double kLift = 0.001;      // the same: off the surface that a vertex may lie on
-constexpr double kReach = 2.0;       // of the distance of probes, as FirstReflection has it
-constexpr double kOffSurface = 1e-4; // metres: where a piece is looked at
+constexpr int kSide = 12;       // points of the lattice
+constexpr double kInset = 0.02; // of the box: floors touch it
+constexpr double kFine = 0.5;   // longest edge of a piece, of its distance
+constexpr double kLeast = 0.02; // the same, of half the box's diagonal,
+constexpr double kDark = 0.2;   // and of pieces that lie in shadow
+constexpr double kLift = 0.001; // the same: off the surface that a vertex may lie on
+constexpr double kReach = 2.0;  // of the distance of probes, as FirstReflection has it
 
 double longest_edge(const Triangle& t) {
   return std::max({glm::distance(t[0], t[1]), glm::distance(t[1], t[2]), glm::distance(t[2], t[0])});
@@ -68,7 +68,7 @@ std::vector<Rgb> NearSunlight::stored() const {
 Rgb NearSunlight::sunlit(const FirstReflection::Element& element, const glm::dvec3& point) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const double cosine = glm::dot(*sun_, element.normal);
-  const glm::dvec3 from = point + kOffSurface * element.normal;
+  const glm::dvec3 from = point + kAirGap_m * element.normal;
   if (cosine <= 0.0 ||
       rays_->occluded(rays_->to_local(from), glm::vec3(*sun_), 0.0f, std::numeric_limits<float>::infinity()) ||
       (shadow_ && shadow_->hidden_by_objects(from, *sun_)))
@@ -89,12 +89,13 @@ void NearSunlight::cut(std::uint32_t index, const FirstReflection::Element& elem
                        Pieces& pieces) const {
   const Triangle t = pieces.all[index].corner;
   const glm::dvec3 middle = middle_of(t);
-  Rgb radiance(0.0f);
-  for (const Triangle& part : quarters(t))
-    radiance += 0.25f * sunlit(element, middle_of(part));
   const double edge = longest_edge(t);
-  const bool may_stay_whole = radiance == Rgb(0.0f) && edge < 0.5 * kDark * glm::length(box.size());
-  if (!may_stay_whole && edge > longest_at(middle, box)) {
+  const bool is_large = edge > longest_at(middle, box), may_be_dark = edge < 0.5 * kDark * glm::length(box.size());
+  Rgb radiance(0.0f);
+  if (!is_large || may_be_dark)
+    for (const Triangle& part : quarters(t))
+      radiance += 0.25f * sunlit(element, middle_of(part));
+  if (is_large && !(may_be_dark && radiance == Rgb(0.0f))) {
     const auto first = static_cast<std::uint32_t>(pieces.all.size());
     Rgb sum(0.0f);
     for (const Triangle& part : quarters(t))
@@ -110,7 +111,7 @@ void NearSunlight::cut(std::uint32_t index, const FirstReflection::Element& elem
   if (radiance == Rgb(0.0f))
     return;
   const BoxLattice corners(box, 2, kInset);
-  const glm::dvec3 from = middle + kOffSurface * element.normal;
+  const glm::dvec3 from = middle + kAirGap_m * element.normal;
   int seen = 0;
   for (std::size_t k = 0; k < corners.point_count(); ++k) {
     const glm::dvec3 way = corners.position(k) - from;

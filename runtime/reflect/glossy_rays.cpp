@@ -116,8 +116,8 @@ struct GlossyRays::Branch {
   bool inside = false;
   float width_rad = 0.0f;    ///< RoomRay::width_rad
   float lobe_density = 0.0f; ///< of all samples of its lobe, per sr, where lights find the sky, too; 0: they do not
-  glm::dvec3 room_from{
-      0.0}; ///< relative to its origin: before the surface that it went through, which may lie on the room
+  /// From its origin: to before the surface that it went through, which may lie on the room.
+  glm::dvec3 room_from{0.0};
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.

@@ -93,21 +93,8 @@ TEST(ProbeDensity, probes_gather_where_light_is_curved_and_the_same_number_errs_
   EXPECT_LT(interpolation_error(graded), 0.8 * interpolation_error(regular));
 }
 
-TEST(ProbeDensity, what_stands_behind_a_wall_or_furniture_is_no_curvature) {
-  // Two halves of different constant light, parted by a sheet between two planes of probes.
-  test::RoomBuilder b;
-  const auto grey = b.material("grey");
-  b.box({0, 0, 0}, {4, 5, 3}, grey);
-  b.quad({2.05, 0, 0}, {2.05, 5, 0}, {2.05, 5, 3}, {2.05, 0, 3}, grey);
-  BasisVolume volume = test::grid_volume(b.room, {9, 6, 5}, 2);
-  for (std::size_t i = 0; i < volume.basis.size(); ++i)
-    volume.basis[i] = volume.probes.positions[i % volume.row_floats() / 27].x < 0.05f ? 7.0f : 1.0f;
-  const auto density = probe_density(volume);
-  ASSERT_TRUE(density);
-  EXPECT_FALSE(is_graded(*density));
-}
-
-TEST(ProbeDensity, the_last_plane_before_a_wall_is_as_dense_as_the_one_beside_it) {
+/// Two halves, parted by a sheet between two planes of probes: light 1 in the right one.
+BasisVolume two_halves(float (*left)(float x)) {
   test::RoomBuilder b;
   const auto grey = b.material("grey");
   b.box({0, 0, 0}, {4, 5, 3}, grey);
@@ -115,9 +102,19 @@ TEST(ProbeDensity, the_last_plane_before_a_wall_is_as_dense_as_the_one_beside_it
   BasisVolume volume = test::grid_volume(b.room, {9, 6, 5}, 2);
   for (std::size_t i = 0; i < volume.basis.size(); ++i) {
     const float x = volume.probes.positions[i % volume.row_floats() / 27].x;
-    volume.basis[i] = x < 0.05f ? std::exp(x / 0.4f) : 1.0f;
+    volume.basis[i] = x < 0.05f ? left(x) : 1.0f;
   }
-  const auto density = probe_density(volume);
+  return volume;
+}
+
+TEST(ProbeDensity, what_stands_behind_a_wall_or_furniture_is_no_curvature) {
+  const auto density = probe_density(two_halves([](float) { return 7.0f; }));
+  ASSERT_TRUE(density);
+  EXPECT_FALSE(is_graded(*density));
+}
+
+TEST(ProbeDensity, the_last_plane_before_a_wall_is_as_dense_as_the_one_beside_it) {
+  const auto density = probe_density(two_halves([](float x) { return std::exp(x / 0.4f); }));
   ASSERT_TRUE(density);
   EXPECT_GT((*density)[0][3], 0.0);
   EXPECT_EQ((*density)[0][4], (*density)[0][3]);
