@@ -6,8 +6,7 @@ namespace daylit {
 
 namespace {
 
-Result<std::unique_ptr<PictureRenderer>> make_rays(const Room& room, std::span<const Aperture> apertures,
-                                                   bool share) {
+Result<std::unique_ptr<PictureRenderer>> make_rays(const Room& room, std::span<const Aperture> apertures, bool share) {
   auto made = TracedRenderer::make(room, apertures, {share});
   if (!made)
     return made.error();

@@ -11,8 +11,8 @@ namespace daylit {
 enum class Backend {
   rays,
   opengl,
-  osmesa, ///< OpenGL by the library that needs no driver: slow, for comparison
-  window, ///< OpenGL of a desktop's display server
+  osmesa,         ///< OpenGL by the library that needs no driver: slow, for comparison
+  window,         ///< OpenGL of a desktop's display server
   rays_reference, ///< every pixel traces every light: the slow twin of rays
 };
 
