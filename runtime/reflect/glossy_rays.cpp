@@ -211,7 +211,7 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   const ObjectMaterial* m = material(point);
   if (m && m->is_glossy()) {
     if (!s.is_sharp())
-      sent += glint(point, s, turn_along(branch, point));
+      sent += glint(point, s, turn_along(branch, point), work.trees[branch.tree].u.y);
     left.light_step = 0;
     if (const Work::Tree& tree = work.trees[branch.tree]; tree.takes_lights && shares_sky(s))
       sent += one_light(point, s, left, tree.u);
@@ -330,7 +330,8 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     if (const Surroundings* around = surroundings(point, s)) {
       const float turn_rad = turn_seen(point, points[k].width_m, s);
       lights[k].radiance += looked_up(*around, point, s);
-      lights[k].glint = glint(point, s, std::max(turn_rad, kSunRadius)); // no ray meets the disc
+      lights[k].glint =
+          glint(point, s, std::max(turn_rad, kSunRadius), points[k].lights / 16.0); // no ray meets the disc
       continue;
     }
     lights[k].alpha = s.alpha();
@@ -340,7 +341,7 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     float width_rad = 0.0f;
     if (room_.sun) {
       const float turn_rad = turn_seen(point, points[k].width_m, s);
-      lights[k].glint = glint(point, s, turn_rad);
+      lights[k].glint = glint(point, s, turn_rad, points[k].lights / 16.0);
       width_rad = s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad;
     }
     spread_from_camera(points[k], s, width_rad, lights[k], work);

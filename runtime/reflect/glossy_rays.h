@@ -81,7 +81,7 @@ private:
   float turn_seen(const ObjectPoint& point, double width_m, const Surface& s) const;
   float turn_along(const Branch& branch, const ObjectPoint& point) const;
   Rgb sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const;
-  Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad) const;
+  Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad, double turn) const;
   std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   bool shares_sky(const Surface& s) const;
   float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad, std::size_t step) const;

@@ -61,7 +61,7 @@ Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, float turn_ra
 /// f(out, sun) cos E. Facets are spread by the turn of the normal in a pixel (alpha^2 = turn^2 / pi: in the middle as
 /// bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of
 /// its radius, for half vectors). A sharp lobe whose pixel is narrower than the disc meets it with its ray.
-Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad) const {
+Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad, double turn) const {
   if (!room_.sun || (s.is_sharp() && meets_disc(turn_rad)))
     return Rgb(0.0f);
   const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
@@ -84,7 +84,7 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad
       m.clearcoat = 0.0f;
     f += under_coat * in.z * Bsdf(m).glossy(s.out, in);
   }
-  return largest(f) > kFaintest ? f * room_.sun_at(*x) : Rgb(0.0f);
+  return largest(f) > kFaintest ? f * room_.disc_at(*x, turn) : Rgb(0.0f);
 }
 
 /// The tails of a lobe are wide and seldom sampled: there a window is found by chance, and is much brighter than what

@@ -12,12 +12,14 @@
 #include <glm/matrix.hpp>
 
 #include "runtime/depth/depth_walk.h"
+#include "scene/core/orthonormal.h"
 
 namespace daylit {
 
 namespace {
 // Seen at a flatter angle, a pixel of the photograph stands for too long a piece of the surface.
 constexpr double kFlattest = 0.05; // cosine
+constexpr double kSampled = 0.8;   // of the disc's radius
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 } // namespace
 
@@ -214,6 +216,21 @@ Rgb RoomSeen::arrives_from(const glm::dvec3& x, const glm::dvec3& direction) con
 /// Towards the middle of the disc.
 Rgb RoomSeen::sun_at(const glm::dvec3& x) const {
   return sun ? sun->normal_irradiance * arrives_from(x, sun->direction) : Rgb(0.0f);
+}
+
+/// Near the edge, so that little more than the half shadow's border is lost: a highlight may be far brighter than
+/// white.
+Rgb RoomSeen::disc_at(const glm::dvec3& x, double turn) const {
+  if (!sun)
+    return Rgb(0.0f);
+  const OrthonormalBasis across(sun->direction);
+  Rgb part(0.0f);
+  for (int k = 0; k < 4; ++k) {
+    const double angle = 0.5 * std::numbers::pi * (k + turn);
+    const glm::dvec3 aside = std::cos(angle) * across.u + std::sin(angle) * across.v;
+    part += 0.25f * arrives_from(x, glm::normalize(sun->direction + kSampled * kSunAngularRadius * aside));
+  }
+  return sun->normal_irradiance * part;
 }
 
 } // namespace daylit

@@ -82,6 +82,8 @@ struct RoomSeen {
   void find_radiance(std::span<RoomRay> batch) const;
   /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
   Rgb sun_at(const glm::dvec3& x) const;
+  /// The same of four points of the disc, turned by a part of a quarter turn.
+  Rgb disc_at(const glm::dvec3& x, double turn) const;
   /// Radiance of the sky without its sun, before panes; of a part of it as wide as RoomRay::width_rad.
   Rgb sky(const glm::vec3& direction, float width_rad) const;
   /// Part of the light from far away in a direction that arrives at x through a window, past the room and the objects.

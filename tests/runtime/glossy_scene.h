@@ -44,6 +44,7 @@ struct GlossyScene {
   std::vector<TwoSided> sent, indirect;
   std::vector<DirectionalLight> lights;
   std::optional<GlossyRays> glossy;
+  std::size_t place_bits = 6; ///< a lobe is looked at in two to the power of it places
 
   explicit GlossyScene(const ObjectMaterial& material, const GlossySettings& settings = {},
                        const std::vector<Aperture>& panes = {}, float sky_factor = 0.0f)
@@ -90,16 +91,16 @@ struct GlossyScene {
     const GlossyLight light = look(aside);
     return light.radiance + light.coat + light.diffuse * kRoom - light.occluded;
   }
-  /// Every `step`th of sixty-four places in the lobe, and a sixteenth of the sky's lights.
+  /// Every `step`th of the places in the lobe, and a sixteenth of the sky's lights.
   GlossyLight look(double aside, std::size_t first = 0, std::size_t step = 1, int pattern = 0) const {
     const WorldRay ray{middle + glm::dvec3(-1.0, aside, 0.0), glm::vec3(1.0f, 0.0f, 0.0f)};
     const auto point = rays->closest(ray, 10.0);
     std::vector<glm::vec2> places;
-    for (std::size_t k = first; k < 64; k += step) { // Hammersley
+    for (std::size_t k = first; k < 1u << place_bits; k += step) { // Hammersley
       std::size_t mirrored = 0;
-      for (std::size_t bit = 0; bit < 6; ++bit)
-        mirrored |= (k >> bit & 1u) << (5 - bit);
-      places.push_back((glm::vec2(k, mirrored) + 0.5f) / 64.0f);
+      for (std::size_t bit = 0; bit < place_bits; ++bit)
+        mirrored |= (k >> bit & 1u) << (place_bits - 1 - bit);
+      places.push_back((glm::vec2(k, mirrored) + 0.5f) / static_cast<float>(1u << place_bits));
     }
     const CameraPoint camera_point{ray, *point, places, 0.0, pattern};
     GlossyLight light;

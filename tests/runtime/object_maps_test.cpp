@@ -64,6 +64,7 @@ double difference(const std::vector<float>& light, const std::vector<float>& tru
 
 double maps_against_rays(const ObjectMaterial& material, const glm::dvec3& move = glm::dvec3(0.0)) {
   GlossyScene scene(material);
+  scene.place_bits = 12;
   paint(scene);
   scene.move_to(scene.middle + move);
   const std::vector<float> by_rays = row(scene);
@@ -101,11 +102,11 @@ TEST(ObjectMaps, what_mirrors_in_an_even_room_is_as_bright_as_the_room) {
   }
 }
 
-/// In a room of black and white, beside sixty-four rays, which are off too: 0.10 to 0.11 when this was written. At
-/// grazing angles a lobe is not round about the mirror direction.
+/// In a room of black and white: 0.112 and 0.087 when this was written. At grazing angles a lobe is not round about the
+/// mirror direction.
 TEST(ObjectMaps, a_rough_ball_far_from_anything_looks_by_maps_as_by_rays) {
   EXPECT_LT(maps_against_rays(metal(0.4f)), 0.12);
-  EXPECT_LT(maps_against_rays(metal(0.7f)), 0.12);
+  EXPECT_LT(maps_against_rays(metal(0.7f)), 0.1);
 }
 
 TEST(ObjectMaps, a_mirror_looks_by_maps_as_by_rays_but_for_edges_of_a_texel) {
