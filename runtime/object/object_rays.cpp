@@ -9,7 +9,7 @@
 #include <glm/matrix.hpp>
 
 #include "scene/core/orthonormal.h"
-#include "scene/material/fresnel.h"
+#include "scene/model/straight_light.h"
 
 namespace daylit {
 
@@ -107,7 +107,7 @@ void ObjectRays::closest(std::span<const WorldRay> rays, std::span<const double>
       complete(rays[k], *points[k]);
 }
 
-/// Product over the faces on the way of 1 - F, and over the ways inside of exp(-a d).
+/// Product over the faces on the way.
 Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) const {
   Rgb left(1.0f);
   WorldRay rest = ray;
@@ -115,14 +115,10 @@ Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) c
     const auto point = closest(rest, most_m, parts);
     if (!point)
       return left;
-    const ObjectMaterial* material = objects_.parts[point->part].mesh().material_or_null(point->triangle);
-    if (!material || !material->is_transparent())
-      return Rgb(0.0f);
-    const float cosine = -glm::dot(point->face_normal, ray.direction);
-    left *=
-        (1.0f - fresnel_dielectric(std::fabs(cosine), material->ior)) * material->transmission * material->base_colour;
-    if (cosine < 0.0f && !material->thin)
-      left *= glm::exp(-material->absorption_per_m() * static_cast<float>(point->distance));
+    left *= straight_transmittance(objects_.parts[point->part].mesh(), point->triangle, point->u, point->v,
+                                   glm::dot(point->face_normal, ray.direction), static_cast<float>(point->distance));
+    if (left == Rgb(0.0f))
+      return left;
     rest.origin = point->position + offset_m(point->part) * glm::dvec3(ray.direction);
     most_m -= point->distance;
   }

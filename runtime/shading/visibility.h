@@ -18,14 +18,16 @@
 
 namespace daylit {
 
-/// Of 64 lights at one point: bits of those that no object blocks, and of those that one does.
+/// Of 64 lights at one point: bits of those that no object blocks, and of those that one does; both of a light that
+/// glass weakens, which is never believed of another point.
 struct KnownLights {
   std::uint64_t clear = 0, blocked = 0;
 };
 constexpr std::size_t kLightsPerWord = 64;
 inline std::size_t words_for(std::size_t lights) { return (lights + kLightsPerWord - 1) / kLightsPerWord; }
 
-/// Of one light: lanes that see it, and lanes from which it is blocked; of the others nothing is known.
+/// Of one light: lanes that see it, and lanes from which it is blocked, both where glass weakens it; of the others
+/// nothing is known.
 struct LaneVerdict {
   LaneMask clear = 0, blocked = 0;
 };
@@ -36,7 +38,14 @@ struct BlockedLights {
     std::uint32_t light;
     LaneMask lanes;
   };
+  /// Light that comes through glass: the part that is left.
+  struct Weakened {
+    std::uint32_t light;
+    LaneMask lanes;
+    LaneRgb left;
+  };
   std::vector<Entry> entries;        ///< ascending lights
+  std::vector<Weakened> weakened;    ///< the same
   LaneMask lanes = 0;                ///< that lose any
   std::vector<LaneVerdict> verdicts; ///< per light
 };
