@@ -126,11 +126,12 @@ Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) c
 }
 
 /// Parallel rays from kSides directions, even on the disc that the sphere around the part shows.
-float ObjectRays::opacity(std::size_t part) const {
+Rgb ObjectRays::mean_transmittance(std::size_t part) const {
   constexpr int kSides = 16, kRays = 32;
   const BoundingSphere& sphere = placed_[part].sphere;
   const Parts alone{part, part + 1};
-  double kept = 0.0, met = 0.0;
+  Rgb passed(0.0f);
+  float met = 0.0f;
   for (int side = 0; side < kSides; ++side) {
     const double z = 1.0 - (2.0 * side + 1.0) / kSides, r = std::sqrt(1.0 - z * z), turn = 2.399963 * side;
     const glm::dvec3 towards(r * std::cos(turn), r * std::sin(turn), z);
@@ -142,11 +143,11 @@ float ObjectRays::opacity(std::size_t part) const {
                          glm::vec3(towards)};
       if (!closest(ray, 4.0 * sphere.radius, alone))
         continue;
-      kept += 1.0 - static_cast<double>(luminance(transmittance(ray, 4.0 * sphere.radius, alone)));
-      met += 1.0;
+      passed += transmittance(ray, 4.0 * sphere.radius, alone);
+      met += 1.0f;
     }
   }
-  return met > 0.0 ? static_cast<float>(kept / met) : 1.0f;
+  return met > 0.0f ? passed / met : Rgb(0.0f);
 }
 
 } // namespace daylit

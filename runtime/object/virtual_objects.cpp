@@ -196,7 +196,7 @@ Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::M
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
   auto sender = append_senders(*model, first, all.senders);
   all.parts.push_back(
-      {std::move(model), first, std::move(sender), glm::dmat4(1.0), weight, 1.0f, per_pixel, std::move(diffuse)});
+      {std::move(model), first, std::move(sender), glm::dmat4(1.0), weight, per_pixel, std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
 }
 
@@ -238,7 +238,8 @@ void find_glass(VirtualObjects& all) {
   for (std::size_t k = 0; k < all.parts.size(); ++k) {
     VirtualObjects::Part& part = all.parts[k];
     if (std::ranges::any_of(part.mesh().materials, is_glass)) {
-      part.opacity = rays.opacity(k);
+      part.has_glass = true;
+      part.transmittance = rays.mean_transmittance(k);
       all.surface.glass.push_back({std::shared_ptr<const ObjectMesh>(part.model, &part.mesh()), first_triangle});
     }
     first_triangle += static_cast<std::uint32_t>(part.mesh().triangles.size());
