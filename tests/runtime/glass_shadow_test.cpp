@@ -221,14 +221,14 @@ TEST(GlassShadow, follows_the_pane_that_moves_and_its_new_colour) {
   for (const bool clear : {false, true}) {
     ObjectMaterial material = tinted_pane();
     material.transmission = clear ? 0.5f : 0.8f;
-    scene.object = clear ? together({{square(material), {1.8, 3.7, 0.4}}}) : scene.object;
+    scene.object = clear ? together({{square(material), {1.55, 3.7, 0.4}}}) : scene.object;
     if (!clear)
       for (glm::dvec3& p : scene.object.positions)
-        p += glm::dvec3(-0.2, -0.2, -0.1);
+        p += glm::dvec3(-0.45, -0.2, -0.1);
     const auto frame = scene.render(renderer);
     ASSERT_TRUE(frame);
     const Rgb expected = pane_passes(scene.cosine()) * material.transmission / 0.8f;
-    expect_near(PaneScene::left(scene.pixel_at(*frame, scene.shadow_of({1.8, 3.7, 0.4}))), expected, 1e-3f);
+    expect_near(PaneScene::left(scene.pixel_at(*frame, scene.shadow_of({1.55, 3.7, 0.4}))), expected, 1e-3f);
   }
 }
 
@@ -250,7 +250,7 @@ TEST(GlassShadow, does_not_depend_on_the_number_of_threads) {
 TEST(GlassShadow, without_glass_no_ray_is_traced_for_it) {
   const ObjectSurface pane = together({{square(tinted_pane()), {0, 0, 0.5}}});
   const std::vector<glm::vec3> positions(pane.positions.begin(), pane.positions.end());
-  const PacketScene nothing = *PacketScene::build({}, {}), all = *PacketScene::build(positions, pane.triangles);
+  const PacketScene nothing = *PacketScene::build({}, {});
   const GlassFaces glass = *GlassFaces::build(pane, positions);
   TracedLights lights;
   const DirectionalLight up{glm::dvec3(0, 0, 1), Rgb(1.0f)};
@@ -260,12 +260,10 @@ TEST(GlassShadow, without_glass_no_ray_is_traced_for_it) {
   floor.set(0, {0.05f, 0.05f, 0.0f}, {0, 0, 1});
   floor.close(1);
   for (const GlassFaces* some : {static_cast<const GlassFaces*>(nullptr), &glass}) {
-    const ShadowCasters casters{some ? &nothing : &all, some, &nothing, {0, 0, 0.5f}, 0.5f, {-0.2f, -0.2f, 0.5f},
-                                {0.2f, 0.2f, 0.5f}};
+    const ShadowCasters casters{&nothing, some, &nothing, {0, 0, 0.5f}, 0.5f, {-0.2f, -0.2f, 0.5f}, {0.2f, 0.2f, 0.5f}};
     BlockedLights blocked;
     EXPECT_EQ(find_blocked_lights(lights, casters, Layer::room, floor, RayStarts(floor), {}, blocked), some ? 2u : 1u);
     EXPECT_EQ(blocked.weakened.size(), some ? 1u : 0u);
-    EXPECT_EQ(blocked.entries.size(), some ? 0u : 1u);
   }
 }
 
