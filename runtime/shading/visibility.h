@@ -35,17 +35,12 @@ struct LaneVerdict {
 /// Lights that objects take from a set of points.
 struct BlockedLights {
   struct Entry {
-    std::uint32_t light;
-    LaneMask lanes;
-  };
-  /// Light that comes through glass: the part that is left.
-  struct Weakened {
-    std::uint32_t light;
-    LaneMask lanes;
-    LaneRgb left;
+    std::uint32_t light = 0;
+    LaneMask lanes = 0, weakened = 0; ///< that lose all of it, and that glass leaves a part
+    std::uint32_t left = 0;           ///< which of `left` that is
   };
   std::vector<Entry> entries;        ///< ascending lights
-  std::vector<Weakened> weakened;    ///< the same
+  std::vector<LaneRgb> left;         ///< the part that glass leaves of a light
   LaneMask lanes = 0;                ///< that lose any
   std::vector<LaneVerdict> verdicts; ///< per light
 };

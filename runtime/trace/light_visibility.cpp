@@ -91,7 +91,7 @@ public:
     rays += count(lanes);
     return casters_.opaque->occluded(lanes, block_);
   }
-  /// Of the lanes, those whose light goes through glass; what it loses there is added to `blocked`.
+  /// Of the lanes, those whose light goes through glass; the part that is left is added to `blocked`.
   LaneMask pass_glass(std::size_t light, LaneMask lanes, BlockedLights& blocked, std::uint64_t& rays) {
     if (!casters_.glass || lanes == 0)
       return 0;
@@ -100,7 +100,7 @@ public:
     LaneRgb left;
     const LaneMask weakened = casters_.glass->pass(lanes, block_, left);
     if (weakened)
-      blocked.weakened.push_back({static_cast<std::uint32_t>(light), weakened, left});
+      blocked.left.push_back(left);
     return weakened;
   }
 
@@ -119,12 +119,17 @@ private:
   LaneRgb e_;
 };
 
-/// Adds irradiance x e x what is left behind glass.
-void add_weakened(const Rgb& irradiance, const LaneRgb& e, const LaneRgb& left, LaneMask lanes, LaneRgb& sum) {
-  for (; lanes; lanes &= lanes - 1) {
+/// Counts from 0; anything where there is none.
+std::uint32_t last_of(const std::vector<LaneRgb>& values) { return static_cast<std::uint32_t>(values.size()) - 1u; }
+
+/// Adds irradiance x e, and behind glass what is left of it.
+void add_past(const BlockedLights::Entry& taken, std::span<const LaneRgb> left, LaneMask by_room, const Rgb& irradiance,
+              const LaneRgb& e, lanes::LightSums& sums) {
+  lanes::add_light(sums, irradiance, e, by_room, by_room | taken.lanes | taken.weakened);
+  for (LaneMask lanes = taken.weakened & ~by_room; lanes; lanes &= lanes - 1) {
     const int k = std::countr_zero(lanes);
     for (int c = 0; c < 3; ++c)
-      sum.channel[c][k] += irradiance[c] * e.channel[c][k] * left.channel[c][k];
+      sums.past_both.channel[c][k] += irradiance[c] * e.channel[c][k] * left[taken.left].channel[c][k];
   }
 }
 
@@ -220,7 +225,7 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
                                   const PointBlock& points, const RayStarts& starts, std::span<const LaneVerdict> hints,
                                   BlockedLights& blocked) {
   blocked.entries.clear();
-  blocked.weakened.clear();
+  blocked.left.clear();
   blocked.verdicts.resize(lights.size());
   blocked.lanes = 0;
   BlockedSearch search(lights, casters, layer, points, starts);
@@ -235,8 +240,8 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
     const LaneMask lost = (lit & verdict.blocked) | search.trace(j, lit & ~verdict.blocked, rays);
     const LaneMask weakened = search.pass_glass(j, lit & ~lost, blocked, rays);
     verdict = {verdict.clear | clear | (lit & ~lost), lost | weakened};
-    if (lost)
-      blocked.entries.push_back({static_cast<std::uint32_t>(j), lost});
+    if (lost | weakened)
+      blocked.entries.push_back({static_cast<std::uint32_t>(j), lost, weakened, last_of(blocked.left)});
     blocked.lanes |= lost | weakened;
   }
   return rays;
@@ -254,12 +259,9 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
   LaneRgb e;
   std::uint64_t rays = 0;
   auto next = blocked.entries.begin();
-  auto weakened = blocked.weakened.begin();
   for (std::size_t j = 0; j < lights.size(); ++j) {
     const bool listed = next != blocked.entries.end() && next->light == j;
-    const LaneMask behind = listed ? (next++)->lanes : 0u;
-    const bool past_glass = weakened != blocked.weakened.end() && weakened->light == j;
-    const BlockedLights::Weakened* glass = past_glass ? &*weakened++ : nullptr;
+    const BlockedLights::Entry taken = listed ? *next++ : BlockedLights::Entry{};
     const LaneMask lit = lights.portal.received(j, points, e);
     if (lit == 0)
       continue;
@@ -273,10 +275,7 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
       by_room |= casters.occluders->occluded(asked, block);
       rays += count(asked);
     }
-    const LaneMask by_glass = glass ? glass->lanes & ~by_room : 0u;
-    lanes::add_light(sums, lights.portal.irradiance(j), e, by_room, by_room | behind | by_glass);
-    if (by_glass)
-      add_weakened(lights.portal.irradiance(j), e, glass->left, by_glass, sums.past_both);
+    add_past(taken, blocked.left, by_room, lights.portal.irradiance(j), e, sums);
   }
   return rays;
 }

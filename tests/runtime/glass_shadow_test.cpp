@@ -263,7 +263,7 @@ TEST(GlassShadow, without_glass_no_ray_is_traced_for_it) {
     const ShadowCasters casters{&nothing, some, &nothing, {0, 0, 0.5f}, 0.5f, {-0.2f, -0.2f, 0.5f}, {0.2f, 0.2f, 0.5f}};
     BlockedLights blocked;
     EXPECT_EQ(find_blocked_lights(lights, casters, Layer::room, floor, RayStarts(floor), {}, blocked), some ? 2u : 1u);
-    EXPECT_EQ(blocked.weakened.size(), some ? 1u : 0u);
+    EXPECT_EQ(blocked.left.size(), some ? 1u : 0u);
   }
 }
 
