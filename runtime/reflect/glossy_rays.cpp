@@ -118,6 +118,7 @@ struct GlossyRays::Branch {
   float lobe_density = 0.0f; ///< of all samples of its lobe, per sr, where lights find the sky, too; 0: they do not
   /// From its origin: to before the surface that it went through, which may lie on the room.
   glm::dvec3 room_from{0.0};
+  bool sky_is_known = false; ///< where it ends in the sky: by lights, as it left the surface
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -128,6 +129,7 @@ struct GlossyRays::Work {
     glm::vec2 u{0.5f};       ///< place in the lobes
     int rays_left = 0;
     std::uint32_t of_coat = kThisTree; ///< that the camera's ray of a narrow coat goes to
+    int lights = 0;                    ///< as CameraPoint
   };
   static constexpr std::uint32_t kThisTree = ~0u;
   std::vector<Tree> trees;
@@ -178,6 +180,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
          from.depth == 0 ? from.lobe_density * lobe->density : 0.0f, glm::dvec3(0.0)});
     if (lobe->transmitted)
       work.next.back().room_from = 2.0 * (point.position - work.next.back().ray.origin);
+    work.next.back().sky_is_known = lobe->transmitted && finds_sky_behind(from.inside, s);
   }
   if (work.next.size() > first)
     work.next[first].weight += left_out;
@@ -200,6 +203,8 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   if (m && m->is_glossy()) {
     if (!s.is_sharp())
       sent += glint(point, s, turn_along(branch, point));
+    if (finds_sky_behind(branch.inside, s))
+      sent += sky_behind(point, s, work.trees[branch.tree].lights);
     spread(point, s, left, work);
   }
   work.add(branch.tree, left.weight * sent);
@@ -242,6 +247,8 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   room_.find_radiance({room.data(), kept});
   for (std::size_t k = 0; k < kept; ++k) {
     const Branch& b = batch[branch_of[k]];
+    if (b.sky_is_known && !room[k].end)
+      continue;
     const bool shared = b.lobe_density > 0.0f && !room[k].end;
     const float part = shared ? lobe_part(b.lobe_density, b.ray.direction, b.width_rad) : 1.0f;
     work.add(b.tree, part * b.weight * room[k].radiance);
@@ -276,6 +283,7 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
       work.trees.push_back(
           {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
       const auto tree = static_cast<std::uint32_t>(work.trees.size() - 1);
+      work.trees[tree].lights = at.lights + static_cast<int>(&u - at.places.data());
       if (s.has_sharp_coat() && !s.is_sharp()) {
         work.trees[tree].of_coat = tree + 1;
         work.trees.push_back({&light.coat, work.trees[tree].share, u, settings_.most_rays});

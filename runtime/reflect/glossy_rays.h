@@ -85,6 +85,8 @@ private:
   bool shares_sky(const Surface& s) const;
   float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const;
   Rgb sky_highlight(const CameraPoint& at, const Surface& s) const;
+  bool finds_sky_behind(bool inside, const Surface& s) const;
+  Rgb sky_behind(const ObjectPoint& point, const Surface& s, int lights) const;
   void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
                           Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;

@@ -119,6 +119,21 @@ TEST(GlossyRays, a_rough_metal_shows_a_window_by_lights_and_lobes_as_by_lobes_al
   EXPECT_LT(roughness(by_both), 0.5 * roughness(by_lobes));
 }
 
+/// The far side of frosted glass, met from inside, finds a window by lights: not by the few samples that meet it.
+TEST(GlossyRays, frosted_glass_shows_a_window_by_lights_as_by_lobes_alone_but_smoothly) {
+  const std::vector<Aperture> panes = test::box_window();
+  ObjectMaterial frosted = glass();
+  frosted.roughness = 0.4f;
+  GlossyScene scene(frosted, {}, panes, 30.0f);
+  scene.room.set_walls(0.0f);
+  const std::vector<double> by_lobes = row(scene);
+  scene.look_at_sky_by_lights(panes);
+  const std::vector<double> by_lights = row(scene);
+  EXPECT_GT(mean(by_lobes), 0.1);
+  EXPECT_NEAR(mean(by_lights) / mean(by_lobes), 1.0, 0.05);
+  EXPECT_LT(roughness(by_lights), 0.5 * roughness(by_lobes));
+}
+
 /// A point of frosted glass shows the sun by way of sixty-four points behind it, whose highlights run together; alone,
 /// each is a spark, and the row jumps by thirty times its mean.
 TEST(GlossyRays, the_sun_behind_frosted_glass_makes_no_sparks) {
