@@ -15,9 +15,9 @@ namespace daylit {
 namespace {
 
 constexpr std::size_t kLightPatterns = 16;
-constexpr float kLeastSharing = 0.02f;   // slope from which a lobe's tails are wide enough to meet windows by chance
-constexpr float kLeastSkyBehind = 0.05f; // slope from which a lobe is wider than the lights lie apart
-constexpr float kFaintest = 1e-4f;       // of a light's irradiance
+constexpr float kLeastSharing = 0.02f;  // slope from which a lobe's tails are wide enough to meet windows by chance
+constexpr float kLeastSkyBehind = 0.1f; // slope from which a lobe is wider than the lights lie apart
+constexpr float kFaintest = 1e-4f;      // of a light's irradiance
 
 } // namespace
 
