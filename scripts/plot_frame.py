@@ -4,7 +4,7 @@ Needs nothing but Python.
 
 usage: scripts/plot_frame.py
 Reads docs/frame.json (number of lights), docs/frame-rays.json, docs/frame-gl.json (table 1 of the paper), docs/frame-maps.json (side
-of the shadow maps) and docs/direct.json;
+of the shadow maps), docs/frame-gpu.json (a graphics card) and docs/direct.json;
 writes docs/frame.svg, and the tables into docs/frame.md between its <!-- NAME --> and <!-- end --> lines.
 """
 import json
@@ -102,6 +102,12 @@ def maps(rows):
                  [[row["object"], str(row["map_texels"]), times(row, "moving"), f"{100 * row['error']:.2f}"] for row in rows])
 
 
+def card(rows):
+    return table(["threads", "sky", "renderer", "moving, ms", "object moving, ms", "drawing alone, ms", "error of the lights, %"],
+                 [[str(row["threads"]), row["sky"], row["renderer"], times(row, "moving"), times(row, "object moving"),
+                   f"{row['moving']['stage_ms']['render']:.1f}", f"{100 * row['error']:.2f}"] for row in rows])
+
+
 def direct(document):
     counts = sorted({r["samples"] for r in document["overcast"]})
     objects = list(dict.fromkeys(r["object"] for r in document["overcast"]))
@@ -116,12 +122,12 @@ def clipping(document):
 
 
 def main():
-    sweep, rays, gl, sizes, points = (load(f"{n}.json") for n in ("frame", "frame-rays", "frame-gl", "frame-maps", "direct"))
+    sweep, rays, gl, sizes, points, gpu = (load(f"{n}.json") for n in ("frame", "frame-rays", "frame-gl", "frame-maps", "direct", "frame-gpu"))
     open(os.path.join(DOCS, "frame.svg"), "w").write(plot(sweep["rows"] + gl["rows"]))
     path = os.path.join(DOCS, "frame.md")
     page = open(path).read()
     both = rays["rows"] + gl["rows"]
-    for name, text in {"table-one": table_one(both), "stages": stages(both), "lights": lights(sweep["rows"]), "maps": maps(sizes["rows"]), "direct": direct(points),
+    for name, text in {"table-one": table_one(both), "stages": stages(both), "lights": lights(sweep["rows"]), "maps": maps(sizes["rows"]), "card": card(gpu["rows"]), "direct": direct(points),
                        "clipping": clipping(points)}.items():
         page, found = re.subn(f"<!-- {name} -->.*?<!-- end -->", lambda _: f"<!-- {name} -->\n{text}\n<!-- end -->", page, flags=re.S)
         if not found:

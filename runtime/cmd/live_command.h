@@ -14,7 +14,7 @@ struct LiveOptions {
   std::filesystem::path config; ///< read again on SIGHUP, which the program watches for
   std::filesystem::path record; ///< folder for recordings of both cameras; empty: none
   int frames = 0;               ///< so many pictures are drawn and written to [output]; 0: until it is told to stop
-  Backend backend = Backend::automatic;
+  Backend backend = Backend::rays;
   bool window = false; ///< the picture on the screen; it ends when the window is closed
   std::string shared;  ///< name of shared memory that holds the newest picture; empty: none
   bool quiet = false;

@@ -34,7 +34,7 @@ struct Options {
   std::string config, replay, record, share;
   int frames = 0, threads = 0;
   bool window = false, quiet = false, json = false, force = false;
-  Backend backend = Backend::automatic;
+  Backend backend = Backend::rays;
 };
 
 /// Where the objects are, in the words of the configuration.
@@ -247,11 +247,10 @@ int main(int argc, char** argv) {
                  "how often the frame is drawn (default: once); with --replay: the first so many (default: all);\n"
                  "with cameras: so many, written to [output] and numbered (default: none is written, and no end)")
       ->check(CLI::Range(1, 1000000));
-  const std::vector<std::pair<std::string, daylit::Backend>> backends{{"auto", daylit::Backend::automatic},
+  const std::vector<std::pair<std::string, daylit::Backend>> backends{{"rays", daylit::Backend::rays},
                                                                       {"gl", daylit::Backend::opengl},
                                                                       {"osmesa", daylit::Backend::osmesa},
-                                                                      {"window", daylit::Backend::window},
-                                                                      {"rays", daylit::Backend::rays}};
+                                                                      {"window", daylit::Backend::window}};
   app.add_flag(
       "--window", options.window,
       "show it (with cameras: the live picture; close it to end): drag objects or turn the camera with the mouse; 1, "
@@ -259,7 +258,7 @@ int main(int argc, char** argv) {
       "g: frame times; r: the photograph's view; s: write the objects' places to the configuration; Escape: end");
   app.add_option(
          "--renderer", options.backend,
-         "auto, gl (OpenGL), osmesa (OpenGL without a driver), window (a desktop's OpenGL) or rays (on the processor)")
+         "rays (on the processor), gl (OpenGL), osmesa (OpenGL without a driver) or window (a desktop's OpenGL)")
       ->transform(daylit::one_of(backends));
   daylit::add_threads_option(app, options.threads);
   daylit::add_force_option(app, options.force);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "runtime/doctor/doctor.h"
-#include "runtime/gl/gl_context.h"
 #include "runtime/http/http_server.h"
 #include "scene/core/read_file.h"
 
@@ -13,22 +12,6 @@ namespace {
 
 constexpr std::uint64_t kLittle_bytes = 1'000'000'000, kNothing_bytes = 50'000'000;
 constexpr std::size_t kTokenCharacters = 16;
-
-/// "llvmpipe (LLVM 15.0.6, 256 bits)"
-std::string graphics_name(GlContext& context) {
-  constexpr unsigned kRenderer = 0x1F01; // GL_RENDERER
-  using GetString = const unsigned char* (*)(unsigned);
-  const auto get = reinterpret_cast<GetString>(context.resolve("glGetString"));
-  const unsigned char* text = get ? get(kRenderer) : nullptr;
-  return text ? reinterpret_cast<const char*>(text) : "a driver without a name";
-}
-
-Finding no_card(const Machine& machine, const std::string& found) {
-  if (!machine.has_graphics_card)
-    return all_well("graphics", found + "; rays on the processor draw the picture");
-  return warning("graphics", found + ", though there is a graphics card; rays on the processor draw the picture",
-                 "install the card's driver, and let the daemon's user into the groups video and render");
-}
 
 Finding check_token(const std::filesystem::path& file) {
   const auto bytes = read_whole_file(file);
@@ -48,17 +31,6 @@ Finding check_token(const std::filesystem::path& file) {
 }
 
 } // namespace
-
-Finding check_graphics(const Machine& machine) {
-  auto context = create_egl_context();
-  if (!context)
-    return no_card(machine, "no OpenGL (" + context.error().what + ")");
-  if (const auto current = (*context)->make_current(); !current)
-    return no_card(machine, "no OpenGL (" + current.error().what + ")");
-  const std::string name = graphics_name(**context);
-  const bool software = name.find("llvmpipe") != std::string::npos || name.find("softpipe") != std::string::npos;
-  return software ? no_card(machine, "OpenGL is software (" + name + ")") : all_well("graphics", "OpenGL on " + name);
-}
 
 Findings check_disks(const RunConfig& config) {
   std::set<std::filesystem::path> folders;

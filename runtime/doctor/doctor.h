@@ -25,9 +25,6 @@ Findings check_camera(const CameraConfig& camera, const std::string& subject, co
 /// Up to ten seconds.
 Finding check_frame(const CameraConfig& camera, const std::string& subject, const std::filesystem::path& lens);
 
-/// OpenGL, or why there is none.
-Finding check_graphics(const Machine& machine);
-
 /// Folders that the daemon writes to.
 Findings check_disks(const RunConfig& config);
 

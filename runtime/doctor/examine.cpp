@@ -57,7 +57,6 @@ Findings examine(const std::filesystem::path& path) {
   add(all, check_inputs(*config));
   if (config->is_live())
     add(all, check_cameras(*config, machine));
-  all.push_back(check_graphics(machine));
   add(all, check_disks(*config));
   if (config->http)
     add(all, check_http(*config->http));

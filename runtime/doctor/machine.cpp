@@ -23,20 +23,11 @@ std::uint32_t ipv4(const sockaddr* address) {
   return ntohl(reinterpret_cast<const sockaddr_in*>(address)->sin_addr.s_addr);
 }
 
-bool has_render_node() {
-  std::error_code none;
-  for (const auto& node : std::filesystem::directory_iterator("/dev/dri", none))
-    if (node.path().filename().string().starts_with("renderD"))
-      return true;
-  return std::filesystem::exists("/dev/nvidiactl", none);
-}
-
 } // namespace
 
 Machine read_machine() {
   Machine machine;
   machine.most_socket_bytes = number_in("/proc/sys/net/core/rmem_max");
-  machine.has_graphics_card = has_render_node();
   ifaddrs* list = nullptr;
   if (getifaddrs(&list) != 0)
     return machine;

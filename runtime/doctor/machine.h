@@ -21,7 +21,6 @@ struct NetworkInterface {
 struct Machine {
   std::vector<NetworkInterface> interfaces;
   std::int64_t most_socket_bytes = 0; ///< net.core.rmem_max: the largest receive buffer that a program may ask for
-  bool has_graphics_card = false;     ///< a render node of the kernel
 };
 
 /// As Linux reports it. Quick; asks nothing of the network.

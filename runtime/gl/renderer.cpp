@@ -238,13 +238,6 @@ bool Renderer::room_point(int x, int y, RoomSurface& point) const {
   return true;
 }
 
-bool Renderer::is_software() const {
-  const auto* name = reinterpret_cast<const char*>(state_->gl->GetString(GL_RENDERER));
-  const std::string text = name ? name : "";
-  return text.find("llvmpipe") != std::string::npos || text.find("softpipe") != std::string::npos ||
-         text.find("SWR") != std::string::npos;
-}
-
 std::size_t Renderer::room_occluders() const { return state_->room.occluders(); }
 std::string Renderer::description() const {
   const auto text = [&](GLenum name) {

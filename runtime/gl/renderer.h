@@ -35,7 +35,6 @@ public:
   std::uint64_t shadow_rays() const override { return 0; }
   std::string description() const override;
   std::size_t room_occluders() const override;
-  bool is_software() const; ///< the driver draws on the processor
 
 private:
   struct State;

@@ -14,7 +14,7 @@ namespace daylit {
 struct ReplayOptions {
   std::filesystem::path folder; ///< holds sky/ and interior/, recordings of daylit-run record
   int most_frames = 0;          ///< 0: all
-  Backend backend = Backend::automatic;
+  Backend backend = Backend::rays;
 };
 
 /// For each interior frame in order: the newest sky frame that was there by then (the first one before that, its age is

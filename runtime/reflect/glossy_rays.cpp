@@ -114,8 +114,9 @@ struct GlossyRays::Branch {
   std::uint32_t tree = 0;
   int depth = 0, channel = kAllColours;
   bool inside = false;
-  float width_rad = 0.0f;    ///< RoomRay::width_rad
-  float lobe_density = 0.0f; ///< of all samples of its lobe, per sr, where lights find the sky, too; 0: they do not
+  float width_rad = 0.0f;     ///< RoomRay::width_rad
+  float lobe_density = 0.0f;  ///< of all samples of its lobe, per sr
+  std::size_t light_step = 0; ///< every how many-th light finds the sky, too; 0: none
   /// From its origin: to before the surface that it went through, which may lie on the room.
   glm::dvec3 room_from{0.0};
   bool sky_is_known = false; ///< where it ends in the sky: by lights, as it left the surface
@@ -129,6 +130,7 @@ struct GlossyRays::Work {
     glm::vec2 u{0.5f};       ///< place in the lobes
     int rays_left = 0;
     std::uint32_t of_coat = kThisTree; ///< that the camera's ray of a narrow coat goes to
+    bool takes_lights = true;          ///< `u` is one of many
     int lights = 0;                    ///< as CameraPoint
   };
   static constexpr std::uint32_t kThisTree = ~0u;
@@ -177,7 +179,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
         {onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
          apart ? tree.of_coat : from.tree, from.depth + 1, from.channel, inside,
          s.is_sharp() ? sharp_width : std::max(from.width_rad, apart ? s.material.clearcoat_alpha : s.alpha()),
-         from.depth == 0 ? from.lobe_density * lobe->density : 0.0f, glm::dvec3(0.0)});
+         from.lobe_density * lobe->density, lobe->transmitted ? 0 : from.light_step, glm::dvec3(0.0)});
     if (lobe->transmitted)
       work.next.back().room_from = 2.0 * (point.position - work.next.back().ray.origin);
     work.next.back().sky_is_known = lobe->transmitted && finds_sky_behind(from.inside, s);
@@ -193,6 +195,15 @@ float GlossyRays::turn_along(const Branch& branch, const ObjectPoint& point) con
   return width_rad + turn_in(point, point.distance * static_cast<double>(width_rad));
 }
 
+/// What the lobes at the end of a ray find of the sky by one of the frame's lights; `onward`: the rays that share it.
+Rgb GlossyRays::one_light(const ObjectPoint& point, const Surface& s, Branch& onward, const glm::vec2& u) const {
+  onward.lobe_density = 1.0f;
+  onward.light_step = sky_.size();
+  const auto count = static_cast<float>(sky_.size());
+  const auto light = static_cast<std::size_t>(glm::fract(u.x + 0.618034f * static_cast<float>(onward.depth)) * count);
+  return sky_highlight(point, s, 1.0f, std::min(light, sky_.size() - 1), sky_.size());
+}
+
 /// L(ray) = exp(-a d) L at its end, on an object.
 void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& work) const {
   Branch left = branch;
@@ -203,8 +214,12 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   if (m && m->is_glossy()) {
     if (!s.is_sharp())
       sent += glint(point, s, turn_along(branch, point));
+    left.light_step = 0;
+    const Work::Tree& tree = work.trees[branch.tree];
     if (finds_sky_behind(branch.inside, s))
-      sent += sky_behind(point, s, work.trees[branch.tree].lights);
+      sent += sky_behind(point, s, tree.lights);
+    else if (!branch.inside && tree.takes_lights && shares_sky(s))
+      sent += one_light(point, s, left, tree.u);
     spread(point, s, left, work);
   }
   work.add(branch.tree, left.weight * sent);
@@ -249,8 +264,8 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
     const Branch& b = batch[branch_of[k]];
     if (b.sky_is_known && !room[k].end)
       continue;
-    const bool shared = b.lobe_density > 0.0f && !room[k].end;
-    const float part = shared ? lobe_part(b.lobe_density, b.ray.direction, b.width_rad) : 1.0f;
+    const bool shared = b.light_step > 0 && !room[k].end;
+    const float part = shared ? lobe_part(b.lobe_density, b.ray.direction, b.width_rad, b.light_step) : 1.0f;
     work.add(b.tree, part * b.weight * room[k].radiance);
   }
 }
@@ -268,7 +283,7 @@ void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radianc
   Work work;
   for (std::size_t k = 0; k < rays.size(); ++k) {
     radiances[k] = Rgb(0.0f);
-    work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays});
+    work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays, Work::kThisTree, false});
     work.level.push_back(
         {rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, width_rad, 0.0f});
   }
@@ -289,8 +304,10 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
         work.trees.push_back({&light.coat, work.trees[tree].share, u, settings_.most_rays});
       }
       Branch camera{at.ray, weight, Rgb(0.0f), tree, 0, channel, false, width_rad, 0.0f};
-      if (shares_sky(surface))
+      if (shares_sky(surface)) {
         camera.lobe_density = static_cast<float>(at.places.size());
+        camera.light_step = kLightPatterns;
+      }
       spread(at.point, surface, camera, work);
     }
   };
@@ -326,7 +343,8 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     }
     lights[k].alpha = s.alpha();
     if (shares_sky(s))
-      lights[k].radiance += sky_highlight(points[k], s);
+      lights[k].radiance += sky_highlight(point, s, static_cast<float>(points[k].places.size()),
+                                          static_cast<std::size_t>(points[k].lights), kLightPatterns);
     float width_rad = 0.0f;
     if (room_.sun) {
       const float turn_rad = turn_seen(point, points[k].width_m, s);

@@ -73,6 +73,7 @@ private:
   Surface surface(const WorldRay& ray, const ObjectPoint& point, double width_m, int channel) const;
   void follow(Work& work) const;
   void step(std::span<const Branch> batch, Work& work) const;
+  Rgb one_light(const ObjectPoint& point, const Surface& s, Branch& onward, const glm::vec2& u) const;
   void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
@@ -83,8 +84,9 @@ private:
   Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad) const;
   std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   bool shares_sky(const Surface& s) const;
-  float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const;
-  Rgb sky_highlight(const CameraPoint& at, const Surface& s) const;
+  float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad, std::size_t step) const;
+  Rgb sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
+                    std::size_t step) const;
   bool finds_sky_behind(bool inside, const Surface& s) const;
   Rgb sky_behind(const ObjectPoint& point, const Surface& s, int lights) const;
   void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,

@@ -14,7 +14,6 @@ namespace daylit {
 
 namespace {
 
-constexpr std::size_t kLightPatterns = 16;
 constexpr float kLeastSharing = 0.02f;  // slope from which a lobe's tails are wide enough to meet windows by chance
 constexpr float kLeastSkyBehind = 0.1f; // slope from which a lobe is wider than the lights lie apart
 constexpr float kFaintest = 1e-4f;      // of a light's irradiance
@@ -95,33 +94,29 @@ bool GlossyRays::shares_sky(const Surface& s) const { return !sky_.empty() && s.
 
 /// Power heuristic (Veach & Guibas 1995): a^2 / (a^2 + b^2), a: density of all samples of the lobe, b: of the lights,
 /// which lie as dense as the sky is bright.
-float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, float width_rad) const {
-  const float count = static_cast<float>(sky_.size()) / kLightPatterns,
+float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, float width_rad, std::size_t step) const {
+  const float count = static_cast<float>(sky_.size()) / static_cast<float>(step),
               lights = count * luminance(room_.sky(direction, width_rad)) / sky_luminance_;
   return lobe_density * lobe_density / std::max(lobe_density * lobe_density + lights * lights, 1e-30f);
 }
 
-/// sum f cos E T V of the lights of one pattern, times the number of patterns, times what the samples of the lobes
-/// leave. f with light that facets reflect more than once, which matters beside a lobe and which its samples have in
-/// it.
-Rgb GlossyRays::sky_highlight(const CameraPoint& at, const Surface& s) const {
-  const auto samples = static_cast<float>(at.places.size());
+/// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. Light that
+/// facets reflect more than once is in f alone: the samples that stand for it bring none of the sky.
+Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
+                              std::size_t step) const {
+  const auto times = static_cast<float>(step);
   Rgb sum(0.0f);
-  for (auto j = static_cast<std::size_t>(at.lights); j < sky_.size(); j += kLightPatterns) {
+  for (std::size_t j = first; j < sky_.size(); j += step) {
     const glm::vec3 direction(sky_[j].direction), in = s.to_local(direction);
-    const auto x = lit_from(at.point, s, direction);
+    const auto x = lit_from(point, s, direction);
     if (!x)
       continue;
-    Rgb lobes(0.0f), left(0.0f);
+    Rgb weight = in.z * s.bsdf.glossy(s.out, in);
     for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
-      if (lobe) {
-        lobes += lobe->density * lobe->weight;
-        left += (1.0f - lobe_part(samples * lobe->density, direction, s.alpha())) * lobe->density * lobe->weight;
-      }
-    const Rgb weight = in.z * s.bsdf.glossy(s.out, in) * left / glm::max(lobes, Rgb(1e-30f));
-    if (largest(weight) * static_cast<float>(kLightPatterns) > kFaintest)
-      sum +=
-          static_cast<float>(kLightPatterns) * weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+      if (lobe)
+        weight -= lobe_part(samples * lobe->density, direction, s.alpha(), step) * lobe->density * lobe->weight;
+    if (largest(weight) * times > kFaintest)
+      sum += times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
   }
   return sum;
 }

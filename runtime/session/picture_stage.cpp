@@ -29,10 +29,9 @@ void hide_parts(const ShownParts& shown, std::span<VertexLight> light) {
 
 } // namespace
 
-Result<void> PictureStage::start_renderer(Backend backend, const RenderSettings& settings,
-                                          std::vector<std::string>& notes) {
+Result<void> PictureStage::start_renderer(Backend backend, const RenderSettings& settings) {
   renderer_.set(nullptr); // its memory first
-  auto made = choose_renderer(backend, room_.volume.room, room_.volume.apertures, notes, settings);
+  auto made = choose_renderer(backend, room_.volume.room, room_.volume.apertures, settings);
   if (!made)
     return made.error();
   renderer_.set(std::move(*made));

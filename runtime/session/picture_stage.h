@@ -41,7 +41,7 @@ public:
   PictureStage(LoadedRoom& room, ReflectBy reflect_by) : room_(room), reflect_by_(reflect_by) {}
 
   /// In place of the renderer before, if any. Error: it does not start.
-  Result<void> start_renderer(Backend backend, const RenderSettings& settings, std::vector<std::string>& notes);
+  Result<void> start_renderer(Backend backend, const RenderSettings& settings);
   /// Gives camera and objects to the renderer, where it has others.
   Result<void> give(const Versioned<RenderCamera>& camera, const Versioned<VirtualObjects>& objects);
   /// Fills times, counts and what was reused. Error: of the renderer, which is spent.

@@ -66,7 +66,7 @@ std::vector<std::string> skipped_exactly(const BasisVolume& volume, std::size_t 
 struct Session::State {
   RunConfig config;
   std::unique_ptr<LoadedRoom> room;
-  Backend backend = Backend::automatic;
+  Backend backend = Backend::rays;
   RenderSettings render_settings;
   LensModel lens;
   std::vector<std::string> notes, skipped;
@@ -104,7 +104,7 @@ Result<void> Session::State::set_camera(const glm::dmat4& world_from_camera, int
 }
 
 Result<void> Session::State::start_renderer() {
-  if (const auto started = picture.start_renderer(backend, render_settings, notes); !started)
+  if (const auto started = picture.start_renderer(backend, render_settings); !started)
     return started;
   return picture.give(camera, objects);
 }

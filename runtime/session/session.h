@@ -80,7 +80,7 @@ public:
   /// Loads volume, objects and lens, and starts the renderer. `photo_width_px` x `photo_height_px`: of the pictures
   /// that render() will be given. Errors: any file, no pose, no renderer.
   static Result<Session> open(const RunConfig& config, int photo_width_px, int photo_height_px,
-                              const Progress& progress, Backend backend = Backend::automatic,
+                              const Progress& progress, Backend backend = Backend::rays,
                               const RenderSettings& settings = {});
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;

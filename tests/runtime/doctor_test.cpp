@@ -39,8 +39,7 @@ void expect(const Finding& f, Level level, const std::string& found, const std::
 
 /// eth0 in 192.168.0.0/24.
 Machine machine(int mtu) {
-  return {
-      {{"lo", 0x7F000001, 0xFF000000, 65536, true}, {"eth0", 0xC0A80001, 0xFFFFFF00, mtu, false}}, 8'000'000, false};
+  return {{{"lo", 0x7F000001, 0xFF000000, 65536, true}, {"eth0", 0xC0A80001, 0xFFFFFF00, mtu, false}}, 8'000'000};
 }
 
 const std::vector<FoundCamera> kFound{{"Maker-Model-17", "192.168.0.10"}, {"Other-18", "10.0.0.5"}, {"Usb-19", ""}};

@@ -108,8 +108,7 @@ TEST_P(Stress, a_million_triangles_are_drawn) {
   // The renderers alone: transfer vectors of such a mesh are minutes of work, once.
   const ObjectSurface object = test::place(test::torus(0.15f, 0.07f, 1000, 500), {2.0, 3.4, 0.23}, 1.2);
   ASSERT_EQ(object.triangles.size(), 1'000'000u);
-  std::vector<std::string> notes;
-  auto renderer = choose_renderer(GetParam(), test::box_room(), test::box_window(), notes);
+  auto renderer = choose_renderer(GetParam(), test::box_room(), test::box_window());
   ASSERT_TRUE(renderer) << renderer.error().message();
   const auto pyramid = sky_map_pyramid(test::overcast_sky(64));
   const LightSet lights = sample_lights(pyramid[0], {}, test::box_window(), object.bounds(), 2);

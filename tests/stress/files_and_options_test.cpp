@@ -193,7 +193,7 @@ TEST_F(FilesAndOptions, a_word_that_an_option_does_not_know_is_refused_with_thos
               {"unty is not known; one of: unity, unreal, three"});
   if (has_program("daylit-run"))
     expect_said(run_in(f, "daylit-run config.toml --renderer foo"), 2,
-                {"--renderer: foo is not known; one of: auto, gl, osmesa, window, rays"});
+                {"--renderer: foo is not known; one of: rays, gl, osmesa, window"});
 }
 
 TEST_F(FilesAndOptions, a_sky_that_its_projection_does_not_fit_is_refused_with_the_one_that_does) {
